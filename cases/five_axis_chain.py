@@ -1,15 +1,19 @@
-"""Five-axis chain of two mirrored arms with load-dependent joint friction (Guo, Ju and Wang, Aerospace 11 (2024) 368).
+"""Five-axis chain of two mirrored arms with load-dependent joint friction (Guo, Ju and Wang,
+Aerospace 11 (2024) 368).
 
-A short bar turns on the ground; a two-bar arm hangs on its end (links 2 and 3) and another on its middle (links 4 and
-5). All axes are vertical, so gravity drives nothing, but it makes the axial force and the bending moments of the
-joints, hence their friction. The source prints positions, masses, inertias, motion and friction coefficients. Assumed
-by us: the start from rest, which pair of links weighs 3 kg (reading), the exponent of Stribeck's term, what the viscous
-coefficient multiplies (the rate alone), and the three lengths of the joints, pin_radius, friction_arm, bending_arm.
+A short bar turns on the ground; a two-bar arm hangs on its end (links 2 and 3) and another on its
+middle (links 4 and 5). All axes are vertical, so gravity drives nothing, but it makes the axial
+force and the bending moments of the joints, hence their friction. The source prints positions,
+masses, inertias, motion and friction coefficients. Assumed by us: the start from rest, which pair
+of links weighs 3 kg (reading), the exponent of Stribeck's term, what the viscous coefficient
+multiplies (the rate alone), and the three lengths of the joints, pin_radius, friction_arm,
+bending_arm.
 
-The source's equations hold for trees in space, with axes in any direction. Here all axes are parallel: bodies move in
-one plane, and what is carried out of it are forces along the axes, bending moments, and through both the friction. Left
-out are axes that are inclined or cross, motion out of the plane, gyroscopic moments of bodies that tilt, and ball,
-universal and screw joints. In this chain nothing is lost by that, for its axes are parallel.
+The source's equations hold for trees in space, with axes in any direction. Here all axes are
+parallel: bodies move in one plane, and what is carried out of it are forces along the axes, bending
+moments, and through both the friction. Left out are axes that are inclined or cross, motion out of
+the plane, gyroscopic moments of bodies that tilt, and ball, universal and screw joints. In this
+chain nothing is lost by that, for its axes are parallel.
 """
 
 import clearance as cl
@@ -23,7 +27,8 @@ LINKS = {
     "4": ("link1", (-0.2, 0.0), (0.3, -0.5196)),
     "5": ("link4", (0.6, -1.0392), (0.3, 0.5196)),
 }
-#: masses of the links [kg], as the source's table can be read; moments of inertia go with the masses [kg m2]
+#: masses of the links [kg], as the source's table can be read; moments of inertia go with the
+#: masses [kg m2]
 READINGS = {"P": (1.0, 3.0, 2.0, 3.0, 2.0), "Q": (1.0, 3.0, 3.0, 2.0, 2.0)}
 INERTIA = {1.0: 0.01, 2.0: 0.04, 3.0: 0.06}
 
@@ -37,7 +42,9 @@ def speeding_up(time, acceleration):
 @cl.effort
 def servo(time, position, rate, acceleration, stiffness, damping):
     """Torque [N m] of a position controller that is asked for speeding_up."""
-    return stiffness * (speeding_up(time, acceleration) - position) + damping * (acceleration * time - rate)
+    return stiffness * (speeding_up(time, acceleration) - position) + damping * (
+        acceleration * time - rate
+    )
 
 
 def scene(
@@ -71,7 +78,8 @@ def scene(
     static: static coefficient of friction of stribeck [-]
     stribeck_rate: joint rate of stribeck's fall from static to kinetic [rad/s]
     exponent: of stribeck's fall: 2 (Gauss) or 1 (Tustin), assumed [-]
-    drive: motion (prescribed, torques are found) or torque (of position controllers, the motion is found) [-]
+    drive: motion (prescribed, torques are found) or torque (of position controllers, the motion is
+        found) [-]
     stiffness: of the position controllers [N m/rad]
     damping: of the position controllers [N m s/rad]
     transition_rate: joint rate over which friction turns round where the motion is found [rad/s]
@@ -79,25 +87,41 @@ def scene(
     cl.one_of("reading", reading, READINGS)
     cl.one_of("drive", drive, ("motion", "torque"))
     law = cl.joint_friction_law(
-        friction, coefficient=coefficient, viscous=viscous, static=static, stribeck_rate=stribeck_rate,
-        exponent=exponent, transition_rate=transition_rate if drive == "torque" else 0.0,
-    )  # fmt: skip
-    rubbing = {"friction": law, "pin_radius": pin_radius, "friction_arm": friction_arm, "bending_arm": bending_arm}
+        friction,
+        coefficient=coefficient,
+        viscous=viscous,
+        static=static,
+        stribeck_rate=stribeck_rate,
+        exponent=exponent,
+        transition_rate=transition_rate if drive == "torque" else 0.0,
+    )
+    rubbing = {
+        "friction": law,
+        "pin_radius": pin_radius,
+        "friction_arm": friction_arm,
+        "bending_arm": bending_arm,
+    }
     bodies = {"ground": cl.ground} | _links(READINGS[reading])
     joints = [
         cl.Revolute(bodies[carrier].at(*place), bodies[f"link{name}"], name=name, **rubbing)
         for name, (carrier, place, _) in LINKS.items()
     ]
     if drive == "motion":
-        drives = [cl.Drive(j, motion=speeding_up(acceleration=acceleration), name=j.name) for j in joints]
+        drives = [
+            cl.Drive(j, motion=speeding_up(acceleration=acceleration), name=j.name) for j in joints
+        ]
     else:
         effort = servo(acceleration=acceleration, stiffness=stiffness, damping=damping)
-        drives = [cl.Drive(j, torque=effort, start=0.0, speed_start=0.0, name=j.name) for j in joints]
+        drives = [
+            cl.Drive(j, torque=effort, start=0.0, speed_start=0.0, name=j.name) for j in joints
+        ]
     return cl.Scene(*joints, *drives, gravity=(0.0, 0.0, -GRAVITY), name="five_axis_chain")
 
 
 def _links(masses: tuple[float, ...]) -> dict[str, cl.Body]:
     """The links by name; the frame of each stands at its own joint."""
     given = zip(LINKS.items(), masses, strict=True)
-    links = (cl.Body(f"link{name}", mass, INERTIA[mass], com=com) for (name, (_, _, com)), mass in given)
+    links = (
+        cl.Body(f"link{name}", mass, INERTIA[mass], com=com) for (name, (_, _, com)), mass in given
+    )
     return {link.name: link for link in links}

@@ -28,7 +28,8 @@ def scene(
     friction: str = "coulomb",
     friction_coefficient: float = 0.01,
 ) -> cl.Scene:
-    """Slider-crank: crank 153 mm, rod 306 mm, slider 100 mm x 50 mm, 1 mm of clearance on either side.
+    """Slider-crank: crank 153 mm, rod 306 mm, slider 100 mm x 50 mm, 1 mm of clearance on either
+    side.
 
     speed: crank speed at the start [rad/s]
     clearance: of the guide, on either side of the slider [m]
@@ -38,7 +39,8 @@ def scene(
     joints: joints with clearance, a comma list of A B C guide [-]
     hinge_clearance: radial clearance of the hinges among them [m]
     model: ideal or dry [-]
-    contact: law of corners (and hinges), as hertz(stiffness=1e8), or auto: lankarani_nikravesh by the radii [-]
+    contact: law of corners (and hinges), as hertz(stiffness=1e8), or auto: lankarani_nikravesh by
+        the radii [-]
     restitution: coefficient of restitution of the contact [-]
     friction: friction law: none, coulomb, stribeck, lugre, ... [-]
     friction_coefficient: coefficient of friction [-]
@@ -51,20 +53,38 @@ def scene(
         angular_velocity=speed,
     )
     rod = cl.Body(
-        "rod", 0.038, 5.9e-4, points={"B": (-0.5 * ROD, 0), "C": (0.5 * ROD, 0)},
+        "rod",
+        0.038,
+        5.9e-4,
+        points={"B": (-0.5 * ROD, 0), "C": (0.5 * ROD, 0)},
         angular_velocity=-speed * CRANK / ROD,
-    )  # fmt: skip
+    )
     slider = cl.Body("slider", 0.076, 2.7e-6, points={"C": (0, 0)})
     cl.one_of("model", model, ("ideal", "dry"))
     factory = cl.joint_factory(
-        joints, ("A", "B", "C", "guide"), model=model, clearance=hinge_clearance, radius=HINGE_RADIUS,
-        length=HINGE_LENGTH, viscosity=0.0, restitution=restitution, contact=contact, friction=friction,
-        friction_coefficient=friction_coefficient, film="table", roughness=0.0,
-    )  # fmt: skip
+        joints,
+        ("A", "B", "C", "guide"),
+        model=model,
+        clearance=hinge_clearance,
+        radius=HINGE_RADIUS,
+        length=HINGE_LENGTH,
+        viscosity=0.0,
+        restitution=restitution,
+        contact=contact,
+        friction=friction,
+        friction_coefficient=friction_coefficient,
+        film="table",
+        roughness=0.0,
+    )
     guide = factory.slide(
-        "guide", cl.ground.at(0, 0), slider["C"], clearance=clearance, overlap=overlap, height=height,
+        "guide",
+        cl.ground.at(0, 0),
+        slider["C"],
+        clearance=clearance,
+        overlap=overlap,
+        height=height,
         tilt_rate=tilt_rate,
-    )  # fmt: skip
+    )
     return cl.Scene(
         factory("A", cl.ground.at(0, 0), crank["A"]),
         factory("B", crank["B"], rod["B"]),

@@ -1,17 +1,20 @@
-"""Mobile manipulator: boom, stick and bucket on three actuators, friction in all joints (Chacko and Khan, Tribology in
-Industry 39 (2017)).
+"""Mobile manipulator: boom, stick and bucket on three actuators, friction in all joints (Chacko and
+Khan, Tribology in Industry 39 (2017)).
 
-The source prints masses, centres of mass, the sinusoids and time constants of its simulations and the friction levels.
-It prints no length, no inertia, no anchor and no curve of its dig pattern. The geometry here is an assumed one that
-closes over all strokes: links twice as long as their centres of mass are far, anchors and actuator lengths chosen,
-inertias m |c|^2 / 3, the load (-150, 150) N on the tooth tip; which sinusoid drives which actuator is assumed as well.
-Forces cannot be compared with the source's. The dig pattern (reach, penetrate, curl, lift, dump, return) is ours.
+The source prints masses, centres of mass, the sinusoids and time constants of its simulations and
+the friction levels. It prints no length, no inertia, no anchor and no curve of its dig pattern. The
+geometry here is an assumed one that closes over all strokes: links twice as long as their centres
+of mass are far, anchors and actuator lengths chosen, inertias m |c|^2 / 3, the load (-150, 150) N
+on the tooth tip; which sinusoid drives which actuator is assumed as well. Forces cannot be compared
+with the source's. The dig pattern (reach, penetrate, curl, lift, dump, return) is ours.
 
-The printed friction law (Eqs. 14 to 17) is corrected in two signs and a bracket: (14) lacks "- F_C" and the brackets
-about breakaway less Coulomb friction, (15) and (17) have a wrong sign. (16) is as printed, with its value 24.995.
+The printed friction law (Eqs. 14 to 17) is corrected in two signs and a bracket: (14) lacks "- F_C"
+and the brackets about breakaway less Coulomb friction, (15) and (17) have a wrong sign. (16) is as
+printed, with its value 24.995.
 
-Pins J1, J2, J3 join base, boom, stick and bucket; an actuator's barrel is pinned to the body before (boom_base, ...),
-its rod to the body it moves (boom_end, ...), and the slide between them bears its name (boom_slide, ...).
+Pins J1, J2, J3 join base, boom, stick and bucket; an actuator's barrel is pinned to the body before
+(boom_base, ...), its rod to the body it moves (boom_end, ...), and the slide between them bears its
+name (boom_slide, ...).
 """
 
 import math
@@ -21,8 +24,8 @@ import clearance as cl
 from clearance import checks
 
 GRAVITY = 9.81
-#: of boom, stick and bucket: mass [kg], end in the body's own frame [m] (the next hinge; of the bucket its tooth tip),
-#: rough start angle [deg]
+#: of boom, stick and bucket: mass [kg], end in the body's own frame [m] (the next hinge; of the
+#: bucket its tooth tip), rough start angle [deg]
 LINKS = {
     "boom": (3.92, (0.1690, 0.4318), 5.0),
     "stick": (0.94, (0.2034, 0.0088), 25.0),
@@ -32,7 +35,9 @@ PISTON = 0.110  # middle of the overlap of rod and barrel, back from the rod's p
 
 
 class Actuator(NamedTuple):
-    """Cylinder of boom, stick or bucket: lengths and places in m, along and across in the frame of barrel or rod."""
+    """Cylinder of boom, stick or bucket: lengths and places in m, along and across in the frame of
+    barrel or rod.
+    """
 
     base: tuple[float, float]  # anchor on the body before
     end: tuple[float, float]  # anchor on the body it moves
@@ -45,13 +50,20 @@ class Actuator(NamedTuple):
 
 
 ACTUATORS = {
-    "boom": Actuator((0.110, -0.040), (0.080, 0.135), 0.180, 0.60, (0.0634, 0.0166), 0.10, (-0.0873, 0.0), 103.0),
-    "stick": Actuator((0.140, 0.250), (-0.050, 0.030), 0.190, 0.64, (0.0722, 0.0148), 0.10, (-0.0973, 0.0), 103.0),
-    "bucket": Actuator((0.050, 0.045), (-0.025, 0.035), 0.170, 0.60, (0.0634, 0.0166), 0.03, (-0.0873, 0.0), 25.0),
+    "boom": Actuator(
+        (0.110, -0.040), (0.080, 0.135), 0.180, 0.60, (0.0634, 0.0166), 0.10, (-0.0873, 0.0), 103.0
+    ),
+    "stick": Actuator(
+        (0.140, 0.250), (-0.050, 0.030), 0.190, 0.64, (0.0722, 0.0148), 0.10, (-0.0973, 0.0), 103.0
+    ),
+    "bucket": Actuator(
+        (0.050, 0.045), (-0.025, 0.035), 0.170, 0.60, (0.0634, 0.0166), 0.03, (-0.0873, 0.0), 25.0
+    ),
 }
 #: simulation 1: bias and amplitude of the extensions [m], angular frequency [rad/s]
 SWINGS = {"boom": (0.020, 0.025, 0.4), "stick": (0.020, 0.015, 0.5), "bucket": (0.010, 0.0015, 0.3)}
-#: simulations 2 and 3: ends of the phases reach, penetrate, curl, lift, dump, home [s], and extensions there [m]
+#: simulations 2 and 3: ends of the phases reach, penetrate, curl, lift, dump, home [s], and
+#: extensions there [m]
 PHASES = (6.0, 12.0, 20.0, 28.0, 34.0, 40.0)
 DIGS = {
     "boom": (0.005, -0.005, 0.0, 0.040, 0.040, 0.0),
@@ -59,15 +71,18 @@ DIGS = {
     "bucket": (-0.005, 0.0, 0.012, 0.012, -0.005, 0.0),
 }
 TIME_CONSTANTS = {1: 0.1, 2: 0.1, 3: 0.01}
-#: friction levels of the source, alike for pins [N m] and slides [N]; viscous of pins [N m s/rad] and slides [N s/m]
+#: friction levels of the source, alike for pins [N m] and slides [N]; viscous of pins [N m s/rad]
+#: and slides [N s/m]
 LEVELS = {"breakaway": 25.0, "coulomb": 20.0}
 VISCOUS = (1e-3, 100.0)
 
 
 def swung(time, bias, amplitude, frequency, time_constant):
-    """Extension and its rate for the input bias + amplitude sin(frequency t) behind 1 / (time_constant s + 1)^2.
+    """Extension and its rate for the input bias + amplitude sin(frequency t) behind
+    1 / (time_constant s + 1)^2.
 
-    The filter is at rest at zero at t = 0, as that of the source, so a bias makes a start-up transient.
+    The filter is at rest at zero at t = 0, as that of the source, so a bias makes a start-up
+    transient.
     """
     sine, cosine = math.sin(frequency * time), math.cos(frequency * time)
     if time_constant <= 0.0:
@@ -84,7 +99,9 @@ def swung(time, bias, amplitude, frequency, time_constant):
 
 
 def ramp(time, time_constant):
-    """Response of the filter 1 / (time_constant s + 1)^2 to an input that grows as time from t = 0 on, and its rate."""
+    """Response of the filter 1 / (time_constant s + 1)^2 to an input that grows as time from t = 0
+    on, and its rate.
+    """
     if time <= 0.0:
         return 0.0, 0.0
     fading = math.exp(-time / time_constant)
@@ -99,7 +116,10 @@ def dug(time, reach, penetrate, curl, lift, dump, home, time_constant):
     for i in range(6):
         next_slope = (goals[i] - level) / (PHASES[i] - start)
         further, faster = ramp(time - start, time_constant)
-        position, rate = position + (next_slope - slope) * further, rate + (next_slope - slope) * faster
+        position, rate = (
+            position + (next_slope - slope) * further,
+            rate + (next_slope - slope) * faster,
+        )
         slope, start, level = next_slope, PHASES[i], goals[i]
     further, faster = ramp(time - start, time_constant)
     return position - slope * further, rate - slope * faster
@@ -118,7 +138,9 @@ def dig(time, reach, penetrate, curl, lift, dump, home, time_constant):
 
 
 @cl.effort
-def swing_servo(time, position, rate, bias, amplitude, frequency, time_constant, stiffness, damping):
+def swing_servo(
+    time, position, rate, bias, amplitude, frequency, time_constant, stiffness, damping
+):
     """Force [N] of a position controller that is asked for swing."""
     goal, goal_rate = swung(time, bias, amplitude, frequency, time_constant)
     return stiffness * (goal - position) + damping * (goal_rate - rate)
@@ -126,8 +148,19 @@ def swing_servo(time, position, rate, bias, amplitude, frequency, time_constant,
 
 @cl.effort
 def dig_servo(
-    time, position, rate, reach, penetrate, curl, lift, dump, home, time_constant, stiffness, damping
-):  # fmt: skip
+    time,
+    position,
+    rate,
+    reach,
+    penetrate,
+    curl,
+    lift,
+    dump,
+    home,
+    time_constant,
+    stiffness,
+    damping,
+):
     """Force [N] of a position controller that is asked for dig."""
     goal, goal_rate = dug(time, reach, penetrate, curl, lift, dump, home, time_constant)
     return stiffness * (goal - position) + damping * (goal_rate - rate)
@@ -151,14 +184,17 @@ def scene(
     """Boom, stick and bucket moved by three actuators; 40 s, which is the whole dig pattern.
 
     simulation: 1 (sinusoids), 2 (slowly filtered dig pattern) or 3 (fast filtered dig pattern) [-]
-    time_constant: of the input filter (default: 0.1, 0.1, 0.01 by simulation); 0, in simulation 1: no filter [s]
+    time_constant: of the input filter (default: 0.1, 0.1, 0.01 by simulation); 0, in simulation 1:
+        no filter [s]
     load_x: force on the tooth tip along x [N]
     load_y: force on the tooth tip along y [N]
-    friction: none, breakaway (the source's levels), breakaway_smooth (smooth at rest) or coulomb (made by loads) [-]
+    friction: none, breakaway (the source's levels), breakaway_smooth (smooth at rest) or coulomb
+        (made by loads) [-]
     coefficient: coefficient of friction of coulomb, assumed [-]
     pin_radius: radius of the pins for coulomb, assumed [m]
     overlap: of rods and barrels for coulomb, assumed [m]
-    drive: motion (prescribed, forces are found) or force (of position controllers, the motion is found) [-]
+    drive: motion (prescribed, forces are found) or force (of position controllers, the motion is
+        found) [-]
     stiffness: of the position controllers [N/m]
     damping: of the position controllers [N s/m]
     transition_rate: rate over which coulomb turns round where the motion is found [rad/s or m/s]
@@ -169,7 +205,10 @@ def scene(
         time_constant = TIME_CONSTANTS[simulation]
     cl.one_of("drive", drive, ("motion", "force"))
     pins, slides = _friction(friction, coefficient, transition_rate if drive == "force" else 0.0)
-    on_pins, on_slides = {"friction": pins, "pin_radius": pin_radius}, {"friction": slides, "overlap": overlap}
+    on_pins, on_slides = (
+        {"friction": pins, "pin_radius": pin_radius},
+        {"friction": slides, "overlap": overlap},
+    )
     bodies, hinge, parts = {"base": cl.ground} | _links(), (0.0, 0.0), []
     names = [*bodies]
     for i, (before, name) in enumerate(zip(names, names[1:], strict=False), 1):
@@ -193,7 +232,9 @@ def _links() -> dict[str, cl.Body]:
     for name, (mass, end, angle) in LINKS.items():
         com = (0.5 * end[0], 0.5 * end[1])
         points = {"hinge": (0.0, 0.0), "tip": end} if name == "bucket" else {"hinge": (0.0, 0.0)}
-        links[name] = cl.Body(name, mass, _inertia(mass, com), points=points, com=com, angle=cl.degree(angle))
+        links[name] = cl.Body(
+            name, mass, _inertia(mass, com), points=points, com=com, angle=cl.degree(angle)
+        )
     return links
 
 
@@ -202,21 +243,32 @@ def _halves(name: str, actuator: Actuator) -> tuple[cl.Body, cl.Body]:
     barrel, rod, angle = actuator.barrel_com, actuator.rod_com, cl.degree(actuator.angle)
     points = {"pin": (0.0, 0.0), "guide": (actuator.length - PISTON, 0.0)}
     inertia = _inertia(actuator.barrel_mass, barrel)
-    first = cl.Body(f"{name}_barrel", actuator.barrel_mass, inertia, points=points, com=barrel, angle=angle)
+    first = cl.Body(
+        f"{name}_barrel", actuator.barrel_mass, inertia, points=points, com=barrel, angle=angle
+    )
     points = {"pin": (0.0, 0.0), "piston": (-PISTON, 0.0)}
     return first, cl.Body(
-        f"{name}_rod", actuator.rod_mass, _inertia(actuator.rod_mass, rod), points=points, com=rod, angle=angle
+        f"{name}_rod",
+        actuator.rod_mass,
+        _inertia(actuator.rod_mass, rod),
+        points=points,
+        com=rod,
+        angle=angle,
     )
 
 
 def _inertia(mass: float, com: tuple[float, float]) -> float:
-    """Assumed moment of inertia about the centre of mass: that of a rod twice as long as the centre is far."""
+    """Assumed moment of inertia about the centre of mass: that of a rod twice as long as the centre
+    is far.
+    """
     return mass * (com[0] ** 2 + com[1] ** 2) / 3.0
 
 
 def _drive(kind, slide, name, simulation, time_constant, stiffness, damping) -> cl.Drive:
     """The actuator's extension as asked for, prescribed or as the goal of a position controller."""
-    inputs, motion, servo = (SWINGS, swing, swing_servo) if simulation == 1 else (DIGS, dig, dig_servo)
+    inputs, motion, servo = (
+        (SWINGS, swing, swing_servo) if simulation == 1 else (DIGS, dig, dig_servo)
+    )
     given = [n for n in motion.given if n != "time_constant"]
     numbers = dict(zip(given, inputs[name], strict=True)) | {"time_constant": time_constant}
     asked = motion(**numbers)
@@ -234,9 +286,14 @@ def _friction(kind: str, coefficient: float, transition_rate: float) -> tuple:
     if kind == "none":
         return None, None
     if kind == "coulomb":
-        laws = (cl.joint_coulomb(coefficient=coefficient, viscous=v, transition_rate=transition_rate) for v in VISCOUS)
+        laws = (
+            cl.joint_coulomb(coefficient=coefficient, viscous=v, transition_rate=transition_rate)
+            for v in VISCOUS
+        )
     elif kind == "breakaway":
-        laws = (cl.breakaway_linear(**LEVELS, viscous=v, decay=10.0, threshold=1e-4) for v in VISCOUS)
+        laws = (
+            cl.breakaway_linear(**LEVELS, viscous=v, decay=10.0, threshold=1e-4) for v in VISCOUS
+        )
     else:
         laws = (cl.breakaway_smooth(**LEVELS, viscous=v, breakaway_rate=0.1) for v in VISCOUS)
     return tuple(laws)

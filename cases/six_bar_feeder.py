@@ -1,9 +1,10 @@
-"""Six-bar rocking feeder with clearance joints (topology of Jin, Wang, Liang, Wei, Chang and Zhou, Arch. Appl. Mech. 93
-(2023) 2831, doi 10.1007/s00419-023-02410-7).
+"""Six-bar rocking feeder with clearance joints (topology of Jin, Wang, Liang, Wei, Chang and Zhou,
+Arch. Appl. Mech. 93 (2023) 2831, doi 10.1007/s00419-023-02410-7).
 
-Of the source only the topology and the two frame distances (90 mm and 170 mm between the pivots A and D) are known to
-us. Every other number is the assumed set *feeder-A*: link lengths that assemble and run, steel bars of 20 mm x 10 mm
-section, joint radius 10 mm and length 20 mm. Results cannot be compared with the source's figures number by number.
+Of the source only the topology and the two frame distances (90 mm and 170 mm between the pivots A
+and D) are known to us. Every other number is the assumed set *feeder-A*: link lengths that assemble
+and run, steel bars of 20 mm x 10 mm section, joint radius 10 mm and length 20 mm. Results cannot be
+compared with the source's figures number by number.
 
 Crank A-B, rod 2 B-C, rocker D-C-E, rod 4 E-F, slider F along x at height 80 mm.
 
@@ -16,14 +17,16 @@ and the transition never acts.
 
 import clearance as cl
 
-#: dynamic viscosity where none is given [Pa s]: of joints that never leave full film, and of mixed ones
+#: dynamic viscosity where none is given [Pa s]: of joints that never leave full film, and of mixed
+#: ones
 THICK_OIL = 0.05
 THIN_OIL = 0.005
 JOURNAL_RADIUS = 10e-3
 BEARING_LENGTH = 20e-3
 GUIDE_HEIGHT = 0.080
 PIVOT_D = (0.170, -0.090)
-#: twice the kinetic energy over the squared crank speed, mean of a turn: the size of finite drives [kg m2]
+#: twice the kinetic energy over the squared crank speed, mean of a turn: the size of finite drives
+#: [kg m2]
 INERTIA = 2e-3
 
 
@@ -60,40 +63,75 @@ def scene(
     model: ideal, dry, lubricated or mixed (film, asperities and contact) [-]
     viscosity: dynamic viscosity of the oil; auto: 0.005 when mixed, 0.05 else [Pa s]
     restitution: coefficient of restitution of the dry contact [-]
-    contact: law, as hertz or impact(damping=440); auto: lankarani_nikravesh when dry, winkler when mixed [-]
+    contact: law, as hertz or impact(damping=440); auto: lankarani_nikravesh when dry, winkler when
+        mixed [-]
     friction: friction law of contact and asperities: none, coulomb, stribeck, lugre, ... [-]
     friction_coefficient: coefficient of friction of contact and asperities [-]
-    film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht, sommerfeld, fem, ... [-]
+    film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht,
+        sommerfeld, fem, ... [-]
     film_torques: whether the film drags on both bodies [-]
-    ambient: pressure at the bearing's ends above cavitation (films table, fem, conserving); 0: cavitates there [Pa]
+    ambient: pressure at the bearing's ends above cavitation (films table, fem, conserving); 0:
+        cavitates there [Pa]
     flow_factors: whether the film of table and fem is that of rough surfaces (Patir and Cheng) [-]
     mesh: cells around and over half the length (films fast, fem, conserving), as 16x2; or auto [-]
-    roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need it [m]
-    transition: how film and contact share a mixed joint: none, flores, fuzzy, load_sharing, or as fuzzy(squeeze=0) [-]
-    thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of the file [-]
+    roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need
+        it [m]
+    transition: how film and contact share a mixed joint: none, flores, fuzzy, load_sharing, or as
+        fuzzy(squeeze=0) [-]
+    thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of
+        the file [-]
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
-    asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none elsewhere [-]
+    asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none
+        elsewhere [-]
     wear: coefficient of wear of the bearings, Archard's; 0: none [m2/N]
     wear_journal: that of the journals [m2/N]
-    drive: speed (prescribed), pi, motor, kloss or dc, or with parameters as motor(stall=5, no_load=69.1) [-]
+    drive: speed (prescribed), pi, motor, kloss or dc, or with parameters as motor(stall=5,
+        no_load=69.1) [-]
     """
-    crank = cl.Body("crank", mass=0.0942, inertia=3.140e-5, points={"A": (-0.020, 0), "B": (0.020, 0)})
-    rod2 = cl.Body("rod2", mass=0.2826, inertia=7.724e-4, points={"B": (-0.080, 0), "C": (0.080, 0)}, angle=0.6)
-    rocker = cl.Body(
-        "rocker", mass=0.3140, inertia=1.057e-3, points={"D": (-0.090, 0), "C": (0.030, 0), "E": (0.090, 0)}, angle=1.6
+    crank = cl.Body(
+        "crank", mass=0.0942, inertia=3.140e-5, points={"A": (-0.020, 0), "B": (0.020, 0)}
     )
-    rod4 = cl.Body("rod4", mass=0.2669, inertia=6.517e-4, points={"E": (-0.075, 0), "F": (0.075, 0)})
+    rod2 = cl.Body(
+        "rod2", mass=0.2826, inertia=7.724e-4, points={"B": (-0.080, 0), "C": (0.080, 0)}, angle=0.6
+    )
+    rocker = cl.Body(
+        "rocker",
+        mass=0.3140,
+        inertia=1.057e-3,
+        points={"D": (-0.090, 0), "C": (0.030, 0), "E": (0.090, 0)},
+        angle=1.6,
+    )
+    rod4 = cl.Body(
+        "rod4", mass=0.2669, inertia=6.517e-4, points={"E": (-0.075, 0), "F": (0.075, 0)}
+    )
     slider = cl.Body("slider", mass=0.500, inertia=1e-4, points={"F": (0, 0)})
     if viscosity == "auto":
         viscosity = THIN_OIL if model == "mixed" else THICK_OIL
     joint = cl.joint_factory(
-        joints, "ABCDEF", model=model, clearance=clearance, radius=JOURNAL_RADIUS, length=BEARING_LENGTH,
-        viscosity=viscosity, restitution=restitution, contact=contact, friction=friction,
-        friction_coefficient=friction_coefficient, film=film, roughness=roughness, film_torques=film_torques,
-        ambient=ambient, flow_factors=flow_factors, mesh=mesh,
-        transition=transition, thresholds=thresholds, memberships=memberships,
-        asperity=asperity, wear=wear, wear_journal=wear_journal,
-    )  # fmt: skip
+        joints,
+        "ABCDEF",
+        model=model,
+        clearance=clearance,
+        radius=JOURNAL_RADIUS,
+        length=BEARING_LENGTH,
+        viscosity=viscosity,
+        restitution=restitution,
+        contact=contact,
+        friction=friction,
+        friction_coefficient=friction_coefficient,
+        film=film,
+        roughness=roughness,
+        film_torques=film_torques,
+        ambient=ambient,
+        flow_factors=flow_factors,
+        mesh=mesh,
+        transition=transition,
+        thresholds=thresholds,
+        memberships=memberships,
+        asperity=asperity,
+        wear=wear,
+        wear_journal=wear_journal,
+    )
     return cl.Scene(
         joint("A", cl.ground.at(0, 0), crank["A"]),
         joint("B", crank["B"], rod2["B"]),

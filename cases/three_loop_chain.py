@@ -1,14 +1,16 @@
-"""Three-loop closed chain with load-dependent joint friction (Guo, Ju and Wang, Aerospace 11 (2024) 368).
+"""Three-loop closed chain with load-dependent joint friction (Guo, Ju and Wang, Aerospace 11 (2024)
+368).
 
-Seven links in a vertical plane, ten hinges, one crank. The source prints vectors, rounded to 0.1 mm, masses, inertias
-and friction coefficients. Decoded from the vectors: links of 100, 55 and 45 mm, the long ones with a pin in the middle,
-and ground pivots 50 mm apart on a horizontal line, which meet all printed digits for a crank that starts at -98.797
-degrees. Centres of mass stand in the middle of the links. Assumed by us: the crank's sense of turning, the exponent of
-Stribeck's term, what the viscous coefficient multiplies (the rate alone), the pin radius.
+Seven links in a vertical plane, ten hinges, one crank. The source prints vectors, rounded to 0.1
+mm, masses, inertias and friction coefficients. Decoded from the vectors: links of 100, 55 and 45
+mm, the long ones with a pin in the middle, and ground pivots 50 mm apart on a horizontal line,
+which meet all printed digits for a crank that starts at -98.797 degrees. Centres of mass stand in
+the middle of the links. Assumed by us: the crank's sense of turning, the exponent of Stribeck's
+term, what the viscous coefficient multiplies (the rate alone), the pin radius.
 
-Links a to g; a hinge is named after the two bodies it joins. The source numbers the joints of the tree that is left of
-the loops 1 (ground-a), 2 (a-b), 3 (b-c), 4 (a-d), 1' (ground-e), 2' (e-f), 1'' (ground-g, driven), and cuts g-f, f-d
-and c-d. P is the common pin of c, d and f.
+Links a to g; a hinge is named after the two bodies it joins. The source numbers the joints of the
+tree that is left of the loops 1 (ground-a), 2 (a-b), 3 (b-c), 4 (a-d), 1' (ground-e), 2' (e-f), 1''
+(ground-g, driven), and cuts g-f, f-d and c-d. P is the common pin of c, d and f.
 """
 
 import clearance as cl
@@ -17,7 +19,8 @@ GRAVITY = 9.8
 START = cl.degree(-98.797)
 #: where the chain stands on the ground [m]
 PIVOTS = {"a": (0.0, 0.0), "e": (-0.050, 0.0), "g": (-0.100, 0.0)}
-#: link -> (mass [kg], moment of inertia about its centre of mass [kg m2], its pins along it [m], start angle [deg])
+#: link -> (mass [kg], moment of inertia about its centre of mass [kg m2], its pins along it [m],
+#: start angle [deg])
 LINKS = {
     "a": (2.0, 0.04, {"ground": -0.050, "d": 0.0, "b": 0.050}, -42.557),
     "b": (2.0, 0.04, {"a": -0.050, "c": 0.0, "free": 0.050}, -154.3275),
@@ -33,7 +36,9 @@ CRANK = "ground-g"
 
 @cl.signal
 def turning(time, start, speed):
-    """Angle [rad] of the crank; a Drive's own constant speed would promise whole turns, which this crank cannot do."""
+    """Angle [rad] of the crank; a Drive's own constant speed would promise whole turns, which this
+    crank cannot do.
+    """
     return start + speed * time
 
 
@@ -59,7 +64,8 @@ def scene(
     damping: float = 1e2,
     transition_rate: float = 1e-3,
 ) -> cl.Scene:
-    """Three-loop chain from crank angle -98.797 deg; 10 s, no further than +90.5 deg (15.8 s) or -145.5 deg.
+    """Three-loop chain from crank angle -98.797 deg; 10 s, no further than +90.5 deg (15.8 s) or
+    -145.5 deg.
 
     speed: crank speed, positive sense assumed [rad/s]
     friction: friction law of the pins: none, coulomb or stribeck [-]
@@ -70,7 +76,8 @@ def scene(
     static: static coefficient of friction of stribeck [-]
     stribeck_rate: rate of stribeck's fall from static to kinetic [rad/s]
     exponent: of stribeck's fall: 2 (Gauss) or 1 (Tustin), assumed [-]
-    drive: motion (prescribed, the torque is found) or torque (of a position controller, the motion is found) [-]
+    drive: motion (prescribed, the torque is found) or torque (of a position controller, the motion
+        is found) [-]
     stiffness: of the position controller [N m/rad]
     damping: of the position controller [N m s/rad]
     transition_rate: rate over which friction turns round where the motion is found [rad/s]
@@ -78,9 +85,14 @@ def scene(
     cl.one_of("where", where, ("driven", "all"))
     cl.one_of("drive", drive, ("motion", "torque"))
     law = cl.joint_friction_law(
-        friction, coefficient=coefficient, viscous=viscous, static=static, stribeck_rate=stribeck_rate,
-        exponent=exponent, transition_rate=transition_rate if drive == "torque" else 0.0,
-    )  # fmt: skip
+        friction,
+        coefficient=coefficient,
+        viscous=viscous,
+        static=static,
+        stribeck_rate=stribeck_rate,
+        exponent=exponent,
+        transition_rate=transition_rate if drive == "torque" else 0.0,
+    )
     rubbing = {"friction": law, "pin_radius": pin_radius}
     hinges = _hinges({name: rubbing for name in HINGES if where == "all" or name == CRANK})
     if drive == "motion":
@@ -101,7 +113,10 @@ def _hinges(friction: dict[str, dict]) -> dict[str, cl.Revolute]:
         return bodies[name][other if other in LINKS[name][2] else "P"]
 
     pairs = {name: name.split("-") for name in HINGES}
-    return {n: cl.Revolute(pin(a, b), pin(b, a), name=n, **friction.get(n, {})) for n, (a, b) in pairs.items()}
+    return {
+        n: cl.Revolute(pin(a, b), pin(b, a), name=n, **friction.get(n, {}))
+        for n, (a, b) in pairs.items()
+    }
 
 
 def _link(name: str) -> cl.Body:

@@ -1,8 +1,11 @@
-"""Slider-crank whose bushing wears through its wall, after the test of Mukras, Kim, Mauntler, Schmitz and Sawyer.
+"""Slider-crank whose bushing wears through its wall, after the test of Mukras, Kim, Mauntler,
+Schmitz and Sawyer.
 
-A steel pin on the crank turns in a PTFE bushing in the rod, joint B; a spring loads the slider. Set *wear-A* is
-assumed: SAE 2009-01-0403 and J. Tribology 132 (2010) 031604 have the same kind of test (some 0.5 mm after 21,400
-turns at 30 rpm), but masses, lengths and clearance are ours, so no number can be compared with theirs.
+A steel pin on the crank turns in a PTFE bushing in the rod, joint B; a spring loads the slider. Set
+*wear-A* is
+assumed: SAE 2009-01-0403 and J. Tribology 132 (2010) 031604 have the same kind of test (some 0.5 mm
+after 21,400 turns at 30 rpm), but masses, lengths and clearance are ours, so no number can be
+compared with theirs.
 """
 
 import clearance as cl
@@ -53,7 +56,9 @@ def scene(
             clearance=clearance,
             length=length,
             contact=cl.winkler(layer_modulus=layer_modulus, restitution=restitution),
-            friction=cl.coulomb_tanh(coefficient=friction_coefficient) if friction_coefficient else None,
+            friction=cl.coulomb_tanh(coefficient=friction_coefficient)
+            if friction_coefficient
+            else None,
             wear=cl.archard(coefficient=wear) if wear else None,
             wear_journal=cl.archard(coefficient=wear_journal) if wear_journal else None,
         )
@@ -63,7 +68,11 @@ def scene(
         cl.Revolute(rod["C"], slider["C"], name="C"),
         cl.Prismatic(cl.ground.at(0, 0), slider["C"], name="guide"),
         cl.SpringDamper(
-            cl.ground.at(ANCHOR, 0), slider["C"], stiffness=SPRING, free_length=ROD - CRANK - ANCHOR - STRETCH, name="S"
+            cl.ground.at(ANCHOR, 0),
+            slider["C"],
+            stiffness=SPRING,
+            free_length=ROD - CRANK - ANCHOR - STRETCH,
+            name="S",
         ),
         cl.Drive(crank, speed=speed, start=0.0),
         name="wear_a",

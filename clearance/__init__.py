@@ -1,4 +1,6 @@
-"""clearance: tribodynamics of planar mechanisms whose joints have clearance, lubricant and friction."""
+"""clearance: tribodynamics of planar mechanisms whose joints have clearance, lubricant and
+friction.
+"""
 
 # isort: off
 from clearance.laws import *  # noqa: F403
@@ -21,22 +23,38 @@ from clearance.version import VERSION
 __version__ = VERSION
 
 _LAZY = {
-    "simulate": "clearance.simulation", "SimulationError": "clearance.simulation", "open_result": "clearance.results",
+    "simulate": "clearance.simulation",
+    "SimulationError": "clearance.simulation",
+    "open_result": "clearance.results",
     "NotReached": "clearance.simulation",
-    "Result": "clearance.results", "load_case": "clearance.catalogue", "hole_check": "clearance.regimes",
-    "inverse_dynamics": "clearance.inverse.dynamics", "statistics": "clearance.chaos",
-    "steady": "clearance.periodic.steady", "NotPeriodic": "clearance.periodic.maps",
-    "worn": "clearance.laws.outline", "wear": "clearance.wearing.life", "Life": "clearance.wearing.records",
-    "solve_film": "clearance.film.solvers", "sweep": "clearance.sweeping.driver",
-    "SweepError": "clearance.sweeping.driver", "open_sweep": "clearance.sweeping.index",
-    "follow": "clearance.periodic.follow", "assumptions": "clearance.evidence.assumptions",
-    "Sweep": "clearance.sweeping.index", "grid": "clearance.sweeping.points", "zipped": "clearance.sweeping.points",
-    "sampled": "clearance.sweeping.points", "scatter": "clearance.sweeping.chance",
-    "open_scatter": "clearance.sweeping.scatter", "plot": "clearance.commands.plot",
+    "Result": "clearance.results",
+    "load_case": "clearance.catalogue",
+    "hole_check": "clearance.regimes",
+    "inverse_dynamics": "clearance.inverse.dynamics",
+    "statistics": "clearance.chaos",
+    "steady": "clearance.periodic.steady",
+    "NotPeriodic": "clearance.periodic.maps",
+    "worn": "clearance.laws.outline",
+    "wear": "clearance.wearing.life",
+    "Life": "clearance.wearing.records",
+    "solve_film": "clearance.film.solvers",
+    "sweep": "clearance.sweeping.driver",
+    "SweepError": "clearance.sweeping.driver",
+    "open_sweep": "clearance.sweeping.index",
+    "follow": "clearance.periodic.follow",
+    "assumptions": "clearance.evidence.assumptions",
+    "Sweep": "clearance.sweeping.index",
+    "grid": "clearance.sweeping.points",
+    "zipped": "clearance.sweeping.points",
+    "sampled": "clearance.sweeping.points",
+    "scatter": "clearance.sweeping.chance",
+    "open_scatter": "clearance.sweeping.scatter",
+    "plot": "clearance.commands.plot",
     "report": "clearance.postprocess.report",
-    "view": "clearance.postprocess.view", "again": "clearance.rerun",
+    "view": "clearance.postprocess.view",
+    "again": "clearance.rerun",
     "compare": "clearance.postprocess.measured",
-}  # fmt: skip
+}
 
 __all__ = [
     *laws.__all__,

@@ -13,7 +13,9 @@ ABSOLUTE = ("x", "y", "angle")
 
 @dataclass(frozen=True)
 class Point:
-    """A point fixed on a body, coordinates in the body's frame [m]; z points out of the plane of motion."""
+    """A point fixed on a body, coordinates in the body's frame [m]; z points out of the plane of
+    motion.
+    """
 
     body: "Body"
     name: str
@@ -36,12 +38,13 @@ class Point:
 class Body(Described):
     """A rigid body.
 
-    name; mass [kg] > 0; inertia about the centre of mass [kg m2] > 0; points: named points (x, y) in the body's own
-    frame [m]; com: centre of mass in that frame [m]. `body["pin"]` is the named point. The motion is planar, the masses
-    need not be: points and com may have a third coordinate z, and products are the products of inertia
-    (integral of x z dm, of y z dm) about the centre of mass [kg m2]; they make axial forces and bending moments.
-    A rough start helps the assembly to find the intended configuration: angle [rad] of the body's frame, position
-    (x, y) of its origin [m] (default: found by following the joints). What no drive prescribes and no loop decides
+    name; mass [kg] > 0; inertia about the centre of mass [kg m2] > 0; points: named points (x, y)
+    in the body's own frame [m]; com: centre of mass in that frame [m]. `body["pin"]` is the named
+    point. The motion is planar, the masses need not be: points and com may have a third coordinate
+    z, and products are the products of inertia (integral of x z dm, of y z dm) about the centre of
+    mass [kg m2]; they make axial forces and bending moments. A rough start helps the assembly to
+    find the intended configuration: angle [rad] of the body's frame, position (x, y) of its origin
+    [m] (default: found by following the joints). What no drive prescribes and no loop decides
     starts as given here, wherever the loops close so. angular_velocity [rad/s] and velocity (of the
     centre of mass, m/s) start the motions that no drive prescribes.
     """
@@ -55,9 +58,13 @@ class Body(Described):
         "products of inertia [kg m2]", checks.pair, (0.0, 0.0), fold=ZERO, parts=("xz", "yz")
     )
     angle: float = number("rough start angle [rad]", checks.finite, 0.0, parameter=False)
-    position: tuple[float, float] | None = number("rough start [m]", checks.pair, None, parameter=False)
+    position: tuple[float, float] | None = number(
+        "rough start [m]", checks.pair, None, parameter=False
+    )
     angular_velocity: float = number("at the start [rad/s]", checks.finite, 0.0, parameter=False)
-    velocity: tuple[float, float] = number("at the start [m/s]", checks.pair, (0.0, 0.0), parameter=False)
+    velocity: tuple[float, float] = number(
+        "at the start [m/s]", checks.pair, (0.0, 0.0), parameter=False
+    )
 
     def __post_init__(self):
         checks.identifier("body name", self.name)
@@ -65,8 +72,12 @@ class Body(Described):
             raise ValueError("body name 'ground' is taken by the frame; choose another")
         self._check_fields()
         if not isinstance(self.points, Mapping):
-            raise TypeError(f"body {self.name}: points must map names to (x, y), got {self.points!r}")
-        points = {p: checks.place(f"body {self.name}: point {p!r}", xyz) for p, xyz in self.points.items()}
+            raise TypeError(
+                f"body {self.name}: points must map names to (x, y), got {self.points!r}"
+            )
+        points = {
+            p: checks.place(f"body {self.name}: point {p!r}", xyz) for p, xyz in self.points.items()
+        }
         self._set("points", MappingProxyType(points))
 
     def label(self) -> str:
@@ -103,10 +114,17 @@ class Ground(Body):
 
     def __init__(self):
         for name, value in {
-            "name": "ground", "points": {}, "com": (0.0, 0.0), "products": (0.0, 0.0), "angle": 0.0,
+            "name": "ground",
+            "points": {},
+            "com": (0.0, 0.0),
+            "products": (0.0, 0.0),
+            "angle": 0.0,
             "position": (0.0, 0.0),
-            "mass": float("inf"), "inertia": float("inf"), "angular_velocity": 0.0, "velocity": (0.0, 0.0),
-        }.items():  # fmt: skip
+            "mass": float("inf"),
+            "inertia": float("inf"),
+            "angular_velocity": 0.0,
+            "velocity": (0.0, 0.0),
+        }.items():
             object.__setattr__(self, name, value)
 
     def __reduce__(self):
@@ -125,4 +143,6 @@ def as_point(owner: str, value: object) -> Point:
         return value
     if isinstance(value, Body):
         return Point(value, "origin", 0.0, 0.0)
-    raise TypeError(f"{owner}: expected a point such as crank['pin'] or ground.at(x, y), got {value!r}")
+    raise TypeError(
+        f"{owner}: expected a point such as crank['pin'] or ground.at(x, y), got {value!r}"
+    )

@@ -11,7 +11,16 @@ from clearance.choices import resolved
 from clearance.scene import Scene
 from clearance.units import quantity
 
-_SWITCH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+_SWITCH = {
+    "true": True,
+    "yes": True,
+    "on": True,
+    "1": True,
+    "false": False,
+    "no": False,
+    "off": False,
+    "0": False,
+}
 
 
 @dataclass(frozen=True)
@@ -25,7 +34,9 @@ class Parameter:
     text: str
 
     def value(self, given: str) -> object:
-        """A value from the command line, such as 300rpm, 0.1mm or dry; or the default's word, such as auto."""
+        """A value from the command line, such as 300rpm, 0.1mm or dry; or the default's word, such
+        as auto.
+        """
         if isinstance(self.default, str) and given.strip() == self.default:
             return self.default
         try:
@@ -60,7 +71,9 @@ class Case:
 
     @property
     def until(self) -> float:
-        """Length of a run of which none is asked for and nothing turns [s]: 2 s where the file has none."""
+        """Length of a run of which none is asked for and nothing turns [s]: 2 s where the file has
+        none.
+        """
         field = "UNTIL" if self.path.suffix == ".py" else "until"
         length = 2.0 if self.length is None else self.length
         return checks.positive(f"case {self.name}: {field}", length)
@@ -73,7 +86,9 @@ class Case:
             raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{answer}")
         scene = self.function(**values)
         if not isinstance(scene, Scene):
-            raise TypeError(f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}")
+            raise TypeError(
+                f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}"
+            )
         scene.parameters.update(values)
         defaults = {n: p.default for n, p in parameters.items() if n not in values}
         scene.origin["case_file"] = self.name if self.library else str(self.path)

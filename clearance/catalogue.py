@@ -16,6 +16,8 @@ from clearance.checks import meant
 from clearance.scene import Scene
 
 _PARAMETER = re.compile(r"^\s*(\w+):\s*(.*?)\s*(?:\[([^\]]*)\])?\s*$")
+#: where a description goes on in a line that is indented further
+_CONTINUED = re.compile(r"\n +")
 #: kinds of files that are cases
 FILES = (".py", ".toml")
 
@@ -49,7 +51,9 @@ def find_case(name: str | Path) -> Case:
     else:
         names = case_names()
         answer = f"{meant(str(name), names)}; known: {', '.join(names)}"
-        raise ValueError(f"unknown case {str(name)!r}{answer}, or give a path to a .py or .toml file")
+        raise ValueError(
+            f"unknown case {str(name)!r}{answer}, or give a path to a .py or .toml file"
+        )
     if path.suffix != ".toml":
         return _python_file(path)
     from clearance.scene_files import scene_file
@@ -66,13 +70,13 @@ def _python_file(path: Path) -> Case:
     arguments = inspect.signature(function).parameters.values()
     if bad := [p.name for p in arguments if p.default is inspect.Parameter.empty]:
         raise ValueError(f"case {path.stem}: parameter {bad[0]!r} of scene() needs a default value")
-    summary = (function.__doc__ or module.__doc__ or "").strip().splitlines()
+    summary = inspect.cleandoc(function.__doc__ or module.__doc__ or "").split("\n\n")[0]
     ours = path.parent == library()
     return Case(
         path.stem,
         path,
         function if ours else _explaining(f"case {path.stem}", function),
-        summary[0] if summary else "",
+        " ".join(summary.split()),
         _parameters(function),
         getattr(module, "UNTIL", None),
         ours,
@@ -80,9 +84,11 @@ def _python_file(path: Path) -> Case:
 
 
 def _parameters(function: Callable[..., Scene]) -> dict[str, Parameter]:
-    """Parameters from the signature; units and texts from the docstring's `name: text [unit]` lines."""
+    """Parameters from the signature; units and texts from the docstring's `name: text [unit]`
+    lines.
+    """
     lines = {}
-    for line in (function.__doc__ or "").splitlines():
+    for line in _CONTINUED.sub(" ", inspect.cleandoc(function.__doc__ or "")).splitlines():
         if match := _PARAMETER.match(line):
             lines[match[1]] = match[2], match[3] or "?"
     parameters = {}
@@ -123,7 +129,9 @@ def _module(path: Path):
 
 
 def _kind(parameter: inspect.Parameter) -> type:
-    """Type of a parameter: its annotation (the first plain type of a union), else a number or the default's type."""
+    """Type of a parameter: its annotation (the first plain type of a union), else a number or the
+    default's type.
+    """
     for kind in (parameter.annotation, *typing.get_args(parameter.annotation)):
         if kind in (float, int, str, bool):
             return kind
@@ -135,10 +143,14 @@ def _explained(where: str, error: BaseException) -> ValueError:
     if isinstance(error, SyntaxError):
         return ValueError(f"{where}: SyntaxError: {error.msg} (line {error.lineno})")
     package = str(Path(__file__).parent)
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(package)]
+    frames = [
+        f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(package)
+    ]
     place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
     text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
-    kind = "" if isinstance(error, ValueError | TypeError | KeyError) else f"{type(error).__name__}: "
+    kind = (
+        "" if isinstance(error, ValueError | TypeError | KeyError) else f"{type(error).__name__}: "
+    )
     return ValueError(f"{where}: {kind}{text}{place}")
 
 

@@ -1,7 +1,9 @@
-"""Statistics of chaotic motion: means and quantiles over turns, run until their intervals are as narrow as asked for.
+"""Statistics of chaotic motion: means and quantiles over turns, run until their intervals are as
+narrow as asked for.
 
-Trajectories of such a motion cannot be compared beyond their horizon, and the largest value of a run grows with its
-length. What a run can tell is how a turn is on average, and what is exceeded in one turn of ten or of a hundred.
+Trajectories of such a motion cannot be compared beyond their horizon, and the largest value of a
+run grows with its length. What a run can tell is how a turn is on average, and what is exceeded in
+one turn of ten or of a hundred.
 """
 
 import json
@@ -60,7 +62,9 @@ class Motion:
 
 @dataclass(frozen=True)
 class Check:
-    """Means at a tighter tolerance beside those of the run: the difference in joint standard errors, by quantity."""
+    """Means at a tighter tolerance beside those of the run: the difference in joint standard
+    errors, by quantity.
+    """
 
     rtol: float
     turns: int
@@ -86,9 +90,10 @@ class Check:
 class Statistics:
     """Statistics of a scene's turns.
 
-    motions: one, or several where the starts do not show the same. asked: half width over mean by quantity. values:
-    turn by turn, (starts, turns), with the transient of `left_out` turns of each start. turn [s]. reached: all
-    intervals were as narrow as asked for at two looks one after the other.
+    motions: one, or several where the starts do not show the same. asked: half width over mean by
+        quantity. values: turn by turn, (starts, turns), with the transient of `left_out` turns of
+        each start. turn [s]. reached: all intervals were as narrow as asked for at two looks one
+        after the other.
     """
 
     motions: tuple[Motion, ...]
@@ -126,9 +131,15 @@ class Statistics:
 
     @property
     def needed(self) -> int:
-        """Turns after which all that was asked for will be reached, about; 0 where no number of turns can tell."""
+        """Turns after which all that was asked for will be reached, about; 0 where no number of
+        turns can tell.
+        """
         counts = [_needed(m, n, e) for m in self.motions for n, e in self.asked.items()]
-        return 0 if 0 in counts else round(len(self.motions) * max(counts) + self.shape[0] * self.left_out)
+        return (
+            0
+            if 0 in counts
+            else round(len(self.motions) * max(counts) + self.shape[0] * self.left_out)
+        )
 
     @property
     def verdict(self) -> str:
@@ -138,7 +149,11 @@ class Statistics:
         asked, got = f"+- {100.0 * self.asked[name]:.3g} % asked for", f"+- {100.0 * share:.2g} %"
         if self.reached:
             return f"{asked}, {got} reached for {name} {over}"
-        more = f"needs about {_rounded(self.needed)} turns" if self.needed else "no number of turns is known to do"
+        more = (
+            f"needs about {_rounded(self.needed)} turns"
+            if self.needed
+            else "no number of turns is known to do"
+        )
         if self.needed and self.needed <= self.turns:
             more = "not confirmed by a second look"
         return f"{asked}, only {got} for {name} {over}: {more}"
@@ -148,30 +163,44 @@ class Statistics:
         starts, turns = self.shape
         batches = next(iter(self.motions[0].quantities.values())).mean.batches
         lines = [
-            f"{starts} starts of {turns} turns, the first {self.left_out} of each left out; 95 % intervals "
+            f"{starts} starts of {turns} turns, the first {self.left_out} of each left out; 95 % "
+            f"intervals "
             f"from {batches} batches",
             _columns_of(HEADS),
         ]
         for i, motion in enumerate(self.motions, 1):
             if len(self.motions) > 1:
                 numbers = ", ".join(str(s + 1) for s in motion.starts)
-                lines.append(f"motion {i} of {len(self.motions)}: start{'s'[: len(motion.starts) > 1]} {numbers}")
+                lines.append(
+                    f"motion {i} of {len(self.motions)}: "
+                    f"start{'s'[: len(motion.starts) > 1]} {numbers}"
+                )
             lines += [_line(name, s) for name, s in motion.quantities.items()]
         return lines + [self.verdict] + ([str(self.check)] if self.check else [])
 
     def plain(self) -> dict:
         """All of it but the values turn by turn, as plain data."""
         return {
-            "asked": self.asked, "reached": self.reached, "verdict": self.verdict,
-            "needed_turns": self.needed, "turns": self.turns, "starts": self.shape[0],
-            "turns_a_start": self.shape[1], "left_out": self.left_out, "max_turns": self.max_turns,
-            "rtol": self.rtol, "turn_s": self.turn,
+            "asked": self.asked,
+            "reached": self.reached,
+            "verdict": self.verdict,
+            "needed_turns": self.needed,
+            "turns": self.turns,
+            "starts": self.shape[0],
+            "turns_a_start": self.shape[1],
+            "left_out": self.left_out,
+            "max_turns": self.max_turns,
+            "rtol": self.rtol,
+            "turn_s": self.turn,
             "motions": [
-                {"starts": list(m.starts), "quantities": {n: _plain(s) for n, s in m.quantities.items()}}
+                {
+                    "starts": list(m.starts),
+                    "quantities": {n: _plain(s) for n, s in m.quantities.items()},
+                }
                 for m in self.motions
             ],
             "check": self.check and vars(self.check) | {"agrees": self.check.agrees},
-        }  # fmt: skip
+        }
 
     def save(self, path: str | Path) -> Path:
         """Write an HDF5 file of format clearance-statistics, whole or not at all."""
@@ -191,11 +220,23 @@ class Statistics:
 
     def _tables(self) -> dict[str, tuple[dict, Table]]:
         about = {"asked": json.dumps(self.asked), "reached": self.reached, "verdict": self.verdict}
-        about |= {"left_out": self.left_out, "max_turns": self.max_turns, "rtol": self.rtol, "turn_s": self.turn}
+        about |= {
+            "left_out": self.left_out,
+            "max_turns": self.max_turns,
+            "rtol": self.rtol,
+            "turn_s": self.turn,
+        }
         if self.check:
-            about |= {"check": str(self.check), "check_rtol": self.check.rtol, "check_largest": self.check.largest}
+            about |= {
+                "check": str(self.check),
+                "check_rtol": self.check.rtol,
+                "check_largest": self.check.largest,
+            }
         first = self.motions[0].quantities
-        values = {n: (first[n].units, f"{first[n].text}, (start, turn)", v) for n, v in self.values.items()}
+        values = {
+            n: (first[n].units, f"{first[n].text}, (start, turn)", v)
+            for n, v in self.values.items()
+        }
         tables: dict[str, tuple[dict, Table]] = {"by_turn": (about, values)}
         for i, motion in enumerate(self.motions, 1):
             tables[f"motion_{i}"] = ({"starts": list(motion.starts)}, _columns(motion))
@@ -242,15 +283,26 @@ def _columns(motion: Motion) -> Table:
         "quantity": ("1", "name of the quantity", np.array(list(motion.quantities), dtype=str)),
         "units_of": ("1", "its units", np.array([s.units for s in rows], dtype=str)),
         "mean": ("1", "mean over turns, in units_of", np.array([s.mean.value for s in rows])),
-        "half_width": ("1", "half of its 95 % interval", np.array([s.mean.half_width for s in rows])),
+        "half_width": (
+            "1",
+            "half of its 95 % interval",
+            np.array([s.mean.half_width for s in rows]),
+        ),
         "count": ("1", "turns that the mean is over", np.array([s.mean.count for s in rows])),
-        "batches": ("1", "batches that the interval is from", np.array([s.mean.batches for s in rows])),
+        "batches": (
+            "1",
+            "batches that the interval is from",
+            np.array([s.mean.batches for s in rows]),
+        ),
     }
     for share in SHARES:
         quantiles = [next((q for q in s.quantiles if q.share == share), None) for s in rows]
         name, text = f"q{round(100 * share)}", f"value that {share:.0%} of the turns stay below"
-        for end, words in (("value", text), ("low", f"low end of the interval of {name}"),
-                           ("high", f"high end of the interval of {name}")):  # fmt: skip
+        for end, words in (
+            ("value", text),
+            ("low", f"low end of the interval of {name}"),
+            ("high", f"high end of the interval of {name}"),
+        ):
             values = np.array([getattr(q, end) if q else math.nan for q in quantiles])
             columns[name if end == "value" else f"{name}_{end}"] = ("1", words, values)
     return columns
@@ -269,31 +321,41 @@ def statistics(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> Statistics:
-    """Means and quantiles of a scene's turns, run until their 95 % intervals are as narrow as asked for.
+    """Means and quantiles of a scene's turns, run until their 95 % intervals are as narrow as asked
+    for.
 
-    error: half width over mean, of all quantities or of some by name or pattern, {"joint_C_force_peak": 0.02}; names
-    are those of `clearance.turns`. max_turns: of all starts together. starts: runs side by side; the first begins as
-    the scene says, journals of the others anywhere within 0.6 of their clearance, by `seed`. rtol, method: as in
-    `simulate`. check: run a quarter of the turns again at rtol / 100 and compare the means. progress: called with the
-    done share, of the turns that the scatter so far lets expect.
+    error: half width over mean, of all quantities or of some by name or pattern,
+        {"joint_C_force_peak": 0.02}; names are those of `clearance.turns`. max_turns: of all starts
+        together. starts: runs side by side; the first begins as the scene says, journals of the
+        others anywhere within 0.6 of their clearance, by `seed`. rtol, method: as in `simulate`.
+        check: run a quarter of the turns again at rtol / 100 and compare the means. progress:
+        called with the done share, of the turns that the scatter so far lets expect.
 
-    The turns of all starts are judged together at 40, 50, 63, 79, ... of them, without the transient; intervals must be
-    narrow enough at two looks one after the other. Starts whose means differ by more than chance, and by more than
-    `error`, are several motions, each with its statistics.
-    Raises ValueError for bad arguments, names that the scene has not got, scenes that nothing turns or where nothing is
-    free to move; SimulationError where the motion cannot be continued.
+    The turns of all starts are judged together at 40, 50, 63, 79, ... of them, without the
+    transient; intervals must be narrow enough at two looks one after the other. Starts whose means
+    differ by more than chance, and by more than `error`, are several motions, each with its
+    statistics.
+    Raises ValueError for bad arguments, names that the scene has not got, scenes that nothing turns
+    or where nothing is free to move; SimulationError where the motion cannot be continued.
     """
     if not isinstance(scene, Scene):
-        raise TypeError(f"statistics needs a Scene, got {scene!r}; cl.load_case makes one from a case name")
+        raise TypeError(
+            f"statistics needs a Scene, got {scene!r}; cl.load_case makes one from a case name"
+        )
     if scene.turn is None:
-        raise ValueError("statistics are over turns: this scene has no drive of constant or nominal speed")
+        raise ValueError(
+            "statistics are over turns: this scene has no drive of constant or nominal speed"
+        )
     if not isinstance(starts, int) or starts < 1:
         raise ValueError(f"starts must be a whole number of at least 1, got {starts!r}")
     fewest = starts * series.FIRST_LOOK
     if not isinstance(max_turns, int):
         raise TypeError(f"max_turns must be a whole number, got {max_turns!r}")
     if not fewest <= max_turns <= starts * TURNS:
-        raise ValueError(f"max_turns must lie in [{fewest}, {starts * TURNS}] for {starts} starts, got {max_turns!r}")
+        raise ValueError(
+            f"max_turns must lie in [{fewest}, {starts * TURNS}] for {starts} starts, got "
+            f"{max_turns!r}"
+        )
     mechanism = build(scene)
     if mechanism.size == 0:
         raise ValueError("nothing is free to move in this scene: all turns are alike")
@@ -313,7 +375,7 @@ def _until_narrow(runner, error, max_turns: int, rtol: float, progress) -> Stati
         motions = _motions(runner, cut, asked)
         result = Statistics(
             motions, asked, runner.values, cut, max_turns, rtol, runner.mechanism.scene.turn, False
-        )  # fmt: skip
+        )
         name, share = result.widest
         narrow = share <= asked[name]
         if progress is not None:
@@ -328,7 +390,10 @@ def _until_narrow(runner, error, max_turns: int, rtol: float, progress) -> Stati
 
 
 def _asked(error, values: Iterable[str]) -> dict[str, float]:
-    """The half width over mean that is asked for, by quantity. Raises ValueError for names that there are not."""
+    """The half width over mean that is asked for, by quantity.
+
+    Raises ValueError for names that there are not.
+    """
     if not isinstance(error, Mapping):
         return dict.fromkeys(values, checks.positive("error", error))
     asked = {}
@@ -357,7 +422,9 @@ def statistic(values: np.ndarray, name: str, about: Series) -> Statistic:
 
 
 def _checked(result: Statistics, mechanism: Mechanism, method: str, seed: int) -> Statistics:
-    """The same with means at a tighter tolerance beside it; several motions are compared start by start, together."""
+    """The same with means at a tighter tolerance beside it; several motions are compared start by
+    start, together.
+    """
     starts, turns = result.shape
     fewest = math.ceil(series.FIRST_LOOK / starts) + result.left_out
     turns = min(max(math.ceil(CHECKED * turns), fewest), turns)
@@ -374,6 +441,8 @@ def _checked(result: Statistics, mechanism: Mechanism, method: str, seed: int) -
 
 
 def _apart(one: Mean, two: Mean, rtol: float) -> float:
-    """Difference of two means in joint standard errors; beside them stands the error of the integration."""
+    """Difference of two means in joint standard errors; beside them stands the error of the
+    integration.
+    """
     error = math.hypot(one.error, two.error, INTEGRATION * rtol * one.value)
     return abs(one.value - two.value) / error if error > 0.0 else 0.0

@@ -1,8 +1,10 @@
-"""Checkpoints of a long run: a killed run goes on from its last one and gives the file it would have given.
+"""Checkpoints of a long run: a killed run goes on from its last one and gives the file it would
+have given.
 
-Beside `run.h5` stands a folder `run.h5.parts`: finished stretches of the run (0000.h5, ...), each a whole result file,
-and `state.npz`, the state that the integration goes on with, written under a temporary name and renamed. At the end the
-stretches are joined in `run.h5` and the folder is removed.
+Beside `run.h5` stands a folder `run.h5.parts`: finished stretches of the run (0000.h5, ...), each a
+whole result file, and `state.npz`, the state that the integration goes on with, written under a
+temporary name and renamed. At the end the stretches are joined in `run.h5` and the folder is
+removed.
 """
 
 import hashlib
@@ -19,30 +21,41 @@ from clearance.recording import FileSink, Unwritable, lock_of
 from clearance.results import Result, check_replaceable, replacing
 
 VERSION = 5
-GOES_ON = ("partial: interrupted", "partial: terminated")  # how runs end that shall be able to go on
+# how runs end that shall be able to go on
+GOES_ON = ("partial: interrupted", "partial: terminated")
 RECORD = ("zero", "low", "high", "totals", "rows", "turned_over")
 
 
 class PartsSink:
-    """A sink that can stop a stretch of the record and begin the next; in the end they become one file.
+    """A sink that can stop a stretch of the record and begin the next; in the end they become one
+    file.
 
-    placed: whether that file has its name. full: whether the disk refused something; then the stretches are not
-    joined, which takes the room of the whole file once more, and stay as they are.
+    placed: whether that file has its name. full: whether the disk refused something; then the
+        stretches are not joined, which takes the room of the whole file once more, and stay as they
+        are.
     """
 
     placed = full = False
 
-    def __init__(self, path: Path, channels: list, attributes: dict, keep, compression: int, identity: dict):
+    def __init__(
+        self, path: Path, channels: list, attributes: dict, keep, compression: int, identity: dict
+    ):
         self.path, self.folder = Path(path), parts_folder(path)
         check_replaceable(self.path)
         self.options = channels, attributes, keep, compression
-        self.identity = identity | {"scene": attributes["scene"], "kernel": _digest(attributes["kernel"])}
+        self.identity = identity | {
+            "scene": attributes["scene"],
+            "kernel": _digest(attributes["kernel"]),
+        }
         self.count = 0
         self.stretch: FileSink | None = None
         self.lock: Lock | None = None
 
     def begin(self) -> dict | None:
-        """Look for what an earlier attempt left: its state, or None. Raises ValueError where it was another run."""
+        """Look for what an earlier attempt left: its state, or None.
+
+        Raises ValueError where it was another run.
+        """
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self.lock = lock_of(self.path)
         try:
@@ -59,7 +72,9 @@ class PartsSink:
         saved = load(self.folder / "state.npz")
         if saved is not None:
             if int(saved.get("version", -1)) != VERSION:
-                raise ValueError(f"{self.folder} holds checkpoints of another version of clearance; remove it")
+                raise ValueError(
+                    f"{self.folder} holds checkpoints of another version of clearance; remove it"
+                )
             self._compare(json.loads(str(saved["identity"])))
             self.count = int(saved["stretches"])
             for i in range(self.count):
@@ -85,13 +100,21 @@ class PartsSink:
         channels, attributes, keep, compression = self.options
         path = self.folder / f"{self.count:04d}.h5"
         self.stretch = FileSink(path, channels, attributes, keep, compression, alone=True)
-        self.rows, self.impacts, self.steps = self.stretch.rows, self.stretch.impacts, self.stretch.steps
+        self.rows, self.impacts, self.steps = (
+            self.stretch.rows,
+            self.stretch.impacts,
+            self.stretch.steps,
+        )
         self.flush = self.stretch.flush
 
     def cut(self, state: dict) -> None:
         """End the stretch and keep the state to go on from."""
         self._end_stretch()
-        about = {"identity": json.dumps(self.identity), "stretches": self.count + 1, "version": VERSION}
+        about = {
+            "identity": json.dumps(self.identity),
+            "stretches": self.count + 1,
+            "version": VERSION,
+        }
         try:
             save(self.folder / "state.npz", state | about)
             self.count += 1
@@ -118,7 +141,10 @@ class PartsSink:
             self.lock.release()
 
     def _joined(self) -> FileSink:
-        """All stretches in one file, not closed yet. Raises Unwritable where there is no room for it."""
+        """All stretches in one file, not closed yet.
+
+        Raises Unwritable where there is no room for it.
+        """
         channels, attributes, keep, compression = self.options
         joined = FileSink(self.path, channels, attributes, keep, compression, alone=True)
         try:
@@ -157,14 +183,19 @@ def save(path: Path, state: dict) -> None:
 
 
 def load(path: Path) -> dict | None:
-    """State that `save` wrote, or None without one. Raises ValueError for a file that cannot be read."""
+    """State that `save` wrote, or None without one.
+
+    Raises ValueError for a file that cannot be read.
+    """
     if not path.exists():
         return None
     try:
         with open(path, "rb") as content, np.load(content, allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise ValueError(f"checkpoint {path} cannot be read ({error}); remove {path.parent} to start anew") from None
+        raise ValueError(
+            f"checkpoint {path} cannot be read ({error}); remove {path.parent} to start anew"
+        ) from None
 
 
 def state_of(run, recording) -> dict:
@@ -176,7 +207,9 @@ def state_of(run, recording) -> dict:
     if recorder.last is not None:
         state["last.time"], state["last.row"] = recorder.last
     if recorder.ledger is not None:
-        state |= {f"ledger.{n}": value for n, value in vars(recorder.ledger).items() if value is not None}
+        state |= {
+            f"ledger.{n}": value for n, value in vars(recorder.ledger).items() if value is not None
+        }
     return state
 
 

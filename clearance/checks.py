@@ -13,7 +13,7 @@ ROUNDING = 1e-15  # by which the length of a direction may be off
 
 
 def meant(name: str, names: Iterable[str]) -> str:
-    """" (did you mean ...?)" where a known name is close, in capitals or not; else nothing."""
+    """ " (did you mean ...?)" where a known name is close, in capitals or not; else nothing."""
     plain = {k.lower(): k for k in names}
     close = difflib.get_close_matches(str(name).lower(), plain, 1)
     return f" (did you mean {plain[close[0]]}?)" if close else ""
@@ -39,7 +39,11 @@ def answers(cls: type) -> type:
 
 def finite(field: str, value: object) -> float:
     """A finite real number, returned as float."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)) and not hasattr(value, "__float__"):
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        and not hasattr(value, "__float__")
+    ):
         raise TypeError(f"{field} must be a number, got {value!r}")
     try:
         number = value if isinstance(value, Column) else float(value)
@@ -91,7 +95,10 @@ def at_least_one(field: str, value: object) -> float:
 
 
 def inner_fraction(field: str, value: object) -> float:
-    """A number strictly between 0 and 1, as a float. Raises ValueError naming the field and the value."""
+    """A number strictly between 0 and 1, as a float.
+
+    Raises ValueError naming the field and the value.
+    """
     number = finite(field, value)
     if not 0.0 < number < 1.0:
         raise ValueError(f"{field} must lie between 0 and 1, got {value!r}")
@@ -117,7 +124,9 @@ def direction(field: str, value: object) -> tuple[float, float]:
 
 
 def place(field: str, value: object) -> tuple[float, ...]:
-    """Two finite numbers (x, y), or three (x, y, z) where z, out of the plane, is not zero; a tuple of floats."""
+    """Two finite numbers (x, y), or three (x, y, z) where z, out of the plane, is not zero; a tuple
+    of floats.
+    """
     if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 3:
         return pair(field, value)
     x, y, z = (finite(f"{field}[{i}]", v) for i, v in enumerate(value))
@@ -126,6 +135,13 @@ def place(field: str, value: object) -> tuple[float, ...]:
 
 def identifier(field: str, value: object) -> str:
     """A name usable in files and on the command line: no slash, no blank, not empty."""
-    if not isinstance(value, str) or not value or not value.isprintable() or any(c in value for c in "/. "):
-        raise ValueError(f"{field} must be a non-empty name without '/', '.' or blanks, got {value!r}")
+    if (
+        not isinstance(value, str)
+        or not value
+        or not value.isprintable()
+        or any(c in value for c in "/. ")
+    ):
+        raise ValueError(
+            f"{field} must be a non-empty name without '/', '.' or blanks, got {value!r}"
+        )
     return value

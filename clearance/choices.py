@@ -1,6 +1,8 @@
-"""Joints from plain words and numbers ("dry", "coulomb", 0.9), as cases and the command line have them.
+"""Joints from plain words and numbers ("dry", "coulomb", 0.9), as cases and the command line have
+them.
 
-A law is a name, or a name with parameters in SI units: "fuzzy", "impact(damping=440, depth=1.5e-6)".
+A law is a name, or a name with parameters in SI units: "fuzzy", "impact(damping=440,
+depth=1.5e-6)".
 """
 
 import math
@@ -17,16 +19,19 @@ from clearance.film.pad_law import pad_film
 from clearance.materials import Lubricant, Material, steel
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
-STEP_DEPTH = 0.1  # penetration at which IMPACT's damping is whole, over that of the impact it is chosen for
+# penetration at which IMPACT's damping is whole, over that of the impact it is chosen for
+STEP_DEPTH = 0.1
 LAW = re.compile(r"\s*(\w+)\s*(?:\((.*)\))?\s*")
-IMPACT_MASS = 0.1  # of a body that IMPACT's damping gives back about the restitution asked for, at 1 m/s [kg]
+# of a body that IMPACT's damping gives back about the restitution asked for, at 1 m/s [kg]
+IMPACT_MASS = 0.1
 
 
 @dataclass(frozen=True)
 class Pair:
     """A journal in a bearing of one material, which contact laws are made from; lengths in m.
 
-    reach: way through the clearance; by default the clearance itself, which is infinite for a corner on a wall.
+    reach: way through the clearance; by default the clearance itself, which is infinite for a
+        corner on a wall.
     """
 
     radius: float
@@ -43,32 +48,43 @@ class Pair:
 
 
 def _kelvin_voigt(pair: Pair, e: float):
-    """The chord of Hertz's law at a hundredth of the clearance; no damping belongs to a restitution without a mass."""
-    return laws.kelvin_voigt(stiffness=pair.stiffness * (0.01 * (pair.reach or pair.clearance)) ** 0.5, damping=0.0)
+    """The chord of Hertz's law at a hundredth of the clearance; no damping belongs to a restitution
+    without a mass.
+    """
+    return laws.kelvin_voigt(
+        stiffness=pair.stiffness * (0.01 * (pair.reach or pair.clearance)) ** 0.5, damping=0.0
+    )
 
 
 def _impact(pair: Pair, e: float):
-    """A linear damper has no restitution of its own; this one takes from 0.1 kg at 1 m/s what 0.8 < e < 1 asks for.
+    """A linear damper has no restitution of its own; this one takes from 0.1 kg at 1 m/s what
+    0.8 < e < 1 asks for.
 
-    Energy m ln(1/e) v^2 = C v d I with the elastic impact's depth d = (5 m v^2 / (4 K))^(2/5) and path I = 1.635 of the
-    speed over it. Off by less than 0.02 for e >= 0.8, by 0.1 for e = 0.3; e counts as 0.01 at least.
+    Energy m ln(1/e) v^2 = C v d I with the elastic impact's depth d = (5 m v^2 / (4 K))^(2/5) and
+    path I = 1.635 of the speed over it. Off by less than 0.02 for e >= 0.8, by 0.1 for e = 0.3; e
+    counts as 0.01 at least.
     """
     reach = (1.25 * IMPACT_MASS / pair.stiffness) ** 0.4
     damping = IMPACT_MASS * -math.log(max(e, 0.01)) / (1.635 * reach)
-    return laws.impact(stiffness=pair.stiffness, exponent=1.5, damping=damping, depth=STEP_DEPTH * reach)
+    return laws.impact(
+        stiffness=pair.stiffness, exponent=1.5, damping=damping, depth=STEP_DEPTH * reach
+    )
 
 
 def _by_restitution(law) -> Callable:
     return lambda pair, e: law(restitution=e).of(pair)
 
 
-#: name -> the law for a pair of bodies and a restitution (memoryless laws: that of an impact at 1 m/s)
+#: name -> the law for a pair of bodies and a restitution (memoryless laws: that of an impact at 1
+#: m/s)
 CONTACTS: dict[str, Callable] = {
     "lankarani_nikravesh": _by_restitution(laws.lankarani_nikravesh),
     "hertz": lambda pair, e: laws.hertz().of(pair),
     "kelvin_voigt": _kelvin_voigt,
     "hunt_crossley": _by_restitution(laws.hunt_crossley),
-    "hunt_crossley_memoryless": lambda p, e: laws.hunt_crossley_memoryless(dissipation=1.0 - e).of(p),
+    "hunt_crossley_memoryless": lambda p, e: laws.hunt_crossley_memoryless(dissipation=1.0 - e).of(
+        p
+    ),
     "herbert_mcwhannell": _by_restitution(laws.herbert_mcwhannell),
     "lee_wang": _by_restitution(laws.lee_wang),
     "gonthier": _by_restitution(laws.gonthier),
@@ -92,35 +108,40 @@ FRICTIONS: dict[str, Callable] = {
     "coulomb_viscous": lambda mu: laws.coulomb_viscous(coefficient=mu, viscous=0.1),
     "lugre": lambda mu: laws.lugre(static=1.25 * mu, kinetic=mu, damping=100.0 * mu),
 }
-#: how hard a finite drive holds its speed: slope of torque over speed, over J w. A disturbance of the speed
-#: dies out within a tenth of a radian, the cases with ideal joints run evenly to 5 to 17 %
+#: how hard a finite drive holds its speed: slope of torque over speed, over J w. A disturbance of
+#: the speed dies out within a tenth of a radian, the cases with ideal joints run evenly to 5 to 17
+#: %
 GRIP = 10.0
 SLIP = 0.2  # at the breakdown torque of an induction motor
 VOLTAGE = 24.0  # of a direct current motor [V]
 ELECTRIC = 0.1  # its electric time constant, over the mechanism's
-#: name -> the law for a slope of torque over speed D [N m s/rad], a speed w and an inertia J: the integral of pi
-#: has the time of a turn, the others idle at w
+#: name -> the law for a slope of torque over speed D [N m s/rad], a speed w and an inertia J: the
+#: integral of pi has the time of a turn, the others idle at w
 DRIVES: dict[str, Callable] = {
     "pi": lambda d, w, j: laws.pi_speed(
         proportional=d, integral=d * abs(w) / (2.0 * math.pi), speed=w
     ),
     "motor": lambda d, w, j: laws.motor_line(stall=d * abs(w), no_load=w),
-    "kloss": lambda d, w, j: laws.kloss(
-        breakdown=d * abs(w) * SLIP, slip=SLIP, synchronous=w
-    ),
+    "kloss": lambda d, w, j: laws.kloss(breakdown=d * abs(w) * SLIP, slip=SLIP, synchronous=w),
     "dc": lambda d, w, j: _dc_motor(d, w, j),
 }
 #: friction of joints without clearance
 JOINT_FRICTIONS = ("none", "coulomb", "stribeck")
 #: coarse to fine: formulas and the table of the Reynolds equation
-FILMS = {n: getattr(films, n) for n in ("sommerfeld", "pinkus_sternlicht", "long", "short", "harmonic", "table")}
+FILMS = {
+    n: getattr(films, n)
+    for n in ("sommerfeld", "pinkus_sternlicht", "long", "short", "harmonic", "table")
+}
 #: films that solve the Reynolds equation as the run goes: 1e3 times dearer and more
 ONLINE_FILMS = {n: getattr(films, n) for n in ("fast", "fem", "conserving")}
 #: films of the Reynolds equation: the faces of a slide then have theirs from a table too
 TABLES = ("table", *ONLINE_FILMS)
 #: what a film must be to know an ambient pressure, or the flow factors of rough surfaces
 WITH_AMBIENT, WITH_FLOW_FACTORS = ("table", *ONLINE_FILMS), ("table", "fast", "fem")
-ASPERITIES = {"greenwood_tripp": laws.greenwood_tripp, "greenwood_williamson": laws.greenwood_williamson}
+ASPERITIES = {
+    "greenwood_tripp": laws.greenwood_tripp,
+    "greenwood_williamson": laws.greenwood_williamson,
+}
 #: memberships of the fuzzy transition that need no file: half-cosines between thresholds
 COSINE = "cosine"
 #: film thickness ratios dry, mixed, full where none are given
@@ -141,7 +162,10 @@ TRANSITIONS: dict[str, Callable] = {
 
 
 def one_of(field: str, value: str, known: Collection[str]) -> str:
-    """The value, one of the known ones. Raises ValueError with these and the closest for another."""
+    """The value, one of the known ones.
+
+    Raises ValueError with these and the closest for another.
+    """
     if value not in known:
         answer = f"got {value!r}{checks.meant(value, known)}"
         raise ValueError(f"{field} must be one of {', '.join(known)}; {answer}")
@@ -153,11 +177,13 @@ def spelled(
 ) -> tuple[str, dict[str, float]]:
     """Name and parameters of a law such as "hertz" or "impact(damping=440, depth=1.5e-6)".
 
-    words: names without parameters, such as auto. Raises ValueError for a name that is not known, for
-    parameters that are no numbers or stand twice, and for a bracket that is not closed.
+    words: names without parameters, such as auto. Raises ValueError for a name that is not known,
+        for parameters that are no numbers or stand twice, and for a bracket that is not closed.
     """
     if "(" in text and ")" not in text:
-        raise ValueError(f"{field}: a closing bracket is missing in {text!r}; write {text.strip()})")
+        raise ValueError(
+            f"{field}: a closing bracket is missing in {text!r}; write {text.strip()})"
+        )
     match = LAW.fullmatch(text)
     name = one_of(field, match[1] if match else text, (*words, *laws_known))
     parts = [part.strip() for part in (match[2] or "").split(",") if part.strip()]
@@ -208,13 +234,17 @@ def _dc_motor(slope: float, speed: float, inertia: float) -> laws.BoundLaw:
     )
 
 
-def crank_drive(drive: str, crank: Body, *, speed: float, inertia: float, start: float = 0.0) -> Drive:
+def crank_drive(
+    drive: str, crank: Body, *, speed: float, inertia: float, start: float = 0.0
+) -> Drive:
     """The drive of a crank for a text: "speed" prescribes it, pi, motor, kloss and dc are finite.
 
-    drive: a name, or one with parameters in SI units, as "motor(stall=5, no_load=69)". speed [rad/s]: prescribed,
-    asked for, or that at which a motor idles; the crank starts with it, at rest where the drive has a run_up.
-    inertia [kg m2]: that of the mechanism at the crank, roughly; it sizes what the text leaves open, see DRIVES.
-    start: angle at t = 0 [rad]. Raises ValueError for another name, and for a finite drive of speed 0.
+    drive: a name, or one with parameters in SI units, as "motor(stall=5, no_load=69)". speed
+        [rad/s]: prescribed, asked for, or that at which a motor idles; the crank starts with it, at
+        rest where the drive has a run_up. inertia [kg m2]: that of the mechanism at the crank,
+        roughly; it sizes what the text leaves open, see DRIVES.
+    start: angle at t = 0 [rad]. Raises ValueError for another name, and for a finite drive of speed
+        0.
     """
     name, changes = spelled("drive", drive, DRIVES, (PRESCRIBED,))
     if name == PRESCRIBED:
@@ -228,21 +258,34 @@ def crank_drive(drive: str, crank: Body, *, speed: float, inertia: float, start:
 
 
 def joint_friction_law(
-    friction: str, *, coefficient: float, viscous: float, static: float, stribeck_rate: float, exponent: float,
+    friction: str,
+    *,
+    coefficient: float,
+    viscous: float,
+    static: float,
+    stribeck_rate: float,
+    exponent: float,
     transition_rate: float,
-) -> laws.BoundLaw | None:  # fmt: skip
-    """The law of joints without clearance for a name and its numbers, of which coulomb takes three; None for none.
+) -> laws.BoundLaw | None:
+    """The law of joints without clearance for a name and its numbers, of which coulomb takes three;
+    None for none.
 
     Raises ValueError for another name.
     """
     one_of("friction", friction, JOINT_FRICTIONS)
     if friction == "coulomb":
-        return laws.joint_coulomb(coefficient=coefficient, viscous=viscous, transition_rate=transition_rate)
+        return laws.joint_coulomb(
+            coefficient=coefficient, viscous=viscous, transition_rate=transition_rate
+        )
     if friction == "stribeck":
         return laws.joint_stribeck(
-            static=static, kinetic=coefficient, stribeck_rate=stribeck_rate, exponent=exponent, viscous=viscous,
+            static=static,
+            kinetic=coefficient,
+            stribeck_rate=stribeck_rate,
+            exponent=exponent,
+            viscous=viscous,
             transition_rate=transition_rate,
-        )  # fmt: skip
+        )
     return None
 
 
@@ -252,9 +295,13 @@ def thresholds_of(text: str | Collection[float]) -> tuple[float, ...]:
     try:
         numbers = tuple(float(t) for t in given)
     except ValueError:
-        raise ValueError(f"thresholds must be three numbers such as 0.4,1,3, got {text!r}") from None
+        raise ValueError(
+            f"thresholds must be three numbers such as 0.4,1,3, got {text!r}"
+        ) from None
     if len(numbers) != 3 or not 0.0 < numbers[0] < numbers[1] < numbers[2]:
-        raise ValueError(f"thresholds must be three growing positive numbers dry,mixed,full, got {text!r}")
+        raise ValueError(
+            f"thresholds must be three growing positive numbers dry,mixed,full, got {text!r}"
+        )
     return numbers
 
 
@@ -362,7 +409,9 @@ def mesh_of(text: str) -> tuple[int, int]:
 
 
 def _film(name: str, ambient: float, flow_factors: bool, mesh: str):
-    """A film law; ambient: pressure above cavitation [Pa], 0 where the film cavitates at ambient pressure."""
+    """A film law; ambient: pressure above cavitation [Pa], 0 where the film cavitates at ambient
+    pressure.
+    """
     options: dict = {"ambient": ambient} if checks.non_negative("ambient", ambient) > 0.0 else {}
     if flow_factors:
         options["flow_factors"] = True
@@ -402,17 +451,21 @@ def joint_factory(
     wear: float = 0.0,
     wear_journal: float = 0.0,
 ) -> "JointFactory":
-    """`factory(name, a, b)`: a hinge with clearance for the chosen names, an ideal one for all others.
+    """`factory(name, a, b)`: a hinge with clearance for the chosen names, an ideal one for all
+    others.
 
-    `factory.slide(name, a, b, overlap=..., height=..., ...)` does the same for slides, see JointFactory.
+    `factory.slide(name, a, b, overlap=..., height=..., ...)` does the same for slides, see
+    JointFactory.
 
-    Contact, friction, transition and asperity are names, with parameters where wanted: see `spelled`.
+    Contact, friction, transition and asperity are names, with parameters where wanted: see
+    `spelled`.
 
     Contact stiffness and moduli come from the radii, the length and the material; contact "auto" is
-    lankarani_nikravesh in dry joints and winkler, which is conformal, in mixed ones. Thresholds "auto" are 0.4, 1, 3,
-    or what a table of memberships gives. Asperity "auto" is greenwood_tripp in load_sharing, none else.
-    wear, wear_journal: Archard's coefficients of bearing and journal [m2/N], 0 for none; they need the contact winkler,
-    which is their auto. Lengths in m, viscosity in Pa s.
+    lankarani_nikravesh in dry joints and winkler, which is conformal, in mixed ones. Thresholds
+    "auto" are 0.4, 1, 3, or what a table of memberships gives. Asperity "auto" is greenwood_tripp
+    in load_sharing, none else.
+    wear, wear_journal: Archard's coefficients of bearing and journal [m2/N], 0 for none; they need
+    the contact winkler, which is their auto. Lengths in m, viscosity in Pa s.
     Raises ValueError for names and numbers that give no joint.
     """
     one_of("model", model, MODELS)
@@ -433,7 +486,9 @@ def joint_factory(
         pair = Pair(radius, clearance, length, material)
         if model in ("dry", "mixed"):
             if radius <= clearance:
-                raise ValueError(f"radius {radius!r} m must be larger than clearance {clearance!r} m")
+                raise ValueError(
+                    f"radius {radius!r} m must be larger than clearance {clearance!r} m"
+                )
             slots |= _solids(model, pair, contact, restitution, friction, friction_coefficient)
         if model in ("lubricated", "mixed"):
             slots["film"] = _film(film, ambient, flow_factors, mesh)
@@ -445,7 +500,12 @@ def joint_factory(
     except ValueError as error:
         raise ValueError(f"joint {', '.join(chosen)}: {error}") from None
 
-    solids = {"contact": contact, "restitution": restitution, "friction": friction, "coefficient": friction_coefficient}
+    solids = {
+        "contact": contact,
+        "restitution": restitution,
+        "friction": friction,
+        "coefficient": friction_coefficient,
+    }
     pad = pad_film() if film in TABLES else laws.full_pad()
     return JointFactory(model, frozenset(chosen), slots, solids, material, pad)
 
@@ -454,8 +514,8 @@ def joint_factory(
 class JointFactory:
     """Joints of a case: with clearance for the chosen names, ideal for all others.
 
-    hinge: what a hinge with clearance has; solids: contact and friction of slides, as `_solids` takes them; pad: the
-    film of their faces.
+    hinge: what a hinge with clearance has; solids: contact and friction of slides, as `_solids`
+        takes them; pad: the film of their faces.
     """
 
     model: str
@@ -472,32 +532,68 @@ class JointFactory:
         return ClearanceRevolute(a, b, name=name, **self.hinge)
 
     def slide(
-        self, name: str, a, b, *, overlap: float, height: float, clearance: float | None = None,
-        corner_radius: float = 1e-3, width: float | None = None, axis=(1.0, 0.0), angle: float = 0.0, **start,
-    ) -> Joint:  # fmt: skip
-        """A slide; see ClearancePrismatic for its numbers and its start. Raises ValueError for a model without one."""
+        self,
+        name: str,
+        a,
+        b,
+        *,
+        overlap: float,
+        height: float,
+        clearance: float | None = None,
+        corner_radius: float = 1e-3,
+        width: float | None = None,
+        axis=(1.0, 0.0),
+        angle: float = 0.0,
+        **start,
+    ) -> Joint:
+        """A slide; see ClearancePrismatic for its numbers and its start.
+
+        Raises ValueError for a model without one.
+        """
         if name not in self.chosen:
             return Prismatic(a, b, axis=axis, angle=angle, name=name)
-        clearance = self.hinge["clearance"] if clearance is None else checks.positive("clearance", clearance)
+        clearance = (
+            self.hinge["clearance"]
+            if clearance is None
+            else checks.positive("clearance", clearance)
+        )
         pair = Pair(corner_radius, math.inf, width, self.material, reach=clearance)
         try:
-            slots = _solids("dry" if self.model == "lubricated" else self.model, pair, **self.solids)
+            slots = _solids(
+                "dry" if self.model == "lubricated" else self.model, pair, **self.solids
+            )
         except ValueError as error:
             raise ValueError(f"joint {name}: {error}") from None
         return ClearancePrismatic(
-            a, b, axis=axis, angle=angle, name=name, clearance=clearance, overlap=overlap, height=height, width=width,
-            corner_radius=corner_radius, material=self.material, **slots, **self._film(), **start,
-        )  # fmt: skip
+            a,
+            b,
+            axis=axis,
+            angle=angle,
+            name=name,
+            clearance=clearance,
+            overlap=overlap,
+            height=height,
+            width=width,
+            corner_radius=corner_radius,
+            material=self.material,
+            **slots,
+            **self._film(),
+            **start,
+        )
 
     def _film(self) -> dict:
         """Films of a slide; edges touch where the model has no transition either."""
         if self.model == "dry":
             return {}
         wet = {n: self.hinge[n] for n in ("lubricant", "roughness") if n in self.hinge}
-        return wet | {"film": self.pad, "transition": self.hinge.get("transition", laws.superposed())}
+        return wet | {
+            "film": self.pad,
+            "transition": self.hinge.get("transition", laws.superposed()),
+        }
 
 
-#: what became of a parameter of `joint_factory` that is auto, from a joint; None where the joint has it not
+#: what became of a parameter of `joint_factory` that is auto, from a joint; None where the joint
+#: has it not
 RESOLVED: dict[str, Callable[[Joint], object]] = {
     "viscosity": lambda joint: getattr(joint, "viscosity", None),
     "contact": lambda joint: joint.contact and joint.contact.law.name,

@@ -1,4 +1,5 @@
-"""The command line: one thin layer over the Python interface; each command is a module of `clearance.commands`.
+"""The command line: one thin layer over the Python interface; each command is a module of
+`clearance.commands`.
 
 Exit status: 0 done, 1 the run failed part-way (what it had is kept), 2 the input was wrong.
 """
@@ -38,13 +39,32 @@ from clearance.version import VERSION
 
 #: in the order in which help lists them
 COMMANDS = (
-    cases, new, run, explain, sweep, scatter, wear, plot, report, view, inverse, identify, bench_data, film,
-    lyapunov, follow, work_precision, stress, figures,
-)  # fmt: skip
+    cases,
+    new,
+    run,
+    explain,
+    sweep,
+    scatter,
+    wear,
+    plot,
+    report,
+    view,
+    inverse,
+    identify,
+    bench_data,
+    film,
+    lyapunov,
+    follow,
+    work_precision,
+    stress,
+    figures,
+)
 
 
 class Parser(argparse.ArgumentParser):
-    """Wrong arguments are one clear line (and a JSON document where one is asked for) and exit status 2."""
+    """Wrong arguments are one clear line (and a JSON document where one is asked for) and exit
+    status 2.
+    """
 
     def error(self, message: str):
         """Say what is wrong and exit."""
@@ -56,14 +76,17 @@ class Parser(argparse.ArgumentParser):
 def parser() -> Parser:
     """All commands with their options."""
     top = Parser(
-        prog="clearance", description="Tribodynamics of planar mechanisms with clearance, lubricant, friction."
+        prog="clearance",
+        description="Tribodynamics of planar mechanisms with clearance, lubricant, friction.",
     )
     top.add_argument("--version", action="version", version=f"clearance {VERSION}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module in COMMANDS:
         added = module.add(commands)
         for command in added if isinstance(added, list) else [added]:
-            command.add_argument("--json", action="store_true", help="one JSON document on stdout, nothing else")
+            command.add_argument(
+                "--json", action="store_true", help="one JSON document on stdout, nothing else"
+            )
             command.set_defaults(action=module.run)
     return top
 
@@ -71,7 +94,8 @@ def parser() -> Parser:
 def main(arguments: list[str] | None = None) -> int:
     """Entry point: returns the exit status."""
     words, commands = sys.argv[1:] if arguments is None else arguments, parser()
-    if empty := [word for word in words if re.fullmatch(r"--[a-z-]+=--", word)]:  # argparse reads them as a list
+    # argparse reads them as a list
+    if empty := [word for word in words if re.fullmatch(r"--[a-z-]+=--", word)]:
         commands.error(f"argument {empty[0].partition('=')[0]}: expected a value, got '--'")
     options = commands.parse_args(_joined(words))
     options.line = shlex.join(["clearance", *words])
@@ -85,7 +109,9 @@ def main(arguments: list[str] | None = None) -> int:
     except (ValueError, TypeError, ImportError) as error:
         return complain(options, str(error), WRONG)
     except KeyboardInterrupt as request:
-        return complain(options, "; ".join([ended(request), *getattr(request, "__notes__", [])]), FAILED)
+        return complain(
+            options, "; ".join([ended(request), *getattr(request, "__notes__", [])]), FAILED
+        )
 
 
 def _words(error: OSError) -> str:
@@ -93,7 +119,9 @@ def _words(error: OSError) -> str:
     if not error.filename or not error.strerror:
         return str(error)
     path = Path(str(error.filename))
-    return f"{f'directory {path.parent}' if '.partial' in path.suffixes else path}: {error.strerror}"
+    return (
+        f"{f'directory {path.parent}' if '.partial' in path.suffixes else path}: {error.strerror}"
+    )
 
 
 def _full(error: OSError) -> bool:

@@ -1,8 +1,9 @@
 """Parameters with all their values at once: one scene in place of many of the same structure.
 
-A `Column` is a float, the first of its values, that carries the others along through arithmetic. A comparison that does
-not come out alike for all of them, or a conversion that would lose them, raises `Mixed`. Functions of `math` lose them
-without a word: what is made this way has to be compared with some scenes made one by one.
+A `Column` is a float, the first of its values, that carries the others along through arithmetic. A
+comparison that does not come out alike for all of them, or a conversion that would lose them,
+raises `Mixed`. Functions of `math` lose them without a word: what is made this way has to be
+compared with some scenes made one by one.
 """
 
 import operator

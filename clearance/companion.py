@@ -1,15 +1,19 @@
-"""Companions of a run: the same motion at another tolerance, in memory, from which the errors of its numbers follow.
+"""Companions of a run: the same motion at another tolerance, in memory, from which the errors of
+its numbers follow.
 
-A run at tolerance r has a companion at 10 r. With M of the run and M' of the companion, the stated error of a metric is
+A run at tolerance r has a companion at 10 r. With M of the run and M' of the companion, the stated
+error of a metric is
 
     e(M) = 2 max(|M - M'|, g |M|),   g = geometric mean of |M - M'| / |M| over the extremes, or over the means,
 
-and of a channel three times the largest difference at a sample over its range, of the trajectory over the clearance.
-The difference of two runs is nearly the error of the looser one. That of one scalar may be small by chance, which g and
-the factor of 2 make up for; the factor of 3 is for pairs whose methods differ and err alike.
+and of a channel three times the largest difference at a sample over its range, of the trajectory
+over the clearance. The difference of two runs is nearly the error of the looser one. That of one
+scalar may be small by chance, which g and the factor of 2 make up for; the factor of 3 is for pairs
+whose methods differ and err alike.
 
-A film table is wrong by up to a known share of its force. Where there are tables, one more companion has all of their
-forces larger by that share, a hundredth at least, and the change of a metric, scaled back, is its error of the table.
+A film table is wrong by up to a known share of its force. Where there are tables, one more
+companion has all of their forces larger by that share, a hundredth at least, and the change of a
+metric, scaled back, is its error of the table.
 
 Validity: until trajectories part. Stated beside true errors: tests/benchmarks/errors.py.
 """
@@ -44,8 +48,16 @@ STRONGER = 0.01  # share by which a companion's film forces are larger than thos
 LARGEST = 20_000_000  # numbers of a run that is compared, at most: they are kept in memory
 ROOM = 2**22  # bytes that stated errors may add to a file
 ROUNDING = 1e-9  # of the size of a channel: ranges below it are those of a constant
-#: ends of the names of metrics that count, or are errors themselves: their relative errors have no common size
-COUNTS = ("period", "period_error", "settling_ratio", "impacts_per_turn", "impacts_per_second", "contact_fraction")
+#: ends of the names of metrics that count, or are errors themselves: their relative errors have no
+#: common size
+COUNTS = (
+    "period",
+    "period_error",
+    "settling_ratio",
+    "impacts_per_turn",
+    "impacts_per_second",
+    "contact_fraction",
+)
 
 EXTREME, MEAN, COUNT = "extreme", "mean", "count"
 
@@ -84,10 +96,16 @@ class Start:
         return cls(run.state.y.copy(), run.state.work.copy())
 
 
-def companion(run: Run, start: Start, rtol: float, mechanism: Mechanism | None = None) -> MemoryRecord:
-    """The motion of a run from the same start at another tolerance. Raises Parted where it fails."""
+def companion(
+    run: Run, start: Start, rtol: float, mechanism: Mechanism | None = None
+) -> MemoryRecord:
+    """The motion of a run from the same start at another tolerance.
+
+    Raises Parted where it fails.
+    """
     other = Run(mechanism or run.mechanism, run.span, replace(run.solver, rtol=rtol))
-    if not run.mechanism.size:  # nothing is integrated: other steps show how well extremes are located
+    # nothing is integrated: other steps show how well extremes are located
+    if not run.mechanism.size:
         other.state.longest_step /= math.sqrt(2.0)
     other.state.y[:], other.state.work[:] = start.y, start.work
     sink = MemorySink(other.mechanism.layout.channels, run.attributes())
@@ -99,7 +117,10 @@ def companion(run: Run, start: Start, rtol: float, mechanism: Mechanism | None =
 
 
 def beside(run: Run, start: Start) -> tuple[float, MemoryRecord]:
-    """A companion at ten times the tolerance, or where there is none at a tenth, and its tolerance. Raises Parted."""
+    """A companion at ten times the tolerance, or where there is none at a tenth, and its tolerance.
+
+    Raises Parted.
+    """
     looser, tighter = LOOSER * run.solver.rtol, run.solver.rtol / LOOSER
     if looser > LOOSEST:
         return tighter, companion(run, start, tighter)
@@ -110,7 +131,8 @@ def beside(run: Run, start: Start) -> tuple[float, MemoryRecord]:
 
 
 def stronger(mechanism: Mechanism) -> tuple[Mechanism, float] | None:
-    """The mechanism with larger forces of its film tables, and how many times their own errors that is; None without.
+    """The mechanism with larger forces of its film tables, and how many times their own errors that
+    is; None without.
 
     Raises nothing; tables that several joints share are made stronger once.
     """
@@ -127,9 +149,11 @@ def stronger(mechanism: Mechanism) -> tuple[Mechanism, float] | None:
 
 @dataclass(frozen=True)
 class Pair:
-    """A run, its companion, and where there are film tables one with stronger films, at the companion's tolerance.
+    """A run, its companion, and where there are film tables one with stronger films, at the
+    companion's tolerance.
 
-    rtol: of the first two. times: how many times their own errors the tables of the third are stronger.
+    rtol: of the first two. times: how many times their own errors the tables of the third are
+        stronger.
     """
 
     run: Record
@@ -149,10 +173,13 @@ def paired(run: Run, start: Start, main: Record) -> Pair:
     return Pair(main, other, (run.solver.rtol, rtol), companion(run, start, rtol, mechanism), times)
 
 
-def stated(pair: Pair, summed: Summed, settle: float | None, size: float | None, apart: float = 1.0) -> Errors:
+def stated(
+    pair: Pair, summed: Summed, settle: float | None, size: float | None, apart: float = 1.0
+) -> Errors:
     """Errors of a run's numbers from a pair.
 
-    summed: its metrics; settle: turns left out of them; size: of the mechanism [m], None where nothing is integrated;
+    summed: its metrics; settle: turns left out of them; size: of the mechanism [m], None where
+        nothing is integrated;
     apart: what their difference is over that of a run and its companion at ten times the tolerance.
     """
     window = Window.of(pair.run, settle)
@@ -166,15 +193,21 @@ def stated(pair: Pair, summed: Summed, settle: float | None, size: float | None,
         rows[name] = Error(n.value, SAFETY / apart * difference, n.units, film=off)
     if size is not None:
         film = 0.0 if pair.film is None else distance(pair.other, pair.film, size) / pair.times
-        rows[TRAJECTORY] = Error(0.0, THROUGHOUT / apart * distance(pair.run, pair.other, size), film=film)
-    along = {path: THROUGHOUT / apart * share for path, share in channels(pair.run, pair.other).items()}
+        rows[TRAJECTORY] = Error(
+            0.0, THROUGHOUT / apart * distance(pair.run, pair.other, size), film=film
+        )
+    along = {
+        path: THROUGHOUT / apart * share for path, share in channels(pair.run, pair.other).items()
+    }
     stretches = extremes(pair, g[EXTREME], SAFETY / apart)
     return Errors(rows, along, "", pair.rtol, g[EXTREME], begin, end, stretches)
 
 
 @dataclass(frozen=True)
 class Number:
-    """A number of a run, of its companion and of that with stronger films; kind: EXTREME, MEAN or COUNT."""
+    """A number of a run, of its companion and of that with stronger films; kind: EXTREME, MEAN or
+    COUNT.
+    """
 
     value: float
     other: float
@@ -190,7 +223,9 @@ def _numbers(pair: Pair, summed: Summed, begin: float, end: float) -> dict[str, 
     numbers = {}
     for name, m in mine.items():
         if name in others and name in films:
-            numbers[name] = Number(m.value, others[name].value, films[name].value, m.units, _kind(name))
+            numbers[name] = Number(
+                m.value, others[name].value, films[name].value, m.units, _kind(name)
+            )
     located = pair.run.located
     for name, units in zip(located.names, located.units, strict=True):
         three = [record.located.of(name, begin, end) for record in (pair.run, pair.other, film)]
@@ -207,8 +242,12 @@ def _kind(metric: str) -> str:
 
 
 def spread(numbers: Iterable[Number]) -> float:
-    """Geometric mean of the relative differences of numbers; those that agree to the last digit left out."""
-    shares = [abs(n.value - n.other) / abs(n.value) for n in numbers if n.value not in (0.0, n.other)]
+    """Geometric mean of the relative differences of numbers; those that agree to the last digit
+    left out.
+    """
+    shares = [
+        abs(n.value - n.other) / abs(n.value) for n in numbers if n.value not in (0.0, n.other)
+    ]
     return math.exp(float(np.mean(np.log(shares)))) if shares else 0.0
 
 
@@ -219,7 +258,9 @@ def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:
     with np.errstate(invalid="ignore"):  # stretches that were not reached hold infinite values
         bound = safety * np.maximum(np.abs(value - other), g * np.abs(value))
         off = np.abs(film - other) / pair.times
-    return ExtremeErrors(np.where(np.isfinite(bound), bound, 0.0), np.where(np.isfinite(off), off, 0.0))
+    return ExtremeErrors(
+        np.where(np.isfinite(bound), bound, 0.0), np.where(np.isfinite(off), off, 0.0)
+    )
 
 
 def channels(one: Record, other: Record) -> dict[str, float]:
@@ -245,10 +286,15 @@ def paths(record: Record, group: str = "") -> Iterator[str]:
 
 
 def distance(one: Record, other: Record, size: float) -> float:
-    """Largest difference of trajectories: of offsets over the clearance, where there is none of angles [rad] and places
-    over the size of the mechanism.
+    """Largest difference of trajectories: of offsets over the clearance, where there is none of
+    angles [rad] and places over the size of the mechanism.
     """
-    clear = [pair for joint in one.scene["joints"] if joint["name"] in one.clearances for pair in offsets(joint)]
+    clear = [
+        pair
+        for joint in one.scene["joints"]
+        if joint["name"] in one.clearances
+        for pair in offsets(joint)
+    ]
     clear = [(path, c) for path, c in clear if path in one]
     units = {"x": size, "y": size, "theta": 1.0}
     sizes = clear or [(f"bodies/{b}/{c}", s) for b in one.names("bodies") for c, s in units.items()]
@@ -256,7 +302,9 @@ def distance(one: Record, other: Record, size: float) -> float:
 
 
 class Statement:
-    """Stated errors of a run that writes a file: what it puts out is remembered, compared, and added to the file."""
+    """Stated errors of a run that writes a file: what it puts out is remembered, compared, and
+    added to the file.
+    """
 
     def __init__(self, run: Run, settle: float | None = None):
         self.run, self.settle, self.start = run, settle, Start.of(run)
@@ -267,10 +315,14 @@ class Statement:
         return Remembering(sink, self.memory)
 
     def add(self, path: str | Path) -> None:
-        """Add the stated errors to a finished file; where there are none, or no room, a warning says why."""
+        """Add the stated errors to a finished file; where there are none, or no room, a warning
+        says why.
+        """
         try:
             pair = paired(self.run, self.start, self.memory.record)
-            errors = stated(pair, partial(metrics, settle=self.settle), self.settle, size_of(self.run.mechanism))
+            errors = stated(
+                pair, partial(metrics, settle=self.settle), self.settle, size_of(self.run.mechanism)
+            )
         except Parted as reason:
             errors = Errors(reason=str(reason))
         except KeyboardInterrupt as request:

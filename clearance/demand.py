@@ -1,8 +1,10 @@
-"""Least needs of a run: rows, room on the disk, time. Requests that cannot end are refused before they begin.
+"""Least needs of a run: rows, room on the disk, time.
 
-All are lower bounds, so that no run which could have been made is refused: every row is kept in the columns chosen at
-eight bytes a number (a tenth of that compressed), the log of steps counts nothing, no step is longer than the
-longest allowed, and none takes less than a microsecond.
+Requests that cannot end are refused before they begin.
+
+All are lower bounds, so that no run which could have been made is refused: every row is kept in the
+columns chosen at eight bytes a number (a tenth of that compressed), the log of steps counts
+nothing, no step is longer than the longest allowed, and none takes less than a microsecond.
 """
 
 import os
@@ -32,7 +34,9 @@ class Demand:
     @property
     def bytes(self) -> float:
         """Room that the files need."""
-        return self.runs * self.rows * self.columns * NUMBER * (COMPRESSED if self.compressed else 1.0)
+        return (
+            self.runs * self.rows * self.columns * NUMBER * (COMPRESSED if self.compressed else 1.0)
+        )
 
     @property
     def seconds(self) -> float:
@@ -41,7 +45,8 @@ class Demand:
 
 
 def affordable(demand: Demand, path: str | Path | None = None) -> None:
-    """Raise ValueError with the numbers for what exceeds 2^31 rows, a day, or the free disk that `path` is on.
+    """Raise ValueError with the numbers for what exceeds 2^31 rows, a day, or the free disk that
+    `path` is on.
 
     path: a file or folder that need not be there; None: temporary files.
     """
@@ -50,7 +55,10 @@ def affordable(demand: Demand, path: str | Path | None = None) -> None:
         reasons.append(f"{demand.rows:.3g} rows of output (2^31 are allowed)")
     if demand.seconds > DAY:
         days = demand.seconds / DAY
-        reasons.append(f"at least {demand.steps:.3g} steps of a microsecond or more, {days:.3g} days (one is allowed)")
+        reasons.append(
+            f"at least {demand.steps:.3g} steps of a microsecond or more, {days:.3g} "
+            f"days (one is allowed)"
+        )
     if demand.columns:
         folder = _existing(Path(tempfile.gettempdir() if path is None else path))
         if demand.bytes > (free := shutil.disk_usage(folder).free):

@@ -12,13 +12,15 @@ from clearance.tracing.asking import Answerer
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
 THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
 LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
-FURTHER = (1.0, 1e2, 1e4, 1e6)  # steps ahead of the last state where a value is looked for that does not exist
+# steps ahead of the last state where a value is looked for that does not exist
+FURTHER = (1.0, 1e2, 1e4, 1e6)
 
 
 class Diagnosis:
     """Judges a run from its state and its record.
 
-    spoilt: the reason for which its outputs cannot be trusted any more. latest: times and rows put out last.
+    spoilt: the reason for which its outputs cannot be trusted any more. latest: times and rows put
+        out last.
     """
 
     def __init__(self, run, recorder: Recorder | None = None):
@@ -48,13 +50,17 @@ class Diagnosis:
         self.spoilt = self._lost(before, at) or reason
 
     def look_for_dead_centre(self) -> str:
-        """The loop that stands at its dead centre now or did since the output before the last; "" where none does."""
+        """The loop that stands at its dead centre now or did since the output before the last; ""
+        where none does.
+        """
         if not self.dead_centre and self.run.outputs:
             mechanism, state = self.run.mechanism, self.run.state
             here = np.atleast_1d(state.time), self.run.outputs_here()[None]
             times, rows = (np.concatenate(c) for c in zip(*self.latest, here, strict=True))
             later = np.concatenate([[True], np.diff(times) > 0.0])
-            self.run.dead_centre = dead_centre(SampledMotion(mechanism, state.work, times[later], rows[later]))
+            self.run.dead_centre = dead_centre(
+                SampledMotion(mechanism, state.work, times[later], rows[later])
+            )
             self.dead_centre = self.run.dead_centre.text if self.run.dead_centre else ""
         return self.dead_centre
 
@@ -86,16 +92,22 @@ class Diagnosis:
             if lost := self._lost(state.time, state.time + state.longest_step):
                 return lost
             reason = self._no_number() or self.look_for_dead_centre() or reason
-        return f"at t = {state.time:.9g} s: {reason} ({'; '.join(self._place()) or 'no free state'})"
+        return (
+            f"at t = {state.time:.9g} s: {reason} ({'; '.join(self._place()) or 'no free state'})"
+        )
 
     def _place(self) -> list[str]:
         """Free states of the run, in words."""
         mechanism, y = self.run.mechanism, self.run.state.y
         states = [f"{j.name}: {j.place_of(self.run.offsets(j))}" for j in mechanism.eccentric]
-        return states + [f"{c.label()} = {v:.6g}" for c, v in zip(mechanism.plan.free, y, strict=False)]
+        return states + [
+            f"{c.label()} = {v:.6g}" for c, v in zip(mechanism.plan.free, y, strict=False)
+        ]
 
     def _no_number(self) -> str | None:
-        """Quantity without a value where the run cannot go on: at its last state, or one to a million steps further."""
+        """Quantity without a value where the run cannot go on: at its last state, or one to a
+        million steps further.
+        """
         mechanism, s = self.run.mechanism, self.run.state
         reason = no_number(mechanism, s.work, s.time, s.y)
         for further in FURTHER if np.isfinite(s.f).all() else ():
@@ -114,8 +126,12 @@ class Diagnosis:
         return last and f"at t = {last[0]:.9g} s: {last[1]}"
 
     def _suspects(self) -> str:
-        """Reasons for an energy ledger that does not close: impossible penetrations, else what this scene can do."""
-        if deep := [*filter(None, (depth_warning(j, depth) for j, depth in self._depths().items()))]:
+        """Reasons for an energy ledger that does not close: impossible penetrations, else what this
+        scene can do.
+        """
+        if deep := [
+            *filter(None, (depth_warning(j, depth) for j, depth in self._depths().items()))
+        ]:
             return "; ".join(deep)
         if at := self.look_for_dead_centre():
             return at
@@ -128,7 +144,9 @@ class Diagnosis:
 
     # --- warnings
     def warnings(self) -> list[str]:
-        """Doubts of the laws used, a method that does not suit the scene, films thinner than the surfaces are rough."""
+        """Doubts of the laws used, a method that does not suit the scene, films thinner than the
+        surfaces are rough.
+        """
         scene = self.run.mechanism.scene
         warnings = [doubt for j in scene.joints for doubt in j.doubts()]
         warnings += self._method_warnings()
@@ -147,7 +165,10 @@ class Diagnosis:
         """Warnings of joints about their last outputs."""
         if self.recorder.last is None:
             return []
-        ends = {c.path: float(v) for c, v in zip(self.recorder.channels, self.recorder.last[1], strict=True)}
+        ends = {
+            c.path: float(v)
+            for c, v in zip(self.recorder.channels, self.recorder.last[1], strict=True)
+        }
         joints = self.run.mechanism.scene.clearance_joints
         return [*filter(None, (j.at_end(_named(ends, f"{j.key}/")) for j in joints))]
 
@@ -156,9 +177,15 @@ class Diagnosis:
         if self.run.method != "dop853":
             return []
         if any(j.film is not None for j in self.run.mechanism.scene.clearance_joints):
-            return ["method dop853 is explicit: a thin film forces it to very small steps; radau suits this scene"]
+            return [
+                "method dop853 is explicit: a thin film forces it to very small steps; radau suits "
+                "this scene"
+            ]
         if self.run.state.stiff_steps >= self.run.loop.STIFF_ENOUGH:
-            return ["method dop853 is explicit and its steps are held up by stability; radau suits this scene"]
+            return [
+                "method dop853 is explicit and its steps are held up by stability; radau suits "
+                "this scene"
+            ]
         return []
 
     def _film_warnings(self, joint) -> list[str]:
@@ -173,7 +200,9 @@ class Diagnosis:
             warnings.append(f"{joint.label()}: mesh of the film: {doubt}")
         if joint.transition is not None and gap < FULL_FILM * (joint.roughness or 0.0):
             force = self.run.extreme(f"{group}/force_max")
-            warnings += filter(None, [hole_warning(joint, mechanism.frequency, force, gap / joint.roughness)])
+            warnings += filter(
+                None, [hole_warning(joint, mechanism.frequency, force, gap / joint.roughness)]
+            )
         return warnings
 
     def _depths(self) -> dict:
@@ -184,13 +213,18 @@ class Diagnosis:
     def _too_sharp(self, joint) -> str | None:
         """Friction that turns round within less than the tolerance resolves of the joint's rate."""
         mechanism, rtol = self.run.mechanism, self.run.solver.rtol
-        if joint.name not in mechanism.structure.forced or "transition_rate" not in joint.friction.values:
+        if (
+            joint.name not in mechanism.structure.forced
+            or "transition_rate" not in joint.friction.values
+        ):
             return None
         resolved = rtol * mechanism.frequency * (mechanism.start.size if joint.slides else 1.0)
         if (rate := joint.friction.values["transition_rate"]) >= resolved:
             return None
         units = "m/s" if joint.slides else "rad/s"
-        sharp = f"{joint.label()}: transition_rate {rate:g} {units} is finer than rtol {rtol:g} sees"
+        sharp = (
+            f"{joint.label()}: transition_rate {rate:g} {units} is finer than rtol {rtol:g} sees"
+        )
         return f"{sharp}, {resolved:.2g} {units}"
 
 

@@ -401,7 +401,8 @@ def _check_names(owner: str, table: Mapping, names, needed) -> None:
 
 # --- from the description of a scene
 def read(document: Mapping) -> list[Element]:
-    """Elements, with their bodies, from the description of a scene, laws from the texts that it has.
+    """Elements, with their bodies, from the description of a scene, laws from the texts that it
+    has.
 
     Raises Misplaced for what it cannot be read of, with the place in the document.
     """

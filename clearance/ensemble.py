@@ -1,4 +1,6 @@
-"""Runs of one scene from several starts, which go on turn after turn; of each turn its numbers are kept."""
+"""Runs of one scene from several starts, which go on turn after turn; of each turn its numbers are
+kept.
+"""
 
 import numpy as np
 
@@ -18,8 +20,9 @@ PIECE = 32  # turns held in memory
 class Ensemble:
     """Runs of a mechanism from several starts.
 
-    The first begins as the scene says, journals of the others anywhere in a part of their clearances. most: turns of
-    each. values: numbers turn by turn, (starts, turns), by the names of turns.py; about: what they are.
+    The first begins as the scene says, journals of the others anywhere in a part of their
+    clearances. most: turns of each. values: numbers turn by turn, (starts, turns), by the names of
+    turns.py; about: what they are.
     """
 
     def __init__(self, mechanism: Mechanism, most: int, solver: Solver, starts: int, seed: int):
@@ -77,7 +80,9 @@ class Turning:
 
     def _advance(self, time: float) -> None:
         if (code := self.run.advance_to(time)) != status.DONE:
-            raise SimulationError(f"at t = {self.run.state.time:.6g} s: {status.MESSAGES[code]}", None)
+            raise SimulationError(
+                f"at t = {self.run.state.time:.6g} s: {status.MESSAGES[code]}", None
+            )
 
     def _take(self) -> None:
         """Numbers of the turns since the last call."""
@@ -123,5 +128,7 @@ class _Latest(Observer):
     def forget(self, time: float) -> None:
         """Leave out samples and contacts from before a time [s], up to rounding."""
         edge = time * (1.0 - 1e-12)
-        self.output = [(t[t >= edge], rows[t >= edge]) for t, rows in self.output if (t >= edge).any()]
+        self.output = [
+            (t[t >= edge], rows[t >= edge]) for t, rows in self.output if (t >= edge).any()
+        ]
         self.touches = []

@@ -1,7 +1,9 @@
-"""Stated errors of what a run reports: how far its numbers may be from those of an exact integration.
+"""Stated errors of what a run reports: how far its numbers may be from those of an exact
+integration.
 
-They are made in companion.py and stand in a result file: a table of metrics and of channels in /errors, and those of
-each located extreme in /extremes. What a film table errs by is stated apart: no tolerance makes it smaller.
+They are made in companion.py and stand in a result file: a table of metrics and of channels in
+/errors, and those of each located extreme in /extremes. What a film table errs by is stated apart:
+no tolerance makes it smaller.
 """
 
 import math
@@ -18,9 +20,9 @@ TRAJECTORY = "trajectory"
 class Error:
     """Stated error of a number.
 
-    value: the number; stated: error of the integration; film: what the number would change by, if the film tables gave
-    forces that are larger by their own largest error; units: of all three; kind: "integration" (two runs at different
-    tolerances were compared).
+    value: the number; stated: error of the integration; film: what the number would change by, if
+        the film tables gave forces that are larger by their own largest error; units: of all three;
+        kind: "integration" (two runs at different tolerances were compared).
     """
 
     value: float
@@ -36,7 +38,9 @@ class Error:
 
     @property
     def relative(self) -> float:
-        """Error of the integration over the value; infinite where that is zero and the error is not."""
+        """Error of the integration over the value; infinite where that is zero and the error is
+        not.
+        """
         return share(self.stated, self.value)
 
 
@@ -57,13 +61,15 @@ class ExtremeErrors:
 
 @dataclass(frozen=True)
 class Errors(Mapping):
-    """Stated errors of a run by name: of its metrics ("joint_B_force_max"), of its located extremes over the same
-    part of the run ("joints/B/force_max"), and of the "trajectory", over the clearance.
+    """Stated errors of a run by name: of its metrics ("joint_B_force_max"), of its located extremes
+    over the same part of the run ("joints/B/force_max"), and of the "trajectory", over the
+    clearance.
 
-    channels: three times the largest difference of the two runs over a channel's range, by path. reason: why nothing
-    is stated, "" where something is. rtol: tolerances of the run and of its companion. spread: geometric mean of the
-    relative differences of the extremes. begin, end: the part of the run that metrics are about [s]. extremes: errors
-    stretch by stretch. asked: relative errors that were asked for, by name; cannot: why that was not reached.
+    channels: three times the largest difference of the two runs over a channel's range, by path.
+        reason: why nothing is stated, "" where something is. rtol: tolerances of the run and of its
+        companion. spread: geometric mean of the relative differences of the extremes. begin, end:
+        the part of the run that metrics are about [s]. extremes: errors stretch by stretch. asked:
+        relative errors that were asked for, by name; cannot: why that was not reached.
     """
 
     rows: Mapping[str, Error] = field(default_factory=dict)
@@ -79,7 +85,9 @@ class Errors(Mapping):
 
     def __getitem__(self, name: str) -> Error:
         if name not in self.rows:
-            raise KeyError(f"no stated error of {name!r}: {self.reason or 'the run has no such number'}")
+            raise KeyError(
+                f"no stated error of {name!r}: {self.reason or 'the run has no such number'}"
+            )
         return self.rows[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -90,8 +98,8 @@ class Errors(Mapping):
 
     @property
     def trajectory(self) -> float:
-        """Largest difference of the offsets over the clearance, of coordinates over their size where none is; nan
-        where nothing is stated.
+        """Largest difference of the offsets over the clearance, of coordinates over their size
+        where none is; nan where nothing is stated.
         """
         return self.rows[TRAJECTORY].stated if TRAJECTORY in self.rows else math.nan
 

@@ -1,7 +1,8 @@
 """Extremes of a run: which quantities have theirs located, and what came of it, stretch by stretch.
 
-The time loop locates them on the dense output of its steps (stepping/locating.py), with their times. A stretch is a
-turn, several in runs of more than 100,000, a hundredth of a run without turns, so that start-ups can be left out.
+The time loop locates them on the dense output of its steps (stepping/locating.py), with their
+times. A stretch is a turn, several in runs of more than 100,000, a hundredth of a run without
+turns, so that start-ups can be left out.
 """
 
 import math
@@ -18,7 +19,8 @@ TURNS = 100_000  # that have extremes of their own, at most
 ROUNDING = 1e-9  # share of a stretch that rounding may move its ends by
 LOW, HIGH = ("min",), ("max",)
 BOTH = ("min", "max")
-#: extremes of joints that have names of their own, as attributes of a file's joints and in summaries
+#: extremes of joints that have names of their own, as attributes of a file's joints and in
+#: summaries
 JOINT_EXTREMES = {"force_max": "peak_force", "gap_min": "smallest_gap"}
 #: channels of joints and drives with located extremes; of joints also the size of the force
 FOLLOWED = {
@@ -44,8 +46,9 @@ class Extreme:
 class Quantity:
     """A quantity whose extreme is located.
 
-    name: "joints/B/force_max", the path of a channel, or of a vector's size, and its end; channel: its place among the
-    outputs; paired: it is the size of the vector of this channel and the next.
+    name: "joints/B/force_max", the path of a channel, or of a vector's size, and its end; channel:
+        its place among the outputs; paired: it is the size of the vector of this channel and the
+        next.
     """
 
     name: str
@@ -89,14 +92,17 @@ def guides(scene: dict) -> dict[str, tuple[float, float]]:
         x, y = joint["axis"]
         if a == "ground":
             directions[b] = (x, y)
-        elif b == "ground":  # the axis is fixed in the body, which stands at minus the joint's angle
+        # the axis is fixed in the body, which stands at minus the joint's angle
+        elif b == "ground":
             c, s = math.cos(joint["angle"]), math.sin(joint["angle"])
             directions[a] = (c * x + s * y, c * y - s * x)
     return directions
 
 
 def along(direction: tuple[float, float]) -> tuple[str, float]:
-    """The fixed axis that is nearest to a guide, and the guide's share of it: a body has no acceleration across."""
+    """The fixed axis that is nearest to a guide, and the guide's share of it: a body has no
+    acceleration across.
+    """
     x, y = direction
     return ("x", x) if abs(x) >= abs(y) else ("y", y)
 
@@ -117,8 +123,8 @@ def stretches(until: float, length: float) -> int:
 class Extremes:
     """Located extremes of a run.
 
-    length: of a stretch [s]; names, units: of the quantities; values, times: (stretches, quantities), infinite values
-    where a stretch was not reached.
+    length: of a stretch [s]; names, units: of the quantities; values, times: (stretches,
+        quantities), infinite values where a stretch was not reached.
     """
 
     length: float
@@ -136,7 +142,9 @@ class Extremes:
         return {name: i for i, name in enumerate(self.names)}
 
     def inside(self, begin: float, end: float, column: int) -> np.ndarray | slice:
-        """Stretches whose extreme lies between two times; where no times are kept, those that lie whole there."""
+        """Stretches whose extreme lies between two times; where no times are kept, those that lie
+        whole there.
+        """
         times, slack = self.times[:, column], ROUNDING * self.length
         if np.isnan(times).any():
             return self.whole(begin, end)
@@ -150,7 +158,9 @@ class Extremes:
         return slice(first, max(first, min(last, count)))
 
     def outermost(self, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
-        """Values of all quantities as `of` gives them, infinite where there is none, and their times."""
+        """Values of all quantities as `of` gives them, infinite where there is none, and their
+        times.
+        """
         slack = ROUNDING * self.length
         signs = np.array([-1.0 if name.endswith("_min") else 1.0 for name in self.names])
         inside = (self.times >= begin - slack) & (self.times <= end + slack)

@@ -1,16 +1,18 @@
 """Pressure fields of films along a run: solved from its record, kept in its file, read from there.
 
-A field belongs to one sample of the run. /joints/NAME/film holds them over `instant`, `axial` and `angle`:
+A field belongs to one sample of the run. /joints/NAME/film holds them over `instant`, `axial` and
+`angle`:
 
     pressure  above ambient [Pa], (instant, axial, angle)
     content   share of the gap that holds oil, from 0 in the cavity to 1, (instant, axial, angle)
     time      of the sample [s]; instant: its place in /time
-    axial     from the middle of the bearing [m]; angle: on the bearing, from its body's own x axis [rad]
-    line_of_centres  angle of the thinnest film on the bearing [rad]; eccentricity_ratio
+    axial     from the middle of the bearing [m]; angle: on the bearing, from its body's own x axis
+    [rad] line_of_centres  angle of the thinnest film on the bearing [rad]; eccentricity_ratio
 
-The film is solved anew from the motion in the record, whichever finite-length film the run had, with its bearing,
-cavitation, ambient pressure, grooves (against the line of centres) and flow factors, at the nominal gap and at the
-temperature of the oil: finite elements with a moving mesh, film/moving.py.
+The film is solved anew from the motion in the record, whichever finite-length film the run had,
+with its bearing, cavitation, ambient pressure, grooves (against the line of centres) and flow
+factors, at the nominal gap and at the temperature of the oil: finite elements with a moving mesh,
+film/moving.py.
 """
 
 import math
@@ -113,14 +115,21 @@ def line_of_centres(record: Record, joint: dict) -> np.ndarray:
 
 
 def check(scene: dict, per_turn: float, channels=None) -> None:
-    """Refuse a request for fields that no joint of a scene can answer. Raises ValueError naming why."""
+    """Refuse a request for fields that no joint of a scene can answer.
+
+    Raises ValueError naming why.
+    """
     if isinstance(per_turn, bool) or not isinstance(per_turn, int) or per_turn < 1:
-        raise ValueError(f"pressure_fields must be a whole number of instants a turn, got {per_turn!r}")
+        raise ValueError(
+            f"pressure_fields must be a whole number of instants a turn, got {per_turn!r}"
+        )
     if not _with_fields(scene):
         films = {j["name"]: _law(j) for j in scene["joints"] if j.get("film")}
         there = ", ".join(f"{name} has {law}" for name, law in films.items())
         wanted = "a film of finite length without a memory (table, fem, fast, harmonic)"
-        raise ValueError(f"pressure_fields needs a joint with {wanted}; {there or 'no joint has a film'}")
+        raise ValueError(
+            f"pressure_fields needs a joint with {wanted}; {there or 'no joint has a film'}"
+        )
     if channels is not None:
         raise ValueError("pressure_fields needs all channels: leave `channels` away")
 
@@ -134,7 +143,9 @@ def _with_fields(scene: dict) -> list[dict]:
 
 
 def chosen(record: Record, per_turn: int) -> np.ndarray:
-    """Places of the samples at so many equal instants a turn (of the whole run, where nothing turns)."""
+    """Places of the samples at so many equal instants a turn (of the whole run, where nothing
+    turns).
+    """
     times = record.time
     every = (record.turn or times[-1]) / per_turn
     wanted = np.arange(1, math.floor(times[-1] / every + 1e-9) + 1) * every
@@ -145,7 +156,11 @@ def solved(record: Record, joint: dict, places: np.ndarray) -> PressureFields:
     """The fields of a joint at some samples."""
     from clearance.film.moving import MovingFilm
 
-    oil, states, lines = viscosities(record, joint), motion(record, joint), line_of_centres(record, joint)
+    oil, states, lines = (
+        viscosities(record, joint),
+        motion(record, joint),
+        line_of_centres(record, joint),
+    )
     angle = np.arange(AROUND) * (TURN / AROUND)
     axial = np.linspace(-0.5, 0.5, ALONG) * joint["length"]
     (pressure, content), film = np.zeros((2, len(places), ALONG, AROUND)), None
@@ -184,4 +199,6 @@ def _write(file, place: str, fields: PressureFields) -> None:
         for i, scale in enumerate(SCALES):
             group[name].dims[i].attach_scale(group[scale])
         group[name].attrs["coordinates"] = "time"
-    group.attrs["solver"] = f"finite elements, {MESH[0]}x{MESH[1]} cells, from the motion in this file"
+    group.attrs["solver"] = (
+        f"finite elements, {MESH[0]}x{MESH[1]} cells, from the motion in this file"
+    )

@@ -1,4 +1,6 @@
-"""Film models by their names on the command line, from coarse to fine: `films.short()`, `films.table()`."""
+"""Film models by their names on the command line, from coarse to fine: `films.short()`,
+`films.table()`.
+"""
 
 from clearance.film.online import conserving_film as conserving
 from clearance.film.online import fast_film as fast
@@ -9,4 +11,14 @@ from clearance.laws import harmonic, pinkus_sternlicht
 from clearance.laws import long_film as long
 from clearance.laws import short_film as short
 
-__all__ = ["conserving", "fast", "fem", "harmonic", "long", "pinkus_sternlicht", "short", "sommerfeld", "table"]
+__all__ = [
+    "conserving",
+    "fast",
+    "fem",
+    "harmonic",
+    "long",
+    "pinkus_sternlicht",
+    "short",
+    "sommerfeld",
+    "table",
+]

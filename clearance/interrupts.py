@@ -19,7 +19,9 @@ def ended(request: KeyboardInterrupt) -> str:
 
 
 def _in_main_thread() -> bool:
-    """True where handlers can be set: Python calls them in the main thread and lets only that one set them."""
+    """True where handlers can be set: Python calls them in the main thread and lets only that one
+    set them.
+    """
     return threading.current_thread() is threading.main_thread()
 
 
@@ -53,7 +55,9 @@ def _follow() -> None:
 
 
 def lead_group() -> None:
-    """In a worker process: begin a group of all processes that it starts; they end with its parent or `end_groups`."""
+    """In a worker process: begin a group of all processes that it starts; they end with its parent
+    or `end_groups`.
+    """
     if hasattr(os, "setpgrp"):
         os.setpgrp()
     follow_parent()
@@ -69,11 +73,14 @@ def end_groups(processes: Iterable[BaseProcess]) -> None:
 
 
 class Held:
-    """While it is entered, what the handlers of SIGINT and SIGTERM raise waits for `check`, at the latest for the end.
+    """While it is entered, what the handlers of SIGINT and SIGTERM raise waits for `check`, at the
+    latest for the end.
 
-    Python calls a handler wherever it is, and drops what it raises in a callback of a weak reference, such as h5py has
-    many: the signal would be lost. A second one, before the first has been raised, raises at once. Handlers that raise
-    nothing, ignored signals and those that end the process do what they did; outside the main thread nothing is held.
+    Python calls a handler wherever it is, and drops what it raises in a callback of a weak
+    reference, such as h5py has
+    many: the signal would be lost. A second one, before the first has been raised, raises at once.
+        Handlers that raise nothing, ignored signals and those that end the process do what they
+        did; outside the main thread nothing is held.
     """
 
     def __init__(self):

@@ -27,7 +27,8 @@ def module_of(path: str | Path, kind: str, label: str) -> ModuleType:
 def located(error: Exception, path: str | None = None) -> str:
     """An error as "file, line 3, in function: KeyError: 'x'", at the innermost line of a file.
 
-    path: that file, by default the one of the function called first. Without a line in it the place is left out.
+    path: that file, by default the one of the function called first. Without a line in it the place
+        is left out.
     """
     frames = traceback.extract_tb(error.__traceback__)[1:]  # without the caller's own
     path = path or (frames[0].filename if frames else None)

@@ -16,11 +16,13 @@ class InUse(ValueError):
 
 
 class Lock:
-    """A file that one holder at a time locks: a process, or a thread of one. It is removed when it is released.
+    """A file that one holder at a time locks: a process, or a thread of one.
 
-    The file of a killed holder is locked by nobody and is taken over. `held` is False where the system or the file
-    system has no locks. Raises InUse where another one holds it, unless `wait` is set; OSError where the file cannot
-    be made.
+    It is removed when it is released.
+
+    The file of a killed holder is locked by nobody and is taken over. `held` is False where the
+    system or the file system has no locks. Raises InUse where another one holds it, unless `wait`
+    is set; OSError where the file cannot be made.
     """
 
     def __init__(self, path: Path, message: str = "", wait: bool = False):
@@ -58,7 +60,8 @@ class Lock:
         """Write who holds it. A full disk leaves it unsigned."""
         if self.file is not None:
             with suppress(OSError):
-                if os.fstat(self.file.fileno()).st_size:  # truncating a new file makes some file systems write it out
+                # truncating a new file makes some file systems write it out
+                if os.fstat(self.file.fileno()).st_size:
                     self.file.truncate(0)
                 self.file.write(f"process {os.getpid()} on {os.uname().nodename}")
                 self.file.flush()

@@ -24,7 +24,9 @@ class Material:
         positive(f"material {self.name}: young", self.young)
         positive(f"material {self.name}: density", self.density)
         if not -1.0 < finite(f"material {self.name}: poisson", self.poisson) <= 0.5:
-            raise ValueError(f"material {self.name}: poisson must lie in (-1, 0.5], got {self.poisson!r}")
+            raise ValueError(
+                f"material {self.name}: poisson must lie in (-1, 0.5], got {self.poisson!r}"
+            )
 
 
 @answers
@@ -32,7 +34,8 @@ class Material:
 class Lubricant:
     """Isoviscous oil: dynamic viscosity [Pa s].
 
-    pressure_viscosity: Barus coefficient alpha [1/Pa] for the diagnostics of a run (a mineral oil's by default).
+    pressure_viscosity: Barus coefficient alpha [1/Pa] for the diagnostics of a run (a mineral oil's
+        by default).
     """
 
     viscosity: float = measured("Pa s")
@@ -50,23 +53,26 @@ steel = Material("steel", young=207e9, poisson=0.3, density=7850.0)
 @answers
 @dataclass(frozen=True)
 class HeatBalance:
-    """Balance of heat of a joint's oil and what surrounds it: one temperature, that sets the viscosity.
+    """Balance of heat of a joint's oil and what surrounds it: one temperature, that sets the
+    viscosity.
 
     C T' = P - h (T - T_s) - rho c_p Q (T - T_f),   mu(T) = mu_0 exp(B / (T - theta) - B / (T_0 - theta))
 
-    capacity C [J/K] of the oil and the metal that warms with it; conductance h [W/K] to what surrounds it, at T_s;
-    surroundings T_0 [K], where the lubricant's viscosity mu_0 is given and the run starts;
-    volumetric rho c_p of the oil [J/(m3 K)]; vogel B [K] and vogel_zero theta [K]. P is the heat that the oil takes,
-    Q the film's side flow (film laws that do not know theirs cool by h alone).
-    to: the ThermalNode that surrounds the oil, T_s is its temperature; None: T_s = T_0. With a node and neither
-    capacity nor conductance the oil has the node's temperature and no state, and the node takes
+    capacity C [J/K] of the oil and the metal that warms with it; conductance h [W/K] to what
+    surrounds it, at T_s; surroundings T_0 [K], where the lubricant's viscosity mu_0 is given and
+    the run starts;
+    volumetric rho c_p of the oil [J/(m3 K)]; vogel B [K] and vogel_zero theta [K]. P is the heat
+    that the oil takes, Q the film's side flow (film laws that do not know theirs cool by h alone).
+    to: the ThermalNode that surrounds the oil, T_s is its temperature; None: T_s = T_0. With a node
+        and neither capacity nor conductance the oil has the node's temperature and no state, and
+        the node takes
     P - rho c_p Q (T - T_f): films of one oil bath.
-    supply T_f [K]: temperature of fresh oil (default T_0). share in [0, 1]: of the heat of contact, asperities
-    and their friction that the oil takes, all that of the film besides; the node takes the rest (surroundings at T_0
-    do so without warming).
+    supply T_f [K]: temperature of fresh oil (default T_0). share in [0, 1]: of the heat of contact,
+    asperities and their friction that the oil takes, all that of the film besides; the node takes
+    the rest (surroundings at T_0 do so without warming).
     Raises ValueError for numbers out of these ranges.
-    Source: Vogel, Physikalische Zeitschrift 22 (1921) 645; the defaults are an ISO VG 32 mineral oil's (27.6 mPa s at
-    40 C and 4.6 mPa s at 100 C, theta = -95 C).
+    Source: Vogel, Physikalische Zeitschrift 22 (1921) 645; the defaults are an ISO VG 32 mineral
+    oil's (27.6 mPa s at 40 C and 4.6 mPa s at 100 C, theta = -95 C).
     """
 
     capacity: float | None = measured("J/K", None)
@@ -88,7 +94,9 @@ class HeatBalance:
             if getattr(self, name) is not None:
                 non_negative(f"heat balance: {name}", getattr(self, name))
         if self.surroundings <= self.vogel_zero:
-            raise ValueError(f"heat balance: surroundings {self.surroundings!r} K must be above vogel_zero")
+            raise ValueError(
+                f"heat balance: surroundings {self.surroundings!r} K must be above vogel_zero"
+            )
         missing = [n for n in ("capacity", "conductance") if getattr(self, n) is None]
         if missing and (self.to is None or len(missing) == 1):
             reason = "only beside to=ThermalNode(...) may both be left out"

@@ -1,35 +1,42 @@
 """Summary metrics of a run: what a map over speed and clearance shows.
 
-Each is computed over the window of a run: whole turns after the first `settle` ones, counted by the angle of
-a finite drive; what there is, where that is less than a turn or no drive turns (`settle` is in seconds then).
-Extremes are located to the tolerance of the run, in its turns (hundredths of a run without, or several turns in
-runs of more than a hundred) that lie whole in the window; beside them samples count. Means are over time of
-samples, impacts count where they begin; names are made of body, drive and joint names:
+Each is computed over the window of a run: whole turns after the first `settle` ones, counted by the
+angle of
+a finite drive; what there is, where that is less than a turn or no drive turns (`settle` is in
+seconds then). Extremes are located to the tolerance of the run, in its turns (hundredths of a run
+without, or several turns in runs of more than a hundred) that lie whole in the window; beside them
+samples count. Means are over time of samples, impacts count where they begin; names are made of
+body, drive and joint names:
 
   <body>_acceleration_min, _max   of bodies that slide on the ground, along their guide [m/s2]
   drive_<drive>_torque_min, _max, _rms (or force)                                       [N m] ([N])
   joint_<joint>_force_max         largest force                                          [N]
   joint_<joint>_force_rms         root mean square                                       [N]
   joint_<joint>_gap_min           smallest gap, negative where surfaces overlap          [m]
-  joint_<joint>_eccentricity_ratio_max       largest eccentricity over clearance: 1 - gap_min / clearance [-]
-  joint_<joint>_film_thickness_ratio_min     gap_min over composite roughness            [-]
-  joint_<joint>_contact_fraction  share of the time in contact, that of asperities alone left out [-]
-  joint_<joint>_impacts_per_turn, _impact_speed_max   where contact begins with a touch; 0 for none [-], [m/s]
-  joint_<slide>_corner_1_impacts_per_turn, ...   of each corner of a block in its guide [-]
+  joint_<joint>_eccentricity_ratio_max       largest eccentricity over clearance:
+  1 - gap_min / clearance [-] joint_<joint>_film_thickness_ratio_min     gap_min over composite
+  roughness            [-]
+  joint_<joint>_contact_fraction  share of the time in contact, that of asperities alone left out
+  [-] joint_<joint>_impacts_per_turn, _impact_speed_max   where contact begins with a touch; 0 for
+  none [-], [m/s] joint_<slide>_corner_1_impacts_per_turn, ...   of each corner of a block in its
+  guide [-]
   joint_<slide>_mode_free, _one_corner, _two_on_one_side, _two_across, ...   shares of the time [-]
-  joint_<slide>_jam_ratio         mu d / a in contact across, d: arm of the push along the guide; it jams at 1 [-]
-  joint_<joint>_dissipated_per_turn   energy that the joint takes out in a turn          [J]
+  joint_<slide>_jam_ratio         mu d / a in contact across, d: arm of the push along the guide; it
+  jams at 1 [-] joint_<joint>_dissipated_per_turn   energy that the joint takes out in a turn
+  [J]
   dissipated_per_turn             of all joints and dampers                              [J]
-  <body>_position_deviation_max, <body>_acceleration_deviation_rms   from the mechanism with ideal joints [m], [m/s2]
-  period                          smallest number of turns after which the journals are back within 1 % of their
-                                  clearance at every sample, tried up to a third of those seen; inf: none [turns]
-  period_error                    largest distance over the clearance after that many turns (none: the least) [-]
-  settling_ratio                  change of the journals from turn to turn, of the last turn seen over the first;
-                                  below SETTLING a motion without a period is still settling [-]
+  <body>_position_deviation_max, <body>_acceleration_deviation_rms   from the mechanism with ideal
+  joints [m], [m/s2] period                          smallest number of turns after which the
+  journals are back within 1 % of their clearance at every sample, tried up to a third of those
+  seen; inf: none [turns] period_error                    largest distance over the clearance after
+  that many turns (none: the least) [-] settling_ratio                  change of the journals from
+  turn to turn, of the last turn seen over the first; below SETTLING a motion without a period is
+  still settling [-]
 
-Without a turn, rates are per second: impacts_per_second [1/s], dissipated_power [W]. A run that ended early is seen as
-the one it should have become: the first turn does not count, nor does a part of one. A user's own function
-`name(run) -> value`, `{"metric": value}` or `{"metric": (value, units, text)}` adds to them; `run` reads like a result.
+Without a turn, rates are per second: impacts_per_second [1/s], dissipated_power [W]. A run that
+ended early is seen as the one it should have become: the first turn does not count, nor does a part
+of one. A user's own function `name(run) -> value`, `{"metric": value}` or `{"metric": (value,
+units, text)}` adds to them; `run` reads like a result.
 """
 
 import math
@@ -66,8 +73,8 @@ class Metric:
 class Window:
     """The part of a run that its metrics are about: from begin to end [s], and the samples in it.
 
-    turns: whole ones, but for a window of less than one; None where no drive turns. weights: share of the window that
-    each sample stands for, (samples,).
+    turns: whole ones, but for a window of less than one; None where no drive turns. weights: share
+        of the window that each sample stands for, (samples,).
     """
 
     begin: float
@@ -78,7 +85,8 @@ class Window:
 
     @classmethod
     def of(cls, record: Record, settle: float | None) -> "Window | None":
-        """None for a run that ended before it; settle None: the first turn is left out where there is a second.
+        """None for a run that ended before it; settle None: the first turn is left out where there
+        is a second.
 
         Raises ValueError for a settle that is negative or not finite.
         """
@@ -91,18 +99,33 @@ class Window:
         done = (float(record.turns_at(length)) if turn else length) * (1.0 + ROUNDING)
         if settle is None:
             settle = 1.0 if turn and (done >= 2.0 or not record.complete) else 0.0
-        begin, full_turns = float(record.time_at(settle)) if turn else settle, math.floor(done - settle)
+        begin, full_turns = (
+            float(record.time_at(settle)) if turn else settle,
+            math.floor(done - settle),
+        )
         if begin >= length or (turn and full_turns < 1 and not record.complete):
             return None
-        end = min(float(record.time_at(settle + full_turns)), length) if turn and full_turns >= 1 else length
-        turns = (float(full_turns) if full_turns >= 1 else float(record.turns_at(end)) - settle) if turn else None
+        end = (
+            min(float(record.time_at(settle + full_turns)), length)
+            if turn and full_turns >= 1
+            else length
+        )
+        turns = (
+            (float(full_turns) if full_turns >= 1 else float(record.turns_at(end)) - settle)
+            if turn
+            else None
+        )
         return cls.between(record, begin, end, turns)
 
     @classmethod
-    def between(cls, record: Record, begin: float, end: float, turns: float | None) -> "Window | None":
+    def between(
+        cls, record: Record, begin: float, end: float, turns: float | None
+    ) -> "Window | None":
         """The part between two times; None where it has less than two samples."""
         time = record.time
-        samples = slice(np.searchsorted(time, begin * (1.0 - 1e-12)), np.searchsorted(time, end * (1.0 + 1e-12)))
+        samples = slice(
+            np.searchsorted(time, begin * (1.0 - 1e-12)), np.searchsorted(time, end * (1.0 + 1e-12))
+        )
         inside = time[samples]
         if inside.size < 2:
             return None
@@ -130,12 +153,16 @@ class Window:
 Found = Iterator[tuple]  # name, value, units, text, and of extremes their time [s]
 
 
-def metrics(record: Record, settle: float | None = None, ideal: dict | None = None) -> dict[str, Metric]:
+def metrics(
+    record: Record, settle: float | None = None, ideal: dict | None = None
+) -> dict[str, Metric]:
     """All metrics of a run by name; empty for one that ended before its window.
 
-    settle: turns left out at the start (seconds, where no drive turns), default one where there is a second.
-    ideal: position and acceleration of the sliding bodies with ideal joints at the run's samples, by body, along
-    their guides (see ideal.py). Raises ValueError for a settle that is negative or not finite.
+    settle: turns left out at the start (seconds, where no drive turns), default one where there is
+        a second.
+    ideal: position and acceleration of the sliding bodies with ideal joints at the run's samples,
+        by body, along their guides (see ideal.py). Raises ValueError for a settle that is negative
+        or not finite.
     """
     window = Window.of(record, settle)
     if window is None:
@@ -151,28 +178,50 @@ def metrics(record: Record, settle: float | None = None, ideal: dict | None = No
 
 
 def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:
-    """Extremes of the start-up, which the window of `metrics` leaves out, under the same names; none without one."""
+    """Extremes of the start-up, which the window of `metrics` leaves out, under the same names;
+    none without one.
+    """
     window = Window.of(record, settle)
     if window is None or window.begin == 0.0:
         return {}
-    before = Window.between(record, 0.0, window.begin, window.turns and float(record.turns_at(window.begin)))
+    before = Window.between(
+        record, 0.0, window.begin, window.turns and float(record.turns_at(window.begin))
+    )
     if before is None:
         return {}
     parts = (sliders(record, before, {}), drives(record, before), joints(record, before))
-    all_of_it = {name: Metric(float(value), *about) for part in parts for name, value, *about in part}
+    all_of_it = {
+        name: Metric(float(value), *about) for part in parts for name, value, *about in part
+    }
     return {name: metric for name, metric in all_of_it.items() if metric.time is not None}
 
 
 def sliders(record: Record, window: Window, ideal: dict) -> Found:
     """Motion of bodies on guides, and its distance from that with ideal joints."""
     for body, (dx, dy) in guides(record.scene).items():
-        x, y, ax, ay = (record.values(f"bodies/{body}/{n}")[window.samples] for n in ("x", "y", "ax", "ay"))
+        x, y, ax, ay = (
+            record.values(f"bodies/{body}/{n}")[window.samples] for n in ("x", "y", "ax", "ay")
+        )
         a = ax * dx + ay * dy
         axis, share = along((dx, dy))
-        ends = [record.extreme(f"bodies/{body}/a{axis}_{end}", *window.bounds(record)) for end in BOTH]
+        ends = [
+            record.extreme(f"bodies/{body}/a{axis}_{end}", *window.bounds(record)) for end in BOTH
+        ]
         low, high = sorted((end.value / share, end.time) for end in ends)
-        yield f"{body}_acceleration_min", low[0], "m/s2", f"smallest acceleration of {body} along its guide", low[1]
-        yield f"{body}_acceleration_max", high[0], "m/s2", f"largest acceleration of {body} along its guide", high[1]
+        yield (
+            f"{body}_acceleration_min",
+            low[0],
+            "m/s2",
+            f"smallest acceleration of {body} along its guide",
+            low[1],
+        )
+        yield (
+            f"{body}_acceleration_max",
+            high[0],
+            "m/s2",
+            f"largest acceleration of {body} along its guide",
+            high[1],
+        )
         if body in ideal:
             place, rate = (values[window.samples] for values in ideal[body])
             far, beyond = np.abs(x * dx + y * dy - place).max(), window.rms(a - rate)
@@ -208,8 +257,19 @@ def joints(record: Record, window: Window) -> Found:
             mine = [spot.partition("/")[0] == name for spot in events["joint"]]
             contacts = {column: values[mine] for column, values in events.items()}
             contacts["begun"] = (contacts["time"] >= window.begin) & (contacts["time"] < window.end)
-        yield f"joint_{name}_force_max", peak.value, "N", f"largest force in joint {name}", peak.time
-        yield f"joint_{name}_force_rms", math.sqrt(window.mean(squared)), "N", f"root mean square force in joint {name}"
+        yield (
+            f"joint_{name}_force_max",
+            peak.value,
+            "N",
+            f"largest force in joint {name}",
+            peak.time,
+        )
+        yield (
+            f"joint_{name}_force_rms",
+            math.sqrt(window.mean(squared)),
+            "N",
+            f"root mean square force in joint {name}",
+        )
         if contacts is not None:
             yield from _gap(record, window, described[name])
             if described[name]["contact"]:
@@ -222,7 +282,13 @@ def _gap(record: Record, window: Window, joint: dict) -> Found:
     name, clearance, roughness = joint["name"], joint["clearance"], joint.get("roughness")
     smallest = record.extreme(f"joints/{name}/gap_min", *window.bounds(record))
     gap, time = smallest.value, smallest.time
-    yield f"joint_{name}_gap_min", gap, "m", f"smallest gap of joint {name}, negative in contact", time
+    yield (
+        f"joint_{name}_gap_min",
+        gap,
+        "m",
+        f"smallest gap of joint {name}, negative in contact",
+        time,
+    )
     if "overlap" not in joint:
         ratio, text = 1.0 - gap / clearance, f"largest eccentricity over clearance of joint {name}"
         yield f"joint_{name}_eccentricity_ratio_max", ratio, "1", text, time
@@ -255,25 +321,37 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Fou
 
 
 def _slide(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
-    """Contacts of each corner of a block in its guide, shares of time in each mode, nearness to a jam."""
+    """Contacts of each corner of a block in its guide, shares of time in each mode, nearness to a
+    jam.
+    """
     name, (count, rate, when) = joint["name"], window.per()
     corners = np.array([spot.partition("/")[2] for spot in contacts["joint"]])
     for corner, _, _ in CORNERS:
         number = (contacts["begun"] & (corners == corner)).sum() / count
         text = f"contacts begun {when} of corner {corner} of joint {name}"
-        yield f"joint_{name}_corner_{corner}_impacts_{rate}", number, "1" if rate == "per_turn" else "1/s", text
+        yield (
+            f"joint_{name}_corner_{corner}_impacts_{rate}",
+            number,
+            "1" if rate == "per_turn" else "1/s",
+            text,
+        )
     edges, modes = modes_of(record, name, window.begin, window.end)
     spent = np.bincount(modes, np.diff(edges), len(MODES)) / (window.end - window.begin)
     for mode, share in zip(MODES, spent, strict=True):
-        yield f"joint_{name}_mode_{mode.replace(' ', '_')}", share, "1", f"share of the time of joint {name}: {mode}"
+        yield (
+            f"joint_{name}_mode_{mode.replace(' ', '_')}",
+            share,
+            "1",
+            f"share of the time of joint {name}: {mode}",
+        )
     yield from _jam(record, window, joint)
 
 
 def modes_of(record: Record, joint: str, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
     """Pieces between two times [s] in which a block touches with the same corners.
 
-    Their edges (pieces + 1,) [s] and modes (pieces,), places in MODES; from its contacts, or from the samples where
-    contact sets in gradually.
+    Their edges (pieces + 1,) [s] and modes (pieces,), places in MODES; from its contacts, or from
+    the samples where contact sets in gradually.
     """
     described = next(j for j in record.scene["joints"] if j["name"] == joint)
     if not _touches(described):
@@ -295,11 +373,12 @@ def modes_of(record: Record, joint: str, begin: float, end: float) -> tuple[np.n
 
 
 def _jam(record: Record, window: Window, joint: dict) -> Found:
-    """mu d / a of a block that touches across, d: arm of the push P along the guide, which its normal forces N balance.
+    """mu d / a of a block that touches across, d: arm of the push P along the guide, which its
+    normal forces N balance.
 
-    P d = 2 a N for two corners, so that mu d / a is the friction 2 mu N that they can make over the push. mu: the
-    largest ratio of friction to normal force in the window; N and P: means over the samples with contact across. The
-    push is all that acts on the body but this joint.
+    P d = 2 a N for two corners, so that mu d / a is the friction 2 mu N that they can make over the
+    push. mu: the largest ratio of friction to normal force in the window; N and P: means over the
+    samples with contact across. The push is all that acts on the body but this joint.
     """
     name, body = joint["name"], joint["b"]["body"]
     channels = [f"joints/{name}/{n}" for n in ("friction", "force_x", "force_y", "mode")]
@@ -324,7 +403,11 @@ def _jam(record: Record, window: Window, joint: dict) -> Found:
 def _carried(record: Record, joint: dict) -> np.ndarray:
     """Largest contact force of a hinge or of the corners of a slide [N] at each sample."""
     path = f"joints/{joint['name']}/contact_force"
-    ends = [f"_{corner}" for corner, _, _ in CORNERS] if joint["type"] == "ClearancePrismatic" else [""]
+    ends = (
+        [f"_{corner}" for corner, _, _ in CORNERS]
+        if joint["type"] == "ClearancePrismatic"
+        else [""]
+    )
     return np.max([record.values(path + end) for end in ends], axis=0)
 
 
@@ -339,7 +422,10 @@ def _touches(joint: dict) -> bool:
 def dissipation(record: Record, window: Window) -> Found:
     count, rate, when = window.per()
     name, units = ("dissipated_per_turn", "J") if rate == "per_turn" else ("dissipated_power", "W")
-    parts = {f"joint_{j}_{name}": (f"joints/{j}/dissipated", f"by joint {j}") for j in record.names("joints")}
+    parts = {
+        f"joint_{j}_{name}": (f"joints/{j}/dissipated", f"by joint {j}")
+        for j in record.names("joints")
+    }
     for metric, (path, who) in (parts | {name: ("energy/dissipated", "in all")}).items():
         if path in record:
             begin, end = np.interp((window.begin, window.end), record.time, record.values(path))
@@ -349,11 +435,16 @@ def dissipation(record: Record, window: Window) -> Found:
 def periodicity(record: Record, window: Window) -> Found:
     """After how many turns the journals come back.
 
-    Impacts recur only where samples do: a turn should be a whole number of them. Else values between samples are those
-    of a cubic, and too few of them tell nothing.
+    Impacts recur only where samples do: a turn should be a whole number of them. Else values
+    between samples are those of a cubic, and too few of them tell nothing.
     """
     joints, time = record.clearances, record.time
-    moving = [pair for joint in record.scene["joints"] if joint["name"] in joints for pair in offsets(joint)]
+    moving = [
+        pair
+        for joint in record.scene["joints"]
+        if joint["name"] in joints
+        for pair in offsets(joint)
+    ]
     if not joints or window.turns is None or window.turns < FEWEST:
         return
     per_turn = record.turn * (time.size - 1) / float(time[-1])
@@ -370,11 +461,21 @@ def periodicity(record: Record, window: Window) -> Found:
             period, least = float(turns), error
             break
         least = min(least, error)
-    yield "period", period, "turns", "turns after which all journals are back within 1 % of their clearance"
+    yield (
+        "period",
+        period,
+        "turns",
+        "turns after which all journals are back within 1 % of their clearance",
+    )
     yield "period_error", least, "1", "largest distance over the clearance after a period"
     changes, turn = np.abs(_change(x + 1j * y, per_turn)).max(axis=0), round(per_turn)
     first, last = float(changes[:turn].max()), float(changes[-turn:].max())
-    yield "settling_ratio", last / first if first > 0.0 else 0.0, "1", "change from turn to turn, last over first"
+    yield (
+        "settling_ratio",
+        last / first if first > 0.0 else 0.0,
+        "1",
+        "change from turn to turn, last over first",
+    )
 
 
 def offsets(joint: dict) -> Iterator[tuple[str, float]]:
@@ -390,43 +491,61 @@ def offsets(joint: dict) -> Iterator[tuple[str, float]]:
 
 
 def _evenly(record: Record, path: str, window: Window) -> np.ndarray:
-    """Samples of a channel in a window, evenly over the turns of the drive, which may not turn evenly itself."""
+    """Samples of a channel in a window, evenly over the turns of the drive, which may not turn
+    evenly itself.
+    """
     values, time = record.values(path), record.time
     if not record.uneven:
         return values[window.samples]
 
     every = record.turn * (time.size - 1) / float(time[-1])
-    turns = record.turns_at(window.begin) + np.arange(math.floor(window.turns * every * (1.0 + ROUNDING)) + 1) / every
+    turns = (
+        record.turns_at(window.begin)
+        + np.arange(math.floor(window.turns * every * (1.0 + ROUNDING)) + 1) / every
+    )
     return cubic(time, values, record.time_at(turns))
 
 
 def _change(states: np.ndarray, shift: float) -> np.ndarray:
-    """By how much states (joints, samples) differ `shift` samples later; between samples by a cubic through four."""
+    """By how much states (joints, samples) differ `shift` samples later; between samples by a cubic
+    through four.
+    """
     turns = math.floor(shift + ON_SAMPLE)
     f = shift - turns
     if f < ON_SAMPLE:
         return states[:, turns:] - states[:, : states.shape[1] - turns]
     taps = (
-        -f * (f - 1.0) * (f - 2.0) / 6.0, (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0,
-        -(f + 1.0) * f * (f - 2.0) / 2.0, (f + 1.0) * f * (f - 1.0) / 6.0,
-    )  # fmt: skip
+        -f * (f - 1.0) * (f - 2.0) / 6.0,
+        (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0,
+        -(f + 1.0) * f * (f - 2.0) / 2.0,
+        (f + 1.0) * f * (f - 1.0) / 6.0,
+    )
     count = states.shape[1] - turns - 2
-    later = sum(tap * states[:, turns - 1 + i : turns - 1 + i + count] for i, tap in enumerate(taps))
+    later = sum(
+        tap * states[:, turns - 1 + i : turns - 1 + i + count] for i, tap in enumerate(taps)
+    )
     return later - states[:, :count]
 
 
 def own(function: Callable, record: Record) -> dict[str, Metric]:
-    """Metrics of a user's function. Raises ValueError for one that gives neither a number nor numbers by name."""
+    """Metrics of a user's function.
+
+    Raises ValueError for one that gives neither a number nor numbers by name.
+    """
     given = function(record)
     name = getattr(function, "__name__", "metric")
     if hasattr(given, "__float__") or isinstance(given, tuple):
         given = {name: given}
     if not isinstance(given, dict):
-        raise ValueError(f"metric {name}: expected a number or a dictionary of numbers, got {given!r}")
+        raise ValueError(
+            f"metric {name}: expected a number or a dictionary of numbers, got {given!r}"
+        )
     values = {}
     for key, entry in given.items():
         checks.identifier(f"metric {name}: its name", key)
-        value, units, text = entry if isinstance(entry, tuple) and len(entry) == 3 else (entry, "?", key)
+        value, units, text = (
+            entry if isinstance(entry, tuple) and len(entry) == 3 else (entry, "?", key)
+        )
         try:
             values[key] = Metric(float(value), str(units), str(text))
         except (TypeError, ValueError):

@@ -19,10 +19,12 @@ from clearance.tracing.asking import Answerer
 class Observer:
     """Sees a run as it goes; a kind of observer has the methods that it needs.
 
-    A piece of output is what one call of the compiled loop makes: samples, contacts that are over, steps.
+    A piece of output is what one call of the compiled loop makes: samples, contacts that are over,
+    steps.
     """
 
-    period: float | None = None  # [s]; a step ends at each of its multiples, such as the turns of a drive
+    # [s]; a step ends at each of its multiples, such as the turns of a drive
+    period: float | None = None
 
     def samples(self, times: np.ndarray, rows: np.ndarray) -> None:
         """Outputs at sample times, (n, channels); the arrays are used again after the call."""
@@ -31,7 +33,9 @@ class Observer:
         """Finished contacts; labels: of all spots; rows: see `stepping.state.IMPACT_COLUMNS`."""
 
     def steps(self, log: np.ndarray) -> None:
-        """Steps: time at the end, step, error over tolerance, and the energies where there is a ledger."""
+        """Steps: time at the end, step, error over tolerance, and the energies where there is a
+        ledger.
+        """
 
     def follow(self, log: np.ndarray, trail: np.ndarray) -> None:
         """Numbers of elements that wear at the start, middle and end of each of these steps."""
@@ -40,7 +44,9 @@ class Observer:
         """The run stands at a multiple of the period; it may be changed."""
 
     def piece(self, run, code: int) -> int:
-        """All observers have seen a piece; code: status of the run, or that of an observer before. Returns it, or
+        """All observers have seen a piece; code: status of the run, or that of an observer before.
+
+        Returns it, or
         another.
         """
         return code
@@ -91,7 +97,8 @@ class Recording(Observer):
 class Interrupts(Observer):
     """Raises interrupts between two pieces of output.
 
-    check: raises those that came. One that came while a film was solved cannot pass through compiled code by itself.
+    check: raises those that came. One that came while a film was solved cannot pass through
+        compiled code by itself.
     """
 
     def __init__(self, check: Callable[[], None]):

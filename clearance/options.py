@@ -8,7 +8,8 @@ from clearance.mechanism.build import Mechanism
 from clearance.recording import filters
 
 METHODS = ("dop853", "rodas5p", "radau5", "radau9")
-LOOSE, TIGHT = 1e-3, 3e-7  # tolerances between which radau5 is the fastest implicit method (clearance work-precision)
+# tolerances between which radau5 is the fastest implicit method (clearance work-precision)
+LOOSE, TIGHT = 1e-3, 3e-7
 FINEST = 1e-14  # smallest rtol
 SAMPLES_PER_TURN = 400
 MOST_SAMPLES = 2**53  # beyond which their times are not told apart
@@ -36,14 +37,18 @@ class Solver:
 
     def __post_init__(self):
         checks.positive("rtol", self.rtol)
-        if self.max_steps is not None and (not isinstance(self.max_steps, int) or self.max_steps < 1):
+        if self.max_steps is not None and (
+            not isinstance(self.max_steps, int) or self.max_steps < 1
+        ):
             raise ValueError(f"max_steps must be a positive whole number, got {self.max_steps!r}")
         if self.max_step is not None:
             checks.positive("max_step", self.max_step)
         if not FINEST <= self.rtol <= 0.1:
             raise ValueError(f"rtol must lie in [1e-14, 0.1], got {self.rtol!r}")
         if self.method not in ("auto", "radau", *METHODS):
-            raise ValueError(f"method must be one of auto, radau, {', '.join(METHODS)}; got {self.method!r}")
+            raise ValueError(
+                f"method must be one of auto, radau, {', '.join(METHODS)}; got {self.method!r}"
+            )
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,9 @@ class Output:
 
     def __post_init__(self):
         if self.checkpoint is not None and self.path is None:
-            raise ValueError("checkpoint needs a path: the name of the result file that the run shall go on with")
+            raise ValueError(
+                "checkpoint needs a path: the name of the result file that the run shall go on with"
+            )
         if self.checkpoint is not None:
             checks.positive("checkpoint", self.checkpoint)
         filters(self.compression)
@@ -73,7 +80,8 @@ def span_of(scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) 
         turns = checks.positive("turns", turns)
         if turn is None:
             raise ValueError(
-                "turns needs a constant-speed rotating drive with speed != 0, or one with a nominal speed; "
+                "turns needs a constant-speed rotating drive with speed != 0, or one with a "
+                "nominal speed; "
                 "give until=SECONDS instead"
             )
         until = turns * turn
@@ -89,11 +97,15 @@ def span_of(scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) 
     return Span(until, int(samples))
 
 
-def choose_method(mechanism: Mechanism, method: str = "auto", rtol: float = 1e-6) -> tuple[str, str]:
+def choose_method(
+    mechanism: Mechanism, method: str = "auto", rtol: float = 1e-6
+) -> tuple[str, str]:
     """Name of the stepper and the reason for it."""
     films = [j.name for j in mechanism.scene.clearance_joints if j.film is not None]
     if method not in ("auto", "dop853") and mechanism.size == 0:
-        raise ValueError(f"method {method}: this scene has no degree of freedom to be stiff; use auto or dop853")
+        raise ValueError(
+            f"method {method}: this scene has no degree of freedom to be stiff; use auto or dop853"
+        )
     if method == "radau":
         return implicit(rtol, stages_only=True), "asked for radau; the number of stages suits rtol"
     if method != "auto":
@@ -105,7 +117,9 @@ def choose_method(mechanism: Mechanism, method: str = "auto", rtol: float = 1e-6
         return implicit(rtol), f"{reason}; the fastest for this rtol"
     if not films:
         return "dop853", "no film: explicit as long as the scene is not stiff between contacts"
-    return implicit(rtol), f"the film of joint {', '.join(films)} makes the scene stiff; the fastest for this rtol"
+    return implicit(
+        rtol
+    ), f"the film of joint {', '.join(films)} makes the scene stiff; the fastest for this rtol"
 
 
 def implicit(rtol: float, stages_only: bool = False) -> str:
@@ -129,11 +143,12 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
 
 
 def longest_step(mechanism: Mechanism, span: Span, turn: float | None = None) -> float:
-    """A share of a turn, or of the span; films with a memory are first order in it and need it short.
+    """A share of a turn, or of the span; films with a memory are first order in it and need it
+    short.
 
-    Prescribed motions may have corners that a long step would not see: no longer than the way between two samples,
-    and where nothing else moves, which costs next to nothing, a tenth of it. turn: of the drive [s], where it is not
-    that of the scene.
+    Prescribed motions may have corners that a long step would not see: no longer than the way
+    between two samples, and where nothing else moves, which costs next to nothing, a tenth of it.
+    turn: of the drive [s], where it is not that of the scene.
     """
     share = REMEMBERED_SHARE if mechanism.layout.remembering else LARGEST_SHARE
     if mechanism.size == 0:  # no error bounds the step, and extremes are looked for step by step

@@ -1,4 +1,6 @@
-"""Fields of bodies and elements: a number's meaning, unit, check and place in the kernel from one statement."""
+"""Fields of bodies and elements: a number's meaning, unit, check and place in the kernel from one
+statement.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, Field, dataclass, field, fields
@@ -16,11 +18,12 @@ Row = tuple[str, float, tuple[float, ...]]
 
 @dataclass(frozen=True)
 class Number:
-    """A field that is a number: its meaning with the unit, its check, and the values that are folded into the code.
+    """A field that is a number: its meaning with the unit, its check, and the values that are
+    folded into the code.
 
-    parts: names of its components, where it is a vector. parameter: False where it is none of the kernel's; beside: a
-    field without which it is none. required: True where it must be given, though its default is None. families: of
-    laws that may stand in its place.
+    parts: names of its components, where it is a vector. parameter: False where it is none of the
+        kernel's; beside: a field without which it is none. required: True where it must be given,
+        though its default is None. families: of laws that may stand in its place.
     """
 
     text: str
@@ -33,7 +36,10 @@ class Number:
     families: tuple[Family, ...] = ()
 
     def checked(self, label: str, value: object) -> object:
-        """The value as it is kept: a number, or a law where the field takes one. Raises ValueError, TypeError."""
+        """The value as it is kept: a number, or a law where the field takes one.
+
+        Raises ValueError, TypeError.
+        """
         if not self.families or isinstance(value, int | float) and not isinstance(value, bool):
             return self.check(label, value)
         return bound(label, value, *self.families)
@@ -57,7 +63,10 @@ def law(text: str, *families: Family) -> Field:
 
 
 class Described:
-    """Base of frozen dataclasses whose fields declare their numbers and laws. Subclasses have `label` and `key`."""
+    """Base of frozen dataclasses whose fields declare their numbers and laws.
+
+    Subclasses have `label` and `key`.
+    """
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
@@ -69,7 +78,9 @@ class Described:
             spec = one.metadata.get("number")
             if "law" in one.metadata:
                 self._set(one.name, bound(label, value, *one.metadata["law"]))
-            elif spec is not None and (value is not None or one.default is not None or spec.required):
+            elif spec is not None and (
+                value is not None or one.default is not None or spec.required
+            ):
                 self._set(one.name, spec.checked(label, value))
 
     def numbers(self) -> Iterator[Row]:

@@ -1,7 +1,8 @@
-"""HDF5 files of ours, read with care: what is damaged or a stranger's is told by file and place; nothing is executed.
+"""HDF5 files of ours, read with care: what is damaged or a stranger's is told by file and place;
+nothing is executed.
 
-Checksums tell of damage: those that HDF5 keeps of columns and of what describes them, and those of long texts, which
-stand beside the texts as attributes NAME_crc32.
+Checksums tell of damage: those that HDF5 keeps of columns and of what describes them, and those of
+long texts, which stand beside the texts as attributes NAME_crc32.
 """
 
 import json
@@ -50,11 +51,13 @@ FACT_UNITS = {
 }
 TEXT, NUMBER, ROW = "a text", "a number", "a row of numbers"
 _TEXTS = (
-    "case parameters scene kernel status created units long_name method method_reason key known kind axis role "
+    "case parameters scene kernel status created units long_name method method_reason key known "
+    "kind axis role "
     "definition model options facts doubts errors_left_out asked cannot"
 )
 _NUMBERS = (
-    "rtol wall_s loop_s stretch_s energy_residual_share order steps rejected evaluations jacobians factorisations "
+    "rtol wall_s loop_s stretch_s energy_residual_share order steps rejected evaluations jacobians "
+    "factorisations "
     "journal_bytes format_version companion_rtol spread begin_s end_s"
 )
 _ROWS = "actual_range lowest highest force_highest atol"
@@ -105,8 +108,8 @@ def _reading(path: Path, place: str) -> Iterator[None]:
 class Reader:
     """An HDF5 file of ours whose content may be damaged or a stranger's.
 
-    What cannot be read raises Damaged, naming the file and the place. Nothing is read from the other files that HDF5
-    can point to.
+    What cannot be read raises Damaged, naming the file and the place. Nothing is read from the
+    other files that HDF5 can point to.
     """
 
     def __init__(self, path: Path, file: h5py.File):
@@ -218,7 +221,10 @@ def _is(kind: str, value) -> bool:
 
 
 def open_checked(path: Path, kind: str, form: str, version: int) -> Reader:
-    """Open an HDF5 file of ours. Raises FileNotFoundError, or ValueError for other, broken or newer files."""
+    """Open an HDF5 file of ours.
+
+    Raises FileNotFoundError, or ValueError for other, broken or newer files.
+    """
     if not path.exists():
         raise FileNotFoundError(f"no {kind.split()[-1]} file {path}")
     if path.is_dir():
@@ -244,5 +250,6 @@ def _check_format(reader: Reader, kind: str, form: str, version: int) -> None:
     newer = reader.attribute("", "format_version")
     if newer > version:
         raise NewerFormat(
-            f"{reader.path} was written by a newer clearance (format {newer}; this one reads up to {version})"
+            f"{reader.path} was written by a newer clearance (format {newer}; this one reads up to "
+            f"{version})"
         )

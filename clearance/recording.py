@@ -1,8 +1,8 @@
 """Output of a run, piece by piece: made continuous, watched, and kept in a file or in memory.
 
-A `Recorder` takes the pieces and hands them to one sink: a `FileSink` writes the HDF5 result file (layout in
-results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. Ranges and the energy ledger are those of all
-channels, whichever a sink keeps.
+A `Recorder` takes the pieces and hands them to one sink: a `FileSink` writes the HDF5 result file
+(layout in results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. Ranges and the
+energy ledger are those of all channels, whichever a sink keeps.
 """
 
 import errno
@@ -39,10 +39,12 @@ from clearance.results import (
 )
 
 CHUNK = 2048  # rows
-NO_VALUES = f"This is a netCDF dimension but not a netCDF variable. {0:9d}"  # netCDF's way to say so
+# netCDF's way to say so
+NO_VALUES = f"This is a netCDF dimension but not a netCDF variable. {0:9d}"
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # how a system says that there is no room
 NODES = 4096  # bytes of the index of a column that a piece may add, beside 64 for each chunk
-CLOSING, CLOSING_COLUMN = 2**18, 2**12  # bytes that closing a file needs at most: contacts cut off, facts; extremes
+# bytes that closing a file needs at most: contacts cut off, facts; extremes
+CLOSING, CLOSING_COLUMN = 2**18, 2**12
 OPENING_COLUMN = 2**12  # bytes of the header of an empty column, with its share of the groups
 
 EVENT_COLUMNS = {
@@ -63,7 +65,8 @@ SOLVER_COLUMNS = {
 
 
 def chosen(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
-    """Places of the channels whose path a pattern fits: "joints/B/*", "bodies/slider/ax", "energy"; None: all.
+    """Places of the channels whose path a pattern fits: "joints/B/*", "bodies/slider/ax", "energy";
+    None: all.
 
     The events are always kept, the log of steps where all is or a pattern is "solver".
     Raises ValueError for a pattern that fits none.
@@ -77,13 +80,17 @@ def chosen(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
         fits = [i for i, c in enumerate(channels) if fits_path(c.path, pattern)]
         if not fits and not fits_path(STEP_LOG, pattern):
             groups = dict.fromkeys(c.path.rpartition("/")[0] for c in channels)
-            raise ValueError(f"channels: {pattern!r} fits none; there are {', '.join(f'{g}/*' for g in groups)}")
+            raise ValueError(
+                f"channels: {pattern!r} fits none; there are {', '.join(f'{g}/*' for g in groups)}"
+            )
         places.update(fits)
     return sorted(places)
 
 
 def spots(channels: Sequence) -> list[str]:
-    """Labels of places that touch, as tables of impacts have them: a joint, or its spot as in guide/1."""
+    """Labels of places that touch, as tables of impacts have them: a joint, or its spot as in
+    guide/1.
+    """
     touching = (re.fullmatch(r"joints/(.+)/contact_force(?:_(.+))?", c.path) for c in channels)
     return ["/".join(filter(None, match.groups())) for match in touching if match]
 
@@ -99,7 +106,9 @@ def fits_path(path: str, pattern: str) -> bool:
 
 @dataclass(frozen=True)
 class Ranges:
-    """Smallest and largest samples of all channels, (channels,), and located extremes where steps were made."""
+    """Smallest and largest samples of all channels, (channels,), and located extremes where steps
+    were made.
+    """
 
     low: np.ndarray
     high: np.ndarray
@@ -109,16 +118,24 @@ class Ranges:
 class Recorder:
     """Takes a run's output as it comes and hands it to a sink.
 
-    The ledger starts at zero and is watched; ranges and totals are kept. stepped: the run makes steps, at whose ends
-    the ledger is judged, for samples between them carry the error of the interpolation; else samples are all there is,
-    and angles are made continuous from one to the next. floor: energy [J] below which the ledger cannot tell anything.
+    The ledger starts at zero and is watched; ranges and totals are kept. stepped: the run makes
+    steps, at whose ends the ledger is judged, for samples between them carry the error of the
+    interpolation; else samples are all there is, and angles are made continuous from one to the
+    next. floor: energy [J] below which the ledger cannot tell anything.
     """
 
     def __init__(self, channels: list, sink, stepped: bool = False, floor: float = 0.0):
         self.channels, self.sink, self.stepped = channels, sink, stepped
         self.place = {c.path: i for i, c in enumerate(channels)}
-        self.angles = [(i, self.place[c.path.replace("theta", "omega")]) for i, c in enumerate(channels) if c.wrapped]
-        self.balance, self.kinetic = self.place.get("energy/residual"), self.place.get("energy/kinetic")
+        self.angles = [
+            (i, self.place[c.path.replace("theta", "omega")])
+            for i, c in enumerate(channels)
+            if c.wrapped
+        ]
+        self.balance, self.kinetic = (
+            self.place.get("energy/residual"),
+            self.place.get("energy/kinetic"),
+        )
         self.jointed = [p.rpartition("/")[0] for p in self.place if p.endswith("/force_x")]
         self.last: tuple[float, np.ndarray] | None = None
         self.zero = 0.0
@@ -127,7 +144,9 @@ class Recorder:
         self.facts: dict[str, dict] = {}  # attributes of groups
         self.turned_over = 0.0
         self.ledger: LedgerWatch | None = None
-        self.work = [self.place[p] for p in ("energy/input", "energy/dissipated") if p in self.place]
+        self.work = [
+            self.place[p] for p in ("energy/input", "energy/dissipated") if p in self.place
+        ]
         if self.balance is not None:
             self.ledger = LedgerWatch(floor)
 
@@ -150,12 +169,19 @@ class Recorder:
         self.last = (times[-1], rows[-1].copy())
 
     def _summarise(self, rows: np.ndarray) -> None:
-        """Ranges and sums of all channels, energy turned over: for summaries without reading the record."""
-        self.low, self.high = np.minimum(self.low, rows.min(axis=0)), np.maximum(self.high, rows.max(axis=0))
+        """Ranges and sums of all channels, energy turned over: for summaries without reading the
+        record.
+        """
+        self.low, self.high = (
+            np.minimum(self.low, rows.min(axis=0)),
+            np.maximum(self.high, rows.max(axis=0)),
+        )
         self.totals, self.rows = self.totals + rows.sum(axis=0), self.rows + len(rows)
         if self.kinetic is not None:
             before = [] if self.last is None else [self.last[1][self.kinetic]]
-            self.turned_over += float(np.abs(np.diff(np.concatenate([before, rows[:, self.kinetic]]))).sum())
+            self.turned_over += float(
+                np.abs(np.diff(np.concatenate([before, rows[:, self.kinetic]]))).sum()
+            )
 
     def _unwrap(self, times: np.ndarray, rows: np.ndarray) -> None:
         for angle, speed in self.angles:
@@ -171,13 +197,17 @@ class Recorder:
             rows[:, angle] = (values - turned)[-len(times) :]
 
     def impacts(self, names: list[str], rows: np.ndarray, kind: str = "contact") -> None:
-        """Append finished contacts: rows of (joint, time, impact speed, force, penetration, duration, separation)."""
+        """Append finished contacts: rows of (joint, time, impact speed, force, penetration,
+        duration, separation).
+        """
         if not len(rows):
             return
         self.sink.impacts([names[int(j)] for j in rows[:, 0]], rows, kind)
 
     def steps(self, log: np.ndarray) -> None:
-        """Append steps: rows of (time at the end, step, error over tolerance, energies where there is a ledger)."""
+        """Append steps: rows of (time at the end, step, error over tolerance, energies where there
+        is a ledger).
+        """
         self.sink.steps(log[:, : len(SOLVER_COLUMNS)])
         if self.ledger and len(log):
             energies = log[:, len(SOLVER_COLUMNS) :].copy()
@@ -199,24 +229,39 @@ class Recorder:
         """
         group = f"joints/{joint.name}"
         result = regime(joint, pressure, gap)
-        self.know(group, **{name: value for name, value in vars(result).items() if value is not None})
+        self.know(
+            group, **{name: value for name, value in vars(result).items() if value is not None}
+        )
         means = {f"{group}/membership_{s}": f"share_{s}" for s in ("full_film", "mixed", "dry")}
         means[f"{group}/asperity_share"] = "mean_asperity_share"
-        self.know(group, **{n: self.totals[self.place[p]] / self.rows for p, n in means.items() if p in self.place})
+        self.know(
+            group,
+            **{
+                n: self.totals[self.place[p]] / self.rows
+                for p, n in means.items()
+                if p in self.place
+            },
+        )
         return result
 
     def residual_share(self) -> float:
-        """Largest share of the energy turned over in some stretch of the run that its residual moved by."""
+        """Largest share of the energy turned over in some stretch of the run that its residual
+        moved by.
+        """
         return max(self.ledger.worst, self.ledger.share()) if self.ledger else 0.0
 
     def energy_scale(self) -> float:
-        """The energy turned over so far: total variation of the kinetic energy, or what went in or was taken out."""
+        """The energy turned over so far: total variation of the kinetic energy, or what went in or
+        was taken out.
+        """
         return max([self.turned_over, *(float(self.high[i] - self.low[i]) for i in self.work)])
 
     def close(
         self, status: str, solver: dict, warnings: list[str], extremes: Extremes | None = None
     ) -> None:
-        """Finish: what is known of each group, then the status; the sink then gives the record its place."""
+        """Finish: what is known of each group, then the status; the sink then gives the record its
+        place.
+        """
         ranges = None
         if self.last is not None:
             ranges = Ranges(self.low, self.high, extremes)
@@ -230,7 +275,9 @@ class Recorder:
     def _know_extremes(self, extremes: Extremes | None, quantity: str, fact: str) -> None:
         """Extremes of the whole run as attributes of the joints, with their times."""
         for group in self.jointed if extremes else ():
-            if f"{group}/{quantity}" in extremes and (extreme := extremes.of(f"{group}/{quantity}")):
+            if f"{group}/{quantity}" in extremes and (
+                extreme := extremes.of(f"{group}/{quantity}")
+            ):
                 self.know(group, **{fact: extreme.value, f"{fact}_time": extreme.time})
 
 
@@ -247,25 +294,35 @@ class Unwritable(OSError):
 class FileSink:
     """Writes a run into `<path>.partial` and gives it its final name when the run has ended.
 
-    keep: patterns of the channels to keep (default all). compression: gzip level 0 to 9 of all columns, 0: none.
-    expected: rows to expect, where they are few. alone: somebody else sees to it that nobody else writes this file.
-    placed: whether the file has its final name. full: whether the disk refused a piece of the record. gone: whether
-    the file could not be kept.
+    keep: patterns of the channels to keep (default all). compression: gzip level 0 to 9 of all
+        columns, 0: none.
+    expected: rows to expect, where they are few. alone: somebody else sees to it that nobody else
+        writes this file.
+    placed: whether the file has its final name. full: whether the disk refused a piece of the
+        record. gone: whether the file could not be kept.
 
-    A write that fails leaves a file that HDF5 can neither mend nor close. The room for each piece, and for closing the
-    file after it, is therefore claimed from the system before it is written: what does not fit is refused and the file
-    stays whole. Where a system cannot promise room, a write that fails costs the file.
+    A write that fails leaves a file that HDF5 can neither mend nor close. The room for each piece,
+    and for closing the file after it, is therefore claimed from the system before it is written:
+    what does not fit is refused and the file stays whole. Where a system cannot promise room, a
+    write that fails costs the file.
     All that writes raises Unwritable; after a refusal the file can still be closed.
     """
 
     placed = full = gone = False
     lock: Lock | None = None
-    flushed = due = 0  # bytes of the file after the last flush; bytes that its record may have grown by since
+    # bytes of the file after the last flush; bytes that its record may have grown by since
+    flushed = due = 0
 
     def __init__(
-        self, path: Path, channels: list, attributes: dict, keep=None, compression: int = 0, expected: int = CHUNK,
+        self,
+        path: Path,
+        channels: list,
+        attributes: dict,
+        keep=None,
+        compression: int = 0,
+        expected: int = CHUNK,
         alone: bool = False,
-    ):  # fmt: skip
+    ):
         self.path = Path(path)
         if self.path.is_dir():
             raise ValueError(f"result file {self.path} is a directory; give the name of a file")
@@ -285,7 +342,10 @@ class FileSink:
             raise
 
     def _lock(self) -> None:
-        """Refuse a second run onto this name. Without locks both write files of their own, and the last one stays."""
+        """Refuse a second run onto this name.
+
+        Without locks both write files of their own, and the last one stays.
+        """
         self.lock = lock_of(self.path)
         if not self.lock.held:
             self.partial = temporary_name(self.path)
@@ -299,7 +359,11 @@ class FileSink:
         self.closing = CLOSING + CLOSING_COLUMN * len(self.kept)
         about = provenance() | attributes | {"status": "partial: still running"}
         about |= {f"{n}_crc32": zlib.crc32(about[n].encode()) for n in CHECKED if n in about}
-        room = self.closing + OPENING_COLUMN * len(self.kept) + 2 * sum(len(str(v)) for v in about.values())
+        room = (
+            self.closing
+            + OPENING_COLUMN * len(self.kept)
+            + 2 * sum(len(str(v)) for v in about.values())
+        )
         self.file = self._open(room)
         with self._writing():
             self._claim(room)
@@ -320,8 +384,14 @@ class FileSink:
         return h5py.File(self.partial, "r+", libver=LIBVER, rdcc_nbytes=2 * CHUNK * 8)
 
     def _empty(self) -> bytes:
-        """A file of these columns without rows, made once: hundreds of things take HDF5 far longer than their rows."""
-        key = tuple(self.channels[i] for i in self.kept), *self.layout.items(), tuple(spots(self.channels))
+        """A file of these columns without rows, made once: hundreds of things take HDF5 far longer
+        than their rows.
+        """
+        key = (
+            tuple(self.channels[i] for i in self.kept),
+            *self.layout.items(),
+            tuple(spots(self.channels)),
+        )
         if key not in _images:
             while len(_images) >= MOST_IMAGES:
                 del _images[next(iter(_images))]
@@ -336,10 +406,15 @@ class FileSink:
         self.time = self.file["time"]
         self.columns = [self.file[self.channels[i].path] for i in self.kept]
         names = {"events": (*EVENT_COLUMNS, *EVENT_TEXTS), "solver": SOLVER_COLUMNS}
-        self.tables = {g: {n: self.file[f"{g}/{n}"] for n in columns} for g, columns in names.items()}
+        self.tables = {
+            g: {n: self.file[f"{g}/{n}"] for n in columns} for g, columns in names.items()
+        }
 
     def _claim(self, room: int) -> None:
-        """Have so many bytes set aside behind what has been flushed. Raises OSError where they are not there."""
+        """Have so many bytes set aside behind what has been flushed.
+
+        Raises OSError where they are not there.
+        """
         _set_aside(self.file.id.get_vfd_handle(), self.flushed, room)
 
     @contextmanager
@@ -348,7 +423,8 @@ class FileSink:
         try:
             yield
         except (OSError, RuntimeError) as error:
-            words = re.search(r"errno = (\d+)", str(error))  # HDF5 gives the system's reason in words only
+            # HDF5 gives the system's reason in words only
+            words = re.search(r"errno = (\d+)", str(error))
             number = getattr(error, "errno", None) or (words and int(words[1]))
             if not number:
                 raise
@@ -367,7 +443,9 @@ class FileSink:
         self._release()
 
     def _detach(self) -> None:
-        """Send to the null device what HDF5 has still to write: it would try, fail, and crash at the process's end."""
+        """Send to the null device what HDF5 has still to write: it would try, fail, and crash at
+        the process's end.
+        """
         null = os.open(os.devnull, os.O_RDWR)
         os.dup2(null, self.file.id.get_vfd_handle(), inheritable=False)
         os.close(null)
@@ -398,12 +476,18 @@ class FileSink:
             column.dims[0].attach_scale(scale)
             group = column.parent
             if "time" not in group:
-                group["time"] = scale  # the same dataset under a second name: each group opens with its times
+                # the same dataset under a second name: each group opens with its times
+                group["time"] = scale
         texts = {"joint": spots(self.channels), "kind": CONTACT_KINDS}
         for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
-            made = {n: self._dataset(f"{group}/{n}", units, what) for n, (units, what) in columns.items()}
+            made = {
+                n: self._dataset(f"{group}/{n}", units, what)
+                for n, (units, what) in columns.items()
+            }
             if group == "events":
-                made |= {n: self._texts(f"events/{n}", what, texts[n]) for n, what in EVENT_TEXTS.items()}
+                made |= {
+                    n: self._texts(f"events/{n}", what, texts[n]) for n, what in EVENT_TEXTS.items()
+                }
             self._along(group, list(made.values()))
 
     def _dataset(self, path: str, units: str, what: str, dtype=np.float64):
@@ -419,8 +503,12 @@ class FileSink:
         return data
 
     def _along(self, group: str, columns: list) -> None:
-        """Give the columns of a table a dimension of their own, which has no values; time is a coordinate along it."""
-        dimension = self._dataset(f"{group}/{DIMENSIONS[group]}", "1", f"dimension of the columns of /{group}", ">f4")
+        """Give the columns of a table a dimension of their own, which has no values; time is a
+        coordinate along it.
+        """
+        dimension = self._dataset(
+            f"{group}/{DIMENSIONS[group]}", "1", f"dimension of the columns of /{group}", ">f4"
+        )
         dimension.make_scale(NO_VALUES)
         for column in columns:
             column.dims[0].attach_scale(dimension)
@@ -444,7 +532,8 @@ class FileSink:
         """Append to columns, to all or to none."""
         if self.gone or not self.file:
             return
-        if not self.full:  # then what was claimed for closing is used up: contacts that the end cuts off
+        # then what was claimed for closing is used up: contacts that the end cuts off
+        if not self.full:
             due = self.due + sum(_room(c, v) for c, v in zip(columns, values, strict=True))
             try:
                 self._claim(due + self.closing)
@@ -470,11 +559,15 @@ class FileSink:
             self._append([column], [other[column.name][()]])
 
     def close(self, status: str, solver: dict, warnings: list[str], facts: dict, ranges) -> None:
-        """State the status and what is known, give the file its name; nothing where it has been closed before."""
+        """State the status and what is known, give the file its name; nothing where it has been
+        closed before.
+        """
         if self.gone or not self.file:
             return
         with self._writing():
-            self.file.attrs.create("warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),))
+            self.file.attrs.create(
+                "warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),)
+            )
             self.file["solver"].attrs.update(solver)
             for group, given in facts.items():
                 self.file.require_group(group).attrs.update(given | _units(group, given))
@@ -524,7 +617,8 @@ def write_extremes(file: h5py.File, extremes: Extremes) -> None:
     group.attrs["stretch_s"] = extremes.length
 
 
-#: tables of stated errors in /errors: name of a column -> (units, what it is); those of extremes stand in /extremes
+#: tables of stated errors in /errors: name of a column -> (units, what it is); those of extremes
+#: stand in /extremes
 ERROR_COLUMNS = {
     "name": ("1", "name of a metric, of a located extreme, or trajectory (over the clearance)"),
     "units_of": ("1", "units of value, stated and film"),
@@ -533,7 +627,10 @@ ERROR_COLUMNS = {
     "film": ("1", "change by the largest error of the film tables, in units_of"),
     "kind": ("1", "way in which the error was found"),
     "channel": ("1", "path of a channel"),
-    "share": ("1", "three times the largest difference of a channel from the companion over its range"),
+    "share": (
+        "1",
+        "three times the largest difference of a channel from the companion over its range",
+    ),
 }
 EXTREME_ERRORS = {
     "stated": ("1", "stated error of each value by the integration, in units_of"),
@@ -542,7 +639,9 @@ EXTREME_ERRORS = {
 
 
 def write_errors(file: h5py.File, errors: Errors) -> None:
-    """The group /errors, and errors of the located extremes in /extremes; only the reason, where nothing is stated."""
+    """The group /errors, and errors of the located extremes in /extremes; only the reason, where
+    nothing is stated.
+    """
     if errors.reason:
         file.attrs["errors_left_out"] = errors.reason
         return
@@ -562,10 +661,15 @@ def write_errors(file: h5py.File, errors: Errors) -> None:
     for name in columns.keys() - {"name", "channel"}:
         group[name].dims[0].attach_scale(group["channel" if name == "share" else "name"])
     rtol, companion_rtol = errors.rtol
-    group.attrs.update({
-        "rtol": rtol, "companion_rtol": companion_rtol, "spread": errors.spread, "begin_s": errors.begin,
-        "end_s": errors.end,
-    })  # fmt: skip
+    group.attrs.update(
+        {
+            "rtol": rtol,
+            "companion_rtol": companion_rtol,
+            "spread": errors.spread,
+            "begin_s": errors.begin,
+            "end_s": errors.end,
+        }
+    )
     if errors.asked:
         group.attrs.update({"asked": json.dumps(dict(errors.asked)), "cannot": errors.cannot})
     _add_extreme_errors(file["extremes"], errors.extremes)
@@ -578,7 +682,9 @@ def _add_extreme_errors(group: h5py.Group, errors: ExtremeErrors) -> None:
         data.dims[1].attach_scale(group["quantity"])
 
 
-def _column(group: h5py.Group, name: str, values: np.ndarray, about: tuple[str, str]) -> h5py.Dataset:
+def _column(
+    group: h5py.Group, name: str, values: np.ndarray, about: tuple[str, str]
+) -> h5py.Dataset:
     """A column of a table with its units and what it is."""
     data = create_column(group, name, values)
     data.attrs["units"], data.attrs["long_name"] = about
@@ -588,7 +694,8 @@ def _column(group: h5py.Group, name: str, values: np.ndarray, about: tuple[str, 
 
 
 class ImageSink(FileSink):
-    """Makes the file in memory and writes it in one piece: for short runs, where a full disk must do no harm.
+    """Makes the file in memory and writes it in one piece: for short runs, where a full disk must
+    do no harm.
 
     Whoever else writes a file of this name does so in one piece too: no lock is needed.
     size, check: bytes and CRC-32 of what was written.
@@ -641,26 +748,50 @@ class MemorySink:
 
     def close(self, status: str, solver: dict, warnings: list[str], facts: dict, ranges) -> None:
         times = np.concatenate([t for t, _ in self.pieces]) if self.pieces else np.zeros(0)
-        rows = np.concatenate([r for _, r in self.pieces]) if self.pieces else np.zeros((0, len(self.channels)))
+        rows = (
+            np.concatenate([r for _, r in self.pieces])
+            if self.pieces
+            else np.zeros((0, len(self.channels)))
+        )
         none = np.zeros((0, 1 + len(EVENT_COLUMNS)))
         events = np.concatenate([none, *(r for _, r, _ in self.contacts)])
         table = {n: events[:, i] for i, n in enumerate(EVENT_COLUMNS, 1)}
         table["joint"] = np.array([j for joints, *_ in self.contacts for j in joints], dtype=str)
         table["kind"] = np.array([k for joints, _, k in self.contacts for _ in joints], dtype=str)
         self.record = MemoryRecord(
-            self.channels, times, rows, table, self.attributes | {"status": status}, solver, warnings, facts,
+            self.channels,
+            times,
+            rows,
+            table,
+            self.attributes | {"status": status},
+            solver,
+            warnings,
+            facts,
             ranges and ranges.extremes,
-        )  # fmt: skip
+        )
 
 
 class MemoryRecord(Record):
     """A run in memory; reads like a `Result`."""
 
     def __init__(
-        self, channels: list, times: np.ndarray, rows: np.ndarray, events: dict, attributes: dict,
-        solver: dict, warnings: list[str], facts: dict, extremes: Extremes | None,
-    ):  # fmt: skip
-        self.events, self.attributes, self.solver, self.warnings = events, attributes, solver, warnings
+        self,
+        channels: list,
+        times: np.ndarray,
+        rows: np.ndarray,
+        events: dict,
+        attributes: dict,
+        solver: dict,
+        warnings: list[str],
+        facts: dict,
+        extremes: Extremes | None,
+    ):
+        self.events, self.attributes, self.solver, self.warnings = (
+            events,
+            attributes,
+            solver,
+            warnings,
+        )
         self._times, self._rows, self._facts, self.located = times, rows, facts, extremes
         self._channels_by_path = {c.path: (i, c) for i, c in enumerate(channels)}
         self._groups: dict[str, dict[str, None]] = {"": {"time": None}}
@@ -691,9 +822,19 @@ class MemoryRecord(Record):
 
 def filters(compression: int) -> dict:
     """Settings of a column. Raises ValueError for what is no gzip level."""
-    if isinstance(compression, bool) or not isinstance(compression, int) or not 0 <= compression <= 9:
-        raise ValueError(f"compression must be a whole number from 0 (none) to 9, got {compression!r}")
-    packed = {"compression": "gzip", "compression_opts": compression, "shuffle": True} if compression else {}
+    if (
+        isinstance(compression, bool)
+        or not isinstance(compression, int)
+        or not 0 <= compression <= 9
+    ):
+        raise ValueError(
+            f"compression must be a whole number from 0 (none) to 9, got {compression!r}"
+        )
+    packed = (
+        {"compression": "gzip", "compression_opts": compression, "shuffle": True}
+        if compression
+        else {}
+    )
     return {"fletcher32": True} | packed
 
 
@@ -706,18 +847,24 @@ def _units(group: str, facts: dict) -> dict[str, str]:
 def lock_of(path: Path) -> Lock:
     """The lock that stands beside a result file while a run writes it.
 
-    Raises InUse where another run does; OSError, where the disk is full Unwritable, where nothing can be written.
+    Raises InUse where another run does; OSError, where the disk is full Unwritable, where nothing
+    can be written.
     """
     try:
         return Lock(path.with_name(f"{path.name}.lock"), f"another run writes {path}")
     except OSError as error:
         if error.errno in FULL:
             raise Unwritable(path, error.errno) from None
-        raise OSError(error.errno, f"{path} cannot be written: {os.strerror(error.errno)}") from None
+        raise OSError(
+            error.errno, f"{path} cannot be written: {os.strerror(error.errno)}"
+        ) from None
 
 
 def _set_aside(descriptor: int, begin: int, room: int) -> None:
-    """Claim room for a file. Raises OSError where there is none; a system that cannot promise any is not asked."""
+    """Claim room for a file.
+
+    Raises OSError where there is none; a system that cannot promise any is not asked.
+    """
     if not hasattr(os, "posix_fallocate"):
         return
     try:
@@ -744,10 +891,11 @@ def _append(data, values) -> None:
 class LedgerWatch:
     """Watches the energy residual stretch by stretch, so that a jump shows however long the run is.
 
-    A stretch is long enough to turn over the range of the kinetic energy, or in motions that hardly have any (a journal
-    sinking in oil) a hundredth of what has been put in and taken out, at least `floor` [J], the tolerance of the run.
-    `worst` is the largest share of it that the residual moved by, `largest` the largest residual [J], `since` the first
-    time a share above `limit` was passed.
+    A stretch is long enough to turn over the range of the kinetic energy, or in motions that hardly
+    have any (a journal sinking in oil) a hundredth of what has been put in and taken out, at least
+    `floor` [J], the tolerance of the run. `worst` is the largest share of it that the residual
+    moved by, `largest` the largest residual [J], `since` the first time a share above `limit` was
+    passed.
     """
 
     limit = 0.05
@@ -757,7 +905,8 @@ class LedgerWatch:
         self.floor = floor
         self.worst, self.largest, self.since = 0.0, 0.0, None
         self.low, self.high = np.full(3, np.inf), np.full(3, -np.inf)  # kinetic, put in, taken out
-        self.rows: np.ndarray | None = None  # time, residual, then the energies, of the stretch under way
+        # time, residual, then the energies, of the stretch under way
+        self.rows: np.ndarray | None = None
 
     def add(self, times: np.ndarray, energies: np.ndarray) -> None:
         """Append rows of (kinetic energy, put in, taken out, residual) [J].
@@ -777,8 +926,12 @@ class LedgerWatch:
             return
         total, begin = self._turned_over(), 0
         while total[-1] - total[begin] >= most:
-            end = min(max(int(np.searchsorted(total, total[begin] + most)), begin + 1), len(total) - 1)
-            self.worst = max(self.worst, self._share(begin, min(end + 1, len(total)), total[end] - total[begin]))
+            end = min(
+                max(int(np.searchsorted(total, total[begin] + most)), begin + 1), len(total) - 1
+            )
+            self.worst = max(
+                self.worst, self._share(begin, min(end + 1, len(total)), total[end] - total[begin])
+            )
             begin = end
         self.rows = self.rows[begin:]
 

@@ -12,7 +12,9 @@ from clearance.laws.law import memory_film
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
 PIEZOVISCOUS = 0.5  # alpha p above which the viscosity no longer counts as constant
 FLATTENING = 0.2  # flattening over film thickness above which the surfaces no longer count as rigid
-DEEPEST = 0.05  # penetration over journal radius (half height of a block) up to which solids count as linearly elastic
+# penetration over journal radius (half height of a block) up to which solids count as linearly
+# elastic
+DEEPEST = 0.05
 LOSS = 0.02  # share of the load that a hole check lets go unnoticed
 SCANNED = 400  # steps of a hole check
 SECANTS = 5  # steps towards the speed of a load, in which films are nearly linear
@@ -21,12 +23,16 @@ NEAR_WALL = 0.05  # film thickness ratio below which contact begins at the wall
 
 @dataclass(frozen=True)
 class HoleCheck:
-    """Radial load of a joint over its film thickness ratio, at fixed approach speed and entrainment.
+    """Radial load of a joint over its film thickness ratio, at fixed approach speed and
+    entrainment.
 
     ratio: from above the full-film threshold down to where contact carries alone; load: towards the
-    centre [N]; lost: largest load [N] that is given up on the way in; left: the least load [N] after
-    that; where, rim: film thickness ratios of this least load and of the highest before it; cause: in
-    words, empty without a hole. A joint without a hole carries more the deeper it goes; a hole matters
+    centre [N]; lost: largest load [N] that is given up on the way in; left: the least load [N]
+    after
+    that; where, rim: film thickness ratios of this least load and of the highest before it; cause:
+    in
+    words, empty without a hole. A joint without a hole carries more the deeper it goes; a hole
+    matters
     where `left` is less than the joint has to carry.
     """
 
@@ -59,7 +65,8 @@ def film_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment
 
 
 def radial_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment: float) -> float:
-    """Load towards the centre [N] of a joint with a transition model; gap in m, approach speed in m/s.
+    """Load towards the centre [N] of a joint with a transition model; gap in m, approach speed in
+    m/s.
 
     Contact laws that look at the impact speed get the approach speed, or `typical_speed` if that is
     larger.
@@ -93,9 +100,11 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
     """Scan a mixed joint's radial load from full film to below the wall for a force hole.
 
     entrainment: omega_J + omega_B - 2 gamma' [rad/s]; approach: speed towards the wall [m/s]. A
-    weighted transition switches the film off over thresholds * roughness. A contact that begins later
-    or carries less leaves a hole, into which the journal falls. Raises ValueError for joints without a
-    transition model or roughness, and for films with a memory, whose load depends on the past.
+    weighted transition switches the film off over thresholds * roughness. A contact that begins
+    later
+    or carries less leaves a hole, into which the journal falls. Raises ValueError for joints
+    without a transition model or roughness, and for films with a memory, whose load depends on the
+    past.
     """
     if joint.transition is None or joint.roughness is None:
         raise ValueError(f"{joint.label()}: a hole check needs a transition model and a roughness")
@@ -119,7 +128,9 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
 
 
 def _cause(joint: ClearanceRevolute, ratio: list[float], rim: int, half: int) -> str:
-    """Cause of a fall of the load: loss of the film and lack of contact where half of it has come about."""
+    """Cause of a fall of the load: loss of the film and lack of contact where half of it has come
+    about.
+    """
     shares = [joint.transition(r * joint.roughness, joint.film_joint) for r in ratio]
     (film, _, rate, *_), (film_left, _, rate_left, *_) = shares[rim], shares[half]
     fades = "the film fades"
@@ -136,7 +147,9 @@ def _cause(joint: ClearanceRevolute, ratio: list[float], rim: int, half: int) ->
 
 @lru_cache(maxsize=64)
 def film_rim(joint: ClearanceRevolute, entrainment: float) -> float:
-    """Film thickness ratio at which the film alone carries most, at `typical_speed`; it gives up below."""
+    """Film thickness ratio at which the film alone carries most, at `typical_speed`; it gives up
+    below.
+    """
     speed = typical_speed(joint, entrainment)
     return max(
         _ratios(joint), key=lambda r: film_load(joint, r * joint.roughness, speed, entrainment)
@@ -158,10 +171,12 @@ def sinking_speed(joint: ClearanceRevolute, entrainment: float, wanted: float) -
 def hole_warning(
     joint: ClearanceRevolute, frequency: float, wanted: float, reached: float | None = None
 ) -> str | None:
-    """The hole check as a warning, at the entrainment 2 x frequency and the speed of a load `wanted` [N].
+    """The hole check as a warning, at the entrainment 2 x frequency and the speed of a load
+    `wanted` [N].
 
-    reached: smallest film thickness ratio of a run; None before it, where `wanted` is what inertia may ask.
-    There is no warning of a hole that carries `wanted`, of one that the run did not come down to, and
+    reached: smallest film thickness ratio of a run; None before it, where `wanted` is what inertia
+        may ask. There is no warning of a hole that carries `wanted`, of one that the run did not
+        come down to, and
     before a run of one with a rim that carries `wanted` at rest.
     """
     if joint.film_joint is None or joint.transition is None or joint.roughness is None:
@@ -176,24 +191,28 @@ def hole_warning(
     moving = f"closes at {approach:.2g} m/s" if approach else "closes slowly"
     asked = "may be" if reached is None else "are"
     return (
-        f"{joint.label()}: force hole: as the gap {moving}, the load falls from {hole.highest:.3g} N at film "
-        f"thickness ratio {hole.rim:.2g} to {hole.left:.3g} N at {hole.where:.2g}, and up to {wanted:.3g} N {asked} "
+        f"{joint.label()}: force hole: as the gap {moving}, the load falls from {hole.highest:.3g} "
+        f"N at film "
+        f"thickness ratio {hole.rim:.2g} to {hole.left:.3g} N at {hole.where:.2g}, and up to "
+        f"{wanted:.3g} N {asked} "
         f"asked of it: {hole.cause}"
     )
 
 
 def depth_warning(joint: Joint, depth: float) -> str | None:
-    """A penetration [m] that no elastic solid bears: a contact too soft for its load, or too heavy a load.
+    """A penetration [m] that no elastic solid bears: a contact too soft for its load, or too heavy
+    a load.
 
-    Every contact law is linear elasticity of small strains; half a journal radius of solid, the layer that gives way
-    unless a joint says otherwise, is strained by 2 DEEPEST there.
+    Every contact law is linear elasticity of small strains; half a journal radius of solid, the
+    layer that gives way unless a joint says otherwise, is strained by 2 DEEPEST there.
     """
     size, name = joint.solid
     share = depth / size
     if joint.contact is None or share <= DEEPEST:
         return None
     return (
-        f"{joint.label()}: penetrations reach {depth:.2g} m, {share:.2g} of the {name}; contact laws are "
+        f"{joint.label()}: penetrations reach {depth:.2g} m, {share:.2g} of the {name}; contact "
+        f"laws are "
         f"linear elasticity, meant up to {DEEPEST:g} of it: the contact is too soft for its load"
     )
 
@@ -202,9 +221,11 @@ def depth_warning(joint: Joint, depth: float) -> str | None:
 class Regime:
     """Extremes of a lubricated joint over a run, and where its model is only formal.
 
-    film_pressure: largest, an estimate [Pa]; piezoviscous_number: alpha p at that pressure; flattening_ratio: elastic
-    flattening p t / E_oed over the thinnest film, with the joint's layer t (default half the radius) and
-    E_oed = E (1 - nu) / ((1 + nu) (1 - 2 nu)); film_thickness_ratio: smallest, None without roughness.
+    film_pressure: largest, an estimate [Pa]; piezoviscous_number: alpha p at that pressure;
+        flattening_ratio: elastic flattening p t / E_oed over the thinnest film, with the joint's
+        layer t (default half the radius) and
+    E_oed = E (1 - nu) / ((1 + nu) (1 - 2 nu)); film_thickness_ratio: smallest, None without
+    roughness.
     """
 
     film_pressure: float
@@ -219,15 +240,21 @@ class Regime:
         rough = joint.transition is not None and joint.transition.law.carries_roughness
         if ratio is not None and ratio < FULL_FILM and not rough:
             warnings.append(
-                f"the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} asperities share the load and a "
+                f"the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} asperities "
+                f"share the load and a "
                 "smooth film alone is only formal"
             )
         if self.piezoviscous_number > PIEZOVISCOUS:
             number = self.piezoviscous_number
-            warnings.append(f"{pressure}: piezoviscous number {number:.2g}, a constant viscosity is only formal")
+            warnings.append(
+                f"{pressure}: piezoviscous number {number:.2g}, a constant viscosity is only formal"
+            )
         if self.flattening_ratio > FLATTENING:
             number = self.flattening_ratio
-            warnings.append(f"{pressure}: it flattens the surfaces by {number:.2g} of the film: rigid is only formal")
+            warnings.append(
+                f"{pressure}: it flattens the surfaces by {number:.2g} of the film: "
+                f"rigid is only formal"
+            )
         return [f"{joint.label()}: {f}" for f in warnings]
 
 
@@ -236,7 +263,11 @@ def regime(joint: ClearanceRevolute, pressure: float, gap: float) -> Regime:
 
     In rough joints the film is no thinner than the mean gap, about the roughness.
     """
-    thinnest = max(gap, (joint.roughness or 0.0) if joint.transition is not None else 0.0, 1e-9 * joint.clearance)
+    thinnest = max(
+        gap,
+        (joint.roughness or 0.0) if joint.transition is not None else 0.0,
+        1e-9 * joint.clearance,
+    )
     layer = layer_of(joint)
     oedometric = oedometric_modulus(joint.material.young, min(joint.material.poisson, 0.49))
     ratio = gap / joint.roughness if joint.roughness is not None else None

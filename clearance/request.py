@@ -1,8 +1,11 @@
-"""Requests for an error: the cheapest run whose stated errors are as small as asked for, or why there is none.
+"""Requests for an error: the cheapest run whose stated errors are as small as asked for, or why
+there is none.
 
-The ladder of tolerances begins with a pair at ten times the error and at the error. While a stated error e is larger
-than the asked one, eps, the tolerance falls to r max(1e-3, 0.5 eps / e), and the run before is the companion of the
-next: its difference is that of a companion at 10 r times 9 / (k - 1), where the tolerances are k apart.
+The ladder of tolerances begins with a pair at ten times the error and at the error. While a stated
+error e is larger than the asked one, eps, the tolerance falls to r max(1e-3, 0.5 eps / e), and the
+run before is the companion of the
+next: its difference is that of a companion at 10 r times 9 / (k - 1), where the tolerances are k
+apart.
 """
 
 import math
@@ -34,10 +37,13 @@ from clearance.run import Run
 ALL, INTEGRATION = "all", "integration"
 FIRST = 1e-3  # tolerance of the first run of a ladder, at most
 TIGHTEST = 1e-13  # of the last, at least
-LARGEST_STEP, LOST_STEP = 1e-3, 1e-2  # by which a tolerance falls at once, at most; while trajectories are apart
+# by which a tolerance falls at once, at most; while trajectories are apart
+LARGEST_STEP, LOST_STEP = 1e-3, 1e-2
 AIM = 0.5  # of the asked error, that the next tolerance aims at
-FLOOR, DECADES = 3.0, 2.0  # an error that falls by less than this over so many decades of the tolerance has a floor
-LOST = 1e-10  # tolerance from which on floors are looked for, and trajectories that are still apart will stay so
+# an error that falls by less than this over so many decades of the tolerance has a floor
+FLOOR, DECADES = 3.0, 2.0
+# tolerance from which on floors are looked for, and trajectories that are still apart will stay so
+LOST = 1e-10
 PARTED = 0.1  # of the clearance: trajectories this far apart have nothing to do with each other
 MEMORY = "a film with a memory is first order in the step, whatever the tolerance"
 #: patterns of the numbers that a run prints
@@ -46,33 +52,45 @@ PRINTED = ("joints/*/force_max", "joints/*/gap_min", "drives/*/torque_m??", "dri
 
 @dataclass(frozen=True)
 class Request:
-    """Largest relative errors by name: of a metric or a located extreme, of the "trajectory" (over the clearance), of
-    "all" numbers that a run prints, or of their "integration" alone, film tables left aside.
+    """Largest relative errors by name: of a metric or a located extreme, of the "trajectory" (over
+    the clearance), of "all" numbers that a run prints, or of their "integration" alone, film tables
+    left aside.
     """
 
     asked: Mapping[str, float]
 
     @classmethod
     def of(cls, error: float | str | Mapping[str, float]) -> "Request":
-        """From 1e-3, "1e-3", "5%", "joint_B_force_max=1e-4,trajectory=1e-5" or a mapping. Raises ValueError."""
+        """From 1e-3, "1e-3", "5%", "joint_B_force_max=1e-4,trajectory=1e-5" or a mapping.
+
+        Raises ValueError.
+        """
         if isinstance(error, str):
             parts = [part.rpartition("=") for part in error.split(",")]
             names = [name.strip() or ALL for name, _, _ in parts]
             if twice := next((n for n in names if names.count(n) > 1), None):
-                raise ValueError(f"error: {error!r} asks twice for {'all numbers' if twice == ALL else twice}")
+                raise ValueError(
+                    f"error: {error!r} asks twice for {'all numbers' if twice == ALL else twice}"
+                )
             error = {n: fraction(text, n) for n, (_, _, text) in zip(names, parts, strict=True)}
         if not isinstance(error, Mapping):
             error = {ALL: error}
         if not error:
             raise ValueError("error: give a number, or numbers by name")
-        shares = {str(n): fraction(e, str(n)) if isinstance(e, str) else e for n, e in error.items()}
+        shares = {
+            str(n): fraction(e, str(n)) if isinstance(e, str) else e for n, e in error.items()
+        }
         asked = {n: checks.positive(_field(n), e) for n, e in shares.items()}
         if large := next((n for n, e in asked.items() if e >= 1.0), None):
-            raise ValueError(f"{_field(large)} must be less than 1, relative to its value; got {asked[large]:g}")
+            raise ValueError(
+                f"{_field(large)} must be less than 1, relative to its value; got {asked[large]:g}"
+            )
         return cls(asked)
 
     def wanted(self, errors: Errors) -> Iterator[tuple[str, float, Error, bool]]:
-        """Names, largest relative errors, stated errors, and whether film tables count. Raises ValueError for a name
+        """Names, largest relative errors, stated errors, and whether film tables count.
+
+        Raises ValueError for a name
         that the run has not got.
         """
         for name, eps in self.asked.items():
@@ -97,7 +115,9 @@ def _field(name: str) -> str:
 
 
 def fraction(text: str, name: str = ALL) -> float:
-    """A share such as 1e-3 or 5%. Raises ValueError, with the name that it is for, for what is none."""
+    """A share such as 1e-3 or 5%. Raises ValueError, with the name that it is for, for what is
+    none.
+    """
     number, percent = text.strip().removesuffix("%"), text.strip().endswith("%")
     try:
         return float(number) * (0.01 if percent else 1.0)
@@ -108,7 +128,11 @@ def fraction(text: str, name: str = ALL) -> float:
 def printed(errors: Errors) -> list[str]:
     """Names of the numbers that a run prints; of a drive's efforts the larger."""
     names = [n for n in errors if any(fnmatchcase(n, pattern) for pattern in PRINTED)]
-    return [n for n in names if abs(errors[n].value) >= max(abs(errors[m].value) for m in names if m[:-3] == n[:-3])]
+    return [
+        n
+        for n in names
+        if abs(errors[n].value) >= max(abs(errors[m].value) for m in names if m[:-3] == n[:-3])
+    ]
 
 
 class Kept:
@@ -156,7 +180,9 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Answer:
-    """Outcome of a request: the run, its errors with what was asked, and why that could not be reached, if so."""
+    """Outcome of a request: the run, its errors with what was asked, and why that could not be
+    reached, if so.
+    """
 
     attempt: Attempt
     errors: Errors
@@ -166,17 +192,24 @@ class Answer:
 class Ladder:
     """Runs at falling tolerances until the stated errors are small enough.
 
-    run: made and not begun, at any tolerance; settle: turns left out of the metrics; summed: metrics of a record;
-    progress: called with the done share of each run. best: the last run with stated errors. runs: their tolerances.
-    Raises ValueError for a run that is too large to be kept in memory.
+    run: made and not begun, at any tolerance; settle: turns left out of the metrics; summed:
+        metrics of a record;
+    progress: called with the done share of each run. best: the last run with stated errors. runs:
+        their tolerances. Raises ValueError for a run that is too large to be kept in memory.
     """
 
     def __init__(
-        self, run: Run, request: Request, settle: float | None = None, summed: Summed | None = None,
+        self,
+        run: Run,
+        request: Request,
+        settle: float | None = None,
+        summed: Summed | None = None,
         progress: Callable[[float], None] | None = None,
-    ):  # fmt: skip
+    ):
         if (numbers := run.span.samples * len(run.mechanism.layout.channels)) > LARGEST:
-            raise ValueError(f"error: the run has {numbers:.2g} numbers, and at most {LARGEST:.0g} are compared")
+            raise ValueError(
+                f"error: the run has {numbers:.2g} numbers, and at most {LARGEST:.0g} are compared"
+            )
         self.run, self.request, self.settle, self.progress = run, request, settle, progress
         self.summed = summed or partial(metrics, settle=settle)
         self.start, self.best = Start.of(run), None
@@ -184,7 +217,8 @@ class Ladder:
         self.film_rtol = math.inf
         self.runs: list[float] = []
         self.reached = ""  # the worst of the stated errors of the last run, in words
-        self.past: list[tuple[float, float]] = []  # tolerances, and the worst of stated over asked errors
+        # tolerances, and the worst of stated over asked errors
+        self.past: list[tuple[float, float]] = []
 
     def climb(self) -> Answer:
         """The answer. Raises ValueError for names that the run has not got."""
@@ -206,7 +240,9 @@ class Ladder:
                 errors = self._with_films(errors)
                 verdict = self._verdict(errors, rtol)
             cannot = verdict or ""
-            self.best = Answer(tight, replace(errors, asked=dict(self.request.asked), cannot=cannot), cannot)
+            self.best = Answer(
+                tight, replace(errors, asked=dict(self.request.asked), cannot=cannot), cannot
+            )
             if verdict is not None:
                 return self.best
             loose = rtol, tight.record
@@ -219,14 +255,20 @@ class Ladder:
         return max(LARGEST_STEP, AIM / self.past[-1][1])
 
     def _companion(self, rtol: float) -> tuple[float, MemoryRecord] | None:
-        """The first companion, and the one with stronger films; a tighter one where it fails, None where that does."""
+        """The first companion, and the one with stronger films; a tighter one where it fails, None
+        where that does.
+        """
         for tolerance in (rtol, rtol / LOOSER**2):
             try:
                 self.runs.append(tolerance)
                 second = companion(self.run, self.start, tolerance)
                 strong = stronger(self.run.mechanism)
                 if strong is not None:
-                    self.film = second, companion(self.run, self.start, tolerance, strong[0]), strong[1]
+                    self.film = (
+                        second,
+                        companion(self.run, self.start, tolerance, strong[0]),
+                        strong[1],
+                    )
                     self.film_rtol = tolerance
                 return tolerance, second
             except Parted:
@@ -236,7 +278,8 @@ class Ladder:
     def _films_again(self, loose: tuple[float, MemoryRecord] | None) -> bool:
         """Make the films' part again, at the tolerance of the last companion; False where it stays.
 
-        The difference that stronger films make drowns in the errors of two runs at a tolerance far above it.
+        The difference that stronger films make drowns in the errors of two runs at a tolerance far
+        above it.
         """
         if self.film is None or loose is None or loose[0] >= self.film_rtol:
             return False
@@ -258,35 +301,49 @@ class Ladder:
             failure = run.record(output, self.progress, check=held.check)
         return Attempt(run, output, failure)
 
-    def _errors(self, tight: Attempt, rtol: float, loose: tuple[float, MemoryRecord] | None) -> Errors:
+    def _errors(
+        self, tight: Attempt, rtol: float, loose: tuple[float, MemoryRecord] | None
+    ) -> Errors:
         if loose is None:
             loose = rtol / LOOSER, companion(self.run, self.start, rtol / LOOSER)
         pair, size = Pair(tight.record, loose[1], (rtol, loose[0])), size_of(self.run.mechanism)
         errors = stated(pair, self.summed, self.settle, size)
         apart = loose[0] / rtol
-        if apart > 1.0 and not errors.trajectory > PARTED:  # runs that have parted tell nothing of tighter ones
+        # runs that have parted tell nothing of tighter ones
+        if apart > 1.0 and not errors.trajectory > PARTED:
             errors = stated(pair, self.summed, self.settle, size, (apart - 1.0) / (LOOSER - 1.0))
         return errors if self.film is None else self._with_films(errors)
 
     def _with_films(self, errors: Errors) -> Errors:
-        """The errors with the parts of film tables, which are those of the first companion or of the last."""
+        """The errors with the parts of film tables, which are those of the first companion or of
+        the last.
+        """
         plain, strong, times = self.film
         pair = Pair(plain, plain, errors.rtol, strong, times)
         stronger = stated(pair, self.summed, self.settle, size_of(self.run.mechanism))
         rows = {
-            n: replace(e, film=stronger.rows[n].film if n in stronger.rows else 0.0) for n, e in errors.rows.items()
+            n: replace(e, film=stronger.rows[n].film if n in stronger.rows else 0.0)
+            for n, e in errors.rows.items()
         }
-        return replace(errors, rows=rows, extremes=replace(errors.extremes, film=stronger.extremes.film))
+        return replace(
+            errors, rows=rows, extremes=replace(errors.extremes, film=stronger.extremes.film)
+        )
 
     def _verdict(self, errors: Errors, rtol: float) -> str | None:
         """None: go on; "": reached; else why it cannot be."""
         name, worst, table, part = "", 0.0, "", 0.0
         for n, eps, error, with_film in self.request.wanted(errors):
-            name, worst = max((name, worst), (n, relative(error.stated, error, n) / eps), key=_second)
+            name, worst = max(
+                (name, worst), (n, relative(error.stated, error, n) / eps), key=_second
+            )
             if with_film:
-                table, part = max((table, part), (n, relative(error.film, error, n) / eps), key=_second)
+                table, part = max(
+                    (table, part), (n, relative(error.film, error, n) / eps), key=_second
+                )
         self.past.append((rtol, worst))
-        self.reached = f"{worst * self.request.of_name(name):.1e} of {name} at rtol {rtol:g}" if name else ""
+        self.reached = (
+            f"{worst * self.request.of_name(name):.1e} of {name} at rtol {rtol:g}" if name else ""
+        )
         if part > 1.0 and worst <= part:
             return f"the film table alone makes {part * self.request.of_name(table):.1e} of {table}"
         if worst <= 1.0:
@@ -296,7 +353,11 @@ class Ladder:
             return apart if rtol <= LOST else None
         if self._stuck:
             return f"the error of {name} does not fall with the tolerance any more"
-        return f"{name} would need a tolerance below {TIGHTEST:g}: rounding" if rtol <= TIGHTEST else None
+        return (
+            f"{name} would need a tolerance below {TIGHTEST:g}: rounding"
+            if rtol <= TIGHTEST
+            else None
+        )
 
     @property
     def _stuck(self) -> bool:

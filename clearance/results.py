@@ -1,8 +1,9 @@
 """The result file: one HDF5 file a run, written as the run goes, complete or honestly partial.
 
-Layout (SI units; every dataset has `units` and `long_name`): /time, /bodies, /joints, /springs, /drives, /energy
-along time; /events with one row per contact; /solver with one row per step. Along each goes a dimension of its own, so
-that xarray opens the whole file as a tree. Columns carry checksums: a file that was damaged says where when it is read.
+Layout (SI units; every dataset has `units` and `long_name`): /time, /bodies, /joints, /springs,
+/drives, /energy along time; /events with one row per contact; /solver with one row per step. Along
+each goes a dimension of its own, so that xarray opens the whole file as a tree. Columns carry
+checksums: a file that was damaged says where when it is read.
 """
 
 import datetime
@@ -46,7 +47,8 @@ OF_GAP = {
     "eccentricity_ratio_max": lambda gap, joint: 1.0 - gap / joint["clearance"],
 }
 _count = itertools.count()
-#: dimension of each table of a result file, a dataset beside its columns; along all other groups goes time
+#: dimension of each table of a result file, a dataset beside its columns; along all other groups
+#: goes time
 DIMENSIONS = {"events": "event", "solver": "step_number"}
 #: group of the pressure fields of a joint's film, see fields.py
 FIELDS = "film"
@@ -80,7 +82,10 @@ def _versions() -> dict[str, str]:
 
 
 def check_replaceable(path: Path) -> None:
-    """A file may take this name. Raises ValueError for a device, a pipe or a socket, which would be lost."""
+    """A file may take this name.
+
+    Raises ValueError for a device, a pipe or a socket, which would be lost.
+    """
     if path.exists() and not path.is_file() and not path.is_dir():
         raise ValueError(f"{path} is a device, a pipe or a socket; give the name of a file")
 
@@ -122,9 +127,11 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def locked(folder: Path, doing: str) -> Iterator[None]:
-    """One process at a time in a folder, where the system has file locks; they end with the process that holds them.
+    """One process at a time in a folder, where the system has file locks; they end with the process
+    that holds them.
 
-    doing: what the other one is doing, for the message. Raises ValueError where the folder is in use.
+    doing: what the other one is doing, for the message. Raises ValueError where the folder is in
+        use.
     """
     with Lock(folder / "lock", f"{folder} is in use: another process is {doing}") as lock:
         if not lock.held:
@@ -134,7 +141,9 @@ def locked(folder: Path, doing: str) -> Iterator[None]:
 
 @contextmanager
 def appending(path: str | Path) -> Iterator[h5py.File]:
-    """A result file to add groups to; it keeps its name and stays as it was until all of them are written."""
+    """A result file to add groups to; it keeps its name and stays as it was until all of them are
+    written.
+    """
     with replacing(Path(path)) as temporary:
         shutil.copyfile(path, temporary)
         with h5py.File(temporary, "r+", libver=LIBVER) as file:
@@ -145,8 +154,12 @@ def appending(path: str | Path) -> Iterator[h5py.File]:
 Table = dict[str, tuple[str, str, np.ndarray]]
 
 
-def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str, tuple[dict, Table]]) -> Path:
-    """Write tables of a study (group -> attributes and columns) into one HDF5 file, whole or not at all."""
+def save_tables(
+    path: str | Path, kind: str, attributes: dict, tables: dict[str, tuple[dict, Table]]
+) -> Path:
+    """Write tables of a study (group -> attributes and columns) into one HDF5 file, whole or not at
+    all.
+    """
     path = Path(path)
     with in_memory(path) as file:
         file.attrs.update(provenance() | {"format": kind} | attributes)
@@ -163,7 +176,9 @@ def save_tables(path: str | Path, kind: str, attributes: dict, tables: dict[str,
 
 
 def create_column(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Dataset:
-    """A column of a table with its checksum; texts have one length, for checksums do not cover others."""
+    """A column of a table with its checksum; texts have one length, for checksums do not cover
+    others.
+    """
     layout = {"chunks": values.shape, "fletcher32": True} if values.size and values.ndim else {}
     if values.dtype.kind in "UO":
         values = np.char.encode(values.astype(str), "utf-8")
@@ -173,7 +188,8 @@ def create_column(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Data
 
 
 def in_memory(path: Path, image: bytes | None = None) -> h5py.File:
-    """An HDF5 file that is made in memory: on a full disk HDF5 can neither write one nor let go of it.
+    """An HDF5 file that is made in memory: on a full disk HDF5 can neither write one nor let go of
+    it.
 
     image: of another one, to go on with.
     """
@@ -194,7 +210,9 @@ def image_of(file: h5py.File) -> bytes:
 
 @dataclass(frozen=True)
 class PressureFields:
-    """Pressure fields of one joint, as arrays over instants, axial positions and angles; see fields.py."""
+    """Pressure fields of one joint, as arrays over instants, axial positions and angles; see
+    fields.py.
+    """
 
     instant: np.ndarray
     time: np.ndarray
@@ -220,7 +238,9 @@ FIELD_COLUMNS = {
 
 
 class Channels:
-    """The channels of one group as attributes: `.ax`, and `.force` for the pair of `.force_x` and `.force_y`."""
+    """The channels of one group as attributes: `.ax`, and `.force` for the pair of `.force_x` and
+    `.force_y`.
+    """
 
     def __init__(self, record: "Record", group: str):
         self._record, self._group = record, group
@@ -251,7 +271,9 @@ class Drawn:
 
     @property
     def plot(self):
-        """Pictures, as `clearance plot` has them: `run.plot.orbit("B")`, `sweep.plot.map("period")`."""
+        """Pictures, as `clearance plot` has them: `run.plot.orbit("B")`,
+        `sweep.plot.map("period")`.
+        """
         return importlib.import_module("clearance.commands.plot").Pictures(self)
 
     def view(self, output: str | Path | None = None, **options) -> Path:
@@ -260,15 +282,18 @@ class Drawn:
 
     def report(self, output: str | Path, **options) -> Path:
         """Write a page that needs nothing else, as `cl.report` does; options and errors are its."""
-        return importlib.import_module("clearance.postprocess.report").report(self, output, **options)
+        return importlib.import_module("clearance.postprocess.report").report(
+            self, output, **options
+        )
 
 
 class Record(Drawn, ABC):
     """Results of a run by name: `run["slider"].ax`, `run.joint("B").force`, `run.energy.residual`.
 
-    Subclasses say where it is (in a file, in memory) by `attributes`, `solver`, `warnings`, `events`, `located`,
-    `names`, `values`, `facts` and `units`. `located`: extremes that were located as the run went; None where only
-    samples were seen. `errors`: stated errors of its metrics and channels, see errors.py.
+    Subclasses say where it is (in a file, in memory) by `attributes`, `solver`, `warnings`,
+    `events`, `located`, `names`, `values`, `facts` and `units`. `located`: extremes that were
+    located as the run went; None where only samples were seen. `errors`: stated errors of its
+    metrics and channels, see errors.py.
     """
 
     attributes: dict
@@ -280,11 +305,15 @@ class Record(Drawn, ABC):
 
     @abstractmethod
     def names(self, group: str) -> tuple[str, ...]:
-        """Names in a group: the joints of "joints", the channels of "joints/B"; () where there is none."""
+        """Names in a group: the joints of "joints", the channels of "joints/B"; () where there is
+        none.
+        """
 
     @abstractmethod
     def values(self, path: str) -> np.ndarray:
-        """A channel by its path, such as "joints/B/gap". Raises KeyError for one the run has not got."""
+        """A channel by its path, such as "joints/B/gap". Raises KeyError for one the run has not
+        got.
+        """
 
     @abstractmethod
     def facts(self, group: str) -> dict:
@@ -305,7 +334,7 @@ class Record(Drawn, ABC):
 
     @property
     def status(self) -> str:
-        """"complete", or "partial: " and why the run ended early."""
+        """ "complete", or "partial: " and why the run ended early."""
         return self.attributes["status"]
 
     @property
@@ -320,7 +349,9 @@ class Record(Drawn, ABC):
 
     @cached_property
     def turn(self) -> float | None:
-        """Time of one turn of the drive at its constant or nominal speed [s]; None where there is none."""
+        """Time of one turn of the drive at its constant or nominal speed [s]; None where there is
+        none.
+        """
         speed = None if self.turning is None else speed_of(self.turning)
         return 2.0 * np.pi / abs(speed) if speed else None
 
@@ -332,7 +363,9 @@ class Record(Drawn, ABC):
 
     @cached_property
     def _counted(self) -> np.ndarray | None:
-        """Most turns that a drive with a nominal speed has made up to each sample; None where time counts them."""
+        """Most turns that a drive with a nominal speed has made up to each sample; None where time
+        counts them.
+        """
         if self.turning is None or self.turning["speed"]:
             return None
         path = f"drives/{self.turning['name']}/turns"
@@ -340,11 +373,14 @@ class Record(Drawn, ABC):
 
     @property
     def uneven(self) -> bool:
-        """True where turns are counted by the angle of a finite drive, False where time counts them."""
+        """True where turns are counted by the angle of a finite drive, False where time counts
+        them.
+        """
         return self._counted is not None
 
     def turns_at(self, times: np.ndarray) -> np.ndarray:
-        """Turns of the drive from the start to times [s], by its angle; by the nominal speed where that was not kept.
+        """Turns of the drive from the start to times [s], by its angle; by the nominal speed where
+        that was not kept.
 
         Raises ValueError where no drive has a constant or nominal speed.
         """
@@ -354,8 +390,9 @@ class Record(Drawn, ABC):
         return np.interp(times, self.time, self._counted)
 
     def time_at(self, turns: np.ndarray) -> np.ndarray:
-        """Times [s] at which the drive has first made so many turns: inverse of `turns_at`, by a cubic through four
-        samples where it turns one way; those of the ends beyond them. Raises ValueError as `turns_at`.
+        """Times [s] at which the drive has first made so many turns: inverse of `turns_at`, by a
+        cubic through four samples where it turns one way; those of the ends beyond them. Raises
+        ValueError as `turns_at`.
         """
         self._need_turns()
         if self._counted is None:
@@ -385,17 +422,23 @@ class Record(Drawn, ABC):
     def extreme(self, name: str, begin: float = 0.0, end: float = math.inf) -> Extreme:
         """Smallest or largest value of a quantity between two times [s], and its time.
 
-        name: path of a channel, or of a vector for its size, and the end: "joints/B/gap_min", "joints/B/force_max".
-        Located to the tolerance of the run, one in each of its stretches (turns, mostly), for gaps, film pressures and
-        forces of joints, friction of those without clearance, efforts of drives and accelerations along guides; of the
-        samples elsewhere. Raises KeyError for a channel the run has not got, ValueError where nothing lies between.
+        name: path of a channel, or of a vector for its size, and the end: "joints/B/gap_min",
+            "joints/B/force_max". Located to the tolerance of the run, one in each of its stretches
+            (turns, mostly), for gaps, film pressures and forces of joints, friction of those
+            without clearance, efforts of drives and accelerations along guides; of the samples
+            elsewhere. Raises KeyError for a channel the run has not got, ValueError where nothing
+            lies between.
         """
         name = str(name).strip("/")
         path, _, which = name.rpartition("_")
         if which not in ("min", "max") or path.partition("/")[0] not in MOVING:
-            raise KeyError(f"{name!r}: the name of an extreme is the path of a channel and _min or _max")
+            raise KeyError(
+                f"{name!r}: the name of an extreme is the path of a channel and _min or _max"
+            )
         if not begin <= end:
-            raise ValueError(f"extreme {name}: begin must not lie after end, got {begin!r} and {end!r}")
+            raise ValueError(
+                f"extreme {name}: begin must not lie after end, got {begin!r} and {end!r}"
+            )
         located = self._located_extreme(name, begin, end)
         sampled = None
         if located is None or path in self or f"{path}_x" in self:
@@ -405,13 +448,17 @@ class Record(Drawn, ABC):
         return located_one
 
     def error(self, name: str, begin: float = 0.0, end: float = math.inf) -> Error:
-        """The extreme of this name between two times [s], as `extreme` has it, with its stated error.
+        """The extreme of this name between two times [s], as `extreme` has it, with its stated
+        error.
 
-        The error is the largest of those of the stretches that lie there. Raises KeyError where none is stated.
+        The error is the largest of those of the stretches that lie there. Raises KeyError where
+        none is stated.
         """
         errors, located = self.errors, self.located
         if errors.extremes is None or located is None or name not in located:
-            raise KeyError(f"no stated error of {name!r}: {errors.reason or 'it is no located extreme'}")
+            raise KeyError(
+                f"no stated error of {name!r}: {errors.reason or 'it is no located extreme'}"
+            )
         inside, column = located.inside(begin, end, located.columns[name]), located.columns[name]
         value, units = self.extreme(name, begin, end).value, located.units[column]
         parts = errors.extremes.stated, errors.extremes.film
@@ -445,7 +492,9 @@ class Record(Drawn, ABC):
 
     def extremes(self, path: str, begin: float = 0.0, end: float = math.inf) -> tuple[float, float]:
         """Smallest and largest value of a channel between two times [s], as `extreme` gives them."""
-        return self.extreme(f"{path}_min", begin, end).value, self.extreme(f"{path}_max", begin, end).value
+        return self.extreme(f"{path}_min", begin, end).value, self.extreme(
+            f"{path}_max", begin, end
+        ).value
 
     def largest_force(self, joint: str, begin: float = 0.0, end: float = math.inf) -> float:
         """Largest force in a joint [N] between two times [s], as `extreme` gives it."""
@@ -458,22 +507,30 @@ class Record(Drawn, ABC):
 
     def _channels(self, kind: str, name: str) -> Channels:
         if name not in self.names(kind):
-            raise KeyError(f"no {name!r} among {kind}; there are: {', '.join(self.names(kind)) or 'none'}")
+            raise KeyError(
+                f"no {name!r} among {kind}; there are: {', '.join(self.names(kind)) or 'none'}"
+            )
         return Channels(self, f"{kind}/{name}")
 
     def __getitem__(self, body: str) -> Channels:
         return self._channels("bodies", body)
 
     def joint(self, name: str) -> Channels:
-        """Channels of a joint: `joint("B").eccentricity`, `.force`. Raises KeyError for a joint there is not."""
+        """Channels of a joint: `joint("B").eccentricity`, `.force`. Raises KeyError for a joint
+        there is not.
+        """
         return self._channels("joints", name)
 
     def drive(self, name: str) -> Channels:
-        """Channels of a drive: `drive("crank").torque`, `.power`. Raises KeyError for a drive there is not."""
+        """Channels of a drive: `drive("crank").torque`, `.power`. Raises KeyError for a drive there
+        is not.
+        """
         return self._channels("drives", name)
 
     def node(self, name: str) -> Channels:
-        """Channels of a thermal node: `node("housing").temperature`. Raises KeyError for a node there is not."""
+        """Channels of a thermal node: `node("housing").temperature`. Raises KeyError for a node
+        there is not.
+        """
         return self._channels("nodes", name)
 
     def pressure_fields(self, joint: str) -> PressureFields | None:
@@ -482,13 +539,18 @@ class Record(Drawn, ABC):
 
     @cached_property
     def dataset(self):
-        """Channels along time as an xarray Dataset, by the names of the command line: `dataset["slider.ax"]`.
+        """Channels along time as an xarray Dataset, by the names of the command line:
+        `dataset["slider.ax"]`.
 
-        Names that two parts share are whole paths, as "joints/B/force_x". Coordinates: time [s], and
+        Names that two parts share are whole paths, as "joints/B/force_x". Coordinates: time [s],
+        and
         turns of the drive where one turns. Raises ImportError where xarray is not installed.
         """
         xarray = extra("xarray")
-        groups = [f"{kind}/{n}" for kind in PARTS for n in self.names(kind)] + ["energy", "friction"]
+        groups = [f"{kind}/{n}" for kind in PARTS for n in self.names(kind)] + [
+            "energy",
+            "friction",
+        ]
         paths = [f"{group}/{name}" for group in groups for name in self.names(group)]
         short = {path: ".".join(path.split("/")[-2:]) for path in paths}
         shared = Counter(short.values())
@@ -497,7 +559,11 @@ class Record(Drawn, ABC):
         along = {"time": ("time", self.time, {"units": "s"})}
         if self.turning is not None:
             along["turns"] = "time", self.turns_at(self.time), {"units": "1"}
-        about = {n: v for n, v in self.attributes.items() if n in ("case", "status", "parameters", "created")}
+        about = {
+            n: v
+            for n, v in self.attributes.items()
+            if n in ("case", "status", "parameters", "created")
+        }
         return xarray.Dataset(columns, along, about)
 
     def _about(self, path: str) -> dict[str, str]:
@@ -506,12 +572,17 @@ class Record(Drawn, ABC):
 
     @property
     def energy(self) -> Channels:
-        """The energy ledger [J]: kinetic, potential, input, dissipated, residual; where it was kept."""
+        """The energy ledger [J]: kinetic, potential, input, dissipated, residual; where it was
+        kept.
+        """
         return Channels(self, "energy")
 
 
 class Result(Record):
-    """A result file, read lazily. What of it cannot be read raises Damaged, naming the file and the place."""
+    """A result file, read lazily.
+
+    What of it cannot be read raises Damaged, naming the file and the place.
+    """
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
@@ -527,10 +598,16 @@ class Result(Record):
         if not self.reader.has(path):
             if path == "time":
                 raise Damaged(f"{self.path} has no /time")
-            raise KeyError(f"{self.path.name} has no channel {path!r}; it may not have been kept when it was written")
+            raise KeyError(
+                f"{self.path.name} has no channel {path!r}; it may not have been kept when it was "
+                f"written"
+            )
         column = self.reader.column(path)
         if column.dtype.kind != "f" or column.ndim != 1:
-            raise Damaged(f"{self.path}: /{path} is no row of numbers, but {column.dtype} of shape {column.shape}")
+            raise Damaged(
+                f"{self.path}: /{path} is no row of numbers, but {column.dtype} of shape "
+                f"{column.shape}"
+            )
         if path.partition("/")[0] not in DIMENSIONS and len(column) != (samples := self._samples):
             raise Damaged(f"{self.path}: /{path} has {len(column)} values, /time has {samples}")
         return column
@@ -541,7 +618,11 @@ class Result(Record):
 
     def facts(self, group: str) -> dict:
         facts = self.reader.attributes(group) if self.reader.has(group) else {}
-        return {n: v for n, v in facts.items() if n.removesuffix("_units") not in FACT_UNITS or not isinstance(v, str)}
+        return {
+            n: v
+            for n, v in facts.items()
+            if n.removesuffix("_units") not in FACT_UNITS or not isinstance(v, str)
+        }
 
     def units(self, path: str) -> str:
         return self.reader.attribute(path, "units")
@@ -561,7 +642,9 @@ class Result(Record):
         if not isinstance(document, dict):
             raise Damaged(f"{self.path}: attribute scene must be an object")
         for name in ("bodies", "joints", "loads"):
-            if not isinstance(document[name], list) or not all(isinstance(part, dict) for part in document[name]):
+            if not isinstance(document[name], list) or not all(
+                isinstance(part, dict) for part in document[name]
+            ):
                 raise Damaged(f"{self.path}: attribute scene: {name} must be a list of objects")
         return document
 
@@ -582,40 +665,67 @@ class Result(Record):
 
     @cached_property
     def located(self) -> Extremes | None:
-        """Extremes that were located as the run went; of files of format 1 those of step ends, without their times."""
+        """Extremes that were located as the run went; of files of format 1 those of step ends,
+        without their times.
+        """
         if "stretch_s" in self.reader.attributes():
             return _extremes_of_format_1(self.reader)
         if not self.reader.has("extremes"):
             return None
         columns = ("quantity", "units_of", "value", "when")
         names, units, values, times = (self.reader.column(f"extremes/{n}") for n in columns)
-        if values.shape != times.shape or values.shape[1:] != names.shape or names.shape != units.shape:
+        if (
+            values.shape != times.shape
+            or values.shape[1:] != names.shape
+            or names.shape != units.shape
+        ):
             raise Damaged(f"{self.path}: /extremes holds columns that do not fit one another")
-        if {names.dtype.kind, units.dtype.kind} != {"U"} or {values.dtype.kind, times.dtype.kind} != {"f"}:
+        if {names.dtype.kind, units.dtype.kind} != {"U"} or {
+            values.dtype.kind,
+            times.dtype.kind,
+        } != {"f"}:
             raise Damaged(f"{self.path}: /extremes holds columns of another kind")
         length = float(self.reader.attribute("extremes", "stretch_s"))
         if not 0.0 < length < math.inf:
-            raise Damaged(f"{self.path}: /extremes: attribute stretch_s must be positive, got {length!r}")
+            raise Damaged(
+                f"{self.path}: /extremes: attribute stretch_s must be positive, got {length!r}"
+            )
         return Extremes(length, tuple(map(str, names)), tuple(map(str, units)), values, times)
 
     @cached_property
     def errors(self) -> Errors:
         """Stated errors of metrics, extremes and channels; none in files of versions before 0.2."""
         if not self.reader.has("errors"):
-            return Errors(reason=str(self.reader.attributes().get("errors_left_out", "none was asked for")))
+            return Errors(
+                reason=str(self.reader.attributes().get("errors_left_out", "none was asked for"))
+            )
         texts = [self._errors_column(n, "U") for n in ("name", "units_of", "kind", "channel")]
-        value, stated, film, share = (self._errors_column(n, "f") for n in ("value", "stated", "film", "share"))
+        value, stated, film, share = (
+            self._errors_column(n, "f") for n in ("value", "stated", "film", "share")
+        )
         (names, units, kinds, channels), about = texts, self.reader.attributes("errors")
         if not len(names) == len(units) == len(kinds) == len(value) == len(stated) == len(film):
             raise Damaged(f"{self.path}: /errors holds columns that do not fit one another")
-        rows = zip(value.tolist(), stated.tolist(), map(str, units), map(str, kinds), film.tolist(), strict=True)
+        rows = zip(
+            value.tolist(),
+            stated.tolist(),
+            map(str, units),
+            map(str, kinds),
+            film.tolist(),
+            strict=True,
+        )
         return Errors(
             dict(zip(map(str, names), (Error(*row) for row in rows), strict=True)),
-            dict(zip(map(str, channels), share.tolist(), strict=False)), "",
-            (float(about["rtol"]), float(about["companion_rtol"])), float(about["spread"]), float(about["begin_s"]),
-            float(about["end_s"]), self._extreme_errors(), json.loads(about.get("asked", "{}")),
+            dict(zip(map(str, channels), share.tolist(), strict=False)),
+            "",
+            (float(about["rtol"]), float(about["companion_rtol"])),
+            float(about["spread"]),
+            float(about["begin_s"]),
+            float(about["end_s"]),
+            self._extreme_errors(),
+            json.loads(about.get("asked", "{}")),
             about.get("cannot", ""),
-        )  # fmt: skip
+        )
 
     def _errors_column(self, name: str, kind: str) -> np.ndarray:
         column = self.reader.column(f"errors/{name}")
@@ -634,7 +744,9 @@ class Result(Record):
     @property
     def events(self) -> dict[str, np.ndarray]:
         """The impact table: one entry per column, one row per contact."""
-        columns = {name: self.reader.column(f"events/{name}") for name in ("time", *self.names("events"))}
+        columns = {
+            name: self.reader.column(f"events/{name}") for name in ("time", *self.names("events"))
+        }
         if len({len(column) for column in columns.values()}) > 1:
             raise Damaged(f"{self.path}: the columns of /events differ in length")
         return Entries(f"{self.path}: /events", columns)
@@ -651,7 +763,9 @@ class Result(Record):
         return fields
 
     def to_xarray(self):
-        """All of it as an xarray DataTree in memory, with the groups, units and attributes of the file."""
+        """All of it as an xarray DataTree in memory, with the groups, units and attributes of the
+        file.
+        """
         xarray = extra("xarray")
         groups = [f"{kind}/{n}" for kind in PARTS for n in self.names(kind)]
         datasets = {"/": xarray.Dataset(attrs=self.attributes)}
@@ -660,21 +774,36 @@ class Result(Record):
                 continue
             along, columns = DIMENSIONS.get(group, "time"), {}
             for name in ("time", *names):
-                values, about = self.reader.column(f"{group}/{name}"), self.reader.attributes(f"{group}/{name}")
+                values, about = (
+                    self.reader.column(f"{group}/{name}"),
+                    self.reader.attributes(f"{group}/{name}"),
+                )
                 columns[name] = (along, values, {n: about[n] for n in ("units", "long_name")})
             data = xarray.Dataset(columns, attrs=self.reader.attributes(group))
             datasets[f"/{group}"] = data.set_coords("time")
         if self.reader.has("extremes") and (located := self.located) is not None:
             along = ("stretch", "quantity")
-            columns = {"value": (along, located.values), "when": (along, located.times, {"units": "s"})}
+            columns = {
+                "value": (along, located.values),
+                "when": (along, located.times, {"units": "s"}),
+            }
             starts = located.length * np.arange(len(located.values))
-            names = {"stretch": starts, "quantity": list(located.names), "units_of": ("quantity", list(located.units))}
+            names = {
+                "stretch": starts,
+                "quantity": list(located.names),
+                "units_of": ("quantity", list(located.units)),
+            }
             datasets["/extremes"] = xarray.Dataset(columns, names)
         if errors := self.errors:
-            columns = {n: ("name", [getattr(e, n) for e in errors.values()]) for n in ("value", "stated", "film")}
+            columns = {
+                n: ("name", [getattr(e, n) for e in errors.values()])
+                for n in ("value", "stated", "film")
+            }
             columns["units_of"] = "name", [e.units for e in errors.values()]
             columns["share"] = "channel", list(errors.channels.values())
-            datasets["/errors"] = xarray.Dataset(columns, {"name": list(errors), "channel": list(errors.channels)})
+            datasets["/errors"] = xarray.Dataset(
+                columns, {"name": list(errors), "channel": list(errors.channels)}
+            )
         return xarray.DataTree.from_dict(datasets)
 
     def save(self, path: str | Path) -> Path:
@@ -713,20 +842,31 @@ def extra(package: str):
 def _extremes_of_format_1(reader: Reader) -> Extremes:
     """Extremes of step ends, which were attributes of each channel and joint."""
     ends = {"lowest": "_min", "highest": "_max", "force_highest": "/force_max"}
-    groups = [f"{kind}/{name}" for kind in ("bodies", "joints", "springs", "drives") for name in reader.names(kind)]
+    groups = [
+        f"{kind}/{name}"
+        for kind in ("bodies", "joints", "springs", "drives")
+        for name in reader.names(kind)
+    ]
     columns, units = {}, {}
-    for place in [*groups, *(f"{group}/{name}" for group in groups for name in reader.names(group))]:
+    for place in [
+        *groups,
+        *(f"{group}/{name}" for group in groups for name in reader.names(group)),
+    ]:
         about = reader.attributes(place)
         for attribute in ends.keys() & about.keys():
             columns[place + ends[attribute]] = about[attribute]
             units[place + ends[attribute]] = str(about.get("units", "N"))
     values = np.array(list(columns.values()), dtype=float).T.reshape(-1, len(columns))
     length = float(reader.attribute("", "stretch_s"))
-    return Extremes(length, tuple(columns), tuple(units.values()), values, np.full(values.shape, np.nan))
+    return Extremes(
+        length, tuple(columns), tuple(units.values()), values, np.full(values.shape, np.nan)
+    )
 
 
 def cubic(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values of y(x) at points by a cubic through the four samples around each, or through fewer where there are."""
+    """Values of y(x) at points by a cubic through the four samples around each, or through fewer
+    where there are.
+    """
     count, at = min(4, len(x)), np.asarray(at, dtype=float)
     first = np.clip(np.searchsorted(x, at, side="right") - count // 2, 0, len(x) - count)
     nodes = [x[first + i] for i in range(count)]
@@ -743,7 +883,9 @@ def speed_of(drive: dict) -> float | None:
 
 
 def _turns(target: str | dict) -> bool:
-    """True where a drive turns its target, the name of a body or a joint, rather than pushing a slide."""
+    """True where a drive turns its target, the name of a body or a joint, rather than pushing a
+    slide.
+    """
     return isinstance(target, str) or target["type"] not in SLIDES
 
 

@@ -46,7 +46,8 @@ NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 ROWS = 2048  # samples held in memory between two pieces of output
 LOG_ROWS = 4096
 IMPACT_ROWS = 512
-BUDGET, SLOW_BUDGET = 2000, 20  # steps between two looks at the progress, of usual films and of those solved online
+# steps between two looks at the progress, of usual films and of those solved online
+BUDGET, SLOW_BUDGET = 2000, 20
 STEP_LIMIT = 2**62
 SAME = 1e-12  # share of the time within which two moments are one
 
@@ -54,12 +55,20 @@ SAME = 1e-12  # share of the time within which two moments are one
 class Run:
     """One integration.
 
-    state: its numbers and arrays, see stepping/state.py. observers: see `observers.Observer`. wall: time spent in
-    the compiled loop [s]. outputs: rows hold the mechanism's outputs, else its state. code: last status.
+    state: its numbers and arrays, see stepping/state.py. observers: see `observers.Observer`. wall:
+        time spent in the compiled loop [s]. outputs: rows hold the mechanism's outputs, else its
+        state. code: last status.
     """
 
-    def __init__(self, mechanism: Mechanism, span: Span, solver: Solver | None = None, outputs: bool = True):
-        self.mechanism, self.span, self.solver, self.outputs = mechanism, span, solver or Solver(), outputs
+    def __init__(
+        self, mechanism: Mechanism, span: Span, solver: Solver | None = None, outputs: bool = True
+    ):
+        self.mechanism, self.span, self.solver, self.outputs = (
+            mechanism,
+            span,
+            solver or Solver(),
+            outputs,
+        )
         self.method, self.reason = choose_method(mechanism, self.solver.method, self.solver.rtol)
         online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
         for source in online:
@@ -77,7 +86,8 @@ class Run:
         self.started = "as the scene says"
         self.options: dict = {}  # arguments of `simulate`, which make this run again
         self.facts: dict[str, dict] = {}  # of the result, group by group
-        self.opened: tuple[str, ...] = ()  # joints with clearance whose loops are opened, see `build`
+        # joints with clearance whose loops are opened, see `build`
+        self.opened: tuple[str, ...] = ()
         self.wearing = None  # the observer that sums wear, where some joint wears
         self.dead_centre: DeadCentre | None = None  # of a loop, once the run has failed there
 
@@ -104,7 +114,9 @@ class Run:
         state.evaluate_ledger = size > mechanism.size
         state.step_limit = solver.max_steps or STEP_LIMIT
         state.commits, state.remembering = layout.commits, len(layout.remembering)
-        state.may_switch = solver.method == "auto" and self.method == "dop853" and mechanism.size > 0
+        state.may_switch = (
+            solver.method == "auto" and self.method == "dop853" and mechanism.size > 0
+        )
         state.contacts[:, KIND] = [spot.kind for _, spot in mechanism.spots]
         state.contacts[:, COORDINATE] = [mechanism.places.get(e, -1) for e, _ in mechanism.spots]
         return state
@@ -133,8 +145,11 @@ class Run:
         self.roles = kernel_roles(mechanism, method)
         if not self.outputs:
             self.roles.remove("observe")
-        # the loop takes a kernel for every role; one that is not needed is never called, so any will do
-        functions = {role: mechanism.kernel(role if role in self.roles else "rhs") for role in KERNELS}
+        # the loop takes a kernel for every role; one that is not needed is never called, so any
+        # will do
+        functions = {
+            role: mechanism.kernel(role if role in self.roles else "rhs") for role in KERNELS
+        }
         functions |= {name: getattr(stepper, name) for name in STEPPER}
         if not self.outputs:
             functions["observe"] = self.loop.copy_state
@@ -148,7 +163,9 @@ class Run:
         self.state.connect(self.mechanism.par, **self.functions)
 
     def _become_implicit(self) -> None:
-        """The explicit method of an automatic choice is held up by stability: go on with an implicit one."""
+        """The explicit method of an automatic choice is held up by stability: go on with an
+        implicit one.
+        """
         method, state = implicit(self.solver.rtol, stages_only=True), self.state
         LOG.info("stiff: going on with %s", method)
         self.reason = f"explicit at first; stiff, so implicit from t = {state.time:.6g} s on"
@@ -175,16 +192,20 @@ class Run:
     def _take_numbers(self) -> None:
         """Natural sizes of states and free ways of spots, from the numbers of the mechanism."""
         state, mechanism = self.state, self.mechanism
-        state.scale[: mechanism.size], state.scale[mechanism.size :] = mechanism.scale, mechanism.energy
+        state.scale[: mechanism.size], state.scale[mechanism.size :] = (
+            mechanism.scale,
+            mechanism.energy,
+        )
         state.contacts[:, CLEARANCE] = mechanism.reach
         state.band[:] = self.loop.BAND * mechanism.reach
         self._scale_film_rates()
 
     def _scale_film_rates(self) -> None:
-        """A thick film gives way slowly: its natural rate is acceleration over damping, not clearance times speed.
+        """A thick film gives way slowly: its natural rate is acceleration over damping, not
+        clearance times speed.
 
-        Otherwise a rate that is right to rtol of its natural size would leave the film's force, damping times rate,
-        wrong by much more.
+        Otherwise a rate that is right to rtol of its natural size would leave the film's force,
+        damping times rate, wrong by much more.
         """
         mechanism, state = self.mechanism, self.state
         films = {j: at for j, at in mechanism.places.items() if j.film is not None}
@@ -199,7 +220,8 @@ class Run:
         rhs(0.0, rest, mechanism.par, state.work, before)
         for joint, at in films.items():
             for k in (p + at, p + at + 1):
-                moved, share = rest.copy(), mechanism.scale[k] / mechanism.scale[p + at]  # tilts have other units
+                # tilts have other units
+                moved, share = rest.copy(), mechanism.scale[k] / mechanism.scale[p + at]
                 moved[k] = scale[k]
                 rhs(0.0, moved, mechanism.par, state.work, after)
                 damping = abs(after[k] - before[k]) / scale[k]
@@ -229,24 +251,34 @@ class Run:
     def offsets(self, joint) -> dict[str, float]:
         """Coordinates in a joint's clearance, by name."""
         place = self.mechanism.layout.state
-        return {name: self.state.y[place[f"{joint.key}/{name}"]] for _, name in joint.soft_coordinates}
+        return {
+            name: self.state.y[place[f"{joint.key}/{name}"]] for _, name in joint.soft_coordinates
+        }
 
     # --- changes on the way
     def every(self, period: float, function: Callable[["Run"], None]) -> None:
-        """Call function(run) at each multiple of a period [s]; a step ends there, and it may `change` the run."""
+        """Call function(run) at each multiple of a period [s]; a step ends there, and it may
+        `change` the run.
+        """
         self.observers.append(observers.Every(period, function))
 
     def change(self, changes: dict[str, float]) -> None:
-        """Change numbers of the scene where the run stands: {"joints/B/clearance": 1.1e-4}; see Scene.replaced.
+        """Change numbers of the scene where the run stands: {"joints/B/clearance": 1.1e-4}; see
+        Scene.replaced.
 
-        What depends on them follows: contact stiffness, film tables, natural sizes. The ledger counts as put in
-        what the change does to the energy. Raises ValueError where a journal with nothing but a film would lie
-        outside its clearance, and for changes that need another kernel.
+        What depends on them follows: contact stiffness, film tables, natural sizes. The ledger
+        counts as put in what the change does to the energy. Raises ValueError where a journal with
+        nothing but a film would lie outside its clearance, and for changes that need another
+        kernel.
         """
         before, state = self._energy(), self.state
         self.rebuild(state.time, changes)
         self._take_numbers()
-        if outside := [j.label() for j in self.mechanism.places if j.contact is None and self.film_left(j) <= 0.0]:
+        if outside := [
+            j.label()
+            for j in self.mechanism.places
+            if j.contact is None and self.film_left(j) <= 0.0
+        ]:
             raise ValueError(f"{outside[0]}: its journal lies outside the changed clearance")
         self.mechanism.kernel("rhs")(state.time, state.y, self.mechanism.par, state.work, state.f)
         if before is not None:
@@ -275,7 +307,10 @@ class Run:
 
     # --- advancing
     def advance(self, until: float = math.inf) -> int:
-        """One call of the compiled loop, not beyond a time [s]; its output goes to the observers. A status code."""
+        """One call of the compiled loop, not beyond a time [s]; its output goes to the observers.
+
+        A status code.
+        """
         began, state = clock_of_the_wall.perf_counter(), self.state
         until = min(until, self.span.until)
         state.end = min(until, self._next_stop())
@@ -319,7 +354,9 @@ class Run:
         """The first multiple of an observer's period from here on."""
         now = self.state.time * (1.0 + SAME)
         periods = (o.period for o in self.observers if o.period)
-        return min(((math.floor(now / period) + 1) * period for period in periods), default=math.inf)
+        return min(
+            ((math.floor(now / period) + 1) * period for period in periods), default=math.inf
+        )
 
     def _reach(self) -> None:
         """Call the observers of whose period the present time is a multiple."""
@@ -339,7 +376,9 @@ class Run:
         return self.code
 
     def trajectory(self) -> tuple[np.ndarray, np.ndarray, int]:
-        """Run to the end in memory: times, rows (states, where the run has no outputs) and the last status code."""
+        """Run to the end in memory: times, rows (states, where the run has no outputs) and the last
+        status code.
+        """
         self.wall = 0.0
         trajectory = observers.Trajectory()
         with Held() as held:
@@ -357,13 +396,16 @@ class Run:
     ) -> str | None:
         """Run to the end, handing the output to a sink; why it ended early, if it did.
 
-        checkpoint: seconds of wall time between two checkpoints, for a sink that keeps them. check: called after each
-        piece of output, raises KeyboardInterrupt where the run shall end. Raises Unwritable where a file takes no more;
-        like an interrupt it comes when what was computed before is kept, if it can be.
+        checkpoint: seconds of wall time between two checkpoints, for a sink that keeps them. check:
+            called after each piece of output, raises KeyboardInterrupt where the run shall end.
+            Raises Unwritable where a file takes no more; like an interrupt it comes when what was
+            computed before is kept, if it can be.
         """
         self._sum_wear()
         scale = self.solver.rtol * self.mechanism.energy
-        recording = observers.Recording(self, Recorder(self.mechanism.layout.channels, sink, True, scale))
+        recording = observers.Recording(
+            self, Recorder(self.mechanism.layout.channels, sink, True, scale)
+        )
         watching = [recording, observers.Interrupts(check)]
         for joint in self.mechanism.scene.joints:
             recording.recorder.know(f"joints/{joint.name}", **joint.facts)
@@ -410,7 +452,11 @@ class Run:
             self.wearing.know(recorder)
         if self.changes:
             times, changes = zip(*self.changes, strict=True)
-            recorder.know("changes", times=np.array(times), numbers=[json.dumps(c, sort_keys=True) for c in changes])
+            recorder.know(
+                "changes",
+                times=np.array(times),
+                numbers=[json.dumps(c, sort_keys=True) for c in changes],
+            )
         for group, facts in self.facts.items():
             recorder.know(group, **facts)
         recorder.know("state", **end_state(self.mechanism, state.y, state.work, state.time))
@@ -422,7 +468,9 @@ class Run:
         for j, c in enumerate(state.contacts):
             if c[TOUCHING] > 0.0:
                 force, depth = state.peaks[int(c[PEAKS]) :][:2, VALUE]
-                rows.append((j, c[SINCE], c[IMPACT_SPEED], force, depth, state.time - c[SINCE], 0.0))
+                rows.append(
+                    (j, c[SINCE], c[IMPACT_SPEED], force, depth, state.time - c[SINCE], 0.0)
+                )
         return np.array(rows)
 
     def attributes(self) -> dict:
@@ -435,12 +483,17 @@ class Run:
     def identity(self) -> dict:
         """Facts that two runs must share for one to continue the other."""
         for key in self.mechanism.layout.remembering:
-            raise ValueError(f"{key}: its film has a memory that no checkpoint keeps; leave out checkpoint")
+            raise ValueError(
+                f"{key}: its film has a memory that no checkpoint keeps; leave out checkpoint"
+            )
         for joint in (j for j in self.mechanism.scene.joints if j.wear or j.wear_journal):
             raise ValueError(f"{joint.label()}: its wear is in no checkpoint; leave out checkpoint")
         facts = vars(self.span) | {"rtol": self.solver.rtol, "method": self.method}
         facts["start"] = self.state.y[: self.mechanism.size].tolist()
-        return facts | {"max_step": self.state.longest_step, "max_steps": int(self.state.step_limit)}
+        return facts | {
+            "max_step": self.state.longest_step,
+            "max_steps": int(self.state.step_limit),
+        }
 
     def _summary(self, wall: float) -> dict:
         counters = ("steps", "rejected", "evaluations", "jacobians", "factorisations")

@@ -18,12 +18,15 @@ Part = TypeVar("Part", Body, Element)
 
 @checks.answers
 class Scene:
-    """A whole mechanism: joints, drives and loads. Bodies are found from the parts, nothing is listed twice.
+    """A whole mechanism: joints, drives and loads.
 
-    parts: elements (joints, drives, springs, forces) in any order, which fixes the order of outputs; gravity:
-    acceleration (x, y) [m/s2], or (x, y, z) for a mechanism whose plane is not vertical; name: stored with results.
-    `parameters`: those that its case was given; `origin`: texts that say where it is from, stored with results too.
-    Raises ValueError naming the part for duplicate names, parts on bodies that no joint knows, floating parts.
+    Bodies are found from the parts, nothing is listed twice.
+
+    parts: elements (joints, drives, springs, forces) in any order, which fixes the order of
+        outputs; gravity: acceleration (x, y) [m/s2], or (x, y, z) for a mechanism whose plane is
+        not vertical; name: stored with results. `parameters`: those that its case was given;
+        `origin`: texts that say where it is from, stored with results too. Raises ValueError naming
+        the part for duplicate names, parts on bodies that no joint knows, floating parts.
     """
 
     name: str
@@ -53,7 +56,9 @@ class Scene:
         _check_names("load", self.loads)
         for part, what, other in ((p, *c) for p in parts for c in p.companions().items()):
             if other not in parts:
-                raise ValueError(f"{part.label()}: its {what}, {other.label()}, is not in the scene")
+                raise ValueError(
+                    f"{part.label()}: its {what}, {other.label()}, is not in the scene"
+                )
         self._check_connected()
 
     def __setattr__(self, name: str, value: object):
@@ -61,19 +66,26 @@ class Scene:
 
     def _check_connected(self):
         if not self.bodies:
-            raise ValueError("the scene has no moving body: give at least one joint or load on a Body")
+            raise ValueError(
+                "the scene has no moving body: give at least one joint or load on a Body"
+            )
         jointed = {b for j in self.joints for b in j.bodies()}
         for load in self.loads:
             strangers = [b.name for b in load.bodies() if b is not ground and b not in jointed]
             if strangers and not load.holds_free_bodies:
                 names = ", ".join(sorted(b.name for b in jointed if b is not ground)) or "none"
-                raise ValueError(f"{load.label()}: unknown body {strangers[0]!r}; bodies with joints: {names}")
+                raise ValueError(
+                    f"{load.label()}: unknown body {strangers[0]!r}; bodies with joints: {names}"
+                )
         reached = {ground}
         links = [p.bodies() for p in (*self.joints, *self.loads)]
         while grown := {b for link in links if reached & set(link) for b in link} - reached:
             reached |= grown
         if floating := [b.name for b in self.bodies if b not in reached]:
-            raise ValueError(f"floating: {', '.join(floating)} hang together by no joint, drive or spring with ground")
+            raise ValueError(
+                f"floating: {', '.join(floating)} hang together by no joint, drive or spring with "
+                f"ground"
+            )
 
     @property
     def elements(self) -> tuple[Element, ...]:
@@ -102,7 +114,9 @@ class Scene:
 
     @property
     def turn(self) -> float | None:
-        """Duration of one turn of the first drive that rotates at a constant or nominal speed [s], if there is one."""
+        """Duration of one turn of the first drive that rotates at a constant or nominal speed [s],
+        if there is one.
+        """
         return next((d.turn for d in self.drives if d.turn is not None), None)
 
     @property
@@ -114,7 +128,8 @@ class Scene:
     def provenance(self) -> dict[str, str]:
         """Attributes of result files: case, parameters that were given (JSON), whole scene (JSON).
 
-        Of a case also its file and the defaults of the other parameters (JSON), of a command its line.
+        Of a case also its file and the defaults of the other parameters (JSON), of a command its
+        line.
         """
         given = json.dumps(self.parameters, default=str, sort_keys=True)
         return {"case": self.name, "parameters": given, "scene": self.to_json(), **self.origin}
@@ -126,7 +141,9 @@ class Scene:
         element: Callable[[Element], Element] = lambda e: e,
         gravity: tuple[float, ...] | None = None,
     ) -> "Scene":
-        """The scene with every body and element passed through a function; elements follow to the new ones."""
+        """The scene with every body and element passed through a function; elements follow to the
+        new ones.
+        """
         made: dict = {b: body(b) for b in self.bodies} | {ground: ground}
 
         def followed(value):
@@ -135,18 +152,24 @@ class Scene:
             return made[value] if isinstance(value, Body | Element) else value
 
         for one in self.elements:
-            made[one] = element(replace(one, **{f.name: followed(getattr(one, f.name)) for f in fields(one)}))
+            made[one] = element(
+                replace(one, **{f.name: followed(getattr(one, f.name)) for f in fields(one)})
+            )
         elements = [made[one] for one in self.elements]
-        scene = Scene(*elements, gravity=self.gravity if gravity is None else gravity, name=self.name)
+        scene = Scene(
+            *elements, gravity=self.gravity if gravity is None else gravity, name=self.name
+        )
         scene.parameters.update(self.parameters)
         scene.origin.update(self.origin)
         return scene
 
     def replaced(self, changes: Mapping[str, float]) -> "Scene":
-        """The scene with some numbers changed, by their names in result files: {"joints/B/clearance": 1e-4}.
+        """The scene with some numbers changed, by their names in result files:
+        {"joints/B/clearance": 1e-4}.
 
-        Numbers of bodies, elements and their laws ("joints/B/contact/stiffness"). What a joint determines, such as
-        the stiffness of its contact, follows. Raises ValueError for a name that the scene has not got.
+        Numbers of bodies, elements and their laws ("joints/B/contact/stiffness"). What a joint
+        determines, such as the stiffness of its contact, follows. Raises ValueError for a name that
+        the scene has not got.
         """
         left = dict(changes)
         scene = self.rebuilt(body=lambda b: _changed(b, left), element=lambda e: _changed(e, left))
@@ -157,7 +180,10 @@ class Scene:
         return scene
 
     def description(self) -> dict:
-        """The scene as plain data: bodies, joints, loads with every number. Made once: leave it as it is."""
+        """The scene as plain data: bodies, joints, loads with every number.
+
+        Made once: leave it as it is.
+        """
         return self._description
 
     @cached_property

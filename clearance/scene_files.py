@@ -290,7 +290,9 @@ def _part(document: object, place: tuple[str, ...]) -> object:
 
 
 def _line(text: str, place: tuple[str, ...]) -> int:
-    """The line at which what stands at a place begins, or the innermost table around it that is there."""
+    """The line at which what stands at a place begins, or the innermost table around it that is
+    there.
+    """
     lines = text.splitlines()
     document = tomllib.loads(text)
     while place and _part(document, place) is None:

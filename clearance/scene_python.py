@@ -28,7 +28,10 @@ SHARED = {"lubricant": Lubricant, "material": Material}
 
 
 def python_of(path: Path) -> str:
-    """The Python case of a scene file. Raises ValueError for a wrong file, and for laws of its folder."""
+    """The Python case of a scene file.
+
+    Raises ValueError for a wrong file, and for laws of its folder.
+    """
     case = scene_file(path)
     case.scene()
     return _Writer(tomllib.loads(path.read_text(encoding="utf-8-sig")), case).text()

@@ -18,7 +18,8 @@ WIDTH = 100  # of a line
 def toml_of(scene: Scene, text: str = "") -> str:
     """The text of a scene file that has this scene; text: its summary.
 
-    Raises ValueError for a law that does not come with the package: its file has to be named by hand.
+    Raises ValueError for a law that does not come with the package: its file has to be named by
+    hand.
     """
     head = [f"name = {json.dumps(scene.name)}"]
     head += [f"text = {json.dumps(text)}"] if text else []

@@ -1,8 +1,10 @@
-"""Means and quantiles of series whose values depend on those before, with intervals that hold the truth in 95 of 100.
+"""Means and quantiles of series whose values depend on those before, with intervals that hold the
+truth in 95 of 100.
 
-A series is stationary but for a transient at its start; series of several runs of the same length stand in the rows of
-one array. Intervals come from the means of batches, which are nearly independent (Law and Kelton, Simulation Modeling
-and Analysis, chapter 9); they are widened where short series are known to make them too narrow.
+A series is stationary but for a transient at its start; series of several runs of the same length
+stand in the rows of one array. Intervals come from the means of batches, which are nearly
+independent (Law and Kelton, Simulation Modeling and Analysis, chapter 9); they are widened where
+short series are known to make them too narrow.
 """
 
 import math
@@ -15,8 +17,8 @@ CONFIDENCE = 0.95
 FEWEST = 8  # values needed for a sampling error
 BATCHES = 10
 MORE_BATCHES, LONG = 20, 400  # batches of series with at least so many values
-#: factor on the interval by the number of values: measured on the turns of a dry slider-crank, whose bursts of hard
-#: impacts last several turns (tests/benchmarks/turn_statistics.py)
+#: factor on the interval by the number of values: measured on the turns of a dry slider-crank,
+#: whose bursts of hard impacts last several turns (tests/benchmarks/turn_statistics.py)
 WIDENING = ((8, 3.0), (20, 2.2), (40, 1.5), (100, 1.25), (200, 1.1), (280, 1.0))
 TRUNCATION = 5  # values of which MSER-5 takes means
 EARLY, LATE = 0.1, 0.5  # shares of a series whose means Geweke's test compares
@@ -42,10 +44,18 @@ class Mean:
     @property
     def share(self) -> float:
         """Half the width over the mean; 0 for a series of zeros."""
-        return abs(self.half_width / self.value) if self.value else math.inf if self.half_width else 0.0
+        return (
+            abs(self.half_width / self.value)
+            if self.value
+            else math.inf
+            if self.half_width
+            else 0.0
+        )
 
     def needed(self, share: float) -> int:
-        """Values after which half the width is this share of the mean: it falls with the root of their number."""
+        """Values after which half the width is this share of the mean: it falls with the root of
+        their number.
+        """
         grown = self.count * (self.share / share) ** 2
         return math.ceil(max(grown, self.count)) if math.isfinite(grown) else 0
 
@@ -60,7 +70,9 @@ class Mean:
 
 @dataclass(frozen=True)
 class Quantile:
-    """A value that a share of a series stays below, and its 95 % interval; nan: an end beyond all values."""
+    """A value that a share of a series stays below, and its 95 % interval; nan: an end beyond all
+    values.
+    """
 
     share: float
     value: float
@@ -81,9 +93,9 @@ def student(freedom: int, confidence: float = CONFIDENCE) -> float:
 def mean(values: np.ndarray, widened: bool = True) -> Mean:
     """Mean of stationary series, (values,) or (runs, values), with its interval from batch means.
 
-    half width = t_{b-1} s_b / sqrt(b), s_b the standard deviation of the means of b batches of equal length; never
-    less than that of independent values, nor than that of b = 10; widened as `WIDENING` says. Raises ValueError for
-    fewer than 8 values.
+    half width = t_{b-1} s_b / sqrt(b), s_b the standard deviation of the means of b batches of
+    equal length; never less than that of independent values, nor than that of b = 10; widened as
+    `WIDENING` says. Raises ValueError for fewer than 8 values.
     """
     rows = np.atleast_2d(np.asarray(values, float))
     count = rows.size
@@ -97,7 +109,9 @@ def mean(values: np.ndarray, widened: bool = True) -> Mean:
 
 
 def batch_means(rows: np.ndarray) -> np.ndarray:
-    """Means of batches of equal length, (runs, batches); what does not fill a batch is left out at the start."""
+    """Means of batches of equal length, (runs, batches); what does not fill a batch is left out at
+    the start.
+    """
     runs, count = rows.shape
     wanted = MORE_BATCHES if rows.size >= LONG else BATCHES
     each = min(max(math.ceil(wanted / runs), 2), count)
@@ -124,9 +138,10 @@ def widening(count: int) -> float:
 def quantile(values: np.ndarray, share: float) -> Quantile:
     """Quantile of stationary series, (values,) or (runs, values), with its interval.
 
-    The interval is between the values whose ranks bound the binomial share of n' independent ones (Clopper and Pearson,
-    Biometrika 26 (1934) 404). n' is the number of values over the variance of the share's mean by batches, as a
-    multiple of that of independent values. Raises ValueError for a share outside (0, 1).
+    The interval is between the values whose ranks bound the binomial share of n' independent ones
+    (Clopper and Pearson, Biometrika 26 (1934) 404). n' is the number of values over the variance of
+    the share's mean by batches, as a multiple of that of independent values. Raises ValueError for
+    a share outside (0, 1).
     """
     from scipy.special import betaincinv
 
@@ -143,7 +158,9 @@ def quantile(values: np.ndarray, share: float) -> Quantile:
 
 
 def _independent(beyond: np.ndarray, share: float) -> float:
-    """Number of independent values that would leave the share of those beyond as uncertain as these do."""
+    """Number of independent values that would leave the share of those beyond as uncertain as these
+    do.
+    """
     batches = batch_means(beyond.astype(float)).ravel()
     each = share * (1.0 - share)
     variance = float(batches.var(ddof=1)) / batches.size
@@ -167,8 +184,9 @@ def told(count: int, share: float) -> bool:
 def transient(series: Iterable[np.ndarray], least: int = 5) -> int:
     """Values to leave out at the start of all series, each (values,) or (runs, values).
 
-    The largest truncation of MSER-5 (White, Cobb and Spratt, Proc. Winter Simulation Conf. (2000) 755) of the means
-    over the runs, at least `least`; doubled while Geweke's test sees a trend in what is left. Half is always left.
+    The largest truncation of MSER-5 (White, Cobb and Spratt, Proc. Winter Simulation Conf. (2000)
+    755) of the means over the runs, at least `least`; doubled while Geweke's test sees a trend in
+    what is left. Half is always left.
     """
     series = [np.atleast_2d(np.asarray(s, float)) for s in series]
     count = min(s.shape[1] for s in series)
@@ -179,7 +197,9 @@ def transient(series: Iterable[np.ndarray], least: int = 5) -> int:
 
 
 def mser(values: np.ndarray) -> int:
-    """Truncation of MSER-5: the number of first values that leaves the mean of the others the least standard error."""
+    """Truncation of MSER-5: the number of first values that leaves the mean of the others the least
+    standard error.
+    """
     count = len(values) // TRUNCATION
     if count < 4:
         return 0
@@ -190,7 +210,8 @@ def mser(values: np.ndarray) -> int:
 
 
 def settled(rows: np.ndarray, series: int = 1) -> bool:
-    """Geweke's test: the means of the first tenth and of the last half differ by no more than chance makes them.
+    """Geweke's test: the means of the first tenth and of the last half differ by no more than
+    chance makes them.
 
     rows: (runs, values). series: how many are tested at once; all pass by chance in 95 of 100.
     """
@@ -220,9 +241,10 @@ def looks() -> Iterator[int]:
 def motions(series: Iterable[np.ndarray], least: float = 0.0) -> list[list[int]]:
     """Runs that show the same motion, in groups; series: one for each quantity, (runs, values).
 
-    Two groups differ where the variance between their runs exceeds that within them by more than chance does
-    (analysis of variance of batch means, F at 99 % over all quantities and cuts), and their means by more than the
-    share `least`. Groups are cut at the widest step of the ordered means until none differ.
+    Two groups differ where the variance between their runs exceeds that within them by more than
+    chance does (analysis of variance of batch means, F at 99 % over all quantities and cuts), and
+    their means by more than the share `least`. Groups are cut at the widest step of the ordered
+    means until none differ.
     """
     series = [np.atleast_2d(np.asarray(s, float)) for s in series]
     groups, todo = [], [list(range(len(series[0])))]
@@ -235,7 +257,10 @@ def motions(series: Iterable[np.ndarray], least: float = 0.0) -> list[list[int]]
 
 
 def _split(series: list[np.ndarray], group: list[int], least: float) -> list[list[int]]:
-    """A group in two where some quantity tells them apart; else none. The quantity that does so most clearly counts."""
+    """A group in two where some quantity tells them apart; else none.
+
+    The quantity that does so most clearly counts.
+    """
     groups, clearest = [], 1.0
     for rows in series:
         batches = batch_means(rows[group])
@@ -247,12 +272,17 @@ def _split(series: list[np.ndarray], group: list[int], least: float) -> list[lis
         cut = int(steps.argmax()) + 1
         clear = _clearness(batches, [order[:cut], order[cut:]], len(series) * len(steps))
         if clear > clearest:
-            clearest, groups = clear, [sorted(group[i] for i in part) for part in (order[:cut], order[cut:])]
+            clearest, groups = (
+                clear,
+                [sorted(group[i] for i in part) for part in (order[:cut], order[cut:])],
+            )
     return groups
 
 
 def _clearness(batches: np.ndarray, parts: list[np.ndarray], tests: int) -> float:
-    """Variance between two parts over that within the runs, over its quantile: above 1 the two are different."""
+    """Variance between two parts over that within the runs, over its quantile: above 1 the two are
+    different.
+    """
     from scipy.special import fdtri
 
     runs, each = batches.shape

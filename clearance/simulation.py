@@ -33,7 +33,9 @@ STATE = "state"  # the errors of a run
 
 
 class SimulationError(RuntimeError):
-    """A run failed part-way. `result` holds what had been computed; None where no file of it could be kept."""
+    """A run failed part-way. `result` holds what had been computed; None where no file of it could
+    be kept.
+    """
 
     def __init__(self, message: str, result: Result | None):
         super().__init__(message)
@@ -41,7 +43,9 @@ class SimulationError(RuntimeError):
 
 
 class NotReached(SimulationError):
-    """An error that was asked for cannot be reached. `result` is the best run, with what it has reached."""
+    """An error that was asked for cannot be reached. `result` is the best run, with what it has
+    reached.
+    """
 
 
 def simulate(
@@ -69,33 +73,42 @@ def simulate(
 ) -> Result:
     """Integrate a scene and return its result.
 
-    turns: length in turns of the constant-speed drive, or until: seconds. rtol: local error tolerance, relative to the
-    natural size of each state (clearance for eccentricities) plus its value. method: "auto" (dop853 where no film
-    makes the scene stiff, else the implicit method that is fastest at this rtol), "dop853" (explicit, order 8),
-    "rodas5p" (linearly implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) or "radau" (one of these two,
-    by rtol). samples_per_turn (in all, where nothing turns evenly) or samples (in all): output rows.
-    path: write the HDF5 file there while running (default: a temporary file, see Result.save). energy: integrate the
-    energy ledger. max_step: longest step [s] (default a 24th of a turn, or of the span); give one where loads act
-    more briefly than that. max_steps: give up after so many. progress: called with the done share of the span.
-    channels: paths or patterns of the output to keep, such as "bodies/slider/ax", "joints/B/*" or "solver", the log of
-    steps (default all; the events are always kept);
-    compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time between checkpoints beside
-    the file: the same call goes on from the last one after a crash, and gives the same file. force: begin although the
-    run needs more than 2^31 rows, a day or the free disk (see demand.py).
-    start: the result (or the path of its file) of another run, at whose end this one begins, in any scene with the same
-    states; or "quasi-static": journals at rest where their films carry the joint forces (default: as the scene says).
-    pressure_fields: how many pressure fields of its films a turn the file shall hold (of the run, where nothing turns),
-    solved after the run from its motion, see fields.py; none unless asked for.
-    error: "state" states how far the numbers are from those of an exact integration, from a second run at ten times the
-    tolerance (`Result.errors`; not where trajectories may part at impacts or films are solved as the run
+    turns: length in turns of the constant-speed drive, or until: seconds. rtol: local error
+        tolerance, relative to the natural size of each state (clearance for eccentricities) plus
+        its value. method: "auto" (dop853 where no film makes the scene stiff, else the implicit
+        method that is fastest at this rtol), "dop853" (explicit, order 8), "rodas5p" (linearly
+        implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) or "radau" (one of these
+        two, by rtol). samples_per_turn (in all, where nothing turns evenly) or samples (in all):
+        output rows.
+    path: write the HDF5 file there while running (default: a temporary file, see Result.save).
+        energy: integrate the energy ledger. max_step: longest step [s] (default a 24th of a turn,
+        or of the span); give one where loads act more briefly than that. max_steps: give up after
+        so many. progress: called with the done share of the span.
+    channels: paths or patterns of the output to keep, such as "bodies/slider/ax", "joints/B/*" or
+        "solver", the log of steps (default all; the events are always kept);
+    compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time
+        between checkpoints beside the file: the same call goes on from the last one after a crash,
+        and gives the same file. force: begin although the run needs more than 2^31 rows, a day or
+        the free disk (see demand.py).
+    start: the result (or the path of its file) of another run, at whose end this one begins, in any
+        scene with the same states; or "quasi-static": journals at rest where their films carry the
+        joint forces (default: as the scene says).
+    pressure_fields: how many pressure fields of its films a turn the file shall hold (of the run,
+        where nothing turns), solved after the run from its motion, see fields.py; none unless asked
+        for.
+    error: "state" states how far the numbers are from those of an exact integration, from a second
+        run at ten times the tolerance (`Result.errors`; not where trajectories may part at impacts
+        or films are solved as the run
     goes); None: not.
-    1e-3, "5%" or {"joint_B_force_max": 1e-4, "trajectory": 1e-5} makes the cheapest run whose stated errors are that
-    small, whatever rtol is: of all that `clearance run` prints, of metrics, extremes or the trajectory (over the
-    clearance) by name; "integration" is that of all, the errors of film tables left aside.
-    settle: turns (seconds, where nothing turns) left out of the metrics whose errors are stated (default one of two).
-    Raises ValueError for bad arguments and impossible scenes before anything runs, SimulationError for a run that fails
-    part-way, with time, joint and state in the message and the partial result attached, also where the disk is full;
-    NotReached, with the best run, where an error cannot be reached that was asked for;
+    1e-3, "5%" or {"joint_B_force_max": 1e-4, "trajectory": 1e-5} makes the cheapest run whose
+    stated errors are that small, whatever rtol is: of all that `clearance run` prints, of metrics,
+    extremes or the trajectory (over the clearance) by name; "integration" is that of all, the
+    errors of film tables left aside.
+    settle: turns (seconds, where nothing turns) left out of the metrics whose errors are stated
+        (default one of two). Raises ValueError for bad arguments and impossible scenes before
+        anything runs, SimulationError for a run that fails part-way, with time, joint and state in
+        the message and the partial result attached, also where the disk is full; NotReached, with
+        the best run, where an error cannot be reached that was asked for;
     KeyboardInterrupt once what was computed is kept, with a note that says where.
     """
     request = _request(error, checkpoint)
@@ -129,7 +142,12 @@ def simulate(
             return write(run, output, progress, *_statement(run, output, error, settle))
         except SimulationError as failed:  # not `error`: it is needed again
             dead = run.dead_centre
-            if failed.result is None or checkpoint is not None or dead is None or not dead.soft_joints:
+            if (
+                failed.result is None
+                or checkpoint is not None
+                or dead is None
+                or not dead.soft_joints
+            ):
                 raise
             LOG.info("%s: again with places of its bodies as coordinates", dead.text)
             failed.result.close()
@@ -141,7 +159,10 @@ def _request(error: str | float | Mapping | None, checkpoint: float | None) -> R
     if error is None or isinstance(error, str) and error == STATE:
         return None
     if checkpoint is not None:
-        raise ValueError("checkpoint and an error that is asked for do not go together: its runs are kept in memory")
+        raise ValueError(
+            "checkpoint and an error that is asked for do not go together: its runs are kept in "
+            "memory"
+        )
     return Request.of(error)
 
 
@@ -157,7 +178,9 @@ def _options(output: Output, error: str | float | Mapping | None, settle: float 
 
 
 def _affordable(output: Output, mechanism: Mechanism, demand: Demand) -> None:
-    """Raise ValueError where a run and its file are too large; checkpoints are joined, which takes the room twice."""
+    """Raise ValueError where a run and its file are too large; checkpoints are joined, which takes
+    the room twice.
+    """
     columns = 1 + len(chosen(mechanism.layout.channels, output.channels))
     runs = 1 if output.checkpoint is None else 2
     demand = replace(demand, columns=columns, compressed=output.compression > 0, runs=runs)
@@ -180,18 +203,26 @@ def prepare(
     start: Record | str | Path | None = None,
     opened: tuple[str, ...] = (),
 ) -> Run:
-    """The run of a scene, all checked and compiled, not begun; arguments and errors are those of `simulate`.
+    """The run of a scene, all checked and compiled, not begun; arguments and errors are those of
+    `simulate`.
 
-    demanded: called with what the run needs, before anything is compiled. opened: joints with clearance whose loops
-    are opened, see `build`; the tolerance is then that of their clearance over the mechanism's size, times rtol.
+    demanded: called with what the run needs, before anything is compiled. opened: joints with
+        clearance whose loops are opened, see `build`; the tolerance is then that of their clearance
+        over the mechanism's size, times rtol.
     """
     if not isinstance(scene, Scene):
-        raise TypeError(f"simulate needs a Scene, got {scene!r}; cl.load_case makes one from a case name")
+        raise TypeError(
+            f"simulate needs a Scene, got {scene!r}; cl.load_case makes one from a case name"
+        )
     solver = Solver(rtol, method, max_step, max_steps)
     mechanism = build(scene, ledger=energy, opened=opened)
-    shares = [j.clearance / mechanism.start.size for j in scene.clearance_joints if j.name in opened]
+    shares = [
+        j.clearance / mechanism.start.size for j in scene.clearance_joints if j.name in opened
+    ]
     solver = replace(solver, rtol=max(rtol * min([1.0, *shares]), FINEST))
-    span = span_of(scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn)
+    span = span_of(
+        scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn
+    )
     if demanded is not None:
         steps = span.until / (max_step or longest_step(mechanism, span))
         demanded(mechanism, Demand(span.samples, min(steps, max_steps or steps)))
@@ -212,17 +243,23 @@ def prepare(
     return run
 
 
-def _statement(run: Run, output: Output, error: str | None, settle: float | None) -> tuple[Statement | None, str]:
+def _statement(
+    run: Run, output: Output, error: str | None, settle: float | None
+) -> tuple[Statement | None, str]:
     """Statement of the errors of a run, None where they are not stated, and the reason."""
     reason = "none was asked for" if error is None else reason_without(run, output.checkpoint)
     return (None if reason else Statement(run, settle)), reason
 
 
 def write(
-    run: Run, output: Output, progress: Callable[[float], None] | None = None, statement: Statement | None = None,
+    run: Run,
+    output: Output,
+    progress: Callable[[float], None] | None = None,
+    statement: Statement | None = None,
     reason: str = "none was asked for",
-) -> Result:  # fmt: skip
-    """Run to the end, streaming into the file; a signal and a full disk end it early, the file kept.
+) -> Result:
+    """Run to the end, streaming into the file; a signal and a full disk end it early, the file
+    kept.
 
     statement: of the errors of its numbers; reason: why there is none.
     Raises SimulationError, and KeyboardInterrupt with a note that says what is kept.
@@ -236,9 +273,15 @@ def write(
 
 
 def answer(
-    run: Run, output: Output, request: Request, settle: float | None, progress: Callable[[float], None] | None
+    run: Run,
+    output: Output,
+    request: Request,
+    settle: float | None,
+    progress: Callable[[float], None] | None,
 ) -> Result:
-    """The run that a request leads to, in its file. Raises NotReached, SimulationError, and KeyboardInterrupt, with the
+    """The run that a request leads to, in its file.
+
+    Raises NotReached, SimulationError, and KeyboardInterrupt, with the
     best run so far kept in the file.
     """
     ladder = Ladder(run, request, settle, progress=progress)
@@ -269,11 +312,17 @@ def _handed_on(reached: Answer, output: Output) -> Result:
 
 
 def _placed(
-    run: Run, output: Output, record: Callable[..., str | None], add: Callable[[Path], None] | None, reason: str
+    run: Run,
+    output: Output,
+    record: Callable[..., str | None],
+    add: Callable[[Path], None] | None,
+    reason: str,
 ) -> Result:
-    """The result of a run that `record` puts into a sink; add: adds the errors of its numbers to the finished file.
+    """The result of a run that `record` puts into a sink; add: adds the errors of its numbers to
+    the finished file.
 
-    record: given the sink and what raises interrupts; why the run ended early, None where it did not.
+    record: given the sink and what raises interrupts; why the run ended early, None where it did
+        not.
     """
     path, folder, sink = output.path, None, None
     if path is None:
@@ -303,7 +352,9 @@ def _placed(
 
 
 def _sink(run: Run, output: Output, path: str | Path, reason: str) -> FileSink | PartsSink:
-    """Sink of a run's output in a file, with checkpoints on request; reason: why no errors are stated."""
+    """Sink of a run's output in a file, with checkpoints on request; reason: why no errors are
+    stated.
+    """
     channels, compression = output.channels, output.compression
     attributes = run.attributes() | ({"errors_left_out": reason} if reason else {})
     options = path, run.mechanism.layout.channels, attributes, channels, compression

@@ -1,4 +1,6 @@
-"""Start of a run: the scene's own start, the state at the end of another run, or a quasi-static one."""
+"""Start of a run: the scene's own start, the state at the end of another run, or a quasi-static
+one.
+"""
 
 import math
 from dataclasses import dataclass
@@ -38,7 +40,9 @@ def prescribed(mechanism: Mechanism, time: float) -> dict[str, float]:
     """Coordinates that drives prescribe at a time: by the body or joint that is driven, rad or m."""
     drives = (d for d in mechanism.scene.drives if d.prescribes)
     return {
-        d.target.name: d.motion(time) if d.speed is None else mechanism.start.coordinate(d.target) + d.speed * time
+        d.target.name: d.motion(time)
+        if d.speed is None
+        else mechanism.start.coordinate(d.target) + d.speed * time
         for d in drives
     }
 
@@ -72,7 +76,9 @@ def state_from(
         text = f"{QUASI_STATIC}: films carry the joint forces"
         return quasi_static(mechanism), _carried(mechanism, mechanism.work0), text
     if not isinstance(start, Record | str | Path) or not start:
-        raise ValueError(f'start must be a result, the path of its file or "{QUASI_STATIC}", got {start!r}')
+        raise ValueError(
+            f'start must be a result, the path of its file or "{QUASI_STATIC}", got {start!r}'
+        )
     if isinstance(start, str) and get_close_matches(start, [QUASI_STATIC]):
         raise ValueError(f'start: did you mean "{QUASI_STATIC}"? There is no file {start!r}')
     record = start if isinstance(start, Record) else open_result(start)
@@ -80,9 +86,13 @@ def state_from(
     end = _end_of(record, name)
     names, given = mechanism.layout.names, [str(n) for n in end["names"]]
     if missing := sorted(set(names) - set(given)):
-        raise ValueError(f"start: {name} has other states than this scene: it has no {', '.join(missing)}")
+        raise ValueError(
+            f"start: {name} has other states than this scene: it has no {', '.join(missing)}"
+        )
     if more := sorted(set(given) - set(names)):
-        raise ValueError(f"start: {name} has other states than this scene, which has no {', '.join(more)}")
+        raise ValueError(
+            f"start: {name} has other states than this scene, which has no {', '.join(more)}"
+        )
     _check_drives(mechanism, name, end)
     values = dict(zip(given, np.asarray(end["values"], dtype=float), strict=True))
     before = dict(zip(given, np.asarray(end["sizes"], dtype=float), strict=True))
@@ -99,12 +109,16 @@ def _end_of(record: Record, name: str) -> dict:
     """The end that a result keeps. Raises ValueError where it has none, or a damaged one."""
     end = record.facts("state")
     if not end or "clearances" in end:  # before 0.2.0 was released
-        raise ValueError(f"start: {name} has not kept the state at its end; it was written by an older clearance")
+        raise ValueError(
+            f"start: {name} has not kept the state at its end; it was written by an older clearance"
+        )
     try:
         columns = ("values", "sizes", "carried", "driven_values", "time")
         numbers = [np.asarray(end[n], dtype=float) for n in columns]
         intact = all(np.isfinite(v).all() for v in numbers)
-        intact &= len(end["names"]) == numbers[0].size and len(end["driven_names"]) == numbers[3].size
+        intact &= (
+            len(end["names"]) == numbers[0].size and len(end["driven_names"]) == numbers[3].size
+        )
     except (KeyError, TypeError, ValueError):
         intact = False
     if not intact:
@@ -125,7 +139,9 @@ def _own_sizes(mechanism: Mechanism) -> np.ndarray:
 def _check_drives(mechanism: Mechanism, name: str, end: dict) -> None:
     """Drives prescribe at the start the same as at the other run's end, but for whole turns."""
     here = prescribed(mechanism, 0.0)
-    there = dict(zip(map(str, end["driven_names"]), np.atleast_1d(end["driven_values"]), strict=True))
+    there = dict(
+        zip(map(str, end["driven_names"]), np.atleast_1d(end["driven_values"]), strict=True)
+    )
     if set(here) != set(there):
         raise ValueError(
             f"start: the drives of {name} prescribe {', '.join(there) or 'nothing'}, "
@@ -139,17 +155,19 @@ def _check_drives(mechanism: Mechanism, name: str, end: dict) -> None:
             apart, unit = turns - round(turns), "turns"
         if abs(apart) > PHASE:
             raise ValueError(
-                f"start: {name} ended with {target} {apart:.6g} {unit} from where this scene starts; "
+                f"start: {name} ended with {target} {apart:.6g} {unit} from where this scene "
+                f"starts; "
                 "end it after whole turns, or start this scene there"
             )
 
 
 def quasi_static(mechanism: Mechanism) -> np.ndarray:
-    """State in which journals neither move in their clearances nor are accelerated, where the scene starts.
+    """State in which journals neither move in their clearances nor are accelerated, where the scene
+    starts.
 
-    Pseudo-transient continuation: implicit Euler steps of de/dt = a(e), longer and longer, which become Newton's method
-    on the accelerations a of the eccentricities e at rest. Raises ValueError where there is no such state or where it
-    is not reached.
+    Pseudo-transient continuation: implicit Euler steps of de/dt = a(e), longer and longer, which
+    become Newton's method on the accelerations a of the eccentricities e at rest. Raises ValueError
+    where there is no such state or where it is not reached.
     """
     if not mechanism.places:
         raise ValueError('start: "quasi-static" is for scenes with clearance joints')
@@ -179,13 +197,15 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
         move[places] = np.linalg.solve(np.eye(places.size) / step - stiffness, pull)
         y += move * min(_share_of_room(y[at] / sizes[at], move[at] / sizes[at]) for at in offsets)
     raise ValueError(
-        'start: no quasi-static state was found: the joint forces at the start move the journals through '
+        "start: no quasi-static state was found: the joint forces at the start move the journals "
+        "through "
         f"{left / mechanism.acceleration:.2g} of the typical acceleration still"
     )
 
 
 def _share_of_room(place: np.ndarray, move: np.ndarray) -> float:
-    """Share of a joint's move, halved until it goes no further outward than a part of the room left.
+    """Share of a joint's move, halved until it goes no further outward than a part of the room
+    left.
 
     place, move: offsets over their natural sizes. Along the wall it may go further than across.
     """

@@ -221,7 +221,9 @@ def caller(kind: types.FunctionType) -> Callable:
 
 
 def entry_caller(count: int) -> Callable:
-    """For use inside compiled code: call the function of so many pointers at an address, all given as integers."""
+    """For use inside compiled code: call the function of so many pointers at an address, all given
+    as integers.
+    """
 
     @numba.extending.intrinsic
     def call(context, place, pointers):
@@ -269,7 +271,9 @@ def opaque_address(function: Callable, arguments: str, count: int) -> int:
 
 
 def compiled(function: Callable) -> Callable:
-    """A plain function of the package compiled with those that it calls, kept on disk by their sources."""
+    """A plain function of the package compiled with those that it calls, kept on disk by their
+    sources.
+    """
     if not COMPILED:
         return function
     digest = hashlib.sha256(_sources(function).encode()).hexdigest()[:12]

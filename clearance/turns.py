@@ -38,10 +38,11 @@ class Series:
 def by_turn(
     record: Record, first: float = 0.0, last: float = math.inf, forces: bool = False
 ) -> dict[str, Series]:
-    """Series of a run over its whole turns between `first` and `last`, counted from `first`, by name.
+    """Series of a run over its whole turns between `first` and `last`, counted from `first`, by
+    name.
 
-    forces: peaks of forces, efforts and accelerations alone. Empty for runs without turns. Numbers of channels that
-    were not kept are left out.
+    forces: peaks of forces, efforts and accelerations alone. Empty for runs without turns. Numbers
+        of channels that were not kept are left out.
     """
     if record.turn is None or not record.time.size:
         return {}
@@ -50,12 +51,18 @@ def by_turn(
     if count < 1:
         return {}
     edges = np.asarray(record.time_at(first + np.arange(count + 1)), float)
-    parts = (_bodies, _drives, _forces) if forces else (_bodies, _drives, _efforts, _forces, _contacts, _energy)
+    parts = (
+        (_bodies, _drives, _forces)
+        if forces
+        else (_bodies, _drives, _efforts, _forces, _contacts, _energy)
+    )
     return {name: Series(*about) for part in parts for name, *about in part(record, edges)}
 
 
 def means(record: Record, first: int = TRANSIENT) -> dict[str, Mean]:
-    """Means over the turns from `first` on, with their 95 % intervals; none of fewer than eight turns."""
+    """Means over the turns from `first` on, with their 95 % intervals; none of fewer than eight
+    turns.
+    """
     series = by_turn(record, first)
     return {name: mean(s.values) for name, s in series.items() if len(s.values) >= FEWEST}
 
@@ -78,7 +85,12 @@ def _paths(record: Record) -> Iterator[tuple[str, str, str, str]]:
         for quantity, units in EFFORTS.items():
             path = f"drives/{drive}/{quantity}"
             if path in record:
-                yield path, f"drive_{drive}_{quantity}", units, f"{quantity} of drive {drive} in a turn"
+                yield (
+                    path,
+                    f"drive_{drive}_{quantity}",
+                    units,
+                    f"{quantity} of drive {drive} in a turn",
+                )
 
 
 def _drives(record: Record, edges: np.ndarray) -> Found:
@@ -112,13 +124,23 @@ def _touches(record: Record, name: str, edges: np.ndarray) -> Found:
     gap = _peaks(record, f"joints/{name}/gap_min", edges)
     if gap is not None:
         deepest = np.maximum(-gap, 0.0)
-        yield f"joint_{name}_penetration_peak", deepest, "m", f"largest penetration in joint {name} in a turn"
+        yield (
+            f"joint_{name}_penetration_peak",
+            deepest,
+            "m",
+            f"largest penetration in joint {name} in a turn",
+        )
     events = record.events
     mine = np.array([str(spot).partition("/")[0] == name for spot in events["joint"]], bool)
     speed, (place, inside) = events["impact_speed"][mine], placed(events["time"][mine], edges)
     fastest = np.zeros(len(edges) - 1)
     np.maximum.at(fastest, place[inside], speed[inside])
-    yield f"joint_{name}_impact_speed_peak", fastest, "m/s", f"largest impact speed of joint {name} in a turn"
+    yield (
+        f"joint_{name}_impact_speed_peak",
+        fastest,
+        "m/s",
+        f"largest impact speed of joint {name} in a turn",
+    )
     count = np.bincount(place[inside], minlength=len(edges) - 1).astype(float)
     yield f"joint_{name}_impacts_per_turn", count, "1", f"contacts begun in a turn of joint {name}"
 
@@ -151,7 +173,9 @@ def _peaks(record: Record, name: str, edges: np.ndarray) -> np.ndarray | None:
 
 
 def placed(times: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The turn that each time lies in, and which lie in one at all; edges belong to the turn that they begin."""
+    """The turn that each time lies in, and which lie in one at all; edges belong to the turn that
+    they begin.
+    """
     place = np.digitize(times, edges - ROUNDING * (edges[1] - edges[0])) - 1
     return place, (place >= 0) & (place < len(edges) - 1)
 

@@ -7,25 +7,65 @@ from clearance.checks import meant
 
 #: unit -> (SI unit it measures in, factor)
 UNITS = {
-    "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6), "µm": ("m", 1e-6), "nm": ("m", 1e-9),
-    "rad": ("rad", 1.0), "deg": ("rad", math.pi / 180.0),
-    "rad/s": ("rad/s", 1.0), "rpm": ("rad/s", math.pi / 30.0), "Hz": ("rad/s", 2.0 * math.pi),
-    "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "min": ("s", 60.0), "h": ("s", 3600.0),
-    "m/s": ("m/s", 1.0), "mm/s": ("m/s", 1e-3), "m/s2": ("m/s2", 1.0),
-    "Pas": ("Pa s", 1.0), "Pa.s": ("Pa s", 1.0), "mPas": ("Pa s", 1e-3), "cP": ("Pa s", 1e-3),
-    "1/s": ("1/s", 1.0), "K": ("K", 1.0), "J/K": ("J/K", 1.0), "W/K": ("W/K", 1.0),
-    "kg": ("kg", 1.0), "g": ("kg", 1e-3), "kgm2": ("kg m2", 1.0), "gcm2": ("kg m2", 1e-7),
-    "N": ("N", 1.0), "kN": ("N", 1e3), "Nm": ("N m", 1.0), "kNm": ("N m", 1e3),
-    "N/m": ("N/m", 1.0), "kN/m": ("N/m", 1e3), "N/mm": ("N/m", 1e3), "Ns/m": ("N s/m", 1.0),
-    "Nm/rad": ("N m/rad", 1.0), "Nms/rad": ("N m s/rad", 1.0), "kg/m3": ("kg/m3", 1.0),
-    "m2/N": ("m2/N", 1.0), "mm3/Nm": ("m2/N", 1e-9), "m3/J": ("m2/N", 1.0),
-    "Pa": ("Pa", 1.0), "kPa": ("Pa", 1e3), "bar": ("Pa", 1e5), "MPa": ("Pa", 1e6), "GPa": ("Pa", 1e9),
-}  # fmt: skip
+    "m": ("m", 1.0),
+    "cm": ("m", 1e-2),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "µm": ("m", 1e-6),
+    "nm": ("m", 1e-9),
+    "rad": ("rad", 1.0),
+    "deg": ("rad", math.pi / 180.0),
+    "rad/s": ("rad/s", 1.0),
+    "rpm": ("rad/s", math.pi / 30.0),
+    "Hz": ("rad/s", 2.0 * math.pi),
+    "s": ("s", 1.0),
+    "ms": ("s", 1e-3),
+    "us": ("s", 1e-6),
+    "min": ("s", 60.0),
+    "h": ("s", 3600.0),
+    "m/s": ("m/s", 1.0),
+    "mm/s": ("m/s", 1e-3),
+    "m/s2": ("m/s2", 1.0),
+    "Pas": ("Pa s", 1.0),
+    "Pa.s": ("Pa s", 1.0),
+    "mPas": ("Pa s", 1e-3),
+    "cP": ("Pa s", 1e-3),
+    "1/s": ("1/s", 1.0),
+    "K": ("K", 1.0),
+    "J/K": ("J/K", 1.0),
+    "W/K": ("W/K", 1.0),
+    "kg": ("kg", 1.0),
+    "g": ("kg", 1e-3),
+    "kgm2": ("kg m2", 1.0),
+    "gcm2": ("kg m2", 1e-7),
+    "N": ("N", 1.0),
+    "kN": ("N", 1e3),
+    "Nm": ("N m", 1.0),
+    "kNm": ("N m", 1e3),
+    "N/m": ("N/m", 1.0),
+    "kN/m": ("N/m", 1e3),
+    "N/mm": ("N/m", 1e3),
+    "Ns/m": ("N s/m", 1.0),
+    "Nm/rad": ("N m/rad", 1.0),
+    "Nms/rad": ("N m s/rad", 1.0),
+    "kg/m3": ("kg/m3", 1.0),
+    "m2/N": ("m2/N", 1.0),
+    "mm3/Nm": ("m2/N", 1e-9),
+    "m3/J": ("m2/N", 1.0),
+    "Pa": ("Pa", 1.0),
+    "kPa": ("Pa", 1e3),
+    "bar": ("Pa", 1e5),
+    "MPa": ("Pa", 1e6),
+    "GPa": ("Pa", 1e9),
+}
 #: units in which people think of numbers in SI, coarse to fine
 READ_AS = {"rad/s": ("rpm",), "m": ("mm", "um"), "Pa s": ("cP",)}
 _KINDS = {kind for kind, _ in UNITS.values()}
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ][\w/.µ ]*|(?<=\s)1/\w+)?\s*$")
+_QUANTITY = re.compile(
+    r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ][\w/.µ "
+    r"]*|(?<=\s)1/\w+)?\s*$"
+)
 
 
 def rpm(value: float) -> float:
@@ -68,7 +108,8 @@ def shown(value: object, units: str) -> str:
 def quantity(text: str, units: str | None = None) -> float:
     """A number with an optional unit ("300rpm", "0.1 mm", "40cP", "5e-5") in SI.
 
-    units: the SI unit it should be in; a unit of another kind raises ValueError (kinds this table does not know pass).
+    units: the SI unit it should be in; a unit of another kind raises ValueError (kinds this table
+        does not know pass).
     """
     match = _QUANTITY.match(text)
     if match is None:
@@ -78,8 +119,12 @@ def quantity(text: str, units: str | None = None) -> float:
         return float(number)
     unit = unit.replace(" ", "")
     if unit not in UNITS:
-        raise ValueError(f"unknown unit {unit!r} in {text!r}{meant(unit, UNITS)}; known: {', '.join(UNITS)}")
+        raise ValueError(
+            f"unknown unit {unit!r} in {text!r}{meant(unit, UNITS)}; known: {', '.join(UNITS)}"
+        )
     kind, factor = UNITS[unit]
     if units is not None and units != kind and (units in _KINDS or units in ("-", "1")):
-        raise ValueError(f"{text!r} is in {kind}, expected {units if units in _KINDS else 'a plain number'}")
+        raise ValueError(
+            f"{text!r} is in {kind}, expected {units if units in _KINDS else 'a plain number'}"
+        )
     return float(number) * factor

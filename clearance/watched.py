@@ -1,4 +1,6 @@
-"""Outputs that the loop looks at where steps end: those with located extremes, contacts, angles, energies."""
+"""Outputs that the loop looks at where steps end: those with located extremes, contacts, angles,
+energies.
+"""
 
 import numpy as np
 
@@ -15,14 +17,17 @@ COLUMNS = [places.CHANNEL, places.PAIRED, places.SIGN, places.JOINT]
 class Watched:
     """The watched outputs of a run; none where it has no outputs.
 
-    quantities: those with extremes in each stretch of the run; after them come force and depth of each contact.
+    quantities: those with extremes in each stretch of the run; after them come force and depth of
+        each contact.
     """
 
     def __init__(self, mechanism: Mechanism, until: float, outputs: bool):
         scene, channels = mechanism.scene, mechanism.layout.channels if outputs else []
         place = mechanism.layout.output if outputs else {}
         guided = guides(scene.description()) if channels else {}
-        self.quantities = followed(channels, [f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items()])
+        self.quantities = followed(
+            channels, [f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items()]
+        )
         self.rows = [(q.channel, q.paired, q.sign, -1) for q in self.quantities]
         self.contacts: dict[int, int] = {}  # spot -> its first row
         for i, (element, spot) in enumerate(mechanism.spots):
@@ -30,7 +35,11 @@ class Watched:
                 self.contacts[i] = len(self.rows)
                 self.rows.append((place[spot.path(element, "contact_force")], False, 1.0, i))
                 self.rows.append((place[spot.path(element, "gap")], False, -1.0, i))
-        self.angles = [(i, place[c.path.replace("theta", "omega")]) for i, c in enumerate(channels) if c.wrapped]
+        self.angles = [
+            (i, place[c.path.replace("theta", "omega")])
+            for i, c in enumerate(channels)
+            if c.wrapped
+        ]
         self.ledger = [place[p] for p in LEDGER] if place.keys() >= set(LEDGER) else []
         self.length = stretch_length(until, scene.turn)
         self.any = bool(channels)
@@ -55,7 +64,10 @@ class Watched:
         """Located extremes so far."""
         count, done = len(self.quantities), state.stretches
         values, times = state.best[: done + 1, :count].copy(), state.when[: done + 1, :count].copy()
-        values[done], times[done] = state.peaks[:count, places.VALUE], state.peaks[:count, places.WHEN]
+        values[done], times[done] = (
+            state.peaks[:count, places.VALUE],
+            state.peaks[:count, places.WHEN],
+        )
         signs = np.array([q.sign for q in self.quantities])
         names, units = (tuple(getattr(q, n) for q in self.quantities) for n in ("name", "units"))
         return Extremes(float(self.length), names, units, signs * values, times)

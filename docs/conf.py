@@ -1,4 +1,5 @@
-"""Configuration of the documentation site: `python -m sphinx -W -b html -c docs . site` in a checkout.
+"""Configuration of the documentation site: `python -m sphinx -W -b html -c docs . site` in a
+checkout.
 
 The checkout is the source folder: README, CONTRIBUTING and the tables of tests are pages where they
 stand. The guide is split into pages and the laws are listed before anything is read, see pages.py.

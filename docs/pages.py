@@ -1,4 +1,5 @@
-"""Pages that are made before the site is built: the guide by subjects, the laws by families, the cases.
+"""Pages that are made before the site is built: the guide by subjects, the laws by families, the
+cases.
 
 Nothing is copied by hand: the guide stays one file, laws and cases are read from the package.
 """
@@ -138,7 +139,9 @@ def law_page() -> str:
     every = {n: getattr(laws, n) for n in sorted(laws.__all__)}
     parts = ["# Laws", "Parameters in brackets; the kernel gives each law its state.", ""]
     for family in laws.FAMILIES:
-        of_family = [law for law in every.values() if isinstance(law, laws.Law) and law.family is family]
+        of_family = [
+            law for law in every.values() if isinstance(law, laws.Law) and law.family is family
+        ]
         if not of_family:
             continue
         parts += [f"## {family.name.replace('_', ' ').capitalize()}", ""]
@@ -168,10 +171,22 @@ def case_page() -> str:
     from clearance.catalogue import case_names, find_case
     from clearance.units import shown
 
-    parts = ["# Cases", "", "Each is a scene with parameters: `clearance run CASE -p NAME=VALUE`.", ""]
+    parts = [
+        "# Cases",
+        "",
+        "Each is a scene with parameters: `clearance run CASE -p NAME=VALUE`.",
+        "",
+    ]
     for name in case_names():
         case = find_case(name)
-        parts += [f"## {name}", "", case.summary, "", "| parameter | default | what |", "|---|---|---|"]
+        parts += [
+            f"## {name}",
+            "",
+            case.summary,
+            "",
+            "| parameter | default | what |",
+            "|---|---|---|",
+        ]
         for parameter, about in case.parameters.items():
             text = about.text.replace("|", "\\|")
             parts.append(f"| `{parameter}` | {shown(about.default, about.units)} | {text} |")

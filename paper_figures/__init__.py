@@ -1,1 +1,3 @@
-"""One script a figure or table of the four sources, and of the evidence; `clearance figures` runs them."""
+"""One script a figure or table of the four sources, and of the evidence; `clearance figures` runs
+them.
+"""

@@ -2,21 +2,22 @@
 
 Group: ball joint
 
-Answers: Pfitzer et al., Lubricants 13 (2025) 436: the table of NRMSE in training and test, the models outside the data
-they were fitted to, and the fixed-step simulation with each of them.
+Answers: Pfitzer et al., Lubricants 13 (2025) 436: the table of NRMSE in training and test, the
+models outside the data they were fitted to, and the fixed-step simulation with each of them.
 
-Reproduced: 3-D and 1-D LuGre, characteristic curve and LSTM, all estimated by gradients from single-axis records; the
-order of their errors; the LSTM irregular and asymmetric outside its data; the static curve too strong in small motion
-and unstable at fixed steps. Not met: the source's LuGre is best in fast spin, here LSTM and curve are better (about
-the tilt axes LuGre is best). The levels of the three training runs differ by the scatter of the bench. LuGre takes that
-for viscosity, which grows in proportion to the speed beyond the data. Without scatter LuGre is right within 6 %.
+Reproduced: 3-D and 1-D LuGre, characteristic curve and LSTM, all estimated by gradients from
+single-axis records; the order of their errors; the LSTM irregular and asymmetric outside its data;
+the static curve too strong in small motion and unstable at fixed steps. Not met: the source's LuGre
+is best in fast spin, here LSTM and curve are better (about the tilt axes LuGre is best). The levels
+of the three training runs differ by the scatter of the bench. LuGre takes that for viscosity, which
+grows in proportion to the speed beyond the data. Without scatter LuGre is right within 6 %.
 
-Assumed: the records: a synthetic bench with a truth richer than every model, calibrated to the level of the printed
-errors; most rows of the test programme, the network's size, and the NRMSE as rms error over rms torque. Without the
-extra `learn` the LSTM is left out, which the table says.
+Assumed: the records: a synthetic bench with a truth richer than every model, calibrated to the
+level of the printed errors; most rows of the test programme, the network's size, and the NRMSE as
+rms error over rms torque. Without the extra `learn` the LSTM is left out, which the table says.
 
-Not comparable: torques and single errors; the source's records are not public. Run times are of the machine that drew
-this.
+Not comparable: torques and single errors; the source's records are not public. Run times are of the
+machine that drew this.
 """
 
 import math
@@ -49,8 +50,13 @@ def errors(study: studies.Study):
     columns = {"training": ("#0b3d91", "#9db8e8"), "test": ("#c8102e", "#f0a8b2")}
     for k, (role, (measured, printed)) in enumerate(columns.items()):
         place = np.arange(len(names)) + 0.44 * k - 0.33
-        ours, theirs = ([getattr(e, f"{who}{role}") for e in study.errors] for who in ("", "source_"))
-        for heights, shift, colour, who in ((ours, 0.0, measured, "here"), (theirs, 0.2, printed, "source")):
+        ours, theirs = (
+            [getattr(e, f"{who}{role}") for e in study.errors] for who in ("", "source_")
+        )
+        for heights, shift, colour, who in (
+            (ours, 0.0, measured, "here"),
+            (theirs, 0.2, printed, "source"),
+        ):
             drawn = bars.bar(place + shift, heights, 0.19, color=colour, label=f"{role}, {who}")
             bars.bar_label(drawn, fmt="%.3f", fontsize=8, padding=1)
     bars.set_xticks(range(len(names)), [NAMES[n] for n in names])
@@ -59,15 +65,33 @@ def errors(study: studies.Study):
     finish(bars, "rms error / rms torque [-]", "")
     below.axis("off")
     cells = [
-        [f"{e.training:.4f}", f"{e.source_training:.4f}", f"{e.test:.4f}", f"{e.source_test:.4f}",
-         f"{e.training_over_std:.3f}, {e.test_over_std:.3f}", f"{e.training_over_range:.3f}, {e.test_over_range:.3f}"]
+        [
+            f"{e.training:.4f}",
+            f"{e.source_training:.4f}",
+            f"{e.test:.4f}",
+            f"{e.source_test:.4f}",
+            f"{e.training_over_std:.3f}, {e.test_over_std:.3f}",
+            f"{e.training_over_range:.3f}, {e.test_over_range:.3f}",
+        ]
         for e in study.errors
-    ]  # fmt: skip
-    heads = ["training", "source", "test", "source", "training, test / std", "training, test / range"]
+    ]
+    heads = [
+        "training",
+        "source",
+        "test",
+        "source",
+        "training, test / std",
+        "training, test / range",
+    ]
     table = below.table(
-        cells, rowLabels=[NAMES[n] for n in names], colLabels=heads, colWidths=[0.13] * 4 + [0.22] * 2,
-        loc="center", cellLoc="center", edges="horizontal",
-    )  # fmt: skip
+        cells,
+        rowLabels=[NAMES[n] for n in names],
+        colLabels=heads,
+        colWidths=[0.13] * 4 + [0.22] * 2,
+        loc="center",
+        cellLoc="center",
+        edges="horizontal",
+    )
     table.auto_set_font_size(False)
     table.set_fontsize(9)
     table.scale(1.0, 1.3)
@@ -80,7 +104,9 @@ def extrapolation(study: studies.Study):
     above, below = figure.subfigures(2, 1, height_ratios=(1.0, 1.15))
     loops, (plane, error, asymmetry) = above.subplots(1, 3), below.subplots(1, 3)
     by_name = {e.trial.name: e for e in study.extrapolations}
-    tiny, crossing = (next(e for n, e in by_name.items() if part in n) for part in ("sine_20", "crossing"))
+    tiny, crossing = (
+        next(e for n, e in by_name.items() if part in n) for part in ("sine_20", "crossing")
+    )
     _loop(loops[0], by_name["p15_triangle_spin"], "fast: spin at 400 deg/s")
     _loop(loops[1], by_name["p13_sine_spin"], "small: spin of 0.2 deg at 20 Hz")
     _loop(loops[2], tiny, "smaller: spin of 0.05 deg at 20 Hz")
@@ -156,11 +182,23 @@ def fast(study: studies.Study):
     torque.legend(fontsize=8, frameon=False, loc="lower left")
     for spins, mark in zip(study.spins, ("o", "s"), strict=True):
         label = f"scatter of runs {spins.scatter:.0%}"
-        draws.plot(spins.viscous, spins.peak, mark, mfc="none", color="#7b3294" if mark == "o" else "k", label=label)
+        draws.plot(
+            spins.viscous,
+            spins.peak,
+            mark,
+            mfc="none",
+            color="#7b3294" if mark == "o" else "k",
+            label=label,
+        )
     draws.axhline(1.0, color="0.4", lw=0.8)
     draws.axvline(0.05, color="0.4", lw=0.8, ls=":")
     draws.set_title("LuGre fitted to other draws of the bench", fontsize=10)
-    finish(draws, "torque at 400 deg/s / true one [-]", "viscous coefficient [N m s/rad]; dotted: true", legend=False)
+    finish(
+        draws,
+        "torque at 400 deg/s / true one [-]",
+        "viscous coefficient [N m s/rad]; dotted: true",
+        legend=False,
+    )
     draws.legend(fontsize=8, frameon=False)
     return figure
 
@@ -198,13 +236,24 @@ def progress(study: studies.Study):
         if p.model == "lstm":
             counts = np.arange(1, len(p.error) + 1)
             epochs.loglog(counts, p.error, label="windows trained on", **style)
-            epochs.loglog(counts, p.held_out, label="windows held out", **(style | {"color": "0.5", "lw": 0.8}))
+            epochs.loglog(
+                counts,
+                p.held_out,
+                label="windows held out",
+                **(style | {"color": "0.5", "lw": 0.8}),
+            )
         elif p.model == "curve":
             iterations.axhline(p.error[-1], label="curve (linear)", **style)
         else:
             iterations.semilogy(p.error, label=NAMES[p.model], **style)
-            marks = {"marker": "s", "mfc": "none", "ms": 8} if p.model == "lugre1d" else {"marker": "o", "ms": 4}
-            starts.plot(p.passes, p.ends, ls="", color=style["color"], label=NAMES[p.model], **marks)
+            marks = (
+                {"marker": "s", "mfc": "none", "ms": 8}
+                if p.model == "lugre1d"
+                else {"marker": "o", "ms": 4}
+            )
+            starts.plot(
+                p.passes, p.ends, ls="", color=style["color"], label=NAMES[p.model], **marks
+            )
     if not epochs.lines:
         note(epochs, "LSTM left out")
     iterations.set_yticks([0.1, 0.2, 0.3, 0.5, 1.0], ["0.1", "0.2", "0.3", "0.5", "1"])
@@ -216,8 +265,12 @@ def progress(study: studies.Study):
 
 
 PICTURES = {
-    "nrmse": errors, "extrapolation": extrapolation, "fast": fast, "fixed_step": fixed_step, "progress": progress,
-}  # fmt: skip
+    "nrmse": errors,
+    "extrapolation": extrapolation,
+    "fast": fast,
+    "fixed_step": fixed_step,
+    "progress": progress,
+}
 
 
 def draw(work: workshop.Workshop) -> None:

@@ -2,13 +2,15 @@
 
 Group: ball joint
 
-Answers: Pfitzer et al., Lubricants 13 (2025) 436, algorithm 1 (torque, stiffness and damping as outputs of a network of
-the speed) and appendix K (constant sigma0 and sigma1).
+Answers: Pfitzer et al., Lubricants 13 (2025) 436, algorithm 1 (torque, stiffness and damping as
+outputs of a network of the speed) and appendix K (constant sigma0 and sigma1).
 
-Reproduced: 3-D LuGre with constant coefficients, with tables over four speeds and with a network of two units,
-fitted to the same trials. Speed-dependent coefficients gain a little in training; beyond the data networks are worse.
+Reproduced: 3-D LuGre with constant coefficients, with tables over four speeds and with a network of
+two units, fitted to the same trials. Speed-dependent coefficients gain a little in training; beyond
+the data networks are worse.
 
-Assumed: the records (synthetic bench), the sizes of tables and networks, and the weights that keep both smooth.
+Assumed: the records (synthetic bench), the sizes of tables and networks, and the weights that keep
+both smooth.
 
 Not comparable: the source's networks, whose sizes we do not have, and the numbers of its appendix.
 """
@@ -39,7 +41,14 @@ def picture(rows):
         functions = f.fit.model.functions(f.fit.values, speeds)[SPIN]
         for k, axes in enumerate(panels):
             axes.plot(speeds, functions[k], label=f.name, **style)
-    panels[0].plot(speeds, variants.true_steady(speeds) - 0.05 * speeds, color="0.6", lw=4.0, zorder=0, label="truth")
+    panels[0].plot(
+        speeds,
+        variants.true_steady(speeds) - 0.05 * speeds,
+        color="0.6",
+        lw=4.0,
+        zorder=0,
+        label="truth",
+    )
     for axes, name in zip(panels, FUNCTIONS, strict=True):
         axes.axvspan(*SEEN, color="0.93", zorder=-1)
         axes.set_xscale("log")

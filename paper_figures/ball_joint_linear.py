@@ -1,13 +1,15 @@
-"""Bristles linearised: frequency response of LuGre friction beside the whole law at several amplitudes.
+"""Bristles linearised: frequency response of LuGre friction beside the whole law at several
+amplitudes.
 
 Group: ball joint
 
-Answers: Pfitzer et al., Lubricants 13 (2025) 436, appendix A, the linearisation of the bristle, and how small a motion
-has to be for it.
+Answers: Pfitzer et al., Lubricants 13 (2025) 436, appendix A, the linearisation of the bristle, and
+how small a motion has to be for it.
 
-Reproduced: at rest the linear model is a spring and a damper, sigma0 + i omega (sigma1 + sigma2). The whole law meets
-it at a hundredth of the break-away angle. At that angle a fifth of its stiffness is gone and the phase is 22 degrees.
-About steady sliding a slow small oscillation sees the slope of the steady curve: a negative damping where it falls.
+Reproduced: at rest the linear model is a spring and a damper, sigma0 + i omega (sigma1 + sigma2).
+The whole law meets it at a hundredth of the break-away angle. At that angle a fifth of its
+stiffness is gone and the phase is 22 degrees. About steady sliding a slow small oscillation sees
+the slope of the steady curve: a negative damping where it falls.
 
 Assumed: the parameters: 3-D LuGre fitted to the synthetic bench; amplitudes and sliding speeds.
 
@@ -43,7 +45,14 @@ def picture(result, count: int):
     for share, colour in zip(AMPLITUDES, COLOURS, strict=True):
         g = response.whole(model, values, share * reach, frequencies)
         style = {"color": colour, "lw": 1.3}
-        _draw(ratio, phase, frequencies, g, f"{share:g} of break-away ({math.degrees(share * reach):.2g} deg)", style)
+        _draw(
+            ratio,
+            phase,
+            frequencies,
+            g,
+            f"{share:g} of break-away ({math.degrees(share * reach):.2g} deg)",
+            style,
+        )
     for axes in (ratio, phase, sliding):
         axes.set_xscale("log")
     ratio.set_yscale("log")
@@ -54,9 +63,18 @@ def picture(result, count: int):
     finish(phase, "torque before angle [deg]", "frequency [Hz]", legend=False)
     for rate, colour in zip(RATES, COLOURS[1::1], strict=False):
         turn = 2.0 * math.pi * frequencies
-        sliding.plot(frequencies, response.linear(model, values, frequencies, rate=rate).imag / turn, **LINEAR)
+        sliding.plot(
+            frequencies,
+            response.linear(model, values, frequencies, rate=rate).imag / turn,
+            **LINEAR,
+        )
         pairs = [
-            (f, response.whole(model, values, SMALL * rate / (2.0 * math.pi * f), [f], rate=rate)[0].imag)
+            (
+                f,
+                response.whole(model, values, SMALL * rate / (2.0 * math.pi * f), [f], rate=rate)[
+                    0
+                ].imag,
+            )
             for f in frequencies[::3]
         ]
         marks = np.array([(f, loss / (2.0 * math.pi * f)) for f, loss in pairs])
@@ -64,7 +82,9 @@ def picture(result, count: int):
     sliding.axhline(0.0, color="0.4", lw=0.8)
     sliding.set_yscale("symlog", linthresh=0.1)
     sliding.set_title("about steady sliding: damping", fontsize=10)
-    finish(sliding, "loss moment / omega [N m s/rad]", "frequency [Hz]; grey: linearised", legend=False)
+    finish(
+        sliding, "loss moment / omega [N m s/rad]", "frequency [Hz]; grey: linearised", legend=False
+    )
     sliding.legend(fontsize=8, frameon=False)
     handles, labels = ratio.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False)

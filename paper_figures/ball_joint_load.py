@@ -1,14 +1,17 @@
-"""Ball-joint friction under several preloads: one level, proportional to the preload, or a power of it.
+"""Ball-joint friction under several preloads: one level, proportional to the preload, or a power of
+it.
 
 Group: ball joint
 
 Answers: Pfitzer et al., Lubricants 13 (2025) 436, appendix J, the influence of the load.
 
-Reproduced: records at several preloads, and 3-D LuGre fitted to all of them with its level fixed, proportional and a
-power of the preload; the exponent comes back with its interval. One level for all is wrong at every preload.
+Reproduced: records at several preloads, and 3-D LuGre fitted to all of them with its level fixed,
+proportional and a power of the preload; the exponent comes back with its interval. One level for
+all is wrong at every preload.
 
-Assumed: the records: the synthetic bench under five preloads, whose elements follow the preload to the power 0.85
-(polymer liner), its grease not; no scatter from run to run, which would hide what the load does at single preloads.
+Assumed: the records: the synthetic bench under five preloads, whose elements follow the preload to
+the power 0.85 (polymer liner), its grease not; no scatter from run to run, which would hide what
+the load does at single preloads.
 
 Not comparable: any number; appendix J was not at hand.
 """
@@ -43,7 +46,9 @@ def picture(rows):
         exponent = f.fit.values["spin_load_exponent"] if exponent is None else exponent
         says = (torque + viscous * SPEED) * (fine / PRELOAD) ** exponent
         level.plot(fine / 1e3, says, color=style["color"], ls=style["ls"], label=f"LuGre, {f.load}")
-        error.plot([p / 1e3 for p in f.test], list(f.test.values()), **style, mfc="none", label=f.load)
+        error.plot(
+            [p / 1e3 for p in f.test], list(f.test.values()), **style, mfc="none", label=f.load
+        )
     for axes in (level, error):
         for p in variants.SEEN:
             axes.axvline(p / 1e3, color="0.85", lw=5.0, zorder=0)
@@ -59,7 +64,11 @@ def picture(rows):
 def draw(work: workshop.Workshop) -> None:
     rows = variants.loads(starts=work.less(variants.STARTS, 1))
     for f in rows:
-        work.study(lambda folder, f=f: f.fit.save(folder / f"{f.load}.h5"), load=f.load, preloads=variants.SEEN)
+        work.study(
+            lambda folder, f=f: f.fit.save(folder / f"{f.load}.h5"),
+            load=f.load,
+            preloads=variants.SEEN,
+        )
     work.keep(picture(rows))
     work.text(variants.load_table(rows))
 

@@ -159,8 +159,10 @@ def draw(work: workshop.Workshop) -> None:
         for names, counted in rows.items()
     ]
     remarks = (
-        "A sample, without friction but where it is named. Kernel and planar recursion: counted while "
-        "their code runs. The kernel begins at the time, so that the motion's law is counted too. Its "
+        "A sample, without friction but where it is named. Kernel and planar recursion: counted "
+        "while "
+        "their code runs. The kernel begins at the time, so that the motion's law is counted too. "
+        "Its "
         "reactions include axial forces and bending moments. The published counts and the planar "
         "recursion begin at angles and rates; the published ones hold in space and leave sines out."
     )

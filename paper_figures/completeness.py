@@ -1,6 +1,7 @@
 """The four sources, item by item: `python paper_figures/completeness.py [--update]`.
 
-Prints the tables made of completeness.toml: each item and the command that answers it. With --update
+Prints the tables made of completeness.toml: each item and the command that answers it. With
+--update
 they are put into README.md of this folder.
 """
 

@@ -4,12 +4,14 @@ Group: evidence
 
 Answers: no figure of a source; it shows that a scene pays only for what it has.
 
-Reproduced: states, operations of a right-hand side, output channels and time of a step of the feeder with three
-mixed joints, then without one part after the other.
+Reproduced: states, operations of a right-hand side, output channels and time of a step of the
+feeder with three mixed joints, then without one part after the other.
 
-Assumed: set feeder-A, one crank turn, CPU time of one core, warm; medians and ranges of nine repeats in turn.
+Assumed: set feeder-A, one crank turn, CPU time of one core, warm; medians and ranges of nine
+repeats in turn.
 
-Not comparable: times of another machine, only ratios. On a busy machine the picture says how far repeats differ.
+Not comparable: times of another machine, only ratios. On a busy machine the picture says how far
+repeats differ.
 """
 
 import numpy as np
@@ -36,18 +38,30 @@ def costs(rows):
     figure = sheet(11.0, 1.0 + 0.45 * len(rows))
     panels = figure.subplots(1, 3, sharey=True, width_ratios=(1, 1, 1.6))
     place = np.arange(len(rows))[::-1]
-    for axes, name, label in ((panels[0], "operations", "operations a right-hand side"),
-                              (panels[1], "channels", "output channels")):  # fmt: skip
+    for axes, name, label in (
+        (panels[0], "operations", "operations a right-hand side"),
+        (panels[1], "channels", "output channels"),
+    ):
         bars = axes.barh(place, [getattr(r, name) for r in rows], color="0.55")
         axes.bar_label(bars, fontsize=7, padding=2)
         axes.margins(x=0.18)
         finish(axes, "", label)
-    parts = {"equations and laws": "step", "with energy ledger": "ledger_step", "with all outputs too": "output_step"}
+    parts = {
+        "equations and laws": "step",
+        "with energy ledger": "ledger_step",
+        "with all outputs too": "output_step",
+    }
     for i, (label, name) in enumerate(parts.items()):
         time = 1e6 * np.array([getattr(r, name) for r in rows])
         low, high = 1e6 * np.array([r.ranges[name] for r in rows]).T
-        style = {"color": stroke(i, 3)["color"], "ecolor": "0.5", "error_kw": {"lw": 0.8, "capsize": 1.5}}
-        panels[2].barh(place + 0.27 * (1 - i), time, 0.25, xerr=(time - low, high - time), label=label, **style)
+        style = {
+            "color": stroke(i, 3)["color"],
+            "ecolor": "0.5",
+            "error_kw": {"lw": 0.8, "capsize": 1.5},
+        }
+        panels[2].barh(
+            place + 0.27 * (1 - i), time, 0.25, xerr=(time - low, high - time), label=label, **style
+        )
     panels[2].margins(x=0.03)
     finish(panels[2], "", "CPU time of a step [us]; lines: range of the repeats")
     figure.suptitle(ablation.doubt(rows), fontsize="medium", color="#b03a00")
@@ -60,16 +74,32 @@ def costs(rows):
 def _save(rows, folder):
     columns = {
         "name": ("1", "scene", [r.name for r in rows]),
-        "operations": ("1", "of a right-hand side, laws not counted", np.array([r.operations for r in rows])),
+        "operations": (
+            "1",
+            "of a right-hand side, laws not counted",
+            np.array([r.operations for r in rows]),
+        ),
         "channels": ("1", "output channels", np.array([r.channels for r in rows])),
         "states": ("1", "first-order states", np.array([r.states for r in rows])),
         "step": ("s", "time of a step", np.array([r.step for r in rows])),
-        "ledger_step": ("s", "time of a step with energy ledger", np.array([r.ledger_step for r in rows])),
-        "output_step": ("s", "time of a step with ledger and outputs", np.array([r.output_step for r in rows])),
+        "ledger_step": (
+            "s",
+            "time of a step with energy ledger",
+            np.array([r.ledger_step for r in rows]),
+        ),
+        "output_step": (
+            "s",
+            "time of a step with ledger and outputs",
+            np.array([r.output_step for r in rows]),
+        ),
     }
     for i, end in enumerate(("smallest", "largest")):
         for name in ablation.TIMES:
-            columns[f"{name}_{end}"] = ("s", f"{end} of the repeats", np.array([r.ranges[name][i] for r in rows]))
+            columns[f"{name}_{end}"] = (
+                "s",
+                f"{end} of the repeats",
+                np.array([r.ranges[name][i] for r in rows]),
+            )
     return save_tables(folder / "ablation.h5", "clearance-ablation", {}, {"parts": ({}, columns)})
 
 

@@ -2,13 +2,14 @@
 
 Group: evidence
 
-Answers: the choice of the Pinkus-Sternlicht film in Jin et al. (2023): what it costs and how far off it is.
+Answers: the choice of the Pinkus-Sternlicht film in Jin et al. (2023): what it costs and how far
+off it is.
 
-Reproduced: time and error of one film force for formulas, tables, the fast solver and finite elements, and of a whole
-feeder run with each; order of both solvers as their meshes are refined.
+Reproduced: time and error of one film force for formulas, tables, the fast solver and finite
+elements, and of a whole feeder run with each; order of both solvers as their meshes are refined.
 
-Assumed: a bearing of L/D = 1; the fast solver on its finest mesh, extrapolated, is the reference of single states, the
-table of 65 x 65 nodes that of runs.
+Assumed: a bearing of L/D = 1; the fast solver on its finest mesh, extrapolated, is the reference of
+single states, the table of 65 x 65 nodes that of runs.
 
 Not comparable: the source's optional Reynolds solution, whose mesh and results are not given.
 """
@@ -23,7 +24,11 @@ def draw(work: workshop.Workshop) -> None:
     study = film_ladder.ladder(work.less(1.0, 0.05), work.quick, work.say)
     work.drawing(film_pictures.ladder, study)
     work.text([*film_ladder.table(study), "", *film_ladder.describe(study)])
-    work.study(lambda folder: film_ladder.save(study, folder), case="six_bar_feeder", turns=work.less(1.0, 0.05))
+    work.study(
+        lambda folder: film_ladder.save(study, folder),
+        case="six_bar_feeder",
+        turns=work.less(1.0, 0.05),
+    )
     if not work.quick:
         meshes = film_ladder.convergence(Bearing(10e-3, 1e-4, 20e-3, 0.05), progress=work.say)
         work.drawing(film_pictures.convergence, meshes, suffix="convergence")

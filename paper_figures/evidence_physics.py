@@ -2,14 +2,16 @@
 
 Group: evidence
 
-Answers: no single figure of a source; Jin et al. (2023) compare lubrication models by their curves alone.
+Answers: no single figure of a source; Jin et al. (2023) compare lubrication models by their curves
+alone.
 
-Reproduced: run time of each choice of contact, friction, film and transition against the distance of its drive torque
-from that of the finest choice. Of the dry contact laws one of each kind; `clearance work-precision six_bar_feeder
---physics` has all of them, whose distances are samples of one chaotic motion.
+Reproduced: run time of each choice of contact, friction, film and transition against the distance
+of its drive torque from that of the finest choice. Of the dry contact laws one of each kind;
+`clearance work-precision six_bar_feeder --physics` has all of them, whose distances are samples of
+one chaotic motion.
 
-Assumed: set feeder-A with oil of 5 mPa s, so that joint B runs through all regimes; the mixed joint with load sharing
-and tabulated film counts as the finest.
+Assumed: set feeder-A with oil of 5 mPa s, so that joint B runs through all regimes; the mixed joint
+with load sharing and tabulated film counts as the finest.
 
 Not comparable: the distance of dry runs, which are chaotic: one sample of a statistical quantity.
 """
@@ -20,7 +22,15 @@ from clearance.catalogue import find_case
 from clearance.evidence import physics, pictures
 
 #: elastic, spring and damper, hysteretic, with restitution, of cylinders, layered, of ADAMS
-CONTACTS = ("hertz", "kelvin_voigt", "hunt_crossley", "lankarani_nikravesh", "johnson", "winkler", "impact")
+CONTACTS = (
+    "hertz",
+    "kelvin_voigt",
+    "hunt_crossley",
+    "lankarani_nikravesh",
+    "johnson",
+    "winkler",
+    "impact",
+)
 
 
 def draw(work: workshop.Workshop) -> None:
@@ -29,7 +39,9 @@ def draw(work: workshop.Workshop) -> None:
     study = physics.compare(case, parameters, turns, None, progress=work.say, contacts=CONTACTS)
     work.drawing(pictures.physics, study)
     work.text([*physics.table(study), "", *physics.describe(study)])
-    work.study(lambda folder: physics.save(study, folder), case="six_bar_feeder", parameters=parameters)
+    work.study(
+        lambda folder: physics.save(study, folder), case="six_bar_feeder", parameters=parameters
+    )
 
 
 if __name__ == "__main__":

@@ -1,11 +1,13 @@
-"""Prescribed motion: efforts and reactions by the compiled kernel, by multipliers, and by dense linear algebra.
+"""Prescribed motion: efforts and reactions by the compiled kernel, by multipliers, and by dense
+linear algebra.
 
 Group: evidence
 
-Answers: Guo et al. (2024), the claim that explicit equations beat multiplier solves; the source gives no run time.
+Answers: Guo et al. (2024), the claim that explicit equations beat multiplier solves; the source
+gives no run time.
 
-Reproduced: time of 10,000 samples of the three-loop chain by each route, warm, in turn in one run, and the operations
-a sample.
+Reproduced: time of 10,000 samples of the three-loop chain by each route, warm, in turn in one run,
+and the operations a sample.
 
 Assumed: link data decoded from the source's figure (see the case), friction at the driven joint.
 

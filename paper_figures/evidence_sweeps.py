@@ -4,11 +4,13 @@ Group: evidence
 
 Answers: no figure of a source; it is what the studies over speed and clearance cost.
 
-Reproduced: wall time of whole sweeps of the lubricated feeder, summaries only, with one worker up to one a core.
+Reproduced: wall time of whole sweeps of the lubricated feeder, summaries only, with one worker up
+to one a core.
 
 Assumed: two crank turns a point; speeds and clearances spread over the range of the studies.
 
-Not comparable: times of another machine, only ratios; points differ in cost, so that a point's time is a mean.
+Not comparable: times of another machine, only ratios; points differ in cost, so that a point's time
+is a mean.
 """
 
 import os
@@ -25,7 +27,9 @@ from clearance.results import save_tables
 
 
 def draw(work: workshop.Workshop) -> None:
-    cores = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1, 4)
+    cores = min(
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1, 4
+    )
     workers = [n for n in (1, 2, 4) if n <= cores]
     sides = work.less((5, 10, 20), (2, 3))
     _wall(2, 1)  # compiles, and builds the tables of the films
@@ -35,12 +39,23 @@ def draw(work: workshop.Workshop) -> None:
             work.say(f"{side * side} points, {n} worker(s)")
             measured[n, side * side] = _wall(side, n)
     work.keep(scaling(measured))
-    heads = ["points", *(f"{n} worker(s) [s]" for n in workers), *(f"{n} over 1" for n in workers[1:])]
+    heads = [
+        "points",
+        *(f"{n} worker(s) [s]" for n in workers),
+        *(f"{n} over 1" for n in workers[1:]),
+    ]
     counts = [s * s for s in sides]
     rows = [
-        [c, *(measured[n, c] for n in workers), *(measured[1, c] / measured[n, c] for n in workers[1:])] for c in counts
+        [
+            c,
+            *(measured[n, c] for n in workers),
+            *(measured[1, c] / measured[n, c] for n in workers[1:]),
+        ]
+        for c in counts
     ]
-    work.table(heads, rows, remarks="two turns a point, summaries only; over 1: how many times faster")
+    work.table(
+        heads, rows, remarks="two turns a point, summaries only; over 1: how many times faster"
+    )
     work.study(lambda folder: _save(measured, folder), case="six_bar_feeder", turns=2.0)
 
 
@@ -49,7 +64,9 @@ def _wall(side: int, workers: int) -> float:
     points = cl.grid(speed=np.linspace(20.0, 60.0, side), clearance=np.geomspace(5e-5, 5e-4, side))
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
-        result = cl.sweep("six_bar_feeder", points, Path(folder) / "map", channels=[], workers=workers, turns=2.0)
+        result = cl.sweep(
+            "six_bar_feeder", points, Path(folder) / "map", channels=[], workers=workers, turns=2.0
+        )
         wall = time.perf_counter() - began
         if not result.done.all():
             raise RuntimeError("a point of the sweep did not run")

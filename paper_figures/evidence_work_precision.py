@@ -4,13 +4,15 @@ Group: evidence
 
 Answers: no figure of a source; the sources give neither errors nor run times of their integrations.
 
-Reproduced: run time to reach an error, of the package's methods and of scipy's on the same compiled right-hand side.
+Reproduced: run time to reach an error, of the package's methods and of scipy's on the same compiled
+right-hand side.
 
-Assumed: two crank turns; the error is the largest deviation of the eccentricity ratio from a reference by another
-method at its tightest; warm medians of one core.
+Assumed: two crank turns; the error is the largest deviation of the eccentricity ratio from a
+reference by another method at its tightest; warm medians of one core.
 
-Not comparable: times of another machine, only ratios. Other people's compiled integrators and multibody codes are
-compared by `clearance work-precision CASE --peers`, which needs the extra peers and more time.
+Not comparable: times of another machine, only ratios. Other people's compiled integrators and
+multibody codes are compared by `clearance work-precision CASE --peers`, which needs the extra peers
+and more time.
 """
 
 from clearance.paper_figures import workshop
@@ -28,13 +30,18 @@ def draw(work: workshop.Workshop) -> None:
     for case, parameters in SCENES.items():
         title = " ".join([case, *(f"{k}={v}" for k, v in parameters.items())])
         study = work_precision.work_precision(
-            title, cl.load_case(case, **parameters), turns=work.less(2.0, 0.1),
+            title,
+            cl.load_case(case, **parameters),
+            turns=work.less(2.0, 0.1),
             progress=lambda text, case=case: work.say(f"{case}: {text}"),
-        )  # fmt: skip
+        )
         work.drawing(pictures.work_precision, study, suffix=case)
         work.text([*work_precision.table(study), "", *work_precision.describe(study)], suffix=case)
-        work.study(lambda folder, study=study, case=case: work_precision.save(study, folder / case),
-                   case=case, parameters=parameters)  # fmt: skip
+        work.study(
+            lambda folder, study=study, case=case: work_precision.save(study, folder / case),
+            case=case,
+            parameters=parameters,
+        )
 
 
 if __name__ == "__main__":

@@ -2,17 +2,20 @@
 
 Group: feeder
 
-Answers: Jin et al. (2023), driving moment of the crank at constant speed, ideal against dry, lubricated and
-transitional clearance.
+Answers: Jin et al. (2023), driving moment of the crank at constant speed, ideal against dry,
+lubricated and transitional clearance.
 
-Reproduced: the moment over a turn at 300 rpm and a radial clearance of 0.2 mm, its extremes, root mean square and
-mean; the mean times a turn is the work of a turn, which goes into friction and oil. The oil of 5 mPa s is thin enough
-for the journal to cross the clearance fast and for surfaces to touch.
+Reproduced: the moment over a turn at 300 rpm and a radial clearance of 0.2 mm, its extremes, root
+mean square and mean; the mean times a turn is the work of a turn, which goes into friction and oil.
+The oil of 5 mPa s is thin enough for the journal to cross the clearance fast and for surfaces to
+touch.
 
-Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1; all joints but B are ideal and free of
-friction. The dry moment is irregular; its extremes are those of the turns that were run.
+Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1; all joints but B are
+ideal and free of friction. The dry moment is irregular; its extremes are those of the turns that
+were run.
 
-Not comparable: the source's moments belong to its own lengths and masses, which were not in the part we had.
+Not comparable: the source's moments belong to its own lengths and masses, which were not in the
+part we had.
 """
 
 import numpy as np
@@ -43,7 +46,9 @@ def draw(work: workshop.Workshop) -> None:
 
 
 def moments(runs: dict):
-    """The moment over the last turn, with oil above and dry below, and how it differs from the ideal one."""
+    """The moment over the last turn, with oil above and dry below, and how it differs from the
+    ideal one.
+    """
     figure = sheet(7.0, 6.8)
     panels = figure.subplots(3, 1, sharex=True)
     ideal = runs[IDEAL].drive("crank").torque
@@ -54,7 +59,9 @@ def moments(runs: dict):
         if name not in (DRY, IDEAL):
             line(panels[1], angle, torque[last] - ideal[last], **style(name))
     for axes, label in zip(
-        panels, ("crank moment", "what it has beyond\nthe ideal one", "dry: crank moment"), strict=True
+        panels,
+        ("crank moment", "what it has beyond\nthe ideal one", "dry: crank moment"),
+        strict=True,
     ):
         finish(axes, f"{label} [N m]", "", legend=False)
     moments = {n: r.drive("crank").torque[settled(r)] for n, r in runs.items()}
@@ -68,9 +75,15 @@ def moments(runs: dict):
 def numbers(runs: dict) -> tuple[list[str], list[list]]:
     """Heads and rows: extremes, root mean squares and work."""
     heads = [
-        "joint B", "min [N m]", "max [N m]", "largest abs. of a turn [N m]", "rms [N m]", "mean [N m]",
-        "work of a turn [J]", "rms beyond ideal [N m]",
-    ]  # fmt: skip
+        "joint B",
+        "min [N m]",
+        "max [N m]",
+        "largest abs. of a turn [N m]",
+        "rms [N m]",
+        "mean [N m]",
+        "work of a turn [J]",
+        "rms beyond ideal [N m]",
+    ]
     rows, turns = [], turns_seen(runs)
     ideal = runs[IDEAL].drive("crank").torque[settled(runs[IDEAL])]
     for name, run in runs.items():
@@ -78,7 +91,17 @@ def numbers(runs: dict) -> tuple[list[str], list[list]]:
         largest = by_turns(np.abs(torque), turns)
         middle = round(float(torque[:-1].mean()), 9) + 0.0  # of the ideal one rounding is left
         extremes = [float(torque.min()), float(torque.max())]
-        rows.append([name, *extremes, largest, rms(torque), middle, 2.0 * np.pi * middle, rms(torque - ideal)])
+        rows.append(
+            [
+                name,
+                *extremes,
+                largest,
+                rms(torque),
+                middle,
+                2.0 * np.pi * middle,
+                rms(torque - ideal),
+            ]
+        )
     return heads, rows
 
 

@@ -1,20 +1,23 @@
-"""Film thickness ratio of joint B over a turn, and what the fuzzy transition makes of it: full film, mixed, dry.
+"""Film thickness ratio of joint B over a turn, and what the fuzzy transition makes of it: full
+film, mixed, dry.
 
 Group: feeder
 
-Answers: Jin et al. (2023), lubrication states of the joint by fuzzy sets of the film thickness ratio, and how they
-change over a turn of the crank.
+Answers: Jin et al. (2023), lubrication states of the joint by fuzzy sets of the film thickness
+ratio, and how they change over a turn of the crank.
 
-Reproduced: the membership functions over the ratio of gap to roughness; the ratio over a turn at 300 rpm and 0.1 mm
-with two oils so thin that the dry state is entered (5 mPa s, as in the guide, and 1 mPa s); the memberships along it,
-which weigh film and contact, and the share of the load that the solids carry.
+Reproduced: the membership functions over the ratio of gap to roughness; the ratio over a turn at
+300 rpm and 0.1 mm with two oils so thin that the dry state is entered (5 mPa s, as in the guide,
+and 1 mPa s); the memberships along it, which weigh film and contact, and the share of the load that
+the solids carry.
 
-Assumed: the memberships themselves, half-cosines with thresholds 0.4, 1, 3 (the source names the fuzzy sets, their
-functions were not in the part we had); roughness 0.8 um, Winkler's contact, parameter set feeder-A. That contact begins
-where the ratio is 1 keeps the journal there: the dry state is entered, not reached.
+Assumed: the memberships themselves, half-cosines with thresholds 0.4, 1, 3 (the source names the
+fuzzy sets, their functions were not in the part we had); roughness 0.8 um, Winkler's contact,
+parameter set feeder-A. That contact begins where the ratio is 1 keeps the journal there: the dry
+state is entered, not reached.
 
-Not comparable: course and smallest value of the source's film thickness; its oil, roughness and loads are not known to
-us.
+Not comparable: course and smallest value of the source's film thickness; its oil, roughness and
+loads are not known to us.
 """
 
 import numpy as np
@@ -40,9 +43,13 @@ def draw(work: workshop.Workshop) -> None:
     work.keep(functions(), "memberships")
     work.keep(regimes(runs))
     heads = [
-        "oil [mPa s]", "smallest ratio", "mean ratio", *(f"mean membership {s} [%]" for s in STATES),
-        "largest membership dry [%]", "load on the solids, mean [%]",
-    ]  # fmt: skip
+        "oil [mPa s]",
+        "smallest ratio",
+        "mean ratio",
+        *(f"mean membership {s} [%]" for s in STATES),
+        "largest membership dry [%]",
+        "load on the solids, mean [%]",
+    ]
     work.table(heads, [[f"{1e3 * oil:g}", *numbers(run)] for oil, run in runs.items()])
 
 
@@ -56,7 +63,9 @@ def functions():
         axes.plot(ratio, curve, color=colour, ls=DASHES[name], lw=1.6, label=name)
     for name, place in THRESHOLDS.items():
         axes.axvline(place, color="0.5", lw=0.7, ls=":")
-        axes.text(place, 1.01, f" {name} {place:g}", color="0.3", fontsize="small", ha="left", va="bottom")
+        axes.text(
+            place, 1.01, f" {name} {place:g}", color="0.3", fontsize="small", ha="left", va="bottom"
+        )
     finish(axes, "membership [-]", "film thickness ratio [-]", legend=False)
     axes.set(xscale="log", xlim=(ratio[0], ratio[-1]), ylim=(0.0, 1.1))
     plain_decades(axes.xaxis, ratio[0], ratio[-1])
@@ -75,9 +84,13 @@ def regimes(runs: dict):
         column[0].set_title(f"oil {1e3 * oil:g} mPa s", fontsize="medium")
         for name, place in THRESHOLDS.items():
             column[0].axhline(place, color="0.5", lw=0.7, ls=":")
-            column[0].text(195.0, place, f"{name} {place:g}", color="0.3", fontsize="small", va="bottom")
+            column[0].text(
+                195.0, place, f"{name} {place:g}", color="0.3", fontsize="small", va="bottom"
+            )
         weights = [getattr(joint, name)[last] for name in MEMBERSHIPS]
-        column[1].stackplot(angle, *weights, colors=list(STATES.values()), labels=list(STATES), alpha=0.75, lw=0)
+        column[1].stackplot(
+            angle, *weights, colors=list(STATES.values()), labels=list(STATES), alpha=0.75, lw=0
+        )
         column[2].fill_between(angle, 0.0, 100.0 * joint.asperity_share[last], color="0.4", lw=0)
         column[2].set_xlabel(xlabel)
     labels = ("film thickness ratio [-]", "memberships, stacked [-]", "load on the\nsolids [%]")
@@ -90,7 +103,12 @@ def regimes(runs: dict):
     panels[2, 0].set_ylim(0.0, 100.0)
     degrees(panels[0, 0])
     figure.align_ylabels()
-    figure.legend(*panels[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    figure.legend(
+        *panels[1, 0].get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=3,
+        frameon=False,
+    )
     return figure
 
 

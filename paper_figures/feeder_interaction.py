@@ -1,22 +1,25 @@
-"""Interaction of clearance joints B, C and E of the six-bar feeder: each by itself and all three together.
+"""Interaction of clearance joints B, C and E of the six-bar feeder: each by itself and all three
+together.
 
 Group: feeder
 
-Answers: Jin et al. (2023), interaction between several clearance joints. The source states that clearance joints act
-on one another.
+Answers: Jin et al. (2023), interaction between several clearance joints. The source states that
+clearance joints act on one another.
 
-Reproduced: forces, eccentricities, contacts and losses of joints B, C and E at 300 rpm with radial clearances of 0.1
-mm, of each joint as the only one with clearance and of all three together, transitional, film only and dry; and how
-the contact forces of two dry joints go together in time. C and E rock rather than turn, so that their oil carries by
-being squeezed. Each picture has the growth of joint forces by the neighbours' clearance. With thin oil the neighbours
-raise the force of each; dry they lower that of B and raise those of C and E, and an impact in one loads the others
+Reproduced: forces, eccentricities, contacts and losses of joints B, C and E at 300 rpm with radial
+clearances of 0.1 mm, of each joint as the only one with clearance and of all three together,
+transitional, film only and dry; and how the contact forces of two dry joints go together in time. C
+and E rock rather than turn, so that their oil carries by being squeezed. Each picture has the
+growth of joint forces by the neighbours' clearance. With thin oil the neighbours raise the force of
+each; dry they lower that of B and raise those of C and E, and an impact in one loads the others
 within a fraction of a millisecond.
 
-Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s. Dry motions are irregular:
-compared are means over ten turns, and correlations of the contact forces, which were averaged over 0.2 ms.
+Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s. Dry
+motions are irregular: compared are means over ten turns, and correlations of the contact forces,
+which were averaged over 0.2 ms.
 
-Not comparable: the source's forces and orbits of the three joints; its dimensions and clearances were not in the part
-we had.
+Not comparable: the source's forces and orbits of the three joints; its dimensions and clearances
+were not in the part we had.
 """
 
 import numpy as np
@@ -47,7 +50,10 @@ CLEARANCE = 1e-4
 NOTICED = 0.02
 #: largest lag of correlations [ms], and the time over which contact forces are averaged [ms]
 LAG, AVERAGED = 3.0, 0.2
-ALONE, TOGETHER = {"lw": 1.2, "label": "alone"} | STROKES[0], {"lw": 1.2, "label": "all three"} | STROKES[1]
+ALONE, TOGETHER = (
+    {"lw": 1.2, "label": "alone"} | STROKES[0],
+    {"lw": 1.2, "label": "all three"} | STROKES[1],
+)
 
 
 def draw(work: workshop.Workshop) -> None:
@@ -60,10 +66,17 @@ def draw(work: workshop.Workshop) -> None:
     work.keep(dry(runs[DRY]), "dry")
     remark = f"Means over {turns_seen(runs[DRY])} turns after {SETTLE}; gaps are those of samples."
     heads = [
-        "model", "joint", "clearance", "largest force of a turn [N]", "rms force [N]",
-        "smallest gap of a turn [um]", "largest eccentricity of a turn / c", "contacts a turn",
-        "time in contact [%]", "energy lost in a turn [J]",
-    ]  # fmt: skip
+        "model",
+        "joint",
+        "clearance",
+        "largest force of a turn [N]",
+        "rms force [N]",
+        "smallest gap of a turn [um]",
+        "largest eccentricity of a turn / c",
+        "contacts a turn",
+        "time in contact [%]",
+        "energy lost in a turn [J]",
+    ]
     rows = [
         [model, j, "alone" if case == j else "all three", *numbers(runs_of[case], j)]
         for model, runs_of in runs.items()
@@ -74,7 +87,9 @@ def draw(work: workshop.Workshop) -> None:
 
 
 def interaction(model: str, runs: dict) -> str:
-    """Change of each joint's largest force of a turn by its neighbours' clearance, and the source's statement."""
+    """Change of each joint's largest force of a turn by its neighbours' clearance, and the source's
+    statement.
+    """
     changed = {j: numbers(runs[ALL], j)[0] / numbers(runs[j], j)[0] for j in JOINTS}
     factors = ", ".join(f"{j} ×\u00a0{f:.3g}" for j, f in changed.items())
     noticed = max(abs(f - 1.0) for f in changed.values()) > NOTICED
@@ -85,7 +100,9 @@ def interaction(model: str, runs: dict) -> str:
 
 
 def oiled(model: str, runs: dict):
-    """With oil: eccentricity ratio of each joint over the last turn on the left, its force on the right."""
+    """With oil: eccentricity ratio of each joint over the last turn on the left, its force on the
+    right.
+    """
     figure = sheet(9.0, 7.2)
     panels = figure.subplots(3, 2, sharex=True)
     for row, name in zip(panels, JOINTS, strict=True):
@@ -93,7 +110,9 @@ def oiled(model: str, runs: dict):
             run = runs[case]
             angle, last, xlabel = abscissa(run, "angle", 1.0)
             joint = run.joint(name)
-            line(row[0], angle, np.hypot(*joint.eccentricity[last].T) / run.clearances[name], **shown)
+            line(
+                row[0], angle, np.hypot(*joint.eccentricity[last].T) / run.clearances[name], **shown
+            )
             line(row[1], angle, np.hypot(*joint.force[last].T), **shown)
         finish(row[0], f"eccentricity ratio\njoint {name} [-]", "", legend=False)
         finish(row[1], f"force in joint {name} [N]", "", legend=False)
@@ -104,18 +123,29 @@ def oiled(model: str, runs: dict):
 
 
 def dry(runs: dict):
-    """Dry: force of each joint over the last turn, alone and together, and correlations of contacts between joints."""
+    """Dry: force of each joint over the last turn, alone and together, and correlations of contacts
+    between joints.
+    """
     figure = sheet(9.5, 8.4)
     grid = figure.add_gridspec(4, 2, height_ratios=(1.0, 1.0, 1.0, 1.2))
     for i, name in enumerate(JOINTS):
         pair = [figure.add_subplot(grid[i, k]) for k in (0, 1)]
         for axes, case, shown in zip(pair, (name, ALL), (ALONE, TOGETHER), strict=True):
             angle, last, xlabel = abscissa(runs[case], "angle", 1.0)
-            line(axes, angle, 1e-3 * np.hypot(*runs[case].joint(name).force[last].T), **shown | {"lw": 0.5})
-            finish(axes, f"force in joint\n{name} [kN]" if axes is pair[0] else "", "", legend=False)
+            line(
+                axes,
+                angle,
+                1e-3 * np.hypot(*runs[case].joint(name).force[last].T),
+                **shown | {"lw": 0.5},
+            )
+            finish(
+                axes, f"force in joint\n{name} [kN]" if axes is pair[0] else "", "", legend=False
+            )
             axes.set(xlim=(0.0, 360.0), xticks=range(0, 361, 45))
             if i == 0:
-                where = "its joint alone has clearance" if case == name else "all three have clearance"
+                where = (
+                    "its joint alone has clearance" if case == name else "all three have clearance"
+                )
                 axes.set_title(where, fontsize="medium")
             if name == JOINTS[-1]:
                 axes.set_xlabel(xlabel)
@@ -145,8 +175,12 @@ def correlation(run, first: str, second: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def contact_force(run, name: str, width: int) -> np.ndarray:
-    """Contact force of the settled turns, averaged over `width` samples, less its mean over turns, mean 0."""
-    force = np.convolve(run.joint(name).contact_force, np.full(width, 1.0 / width), "same")[settled(run)][:-1]
+    """Contact force of the settled turns, averaged over `width` samples, less its mean over turns,
+    mean 0.
+    """
+    force = np.convolve(run.joint(name).contact_force, np.full(width, 1.0 / width), "same")[
+        settled(run)
+    ][:-1]
     turns = round(run.time[-1] / run.turn) - SETTLE
     by_turn = force.reshape(turns, -1)
     return (by_turn - by_turn.mean(axis=0)).ravel()
@@ -163,7 +197,15 @@ def numbers(run, name: str) -> list:
         touches = contacts_of(run, name, settle=SETTLE)
         count, share = len(touches.time) / turns, 100.0 * touches.share
     lost = float(np.ptp(joint.dissipated[now])) / turns
-    return [peak, rms(force), 1e6 * deepest, 1.0 - deepest / run.clearances[name], count, share, lost]
+    return [
+        peak,
+        rms(force),
+        1e6 * deepest,
+        1.0 - deepest / run.clearances[name],
+        count,
+        share,
+        lost,
+    ]
 
 
 if __name__ == "__main__":

@@ -1,24 +1,29 @@
-"""Models of joint B compared: Flores' hybrid, fuzzy transition, load sharing; Lankarani-Nikravesh, IMPACT.
+"""Models of joint B compared: Flores' hybrid, fuzzy transition, load sharing; Lankarani-Nikravesh,
+IMPACT.
 
 Group: feeder
 
-Answers: Jin et al. (2023), their lubrication model against that of Flores, and their dry contact against ADAMS.
+Answers: Jin et al. (2023), their lubrication model against that of Flores, and their dry contact
+against ADAMS.
 
-Reproduced: slider acceleration and force in joint B. Lubrication, at 300 rpm and 0.1 mm: the film fades by memberships
-(fuzzy), over a tolerance of 0.05 c beyond the wall (Flores), or never (load sharing); all three are one model as long
-as the film is thick, so that curves are drawn for an oil thin enough for them to part. Contact, at 0.2 mm:
-Lankarani-Nikravesh with a restitution of 0.9 beside ADAMS' IMPACT, which knows no restitution. IMPACT is matched twice
-on one reference impact, a free body with the median speed and mass of the contacts: once its damping gives the
-restitution that Lankarani-Nikravesh delivers, with Hertz's stiffness; once its stiffness gives the same peak force as
-well. Over 150 to 600 rpm the picture has forces and accelerations of each and by what factor they differ. A match of
-one impact is none of the mechanism: IMPACT's damping has a depth from where it acts, so that slow contacts lose less.
+Reproduced: slider acceleration and force in joint B. Lubrication, at 300 rpm and 0.1 mm: the film
+fades by memberships (fuzzy), over a tolerance of 0.05 c beyond the wall (Flores), or never (load
+sharing); all three are one model as long as the film is thick, so that curves are drawn for an oil
+thin enough for them to part. Contact, at 0.2 mm: Lankarani-Nikravesh with a restitution of 0.9
+beside ADAMS' IMPACT, which knows no restitution. IMPACT is matched twice on one reference impact, a
+free body with the median speed and mass of the contacts: once its damping gives the restitution
+that Lankarani-Nikravesh delivers, with Hertz's stiffness; once its stiffness gives the same peak
+force as well. Over 150 to 600 rpm the picture has forces and accelerations of each and by what
+factor they differ. A match of one impact is none of the mechanism: IMPACT's damping has a depth
+from where it acts, so that slow contacts lose less.
 
-Assumed: parameter set feeder-A; memberships (half-cosines at film thickness ratios 0.4, 1, 3), Flores' tolerance, and
-that IMPACT's damping is whole from a tenth of the reference impact's depth, none of which we have from the source; the
-solid contact of all mixed joints is Winkler's. Dry motions are irregular: compared are their statistics over ten
-turns, not their curves.
+Assumed: parameter set feeder-A; memberships (half-cosines at film thickness ratios 0.4, 1, 3),
+Flores' tolerance, and that IMPACT's damping is whole from a tenth of the reference impact's depth,
+none of which we have from the source; the solid contact of all mixed joints is Winkler's. Dry
+motions are irregular: compared are their statistics over ten turns, not their curves.
 
-Not comparable: the source's curves and peaks of either comparison; its settings of ADAMS are not known to us.
+Not comparable: the source's curves and peaks of either comparison; its settings of ADAMS are not
+known to us.
 """
 
 import math
@@ -26,7 +31,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from clearance.paper_figures import workshop
-from clearance.paper_figures.feeder_slider import CLEARANCE, SETTLE, feeder, finished, rms, say, settled, turns_seen
+from clearance.paper_figures.feeder_slider import (
+    CLEARANCE,
+    SETTLE,
+    feeder,
+    finished,
+    rms,
+    say,
+    settled,
+    turns_seen,
+)
 from clearance.postprocess.channels import abscissa
 from clearance.postprocess.contacts import contacts_of
 from clearance.postprocess.figures import finish, legend_below, line, marker, sheet, stroke
@@ -66,13 +80,24 @@ def draw(work: workshop.Workshop) -> None:
     at_rest = {name: runs[CURVES] for name, runs in dry.items()}
     work.keep(contacts(at_rest), "contacts")
     work.keep(trends(dry), "impact")
-    rows = [[f"{name}, {1e3 * oil:g} mPa s", CURVES, *numbers(run)] for (oil, name), run in mixed.items()]
+    rows = [
+        [f"{name}, {1e3 * oil:g} mPa s", CURVES, *numbers(run)]
+        for (oil, name), run in mixed.items()
+    ]
     rows += [[name, n, *numbers(run)] for name, runs in dry.items() for n, run in runs.items()]
     heads = [
-        "joint B", "rpm", "largest abs. acceleration [m/s2]", "its rms [m/s2]", "largest force B [N]",
-        "its rms [N]", "its mean [N]", "contacts a turn", "time in contact [%]", "time solids carry over 1 % [%]",
+        "joint B",
+        "rpm",
+        "largest abs. acceleration [m/s2]",
+        "its rms [m/s2]",
+        "largest force B [N]",
+        "its rms [N]",
+        "its mean [N]",
+        "contacts a turn",
+        "time in contact [%]",
+        "time solids carry over 1 % [%]",
         "median speed after / before contact",
-    ]  # fmt: skip
+    ]
     remark = (
         f"Mixed: of 3 turns after {SETTLE}. Dry: of {turns_seen(at_rest)} turns after {SETTLE}. "
         "Contact of load sharing is that of the bulk; its asperities carry from afar."
@@ -89,7 +114,9 @@ class Impact:
 
     @classmethod
     def of(cls, run) -> "Impact":
-        """The median speed of a run's contacts, and the mass whose elastic impact has their peak forces."""
+        """The median speed of a run's contacts, and the mass whose elastic impact has their peak
+        forces.
+        """
         events, stiffness = whole(run), hertz_stiffness()
         speed, force = events["impact_speed"], events["peak_force"]
         # energy of an elastic impact: m v^2 / 2 = (2 / 5) F^(5/3) / K^(2/3)
@@ -124,12 +151,16 @@ def hertz_stiffness() -> float:
 
 def joint_law():
     """Lankarani and Nikravesh's law in joint B."""
-    scene = cl.load_case("six_bar_feeder", model="dry", clearance=CLEARANCE, restitution=RESTITUTION)
+    scene = cl.load_case(
+        "six_bar_feeder", model="dry", clearance=CLEARANCE, restitution=RESTITUTION
+    )
     return next(j for j in scene.joints if j.name == "B").contact
 
 
 def matched(impact: Impact) -> dict[str, str]:
-    """IMPACT with the restitution, and with restitution and peak, that the reference law delivers: as words."""
+    """IMPACT with the restitution, and with restitution and peak, that the reference law delivers:
+    as words.
+    """
     restitution, peak = impact.outcome(joint_law())
     depth = DEPTH * impact.depth()
 
@@ -165,12 +196,18 @@ def contact_runs(work: workshop.Workshop) -> dict[str, dict]:
 
 
 def transitions(runs: dict):
-    """Acceleration, force and film thickness ratio of three transitions over the last turn, and about its peak."""
+    """Acceleration, force and film thickness ratio of three transitions over the last turn, and
+    about its peak.
+    """
     figure = sheet(9.5, 7.4)
     panels = figure.subplots(3, 2, sharex="col", width_ratios=(1.7, 1.0))
     for i, (name, run) in enumerate(runs.items()):
         angle, last, xlabel = abscissa(run, "angle", 1.0)
-        curves = (run["slider"].ax, np.hypot(*run.joint("B").force.T), run.joint("B").film_thickness_ratio)
+        curves = (
+            run["slider"].ax,
+            np.hypot(*run.joint("B").force.T),
+            run.joint("B").film_thickness_ratio,
+        )
         near = (angle >= PEAK[0]) & (angle <= PEAK[1])
         for row, values in zip(panels, curves, strict=True):
             shown = {"lw": 1.2, "label": name} | stroke(i, len(runs))
@@ -189,7 +226,9 @@ def transitions(runs: dict):
 
 
 def contacts(runs: dict):
-    """Dry: acceleration over the last turn, how contacts rebound, and how many of them exceed a force."""
+    """Dry: acceleration over the last turn, how contacts rebound, and how many of them exceed a
+    force.
+    """
     figure = sheet(9.5, 8.6)
     grid = figure.add_gridspec(len(runs), 2, width_ratios=(1.35, 1.0))
     curves = [figure.add_subplot(grid[i, 0]) for i in range(len(runs))]
@@ -211,31 +250,49 @@ def contacts(runs: dict):
         axes.set_ylim(-extreme, extreme)
     finish(below, "share of contacts [%]", "normal speed after / before contact [-]", legend=False)
     below.set(xlim=(0.0, 2.0), ylim=(0.0, None))
-    finish(above, "contacts a turn with a larger peak", "peak force of a contact [kN]", legend=False)
+    finish(
+        above, "contacts a turn with a larger peak", "peak force of a contact [kN]", legend=False
+    )
     above.set_yscale("log")
     legend_below(figure, above)
     return figure
 
 
 def trends(dry: dict):
-    """Mean and largest force and acceleration over the speed, and their ratios to the reference law."""
+    """Mean and largest force and acceleration over the speed, and their ratios to the reference
+    law.
+    """
     figure = sheet(9.5, 6.8)
     panels = figure.subplots(2, 3, sharex=True, height_ratios=(1.4, 1.0))
     values = {name: {n: numbers(run) for n, run in runs.items()} for name, runs in dry.items()}
-    shown = (("mean force B [N]", 4), ("largest force B [N]", 2), ("largest acceleration [m/s²]", 0))
+    shown = (
+        ("mean force B [N]", 4),
+        ("largest force B [N]", 2),
+        ("largest acceleration [m/s²]", 0),
+    )
     factors = []
     for (above, below), (label, column) in zip(panels.T, shown, strict=True):
         base = np.array([row[column] for row in values[LN].values()])
         others = []
         for i, (name, rows) in enumerate(values.items()):
             y = np.array([row[column] for row in rows.values()])
-            style = stroke(i, len(values)) | {"marker": marker(i), "ms": 5, "lw": 1.2, "label": name}
+            style = stroke(i, len(values)) | {
+                "marker": marker(i),
+                "ms": 5,
+                "lw": 1.2,
+                "label": name,
+            }
             above.plot(list(rows), y, **style)
             below.plot(list(rows), y / base, **style)
             others += [] if name == LN else (y / base).tolist()
         factors.append(f"{label.partition(' [')[0]} × {min(others):.2g} to {max(others):.2g}")
         finish(above, label, "", legend=False)
-        finish(below, "over Lankarani-Nikravesh [-]" if column == 4 else "", "crank speed [rpm]", legend=False)
+        finish(
+            below,
+            "over Lankarani-Nikravesh [-]" if column == 4 else "",
+            "crank speed [rpm]",
+            legend=False,
+        )
         for axes in (above, below):
             axes.set_ylim(0.0, None)
         below.axhline(1.0, color="0.5", lw=0.8, ls=":")
@@ -249,7 +306,9 @@ def agreement(values: dict) -> str:
     """Agreement of the trends over the speed, law by law."""
     columns = {"mean force": 4, "largest force": 2, "largest acceleration": 0}
     signs = {
-        name: [np.sign(np.diff([row[c] for row in rows.values()])).tolist() for c in columns.values()]
+        name: [
+            np.sign(np.diff([row[c] for row in rows.values()])).tolist() for c in columns.values()
+        ]
         for name, rows in values.items()
     }
     same = [name for name in signs if name != LN and signs[name] == signs[LN]]
@@ -277,13 +336,24 @@ def numbers(run) -> list:
     now = settled(run)
     acceleration, force = run["slider"].ax[now], np.hypot(*joint.force.T)[now]
     peak = max(float(force.max()), float(touches.peak_force.max(initial=0.0)))
-    shared = float(100.0 * (joint.asperity_share[now] > 0.01).mean()) if "asperity_share" in joint else "-"
+    shared = (
+        float(100.0 * (joint.asperity_share[now] > 0.01).mean())
+        if "asperity_share" in joint
+        else "-"
+    )
     rebound = "-" if "film_radial" in joint else float(np.median(rebounds(run)))
     count = len(touches.time) / ((touches.end - touches.start) / run.turn)
     return [
-        float(np.abs(acceleration).max()), rms(acceleration), peak, rms(force), float(force.mean()), float(count),
-        100.0 * touches.share, shared, rebound,
-    ]  # fmt: skip
+        float(np.abs(acceleration).max()),
+        rms(acceleration),
+        peak,
+        rms(force),
+        float(force.mean()),
+        float(count),
+        100.0 * touches.share,
+        shared,
+        rebound,
+    ]
 
 
 if __name__ == "__main__":

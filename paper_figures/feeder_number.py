@@ -2,19 +2,21 @@
 
 Group: feeder
 
-Answers: Jin et al. (2023), the slider with one, two and three clearance joints, dry, lubricated and transitional. The
-source states that impacts grow with the number of joints.
+Answers: Jin et al. (2023), the slider with one, two and three clearance joints, dry, lubricated and
+transitional. The source states that impacts grow with the number of joints.
 
-Reproduced: deviation of the slider's displacement from the ideal one, its acceleration, and the crank's moment at 300
-rpm with radial clearances of 0.2 mm at B, at B and C, and at B, C and E, with film only, transitional and dry;
-largest values of a turn and root mean squares, contacts and energy lost. Each picture has the growth of the largest
-acceleration. With oil it grows, as the source states; dry joints in series soften each other, against the source.
+Reproduced: deviation of the slider's displacement from the ideal one, its acceleration, and the
+crank's moment at 300 rpm with radial clearances of 0.2 mm at B, at B and C, and at B, C and E, with
+film only, transitional and dry; largest values of a turn and root mean squares, contacts and energy
+lost. Each picture has the growth of the largest acceleration. With oil it grows, as the source
+states; dry joints in series soften each other, against the source.
 
-Assumed: that the source counts its clearances in this order (it gives joint forces of B, C and E); parameter set
-feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s in every wet joint. Dry motions are irregular:
-curves are samples, largest values are means over ten turns.
+Assumed: that the source counts its clearances in this order (it gives joint forces of B, C and E);
+parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s in every wet
+joint. Dry motions are irregular: curves are samples, largest values are means over ten turns.
 
-Not comparable: peaks and curves of the source, whose dimensions and clearances were not in the part we had.
+Not comparable: peaks and curves of the source, whose dimensions and clearances were not in the part
+we had.
 """
 
 import numpy as np
@@ -74,7 +76,12 @@ def wet(models: dict, ideal):
         for i, (joints, run) in enumerate(runs.items()):
             angle, last, xlabel = abscissa(run, "angle", 1.0)
             for axes, values in zip(column, beyond(run, ideal), strict=True):
-                line(axes, angle, values[last], **{"lw": 1.2, "label": named(joints)} | stroke(i, len(runs)))
+                line(
+                    axes,
+                    angle,
+                    values[last],
+                    **{"lw": 1.2, "label": named(joints)} | stroke(i, len(runs)),
+                )
         for axes, label in zip(column, LABELS, strict=True):
             finish(axes, f"deviation of\n{label}" if first else "", "", legend=False)
         column[-1].set_xlabel(xlabel)
@@ -97,13 +104,20 @@ def dry(runs: dict, ideal):
         column[-1].set(xlim=(0.0, 360.0), xticks=range(0, 361, 90))
     for axes, label in zip(panels[:, 0], LABELS, strict=True):
         axes.set_ylabel(f"deviation of\n{label}")
-    conclude(figure, "Largest slider acceleration of a turn from one to three joints", {DRY: largest(runs)}, CLAIM)
+    conclude(
+        figure,
+        "Largest slider acceleration of a turn from one to three joints",
+        {DRY: largest(runs)},
+        CLAIM,
+    )
     figure.align_ylabels()
     return figure
 
 
 def beyond(run, ideal) -> tuple[np.ndarray, ...]:
-    """Displacement [um], acceleration [m/s2] and crank moment [N m] beyond those of the ideal mechanism."""
+    """Displacement [um], acceleration [m/s2] and crank moment [N m] beyond those of the ideal
+    mechanism.
+    """
     now, then = run["slider"], ideal["slider"]
     torque = run.drive("crank").torque - ideal.drive("crank").torque
     return 1e6 * (now.x - then.x), now.ax - then.ax, torque
@@ -112,18 +126,26 @@ def beyond(run, ideal) -> tuple[np.ndarray, ...]:
 def numbers(runs: dict, ideal) -> tuple[list[str], list[list]]:
     """Heads and rows: deviations, extremes, contacts and losses."""
     heads = [
-        "joints", "deviation of x, max of a turn [um]", "largest abs. acceleration of a turn [m/s2]",
-        "rms acceleration beyond ideal [m/s2]", "largest abs. moment of a turn [N m]", "rms moment [N m]",
+        "joints",
+        "deviation of x, max of a turn [um]",
+        "largest abs. acceleration of a turn [m/s2]",
+        "rms acceleration beyond ideal [m/s2]",
+        "largest abs. moment of a turn [N m]",
+        "rms moment [N m]",
         "contacts a turn",
         "energy lost in a turn [J]",
-    ]  # fmt: skip
+    ]
     rows, turns = [], turns_seen(runs)
     for (model, joints), run in runs.items():
         now = settled(run)
         dx, da, _ = (values[now] for values in beyond(run, ideal))
         a, torque = np.abs(run["slider"].ax[now]), np.abs(run.drive("crank").torque[now])
         names = joints.split(",")
-        count = sum(len(contacts_of(run, j, settle=SETTLE).time) for j in names) / turns if model == DRY else "-"
+        count = (
+            sum(len(contacts_of(run, j, settle=SETTLE).time) for j in names) / turns
+            if model == DRY
+            else "-"
+        )
         lost = sum(np.ptp(run.joint(j).dissipated[now]) for j in names) / turns
         title = f"{model}, {joints.replace(',', ' ')}"
         accelerations = [by_turns(a, turns), rms(da)]

@@ -2,19 +2,24 @@
 
 Group: feeder
 
-Answers: Jin et al. (2023), the centre orbit of the journal in the clearance joint, dry, lubricated and transitional.
+Answers: Jin et al. (2023), the centre orbit of the journal in the clearance joint, dry, lubricated
+and transitional.
 
-Reproduced: the path relative to the bearing's centre, along the fixed axes, over the last turns at 300 rpm and 0.2 mm,
-coloured by what the joint is doing: free flight and contact where it is dry, with oil the state that belongs to the
-film thickness ratio. Film only, the film carries all at every ratio; its colours say where a rough surface would touch.
-Below, how much of the clearance is left between the surfaces over the last turn. The dry journal penetrates by
-micrometres: it stands beyond the circle there, and its gap is negative. The sentence tests both halves of the
-statement: contacts and flights of the dry journal, and the share of the time that each journal is next to the wall.
+Reproduced: the path relative to the bearing's centre, along the fixed axes, over the last turns at
+300 rpm and 0.2 mm, coloured by what the joint is doing: free flight and contact where it is dry,
+with oil the state that belongs to the film thickness ratio. Film only, the film carries all at
+every ratio; its colours say where a rough surface would touch. Below, how much of the clearance is
+left between the surfaces over the last turn. The dry journal penetrates by
+micrometres: it stands beyond the circle there, and its gap is negative. The sentence tests both
+halves of the
+statement: contacts and flights of the dry journal, and the share of the time that each journal is
+next to the wall.
 
-Assumed: parameter set feeder-A, oil of 5 mPa s, fuzzy transition, roughness 0.8 um, restitution 0.9, friction
-coefficient 0.1.
+Assumed: parameter set feeder-A, oil of 5 mPa s, fuzzy transition, roughness 0.8 um, restitution
+0.9, friction coefficient 0.1.
 
-Not comparable: size and place of the orbit; clearances, loads and oil of the source are not known to us.
+Not comparable: size and place of the orbit; clearances, loads and oil of the source are not known
+to us.
 """
 
 import numpy as np
@@ -30,7 +35,8 @@ from clearance.laws.transition import memberships
 
 #: turns shown of the irregular motion and of the periodic ones
 SHOWN = {DRY: 3.0, FILM: 1.0, TRANSITIONAL: 1.0}
-#: gap over the clearance below which a journal is at the wall, and share of the time there from which on it slides
+#: gap over the clearance below which a journal is at the wall, and share of the time there from
+#: which on it slides
 WALL, SLIDES = 0.1, 0.9
 #: share of the time in flight from which on a journal bounces
 FLIES = 0.1
@@ -60,19 +66,26 @@ def orbits(runs: dict):
 
 
 def crossings(runs: dict) -> str:
-    """Contacts and flights of the dry journal, how long each is at the wall, and the source's statement."""
+    """Contacts and flights of the dry journal, how long each is at the wall, and the source's
+    statement.
+    """
     turns = {n: kept(r, last=SHOWN[n]) for n, r in runs.items()}
     state = touched(runs[DRY], "B", runs[DRY].time)[turns[DRY]]
     count = np.count_nonzero(np.diff(state.astype(int)) == 1) / SHOWN[DRY]
     flight = 1.0 - state.mean()
-    near = {n: float(np.mean(r.joint("B").gap[turns[n]] < WALL * r.clearances["B"])) for n, r in runs.items()}
+    near = {
+        n: float(np.mean(r.joint("B").gap[turns[n]] < WALL * r.clearances["B"]))
+        for n, r in runs.items()
+    }
     bounces = "met" if count > 1.0 and flight > FLIES else "not met"
     shares = ", ".join(f"{n} {100.0 * near[n]:.0f} %" for n in (FILM, TRANSITIONAL, DRY))
     apart = [n for n in (FILM, TRANSITIONAL) if near[n] <= SLIDES]
     slides = f"not met with {' and '.join(apart)}" if apart else "met"
     return (
-        f"Source: the dry journal bounces ({count:.0f} contacts a turn, {100.0 * flight:.0f} % of the time in flight); "
-        f"{bounces}.\nThe wet one slides along the wall (time within {WALL:g} c of it: {shares}); {slides}."
+        f"Source: the dry journal bounces ({count:.0f} contacts a turn, {100.0 * flight:.0f} % of "
+        f"the time in flight); "
+        f"{bounces}.\nThe wet one slides along the wall (time within {WALL:g} c of it: {shares}); "
+        f"{slides}."
     )
 
 
@@ -98,7 +111,9 @@ def path(axes, run, turns: float, colours: dict, state: np.ndarray) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(np.cos(angle), np.sin(angle), color="0.3", lw=0.6)
     for name, colour, here in parts(colours, state[late]):
-        trajectory(axes, np.where(here, x, np.nan), np.where(here, y, np.nan), color=colour, label=name)
+        trajectory(
+            axes, np.where(here, x, np.nan), np.where(here, y, np.nan), color=colour, label=name
+        )
     axes.set_aspect("equal")
     finish(axes, "", "eccentricity x / c [-]", legend=False)
     axes.set(xlim=(-1.15, 1.15), ylim=(-1.15, 1.15))

@@ -1,17 +1,19 @@
-"""Phase portraits and Poincare sections of slider and journal B of the six-bar feeder, four models of the joint.
+"""Phase portraits and Poincare sections of slider and journal B of the six-bar feeder, four models
+of the joint.
 
 Group: feeder
 
-Answers: Jin et al. (2023), phase diagrams and Poincare maps of the mechanism with dry, lubricated and transitional
-clearance.
+Answers: Jin et al. (2023), phase diagrams and Poincare maps of the mechanism with dry, lubricated
+and transitional clearance.
 
-Reproduced: velocity over position and acceleration over velocity of the slider, and the journal's radial rate over its
-eccentricity, over the last turns; the sections once a turn at crank angle 0, where a motion with the period of
-the drive is one point; at 150 and 600 rpm, clearance 0.2 mm. With oil: one point. Dry: clouds.
+Reproduced: velocity over position and acceleration over velocity of the slider, and the journal's
+radial rate over its eccentricity, over the last turns; the sections once a turn at crank angle 0,
+where a motion with the period of the drive is one point; at 150 and 600 rpm, clearance 0.2 mm. With
+oil: one point. Dry: clouds.
 
-Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s, fuzzy transition. That dry
-sections fill clouds says that the motion does not repeat in the turns run; whether it is chaotic is a matter of its
-Lyapunov exponent.
+Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s, fuzzy
+transition. That dry sections fill clouds says that the motion does not repeat in the turns run;
+whether it is chaotic is a matter of its Lyapunov exponent.
 
 Not comparable: the source's speeds and clearances of its maps, which were not in the part we had.
 """
@@ -55,12 +57,16 @@ KEPT = ("bodies/slider/*x", "joints/B/eccentricity_*")
 
 def draw(work: workshop.Workshop) -> None:
     runs = {(n, m): run(work, n, m) for n in SPEEDS for m in TURNS}
-    fine = {(n, m): feeder(work, **MODELS[m], speed=cl.rpm(n), turns=4) for n in SPEEDS for m in MODELS}
+    fine = {
+        (n, m): feeder(work, **MODELS[m], speed=cl.rpm(n), turns=4) for n in SPEEDS for m in MODELS
+    }
     work.keep(portraits(fine), "portraits")
     work.keep(sections(runs), "sections")
     heads = ["rpm", "joint B", "passages", "spread of x [um]", "of v [mm/s]", "of journal B / c"]
     rows = [[n, m, *spread(result)] for (n, m), result in runs.items()]
-    work.table(heads, rows, remarks="Spread: standard deviation over the passages of crank angle 0.")
+    work.table(
+        heads, rows, remarks="Spread: standard deviation over the passages of crank angle 0."
+    )
 
 
 def run(work: workshop.Workshop, speed: float, model: str):
@@ -76,7 +82,9 @@ def repeating(runs: dict) -> str:
     clouds = [m for m in TURNS if m not in once]
     met = "met" if DRY in clouds and len(once) == 2 else "not met"
     text = f"One point a turn: {', '.join(once) or 'none'}; clouds: {', '.join(clouds) or 'none'}"
-    return f"{text}. Source: dry clearance makes the motion irregular, oil keeps it periodic; {met}."
+    return (
+        f"{text}. Source: dry clearance makes the motion irregular, oil keeps it periodic; {met}."
+    )
 
 
 def portraits(runs: dict):
@@ -95,22 +103,28 @@ def portraits(runs: dict):
         for axes, (x, y) in zip(row, pairs, strict=False):
             trajectory(axes, x, y, **{"lw": 1.3, "label": model} | STYLES[model])
     labels = (
-        ("slider position [mm]", "its velocity [m/s]"), ("slider velocity [m/s]", "its acceleration [m/s²]"),
+        ("slider position [mm]", "its velocity [m/s]"),
+        ("slider velocity [m/s]", "its acceleration [m/s²]"),
         ("eccentricity ratio of journal B [-]", "its radial speed [mm/s]"),
-    )  # fmt: skip
+    )
     for row, speed in zip(panels, SPEEDS, strict=True):
         for axes, (x, y) in zip(row, labels, strict=True):
             finish(axes, y, x, legend=False)
         row[1].set_yscale("symlog", linthresh=10.0 * round(speed / 150) ** 2)
         row[0].set_title(f"{speed} rpm", fontsize="medium", loc="left")
     claim = "dry clearance scatters acceleration by far more than velocity"
-    say(figure, f"Last turn, dry in thin lines behind the others. Source: {claim}; {scattered(runs)}.")
+    say(
+        figure,
+        f"Last turn, dry in thin lines behind the others. Source: {claim}; {scattered(runs)}.",
+    )
     legend_below(figure, panels[0, 0])
     return figure
 
 
 def scattered(runs: dict) -> str:
-    """Largest departure of the dry motion from the ideal one, over the ideal motion's largest value."""
+    """Largest departure of the dry motion from the ideal one, over the ideal motion's largest
+    value.
+    """
     apart = []
     for channel in ("vx", "ax"):
         dry, ideal = (getattr(runs[SPEEDS[0], m]["slider"], channel) for m in (DRY, IDEAL))
@@ -147,7 +161,9 @@ def sections(runs: dict):
 
 
 def points(run) -> np.ndarray:
-    """Position and velocity of the slider and the journal over its clearance, once a turn: (turns, 4)."""
+    """Position and velocity of the slider and the journal over its clearance, once a turn: (turns,
+    4).
+    """
     names = ("slider.x", "slider.vx", "B.epsilon_x", "B.epsilon_y")
     return section(run, names, settle=SETTLE)
 

@@ -4,11 +4,11 @@ Group: feeder
 
 Answers: Jin et al. (2023), the figure of the mechanism and the motion of its ideal model.
 
-Reproduced: topology (crank, rod 2, rocker, rod 4, slider; joints A to F), the motion of the slider and of the rocker
-over a turn, and the drive torque without clearance, at 300 rpm.
+Reproduced: topology (crank, rod 2, rocker, rod 4, slider; joints A to F), the motion of the slider
+and of the rocker over a turn, and the drive torque without clearance, at 300 rpm.
 
-Assumed: all lengths, masses and inertias but the distances of the pivots A and D (parameter set feeder-A); they are
-not in the part of the source we had.
+Assumed: all lengths, masses and inertias but the distances of the pivots A and D (parameter set
+feeder-A); they are not in the part of the source we had.
 
 Not comparable: amplitudes; the source's numbers belong to its own lengths.
 """
@@ -31,10 +31,12 @@ def kinematics(run):
     panels = figure.subplots(5, 1, sharex=True)
     angle = np.degrees(run["crank"].theta - run["crank"].theta[0])
     shown = (
-        (run["slider"].x, "slider x [m]"), (run["slider"].vx, "its velocity [m/s]"),
-        (run["slider"].ax, "its acceleration [m/s²]"), (np.degrees(run["rocker"].theta), "rocker angle [deg]"),
+        (run["slider"].x, "slider x [m]"),
+        (run["slider"].vx, "its velocity [m/s]"),
+        (run["slider"].ax, "its acceleration [m/s²]"),
+        (np.degrees(run["rocker"].theta), "rocker angle [deg]"),
         (run.drive("crank").torque, "drive torque [N m]"),
-    )  # fmt: skip
+    )
     for axes, (values, label) in zip(panels, shown, strict=True):
         line(axes, angle, values, color="k", lw=1.2)
         finish(axes, label, "", legend=False)

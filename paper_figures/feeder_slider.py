@@ -2,20 +2,23 @@
 
 Group: feeder
 
-Answers: Jin et al. (2023), displacement, velocity and acceleration of the slider with ideal joints, with dry, with
-lubricated and with transitional clearance.
+Answers: Jin et al. (2023), displacement, velocity and acceleration of the slider with ideal joints,
+with dry, with lubricated and with transitional clearance.
 
-Reproduced: the four models at 300 rpm and a radial clearance of 0.2 mm: ideal, dry (Lankarani-Nikravesh contact,
-Coulomb friction), film only (the Reynolds equation's), and transitional, the source's: film and contact weighted by
-fuzzy states of the film thickness ratio. Both oils have 5 mPa s, so thin that the journal comes down to the roughness;
-at 50 mPa s the transitional joint never leaves full film. Deviations from the ideal slider, which the eye does not see
-in the motion itself, have panels of their own.
+Reproduced: the four models at 300 rpm and a radial clearance of 0.2 mm: ideal, dry
+(Lankarani-Nikravesh contact, Coulomb friction), film only (the Reynolds equation's), and
+transitional, the source's: film and contact weighted by fuzzy states of the film thickness ratio.
+Both oils have 5 mPa s, so thin that the journal comes down to the roughness; at 50 mPa s the
+transitional joint never leaves full film. Deviations from the ideal slider, which the eye does not
+see in the motion itself, have panels of their own.
 
-Assumed: all lengths, masses and inertias, joint dimensions, material, oil, roughness 0.8 um, restitution 0.9 and
-friction coefficient 0.1 (parameter set feeder-A), memberships (half-cosines at film thickness ratios 0.4, 1, 3). The
-dry motion is irregular: its curves are one sample of many, its means carry half their 95 % interval.
+Assumed: all lengths, masses and inertias, joint dimensions, material, oil, roughness 0.8 um,
+restitution 0.9 and friction coefficient 0.1 (parameter set feeder-A), memberships (half-cosines at
+film thickness ratios 0.4, 1, 3). The dry motion is irregular: its curves are one sample of many,
+its means carry half their 95 % interval.
 
-Not comparable: amplitudes and peaks; of lengths, speeds and clearances the part of the source we had gives
+Not comparable: amplitudes and peaks; of lengths, speeds and clearances the part of the source we
+had gives
 none but the distances of the pivots A and D.
 """
 
@@ -51,17 +54,19 @@ STYLES = {
 }
 #: growth from which on a study calls something grown
 GROWN = 1.02
-#: turns; samples in a turn (25 us apart: peaks of the dry acceleration are within 1 % of those at a quarter of
-#: that); turns left out at the start
+#: turns; samples in a turn (25 us apart: peaks of the dry acceleration are within 1 % of those at a
+#: quarter of that); turns left out at the start
 TURNS, PER_TURN, SETTLE = 12, 8000, 2
 #: spread of turns, over their mean, below which they are the same
 SAME = 1e-4
 KEPT = ("bodies/slider/*x", "joints/[BCE]/*", "drives/*")
-#: rates of the slider: channel, factor to printed units, label, its units, those of deviations, factor to them
+#: rates of the slider: channel, factor to printed units, label, its units, those of deviations,
+#: factor to them
 RATES = (
-    ("x", 1e3, "displacement", "mm", "µm", 1e6), ("vx", 1.0, "velocity", "m/s", "mm/s", 1e3),
+    ("x", 1e3, "displacement", "mm", "µm", 1e6),
+    ("vx", 1.0, "velocity", "m/s", "mm/s", 1e3),
     ("ax", 1.0, "acceleration", "m/s²", "m/s²", 1.0),
-)  # fmt: skip
+)
 
 
 def draw(work: workshop.Workshop) -> None:
@@ -80,11 +85,15 @@ def feeder(work: workshop.Workshop, turns: float = TURNS, **parameters):
     """A finely sampled run of the feeder; fewer turns and samples in previews."""
     parameters = {"clearance": CLEARANCE, "viscosity": OIL} | parameters
     turns, samples = work.less(turns, SETTLE + 2), work.less(PER_TURN, 2000)
-    return work.run("six_bar_feeder", parameters, turns=turns, samples_per_turn=samples, channels=list(KEPT))
+    return work.run(
+        "six_bar_feeder", parameters, turns=turns, samples_per_turn=samples, channels=list(KEPT)
+    )
 
 
 def conclude(figure, quantity: str, values: dict[str, tuple[float, float]], claim: str) -> None:
-    """Above the panels: by how much a quantity grows in each model, and where the source's claim is met."""
+    """Above the panels: by how much a quantity grows in each model, and where the source's claim is
+    met.
+    """
     grown = {name: last / first for name, (first, last) in values.items()}
     factors = ", ".join(f"{name} ×\u00a0{g:.3g}" for name, g in grown.items())
     others = [name for name in grown if name != IDEAL]
@@ -111,10 +120,16 @@ def turns_seen(runs: dict) -> int:
 
 
 def motion(runs: dict):
-    """Displacement, velocity and acceleration over the last turn; the dry acceleration on a scale of its own."""
+    """Displacement, velocity and acceleration over the last turn; the dry acceleration on a scale
+    of its own.
+    """
     figure = sheet(7.0, 8.6)
     panels = figure.subplots(4, 1, sharex=True)
-    shown = (*((rate, runs) for rate in RATES[:2]), (RATES[2], [n for n in runs if n != DRY]), (RATES[2], [DRY]))
+    shown = (
+        *((rate, runs) for rate in RATES[:2]),
+        (RATES[2], [n for n in runs if n != DRY]),
+        (RATES[2], [DRY]),
+    )
     for axes, ((channel, factor, label, units, *_), names) in zip(panels, shown, strict=True):
         for name in names:
             angle, last, xlabel = abscissa(runs[name], "angle", 1.0)
@@ -148,7 +163,9 @@ def deviations(runs: dict):
     for row, (channel, _, label, _, units, factor) in zip(panels, RATES, strict=True):
         for name in list(runs)[1:]:
             angle, last, xlabel = abscissa(runs[name], "angle", 1.0)
-            beyond = getattr(runs[name]["slider"], channel) - getattr(runs[IDEAL]["slider"], channel)
+            beyond = getattr(runs[name]["slider"], channel) - getattr(
+                runs[IDEAL]["slider"], channel
+            )
             line(row[int(name == DRY)], angle, factor * beyond[last], **style(name))
         finish(row[0], f"deviation of\n{label} [{units}]", "", legend=False)
         finish(row[1], "", "", legend=False)
@@ -167,10 +184,14 @@ def departures(runs: dict) -> str:
             if name != IDEAL:
                 beyond = (getattr(run["slider"], channel) - ideal)[settled(run)]
                 share[name] = of_turn(beyond, turns_seen(runs)) / float(np.ptp(ideal))
-    words = ", ".join(f"{n} {100 * shares['x'][n]:.2g} % and {100 * shares['ax'][n]:.3g} %" for n in shares["x"])
+    words = ", ".join(
+        f"{n} {100 * shares['x'][n]:.2g} % and {100 * shares['ax'][n]:.3g} %" for n in shares["x"]
+    )
     met = "met" if all(shares["ax"][n] > 10.0 * shares["x"][n] for n in shares["x"]) else "not met"
     text = f"Largest deviation of displacement and of acceleration in a turn, over their ideal ranges: {words}"
-    return f"{text}. Source: clearance shows in the acceleration, hardly in the displacement; {met}."
+    return (
+        f"{text}. Source: clearance shows in the acceleration, hardly in the displacement; {met}."
+    )
 
 
 def style(name: str) -> dict:
@@ -190,20 +211,42 @@ def finished(figure, panels, xlabel: str, named=None):
 def peaks(runs: dict) -> tuple[list[str], list[list]]:
     """Heads and rows: extremes of the motion, and of its deviation from the ideal one."""
     heads = [
-        "joint B", "x min [mm]", "x max [mm]", "v min [m/s]", "v max [m/s]", "a min [m/s2]", "a max [m/s2]",
-        "a rms [m/s2]", "largest abs. a of a turn [m/s2]", "deviation of x, max [um]", "of v, max [mm/s]",
+        "joint B",
+        "x min [mm]",
+        "x max [mm]",
+        "v min [m/s]",
+        "v max [m/s]",
+        "a min [m/s2]",
+        "a max [m/s2]",
+        "a rms [m/s2]",
+        "largest abs. a of a turn [m/s2]",
+        "deviation of x, max [um]",
+        "of v, max [mm/s]",
         "of a, rms [m/s2]",
-    ]  # fmt: skip
+    ]
     rows = []
     for name, run in runs.items():
-        now, ideal = ([getattr(r["slider"], c[0])[settled(r)] for c in RATES] for r in (run, runs["ideal"]))
+        now, ideal = (
+            [getattr(r["slider"], c[0])[settled(r)] for c in RATES] for r in (run, runs["ideal"])
+        )
         x, v, a = now
         dx, dv, da = (p - q for p, q in zip(now, ideal, strict=True))
         rows.append(
-            [name, 1e3 * x.min(), 1e3 * x.max(), v.min(), v.max(), a.min(), a.max(), rms(a),
-             by_turns(np.abs(a), turns_seen(runs)), 1e6 * np.abs(dx).max(),
-             1e3 * np.abs(dv).max(), rms(da)]
-        )  # fmt: skip
+            [
+                name,
+                1e3 * x.min(),
+                1e3 * x.max(),
+                v.min(),
+                v.max(),
+                a.min(),
+                a.max(),
+                rms(a),
+                by_turns(np.abs(a), turns_seen(runs)),
+                1e6 * np.abs(dx).max(),
+                1e3 * np.abs(dv).max(),
+                rms(da),
+            ]
+        )
     return heads, [[float(c) if isinstance(c, np.floating) else c for c in row] for row in rows]
 
 

@@ -2,19 +2,20 @@
 
 Group: feeder
 
-Answers: Jin et al. (2023), slider acceleration and joint force at several crank speeds, with dry, lubricated and
-transitional clearance. The source states that impacts grow with speed.
+Answers: Jin et al. (2023), slider acceleration and joint force at several crank speeds, with dry,
+lubricated and transitional clearance. The source states that impacts grow with speed.
 
-Reproduced: curves over a turn at 150, 300 and 600 rpm, over the ideal mechanism's largest value there, and over 60 to
-900 rpm the largest force of a turn in joint B and acceleration of the slider, what it accelerates beyond the ideal
-slider, the smallest film thickness ratio, contacts and energy lost; clearance 0.2 mm. Each picture has the growth of
-every model and where the source's statement is met. Ideal forces grow with the square of the speed; the transitional
-joint's grow faster.
+Reproduced: curves over a turn at 150, 300 and 600 rpm, over the ideal mechanism's largest value
+there, and over 60 to 900 rpm the largest force of a turn in joint B and acceleration of the slider,
+what it accelerates beyond the ideal slider, the smallest film thickness ratio, contacts and energy
+lost; clearance 0.2 mm. Each picture has the growth of every model and where the source's statement
+is met. Ideal forces grow with the square of the speed; the transitional joint's grow faster.
 
-Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s, half-cosine memberships.
-Dry motion was irregular at all speeds that were looked at in longer runs (60 to 900 rpm), so that neighbouring points
-of its sweep scatter. Largest values are located on the dense output, turn by turn; shown are means over the turns, ten
-dry ones, with 95 % intervals. Growth compares medians of the first and last fifth of the points.
+Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s,
+half-cosine memberships. Dry motion was irregular at all speeds that were looked at in longer runs
+(60 to 900 rpm), so that neighbouring points of its sweep scatter. Largest values are located on the
+dense output, turn by turn; shown are means over the turns, ten dry ones, with 95 % intervals.
+Growth compares medians of the first and last fifth of the points.
 
 Not comparable: the source's speeds and peaks, which were not in the part we had.
 """
@@ -71,15 +72,21 @@ def draw(work: workshop.Workshop) -> None:
 
 def values(work: workshop.Workshop, **parameters) -> dict:
     """A run of each model at one point; the dry one needs more turns."""
-    return {m: feeder(work, **MODELS[m], **parameters, turns=TURNS if m == DRY else 4) for m in MODELS}
+    return {
+        m: feeder(work, **MODELS[m], **parameters, turns=TURNS if m == DRY else 4) for m in MODELS
+    }
 
 
 def swept(work: workshop.Workshop, fixed: Mapping, **along: Sequence[float]) -> dict:
-    """Metrics by name, arrays over the points, for each model; the dry one needs more turns and samples."""
+    """Metrics by name, arrays over the points, for each model; the dry one needs more turns and
+    samples.
+    """
     metrics = {}
     for names in ([DRY], [n for n in MODELS if n != DRY]):
         models = cl.grid(model=[MODELS[n]["model"] for n in names])
-        turns, samples = work.less((TURNS, PER_TURN) if DRY in names else (SETTLE + 2, 2000), (SETTLE + 1, 1000))
+        turns, samples = work.less(
+            (TURNS, PER_TURN) if DRY in names else (SETTLE + 2, 2000), (SETTLE + 1, 1000)
+        )
         options = {"turns": turns, "samples_per_turn": samples, "settle": SETTLE, "channels": []}
         fixed = {"viscosity": OIL} | dict(fixed)
         sweep = work.sweep("six_bar_feeder", models * cl.grid(**along), fixed=fixed, **options)
@@ -90,7 +97,9 @@ def swept(work: workshop.Workshop, fixed: Mapping, **along: Sequence[float]) -> 
 
 
 def curves(runs: dict, span: str, claim: str):
-    """Acceleration and joint force over the last turn over the ideal ones, a row for each value; oil beside dry."""
+    """Acceleration and joint force over the last turn over the ideal ones, a row for each value;
+    oil beside dry.
+    """
     figure = sheet(10.0, 1.9 * len(runs) + 1.4)
     panels = figure.subplots(len(runs), 4, sharex=True, sharey="col")
     for row, (label, models) in zip(panels, runs.items(), strict=True):
@@ -104,7 +113,12 @@ def curves(runs: dict, span: str, claim: str):
             finish(axes, "", "", legend=False)
         row[0].set_ylabel(label, fontweight="bold")
     oiled = f"{IDEAL}, {FILM}, {TRANSITIONAL}"
-    heads = (f"slider acceleration / ideal\n{oiled}", DRY, f"force in joint B / ideal\n{oiled}", DRY)
+    heads = (
+        f"slider acceleration / ideal\n{oiled}",
+        DRY,
+        f"force in joint B / ideal\n{oiled}",
+        DRY,
+    )
     for above, below, head in zip(panels[0], panels[-1], heads, strict=True):
         above.set_title(head, fontsize="medium")
         below.set_xlabel(xlabel)
@@ -136,7 +150,9 @@ def influence(results: dict, at: np.ndarray, label: str, claim: str, log: bool =
             y = told(metrics, name, metric)
             if y is None:
                 continue
-            axes.plot(at, y, **STYLES[name] | {"lw": 0.9, "label": name, "marker": marker(i), "ms": 3.0})
+            axes.plot(
+                at, y, **STYLES[name] | {"lw": 0.9, "label": name, "marker": marker(i), "ms": 3.0}
+            )
             if f"{metric}_half_width" in metrics:
                 bars = {"ecolor": STYLES[name]["color"], "elinewidth": 0.7, "fmt": "none"}
                 axes.errorbar(at, y, metrics[f"{metric}_half_width"], **bars)
@@ -152,7 +168,9 @@ def influence(results: dict, at: np.ndarray, label: str, claim: str, log: bool =
     if log:
         panels[0, 0].set_xscale("log")
         plain_decades(panels[0, 0].xaxis, at[0], at[-1])
-    grown = {name: ends(metrics["slider_acceleration_peak_mean"]) for name, metrics in results.items()}
+    grown = {
+        name: ends(metrics["slider_acceleration_peak_mean"]) for name, metrics in results.items()
+    }
     quantity, _, units = label.partition(" [")
     span = f"{quantity} {at[0]:g} to {at[-1]:g} {units.rstrip(']')}"
     conclude(figure, f"Largest slider acceleration of a turn, {span}", grown, claim)
@@ -169,7 +187,10 @@ def ends(values: np.ndarray) -> tuple[float, float]:
 
 def told(metrics: dict, model: str, metric: str) -> np.ndarray | None:
     """Values of a metric where it says something of a model."""
-    film, contacts = metric.endswith("film_thickness_ratio_min"), metric.endswith("impacts_per_turn")
+    film, contacts = (
+        metric.endswith("film_thickness_ratio_min"),
+        metric.endswith("impacts_per_turn"),
+    )
     beyond = metric.endswith(("deviation_rms", "dissipated_per_turn"))
     if (film and model == DRY) or (contacts and model != DRY) or (beyond and model == IDEAL):
         return None
@@ -177,14 +198,22 @@ def told(metrics: dict, model: str, metric: str) -> np.ndarray | None:
     return value if value is not None and np.isfinite(value).any() else None
 
 
-def rows(results: dict, at: np.ndarray, units: str, chosen: Sequence[float]) -> tuple[list[str], list[list]]:
+def rows(
+    results: dict, at: np.ndarray, units: str, chosen: Sequence[float]
+) -> tuple[list[str], list[list]]:
     """Heads and rows of the metrics at the swept points nearest to those chosen."""
-    heads = ["joint B", units, *(text.replace("\n", " ").replace("²", "2") for _, text, _ in METRICS)]
+    heads = [
+        "joint B",
+        units,
+        *(text.replace("\n", " ").replace("²", "2") for _, text, _ in METRICS),
+    ]
     table = []
     for name, metrics in results.items():
         for i in dict.fromkeys(int(np.abs(np.log(at / c)).argmin()) for c in chosen):
             columns = [told(metrics, name, m) for m, *_ in METRICS]
-            table.append([name, f"{at[i]:.3g}", *("-" if c is None else float(c[i]) for c in columns)])
+            table.append(
+                [name, f"{at[i]:.3g}", *("-" if c is None else float(c[i]) for c in columns)]
+            )
     return heads, table
 
 

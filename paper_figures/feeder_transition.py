@@ -1,19 +1,22 @@
-"""The fuzzy transition of joint B: what its choices, thresholds and shapes decide, beside load sharing.
+"""The fuzzy transition of joint B: what its choices, thresholds and shapes decide, beside load
+sharing.
 
 Group: feeder
 
-Answers: Jin et al. (2023), the transitional model itself, whose thresholds and membership functions were not in the
-part we had; and what remains open in it: where contact begins, from where its penetration counts, and at which rate
-the film closes where its gap is held.
+Answers: Jin et al. (2023), the transitional model itself, whose thresholds and membership functions
+were not in the part we had; and what remains open in it: where contact begins, from where its
+penetration counts, and at which rate the film closes where its gap is held.
 
-Reproduced: largest force in joint B at 300 rpm, by thin oils and two clearances, for every choice; load sharing, which
-has no threshold, is the reference. Choices: squeeze rate of the held film (whole, or that of a gap that stands still),
-datum of contact (the threshold mixed, the wall as in Flores' hybrid, or the threshold full), Flores' hybrid and no
-transition. Thresholds: 0.4, 1, 3 halved and doubled, each with memberships that are half-cosines, straight lines and
-polynomials of fifth degree, read from files as a reader of the paper would give them. A cross marks a force hole: the
-film has faded before the contact carries.
+Reproduced: largest force in joint B at 300 rpm, by thin oils and two clearances, for every choice;
+load sharing, which has no threshold, is the reference. Choices: squeeze rate of the held film
+(whole, or that of a gap that stands still), datum of contact (the threshold mixed, the wall as in
+Flores' hybrid, or the threshold full), Flores' hybrid and no transition. Thresholds: 0.4, 1, 3
+halved and doubled, each with memberships that are half-cosines, straight lines and polynomials of
+fifth degree, read from files as a reader of the paper would give them. A cross marks a force hole:
+the film has faded before the contact carries.
 
-Assumed: parameter set feeder-A, roughness 0.8 um, Winkler's contact, Greenwood and Tripp's asperities in load sharing.
+Assumed: parameter set feeder-A, roughness 0.8 um, Winkler's contact, Greenwood and Tripp's
+asperities in load sharing.
 
 Not comparable: the source's memberships and forces; load sharing is a model too, not a measurement.
 """
@@ -56,8 +59,12 @@ RATIOS = (-3, -2, -1, 0, 1, 2, 3)
 
 
 def draw(work: workshop.Workshop) -> None:
-    places = list(itertools.product(work.less(CLEARANCES, CLEARANCES[:1]), work.less(OILS, OILS[:2])))
-    chosen = {(name, place): mixed(work, place, **CHOICES[name]) for place in places for name in CHOICES}
+    places = list(
+        itertools.product(work.less(CLEARANCES, CLEARANCES[:1]), work.less(OILS, OILS[:2]))
+    )
+    chosen = {
+        (name, place): mixed(work, place, **CHOICES[name]) for place in places for name in CHOICES
+    }
     heads = [
         "transition",
         "clearance [mm]",
@@ -69,7 +76,9 @@ def draw(work: workshop.Workshop) -> None:
         "smallest film thickness ratio",
         HOLE,
     ]
-    rows = [row(name, place, run, chosen[REFERENCE, place]) for (name, place), run in chosen.items()]
+    rows = [
+        row(name, place, run, chosen[REFERENCE, place]) for (name, place), run in chosen.items()
+    ]
     work.table(heads, rows, "choices", f"Of 2 turns after {SETTLE}.")
     work.keep(choices(chosen, places), "choices")
     shaped = {
@@ -102,7 +111,10 @@ def table(work: workshop.Workshop, shape: str, scale: float) -> str:
     steps = np.linspace(0.0, 1.0, POINTS)
     rise = SHAPES[shape](steps)
     rows = [(dry + (middle - dry) * x, 0.0, s, 1.0 - s) for x, s in zip(steps, rise, strict=True)]
-    rows += [(middle + (full - middle) * x, s, 1.0 - s, 0.0) for x, s in zip(steps[1:], rise[1:], strict=True)]
+    rows += [
+        (middle + (full - middle) * x, s, 1.0 - s, 0.0)
+        for x, s in zip(steps[1:], rise[1:], strict=True)
+    ]
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["film thickness ratio", "full film", "mixed", "dry"])
@@ -118,7 +130,13 @@ def row(name: str, place: tuple[float, float], run, reference) -> list:
     ratio = run.extreme("joints/B/film_thickness_ratio_min", begin=late).value
     acceleration = float(np.abs(run["slider"].ax[settled(run)]).max())
     apart = [peak, peak / base, rms(force - then), acceleration, ratio]
-    return [name, f"{1e3 * place[0]:g}", f"{1e3 * place[1]:g}", *map(float, apart), HOLE if holed(run) else "-"]
+    return [
+        name,
+        f"{1e3 * place[0]:g}",
+        f"{1e3 * place[1]:g}",
+        *map(float, apart),
+        HOLE if holed(run) else "-",
+    ]
 
 
 def peak_of(run) -> float:
@@ -134,16 +152,23 @@ def label(place: tuple[float, float]) -> str:
 
 
 def choices(chosen: dict, places: list):
-    """Largest force over that of load sharing, and smallest film thickness ratio, by clearance and oil."""
+    """Largest force over that of load sharing, and smallest film thickness ratio, by clearance and
+    oil.
+    """
     figure = sheet(9.0, 7.6)
     above, below = figure.subplots(2, 1, sharex=True)
     at = np.arange(len(places))
     for i, name in enumerate(CHOICES):
         runs = [chosen[name, place] for place in places]
-        forces = [peak_of(run) / peak_of(chosen[REFERENCE, p]) for run, p in zip(runs, places, strict=True)]
+        forces = [
+            peak_of(run) / peak_of(chosen[REFERENCE, p])
+            for run, p in zip(runs, places, strict=True)
+        ]
         ratios = [row(name, p, r, r)[-2] for r, p in zip(runs, places, strict=True)]
         shift = 0.09 * (i - 0.5 * (len(CHOICES) - 1))
-        style = {"ls": "", "marker": marker(i), "ms": 7, "label": name} | {"color": stroke(i, len(CHOICES))["color"]}
+        style = {"ls": "", "marker": marker(i), "ms": 7, "label": name} | {
+            "color": stroke(i, len(CHOICES))["color"]
+        }
         above.plot(at + shift, forces, **style)
         below.plot(at + shift, ratios, **style)
         holes = [k for k, run in enumerate(runs) if holed(run)]
@@ -175,7 +200,9 @@ def verdict(chosen: dict, places: list) -> str:
 
 
 def thresholds(shaped: dict, chosen: dict, places: list):
-    """Largest force over that of load sharing by the thresholds' scale, a panel for each place; holes are crossed."""
+    """Largest force over that of load sharing by the thresholds' scale, a panel for each place;
+    holes are crossed.
+    """
     columns = len(OILS)
     rows = -(-len(places) // columns)
     figure = sheet(9.5, 2.8 * rows + 1.6)
@@ -188,7 +215,13 @@ def thresholds(shaped: dict, chosen: dict, places: list):
             y = np.array([peak_of(r) for r in runs]) / base
             forces[shape].append(y)
             at = np.array(SCALES) * 1.06 ** (i - 1)
-            line(axes, at, y, **stroke(i, len(SHAPES)) | {"lw": 0.8, "label": shape, "marker": marker(i), "ms": 5})
+            line(
+                axes,
+                at,
+                y,
+                **stroke(i, len(SHAPES))
+                | {"lw": 0.8, "label": shape, "marker": marker(i), "ms": 5},
+            )
             holes = [k for k, run in enumerate(runs) if holed(run)]
             axes.plot(at[holes], y[holes], "kx", ms=11, mew=1.2)
         axes.axhline(1.0, color="0.5", lw=0.9, ls=":")
@@ -196,7 +229,11 @@ def thresholds(shaped: dict, chosen: dict, places: list):
     panels[0, 0].set(xscale="log", yscale="log")
     panels[0, 0].set_xticks(SCALES, [f"{s:g}" for s in SCALES])
     panels[0, 0].minorticks_off()
-    top = [t for t in (1.0, 1.5, 2.0, 3.0, 4.0, 6.0) if t < 1.3 * max(np.max(f) for f in forces.values())]
+    top = [
+        t
+        for t in (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+        if t < 1.3 * max(np.max(f) for f in forces.values())
+    ]
     panels[0, 0].set_yticks(top, [f"{t:g}" for t in top])
     for row in panels:
         row[0].set_ylabel("largest force in joint B\nover load sharing [-]")
@@ -213,12 +250,16 @@ def said(place: tuple[float, float]) -> str:
 
 
 def by_thresholds(forces: np.ndarray) -> np.ndarray:
-    """Factor by which scales of the thresholds part the forces (shapes, places, scales) of each place."""
+    """Factor by which scales of the thresholds part the forces (shapes, places, scales) of each
+    place.
+    """
     return (forces.max(axis=2) / forces.min(axis=2)).max(axis=0)
 
 
 def spread(forces: np.ndarray, places: list) -> str:
-    """By how much shapes and thresholds part the forces (shapes, places, scales), and at which place the most."""
+    """By how much shapes and thresholds part the forces (shapes, places, scales), and at which
+    place the most.
+    """
     shapes = 100.0 * (forces.max(axis=0) / forces.min(axis=0) - 1.0).max()
     factors = by_thresholds(forces)
     worst, others = int(factors.argmax()), np.sort(factors)[:-1]

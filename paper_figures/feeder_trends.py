@@ -1,19 +1,22 @@
-"""Trends of the six-bar feeder with transitional joints over speed, clearance and number of joints: a table.
+"""Trends of the six-bar feeder with transitional joints over speed, clearance and number of joints:
+a table.
 
 Group: feeder
 
-Answers: Jin et al. (2023), its statements that impacts grow with the crank's speed, with the clearance and with the
-number of clearance joints, and that joints act on one another.
+Answers: Jin et al. (2023), its statements that impacts grow with the crank's speed, with the
+clearance and with the number of clearance joints, and that joints act on one another.
 
-Reproduced: largest acceleration of the slider, largest force in joint B and largest moment of the crank at 150, 300
-and 600 rpm, with radial clearances of 0.05, 0.1 and 0.2 mm, of the ideal mechanism and with transitional joints at B,
-at B and C, and at B, C and E. Beside each number stands that of a held film that does not squeeze, the other choice of
-the transition. The picture has the accelerations over the ideal ones, and says of each statement at which clearances
-it is met.
+Reproduced: largest acceleration of the slider, largest force in joint B and largest moment of the
+crank at 150, 300 and 600 rpm, with radial clearances of 0.05, 0.1 and 0.2 mm, of the ideal
+mechanism and with transitional joints at B, at B and C, and at B, C and E. Beside each number
+stands that of a held film that does not squeeze, the other choice of the transition. The picture
+has the accelerations over the ideal ones, and says of each statement at which clearances it is met.
 
-Assumed: parameter set feeder-A, oil of 5 mPa s, half-cosine memberships, runs of four turns of which two are left out.
+Assumed: parameter set feeder-A, oil of 5 mPa s, half-cosine memberships, runs of four turns of
+which two are left out.
 
-Not comparable: every amplitude; the source's lengths, masses and clearances were not in the part we had.
+Not comparable: every amplitude; the source's lengths, masses and clearances were not in the part we
+had.
 """
 
 import numpy as np
@@ -42,12 +45,17 @@ MIDDLE = 1
 
 def draw(work: workshop.Workshop) -> None:
     grid = cl.grid(
-        speed=[cl.rpm(n) for n in SPEEDS], clearance=[1e-3 * c for c in CLEARANCES], joints=list(JOINTS)
+        speed=[cl.rpm(n) for n in SPEEDS],
+        clearance=[1e-3 * c for c in CLEARANCES],
+        joints=list(JOINTS),
     )
     options = {"turns": TURNS, "settle": SETTLE, "channels": []}
     mixed = {
         t: shaped(
-            work.sweep("six_bar_feeder", grid, fixed={"model": "mixed", "transition": t}, **options), grid
+            work.sweep(
+                "six_bar_feeder", grid, fixed={"model": "mixed", "transition": t}, **options
+            ),
+            grid,
         )
         for t in TRANSITIONS
     }
@@ -89,7 +97,8 @@ def both(value: float, other: float) -> str:
 
 
 def verdicts(mixed: dict, ideal: dict) -> str:
-    """A line for each statement of the source: what grows by how much, and at which clearances it is met.
+    """A line for each statement of the source: what grows by how much, and at which clearances it
+    is met.
 
     Arrays of `mixed` are (speeds, clearances, joints), those of `ideal` (speeds,).
     """
@@ -97,12 +106,19 @@ def verdicts(mixed: dict, ideal: dict) -> str:
     impacts, force = mixed[ACCELERATION][MIDDLE], mixed[FORCE][MIDDLE]
     by_speed = over[-1, :, 0] / over[0, :, 0]
     by_size = impacts[-1] / impacts[0]
-    sizes, numbers = [f"{c:g} mm" for c in CLEARANCES], [f"{1 + j.count(',')} joints" for j in JOINTS]
+    sizes, numbers = (
+        [f"{c:g} mm" for c in CLEARANCES],
+        [f"{1 + j.count(',')} joints" for j in JOINTS],
+    )
     by_number, by_neighbours = (v[:, -1] / v[:, 0] for v in (impacts, force))
     over_speeds, speed = f"{SPEEDS[0]} to {SPEEDS[-1]} rpm", f"{SPEEDS[MIDDLE]} rpm"
     lines = (
         (f"Impacts grow with speed (B, {over_speeds}, over the ideal)", by_speed, sizes),
-        (f"Impacts grow with clearance ({CLEARANCES[0]:g} to {sizes[-1]}, {speed})", by_size, numbers),
+        (
+            f"Impacts grow with clearance ({CLEARANCES[0]:g} to {sizes[-1]}, {speed})",
+            by_size,
+            numbers,
+        ),
         (f"Impacts grow with the number of joints ({speed})", by_number, sizes),
         (f"Neighbours act on the force in B ({speed})", by_neighbours, sizes),
     )
@@ -118,7 +134,9 @@ def listed(factors: np.ndarray, names: list[str]) -> str:
 
 
 def verdict(factors: np.ndarray, names: list[str]) -> str:
-    """Places where a statement of growth is met; names in the order in which it should show more and more."""
+    """Places where a statement of growth is met; names in the order in which it should show more
+    and more.
+    """
     met = factors > GROWN
     if met.all() or not met.any():
         return "met" if met.all() else "not met"
@@ -136,8 +154,18 @@ def growth(mixed: dict, ideal: dict):
     for i, (axes, speed) in enumerate(zip(panels, SPEEDS, strict=True)):
         for k, joints in enumerate(JOINTS):
             style = stroke(k, len(JOINTS)) | {"marker": marker(k), "ms": 5, "lw": 1.2}
-            axes.plot(CLEARANCES, ratio[i, :, k], **style, label=f"clearance at {joints.replace(',', ', ')}")
-        finish(axes, "" if i else "largest slider acceleration\nover the ideal one [-]", "", legend=False)
+            axes.plot(
+                CLEARANCES,
+                ratio[i, :, k],
+                **style,
+                label=f"clearance at {joints.replace(',', ', ')}",
+            )
+        finish(
+            axes,
+            "" if i else "largest slider acceleration\nover the ideal one [-]",
+            "",
+            legend=False,
+        )
         axes.set_xlabel("radial clearance [mm]")
         axes.set_xticks(CLEARANCES)
         axes.set_title(f"{speed} rpm", fontsize="medium")

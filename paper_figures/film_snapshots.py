@@ -2,14 +2,15 @@
 
 Group: feeder
 
-Answers: no figure of Jin et al. (2023), whose film model is a closed-form force without a pressure field; it shows what
-the tabulated film of the front picture stands for.
+Answers: no figure of Jin et al. (2023), whose film model is a closed-form force without a pressure
+field; it shows what the tabulated film of the front picture stands for.
 
-Reproduced: the state of joint B along the sixth turn at 300 rpm, and at six moments of it the Reynolds equation solved
-anew with the run's bearing, oil and cavitation; the table sets its load beside the force that the run had.
+Reproduced: the state of joint B along the sixth turn at 300 rpm, and at six moments of it the
+Reynolds equation solved anew with the run's bearing, oil and cavitation; the table sets its load
+beside the force that the run had.
 
-Assumed: the feeder's parameter set feeder-A, a bearing of length over diameter 1 without grooves that cavitates at
-ambient pressure, constant viscosity, rigid smooth surfaces at the nominal gap.
+Assumed: the feeder's parameter set feeder-A, a bearing of length over diameter 1 without grooves
+that cavitates at ambient pressure, constant viscosity, rigid smooth surfaces at the nominal gap.
 
 Not comparable: pressures and film extents; the source prints none.
 """
@@ -28,9 +29,15 @@ def draw(work: workshop.Workshop) -> None:
         shots = snapshots(run, JOINT)
     work.drawing(film_pictures.snapshots, shots, JOINT, "six_bar_feeder, lubricated, 300 rpm")
     heads = (
-        "time [ms]", "eccentricity ratio [-]", "its rate [1/s]", "entrainment speed [rad/s]", "load [N]",
-        "film force in the run [N]", "difference [%]", "peak pressure [MPa]",
-    )  # fmt: skip
+        "time [ms]",
+        "eccentricity ratio [-]",
+        "its rate [1/s]",
+        "entrainment speed [rad/s]",
+        "load [N]",
+        "film force in the run [N]",
+        "difference [%]",
+        "peak pressure [MPa]",
+    )
     remarks = "Load and pressure: finite volumes of that state; the run: its table."
     work.table(heads, [_row(s) for s in shots], remarks=remarks)
 
@@ -38,9 +45,15 @@ def draw(work: workshop.Workshop) -> None:
 def _row(shot) -> list[float]:
     load = shot.solution.load
     return [
-        1e3 * shot.time, shot.eccentricity_ratio, shot.radial_rate, shot.entrainment, load, shot.recorded,
-        100.0 * (shot.recorded / load - 1.0), shot.solution.peak_pressure / 1e6,
-    ]  # fmt: skip
+        1e3 * shot.time,
+        shot.eccentricity_ratio,
+        shot.radial_rate,
+        shot.entrainment,
+        load,
+        shot.recorded,
+        100.0 * (shot.recorded / load - 1.0),
+        shot.solution.peak_pressure / 1e6,
+    ]
 
 
 if __name__ == "__main__":

@@ -2,19 +2,19 @@
 
 Group: chains
 
-Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, case 1: driving torques of the five axes without friction, with
-Coulomb-viscous and with Stribeck friction, and the joint reactions behind them.
+Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, case 1: driving torques of the five axes without
+friction, with Coulomb-viscous and with Stribeck friction, and the joint reactions behind them.
 
-Reproduced: the tree of five hinges about vertical axes, each accelerated by 0.2 rad/s² against its carrier; reactions
-with axial force and bending moments, the friction load made of them, and both friction laws with the printed
-coefficients.
+Reproduced: the tree of five hinges about vertical axes, each accelerated by 0.2 rad/s² against its
+carrier; reactions with axial force and bending moments, the friction load made of them, and both
+friction laws with the printed coefficients.
 
-Assumed: the start from rest and a run of 5 s; which links weigh 3 kg (reading P, links 2 and 4; the table has reading Q
-as well); pin radius and friction arm 20 mm and bending arm 50 mm, to which all friction is proportional; exponent 2 of
-the Stribeck term; viscous friction by the rate alone.
+Assumed: the start from rest and a run of 5 s; which links weigh 3 kg (reading P, links 2 and 4; the
+table has reading Q as well); pin radius and friction arm 20 mm and bending arm 50 mm, to which all
+friction is proportional; exponent 2 of the Stribeck term; viscous friction by the rate alone.
 
-Not comparable: every number; the part of the source we had prints no torque and no error, only that it agrees with
-ADAMS. Instead the ideal torques agree with Pinocchio to rounding (see the tests).
+Not comparable: every number; the part of the source we had prints no torque and no error, only that
+it agrees with ADAMS. Instead the ideal torques agree with Pinocchio to rounding (see the tests).
 """
 
 import numpy as np
@@ -30,7 +30,10 @@ BEGINNING = 0.5  # s, in which Stribeck friction falls
 
 def draw(work: workshop.Workshop) -> None:
     samples = work.less(2001, 401)
-    runs = {law: work.inverse("five_axis_chain", {"friction": law}, until=UNTIL, samples=samples) for law in LAWS}
+    runs = {
+        law: work.inverse("five_axis_chain", {"friction": law}, until=UNTIL, samples=samples)
+        for law in LAWS
+    }
     other = work.inverse("five_axis_chain", {"reading": "Q"}, until=UNTIL, samples=samples)
     work.keep(torques(runs))
     work.keep(reactions(runs["coulomb"]), "reactions")
@@ -45,7 +48,14 @@ def torques(runs: dict):
     first = runs["coulomb"]
     begin = first.time <= BEGINNING
     for (total, added), joint in zip(panels, JOINTS, strict=True):
-        line(total, first.time, first.drive(joint).torque_ideal, label="no friction", **stroke(0, 3), lw=1.4)
+        line(
+            total,
+            first.time,
+            first.drive(joint).torque_ideal,
+            label="no friction",
+            **stroke(0, 3),
+            lw=1.4,
+        )
         for i, (law, run) in enumerate(runs.items(), 1):
             drive, style = run.drive(joint), stroke(i, 3) | {"label": LAWS[law], "lw": 1.2}
             line(total, run.time, drive.torque, **style)
@@ -77,10 +87,12 @@ def reactions(run):
     figure = sheet(7.0, 9.5)
     panels = figure.subplots(5, 1, sharex=True)
     shown = (
-        (radial, "radial force [N]"), (lambda r, j: np.abs(r.joint(j).axial_force), "axial force [N]"),
-        (bending, "bending moment [N m]"), (lambda r, j: r.joint(j).friction_load, "friction load [N m]"),
+        (radial, "radial force [N]"),
+        (lambda r, j: np.abs(r.joint(j).axial_force), "axial force [N]"),
+        (bending, "bending moment [N m]"),
+        (lambda r, j: r.joint(j).friction_load, "friction load [N m]"),
         (lambda r, j: np.abs(r.joint(j).friction), "friction torque,\nCoulomb-viscous [N m]"),
-    )  # fmt: skip
+    )
     for axes, (values, label) in zip(panels, shown, strict=True):
         for i, joint in enumerate(JOINTS):
             line(axes, run.time, values(run, joint), label=f"joint {joint}", **stroke(i, 5), lw=1.3)
@@ -96,16 +108,29 @@ def peaks(work: workshop.Workshop, runs: dict, other) -> None:
     """Largest values over the run, joint by joint."""
     run = runs["coulomb"]
     heads = (
-        "joint", "torque, no friction [N m]", "Coulomb-viscous [N m]", "Stribeck [N m]", "largest Stribeck part [N m]",
-        "radial force [N]", "axial force [N]", "bending moment [N m]", "torque, no friction, reading Q [N m]",
-    )  # fmt: skip
+        "joint",
+        "torque, no friction [N m]",
+        "Coulomb-viscous [N m]",
+        "Stribeck [N m]",
+        "largest Stribeck part [N m]",
+        "radial force [N]",
+        "axial force [N]",
+        "bending moment [N m]",
+        "torque, no friction, reading Q [N m]",
+    )
     rows = []
     for joint in JOINTS:
         driving, slow = run.drive(joint), runs["stribeck"].drive(joint)
         peaks = (
-            driving.torque_ideal, driving.torque, slow.torque, slow.torque - slow.torque_ideal, radial(run, joint),
-            run.joint(joint).axial_force, bending(run, joint), other.drive(joint).torque_ideal,
-        )  # fmt: skip
+            driving.torque_ideal,
+            driving.torque,
+            slow.torque,
+            slow.torque - slow.torque_ideal,
+            radial(run, joint),
+            run.joint(joint).axial_force,
+            bending(run, joint),
+            other.drive(joint).torque_ideal,
+        )
         rows.append([joint, *(float(np.abs(values).max()) for values in peaks)])
     remarks = f"Largest absolute values in {UNTIL:g} s, reading P but for the last column; friction is proportional to "
     work.table(heads, rows, remarks=f"{remarks}the assumed lengths of the pins.")

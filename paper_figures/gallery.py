@@ -1,4 +1,6 @@
-"""All figures together: drawing one, the manifest that says what lies behind each, and the page that shows them."""
+"""All figures together: drawing one, the manifest that says what lies behind each, and the page
+that shows them.
+"""
 
 import base64
 import io
@@ -30,7 +32,9 @@ article img{max-height:34rem}
 
 @dataclass
 class Entry:
-    """A figure in the manifest: what it is, how it went, when and with what it was made, its files and results."""
+    """A figure in the manifest: what it is, how it went, when and with what it was made, its files
+    and results.
+    """
 
     name: str
     title: str
@@ -75,7 +79,10 @@ def note(folder: Path, entry: Entry) -> Path:
 
 
 def read(folder: Path) -> dict[str, dict]:
-    """The figures of a manifest by name; none where there is no manifest. Raises ValueError for what is none."""
+    """The figures of a manifest by name; none where there is no manifest.
+
+    Raises ValueError for what is none.
+    """
     path = folder / MANIFEST
     if not path.exists():
         return {}
@@ -85,16 +92,21 @@ def read(folder: Path) -> dict[str, dict]:
             raise KeyError("format")
         return document["figures"]
     except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path} is not a manifest of figures: {error!r}; give another directory") from None
+        raise ValueError(
+            f"{path} is not a manifest of figures: {error!r}; give another directory"
+        ) from None
 
 
 def page(folder: Path) -> Path:
     """Write the page that shows all figures of a folder by groups.
 
-    On top stand small pictures that link to the figures; below, each figure with what its script and the manifest say.
+    On top stand small pictures that link to the figures; below, each figure with what its script
+    and the manifest say.
     """
     groups, shown = _by_group(read(folder)), Page("Figures of clearance")
-    small = [join([element("h3", title), _small(folder, entries)]) for title, entries in groups.items()]
+    small = [
+        join([element("h3", title), _small(folder, entries)]) for title, entries in groups.items()
+    ]
     shown.head = join([element("style", Markup(STYLE)), element("h1", shown.title), *small])
     for title, entries in groups.items():
         shown.section(title, *map(_figure, entries.values()))
@@ -102,7 +114,9 @@ def page(folder: Path) -> Path:
 
 
 def _by_group(figures: dict[str, dict]) -> dict[str, dict[str, dict]]:
-    """Figures of a manifest under the titles of their groups, both in order; groups without a figure are left out."""
+    """Figures of a manifest under the titles of their groups, both in order; groups without a
+    figure are left out.
+    """
     groups = {title: {} for title in (*workshop.GROUPS.values(), OTHERS)}
     for name, entry in sorted(figures.items()):
         groups[workshop.GROUPS.get(entry["about"].get("Group"), OTHERS)][name] = entry
@@ -113,7 +127,10 @@ def _small(folder: Path, entries: dict[str, dict]):
     """A small picture of each figure, which links to it; the name alone where it has no picture."""
     links = []
     for name, entry in entries.items():
-        picture = next((folder / f for f in entry["files"] if f.endswith(".png") and (folder / f).exists()), None)
+        picture = next(
+            (folder / f for f in entry["files"] if f.endswith(".png") and (folder / f).exists()),
+            None,
+        )
         image = _thumbnail(picture) if picture else ""
         links.append(element("a", image, name, href=f"#{name}", title=entry["title"]))
     return element("div", *links, class_="small")
@@ -155,5 +172,7 @@ def _picture(file: str):
 
 
 def _result(result: dict):
-    words = "; ".join(f"{k} {json.dumps(v, default=str)}" for k, v in result.items() if k != "file" and v)
+    words = "; ".join(
+        f"{k} {json.dumps(v, default=str)}" for k, v in result.items() if k != "file" and v
+    )
     return join([element("a", result["file"], href=result["file"]), markup(f": {words}")])

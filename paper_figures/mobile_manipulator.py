@@ -2,24 +2,24 @@
 
 Group: manipulator
 
-Answers: Chacko and Khan, Tribology in Industry 39 (2017), simulations 1 to 3: inputs with both derivatives
-(Figs. 8 to 11 of the source); angle, speed, acceleration, torque and friction torque of the pins J1 to J3 (Figs. 13 to
-15); force and friction force of the actuators (Figs. 16 to 18), with the combined breakaway, Coulomb and viscous
-friction in all pins and slides; path of the tooth with the effect of the filter (Fig. 20). A pin is passive: the torque
-shown is that of its actuator about it, force times lever arm. Axes leave out the filter's start-up, which has its own
-picture.
+Answers: Chacko and Khan, Tribology in Industry 39 (2017), simulations 1 to 3: inputs with both
+derivatives (Figs. 8 to 11 of the source); angle, speed, acceleration, torque and friction torque of
+the pins J1 to J3 (Figs. 13 to 15); force and friction force of the actuators (Figs. 16 to 18), with
+the combined breakaway, Coulomb and viscous friction in all pins and slides; path of the tooth with
+the effect of the filter (Fig. 20). A pin is passive: the torque shown is that of its actuator about
+it, force times lever arm. Axes leave out the filter's start-up, which has its own picture.
 
-Reproduced: printed masses, centres of mass, sinusoids, time constants of the input filter and friction levels, with the
-linear zone at rest; the start-up transient of the filter, whose acceleration starts with a jump and turns round, with
-its extremum at twice the time constant.
+Reproduced: printed masses, centres of mass, sinusoids, time constants of the input filter and
+friction levels, with the linear zone at rest; the start-up transient of the filter, whose
+acceleration starts with a jump and turns round, with its extremum at twice the time constant.
 
-Assumed: every length, anchor and inertia, the direction of the load of 150 N, which sinusoid moves which actuator, and
-the dig pattern of simulations 2 and 3, which the source shows as a figure only.
+Assumed: every length, anchor and inertia, the direction of the load of 150 N, which sinusoid moves
+which actuator, and the dig pattern of simulations 2 and 3, which the source shows as a figure only.
 
-Not comparable: forces and strokes. The printed +-1 N of actuator force cannot go with loads of 150 N, and the printed
-27.6 N m of pin torque is more than the printed friction law can give. Of the printed peak times 0.1995 s is twice the
-filter's time constant, 0.103 s close to it and 0.181 s between: they are read as its start-up, which the missing
-lengths leave unproved.
+Not comparable: forces and strokes. The printed +-1 N of actuator force cannot go with loads of 150
+N, and the printed 27.6 N m of pin torque is more than the printed friction law can give. Of the
+printed peak times 0.1995 s is twice the filter's time constant, 0.103 s close to it and 0.181 s
+between: they are read as its start-up, which the missing lengths leave unproved.
 """
 
 import numpy as np
@@ -49,7 +49,9 @@ FRICTION = {"breakaway": "source's friction", "coulomb": "friction made by the l
 def draw(work: workshop.Workshop) -> None:
     samples = round(UNTIL / work.less(STEP, 0.04)) + 1
     runs = {
-        (n, law): work.inverse("mobile_manipulator", {"simulation": n, "friction": law}, until=UNTIL, samples=samples)
+        (n, law): work.inverse(
+            "mobile_manipulator", {"simulation": n, "friction": law}, until=UNTIL, samples=samples
+        )
         for n in TIME_CONSTANTS
         for law in FRICTION
     }
@@ -61,7 +63,9 @@ def draw(work: workshop.Workshop) -> None:
     work.keep(slides(rubbing), "slides")
     work.keep(paths(rubbing), "path")
     fast = {
-        tau: work.inverse("mobile_manipulator", {"time_constant": tau}, until=6.0 * tau, samples=601)
+        tau: work.inverse(
+            "mobile_manipulator", {"time_constant": tau}, until=6.0 * tau, samples=601
+        )
         for tau in (0.1, 0.01)
     }
     work.keep(startup(fast), "startup")
@@ -204,10 +208,16 @@ def forces(runs: dict):
     panels = figure.subplots(4, len(runs), sharex=True, sharey="row")
     for column, (n, run) in zip(panels.T, runs.items(), strict=True):
         for i, name in enumerate(ACTUATORS):
-            line(column[0], run.time, 1e3 * stroke_of(run, name), label=name, **stroke(i, 3), lw=1.3)
+            line(
+                column[0], run.time, 1e3 * stroke_of(run, name), label=name, **stroke(i, 3), lw=1.3
+            )
             drive = run.drive(name)
-            line(column[1 + i], run.time, drive.force, label="with friction", **stroke(1, 2), lw=0.9)
-            line(column[1 + i], run.time, drive.force_ideal, label="without", **stroke(0, 2), lw=1.3)
+            line(
+                column[1 + i], run.time, drive.force, label="with friction", **stroke(1, 2), lw=0.9
+            )
+            line(
+                column[1 + i], run.time, drive.force_ideal, label="without", **stroke(0, 2), lw=1.3
+            )
         column[0].set_title(f"simulation {n}, filter {TIME_CONSTANTS[n]:g} s", fontsize="medium")
         for axes in column:
             finish(axes, "", "", legend=False)
@@ -256,7 +266,11 @@ def paths(runs: dict):
     axes.indicate_inset_zoom(near, edgecolor="0.3")
     near.set_title(f"{2.0 * size:.2g} mm wide", fontsize="small")
     axes.set_aspect("equal")
-    finish(axes, "y of the tooth [mm]", f"x of the tooth [mm]; dot: begin, of simulation 1 after {STARTED:g} s")
+    finish(
+        axes,
+        "y of the tooth [mm]",
+        f"x of the tooth [mm]; dot: begin, of simulation 1 after {STARTED:g} s",
+    )
     line(late, time, np.hypot(*(tooth[2] - tooth[3]).T), **stroke(1, 3), lw=1.2)
     line(cut, time, beside, **stroke(1, 3), lw=1.2)
     finish(late, "simulation 2 from 3,\nat the same time [mm]", "", legend=False)
@@ -266,7 +280,9 @@ def paths(runs: dict):
 
 
 def startup(runs: dict):
-    """Simulation 1 behind a slow and a fast filter: stroke, its rates and the force without friction."""
+    """Simulation 1 behind a slow and a fast filter: stroke, its rates and the force without
+    friction.
+    """
     figure = sheet(9.0, 8.5)
     panels = figure.subplots(4, len(runs), sharex="col")
     labels = ("stroke [mm]", "its rate [mm/s]", "its acceleration [m/s²]", "force, no friction [N]")
@@ -274,7 +290,12 @@ def startup(runs: dict):
         for i, name in enumerate(ACTUATORS):
             asked = np.array([swung(t, *SWINGS[name], tau) for t in run.time])
             acceleration = np.gradient(asked[:, 1], run.time, edge_order=2)
-            shown = (1e3 * asked[:, 0], 1e3 * asked[:, 1], acceleration, run.drive(name).force_ideal)
+            shown = (
+                1e3 * asked[:, 0],
+                1e3 * asked[:, 1],
+                acceleration,
+                run.drive(name).force_ideal,
+            )
             for axes, values in zip(column, shown, strict=True):
                 line(axes, run.time, values, label=name, **stroke(i, 3), lw=(2.8, 1.2, 1.2)[i])
         for axes, label in zip(column, labels, strict=True):
@@ -285,8 +306,16 @@ def startup(runs: dict):
         column[-1].set_xlabel("time [s]")
     acceleration = panels[2, 0]
     bottom = acceleration.get_xaxis_transform()
-    acceleration.plot(PRINTED, [0.06] * 3, "^", ms=6, color="0.2", mfc="none", transform=bottom,
-                      label="peaks of pin torque, as printed")  # fmt: skip
+    acceleration.plot(
+        PRINTED,
+        [0.06] * 3,
+        "^",
+        ms=6,
+        color="0.2",
+        mfc="none",
+        transform=bottom,
+        label="peaks of pin torque, as printed",
+    )
     figure.align_ylabels()
     legend_below(figure, panels[0, 0], acceleration)
     return figure
@@ -295,17 +324,27 @@ def startup(runs: dict):
 def peaks(work: workshop.Workshop, runs: dict) -> None:
     """Least and largest actuator forces after the start-up."""
     heads = ["simulation", "actuator", "least, no friction [N]", "largest [N]"]
-    heads += [f"{which}, {text} [N]" for text in FRICTION.values() for which in ("least", "largest")]
+    heads += [
+        f"{which}, {text} [N]" for text in FRICTION.values() for which in ("least", "largest")
+    ]
     rows = []
     for n in TIME_CONSTANTS:
         for name in ACTUATORS:
             drives = [runs[n, law].drive(name) for law in FRICTION]
             late = runs[n, "breakaway"].time > STARTED
             curves = [drives[0].force_ideal[late], *(d.force[late] for d in drives)]
-            rows.append([str(n), name, *(float(v) for values in curves for v in (values.min(), values.max()))])
+            rows.append(
+                [
+                    str(n),
+                    name,
+                    *(float(v) for values in curves for v in (values.min(), values.max())),
+                ]
+            )
     remarks = (
-        "After the first second. The source's friction, 20 to 25 N m in every pin, outweighs its loads of 150 N; "
-        "beside it Coulomb friction made by the reactions, with coefficient 0.1 and pins of 10 mm radius (assumed)."
+        "After the first second. The source's friction, 20 to 25 N m in every pin, outweighs its "
+        "loads of 150 N; "
+        "beside it Coulomb friction made by the reactions, with coefficient 0.1 and pins of 10 mm "
+        "radius (assumed)."
     )
     work.table(heads, rows, remarks=remarks)
 

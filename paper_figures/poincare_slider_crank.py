@@ -2,17 +2,19 @@
 
 Group: joints
 
-Answers: no figure of the four sources; the sections that the literature on dry clearance joints draws (Flores, Ravn,
-Parenteau, Skrinjar and their co-authors) for the slider-crank of the Flores group.
+Answers: no figure of the four sources; the sections that the literature on dry clearance joints
+draws (Flores, Ravn, Parenteau, Skrinjar and their co-authors) for the slider-crank of the Flores
+group.
 
-Reproduced: the journal's centre, and the slider's velocity and acceleration, once a turn for 1000 turns: one point at
-3000 rpm, where the motion comes back every turn, and a scattered set at 5000 rpm, where it does not.
+Reproduced: the journal's centre, and the slider's velocity and acceleration, once a turn for 1000
+turns: one point at 3000 rpm, where the motion comes back every turn, and a scattered set at 5000
+rpm, where it does not.
 
-Assumed: Lankarani-Nikravesh contact of steel with restitution 0.9, smooth Coulomb friction of 0.03, clearance 1 mm; 200
-turns are left out at the start.
+Assumed: Lankarani-Nikravesh contact of steel with restitution 0.9, smooth Coulomb friction of 0.03,
+clearance 1 mm; 200 turns are left out at the start.
 
-Not comparable: shapes of the sections of those papers, whose masses, friction and contact differ; single points of the
-irregular motion depend on rounding, its cloud does not.
+Not comparable: shapes of the sections of those papers, whose masses, friction and contact differ;
+single points of the irregular motion depend on rounding, its cloud does not.
 """
 
 from contextlib import ExitStack
@@ -33,7 +35,13 @@ def draw(work: workshop.Workshop) -> None:
     with ExitStack() as opened:
         runs = [
             opened.enter_context(
-                work.run("slider_crank", given | {"speed": cl.rpm(n)}, turns=turns, samples_per_turn=40, channels=KEPT)
+                work.run(
+                    "slider_crank",
+                    given | {"speed": cl.rpm(n)},
+                    turns=turns,
+                    samples_per_turn=40,
+                    channels=KEPT,
+                )
             )
             for n in SPEEDS
         ]

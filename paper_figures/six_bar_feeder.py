@@ -2,19 +2,20 @@
 
 Group: feeder
 
-Answers: Jin et al. (2023), the joint in which film and contact share the load by fuzzy weights of the lubrication
-state; one page of what a run gives, as the first command of the README draws it.
+Answers: Jin et al. (2023), the joint in which film and contact share the load by fuzzy weights of
+the lubrication state; one page of what a run gives, as the first command of the README draws it.
 
-Reproduced: the transition model: memberships of the film thickness ratio in full film, mixed and dry weigh film and
-contact; six turns that begin with the journal in the middle of its clearance: slider acceleration, drive torque, joint
-forces, the journal's path and its regimes, and the share of the load that the solids carry.
+Reproduced: the transition model: memberships of the film thickness ratio in full film, mixed and
+dry weigh film and contact; six turns that begin with the journal in the middle of its clearance:
+slider acceleration, drive torque, joint forces, the journal's path and its regimes, and the share
+of the load that the solids carry.
 
-Assumed: all lengths, masses and inertias, and the joint's size (parameter set feeder-A); half-cosine memberships with
-thresholds 0.4, 1 and 3, oil of 5 mPa s so that the film gets thin; the film is the tabulated solution of the Reynolds
-equation, not the source's Pinkus-Sternlicht formula.
+Assumed: all lengths, masses and inertias, and the joint's size (parameter set feeder-A);
+half-cosine memberships with thresholds 0.4, 1 and 3, oil of 5 mPa s so that the film gets thin; the
+film is the tabulated solution of the Reynolds equation, not the source's Pinkus-Sternlicht formula.
 
-Not comparable: when and how long the joint is mixed, and all amplitudes; the source's lengths, masses and membership
-functions are not in the part of it we had.
+Not comparable: when and how long the joint is mixed, and all amplitudes; the source's lengths,
+masses and membership functions are not in the part of it we had.
 """
 
 import numpy as np
@@ -36,13 +37,20 @@ def numbers(work: workshop.Workshop, run) -> None:
     late = run.time >= run.time[-1] - 2.0 * run.turn
     joint = run.joint("B")
     states = np.argmax([getattr(joint, name)[late] for name in MEMBERSHIPS], axis=0)
-    rows = [[f"{name}, share of the time [-]", float(np.mean(states == i))] for i, name in enumerate(STATES)]
+    rows = [
+        [f"{name}, share of the time [-]", float(np.mean(states == i))]
+        for i, name in enumerate(STATES)
+    ]
     rows += [
         ["film thickness ratio, least [-]", float(joint.film_thickness_ratio[late].min())],
         ["load on the solids, largest share [-]", float(joint.asperity_share[late].max())],
         ["force, largest [N]", float(np.hypot(*joint.force[late].T).max())],
     ]
-    work.table(("joint B, last two turns", "value"), rows, remarks="The state is that of the largest membership.")
+    work.table(
+        ("joint B, last two turns", "value"),
+        rows,
+        remarks="The state is that of the largest membership.",
+    )
 
 
 if __name__ == "__main__":

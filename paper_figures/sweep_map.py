@@ -2,19 +2,22 @@
 
 Group: feeder
 
-Answers: Jin et al. (2023), how speed and clearance act on motion and joint forces, which the source shows for a few
-values of each; here as maps of 20 by 20 runs.
+Answers: Jin et al. (2023), how speed and clearance act on motion and joint forces, which the source
+shows for a few values of each; here as maps of 20 by 20 runs.
 
-Reproduced: trends: over most of the map the dry joint multiplies forces and accelerations by ten and more, and
-neighbouring points differ because its motion is irregular; oil of 5 mPa s keeps forces near those of ideal joints
-until speed and clearance are so large that the film thins to the roughness. The table has rank correlations with
-speed and clearance, and where the source's statement is met that impacts grow with both.
+Reproduced: trends: over most of the map the dry joint multiplies forces and accelerations by ten
+and more, and neighbouring points differ because its motion is irregular; oil of 5 mPa s keeps
+forces near those of ideal joints until speed and clearance are so large that the film thins to the
+roughness. The table has rank correlations with speed and clearance, and where the source's
+statement is met that impacts grow with both.
 
-Assumed: the parameter set feeder-A; runs of 4 turns (ideal, film only, transitional) and 41 turns (dry), of which the
-first is left out. Largest values are those of a turn, means over the turns.
+Assumed: the parameter set feeder-A; runs of 4 turns (ideal, film only, transitional) and 41 turns
+(dry), of which the first is left out. Largest values are those of a turn, means over the turns.
 
-Not comparable: every amplitude; the source's lengths and masses are not in the part of it we had. Dry points
-scatter: half the 95 % interval of a mean over 40 turns is a sixth of it in the median, a third at one point of ten.
+Not comparable: every amplitude; the source's lengths and masses are not in the part of it we had.
+Dry points
+scatter: half the 95 % interval of a mean over 40 turns is a sixth of it in the median, a third at
+one point of ten.
 """
 
 import numpy as np
@@ -43,7 +46,10 @@ GROWS = 0.1
 
 def draw(work: workshop.Workshop) -> None:
     count = work.less(20, 5)
-    speeds, clearances = np.linspace(cl.rpm(60.0), cl.rpm(600.0), count), np.geomspace(0.02e-3, 0.5e-3, count)
+    speeds, clearances = (
+        np.linspace(cl.rpm(60.0), cl.rpm(600.0), count),
+        np.geomspace(0.02e-3, 0.5e-3, count),
+    )
     rows = []
     for model, (turns, metrics, suffix) in MAPS.items():
         points = cl.grid(speed=speeds, clearance=clearances)
@@ -62,20 +68,30 @@ def draw(work: workshop.Workshop) -> None:
         "with clearance [-]",
         "impacts grow with speed and clearance",
     )
-    work.table(heads, rows, remarks="Over all points; a correlation of 1 means that it always grows, -1 always falls.")
+    work.table(
+        heads,
+        rows,
+        remarks="Over all points; a correlation of 1 means that it always grows, -1 always falls.",
+    )
 
 
 def remark(model: str, swept) -> str:
-    """By how much the largest acceleration of a turn grows along each edge of the map, and the source's statement."""
+    """By how much the largest acceleration of a turn grows along each edge of the map, and the
+    source's statement.
+    """
     count = round(len(swept.columns["speed"]) ** 0.5)
     values = swept.metrics[IMPACTS].reshape(count, count)
     edges = {"speed": (values[0], values[-1]), "clearance": (values[:, 0], values[:, -1])}
-    grown = {name: float(np.median(last) / np.median(first)) for name, (first, last) in edges.items()}
+    grown = {
+        name: float(np.median(last) / np.median(first)) for name, (first, last) in edges.items()
+    }
     factors = ", ".join(f"with {name} ×\u00a0{factor:.3g}" for name, factor in grown.items())
     text = f"Largest acceleration of a turn, {model}, from edge to edge (medians): {factors}."
     if model == IDEAL:
         return text
-    answer = " and ".join(f"{'met' if g > GROWN else 'not met'} for {name}" for name, g in grown.items())
+    answer = " and ".join(
+        f"{'met' if g > GROWN else 'not met'} for {name}" for name, g in grown.items()
+    )
     return f"{text} Source: impacts grow with both; {answer}."
 
 
@@ -85,7 +101,9 @@ def _trend(swept, metric: str) -> list:
     units, text = swept.known[metric]
     spread = (float(v) for v in (values.min(), np.median(values), values.max()))
     trends = [float(spearmanr(swept.columns[n], values).statistic) for n in ("speed", "clearance")]
-    met = " and ".join("met" if t > GROWS else "not met" for t in trends) if metric == IMPACTS else ""
+    met = (
+        " and ".join("met" if t > GROWS else "not met" for t in trends) if metric == IMPACTS else ""
+    )
     return [text, units, *spread, *trends, met]
 
 

@@ -2,18 +2,21 @@
 
 Group: chains
 
-Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, case 2: driving torque of the closed chain without friction, with
-Coulomb-viscous and with Stribeck friction at the driven joint. Friction in all ten pins is our extension.
+Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, case 2: driving torque of the closed chain
+without friction, with Coulomb-viscous and with Stribeck friction at the driven joint. Friction in
+all ten pins is our extension.
 
-Reproduced: seven links, ten hinges and three loops, decoded from the nine printed vectors (met within their rounding);
-driving torque and all reactions at a crank speed of 0.1 rad/s, with the printed masses and friction coefficients.
+Reproduced: seven links, ten hinges and three loops, decoded from the nine printed vectors (met
+within their rounding); driving torque and all reactions at a crank speed of 0.1 rad/s, with the
+printed masses and friction coefficients.
 
-Assumed: the sense of turning, a run of 10 s, pin radius 10 mm in all pins, exponent 2 of the Stribeck term, viscous
-friction by the rate alone.
+Assumed: the sense of turning, a run of 10 s, pin radius 10 mm in all pins, exponent 2 of the
+Stribeck term, viscous friction by the rate alone.
 
-Not comparable: every number; the part of the source we had prints no torque and no error, only that it agrees with
-ADAMS. At the constant crank speed, which is the printed Stribeck rate, the source's Stribeck factor stays at 0.105: its
-case shows how friction follows the load, not the Stribeck curve.
+Not comparable: every number; the part of the source we had prints no torque and no error, only that
+it agrees with ADAMS. At the constant crank speed, which is the printed Stribeck rate, the source's
+Stribeck factor stays at 0.105: its case shows how friction follows the load, not the Stribeck
+curve.
 """
 
 import numpy as np
@@ -38,7 +41,10 @@ def draw(work: workshop.Workshop) -> None:
     with work.run("three_loop_chain", {"where": "all"}, until=UNTIL) as run:
         work.drawing(overview, run)
         work.drawing(sketch, run, suffix="sketch")
-    runs = {n: work.inverse("three_loop_chain", p, until=UNTIL, samples=1001) for n, p in VARIANTS.items()}
+    runs = {
+        n: work.inverse("three_loop_chain", p, until=UNTIL, samples=1001)
+        for n, p in VARIANTS.items()
+    }
     work.keep(driving(runs), "torque")
     everywhere = {n.partition(",")[0]: r for n, r in runs.items() if "all" in n}
     work.keep(pins(everywhere), "pins")
@@ -76,10 +82,14 @@ def pins(runs: dict):
     figure = sheet(10.0, 5.6)
     panels = figure.subplots(2, 5, sharex=True, sharey=True)
     scene = next(iter(runs.values())).scene
-    names = sorted((j["name"] for j in scene["joints"]), key=lambda n: (n != CRANK, "ground" not in n))
+    names = sorted(
+        (j["name"] for j in scene["joints"]), key=lambda n: (n != CRANK, "ground" not in n)
+    )
     for axes, pin in zip(panels.flat, names, strict=True):
         for i, (name, run) in enumerate(runs.items()):
-            line(axes, run.time, run.joint(pin).friction, label=name, **stroke(3 * i + 1, 6), lw=1.3)
+            line(
+                axes, run.time, run.joint(pin).friction, label=name, **stroke(3 * i + 1, 6), lw=1.3
+            )
         axes.axhline(0.0, color="0.5", lw=0.6)
         axes.set_title(f"{pin}, driven" if pin == CRANK else pin, fontsize="medium")
         finish(axes, "", "", legend=False)
@@ -95,13 +105,25 @@ def numbers(work: workshop.Workshop, runs: dict) -> None:
     """Driving torques and their parts for friction."""
     first = next(iter(runs.values()))
     heads = (
-        "friction", "torque at 0 s [N m]", "at 10 s [N m]", "largest [N m]", "at [s]", "part for friction, mean [N m]",
+        "friction",
+        "torque at 0 s [N m]",
+        "at 10 s [N m]",
         "largest [N m]",
-    )  # fmt: skip
+        "at [s]",
+        "part for friction, mean [N m]",
+        "largest [N m]",
+    )
     rows = [[NONE, *_peaks(first.time, first.drive("crank").torque_ideal), 0.0, 0.0]]
     for name, run in runs.items():
         added = _added(run)
-        rows.append([name, *_peaks(run.time, run.drive("crank").torque), float(added.mean()), float(added.max())])
+        rows.append(
+            [
+                name,
+                *_peaks(run.time, run.drive("crank").torque),
+                float(added.mean()),
+                float(added.max()),
+            ]
+        )
     work.table(heads, rows, remarks="Crank speed 0.1 rad/s, pin radius 10 mm (assumed).")
 
 

@@ -1,8 +1,10 @@
-"""Common parts of the scripts of figures: results that are stored, pictures as PNG and PDF, tables, notes.
+"""Common parts of the scripts of figures: results that are stored, pictures as PNG and PDF, tables,
+notes.
 
-A script is a module of this folder with a docstring (its title, then a paragraph for each of `PARTS`) and a function
-`draw(work)`, which asks `work` for results and hands it what it draws. Results lie under `DIR/results`, or in a folder
-given, and are used again as long as the scene, the options, the case and the sources of the physics are the same.
+A script is a module of this folder with a docstring (its title, then a paragraph for each of
+`PARTS`) and a function `draw(work)`, which asks `work` for results and hands it what it draws.
+Results lie under `DIR/results`, or in a folder given, and are used again as long as the scene, the
+options, the case and the sources of the physics are the same.
 """
 
 import ast
@@ -45,8 +47,9 @@ GROUPS = {
 }
 #: the group whose figures measure run times: they are drawn one at a time
 TIMED = "evidence"
-#: paragraphs of a script's docstring: one of GROUPS, what of the source it answers, what is reproduced, what had to be
-#: assumed, and what cannot be compared because the source gives no number
+#: paragraphs of a script's docstring: one of GROUPS, what of the source it answers, what is
+#: reproduced, what had to be assumed, and what cannot be compared because the source gives no
+#: number
 PARTS = ("Group", "Answers", "Reproduced", "Assumed", "Not comparable")
 #: packages on whose sources no result depends
 WITHOUT_PHYSICS = ("commands", "evidence")
@@ -67,15 +70,21 @@ def about(name: str) -> tuple[str, dict[str, str]]:
     title, *paragraphs = [" ".join(p.split()) for p in text.split("\n\n")]
     parts = dict(p.split(": ", 1) for p in paragraphs if p.partition(": ")[0] in PARTS)
     if missing := [p for p in PARTS if p not in parts]:
-        raise ValueError(f"paper_figures/{name}.py: its docstring has no paragraph '{missing[0]}: ...'")
+        raise ValueError(
+            f"paper_figures/{name}.py: its docstring has no paragraph '{missing[0]}: ...'"
+        )
     if parts["Group"] not in GROUPS:
         groups = ", ".join(GROUPS)
-        raise ValueError(f"paper_figures/{name}.py: no group {parts['Group']!r}; there are {groups}")
+        raise ValueError(
+            f"paper_figures/{name}.py: no group {parts['Group']!r}; there are {groups}"
+        )
     return title.rstrip("."), parts
 
 
 def main(file: str) -> None:
-    """Draw the one figure of a script that is called by itself; options as those of `clearance figures`."""
+    """Draw the one figure of a script that is called by itself; options as those of `clearance
+    figures`.
+    """
     from clearance.cli import main
 
     raise SystemExit(main(["figures", Path(file).stem, *sys.argv[1:]]))
@@ -84,9 +93,10 @@ def main(file: str) -> None:
 class Workshop:
     """Place where the pictures and tables of one figure are made, with a note of its sources.
 
-    folder: of pictures and tables; name: of the figure, stem of its files; quick: a coarse preview, in which scripts
-    ask for `less`; fresh: runs of before are not used again; say: called with what is being done; results: folder of
-    runs and sweeps, which several folders of pictures may share (default `results` in the first one).
+    folder: of pictures and tables; name: of the figure, stem of its files; quick: a coarse preview,
+        in which scripts ask for `less`; fresh: runs of before are not used again; say: called with
+        what is being done; results: folder of runs and sweeps, which several folders of pictures
+        may share (default `results` in the first one).
     """
 
     def __init__(
@@ -98,7 +108,13 @@ class Workshop:
         say: Callable[[str], None] = lambda text: None,
         results: Path | None = None,
     ):
-        self.folder, self.name, self.quick, self.fresh, self.say = Path(folder), name, quick, fresh, say
+        self.folder, self.name, self.quick, self.fresh, self.say = (
+            Path(folder),
+            name,
+            quick,
+            fresh,
+            say,
+        )
         self.shared = Path(results) if results else self.folder / "results"
         self.files: list[str] = []
         self.results: list[dict] = []
@@ -116,7 +132,9 @@ class Workshop:
         """The record of `cl.inverse_dynamics(cl.load_case(case, **parameters), **options)`."""
         return self._result(cl.inverse_dynamics, case, parameters, options)
 
-    def _result(self, call: Callable, case: str, parameters: Mapping | None, options: dict) -> Result:
+    def _result(
+        self, call: Callable, case: str, parameters: Mapping | None, options: dict
+    ) -> Result:
         parameters = dict(parameters or {})
         scene = cl.load_case(case, **parameters)
         note = {"call": call.__name__, "case": case, "parameters": parameters, "options": options}
@@ -133,10 +151,15 @@ class Workshop:
         return result
 
     def sweep(self, case: str, points: Points, *, fixed: Mapping | None = None, **options) -> Sweep:
-        """The sweep of `cl.sweep(case, points, fixed=fixed, **options)`; all its points have to succeed."""
+        """The sweep of `cl.sweep(case, points, fixed=fixed, **options)`; all its points have to
+        succeed.
+        """
         fixed = dict(fixed or {})
         note = {"call": "sweep", "case": case, "parameters": fixed, "options": options}
-        path = self.shared / f"{Path(case).stem}-sweep-{_digest(case, note, points.columns, points.axes)}"
+        path = (
+            self.shared
+            / f"{Path(case).stem}-sweep-{_digest(case, note, points.columns, points.axes)}"
+        )
         if self.fresh:
             shutil.rmtree(path, ignore_errors=True)
 
@@ -145,11 +168,17 @@ class Workshop:
 
         path.parent.mkdir(parents=True, exist_ok=True)
         with Lock(path.with_suffix(".lock"), wait=True), _named(f"{self.name}: {case}"):
-            result = cl.sweep(case, points, path, fixed=fixed, progress=progress, retry_failed=True, **options)
+            result = cl.sweep(
+                case, points, path, fixed=fixed, progress=progress, retry_failed=True, **options
+            )
         swept = {n: [min(v), max(v), len(set(v))] for n, v in points.columns.items()}
-        self.results.append({"file": self._relative(path)} | note | {"swept": swept, "points": len(points)})
+        self.results.append(
+            {"file": self._relative(path)} | note | {"swept": swept, "points": len(points)}
+        )
         if not result.done.all():
-            raise RuntimeError(f"{path}: {int((~result.done).sum())} of {len(points)} points did not run")
+            raise RuntimeError(
+                f"{path}: {int((~result.done).sum())} of {len(points)} points did not run"
+            )
         return result
 
     def study(self, write: Callable[[Path], Path], **note) -> None:
@@ -163,16 +192,24 @@ class Workshop:
         self.drawing(lambda path: save(figure, path, dpi=150), suffix=suffix)
 
     def drawing(self, draw: Callable, *arguments, suffix: str = "", **more) -> None:
-        """Save in all kinds what draw(*arguments, path, **more) draws; suffix: tells the pictures of a script apart."""
+        """Save in all kinds what draw(*arguments, path, **more) draws; suffix: tells the pictures
+        of a script apart.
+        """
         for kind in KINDS:
             path = self._file(suffix, kind)
             draw(*arguments, path, **more)
 
-    def table(self, heads: Sequence[str], rows: Sequence[Sequence], suffix: str = "", remarks: str = "") -> None:
-        """Save a table as Markdown, with remarks below, and as CSV; cells are texts or numbers (four digits)."""
+    def table(
+        self, heads: Sequence[str], rows: Sequence[Sequence], suffix: str = "", remarks: str = ""
+    ) -> None:
+        """Save a table as Markdown, with remarks below, and as CSV; cells are texts or numbers
+        (four digits).
+        """
         cells = [[f"{c:.4g}" if isinstance(c, float) else str(c) for c in row] for row in rows]
         lines = ["| " + " | ".join(row) + " |" for row in (heads, ["---"] * len(heads), *cells)]
-        self._file(suffix, ".md").write_text("\n".join([*lines, "", *([remarks, ""] if remarks else [])]))
+        self._file(suffix, ".md").write_text(
+            "\n".join([*lines, "", *([remarks, ""] if remarks else [])])
+        )
         with self._file(suffix, ".csv").open("w", newline="") as file:
             csv.writer(file).writerows([heads, *rows])
 

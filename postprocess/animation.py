@@ -1,4 +1,6 @@
-"""Animations of a mechanism: the bodies to scale, and beside them every clearance joint under a lens."""
+"""Animations of a mechanism: the bodies to scale, and beside them every clearance joint under a
+lens.
+"""
 
 from pathlib import Path
 
@@ -19,12 +21,13 @@ UNDER_A_LENS = ("ClearanceRevolute", "ClearancePrismatic")
 #: colours of what a joint is doing; later states count as drier
 COLOURS = STATES | FLIGHT | OF_MODES
 TRAIL = 0.25  # turns of the journal's path that stay in sight
-#: room of a lens: its radius over the breadth of its slot, height over breadth of the slot, smallest and largest
-#: breadth over the mechanism's size
+#: room of a lens: its radius over the breadth of its slot, height over breadth of the slot,
+#: smallest and largest breadth over the mechanism's size
 LENS, SLOT, ROOM = 0.4, 1.2, (0.3, 0.5)
 ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 SLOW = 5e-3  # time between frames from which the clock counts seconds [s]
-RIM, PRESSURE = 1.05, 0.6  # of a lens, over its radius: where its pressure begins, the largest one's height
+# of a lens, over its radius: where its pressure begins, the largest one's height
+RIM, PRESSURE = 1.05, 0.6
 FILM = "#7b2d8b"  # colour of pressures
 STRONG = 3.0  # forces up to so many times the median have arrows to scale; impacts go far beyond
 
@@ -38,16 +41,19 @@ def animate(
     fps: float = 25.0,
     magnify: float | None = None,
 ) -> Path:
-    """Animate the last turns of a run as a .gif, or an .mp4 where ffmpeg is installed; saved under `path` when whole.
+    """Animate the last turns of a run as a .gif, or an .mp4 where ffmpeg is installed; saved under
+    `path` when whole.
 
-    turns: of the drive at constant speed, without one the whole run counts as a turn; frames in all, at equal
-    intervals, poses interpolated between samples; fps: frames a second (a .gif keeps hundredths of a second a frame).
-    magnify: how many times larger than the mechanism all clearances are drawn (default: each as large as its lens).
-    A lens shows the path of the journal's centre over the last quarter turn and the largest force on the journal since
-    the frame before, where it was then; its colour is the driest state since the frame before, so that no contact is
-    missed. Where the file holds pressure fields, the one last before a frame stands around the lens. Raises ValueError
-    for a span longer than the run, more frames than it has samples, channels that were not kept, and files that
-    cannot be written.
+    turns: of the drive at constant speed, without one the whole run counts as a turn; frames in
+        all, at equal intervals, poses interpolated between samples; fps: frames a second (a .gif
+        keeps hundredths of a second a frame).
+    magnify: how many times larger than the mechanism all clearances are drawn (default: each as
+        large as its lens). A lens shows the path of the journal's centre over the last quarter turn
+        and the largest force on the journal since the frame before, where it was then; its colour
+        is the driest state since the frame before, so that no contact is missed. Where the file
+        holds pressure fields, the one last before a frame stands around the lens. Raises ValueError
+        for a span longer than the run, more frames than it has samples, channels that were not
+        kept, and files that cannot be written.
     """
     check_film(path, fps)
     times = frame_times(record, turns, frames)
@@ -68,7 +74,10 @@ def animate(
 
 
 def frame_times(record: Record, turns: float, frames: int) -> np.ndarray:
-    """Times [s] of the frames of the last turns, the last one at the end of the run. Raises ValueError as `animate`."""
+    """Times [s] of the frames of the last turns, the last one at the end of the run.
+
+    Raises ValueError as `animate`.
+    """
     time, turn = record.time, period(record)
     run = (time[-1] - time[0]) / turn
     if not 0.0 < turns <= run * (1.0 + 1e-9):
@@ -79,7 +88,8 @@ def frame_times(record: Record, turns: float, frames: int) -> np.ndarray:
     samples = int((time > start + 1e-9 * turn).sum())
     if frames > samples:
         raise ValueError(
-            f"frames: {frames} asked, but {name_of(record)} has {samples} samples in its last {turns:g} turn(s); "
+            f"frames: {frames} asked, but {name_of(record)} has {samples} samples in its last "
+            f"{turns:g} turn(s); "
             "ask for fewer frames or more turns, or simulate with more samples_per_turn"
         )
     return np.append(np.linspace(start, time[-1], frames + 1)[1:-1], time[-1])
@@ -88,8 +98,9 @@ def frame_times(record: Record, turns: float, frames: int) -> np.ndarray:
 class Lens:
     """Motion and state of a clearance joint at the samples and frames of an animation.
 
-    eccentricity (n, 2) [m] and force on the journal (n, 2) [N] at `clock` (n,) [s]; state (n,): index into `states`;
-    span of each frame: rows after the frame before, up to its own. Raises ValueError naming a channel not kept.
+    eccentricity (n, 2) [m] and force on the journal (n, 2) [N] at `clock` (n,) [s]; state (n,):
+    index into `states`; span of each frame: rows after the frame before, up to its own. Raises
+    ValueError naming a channel not kept.
     """
 
     def __init__(self, record: Record, joint: dict, times: np.ndarray):
@@ -97,13 +108,18 @@ class Lens:
         self.reach = self.clearance
         step, trail = times[1] - times[0], TRAIL * period(record)
         since = times[0] - max(step, trail)
-        self.clock = np.union1d(times, record.time[(record.time > since) & (record.time < times[-1])])
+        self.clock = np.union1d(
+            times, record.time[(record.time > since) & (record.time < times[-1])]
+        )
         self.eccentricity, self.force = (self._pair(record, c) for c in ("eccentricity", "force"))
         self.states, self.state = states_at(record, joint, self.clock)
         ends = np.searchsorted(self.clock, times) + 1
         starts = np.append(np.searchsorted(self.clock, times[0] - step, side="right"), ends[:-1])
         self.spans = [slice(a, b) for a, b in zip(starts, ends, strict=True)]
-        self.trails = [slice(a, b) for a, b in zip(np.searchsorted(self.clock, times - trail), ends, strict=True)]
+        self.trails = [
+            slice(a, b)
+            for a, b in zip(np.searchsorted(self.clock, times - trail), ends, strict=True)
+        ]
         strength = np.hypot(*self.force.T)
         self.peaks = np.array([s.start + strength[s].argmax() for s in self.spans])
         self.strength = strength[self.peaks]
@@ -112,8 +128,12 @@ class Lens:
         self.shown, self.turned = self._fields_of(record, times)
 
     def _at(self, record: Record, channel: str) -> np.ndarray:
-        """A channel at the clock, straight between samples: journals fly straight, and contacts begin suddenly."""
-        return np.interp(self.clock, record.time, series(record, f"joints/{self.name}/{channel}")[0])
+        """A channel at the clock, straight between samples: journals fly straight, and contacts
+        begin suddenly.
+        """
+        return np.interp(
+            self.clock, record.time, series(record, f"joints/{self.name}/{channel}")[0]
+        )
 
     def _pair(self, record: Record, channel: str) -> np.ndarray:
         return np.stack([self._at(record, f"{channel}_{axis}") for axis in "xy"], axis=-1)
@@ -122,19 +142,30 @@ class Lens:
         """Field that each frame shows, and the angle of the bearing then [rad]."""
         if self.fields is None:
             return np.zeros(0, int), np.zeros(0)
-        body, shown = self.joint["a"]["body"], np.searchsorted(self.fields.time, times, side="right") - 1
+        body, shown = (
+            self.joint["a"]["body"],
+            np.searchsorted(self.fields.time, times, side="right") - 1,
+        )
         if body not in record.names("bodies"):
             return np.maximum(shown, 0), np.zeros(times.size)
-        return np.maximum(shown, 0), np.interp(times, record.time, series(record, f"bodies/{body}/theta")[0])
+        return np.maximum(shown, 0), np.interp(
+            times, record.time, series(record, f"bodies/{body}/theta")[0]
+        )
 
     def _draw_pressure(self, drawing: Drawing) -> None:
-        """The pressure in the middle of the bearing, outwards from its wall; none where the film cavitates."""
+        """The pressure in the middle of the bearing, outwards from its wall; none where the film
+        cavitates.
+        """
         middle = self.fields.pressure[:, self.fields.pressure.shape[1] // 2]
         height = PRESSURE * np.maximum(middle, 0.0) / max(self.fields.pressure.max(), 1e-300)
         angle = self.fields.angle + self.turned[:, None]
-        out = (RIM + height[self.shown])[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        out = (RIM + height[self.shown])[..., None] * np.stack(
+            [np.cos(angle), np.sin(angle)], axis=-1
+        )
         closed = np.concatenate([out, out[:, :1]], axis=1)
-        drawing.line(self.centre + self.magnify * self.clearance * closed, color=FILM, lw=1.2, zorder=6)
+        drawing.line(
+            self.centre + self.magnify * self.clearance * closed, color=FILM, lw=1.2, zorder=6
+        )
 
     def draw(self, drawing: Drawing, strongest: float) -> None:
         """Circle, path and centre of the journal, force and captions, as artists of the drawing."""
@@ -153,18 +184,26 @@ class Lens:
             across = np.where(here, x, np.nan)
             (trail,) = drawing.axes.plot([], [], color=COLOURS[state], lw=1.2, zorder=5)
             drawing.moving.append(
-                (trail, lambda s, line=trail, across=across: line.set_data(across[s], y[s]), self.trails)
+                (
+                    trail,
+                    lambda s, line=trail, across=across: line.set_data(across[s], y[s]),
+                    self.trails,
+                )
             )
         journal = middle + zoom * self.eccentricity[[s.stop - 1 for s in self.spans]]
         drawing.line(self._arrow(strongest), color="black", lw=1.6, zorder=7)
-        dot = drawing.line(journal[:, None], marker="o", ms=6.0, markeredgecolor="black", ls="none", zorder=8)
+        dot = drawing.line(
+            journal[:, None], marker="o", ms=6.0, markeredgecolor="black", ls="none", zorder=8
+        )
         ring = drawing.rings[self.name]
         for artist, put in ((rim, rim.set_color), (dot, dot.set_mfc), (ring, ring.set_mec)):
             drawing.moving.append((artist, put, self.colours))
         self._captions(drawing)
 
     def _arrow(self, strongest: float) -> np.ndarray:
-        """The force as a line with a head, (frames, 5, 2) [m], as long as the lens's radius for `strongest` [N]."""
+        """The force as a line with a head, (frames, 5, 2) [m], as long as the lens's radius for
+        `strongest` [N].
+        """
         radius = self.magnify * self.clearance
         tail = self.centre + self.magnify * self.eccentricity[self.peaks]
         force = self.force[self.peaks]
@@ -180,17 +219,28 @@ class Lens:
         (x, y), radius = MM * self.centre, MM * self.magnify * self.clearance
 
         def put(text: str, drop: float, **style):
-            place = {"xytext": (0.0, -drop), "textcoords": "offset points", "ha": "center", "va": "top"}
+            place = {
+                "xytext": (0.0, -drop),
+                "textcoords": "offset points",
+                "ha": "center",
+                "va": "top",
+            }
             return drawing.axes.annotate(text, (x, y - 1.1 * radius), **place, **style)
 
-        drawing.axes.text(x - radius, y + 0.95 * radius, self.name, fontsize=11, fontweight="bold", ha="center")
+        drawing.axes.text(
+            x - radius, y + 0.95 * radius, self.name, fontsize=11, fontweight="bold", ha="center"
+        )
         put(f"clearance {MM * self.clearance:.3g} mm shown × {self.magnify:.4g}", 3.0, fontsize=7.5)
         force = put("", 14.0, fontsize=8)
-        drawing.moving.append((force, force.set_text, [f"F = {_newtons(f)}" for f in self.strength]))
+        drawing.moving.append(
+            (force, force.set_text, [f"F = {_newtons(f)}" for f in self.strength])
+        )
 
 
 def states_at(record: Record, joint: dict, clock: np.ndarray) -> tuple[list[str], np.ndarray]:
-    """State names of a journal, and which one holds from the row before to each row of a clock (n,) [s]."""
+    """State names of a journal, and which one holds from the row before to each row of a clock (n,)
+    [s].
+    """
     group = f"joints/{joint['name']}"
 
     def along(channel: str) -> np.ndarray:
@@ -206,18 +256,24 @@ def states_at(record: Record, joint: dict, clock: np.ndarray) -> tuple[list[str]
 
 
 class GuideLens:
-    """Motion and state of a block in its guide at the frames of an animation, drawn as `guides.block` does.
+    """Motion and state of a block in its guide at the frames of an animation, drawn as
+    `guides.block` does.
 
-    reach: half the height of the guide's drawing, magnified as the clearance is [m]; the other names as in Lens.
+    reach: half the height of the guide's drawing, magnified as the clearance is [m]; the other
+        names as in Lens.
     """
 
     def __init__(self, record: Record, joint: dict, times: np.ndarray):
         self.joint, self.name, self.clearance = joint, joint["name"], joint["clearance"]
         self.reach = self.clearance * (1.0 + MAGNIFIED) / MAGNIFIED
         group, c = f"joints/{self.name}", self.clearance
-        offset, tilt = (np.interp(times, record.time, record.values(f"{group}/{n}")) for n in ("offset", "tilt"))
+        offset, tilt = (
+            np.interp(times, record.time, record.values(f"{group}/{n}")) for n in ("offset", "tilt")
+        )
         self.corners, self.walls = block(joint, offset / c, 0.5 * tilt * joint["overlap"] / c)
-        peaks, self.forces = self._peaks(record, times, [f"{group}/contact_force_{i}" for i, _, _ in CORNERS])
+        peaks, self.forces = self._peaks(
+            record, times, [f"{group}/contact_force_{i}" for i, _, _ in CORNERS]
+        )
         offset, tilt = (record.values(f"{group}/{n}")[peaks] for n in ("offset", "tilt"))
         self.pushed, _ = block(joint, offset / c, 0.5 * tilt * joint["overlap"] / c)
         self.strength = self.forces.max(axis=0)
@@ -227,8 +283,12 @@ class GuideLens:
         self.states = [name for i, name in enumerate(names) if (most == i).any()]
 
     @staticmethod
-    def _peaks(record: Record, times: np.ndarray, paths: list[str]) -> tuple[np.ndarray, np.ndarray]:
-        """Sample with the largest force since the frame before, and the forces (paths, frames) there."""
+    def _peaks(
+        record: Record, times: np.ndarray, paths: list[str]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Sample with the largest force since the frame before, and the forces (paths, frames)
+        there.
+        """
         ends = np.searchsorted(record.time, times, side="right")
         starts = np.concatenate([[max(ends[0] - 1, 0)], ends[:-1]])
         values = np.stack([record.values(path) for path in paths])
@@ -243,12 +303,16 @@ class GuideLens:
         place, pushed = self.centre + scale * self.corners, self.centre + scale * self.pushed
         for wall in self.centre + scale * self.walls:
             drawing.line(wall[None], color=EDGE, lw=1.2, zorder=4)
-        face = drawing.face(place[:, [0, 1, 3, 2]], facecolor="white", edgecolor=EDGE, lw=1.0, zorder=5)
+        face = drawing.face(
+            place[:, [0, 1, 3, 2]], facecolor="white", edgecolor=EDGE, lw=1.0, zorder=5
+        )
         for artist in (face, drawing.rings[self.name]):
             drawing.moving.append((artist, artist.set_edgecolor, self.colours))
         face.set_linewidth(2.0)
         for i, (_, _, side) in enumerate(CORNERS):
-            length = np.minimum(self.forces[i], strongest) / strongest * 0.6 * self.magnify * self.reach
+            length = (
+                np.minimum(self.forces[i], strongest) / strongest * 0.6 * self.magnify * self.reach
+            )
             tip = pushed[:, i] - side * np.array([0.0, 1.0]) * length[:, None]
             head = 0.12 * length[:, None] * np.array([1.0, 0.0])
             back = tip + side * np.array([0.0, 0.2]) * length[:, None]
@@ -256,12 +320,20 @@ class GuideLens:
             drawing.line(arrow, color="black", lw=1.6, zorder=7)
         x, y = MM * self.centre
         down = MM * self.magnify * self.reach
-        text = f"{self.name}: clearance {MM * self.clearance:.3g} mm shown × {self._zoom(scale):.4g}"
-        drawing.axes.text(x, y + 1.15 * down, self.name, fontsize=11, fontweight="bold", ha="center")
-        drawing.axes.text(x, y - 1.2 * down, text.partition(": ")[2], fontsize=7.5, ha="center", va="top")
+        text = (
+            f"{self.name}: clearance {MM * self.clearance:.3g} mm shown × {self._zoom(scale):.4g}"
+        )
+        drawing.axes.text(
+            x, y + 1.15 * down, self.name, fontsize=11, fontweight="bold", ha="center"
+        )
+        drawing.axes.text(
+            x, y - 1.2 * down, text.partition(": ")[2], fontsize=7.5, ha="center", va="top"
+        )
         style = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": 8}
         force = drawing.axes.annotate("", (x, y - 1.2 * down), xytext=(0.0, -12.0), **style)
-        drawing.moving.append((force, force.set_text, [f"F = {_newtons(f)}" for f in self.strength]))
+        drawing.moving.append(
+            (force, force.set_text, [f"F = {_newtons(f)}" for f in self.strength])
+        )
 
     def _zoom(self, scale: float) -> float:
         """Drawn clearance over the true one."""
@@ -269,21 +341,28 @@ class GuideLens:
 
 
 def _arrange(lenses: list[Lens], drawing: Drawing, magnify: float | None) -> None:
-    """Give every lens its slot (breadth and centre, [m]) and magnification, beside or below all that moves."""
+    """Give every lens its slot (breadth and centre, [m]) and magnification, beside or below all
+    that moves.
+    """
     if magnify is not None and not (lenses and np.isfinite(magnify) and magnify > 0.0):
-        what = "this mechanism has no clearance joint" if not lenses else "must be a positive number"
+        what = (
+            "this mechanism has no clearance joint" if not lenses else "must be a positive number"
+        )
         raise ValueError(f"magnify {what}, got {magnify!r}")
     if not lenses:
         return
     low, high = drawing.low / MM, drawing.high / MM
     (width, height), size = high - low, (high - low).max()
     below = width > 1.25 * height
-    breadth = np.clip(width / len(lenses) if below else height / SLOT / len(lenses), *(size * np.array(ROOM)))
+    breadth = np.clip(
+        width / len(lenses) if below else height / SLOT / len(lenses), *(size * np.array(ROOM))
+    )
     if magnify is not None:
         widest = max(lens.reach for lens in lenses)
         if magnify * widest > size:
             raise ValueError(
-                f"magnify must be at most {_rounded(size / widest):g}, which draws a clearance about as large "
+                f"magnify must be at most {_rounded(size / widest):g}, which draws a clearance "
+                f"about as large "
                 f"as the mechanism; got {magnify!r}"
             )
         breadth = max(breadth, magnify * widest / LENS)
@@ -293,9 +372,15 @@ def _arrange(lenses: list[Lens], drawing: Drawing, magnify: float | None) -> Non
         rank, place = divmod(i, line)
         middle = place - 0.5 * (min(line, len(lenses) - rank * line) - 1)
         if below:
-            offset = (0.5 * (low[0] + high[0]) + middle * breadth, low[1] - (0.55 + rank) * SLOT * breadth)
+            offset = (
+                0.5 * (low[0] + high[0]) + middle * breadth,
+                low[1] - (0.55 + rank) * SLOT * breadth,
+            )
         else:
-            offset = (high[0] + (0.6 + rank) * breadth, 0.5 * (low[1] + high[1]) - middle * SLOT * breadth)
+            offset = (
+                high[0] + (0.6 + rank) * breadth,
+                0.5 * (low[1] + high[1]) - middle * SLOT * breadth,
+            )
         lens.centre = np.array(offset) + (0.0, 0.1 * breadth)
         lens.magnify = magnify or _rounded(LENS * breadth / lens.reach)
         corner = 0.5 * breadth * np.array([1.0, SLOT])
@@ -316,7 +401,8 @@ def _draw_lenses(lenses: list[Lens], drawing: Drawing) -> float:
     corners = drawing.low, drawing.high
     for lens in lenses:
         lens.draw(drawing, strongest)
-    drawing.low, drawing.high = corners  # a journal that has left its bearing leaves the picture too
+    # a journal that has left its bearing leaves the picture too
+    drawing.low, drawing.high = corners
     return strongest
 
 
@@ -326,10 +412,14 @@ def _scale_bar(drawing: Drawing) -> None:
     length, tick = _rounded(0.2 * size), 0.01 * size
     x, y = drawing.low - np.array([0.0, 0.02]) * size
     drawing.axes.plot([x, x, x + length, x + length], [y + tick, y, y, y + tick], color=EDGE)
-    drawing.axes.text(x + 0.5 * length, y + 0.5 * tick, f"{length:g} mm", fontsize=8, ha="center", va="bottom")
+    drawing.axes.text(
+        x + 0.5 * length, y + 0.5 * tick, f"{length:g} mm", fontsize=8, ha="center", va="bottom"
+    )
 
 
-def _page(figure, drawing: Drawing, record: Record, fps: float, strongest: float, lenses: list[Lens]) -> None:
+def _page(
+    figure, drawing: Drawing, record: Record, fps: float, strongest: float, lenses: list[Lens]
+) -> None:
     """Fix limits and sizes, write title, clock and legend."""
     times, axes = drawing.motion.times, drawing.axes
     breadth, height = frame(drawing, 0.06)
@@ -346,7 +436,9 @@ def _page(figure, drawing: Drawing, record: Record, fps: float, strongest: float
     clock = figure.text(0.5, 1.0 - (above - 0.15) / total, "", **style)
     slowed = 1.0 / fps / (times[1] - times[0])
     pace = f"slowed {slowed:.3g} times" if slowed >= 1.0 else f"sped up {1.0 / slowed:.3g} times"
-    drawing.moving.append((clock, clock.set_text, [f"{text}   {pace}" for text in _clock(record, times)]))
+    drawing.moving.append(
+        (clock, clock.set_text, [f"{text}   {pace}" for text in _clock(record, times)])
+    )
     if not lenses:
         return
     for state in dict.fromkeys(s for lens in lenses for s in lens.states):
@@ -357,7 +449,9 @@ def _page(figure, drawing: Drawing, record: Record, fps: float, strongest: float
     if tops:
         high = f", {PRESSURE:g} radii high for {', '.join(f'{t / 1e6:.3g}' for t in tops)} MPa"
         axes.plot([], [], color=FILM, lw=1.2, label=f"film pressure in the middle{high}")
-    figure.legend(loc="lower center", bbox_to_anchor=(0.5, 0.22 / total), ncols=5, frameon=False, fontsize=8)
+    figure.legend(
+        loc="lower center", bbox_to_anchor=(0.5, 0.22 / total), ncols=5, frameon=False, fontsize=8
+    )
     figure.text(0.5, 0.06 / total, caption, ha="center", va="bottom", fontsize=8)
 
 

@@ -121,9 +121,7 @@ def _dotted(axes, dots: list[tuple[float, np.ndarray]], column: int, factor: flo
     if dots:
         x = np.concatenate([np.full(len(rows), value * factor) for value, rows in dots])
         y = np.concatenate([rows[:, column] for _, rows in dots])
-        axes.plot(
-            x, y, ".", color="0.55", ms=3, mew=0, label="runs once a turn"
-        )
+        axes.plot(x, y, ".", color="0.55", ms=3, mew=0, label="runs once a turn")
 
 
 def _room(axes, curves: list[np.ndarray]) -> None:

@@ -1,8 +1,9 @@
 """Channels of a result by name: their values, units and label, also between the samples.
 
-A channel is named by its path ("bodies/slider/ax") or shortly ("slider.ax", "energy.kinetic"). The common part of a
-recorded pair means its magnitude: "B.force" of force_x and force_y, "slider.v" of vx and vy. "C.epsilon",
-"C.epsilon_x" and "C.epsilon_y" are the eccentricity over the clearance of joint C.
+A channel is named by its path ("bodies/slider/ax") or shortly ("slider.ax", "energy.kinetic"). The
+common part of a recorded pair means its magnitude: "B.force" of force_x and force_y, "slider.v" of
+vx and vy. "C.epsilon", "C.epsilon_x" and "C.epsilon_y" are the eccentricity over the clearance of
+joint C.
 """
 
 from collections.abc import Iterable
@@ -17,12 +18,23 @@ KINDS = ("bodies", "joints", "springs", "drives", "nodes")
 #: groups of channels that belong to the whole mechanism
 WHOLE = ("energy", "friction")
 WORDS = {
-    "x": "position x", "y": "position y", "theta": "angle", "vx": "velocity x", "vy": "velocity y", "v": "speed",
-    "omega": "angular velocity", "ax": "acceleration x", "ay": "acceleration y", "a": "acceleration",
-    "alpha": "angular acceleration", "epsilon": "eccentricity / c", "epsilon_x": "eccentricity x / c",
-    "epsilon_y": "eccentricity y / c", "torque_ideal": "torque without friction",
+    "x": "position x",
+    "y": "position y",
+    "theta": "angle",
+    "vx": "velocity x",
+    "vy": "velocity y",
+    "v": "speed",
+    "omega": "angular velocity",
+    "ax": "acceleration x",
+    "ay": "acceleration y",
+    "a": "acceleration",
+    "alpha": "angular acceleration",
+    "epsilon": "eccentricity / c",
+    "epsilon_x": "eccentricity x / c",
+    "epsilon_y": "eccentricity y / c",
+    "torque_ideal": "torque without friction",
     "force_ideal": "force without friction",
-}  # fmt: skip
+}
 ENERGIES = {"input": "energy put in", "residual": "energy residual"}
 #: recorded time derivatives of recorded channels
 RATES = {"x": "vx", "y": "vy", "theta": "omega", "vx": "ax", "vy": "ay", "omega": "alpha"}
@@ -45,13 +57,21 @@ class Channel:
 
 
 def channel(record: Record, path: str) -> Channel:
-    """Channel of a name. Raises ValueError for one that the result has not got, with the names it has."""
+    """Channel of a name.
+
+    Raises ValueError for one that the result has not got, with the names it has.
+    """
     channels = [c for group, name in _places(record, path) if (c := _channel(record, group, name))]
     if len(channels) == 1:
         return channels[0]
     if channels:
-        raise ValueError(f"channel {path!r} may be {' or '.join(c.path for c in channels)}; give the whole path")
-    raise ValueError(f"{name_of(record)} has no channel {path!r}, or it was not kept; it has {_known(record, path)}")
+        raise ValueError(
+            f"channel {path!r} may be {' or '.join(c.path for c in channels)}; give the whole path"
+        )
+    raise ValueError(
+        f"{name_of(record)} has no channel {path!r}, or it was not kept; it has "
+        f"{_known(record, path)}"
+    )
 
 
 def _places(record: Record, path: str) -> list[tuple[str, str]]:
@@ -73,7 +93,13 @@ def _channel(record: Record, group: str, name: str) -> Channel | None:
     for parts in ((wanted,), (f"{wanted}_x", f"{wanted}_y"), (f"{wanted}x", f"{wanted}y")):
         if wanted and set(parts) <= set(names):
             units = record.units(f"{group}/{parts[0]}") if wanted == name else "1"
-            return Channel(f"{group}/{name}", tuple(f"{group}/{p}" for p in parts), units, _label(group, name), scale)
+            return Channel(
+                f"{group}/{name}",
+                tuple(f"{group}/{p}" for p in parts),
+                units,
+                _label(group, name),
+                scale,
+            )
     return None
 
 
@@ -93,7 +119,10 @@ def _known(record: Record, path: str) -> str:
     alike: dict[tuple, list[str]] = {}
     for group in groups:
         alike.setdefault(record.names(group), []).append(group)
-    return "; ".join(f"{', '.join(owners)}: {', '.join(names)}" for names, owners in alike.items()) or "none"
+    return (
+        "; ".join(f"{', '.join(owners)}: {', '.join(names)}" for names, owners in alike.items())
+        or "none"
+    )
 
 
 def _groups(record: Record) -> list[str]:
@@ -102,9 +131,11 @@ def _groups(record: Record) -> list[str]:
 
 
 def expand(record: Record, names: str | Iterable[str]) -> list[str]:
-    """Paths of the channels that names and patterns ("*.force", "joints/B/*") stand for, in order, each once.
+    """Paths of the channels that names and patterns ("*.force", "joints/B/*") stand for, in order,
+    each once.
 
-    Magnitudes and eccentricity ratios of a joint are meant only where no recorded channel of it matches.
+    Magnitudes and eccentricity ratios of a joint are meant only where no recorded channel of it
+    matches.
     Raises ValueError for a name or pattern without a channel.
     """
     channels = []
@@ -112,7 +143,10 @@ def expand(record: Record, names: str | Iterable[str]) -> list[str]:
         if set("*?[") & set(name):
             hits = [path for group in _groups(record) for path in _matches(record, group, name)]
             if not hits:
-                raise ValueError(f"no channel of {name_of(record)} matches {name!r}; it has {_known(record, name)}")
+                raise ValueError(
+                    f"no channel of {name_of(record)} matches {name!r}; it has "
+                    f"{_known(record, name)}"
+                )
             channels += hits
         else:
             channels.append(channel(record, name).path)
@@ -125,29 +159,40 @@ def _matches(record: Record, group: str, pattern: str) -> list[str]:
     pairs += ["epsilon", "epsilon_x", "epsilon_y"] if "eccentricity" in pairs else []
     short = group.rpartition("/")[2]
     for candidates in (names, pairs):
-        hits = [n for n in candidates if fnmatchcase(f"{group}/{n}", pattern) or fnmatchcase(f"{short}.{n}", pattern)]
+        hits = [
+            n
+            for n in candidates
+            if fnmatchcase(f"{group}/{n}", pattern) or fnmatchcase(f"{short}.{n}", pattern)
+        ]
         if hits:
             return [f"{group}/{n}" for n in hits]
     return []
 
 
 def series(record: Record, path: str) -> tuple[np.ndarray, str, str]:
-    """Values (samples,), units and label of a channel. Raises ValueError for one that the result has not got."""
+    """Values (samples,), units and label of a channel.
+
+    Raises ValueError for one that the result has not got.
+    """
     values = channel(record, path)
     return values.of([record.values(p) for p in values.parts]), values.units, values.label
 
 
 def at(record: Record, path: str, times: np.ndarray) -> np.ndarray:
-    """Values of a channel at times [s] of the run, shape of `times`: the samples', or interpolated between them.
+    """Values of a channel at times [s] of the run, shape of `times`: the samples', or interpolated
+    between them.
 
-    Cubic Hermite where the rate of the channel is recorded too (positions, velocities, angles of bodies), else a cubic
-    through the four nearest samples; both are of fourth order in the sampling where the motion is smooth.
-    Raises ValueError for an unknown channel and for times outside the run.
+    Cubic Hermite where the rate of the channel is recorded too (positions, velocities, angles of
+    bodies), else a cubic through the four nearest samples; both are of fourth order in the sampling
+    where the motion is smooth. Raises ValueError for an unknown channel and for times outside the
+    run.
     """
     values, time, times = channel(record, path), record.time, np.asarray(times, float)
     if times.size and (not time.size or times.min() < time[0] or times.max() > time[-1]):
         run = f"{time[0]:.6g} s to {time[-1]:.6g} s" if time.size else "no sample"
-        raise ValueError(f"times from {times.min():.6g} s to {times.max():.6g} s: {name_of(record)} has {run}")
+        raise ValueError(
+            f"times from {times.min():.6g} s to {times.max():.6g} s: {name_of(record)} has {run}"
+        )
     if not times.size:
         return np.zeros(times.shape)
     return values.of([_between(record, part, time, times) for part in values.parts])
@@ -156,7 +201,10 @@ def at(record: Record, path: str, times: np.ndarray) -> np.ndarray:
 def interpolation(record: Record, path: str, times: np.ndarray) -> str:
     """In words, how `at` finds a channel at times [s]."""
     time = record.time
-    if not len(times) or (np.abs(times - time[_nearest(time, times)]) <= ON_SAMPLE * np.diff(time).mean()).all():
+    if (
+        not len(times)
+        or (np.abs(times - time[_nearest(time, times)]) <= ON_SAMPLE * np.diff(time).mean()).all()
+    ):
         return "values at samples"
     rated = all(_rate(record, part) for part in channel(record, path).parts)
     return "cubic Hermite between samples" if rated else "cubic through 4 samples"
@@ -164,7 +212,9 @@ def interpolation(record: Record, path: str, times: np.ndarray) -> str:
 
 def _nearest(time: np.ndarray, times: np.ndarray) -> np.ndarray:
     after = np.searchsorted(time, times).clip(1, max(len(time) - 1, 1))
-    return np.where(times - time[after - 1] <= time[after.clip(max=len(time) - 1)] - times, after - 1, after)
+    return np.where(
+        times - time[after - 1] <= time[after.clip(max=len(time) - 1)] - times, after - 1, after
+    )
 
 
 def _rate(record: Record, part: str) -> str | None:
@@ -200,7 +250,10 @@ def name_of(record: Record) -> str:
 
 
 def turn_of(record: Record) -> float:
-    """Time of one turn of the drive [s]. Raises ValueError where no drive turns at constant or nominal speed."""
+    """Time of one turn of the drive [s].
+
+    Raises ValueError where no drive turns at constant or nominal speed.
+    """
     if record.turn is None:
         reason = "no drive turns at constant speed, or has a nominal one"
         raise ValueError(f"{name_of(record)}: {reason}; turns and drive angles need it")
@@ -210,7 +263,8 @@ def turn_of(record: Record) -> float:
 def drive_angle(record: Record) -> tuple[float, float, str]:
     """Angle of the turning drive at t = 0 [rad], its speed [rad/s] and the name of what it turns.
 
-    The angle is the drive's start, else that of its body where it was kept, else 0. Raises ValueError as `turn_of`.
+    The angle is the drive's start, else that of its body where it was kept, else 0. Raises
+    ValueError as `turn_of`.
     """
     turn_of(record)
     drive = record.turning
@@ -229,7 +283,8 @@ def angle_at(record: Record, times: np.ndarray) -> np.ndarray:
 
 
 def kept(record: Record, *, last: float | None = None, settle: float = 0.0) -> slice:
-    """Samples of the last turns, or of those after `settle` turns; the last whole ones of a finite drive.
+    """Samples of the last turns, or of those after `settle` turns; the last whole ones of a finite
+    drive.
 
     Raises ValueError for what is not positive.
     """
@@ -249,11 +304,15 @@ def kept(record: Record, *, last: float | None = None, settle: float = 0.0) -> s
     return slice(*np.searchsorted(time, ends).tolist())
 
 
-def abscissa(record: Record, along: str, last: float | None = None) -> tuple[np.ndarray, slice, str]:
-    """Time [s], drive "turns" or drive "angle" [deg] of the samples kept, which they are, and the axis label.
+def abscissa(
+    record: Record, along: str, last: float | None = None
+) -> tuple[np.ndarray, slice, str]:
+    """Time [s], drive "turns" or drive "angle" [deg] of the samples kept, which they are, and the
+    axis label.
 
     Turns and angles of the `last` turns count from the whole turn in which they start.
-    Raises ValueError for another `along`, and where turns are asked for and no drive turns at constant speed.
+    Raises ValueError for another `along`, and where turns are asked for and no drive turns at
+    constant speed.
     """
     part = kept(record, last=last)
     time = record.time[part]
@@ -270,12 +329,15 @@ def abscissa(record: Record, along: str, last: float | None = None) -> tuple[np.
 
 
 def _from_first(values: np.ndarray, period: float) -> np.ndarray:
-    """Less the whole turns at its start, so that the last turns of runs of any length lie over each other."""
+    """Less the whole turns at its start, so that the last turns of runs of any length lie over each
+    other.
+    """
     return values - period * np.floor(values[:1] / period + 1e-9).sum()
 
 
 def principal(record: Record) -> str:
-    """The last body (the slider of most mechanisms) along the axis it moves on more, as "bodies/slider/{}x".
+    """The last body (the slider of most mechanisms) along the axis it moves on more, as
+    "bodies/slider/{}x".
 
     Raises ValueError where no body has kept both positions.
     """

@@ -1,8 +1,8 @@
 """Contacts of dry and mixed joints: how many, how hard, how long, and where on the bearing.
 
-Joints with impacts have a row for each contact in the result's events. In joints whose contact sets in gradually
-(mixed ones, mostly) a contact is a stretch of samples with a contact force, that of asperities left out: its start and
-length are known to a sample, and its impact speed is not known.
+Joints with impacts have a row for each contact in the result's events. In joints whose contact sets
+in gradually (mixed ones, mostly) a contact is a stretch of samples with a contact force, that of
+asperities left out: its start and length are known to a sample, and its impact speed is not known.
 """
 
 from dataclasses import dataclass
@@ -25,12 +25,13 @@ FAR_APART = 100.0
 
 @dataclass(frozen=True)
 class Contacts:
-    """The contacts of a joint, arrays (contacts,): start [s], duration [s], impact speed [m/s], peak force [N].
+    """The contacts of a joint, arrays (contacts,): start [s], duration [s], impact speed [m/s],
+    peak force [N].
 
-    angle: of the eccentricity at the start [rad], nan where it is not known; spot: corner of a block in its guide,
-    empty texts of hinges; `open`: not over at the end of the run;
-    sampled: found in the samples, not in the events; start and end: of the time looked at [s]; share of it in contact,
-    nan for no time.
+    angle: of the eccentricity at the start [rad], nan where it is not known; spot: corner of a
+        block in its guide, empty texts of hinges; `open`: not over at the end of the run;
+    sampled: found in the samples, not in the events; start and end: of the time looked at [s];
+        share of it in contact, nan for no time.
     """
 
     time: np.ndarray
@@ -48,22 +49,28 @@ class Contacts:
 
 def contact_joints(record: Record) -> list[str]:
     """Clearance joints whose scene gives them a contact law."""
-    return [j["name"] for j in record.scene["joints"] if j.get("clearance") is not None and j["contact"]]
+    return [
+        j["name"] for j in record.scene["joints"] if j.get("clearance") is not None and j["contact"]
+    ]
 
 
-def contacts_of(record: Record, joint: str, *, settle: float = 0.0, frame: str = "bearing") -> Contacts:
+def contacts_of(
+    record: Record, joint: str, *, settle: float = 0.0, frame: str = "bearing"
+) -> Contacts:
     """Contacts of a joint that start after `settle` turns.
 
-    frame: whether angles are seen from the "bearing", which turns with its body, or from the fixed axes ("world"). The
-    eccentricity is interpolated linearly between the samples about the start of the contact: right to a fraction of a
-    degree where samples are closer than contacts, and off by tens where the journal bounces between two samples.
-    Raises ValueError for a joint without contact law, another frame, a mixed joint with neither events nor contact
-    force in the result, and a run with no sample after `settle`.
+    frame: whether angles are seen from the "bearing", which turns with its body, or from the fixed
+        axes ("world"). The eccentricity is interpolated linearly between the samples about the
+        start of the contact: right to a fraction of a degree where samples are closer than
+        contacts, and off by tens where the journal bounces between two samples. Raises ValueError
+        for a joint without contact law, another frame, a mixed joint with neither events nor
+        contact force in the result, and a run with no sample after `settle`.
     """
     joints = contact_joints(record)
     if joint not in joints:
         raise ValueError(
-            f"joint {joint!r} has no contact law in {name_of(record)}; with one: {', '.join(joints) or 'none'}"
+            f"joint {joint!r} has no contact law in {name_of(record)}; with one: "
+            f"{', '.join(joints) or 'none'}"
         )
     if frame not in ("bearing", "world"):
         raise ValueError(f"frame must be bearing or world, got {frame!r}")
@@ -94,24 +101,32 @@ def _time_in_contact(rows: dict[str, np.ndarray], start: float, end: float) -> f
 def _gradual(record: Record, joint: str) -> bool:
     """True where the samples show contact and the events show none.
 
-    Raises ValueError where only they could, the joint being a mixed one, and its contact force was not kept.
+    Raises ValueError where only they could, the joint being a mixed one, and its contact force was
+    not kept.
     """
     path = f"joints/{joint}/contact_force"
     if path in record:
         return bool((record.values(path) > 0.0).any())
     if next(j for j in record.scene["joints"] if j["name"] == joint).get("transition"):
-        raise ValueError(f"{name_of(record)}: mixed joint {joint} needs the channel {path}, which was not kept")
+        raise ValueError(
+            f"{name_of(record)}: mixed joint {joint} needs the channel {path}, which was not kept"
+        )
     return False
 
 
 def _from_events(events: dict[str, np.ndarray], mine: np.ndarray) -> dict[str, np.ndarray]:
     names = ("time", "duration", "impact_speed", "peak_force")
     spots = np.array([spot.partition("/")[2] for spot in events["joint"][mine]], str)
-    return {n: events[n][mine] for n in names} | {"spot": spots, "open": events["kind"][mine] == "open_contact"}
+    return {n: events[n][mine] for n in names} | {
+        "spot": spots,
+        "open": events["kind"][mine] == "open_contact",
+    }
 
 
 def _from_samples(record: Record, joint: str) -> dict[str, np.ndarray]:
-    """Stretches of samples with a contact force; each sample stands for the time half-way to its neighbours."""
+    """Stretches of samples with a contact force; each sample stands for the time half-way to its
+    neighbours.
+    """
     time, force = record.time, record.values(f"joints/{joint}/contact_force")
     edges = np.diff(np.concatenate([[0], (force > 0.0).astype(int), [0]]))
     first, last = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
@@ -127,11 +142,18 @@ def _from_samples(record: Record, joint: str) -> dict[str, np.ndarray]:
 
 
 def _angles(record: Record, joint: str, times: np.ndarray, frame: str) -> np.ndarray:
-    """Angles of the eccentricity [rad] in (-pi, pi], nan where channels were not kept or no sample is about."""
+    """Angles of the eccentricity [rad] in (-pi, pi], nan where channels were not kept or no sample
+    is about.
+    """
     paths = [f"joints/{joint}/eccentricity_{axis}" for axis in "xy"]
     bearing = next(j for j in record.scene["joints"] if j["name"] == joint)["a"]["body"]
     turned = f"bodies/{bearing}/theta"
-    if not all(p in record for p in paths) or frame == "bearing" and bearing != "ground" and turned not in record:
+    if (
+        not all(p in record for p in paths)
+        or frame == "bearing"
+        and bearing != "ground"
+        and turned not in record
+    ):
         return np.full(len(times), np.nan)
     if not len(times):
         return np.zeros(0)
@@ -145,18 +167,27 @@ def _angles(record: Record, joint: str, times: np.ndarray, frame: str) -> np.nda
 def contact_table(record: Record, *, settle: float = 0.0) -> dict[str, dict[str, float]]:
     """Contact statistics of every joint with a contact law, in SI units; nan for what is not known.
 
-    Contacts that the end of the run cuts off count in `contacts`, `open_contacts` and `share_in_contact`, not in the
-    durations. `contact_angle` is the circular mean on the bearing [rad], `angle_concentration` 0 for contacts all round
-    and 1 for all at one place. `sampled` is 1 where contacts were found in the samples. Raises ValueError as
-    `contacts_of`.
+    Contacts that the end of the run cuts off count in `contacts`, `open_contacts` and
+    `share_in_contact`, not in the durations. `contact_angle` is the circular mean on the bearing
+    [rad], `angle_concentration` 0 for contacts all round and 1 for all at one place. `sampled` is 1
+    where contacts were found in the samples. Raises ValueError as `contacts_of`.
     """
-    return {joint: _numbers(record, contacts_of(record, joint, settle=settle)) for joint in contact_joints(record)}
+    return {
+        joint: _numbers(record, contacts_of(record, joint, settle=settle))
+        for joint in contact_joints(record)
+    }
 
 
 def _numbers(record: Record, touches: Contacts) -> dict[str, float]:
-    count, span, over = len(touches.time), touches.end - touches.start, touches.duration[~touches.open]
+    count, span, over = (
+        len(touches.time),
+        touches.end - touches.start,
+        touches.duration[~touches.open],
+    )
     turns = record.turns_at(touches.end) - record.turns_at(touches.start) if record.turn else 0.0
-    mean = np.exp(1j * touches.angle).mean() if count and np.isfinite(touches.angle).all() else np.nan
+    mean = (
+        np.exp(1j * touches.angle).mean() if count and np.isfinite(touches.angle).all() else np.nan
+    )
     return {
         "contacts": count,
         "open_contacts": int(touches.open.sum()),
@@ -189,12 +220,17 @@ def contacts(
 ) -> Path:
     """Contact statistics of joints, six panels each, saved under `path`.
 
-    Impact speeds, peak forces over them, durations, contacts a turn, where on the bearing contacts began (their number,
-    weighted by nothing), and the numbers of `contact_table`. joints: default the first three with a contact law;
-    settle: turns left out at the start; frame: of the angles, see `contacts_of`. A run without contacts gets a picture
-    that says so. Raises ValueError for a joint without contact law.
+    Impact speeds, peak forces over them, durations, contacts a turn, where on the bearing contacts
+    began (their number, weighted by nothing), and the numbers of `contact_table`. joints: default
+    the first three with a contact law;
+    settle: turns left out at the start; frame: of the angles, see `contacts_of`. A run without
+        contacts gets a picture that says so. Raises ValueError for a joint without contact law.
     """
-    names = [joints] if isinstance(joints, str) else list(joints or contact_joints(record)[:MOST_JOINTS])
+    names = (
+        [joints]
+        if isinstance(joints, str)
+        else list(joints or contact_joints(record)[:MOST_JOINTS])
+    )
     by_joint = {joint: contacts_of(record, joint, settle=settle, frame=frame) for joint in names}
     since = f"from turn {settle:g} on" if settle else ""
     if not any(len(c.time) for c in by_joint.values()):
@@ -211,9 +247,13 @@ def contacts(
 
 
 def _no_contact(record: Record, joints: list[str]) -> str:
-    """That joints have no contact, and whether asperities, which do not count as one, may have carried load."""
+    """That joints have no contact, and whether asperities, which do not count as one, may have
+    carried load.
+    """
     rough = any(j.get("asperity") for j in record.scene["joints"] if j["name"] in joints)
-    return f"no contact in joint {', '.join(joints)}" + (", load on asperities left out" if rough else "")
+    return f"no contact in joint {', '.join(joints)}" + (
+        ", load on asperities left out" if rough else ""
+    )
 
 
 def _nothing(record: Record, path: str | Path, joints: list[str], since: str) -> Path:
@@ -233,7 +273,9 @@ def _page(page, record: Record, joint: str, touches: Contacts, frame: str) -> No
     unknown = "not known: contact sets in gradually" if touches.sampled else None
     _histogram(panels[0], touches.impact_speed, "impact speed [m/s]", unknown)
     _forces(panels[1], touches)
-    _histogram(panels[2], 1e3 * touches.duration[~touches.open], "duration [ms]", "no contact has ended")
+    _histogram(
+        panels[2], 1e3 * touches.duration[~touches.open], "duration [ms]", "no contact has ended"
+    )
     _rate(panels[3], record, touches)
     if any(touches.spot):
         _corners(page.add_subplot(grid[2, 0]), touches)
@@ -249,11 +291,17 @@ def _histogram(axes, values: np.ndarray, label: str, otherwise: str | None) -> N
         figures.note(axes, otherwise or "none above zero")
         axes.set_xlabel(label)
         return
-    low, high, bins = 0.999 * values.min(), 1.001 * values.max(), int(np.clip(2.0 * np.sqrt(values.size), 5, 40))
+    low, high, bins = (
+        0.999 * values.min(),
+        1.001 * values.max(),
+        int(np.clip(2.0 * np.sqrt(values.size), 5, 40)),
+    )
     log = figures.wide(values, FAR_APART)
     edges = (np.geomspace if log else np.linspace)(low, high, bins + 1)
     axes.hist(values, edges, color="0.6", edgecolor="black", lw=0.5)
-    axes.axvline(np.median(values), color="#d55e00", lw=1.2, label=f"median {np.median(values):.3g}")
+    axes.axvline(
+        np.median(values), color="#d55e00", lw=1.2, label=f"median {np.median(values):.3g}"
+    )
     axes.locator_params(axis="y", integer=True)
     axes.set_xscale("log" if log else "linear")
     figures.finish(axes, "contacts [-]", label)
@@ -262,9 +310,12 @@ def _histogram(axes, values: np.ndarray, label: str, otherwise: str | None) -> N
 def _forces(axes, touches: Contacts) -> None:
     """Peak force over impact speed, or over duration where the impact speed is not known."""
     x, label = (
-        (1e3 * touches.duration, "duration [ms]") if touches.sampled else (touches.impact_speed, "impact speed [m/s]")
+        (1e3 * touches.duration, "duration [ms]")
+        if touches.sampled
+        else (touches.impact_speed, "impact speed [m/s]")
     )
-    shown = (x > 0.0) & (touches.peak_force > 0.0) & ~(touches.sampled & touches.open)  # their durations are cut off
+    # their durations are cut off
+    shown = (x > 0.0) & (touches.peak_force > 0.0) & ~(touches.sampled & touches.open)
     x, force = x[shown], touches.peak_force[shown]
     axes.plot(x, force, "o", ms=3.0, mfc="none", mew=0.6, color="black")
     axes.set_xscale("log" if figures.wide(x, FAR_APART) else "linear")
@@ -289,7 +340,9 @@ def _rate(axes, record: Record, touches: Contacts) -> None:
 
 def _corners(axes, touches: Contacts) -> None:
     """Numbers of contacts of each corner of a block."""
-    names = [f"{'top' if y > 0.0 else 'bottom'}\n{'front' if x > 0.0 else 'rear'}" for _, x, y in CORNERS]
+    names = [
+        f"{'top' if y > 0.0 else 'bottom'}\n{'front' if x > 0.0 else 'rear'}" for _, x, y in CORNERS
+    ]
     numbers = [(touches.spot == corner).sum() for corner, _, _ in CORNERS]
     axes.bar(names, numbers, color="0.6", edgecolor="black", lw=0.5)
     axes.locator_params(axis="y", integer=True)
@@ -304,11 +357,20 @@ def _rose(axes, touches: Contacts, frame: str) -> None:
         axes.set_xlabel("eccentricity or bearing angle not kept")
         return
     numbers, edges = np.histogram(angle, np.linspace(-np.pi, np.pi, SECTORS + 1))
-    axes.bar(edges[:-1], numbers, width=np.diff(edges), align="edge", color="0.6", edgecolor="black", lw=0.5)
+    axes.bar(
+        edges[:-1],
+        numbers,
+        width=np.diff(edges),
+        align="edge",
+        color="0.6",
+        edgecolor="black",
+        lw=0.5,
+    )
     axes.set_xlabel("angle of the eccentricity; radius: contacts [-]", fontsize="small")
     axes.tick_params(labelsize="small")
     near = numbers + np.roll(numbers, 1) + np.roll(numbers, -1)
-    axes.set_rlabel_position(np.degrees(edges[np.argmin(near)] + np.pi / SECTORS))  # where no bar hides its numbers
+    # where no bar hides its numbers
+    axes.set_rlabel_position(np.degrees(edges[np.argmin(near)] + np.pi / SECTORS))
     step = -(-int(numbers.max()) // 3)
     axes.set_yticks(np.arange(step, numbers.max() + 1, step))
 
@@ -335,4 +397,12 @@ def _list(axes, numbers: dict[str, float]) -> None:
         digits = f"{value:.0f}" if 1e4 <= abs(value) < 1e8 else f"{value:.4g}"
         text = f"{digits} {units}" if np.isfinite(value) else "not known"
         for x, words, side in ((0.0, what, "left"), (1.0, text, "right")):
-            axes.text(x, 0.95 - 0.1 * i, words, fontsize="small", ha=side, va="center", transform=axes.transAxes)
+            axes.text(
+                x,
+                0.95 - 0.1 * i,
+                words,
+                fontsize="small",
+                ha=side,
+                va="center",
+                transform=axes.transAxes,
+            )

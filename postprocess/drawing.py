@@ -1,4 +1,6 @@
-"""Mechanisms as drawings: bodies, slides, springs and ground of a result, posed at any of its times."""
+"""Mechanisms as drawings: bodies, slides, springs and ground of a result, posed at any of its
+times.
+"""
 
 from pathlib import Path
 
@@ -16,7 +18,10 @@ EDGE, GROUND, CLEARANCE = "0.25", "0.45", "tab:blue"
 #: sizes over that of the mechanism: half a block, ground symbols, breadth of springs
 BLOCK, PIVOT, COIL = (0.045, 0.028), 0.022, 0.018
 #: springs and dampers as places along their line and offsets across it
-ZIGZAG = ((0.0, 0.15, *np.linspace(0.2, 0.8, 9), 0.85, 1.0), (0.0, 0.0, *[1.0, -1.0] * 4, 1.0, 0.0, 0.0))
+ZIGZAG = (
+    (0.0, 0.15, *np.linspace(0.2, 0.8, 9), 0.85, 1.0),
+    (0.0, 0.0, *[1.0, -1.0] * 4, 1.0, 0.0, 0.0),
+)
 DASHPOT = (
     (0.0, 0.4, 0.4, 0.6, 0.6, 0.4, 0.4, np.nan, 0.6, 1.0),
     (0.0, 0.0, 1.0, 1.0, -1.0, -1.0, 0.0, np.nan, 0.0, 0.0),
@@ -24,10 +29,12 @@ DASHPOT = (
 MM = 1e3
 #: share of the mechanism's size that is half the breadth of a cylinder
 CYLINDER = 0.018
-#: directions about the one given in which names are tried [rad], nearest first, and how much further away
+#: directions about the one given in which names are tried [rad], nearest first, and how much
+#: further away
 TRIED = tuple(np.radians([0, 30, -30, 60, -60, 90, -90, 135, -135, 180]))
 FURTHER = (1.0, 1.8)
-#: height and breadth of a letter over its size, spacing of the points that drawn lines count by [pt]
+#: height and breadth of a letter over its size, spacing of the points that drawn lines count by
+#: [pt]
 LETTER, SPACING = (1.35, 0.62), 4.0
 BOLD = {"color": "tab:red", "lw": 1.4}
 #: breadth and height of a picture's axes [inch], at most
@@ -40,14 +47,17 @@ def period(record: Record) -> float:
     Raises ValueError for a result of fewer than two samples.
     """
     if record.time.size < 2:
-        raise ValueError(f"{channels.name_of(record)} has {record.time.size} sample(s): nothing moves")
+        raise ValueError(
+            f"{channels.name_of(record)} has {record.time.size} sample(s): nothing moves"
+        )
     return record.turn or float(record.time[-1] - record.time[0])
 
 
 class Motion:
     """Poses of all bodies at some times [s]: those of the samples, or interpolated between them.
 
-    Raises ValueError naming a pose channel that the result has not got, and for times outside the run.
+    Raises ValueError naming a pose channel that the result has not got, and for times outside the
+    run.
     """
 
     def __init__(self, record: Record, times: np.ndarray):
@@ -55,7 +65,11 @@ class Motion:
         self.coms = {b["name"]: np.array(b["com"][:2]) for b in self.scene["bodies"]}
         self.poses = {
             name: np.stack(
-                [channels.at(record, f"bodies/{name}/{c}", self.times) for c in ("x", "y", "theta")], axis=-1
+                [
+                    channels.at(record, f"bodies/{name}/{c}", self.times)
+                    for c in ("x", "y", "theta")
+                ],
+                axis=-1,
             )
             for name in self.coms
         }
@@ -71,7 +85,9 @@ class Motion:
         """Positions (times, n, 2) [m] of points (n, 2) of a body's frame [m]."""
         if body == "ground":
             return self.turned(body, points)
-        return self.poses[body][:, None, :2] + self.turned(body, np.asarray(points, float) - self.coms[body])
+        return self.poses[body][:, None, :2] + self.turned(
+            body, np.asarray(points, float) - self.coms[body]
+        )
 
     def end(self, end: dict) -> np.ndarray:
         """Positions of an end of a joint or spring, (times, 2) [m]."""
@@ -86,10 +102,15 @@ def ends(part: dict) -> list[dict]:
 def outline(scene: dict, body: dict) -> np.ndarray:
     """Points (n, 2) of a body's frame [m] that its drawing joins, in order round their middle.
 
-    They are its named points and those where joints and loads are attached; a body of one point reaches from there
-    to its centre of mass.
+    They are its named points and those where joints and loads are attached; a body of one point
+    reaches from there to its centre of mass.
     """
-    attached = [e for part in (*scene["joints"], *scene["loads"]) for e in ends(part) if e["body"] == body["name"]]
+    attached = [
+        e
+        for part in (*scene["joints"], *scene["loads"])
+        for e in ends(part)
+        if e["body"] == body["name"]
+    ]
     points = [*(p[:2] for p in body["points"].values()), *((e["x"], e["y"]) for e in attached)]
     if len(set(map(tuple, points))) < 2:
         points.append(body["com"][:2])
@@ -109,11 +130,18 @@ def bar(points: np.ndarray) -> list[int] | None:
 
 
 def wall(centre, normal, half: float, pitch: float) -> np.ndarray:
-    """A hatched line (n, 2) broken by NaN, `half` to both sides of `centre`; the hatching is behind `normal`."""
+    """A hatched line (n, 2) broken by NaN, `half` to both sides of `centre`; the hatching is behind
+    `normal`.
+    """
     normal = np.asarray(normal, float) / np.hypot(*normal)
     along = np.array([-normal[1], normal[0]])
-    feet = np.asarray(centre) + along * np.linspace(-half, half, max(round(2.0 * half / pitch), 1) + 1)[:, None]
-    ticks = np.stack([feet, feet - 0.7 * pitch * (normal + along), np.full_like(feet, np.nan)], axis=1)
+    feet = (
+        np.asarray(centre)
+        + along * np.linspace(-half, half, max(round(2.0 * half / pitch), 1) + 1)[:, None]
+    )
+    ticks = np.stack(
+        [feet, feet - 0.7 * pitch * (normal + along), np.full_like(feet, np.nan)], axis=1
+    )
     return np.concatenate([feet[[0, -1]], [[np.nan, np.nan]], ticks.reshape(-1, 2)])
 
 
@@ -127,10 +155,11 @@ def coil(a: np.ndarray, b: np.ndarray, shape: tuple, breadth: float) -> np.ndarr
 
 
 class Slide:
-    """A prismatic joint as a block on a guide; `guide` is the body that carries the line, `block` the other one.
+    """A prismatic joint as a block on a guide; `guide` is the body that carries the line, `block`
+    the other one.
 
-    outlines: of the bodies. Of two bars along one line the guide is a cylinder, from `reach[0]` to `reach[1]` along it,
-    and the other one a rod in it.
+    outlines: of the bodies. Of two bars along one line the guide is a cylinder, from `reach[0]` to
+        `reach[1]` along it, and the other one a rod in it.
     """
 
     def __init__(self, motion: Motion, joint: dict, outlines: dict[str, np.ndarray]):
@@ -139,19 +168,29 @@ class Slide:
         axis = motion.turned(guide["body"], joint["axis"])[:, 0]
         if swapped := block["body"] == "ground":
             guide, block = block, guide
-        self.guide, self.block, self.at, self.axis = guide["body"], block["body"], motion.end(block), axis
+        self.guide, self.block, self.at, self.axis = (
+            guide["body"],
+            block["body"],
+            motion.end(block),
+            axis,
+        )
         places = np.sum((self.at - motion.end(guide)) * axis, axis=-1)
         # a rod reaches to the point that it is fixed to; a rail has none
         reach = [] if self.guide == "ground" else [0.0]
         self.reach = (min([places.min(), *reach]), max([places.max(), *reach]))
-        self.origin, self.direction = (guide["x"], guide["y"]), axis[0] if swapped else joint["axis"]
+        self.origin, self.direction = (
+            (guide["x"], guide["y"]),
+            axis[0] if swapped else joint["axis"],
+        )
         #: half length and height of the block [m], where the joint says so
         self.half = (0.5 * joint["overlap"], 0.5 * joint["height"]) if "height" in joint else None
         moving = self.half is None and "ground" not in (self.guide, self.block)
         self.cylinder = moving and self._telescopes(motion, outlines)
 
     def _telescopes(self, motion: Motion, outlines: dict[str, np.ndarray]) -> bool:
-        """True where both bodies are bars along the axis, one out of the other; the reach is that of the cylinder."""
+        """True where both bodies are bars along the axis, one out of the other; the reach is that
+        of the cylinder.
+        """
         origin, across = motion.points(self.guide, self.origin), self.axis[:, ::-1] * (-1.0, 1.0)
         offsets = [motion.points(b, outlines[b]) - origin for b in (self.guide, self.block)]
         block, rod = (np.einsum("tni,ti->tn", o, self.axis) for o in offsets)
@@ -162,7 +201,9 @@ class Slide:
         ahead, behind = (rod.max(axis=1) > block.max()).all(), (rod.min(axis=1) < block.min()).all()
         places = np.sum((self.at - origin[:, 0]) * self.axis, axis=-1)
         low, high = places.min() - 0.1 * length, places.max() + 0.1 * length
-        self.reach = (block.min(), max(high, block.max())) if ahead else (min(low, block.min()), block.max())
+        self.reach = (
+            (block.min(), max(high, block.max())) if ahead else (min(low, block.min()), block.max())
+        )
         return bool(length > 0.0 and ahead != behind)
 
     def tube(self, motion: Motion, half: float) -> np.ndarray:
@@ -182,7 +223,9 @@ class Slide:
         return motion.points(self.guide, self.origin + reach * self.direction)
 
     def below(self) -> np.ndarray:
-        """Normal (2,) of a guide on ground, on the lower side of it (the right-hand one of an upright guide)."""
+        """Normal (2,) of a guide on ground, on the lower side of it (the right-hand one of an
+        upright guide).
+        """
         x, y = self.axis[0]
         normal = np.array([y, -x])
         return normal if x > 1e-3 or (abs(x) <= 1e-3 and y > 0.0) else -normal
@@ -198,28 +241,44 @@ class Slide:
 
     def corners(self, half: tuple[float, float]) -> np.ndarray:
         """Corners of the block, (times, 4, 2) [m]."""
-        along, across = half[0] * self.axis[:, None], half[1] * (self.axis[:, None, ::-1] * (-1.0, 1.0))
+        along, across = (
+            half[0] * self.axis[:, None],
+            half[1] * (self.axis[:, None, ::-1] * (-1.0, 1.0)),
+        )
         signs = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
         return self.at[:, None] + signs[:, :1] * along + signs[:, 1:] * across
 
 
 class Drawing:
-    """A mechanism on axes in mm, as artists that `show` moves from one time of its motion to another.
+    """A mechanism on axes in mm, as artists that `show` moves from one time of its motion to
+    another.
 
-    low, high: corners (2,) [mm] of what it sweeps over all times; rings: the circles of the clearance joints; moving:
-    artists, what sets them, and what it is given at each time; drawn: paths of lines and faces [mm]; room: where names
-    may go, None where they keep to their first places.
+    low, high: corners (2,) [mm] of what it sweeps over all times; rings: the circles of the
+    clearance joints; moving: artists, what sets them, and what it is given at each time; drawn:
+    paths of lines and faces [mm]; room: where names may go, None where they keep to their first
+    places.
     """
 
     def __init__(self, motion: Motion, axes):
-        self.motion, self.axes, self.moving, self.rings, self.drawn, self.room = motion, axes, [], {}, [], None
+        self.motion, self.axes, self.moving, self.rings, self.drawn, self.room = (
+            motion,
+            axes,
+            [],
+            {},
+            [],
+            None,
+        )
         self.low, self.high = np.full(2, np.inf), np.full(2, -np.inf)
         scene = motion.scene
         self.bodies = {b["name"]: outline(scene, b) for b in scene["bodies"]}
         slides = (j for j in scene["joints"] if j["type"] in SLIDES)
         self.slides = {j["name"]: Slide(motion, j, self.bodies) for j in slides}
         paths = [motion.points(b, p) for b, p in self.bodies.items()]
-        paths += [motion.end(e)[:, None] for part in (*scene["joints"], *scene["loads"]) for e in ends(part)]
+        paths += [
+            motion.end(e)[:, None]
+            for part in (*scene["joints"], *scene["loads"])
+            for e in ends(part)
+        ]
         swept = np.concatenate([p.reshape(-1, 2) for p in paths])
         gyration = max(np.sqrt(b["inertia"] / b["mass"]) for b in scene["bodies"])
         self.size = float(np.ptp(swept, axis=0).max()) or 2.0 * gyration
@@ -253,17 +312,27 @@ class Drawing:
         self._place(artist, artist.set_xy, path)
         return artist
 
-    def name(self, text: str, paths: list[np.ndarray], towards: np.ndarray, distance: float, **style):
-        """A name at a distance [point] from one of some paths (times, 2) [m], in a direction (2,) of any length.
+    def name(
+        self, text: str, paths: list[np.ndarray], towards: np.ndarray, distance: float, **style
+    ):
+        """A name at a distance [point] from one of some paths (times, 2) [m], in a direction (2,)
+        of any length.
 
-        Where there is `room` to choose, the path, and a direction near the one given, are those where least is hidden.
+        Where there is `room` to choose, the path, and a direction near the one given, are those
+        where least is hidden.
         """
         towards, path = np.asarray(towards) / (np.hypot(*towards) or 1.0), paths[0]
         if self.room is not None:
-            path, towards, distance = self.room.place(text, paths, towards, distance, style["fontsize"])
+            path, towards, distance = self.room.place(
+                text, paths, towards, distance, style["fontsize"]
+            )
         side = {"ha": beside(towards[0]), "va": "center", "zorder": 9}
         box = {"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.7}
-        place = {"xytext": tuple(shifted(towards, distance)), "textcoords": "offset points", "bbox": box}
+        place = {
+            "xytext": tuple(shifted(towards, distance)),
+            "textcoords": "offset points",
+            "bbox": box,
+        }
         artist = self.axes.annotate(text, (0.0, 0.0), **place, **side, **style)
         artist.set_in_layout(False)
         self._place(artist, lambda xy: setattr(artist, "xy", xy), path)
@@ -279,11 +348,16 @@ class Drawing:
         path = MM * path
         self.drawn.append(path)
         flat = path.reshape(-1, 2)
-        self.low, self.high = np.fmin(self.low, np.nanmin(flat, axis=0)), np.fmax(self.high, np.nanmax(flat, axis=0))
+        self.low, self.high = (
+            np.fmin(self.low, np.nanmin(flat, axis=0)),
+            np.fmax(self.high, np.nanmax(flat, axis=0)),
+        )
         return path
 
     def _ground(self) -> None:
-        """Triangle and hatching under each pivot on ground, a wall behind each spring that hangs on it."""
+        """Triangle and hatching under each pivot on ground, a wall behind each spring that hangs on
+        it.
+        """
         size, style = PIVOT * self.size, {"color": GROUND, "lw": 1.0, "zorder": 1}
         for joint in self.motion.scene["joints"]:
             for end in ends(joint) if joint["type"] not in SLIDES else ():
@@ -291,18 +365,29 @@ class Drawing:
                     at = np.array([end["x"], end["y"]])
                     base = at + size * np.array([(0.0, 0.0), (-1.0, -1.6), (1.0, -1.6)])
                     self.face(base[None], facecolor="white", edgecolor=GROUND, lw=1.0, zorder=1)
-                    self.line(wall(base[1:].mean(axis=0), (0.0, 1.0), 1.6 * size, 0.64 * size)[None], **style)
-        for spring in (load for load in self.motion.scene["loads"] if load["type"] == "SpringDamper"):
+                    self.line(
+                        wall(base[1:].mean(axis=0), (0.0, 1.0), 1.6 * size, 0.64 * size)[None],
+                        **style,
+                    )
+        for spring in (
+            load for load in self.motion.scene["loads"] if load["type"] == "SpringDamper"
+        ):
             for end, other in ((spring["a"], spring["b"]), (spring["b"], spring["a"])):
                 if end["body"] == "ground":
                     towards = self.motion.end(other).mean(axis=0) - (end["x"], end["y"])
                     normal = towards if towards.any() else (0.0, 1.0)
-                    self.line(wall((end["x"], end["y"]), normal, 1.6 * size, 0.64 * size)[None], **style)
+                    self.line(
+                        wall((end["x"], end["y"]), normal, 1.6 * size, 0.64 * size)[None], **style
+                    )
 
     def _springs(self) -> None:
-        for spring in (load for load in self.motion.scene["loads"] if load["type"] == "SpringDamper"):
+        for spring in (
+            load for load in self.motion.scene["loads"] if load["type"] == "SpringDamper"
+        ):
             shape = ZIGZAG if spring["stiffness"] else DASHPOT
-            path = coil(self.motion.end(spring["a"]), self.motion.end(spring["b"]), shape, COIL * self.size)
+            path = coil(
+                self.motion.end(spring["a"]), self.motion.end(spring["b"]), shape, COIL * self.size
+            )
             self.line(path, color=EDGE, lw=1.0, zorder=5)
 
     def _guide(self, slide: Slide) -> None:
@@ -312,7 +397,9 @@ class Drawing:
             return
         if slide.guide != "ground":
             self.line(path, color=EDGE, lw=4.0, solid_capstyle="round", zorder=2)
-            self.line(path, color=self.fills[slide.guide], lw=2.5, solid_capstyle="round", zorder=2.1)
+            self.line(
+                path, color=self.fills[slide.guide], lw=2.5, solid_capstyle="round", zorder=2.1
+            )
             return
         (start, end), below = path[0], slide.below()
         half, middle = 0.5 * np.hypot(*(end - start)), 0.5 * (start + end)
@@ -323,7 +410,9 @@ class Drawing:
             self.line(wall(middle - height * below, below, half, pitch)[None], **style)
 
     def _body(self, body: str, points: np.ndarray) -> None:
-        """A bar through two points, a plate through more; a box where a body has one point and no slide."""
+        """A bar through two points, a plate through more; a box where a body has one point and no
+        slide.
+        """
         path = self.motion.points(body, points)
         if body in {s.guide for s in self.slides.values() if s.cylinder}:
             return
@@ -338,7 +427,9 @@ class Drawing:
             if straight is not None:
                 self.line(path, color=colour, lw=width, solid_capstyle="round", zorder=3)
             else:
-                self.face(path, facecolor=colour, edgecolor=colour, lw=width, joinstyle="round", zorder=3)
+                self.face(
+                    path, facecolor=colour, edgecolor=colour, lw=width, joinstyle="round", zorder=3
+                )
 
     def _block(self, slide: Slide) -> None:
         """A box on the guide, or a cylinder round the rod with its piston."""
@@ -350,7 +441,9 @@ class Drawing:
             self.line(slide.piston(breadth), color=EDGE, lw=2.0, solid_capstyle="butt", zorder=4.1)
             return
         corners = slide.corners(slide.half or half)
-        block = self.face(corners, facecolor=self.fills[slide.block], edgecolor=EDGE, lw=1.0, zorder=4)
+        block = self.face(
+            corners, facecolor=self.fills[slide.block], edgecolor=EDGE, lw=1.0, zorder=4
+        )
         if slide.half:
             self.rings[slide.name] = block
 
@@ -359,9 +452,14 @@ class Drawing:
         if joint["type"] in SLIDES:
             return
         style = {"marker": "o", "ls": "none", "zorder": 8, "markerfacecolor": "white"}
-        bearing, journal = self.motion.end(joint["a"])[:, None], self.motion.end(joint["b"])[:, None]
+        bearing, journal = (
+            self.motion.end(joint["a"])[:, None],
+            self.motion.end(joint["b"])[:, None],
+        )
         if joint["type"] == "ClearanceRevolute":
-            self.rings[joint["name"]] = self.line(bearing, ms=9.0, mew=2.0, color=CLEARANCE, **style)
+            self.rings[joint["name"]] = self.line(
+                bearing, ms=9.0, mew=2.0, color=CLEARANCE, **style
+            )
             self.line(journal, **(style | {"markerfacecolor": EDGE}), ms=2.5, color=EDGE)
         else:
             self.line(bearing, ms=5.5, mew=1.2, color=EDGE, **style)
@@ -369,7 +467,11 @@ class Drawing:
     def _drives(self) -> None:
         """A round arrow about each hinge that is driven, a straight one beside each slide."""
         joints = {j["name"]: j for j in self.motion.scene["joints"]}
-        angles = [self._driven(load, joints) for load in self.motion.scene["loads"] if load["type"] == "Drive"]
+        angles = [
+            self._driven(load, joints)
+            for load in self.motion.scene["loads"]
+            if load["type"] == "Drive"
+        ]
         hinges = [j for j in angles if j is not None and j["type"] not in SLIDES]
         places = np.array([self.motion.end(j["b"])[0] for j in hinges]).reshape(-1, 2)
         apart = np.hypot(*np.moveaxis(places[:, None] - places, -1, 0))
@@ -394,30 +496,44 @@ class Drawing:
         angle = np.linspace(-0.5, 3.4, 30)[:, None]
         arc = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
         arc = np.concatenate([arc, arc[-1] + [(0.24, 0.16), (0.0, 0.0), (-0.24, 0.24)]])
-        mirror = (-1.0 if self._turn(joint["b"]["body"]) < self._turn(joint["a"]["body"]) else 1.0, 1.0)
+        mirror = (
+            -1.0 if self._turn(joint["b"]["body"]) < self._turn(joint["a"]["body"]) else 1.0,
+            1.0,
+        )
         path = self.motion.end(joint["b"])[:, None] + radius * arc * mirror
         self.line(path, color=EDGE, lw=1.2, zorder=7)
 
     def _turn(self, body: str) -> float:
-        return 0.0 if body == "ground" else float(self.motion.poses[body][-1, 2] - self.motion.poses[body][0, 2])
+        return (
+            0.0
+            if body == "ground"
+            else float(self.motion.poses[body][-1, 2] - self.motion.poses[body][0, 2])
+        )
 
     def _straight_arrow(self, slide: Slide) -> None:
         """Along the axis, both ways."""
-        along, across = 1.2 * BLOCK[0] * self.size, (1.6 if slide.cylinder else 2.4) * BLOCK[1] * self.size
+        along, across = (
+            1.2 * BLOCK[0] * self.size,
+            (1.6 if slide.cylinder else 2.4) * BLOCK[1] * self.size,
+        )
         head, none = np.array([(0.7, -0.15), (1.0, 0.0), (0.7, 0.15)]), [(np.nan, np.nan)]
         shape = np.concatenate([head, none, [(1.0, 0.0), (-1.0, 0.0)], none, -head])
         axis = slide.axis[:, None]
         side = axis[..., ::-1] * (-1.0, 1.0)
         if slide.guide == "ground":
             side = -side if (slide.below() @ side[0, 0]) > 0.0 else side
-        path = slide.at[:, None] + along * (shape[:, :1] * axis + shape[:, 1:] * side) + across * side
+        path = (
+            slide.at[:, None] + along * (shape[:, :1] * axis + shape[:, 1:] * side) + across * side
+        )
         self.line(path, color=EDGE, lw=1.2, zorder=7)
 
 
 class Room:
-    """Free places for names on a picture of time `k`, at `scale` [pt/mm]: away from each other and from what is drawn.
+    """Free places for names on a picture of time `k`, at `scale` [pt/mm]: away from each other and
+    from what is drawn.
 
-    boxes: left, bottom, right, top of the names so far [pt]; points (n, 2): of drawn lines and joints [pt].
+    boxes: left, bottom, right, top of the names so far [pt]; points (n, 2): of drawn lines and
+        joints [pt].
     """
 
     def __init__(self, drawing: Drawing, k: int, scale: float):
@@ -425,14 +541,20 @@ class Room:
         paths = [scale * path[min(k, len(path) - 1)] for path in drawing.drawn]
         self.points = np.concatenate([_points_along(path) for path in paths])
 
-    def place(self, text: str, paths: list[np.ndarray], towards: np.ndarray, distance: float, size: float) -> tuple:
-        """Path, direction and distance [pt] with which a name of letters of a `size` [pt] hides least."""
+    def place(
+        self, text: str, paths: list[np.ndarray], towards: np.ndarray, distance: float, size: float
+    ) -> tuple:
+        """Path, direction and distance [pt] with which a name of letters of a `size` [pt] hides
+        least.
+        """
         best, least = None, np.inf
         for path in paths:
             at = MM * self.scale * path[min(self.k, len(path) - 1)]
             for turn in TRIED:
                 cos, sin = np.cos(turn), np.sin(turn)
-                direction = np.array([cos * towards[0] - sin * towards[1], sin * towards[0] + cos * towards[1]])
+                direction = np.array(
+                    [cos * towards[0] - sin * towards[1], sin * towards[0] + cos * towards[1]]
+                )
                 for further in FURTHER:
                     box = _box(text, at, direction, further * distance, size)
                     hidden = self._hidden(box) + 0.5 * abs(turn) + 2.0 * (further - 1.0)
@@ -449,7 +571,9 @@ class Room:
 
 
 def _points_along(path: np.ndarray) -> np.ndarray:
-    """Points (m, 2) along a path (n, 2) [pt] that may have gaps; of a single point those of the circle of a joint."""
+    """Points (m, 2) along a path (n, 2) [pt] that may have gaps; of a single point those of the
+    circle of a joint.
+    """
     if len(path) == 1:
         angle = np.linspace(0.0, 2.0 * np.pi, 9)[:-1, None]
         return path + 4.0 * np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
@@ -465,11 +589,17 @@ def beside(x: float) -> str:
 
 
 def shifted(direction: np.ndarray, distance: float) -> np.ndarray:
-    """Offset (2,) [pt] of a name; names beside their place begin nearer to it than those above and below."""
-    return distance * np.asarray(direction) * (1.0 if beside(direction[0]) == "center" else 0.7, 1.0)
+    """Offset (2,) [pt] of a name; names beside their place begin nearer to it than those above and
+    below.
+    """
+    return (
+        distance * np.asarray(direction) * (1.0 if beside(direction[0]) == "center" else 0.7, 1.0)
+    )
 
 
-def _box(text: str, at: np.ndarray, direction: np.ndarray, distance: float, size: float) -> np.ndarray:
+def _box(
+    text: str, at: np.ndarray, direction: np.ndarray, distance: float, size: float
+) -> np.ndarray:
     """Left, bottom, right and top of a name [pt], about."""
     x, y = at + shifted(direction, distance)
     height, breadth = LETTER[0] * size, LETTER[1] * size * len(text)
@@ -478,7 +608,9 @@ def _box(text: str, at: np.ndarray, direction: np.ndarray, distance: float, size
 
 
 def name_joints(drawing: Drawing, k: int, only=None) -> None:
-    """Names beside the joints (`only` some), on the side away from the bodies they join at time `k`."""
+    """Names beside the joints (`only` some), on the side away from the bodies they join at time
+    `k`.
+    """
     motion = drawing.motion
     for joint in motion.scene["joints"]:
         name = joint["name"]
@@ -490,14 +622,18 @@ def name_joints(drawing: Drawing, k: int, only=None) -> None:
             continue
         path = motion.end(joint["b"])
         joined = [e["body"] for e in ends(joint) if e["body"] != "ground"]
-        away = path[k] - np.mean([motion.points(b, drawing.bodies[b])[k].mean(axis=0) for b in joined], axis=0)
+        away = path[k] - np.mean(
+            [motion.points(b, drawing.bodies[b])[k].mean(axis=0) for b in joined], axis=0
+        )
         if len(joined) < 2:  # the ground symbol is below
             away = np.array([-1.0 if away[0] < 0.0 else 1.0, 0.2]) * drawing.size
         drawing.name(name, [path], away, 13.0, fontsize=9, fontweight="bold")
 
 
 def name_bodies(drawing: Drawing, k: int) -> None:
-    """Names beside the middles of the bodies, or of their sides, across what they are long along at time `k`."""
+    """Names beside the middles of the bodies, or of their sides, across what they are long along at
+    time `k`.
+    """
     for body, points in drawing.bodies.items():
         path = drawing.motion.points(body, points)
         arms = path[k] - path[k].mean(axis=0)
@@ -511,7 +647,8 @@ def name_bodies(drawing: Drawing, k: int) -> None:
 
 
 def trace(drawing: Drawing) -> None:
-    """Paths of the bodies' points over all times, bold that of the point that a force acts on, else of the last body.
+    """Paths of the bodies' points over all times, bold that of the point that a force acts on, else
+    of the last body.
 
     The halves of a telescope are left out: their ends are points of other bodies.
     """
@@ -526,7 +663,9 @@ def trace(drawing: Drawing) -> None:
             style = BOLD | {"label": None if i else f"path of {body}"} if bold else {}
             drawing.line(path[None], **({"color": "0.6", "lw": 0.7, "zorder": 2.5} | style))
     if pushed is not None:
-        drawing.line(motion.end(pushed)[None], zorder=2.5, label=f"path of {_called(pushed)}", **BOLD)
+        drawing.line(
+            motion.end(pushed)[None], zorder=2.5, label=f"path of {_called(pushed)}", **BOLD
+        )
 
 
 def _called(end: dict) -> str:
@@ -537,13 +676,17 @@ def _called(end: dict) -> str:
 def sketch(record: Record, path: str | Path, *, at: float = 0.0, trails: bool = True) -> Path:
     """A still picture of a mechanism with names, to scale in mm, saved under `path`.
 
-    at: when, in turns of the drive from the start of the run, or as a share of a run without a drive of constant
-    speed; the sample next to it is drawn. trails: paths of the bodies' points over the turn from there on, or the last
-    one. Raises ValueError for times outside the run and for pose channels that were not kept.
+    at: when, in turns of the drive from the start of the run, or as a share of a run without a
+        drive of constant speed; the sample next to it is drawn. trails: paths of the bodies' points
+        over the turn from there on, or the last one. Raises ValueError for times outside the run
+        and for pose channels that were not kept.
     """
     turn, time = period(record), record.time
     if not 0.0 <= at <= (time[-1] - time[0]) / turn + 1e-9:
-        raise ValueError(f"at must lie in [0, {(time[-1] - time[0]) / turn:.6g}], the length of the run; got {at!r}")
+        raise ValueError(
+            f"at must lie in [0, {(time[-1] - time[0]) / turn:.6g}], the length of the run; got "
+            f"{at!r}"
+        )
     start = max(min(time[0] + at * turn, time[-1] - turn), time[0])
     times = time[(time >= start - 1e-9 * turn) & (time <= start + (1.0 + 1e-9) * turn)]
     motion, k = Motion(record, times), int(np.abs(times - time[0] - at * turn).argmin())
@@ -562,7 +705,9 @@ def sketch(record: Record, path: str | Path, *, at: float = 0.0, trails: bool = 
     figure.set_size_inches(8.0, np.clip(PAPER[0] * height / width + 1.2, 3.0, PAPER[1] + 1.2))
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")
-    figure.suptitle(headline([record], [""], f"t = {_clock(times[k])}", width=8.0), fontsize="medium")
+    figure.suptitle(
+        headline([record], [""], f"t = {_clock(times[k])}", width=8.0), fontsize="medium"
+    )
     figure.draw_without_rendering()  # the layout of axes with equal scales settles in a second pass
     return save(figure, path)
 
@@ -573,7 +718,9 @@ def _clock(time: float) -> str:
 
 
 def frame(drawing: Drawing, share: float = 0.08) -> tuple[float, float]:
-    """Set limits with a margin, a share of the mechanism's size, round all that it sweeps; width and height [mm]."""
+    """Set limits with a margin, a share of the mechanism's size, round all that it sweeps; width
+    and height [mm].
+    """
     margin = share * MM * drawing.size
     (left, bottom), (right, top) = drawing.low - margin, drawing.high + margin
     drawing.axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")

@@ -1,4 +1,6 @@
-"""Driving efforts and friction of a mechanism: driving efforts, and friction of hinges and slides without clearance."""
+"""Driving efforts and friction of a mechanism: driving efforts, and friction of hinges and slides
+without clearance.
+"""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -24,7 +26,8 @@ BESIDE = {"fontsize": "small", "loc": "upper left", "bbox_to_anchor": (1.0, 1.0)
 
 @dataclass(frozen=True)
 class Group:
-    """Drives or joints whose efforts have the same units: paths of those shown, by name, and how each of all is drawn.
+    """Drives or joints whose efforts have the same units: paths of those shown, by name, and how
+    each of all is drawn.
 
     remark: says that some are left out, where they are.
     """
@@ -50,20 +53,28 @@ def drive_efforts(record: Record) -> dict[str, str]:
 
 
 def joint_friction(record: Record) -> dict[str, str]:
-    """Paths of the friction of hinges and slides without clearance that was kept, by joint, in the scene's order."""
+    """Paths of the friction of hinges and slides without clearance that was kept, by joint, in the
+    scene's order.
+    """
     names = [j["name"] for j in rubbing_joints(record.scene)]
     return {n: p for n in names if (p := f"joints/{n}/friction") in record}
 
 
-def groups(record: Record, paths: dict[str, str], *, afresh: bool = False, dashes: str = "-") -> list[Group]:
-    """Efforts by their units, torques first; `dashes`: of the forces, whose colours may begin `afresh`."""
+def groups(
+    record: Record, paths: dict[str, str], *, afresh: bool = False, dashes: str = "-"
+) -> list[Group]:
+    """Efforts by their units, torques first; `dashes`: of the forces, whose colours may begin
+    `afresh`.
+    """
     panels, first = [], 0
     for units in EFFORTS:
         alike = {n: p for n, p in paths.items() if record.units(p) == units}
         if not alike:
             continue
         curves, remark = largest({n: record.values(p) for n, p in alike.items()})
-        styles = {n: _style(first + i, dashes if units == "N" else "-") for i, n in enumerate(alike)}
+        styles = {
+            n: _style(first + i, dashes if units == "N" else "-") for i, n in enumerate(alike)
+        }
         panels.append(Group(units, {n: alike[n] for n in curves}, styles, remark))
         first += 0 if afresh else len(alike)
     return panels
@@ -76,7 +87,9 @@ def _style(i: int, dashes: str) -> dict:
 
 
 def largest(values: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], str]:
-    """The curves (samples,) that reach furthest from zero, at most 8, in their order, and a remark on the others."""
+    """The curves (samples,) that reach furthest from zero, at most 8, in their order, and a remark
+    on the others.
+    """
     if len(values) <= MOST:
         return values, ""
     reach = {n: np.abs(v).max() for n, v in values.items()}
@@ -85,9 +98,11 @@ def largest(values: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], str]:
 
 
 def rate(record: Record, joint: str) -> np.ndarray:
-    """Rate of body b of a hinge [rad/s] or slide [m/s] against body a, (samples,), from angular velocities or the loss.
+    """Rate of body b of a hinge [rad/s] or slide [m/s] against body a, (samples,), from angular
+    velocities or the loss.
 
-    The power loss of a slide says nothing where there is no friction: NaN. Raises ValueError for a channel not kept.
+    The power loss of a slide says nothing where there is no friction: NaN. Raises ValueError for a
+    channel not kept.
     """
     entry = next(j for j in record.scene["joints"] if j["name"] == joint)
     if entry["type"] == "Prismatic":
@@ -105,7 +120,14 @@ def _kept(record: Record, path: str) -> np.ndarray:
 
 
 # --- panels
-def draw(record: Record, axes, paths: dict[str, str], styles: dict[str, dict], label: str, remark: str = "") -> None:
+def draw(
+    record: Record,
+    axes,
+    paths: dict[str, str],
+    styles: dict[str, dict],
+    label: str,
+    remark: str = "",
+) -> None:
     """Channels along time, those of them that were kept."""
     for name, path in paths.items():
         if path in record:
@@ -121,8 +143,17 @@ def _finish(axes, label: str, remark: str, xlabel: str = "time [s]", margin: flo
 
 
 def draw_efforts(record: Record, axes, group: Group, key: bool) -> None:
-    """Driving efforts of a group, dashed what they would be without joint friction; `key`: the legend says so."""
-    draw(record, axes, group.paths, group.styles, f"driving {group.effort} [{group.units}]", group.remark)
+    """Driving efforts of a group, dashed what they would be without joint friction; `key`: the
+    legend says so.
+    """
+    draw(
+        record,
+        axes,
+        group.paths,
+        group.styles,
+        f"driving {group.effort} [{group.units}]",
+        group.remark,
+    )
     for name, path in _without_friction(record, group).items():
         figures.line(axes, record.time, record.values(path), **(group.styles[name] | IDEAL))
     if key:
@@ -138,13 +169,22 @@ def draw_added(record: Record, axes, group: Group) -> None:
 
 
 def _without_friction(record: Record, group: Group) -> dict[str, str]:
-    """Paths of what the drives of a group would need without joint friction, where they prescribe a motion."""
+    """Paths of what the drives of a group would need without joint friction, where they prescribe a
+    motion.
+    """
     return {n: p for n, p in group.beside(f"{group.effort}_ideal").items() if p in record}
 
 
 def draw_friction(record: Record, axes, group: Group) -> None:
     """Friction torques or forces of a group."""
-    draw(record, axes, group.paths, group.styles, f"friction {group.effort} [{group.units}]", group.remark)
+    draw(
+        record,
+        axes,
+        group.paths,
+        group.styles,
+        f"friction {group.effort} [{group.units}]",
+        group.remark,
+    )
 
 
 def draw_reactions(record: Record, axes, styles: dict[str, dict]) -> None:
@@ -184,7 +224,9 @@ def draw_losses(record: Record, axes, styles: dict[str, dict]) -> None:
         figures.line(axes, record.time, np.sum(list(lost.values()), axis=0), **style)
 
 
-def _draw_largest(axes, time: np.ndarray, values: dict[str, np.ndarray], styles: dict, label: str) -> None:
+def _draw_largest(
+    axes, time: np.ndarray, values: dict[str, np.ndarray], styles: dict, label: str
+) -> None:
     curves, remark = largest(values)
     for name, curve in curves.items():
         figures.line(axes, time, curve, label=name, **styles[name])
@@ -194,15 +236,20 @@ def _draw_largest(axes, time: np.ndarray, values: dict[str, np.ndarray], styles:
 def draw_curve(record: Record, axes, group: Group) -> None:
     """Friction of a group over the rates of its joints: the friction curves that were traversed."""
     for name, path in group.paths.items():
-        style = group.styles[name] | {"ls": "none", "marker": ".", "ms": 2.5}  # friction jumps from sample to sample
+        # friction jumps from sample to sample
+        style = group.styles[name] | {"ls": "none", "marker": ".", "ms": 2.5}
         figures.trajectory(axes, rate(record, name), record.values(path), **style)
     units = EFFORTS[group.units][1]
     axes.locator_params(axis="x", nbins=5)
-    _finish(axes, f"friction {group.effort} [{group.units}]", "", f"rate of b against a [{units}]", 0.04)
+    _finish(
+        axes, f"friction {group.effort} [{group.units}]", "", f"rate of b against a [{units}]", 0.04
+    )
 
 
 def driving_panels(record: Record, added: bool = False) -> list[Callable]:
-    """Functions that draw the driving efforts on axes: torques and forces apart, and the part that friction `added`."""
+    """Functions that draw the driving efforts on axes: torques and forces apart, and the part that
+    friction `added`.
+    """
     rows, panels = groups(record, drive_efforts(record)), []
     ideal = any(_without_friction(record, g) for g in rows)
     for group in rows:
@@ -213,7 +260,9 @@ def driving_panels(record: Record, added: bool = False) -> list[Callable]:
 
 
 def friction_panels(record: Record, reactions: bool = True) -> list[Callable]:
-    """Functions that draw joint friction, reactions of the joints with friction, and losses on axes."""
+    """Functions that draw joint friction, reactions of the joints with friction, and losses on
+    axes.
+    """
     rows = groups(record, joint_friction(record), afresh=True, dashes=UNLIKE)
     styles = {n: style for g in rows for n, style in g.styles.items()}
     panels = [partial(draw_friction, group=g) for g in rows]
@@ -225,14 +274,17 @@ def friction_panels(record: Record, reactions: bool = True) -> list[Callable]:
 
 # --- pages
 def efforts(record: Record, path: str | Path) -> Path:
-    """Driving torques and forces, what they would be without joint friction, and the difference, saved under `path`.
+    """Driving torques and forces, what they would be without joint friction, and the difference,
+    saved under `path`.
 
     Raises ValueError for a run that has no drive, or has kept no driving effort.
     """
     panels = driving_panels(record, added=True)
     if not panels:
         driven = any(load["type"] == "Drive" for load in record.scene["loads"])
-        raise ValueError(f"{name_of(record)}: this run has {'kept no driving effort' if driven else 'no drive'}")
+        raise ValueError(
+            f"{name_of(record)}: this run has {'kept no driving effort' if driven else 'no drive'}"
+        )
     figure = figures.sheet(7.5, 1.3 + 2.1 * len(panels))
     grid = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, draw_panel in zip(grid, panels, strict=True):
@@ -245,10 +297,14 @@ def efforts(record: Record, path: str | Path) -> Path:
     return figures.save(figure, path)
 
 
-def friction(record: Record, path: str | Path, *, joints: str | Iterable[str] | None = None) -> Path:
-    """Friction of hinges and slides and its load over time, and over the rate of the joint, saved under `path`.
+def friction(
+    record: Record, path: str | Path, *, joints: str | Iterable[str] | None = None
+) -> Path:
+    """Friction of hinges and slides and its load over time, and over the rate of the joint, saved
+    under `path`.
 
-    joints: default all that rub. Raises ValueError for others, and for a run without joint friction.
+    joints: default all that rub. Raises ValueError for others, and for a run without joint
+        friction.
     """
     channels = joint_friction(record)
     if not channels:
@@ -256,7 +312,9 @@ def friction(record: Record, path: str | Path, *, joints: str | Iterable[str] | 
         raise ValueError(f"{name_of(record)}: this run has {had} joint friction")
     names = [joints] if isinstance(joints, str) else list(joints or channels)
     if unknown := [j for j in names if j not in channels]:
-        raise ValueError(f"no friction of joint {unknown[0]!r} in {name_of(record)}; of {', '.join(channels)}")
+        raise ValueError(
+            f"no friction of joint {unknown[0]!r} in {name_of(record)}; of {', '.join(channels)}"
+        )
     rows = groups(record, {n: channels[n] for n in channels if n in names}, afresh=True)
     loaded = [any(p in record for p in g.beside("friction_load").values()) for g in rows]
     heights = [1.6 if two else 2.6 for two in loaded for _ in range(1 + two)]
@@ -269,7 +327,13 @@ def friction(record: Record, path: str | Path, *, joints: str | Iterable[str] | 
         if two:
             above.set_xlabel("")
             below = figure.add_subplot(grid[row + 1, 0], sharex=above)
-            draw(record, below, group.beside("friction_load"), group.styles, f"friction load [{group.units}]")
+            draw(
+                record,
+                below,
+                group.beside("friction_load"),
+                group.styles,
+                f"friction load [{group.units}]",
+            )
         axes = figure.add_subplot(grid[row : row + 1 + two, 1])
         draw_curve(record, axes, group)
         axes.legend(*above.get_legend_handles_labels(), **BESIDE)

@@ -16,7 +16,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocato
 
 from clearance.results import replacing
 
-#: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so no peak is lost
+#: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so
+#: no peak is lost
 POINTS = 20000
 SCREEN = 90  # dots per inch of a figure that a notebook shows
 #: kinds of file a picture can be saved as
@@ -47,7 +48,9 @@ def sheet(width: float, height: float) -> Figure:
 
 
 def save(figure: Figure, path: str | Path | None, dpi: float = 150) -> Path | Figure:
-    """Write a picture, whole or not at all; its folder is made. Without a path the figure itself is returned.
+    """Write a picture, whole or not at all; its folder is made.
+
+    Without a path the figure itself is returned.
 
     Raises ValueError for a kind of file that a picture cannot be.
     """
@@ -66,7 +69,8 @@ def save(figure: Figure, path: str | Path | None, dpi: float = 150) -> Path | Fi
 def powers_into_labels(figure: Figure) -> None:
     """Put the power of ten of each linear axis into its label, "energy [10⁻⁶ J]".
 
-    Beside the axis it would lie over legends and titles. Axes that share their scale have one power.
+    Beside the axis it would lie over legends and titles. Axes that share their scale have one
+    power.
     Numbers are never printed as a difference from another one.
     """
     sides = [side for axes in figure.axes for side in (axes.xaxis, axes.yaxis)]
@@ -138,19 +142,30 @@ def finish(axes, ylabel: str, xlabel: str = "time [s]", legend: bool = True) -> 
 
 
 def legend_above(axes, *others) -> None:
-    """Legend of the named curves of axes, and of `others` below them, above it in as many rows as its breadth needs."""
+    """Legend of the named curves of axes, and of `others` below them, above it in as many rows as
+    its breadth needs.
+    """
     handles, names = _named(axes, *others)
     if names:
         page, share = axes.figure, axes.get_subplotspec().get_position(axes.figure).width
-        room = 1.1 * share * page.bbox.width / page.dpi  # margins of the layout are narrower than a grid's own
+        # margins of the layout are narrower than a grid's own
+        room = 1.1 * share * page.bbox.width / page.dpi
         fitting = (n for n in range(len(names), 1, -1) if _breadth(names, n) <= room)
-        style = {"fontsize": "small", "loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "frameon": False}
+        style = {
+            "fontsize": "small",
+            "loc": "lower left",
+            "bbox_to_anchor": (0.0, 1.0),
+            "frameon": False,
+        }
         axes.legend(handles, names, ncols=next(fitting, 1), **style)
 
 
 def _breadth(names: list[str], columns: int) -> float:
     """Breadth of a small legend, its names in columns one below the other [inch]."""
-    return sum(ENTRY[0] + ENTRY[1] * max(map(len, part)) for part in np.array_split(np.array(names), columns))
+    return sum(
+        ENTRY[0] + ENTRY[1] * max(map(len, part))
+        for part in np.array_split(np.array(names), columns)
+    )
 
 
 def _named(axes, *others) -> tuple[list, list[str]]:
@@ -163,7 +178,8 @@ def _named(axes, *others) -> tuple[list, list[str]]:
     return handles, names
 
 
-#: strokes that stay apart in grey: each darker or lighter than its neighbours, and dashed differently
+#: strokes that stay apart in grey: each darker or lighter than its neighbours, and dashed
+#: differently
 STROKES = (
     {"color": "#000000", "ls": "-"},
     {"color": "#d55e00", "ls": "-"},
@@ -179,7 +195,11 @@ CELLS = 4000
 
 def stroke(i: int, count: int) -> dict:
     """Colour and dashes of curve i of `count`; more curves than strokes run through a colour map."""
-    return dict(STROKES[i]) if count <= len(STROKES) else {"color": colormaps["viridis"](0.95 * i / (count - 1))}
+    return (
+        dict(STROKES[i])
+        if count <= len(STROKES)
+        else {"color": colormaps["viridis"](0.95 * i / (count - 1))}
+    )
 
 
 def hexadecimal(colour: str) -> str:
@@ -192,7 +212,9 @@ def marker(i: int) -> str:
 
 
 def trajectory(axes, x: np.ndarray, y: np.ndarray, **style) -> None:
-    """A path in the plane, open where y is nan; of points in one cell and strokes between two cells one is drawn."""
+    """A path in the plane, open where y is nan; of points in one cell and strokes between two cells
+    one is drawn.
+    """
     away = (CELLS + 1) ** 2
     cell = np.where(np.isnan(y), away, _cells(x) * (CELLS + 1) + _cells(y))
     moved = np.flatnonzero(np.diff(cell, prepend=-1))
@@ -213,25 +235,33 @@ def _cells(values: np.ndarray) -> np.ndarray:
     if not finite.any():
         return np.zeros(len(values), np.int64)
     low, high = values[finite].min(), values[finite].max()
-    return np.rint((np.where(finite, values, low) - low) / ((high - low) or 1.0) * CELLS).astype(np.int64)
+    return np.rint((np.where(finite, values, low) - low) / ((high - low) or 1.0) * CELLS).astype(
+        np.int64
+    )
 
 
 def degrees(axes, most: int = 9) -> None:
     """Ticks of an axis of angles at parts or multiples of a turn."""
     low, high = axes.get_xlim()
-    step = next(s for s in (15, 30, 45, 90, 180, *(360 * 2**k for k in range(40))) if high - low <= most * s)
+    step = next(
+        s for s in (15, 30, 45, 90, 180, *(360 * 2**k for k in range(40))) if high - low <= most * s
+    )
     axes.set_xticks(np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step)
 
 
 def note(axes, text: str) -> None:
     """Say in an empty panel why it is empty."""
-    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color="0.3", wrap=True)
+    axes.text(
+        0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color="0.3", wrap=True
+    )
     axes.set_xticks([])
     axes.set_yticks([])
 
 
 def legend_below(figure: Figure, *axes) -> None:
-    """One legend for the whole page, under its panels, in up to three columns that fit; none where nothing is named."""
+    """One legend for the whole page, under its panels, in up to three columns that fit; none where
+    nothing is named.
+    """
     handles, names = _named(*axes)
     if names:
         fit = max(int(figure.get_size_inches()[0] / (0.7 + 0.1 * max(map(len, names)))), 1)
@@ -254,7 +284,9 @@ def wide(values: np.ndarray, ratio: float = FAR_APART) -> bool:
 
 
 def scale(values: np.ndarray, log: bool, integers: bool = False) -> Normalize:
-    """Norm from the finite values of a map to its colours: evenly, by their logarithm, or a colour a whole number."""
+    """Norm from the finite values of a map to its colours: evenly, by their logarithm, or a colour
+    a whole number.
+    """
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
     if integers and values.size and high - low < MOST_COLOURS:
@@ -263,8 +295,12 @@ def scale(values: np.ndarray, log: bool, integers: bool = False) -> Normalize:
 
 
 def cells(axes, edges: tuple[np.ndarray, np.ndarray], values: np.ndarray, norm: Normalize):
-    """Coloured cells of values (y, x) between edges (x + 1,) and (y + 1,); what is not finite stays blank."""
-    return axes.pcolormesh(*edges, np.ma.masked_invalid(values), norm=norm, cmap=COLOURS, rasterized=True)
+    """Coloured cells of values (y, x) between edges (x + 1,) and (y + 1,); what is not finite stays
+    blank.
+    """
+    return axes.pcolormesh(
+        *edges, np.ma.masked_invalid(values), norm=norm, cmap=COLOURS, rasterized=True
+    )
 
 
 def levels(low: float, high: float, most: int = 24) -> np.ndarray:
@@ -275,12 +311,16 @@ def levels(low: float, high: float, most: int = 24) -> np.ndarray:
 def marked(axes, edges: tuple[np.ndarray, np.ndarray], where: np.ndarray, style: dict) -> None:
     """Cells (y, x) that are hatched instead of coloured."""
     x, y = edges
-    boxes = [Rectangle((x[i], y[j]), x[i + 1] - x[i], y[j + 1] - y[j]) for j, i in np.argwhere(where)]
+    boxes = [
+        Rectangle((x[i], y[j]), x[i + 1] - x[i], y[j + 1] - y[j]) for j, i in np.argwhere(where)
+    ]
     axes.add_collection(PatchCollection(boxes, lw=0.0, **style))
 
 
 def colour_bar(figure: Figure, mesh, axes, label: str, **more) -> None:
-    """The scale of a map beside its axes; whole numbers have a tick each, more: see Figure.colorbar."""
+    """The scale of a map beside its axes; whole numbers have a tick each, more: see
+    Figure.colorbar.
+    """
     norm = mesh.norm
     if isinstance(norm, BoundaryNorm):
         more = {"ticks": norm.boundaries[:-1] + 0.5} | more
@@ -290,9 +330,10 @@ def colour_bar(figure: Figure, mesh, axes, label: str, **more) -> None:
     bar.ax.tick_params(labelsize="small")
 
 
-
 def bar_of_values(figure: Figure, axes, values: np.ndarray, log: bool, label: str, **more) -> list:
-    """Colours (values,) of curves that belong to numbers, and the bar that tells them apart; more: of the bar."""
+    """Colours (values,) of curves that belong to numbers, and the bar that tells them apart; more:
+    of the bar.
+    """
     norm = (LogNorm if log else Normalize)(values.min(), values.max())
     colour_bar(figure, ScalarMappable(norm, COLOURS), axes, label, **{"aspect": 40} | more)
     return list(colormaps[COLOURS](norm(values)))
@@ -300,7 +341,9 @@ def bar_of_values(figure: Figure, axes, values: np.ndarray, log: bool, label: st
 
 def plain_decades(axis, low: float, high: float, most: int = 10) -> None:
     """Ticks of a logarithmic axis as plain numbers: 0.05, 0.1, 0.2; not many more than `most`."""
-    steps = next((s for s in ((1.0, 2.0, 5.0), (1.0, 3.0)) if np.log10(high / low) * len(s) <= most), (1.0,))
+    steps = next(
+        (s for s in ((1.0, 2.0, 5.0), (1.0, 3.0)) if np.log10(high / low) * len(s) <= most), (1.0,)
+    )
     axis.set_major_locator(LogLocator(subs=steps))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.6g}"))
@@ -310,7 +353,9 @@ def legend_of_marks(figure: Figure, marks: dict[str, dict]) -> None:
     """Legend of hatched cells, under the page."""
     if marks:
         handles = [Patch(label=text, **style) for text, style in marks.items()]
-        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
+        figure.legend(
+            handles=handles, loc="outside lower center", ncols=len(handles), frameon=False
+        )
 
 
 #: kinds of file an animation can be saved as, and the largest frame rate [1/s] of each
@@ -318,25 +363,34 @@ FILMS = {".gif": 50.0, ".mp4": 240.0}
 
 
 def check_film(path: str | Path, fps: float) -> None:
-    """Raises ValueError for an animation of another kind, at a rate it cannot have, or an .mp4 without ffmpeg."""
+    """Raises ValueError for an animation of another kind, at a rate it cannot have, or an .mp4
+    without ffmpeg.
+    """
     kind = Path(path).suffix.lower()
     if kind not in FILMS:
         raise ValueError(f"animation {path}: its name must end in {' or '.join(FILMS)}")
     if not 0.0 < fps <= FILMS[kind]:
         raise ValueError(f"fps must lie in (0, {FILMS[kind]:g}] for a {kind}, got {fps!r}")
     if kind == ".mp4" and shutil.which("ffmpeg") is None:
-        raise ValueError(f"animation {path}: .mp4 is written by ffmpeg, which is not installed; install it or use .gif")
+        raise ValueError(
+            f"animation {path}: .mp4 is written by ffmpeg, which is not installed; install it or "
+            f"use .gif"
+        )
 
 
 def save_film(figure: Figure, path: str | Path, fps: float, frames: int, show, moving) -> Path:
-    """Write an animation whose frame k is set by `show(k)`, under a temporary name until it is whole.
+    """Write an animation whose frame k is set by `show(k)`, under a temporary name until it is
+    whole.
 
-    moving: the artists that frames differ in; in a .gif only they are drawn anew. Raises ValueError as `check_film`.
+    moving: the artists that frames differ in; in a .gif only they are drawn anew. Raises ValueError
+        as `check_film`.
     """
     check_film(path, fps)
     path = Path(path)
     with replacing(path) as partial:
-        (_save_mp4 if path.suffix.lower() == ".mp4" else _save_gif)(figure, partial, fps, frames, show, moving)
+        (_save_mp4 if path.suffix.lower() == ".mp4" else _save_gif)(
+            figure, partial, fps, frames, show, moving
+        )
     return path
 
 
@@ -351,7 +405,9 @@ def _save_mp4(figure: Figure, path: Path, fps: float, frames: int, show, _moving
 
 
 def _save_gif(figure: Figure, path: Path, fps: float, frames: int, show, moving) -> None:
-    """All frames have the commonest colours of the first one, so that what does not move is the same in all of them."""
+    """All frames have the commonest colours of the first one, so that what does not move is the
+    same in all of them.
+    """
     from PIL import Image
 
     canvas, moving = figure.canvas, sorted(moving, key=lambda a: a.get_zorder())
@@ -365,13 +421,23 @@ def _save_gif(figure: Figure, path: Path, fps: float, frames: int, show, moving)
         canvas.restore_region(still)
         for artist in moving:
             artist.draw(canvas.get_renderer())
-        return Image.frombuffer("RGBA", canvas.get_width_height(), canvas.buffer_rgba()).convert("RGB")
+        return Image.frombuffer("RGBA", canvas.get_width_height(), canvas.buffer_rgba()).convert(
+            "RGB"
+        )
 
     width, height = canvas.get_width_height()
     commonest: dict[tuple, tuple] = {}
     for _, colour in sorted(frame(0).getcolors(width * height), reverse=True):
-        commonest.setdefault(tuple(part // 8 for part in colour), colour)  # of shades that Pillow mixes up, one
+        # of shades that Pillow mixes up, one
+        commonest.setdefault(tuple(part // 8 for part in colour), colour)
     palette = Image.new("P", (1, 1))
     palette.putpalette([part for colour in list(commonest.values())[:256] for part in colour])
     pictures = (frame(k).quantize(palette=palette, dither=Image.Dither.NONE) for k in range(frames))
-    next(pictures).save(path, format="GIF", save_all=True, append_images=pictures, duration=round(1000.0 / fps), loop=0)
+    next(pictures).save(
+        path,
+        format="GIF",
+        save_all=True,
+        append_images=pictures,
+        duration=round(1000.0 / fps),
+        loop=0,
+    )

@@ -1,6 +1,7 @@
 """Pictures of identified joint friction: a fit beside what was measured.
 
-Fits come from `clearance.identify.fit` (`fit`, or `open_fit` for a file), measurements from `records.read`.
+Fits come from `clearance.identify.fit` (`fit`, or `open_fit` for a file), measurements from
+`records.read`.
 """
 
 import math
@@ -26,7 +27,9 @@ SLOWEST = 1e-3
 
 
 def loops(fit: Fit, measurement: Measurement, path: str | Path) -> Path:
-    """Torque over angle of every trial and measured axis, measured and modelled; saved under `path`."""
+    """Torque over angle of every trial and measured axis, measured and modelled; saved under
+    `path`.
+    """
 
     def draw(axes, trial: Trial, axis: int, modelled: np.ndarray) -> None:
         angle = np.degrees(trial.angle[:, axis])
@@ -37,7 +40,9 @@ def loops(fit: Fit, measurement: Measurement, path: str | Path) -> Path:
 
 
 def histories(fit: Fit, measurement: Measurement, path: str | Path) -> Path:
-    """Torque over time of every trial and measured axis up to its sixth turning point; saved under `path`."""
+    """Torque over time of every trial and measured axis up to its sixth turning point; saved under
+    `path`.
+    """
 
     def draw(axes, trial: Trial, axis: int, modelled: np.ndarray) -> None:
         end = _end(trial.rate[:, axis])
@@ -48,7 +53,8 @@ def histories(fit: Fit, measurement: Measurement, path: str | Path) -> Path:
 
 
 def columns(fit: Fit, measurement: Measurement, units: dict[str, str], path: str | Path) -> Path:
-    """Columns of every trial over time, measured and modelled, and their difference; saved under `path`.
+    """Columns of every trial over time, measured and modelled, and their difference; saved under
+    `path`.
 
     units: of the columns that the model predicts.
     """
@@ -90,7 +96,9 @@ def _page(fit: Fit, measurement: Measurement, path: str | Path, draw, xlabel: st
     for (trial, axis), axes in zip(shown, panels.flat, strict=False):
         modelled = torques[trial.name][:, axis]
         draw(axes, trial, axis, modelled)
-        axes.set_title(f"{_title(trial, axis)}\n{_error(trial.torque[:, axis], modelled)}", fontsize="small")
+        axes.set_title(
+            f"{_title(trial, axis)}\n{_error(trial.torque[:, axis], modelled)}", fontsize="small"
+        )
         figures.finish(axes, "", "", legend=False)
         axes.tick_params(labelsize="small")
     for axes in panels.flat[len(shown) :]:
@@ -126,7 +134,9 @@ def _headline(fit: Fit, measurement: Measurement) -> str:
 
 
 def residuals(fit: Fit, measurement: Measurement, path: str | Path) -> Path:
-    """NRMSE of every trial; how residuals are distributed, and how they depend on the speed; saved under `path`."""
+    """NRMSE of every trial; how residuals are distributed, and how they depend on the speed; saved
+    under `path`.
+    """
     trials = sorted(measurement.trials, key=lambda t: LABELS["role"].index(t.role))
     figure = figures.sheet(11.0, max(5.0, 0.2 * len(trials) + 1.2))
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.25))
@@ -134,7 +144,10 @@ def residuals(fit: Fit, measurement: Measurement, path: str | Path) -> Path:
     _bars(figure.add_subplot(grid[:, 0]), fit, trials, styles)
     _shares(figure.add_subplot(grid[0, 1]), fit, measurement, styles)
     _speeds(figure.add_subplot(grid[1, 1]), fit, measurement)
-    figure.suptitle(f"{measurement.facts.get('title', 'measured joint friction')}: residuals of {fit.model.name}")
+    figure.suptitle(
+        f"{measurement.facts.get('title', 'measured joint friction')}: residuals of "
+        f"{fit.model.name}"
+    )
     return figures.save(figure, path)
 
 
@@ -143,7 +156,9 @@ def _bars(axes, fit: Fit, trials: list[Trial], styles: dict[str, dict]) -> None:
     for role in dict.fromkeys(t.role for t in trials):
         places = [i for i, t in enumerate(trials) if t.role == role]
         colour = styles[role]["color"]
-        axes.barh(places, [fit.score([trials[i]]) for i in places], color=colour, alpha=0.6, height=0.7)
+        axes.barh(
+            places, [fit.score([trials[i]]) for i in places], color=colour, alpha=0.6, height=0.7
+        )
         score = fit.score([trials[i] for i in places])
         ends = places[0] - 0.5, places[-1] + 0.5
         axes.vlines(score, *ends, color=colour, lw=1.8, label=f"{role} {score:.3f}")
@@ -156,22 +171,36 @@ def _bars(axes, fit: Fit, trials: list[Trial], styles: dict[str, dict]) -> None:
 
 def _errors(fit: Fit, trials) -> list[tuple[np.ndarray, np.ndarray]]:
     """Rate [rad/s] and residual [N m] of every measured axis of trials."""
-    return [(t.rate[:, i], (fit.torque(t) - t.torque)[:, i]) for t in trials for i in range(3) if t.measured[i]]
+    return [
+        (t.rate[:, i], (fit.torque(t) - t.torque)[:, i])
+        for t in trials
+        for i in range(3)
+        if t.measured[i]
+    ]
 
 
 def _shares(axes, fit: Fit, measurement: Measurement, styles: dict[str, dict]) -> None:
     """Densities of the residuals by role."""
-    by_role = {r: np.concatenate([e for _, e in _errors(fit, measurement.of(r).trials)]) for r in measurement.roles}
+    by_role = {
+        r: np.concatenate([e for _, e in _errors(fit, measurement.of(r).trials)])
+        for r in measurement.roles
+    }
     widest = max(np.quantile(abs(e), 0.995) for e in by_role.values()) or 1.0
     for role, errors in by_role.items():
         heights, edges = np.histogram(errors, 120, (-widest, widest))
         density = heights / (len(errors) * (edges[1] - edges[0]))
-        axes.stairs(density, edges, label=f"{role}, rms {np.sqrt(np.mean(errors**2)):.3f} N m", **styles[role])
+        axes.stairs(
+            density,
+            edges,
+            label=f"{role}, rms {np.sqrt(np.mean(errors**2)):.3f} N m",
+            **styles[role],
+        )
     figures.finish(axes, "density [1/(N m)]", "residual, modelled less measured torque [N m]")
 
 
 def _speeds(axes, fit: Fit, measurement: Measurement) -> None:
-    """Median and 10 to 90 % band of the residual over the speed, of the roles that were fitted and those that were not.
+    """Median and 10 to 90 % band of the residual over the speed, of the roles that were fitted and
+    those that were not.
 
     Residuals count along the motion: positive where the model brakes too much.
     """
@@ -186,7 +215,9 @@ def _speeds(axes, fit: Fit, measurement: Measurement) -> None:
         edges = np.geomspace(SLOWEST, max(speed.max(), 2.0 * SLOWEST), CLASSES + 1)
         place = np.clip(np.searchsorted(edges, speed, side="right") - 1, 0, CLASSES - 1)
         classes = [k for k in range(CLASSES) if np.count_nonzero(place == k) >= 20]
-        low, middle, high = np.array([np.quantile(along[place == k], BAND) for k in classes]).reshape(-1, 3).T
+        low, middle, high = (
+            np.array([np.quantile(along[place == k], BAND) for k in classes]).reshape(-1, 3).T
+        )
         centres = np.degrees(np.sqrt(edges[:-1] * edges[1:])[classes])
         style = figures.stroke(i, 2)
         axes.fill_between(centres, low, high, color=style["color"], alpha=0.2, lw=0.0)
@@ -197,23 +228,32 @@ def _speeds(axes, fit: Fit, measurement: Measurement) -> None:
 
 
 def progress(fit: Fit, path: str | Path) -> Path:
-    """Cost over the iterations from the best start, and the cost that each start reached; saved under `path`."""
+    """Cost over the iterations from the best start, and the cost that each start reached; saved
+    under `path`.
+    """
     starts = np.asarray(fit.starts.get("cost", ()))
     figure = figures.sheet(9.0 if len(starts) > 1 else 5.5, 3.4)
     panels = np.atleast_1d(figure.subplots(1, 2 if len(starts) > 1 else 1))
     history = np.asarray(fit.history)
     if len(history) > 1:
         panels[0].plot(
-            np.arange(len(history)), history, marker="." if len(history) < 60 else "", **figures.stroke(0, 1)
+            np.arange(len(history)),
+            history,
+            marker="." if len(history) < 60 else "",
+            **figures.stroke(0, 1),
         )
         panels[0].set_yscale("log")
-        figures.finish(panels[0], "cost, half the sum of squares [(N m)²]", "iteration", legend=False)
+        figures.finish(
+            panels[0], "cost, half the sum of squares [(N m)²]", "iteration", legend=False
+        )
         panels[0].set_title("from the best start", fontsize="medium")
     else:
         figures.note(panels[0], "no iterations:\nlinear least squares")
     if len(starts) > 1:
         order = np.sort(starts)
-        panels[1].plot(np.arange(1, len(order) + 1), order / order[0], "o", color=figures.STROKES[0]["color"])
+        panels[1].plot(
+            np.arange(1, len(order) + 1), order / order[0], "o", color=figures.STROKES[0]["color"]
+        )
         panels[1].set_xticks(np.arange(1, len(order) + 1))
         panels[1].margins(y=0.15)
         figures.finish(panels[1], "cost over the least [-]", "start, by its cost", legend=False)

@@ -40,7 +40,9 @@ def guides(record: Record, path: str | Path, *, joints: str | Iterable[str] | No
     none.
     """
     slides = of_slides(record)
-    names = list(slides) if joints is None else [joints] if isinstance(joints, str) else list(joints)
+    names = (
+        list(slides) if joints is None else [joints] if isinstance(joints, str) else list(joints)
+    )
     if unknown := [n for n in names if n not in slides]:
         raise ValueError(
             f"no slide with clearance {unknown[0]!r}; there are {', '.join(slides) or 'none'}"

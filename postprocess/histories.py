@@ -1,4 +1,6 @@
-"""Channels along time or along the turns of the drive, of one result or of several laid over each other."""
+"""Channels along time or along the turns of the drive, of one result or of several laid over each
+other.
+"""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -25,11 +27,13 @@ def histories(
     last: float | None = None,
     labels: Iterable[str] | None = None,
 ) -> Path:
-    """Histories of channels, one panel each, saved under `path`; every result is a curve in each panel.
+    """Histories of channels, one panel each, saved under `path`; every result is a curve in each
+    panel.
 
-    channels: names or patterns as in `clearance.postprocess.channels`; along: "time" [s], "turns" of the drive or its
-    "angle" [deg]; last: only that many turns from the end; labels: names of the results (default: what differs).
-    Raises ValueError for an unknown channel, more than 12 panels, or turns where no drive turns at constant speed.
+    channels: names or patterns as in `clearance.postprocess.channels`; along: "time" [s], "turns"
+        of the drive or its "angle" [deg]; last: only that many turns from the end; labels: names of
+        the results (default: what differs). Raises ValueError for an unknown channel, more than 12
+        panels, or turns where no drive turns at constant speed.
     """
     records = several(records)
     labels, panels = labels_of(records, labels), _panels(records, channels)
@@ -78,12 +82,17 @@ def _panels(records: list[Record], channels: str | Iterable[str]) -> list[str]:
     return shown
 
 
-def _panel(axes, records: list[Record], channel: str, labels: list[str], along: str, last: float | None) -> str:
+def _panel(
+    axes, records: list[Record], channel: str, labels: list[str], along: str, last: float | None
+) -> str:
     """Draw a channel of every result that has it; the label of the x axis."""
     missing = []
     for i, (record, label) in enumerate(zip(records, labels, strict=True)):
         x, part, xlabel = abscissa(record, along, last)
-        style = figures.stroke(i, len(records)) | {"label": label, "marker": "." if len(x) <= FEW else ""}
+        style = figures.stroke(i, len(records)) | {
+            "label": label,
+            "marker": "." if len(x) <= FEW else "",
+        }
         try:
             values, units, named = series(record, channel)
         except Damaged:

@@ -1,4 +1,6 @@
-"""Texts above and beside the pictures of one or several results: titles, and names that tell results apart."""
+"""Texts above and beside the pictures of one or several results: titles, and names that tell
+results apart.
+"""
 
 import math
 import textwrap
@@ -29,8 +31,15 @@ SHOWN_IN = {
 }
 #: what differs between models by itself
 OF_A_MODEL = {
-    "viscosity", "roughness", "restitution", "friction coefficient", "contact", "friction", "film", "transition"
-}  # fmt: skip
+    "viscosity",
+    "roughness",
+    "restitution",
+    "friction coefficient",
+    "contact",
+    "friction",
+    "film",
+    "transition",
+}
 
 
 def several(records: Record | Iterable[Record]) -> list[Record]:
@@ -70,8 +79,12 @@ def title(record: Record) -> str:
     return ", ".join([*about(record), *([] if record.complete else [record.status])])
 
 
-def headline(records: Iterable[Record], labels: Iterable[str], *more: str, width: float = 7.0) -> str:
-    """Case and what about it all results share, then more lines and unfinished runs; for a `width` [inch]."""
+def headline(
+    records: Iterable[Record], labels: Iterable[str], *more: str, width: float = 7.0
+) -> str:
+    """Case and what about it all results share, then more lines and unfinished runs; for a `width`
+    [inch].
+    """
     records, labels = list(records), list(labels)
     cases = dict.fromkeys(r.attributes["case"] for r in records)
     parts = [about(r) for r in records]
@@ -97,12 +110,17 @@ def wrapped(text: str, width: float) -> str:
 
 def axis_label(text: str, units: str, width: float = 1.7) -> str:
     """A label with units, wrapped to the length of its axis [inch]."""
-    text = figures.with_units(text, units).replace(" / ", f"{NO_BREAK}/{NO_BREAK}").replace("N m", f"N{NO_BREAK}m")
+    text = (
+        figures.with_units(text, units)
+        .replace(" / ", f"{NO_BREAK}/{NO_BREAK}")
+        .replace("N m", f"N{NO_BREAK}m")
+    )
     return textwrap.fill(text, int(DENSITY * width))
 
 
 def labels_of(records: list[Record], given: Iterable[str] | None = None) -> list[str]:
-    """Names that tell results apart: those given, else what differs between their scenes, else their file names.
+    """Names that tell results apart: those given, else what differs between their scenes, else
+    their file names.
 
     Raises ValueError where not every result has been given a name.
     """
@@ -116,12 +134,19 @@ def labels_of(records: list[Record], given: Iterable[str] | None = None) -> list
     if {"case", "model"} & set(differing):
         differing = [k for k in differing if k not in OF_A_MODEL and all(f[k] for f in facts)]
     names = [
-        ", ".join(f"{k} {f[k]}".removeprefix("model ").removeprefix("case ") for k in differing if f[k]) for f in facts
+        ", ".join(
+            f"{k} {f[k]}".removeprefix("model ").removeprefix("case ") for k in differing if f[k]
+        )
+        for f in facts
     ]
     for more in (name_of, _method):
         if len(set(names)) < len(names) or not all(names):
-            names = [", ".join(filter(None, (n, more(r)))) for n, r in zip(names, records, strict=True)]
-    return names if len(set(names)) == len(names) else [f"{i + 1}: {n}" for i, n in enumerate(names)]
+            names = [
+                ", ".join(filter(None, (n, more(r)))) for n, r in zip(names, records, strict=True)
+            ]
+    return (
+        names if len(set(names)) == len(names) else [f"{i + 1}: {n}" for i, n in enumerate(names)]
+    )
 
 
 def _moved(drive: dict) -> str:
@@ -133,7 +158,11 @@ def _moved(drive: dict) -> str:
 
 
 def _method(record: Record) -> str:
-    return f"{record.solver['method']}, rtol {record.solver['rtol']:.3g}" if "rtol" in record.solver else ""
+    return (
+        f"{record.solver['method']}, rtol {record.solver['rtol']:.3g}"
+        if "rtol" in record.solver
+        else ""
+    )
 
 
 def _facts(record: Record) -> dict[str, str]:
@@ -151,14 +180,19 @@ def _facts(record: Record) -> dict[str, str]:
         "speed": _each((30.0 / math.pi * s for s in speeds), "rpm"),
         "clearance": _each((1e3 * j["clearance"] for j in joints), "mm"),
         "length": _each((1e3 * j["length"] for j in joints if j.get("length")), "mm"),
-        "viscosity": _each((j["lubricant"]["viscosity"] for j in joints if j.get("lubricant")), "Pa s"),
+        "viscosity": _each(
+            (j["lubricant"]["viscosity"] for j in joints if j.get("lubricant")), "Pa s"
+        ),
         "roughness": _each((1e6 * j["roughness"] for j in joints if j.get("roughness")), "µm"),
         "restitution": _each(v for v in _law_numbers(joints, "contact", "restitution")),
         "friction coefficient": _each(v for v in _law_numbers(joints, "friction", "coefficient")),
         "joint friction": _each(_law(j["friction"]) for j in rubbing) or "none",
         "coefficient of joint friction": _each(_law_numbers(rubbing, "friction", "coefficient")),
         "pin radius": _each((1e3 * j["pin_radius"] for j in rubbing if j.get("pin_radius")), "mm"),
-        **{slot: _each(_law(j.get(slot)) for j in joints) for slot in ("contact", "friction", "film", "transition")},
+        **{
+            slot: _each(_law(j.get(slot)) for j in joints)
+            for slot in ("contact", "friction", "film", "transition")
+        },
     }
 
 

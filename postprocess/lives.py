@@ -1,4 +1,6 @@
-"""Pictures of a life: worn outlines by stage, depth over turns, the journal's path in its bearing, films and motion."""
+"""Pictures of a life: worn outlines by stage, depth over turns, the journal's path in its bearing,
+films and motion.
+"""
 
 from pathlib import Path
 
@@ -18,8 +20,14 @@ OVER_LIFE = (
 )
 
 
-def life(source: Life | str | Path, path: str | Path, joint: str | None = None, surface: str | None = None) -> Path:
-    """A life in six panels, of one joint (default the first) and surface (default the first that wears).
+def life(
+    source: Life | str | Path,
+    path: str | Path,
+    joint: str | None = None,
+    surface: str | None = None,
+) -> Path:
+    """A life in six panels, of one joint (default the first) and surface (default the first that
+    wears).
 
     Raises ValueError for a joint that does not wear, and for a life without a stage.
     """
@@ -72,11 +80,15 @@ def _outlines(axes, one: Life, joint: str, surface: str, colours: list) -> None:
 
 
 def _depth(axes, one: Life, joint: str, wears: list[str]) -> None:
-    """Largest depth over turns, what the jumps may have missed, and the closed form of the load path alone."""
+    """Largest depth over turns, what the jumps may have missed, and the closed form of the load
+    path alone.
+    """
     scale = 1e6
     for k, surface in enumerate(wears):
         deep = scale * one.depth(joint, surface).max(axis=1)
-        axes.plot(one.turns, deep, "o-", ms=3, color=f"C{k}", label=f"{surface}: dynamics and jumps")
+        axes.plot(
+            one.turns, deep, "o-", ms=3, color=f"C{k}", label=f"{surface}: dynamics and jumps"
+        )
         error = scale * one.error
         axes.fill_between(one.turns, deep - error, deep + error, color=f"C{k}", alpha=0.3, lw=0.0)
     if "bearing" in wears and len(one.load_path(joint)):
@@ -86,7 +98,9 @@ def _depth(axes, one: Life, joint: str, wears: list[str]) -> None:
 
 
 def _path(axes, one: Life, joint: str, colours: list) -> None:
-    """Path of the journal's centre in the bearing's frame, first and last stage, inside what the outline leaves."""
+    """Path of the journal's centre in the bearing's frame, first and last stage, inside what the
+    outline leaves.
+    """
     for i in dict.fromkeys((0, len(one.stages) - 1)):
         colour = colours[i]
         with open_result(one.file(i)) as record:
@@ -114,7 +128,9 @@ def _room(one: Life, joint: str, stage: int) -> np.ndarray:
     angle = ANGLE[:-1]
     with np.errstate(divide="ignore"):
         facing = np.cos(angle[:, None] - angle)
-        reach = np.where(facing > 1e-6, free[:, None] / np.maximum(facing, 1e-6), np.inf).min(axis=0)
+        reach = np.where(facing > 1e-6, free[:, None] / np.maximum(facing, 1e-6), np.inf).min(
+            axis=0
+        )
     return np.array([_closed(reach * np.cos(angle)), _closed(reach * np.sin(angle))])
 
 

@@ -1,4 +1,6 @@
-"""Metrics of a sweep over its parameters, as maps, curves and samples, and bifurcation diagrams of its runs."""
+"""Metrics of a sweep over its parameters, as maps, curves and samples, and bifurcation diagrams of
+its runs.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -17,12 +19,20 @@ from clearance.metrics import SETTLING
 from clearance.results import Record
 from clearance.sweeping.index import Sweep
 
-#: metrics that a picture shows by itself, the first of each that the sweep has; force: of a clearance joint
+#: metrics that a picture shows by itself, the first of each that the sweep has; force: of a
+#: clearance joint
 TELLING = (
-    "*_acceleration_peak_mean", "drive_*_torque_rms", "drive_*_force_rms", "joint_*_force_peak_mean",
-    "joint_*_film_thickness_ratio_min", "joint_*_contact_fraction", "joint_*_impacts_per_*", "dissipated_per_turn",
-    "dissipated_power", "period",
-)  # fmt: skip
+    "*_acceleration_peak_mean",
+    "drive_*_torque_rms",
+    "drive_*_force_rms",
+    "joint_*_force_peak_mean",
+    "joint_*_film_thickness_ratio_min",
+    "joint_*_contact_fraction",
+    "joint_*_impacts_per_*",
+    "dissipated_per_turn",
+    "dissipated_power",
+    "period",
+)
 #: what stands for metrics that a sweep has not got: of version 0.1, or of runs without turns
 INSTEAD = {"_peak_mean": "_max"}
 #: end of the metrics that are half the width of another's 95 % interval
@@ -30,13 +40,16 @@ INTERVAL = "_half_width"
 #: ends of metrics that only clearance joints have
 LOOSE = ("_gap_min", "_penetration_peak_mean")
 TOLD, MOST_METRICS, MOST_PANELS, MOST_CURVES = 6, 12, 6, 50
-#: numbers swept at fewer values than this have no distances: they stand beside each other like names
+#: numbers swept at fewer values than this have no distances: they stand beside each other like
+#: names
 FEWEST = 3
 #: smallest ratio of the ends of a logarithmic axis
 RATIO = 5.0
-#: most values with a tick each, their least distance over the axis, and letters of tick labels per inch of an axis
+#: most values with a tick each, their least distance over the axis, and letters of tick labels per
+#: inch of an axis
 TICKS, APART, LETTERS = 6, 0.08, 10.0
-#: smallest row of a map over its span, and over what it had at equal distances; with thinner ones distances are equal
+#: smallest row of a map over its span, and over what it had at equal distances; with thinner ones
+#: distances are equal
 THIN = (0.03, 0.5)
 #: most values at equal distances with a tick each, per inch of an axis
 NAMES = 6.0
@@ -61,10 +74,11 @@ ERROR = "_error"
 
 @dataclass(frozen=True)
 class Axis:
-    """A swept parameter along an axis: its values in display units (or names) in order, and where points stand.
+    """A swept parameter along an axis: its values in display units (or names) in order, and where
+    points stand.
 
-    place: index of each chosen point into `values`; at: positions of the values along the axis; even: whether numbers
-    stand at equal distances whatever their values.
+    place: index of each chosen point into `values`; at: positions of the values along the axis;
+        even: whether numbers stand at equal distances whatever their values.
     """
 
     name: str
@@ -75,7 +89,9 @@ class Axis:
 
     @property
     def named(self) -> bool:
-        """True where values stand beside each other at equal distances: texts, and numbers too few for a scale."""
+        """True where values stand beside each other at equal distances: texts, and numbers too few
+        for a scale.
+        """
         return self.even or self.values.dtype.kind not in "iuf" or len(self.values) < FEWEST
 
     @property
@@ -105,8 +121,9 @@ class Axis:
 class Choice:
     """The points of a sweep that a picture is about, and what varies among them.
 
-    points: their places in the sweep; free: for each axis along which more than one value is left, the parameters that
-    vary along it and the place of each point; drawn: the parameters that were drawn rather than spread on a grid.
+    points: their places in the sweep; free: for each axis along which more than one value is left,
+        the parameters that vary along it and the place of each point; drawn: the parameters that
+        were drawn rather than spread on a grid.
     """
 
     sweep: Sweep
@@ -121,7 +138,9 @@ class Choice:
         points = sweep.definition.points
         for name, value in (at or {}).items():
             if name in points.drawn and sweep.columns[name].dtype.kind in "iuf":
-                raise ValueError(f"at {name}={value!r}: {name} was drawn, no two points share a value of it")
+                raise ValueError(
+                    f"at {name}={value!r}: {name} was drawn, no two points share a value of it"
+                )
         chosen = sweep.select(nearest=True, **(at or {}))
         if not chosen.size:
             wanted = ", ".join(f"{n}={v}" for n, v in at.items())
@@ -134,11 +153,17 @@ class Choice:
             if len(np.unique(place)) > 1
         ]
         choice = cls(
-            sweep, chosen, free, points.drawn, {n: sweep.columns[n][chosen[0]] for n in at or {}}, only_settled
+            sweep,
+            chosen,
+            free,
+            points.drawn,
+            {n: sweep.columns[n][chosen[0]] for n in at or {}},
+            only_settled,
         )
         if only_settled and not (np.isfinite(choice.period) & choice.done).any():
             raise ValueError(
-                f"no run of {sweep.folder} is known to have settled: a period is told of runs of at least "
+                f"no run of {sweep.folder} is known to have settled: a period is told of runs of "
+                f"at least "
                 f"{TURNS} whole turns after --settle, with clearance joints"
             )
         return choice
@@ -152,7 +177,9 @@ class Choice:
         """A parameter that varies. Raises ValueError for one that does not."""
         if name not in self.names:
             names = ", ".join(self.names) or "nothing"
-            raise ValueError(f"{name!r} is no parameter that varies in {self.sweep.folder}; what varies: {names}")
+            raise ValueError(
+                f"{name!r} is no parameter that varies in {self.sweep.folder}; what varies: {names}"
+            )
         column = self.sweep.columns[name][self.points]
         if column.dtype.kind not in "iuf":
             values = np.array(list(dict.fromkeys(column.tolist())))
@@ -162,15 +189,23 @@ class Choice:
         return Axis(name, units, values * factor if factor != 1.0 else values, place)
 
     def along(self, name: str) -> int:
-        """Free axis for which a parameter stands. Raises ValueError where its values do not tell all places."""
+        """Free axis for which a parameter stands.
+
+        Raises ValueError where its values do not tell all places.
+        """
         axis = self.axis(name)
         i = next(i for i, (names, _) in enumerate(self.free) if name in names)
         if len(axis.values) != len(np.unique(self.free[i][1])):
-            raise ValueError(f"{name!r} has the same value at several places of {', '.join(self.free[i][0])}")
+            raise ValueError(
+                f"{name!r} has the same value at several places of {', '.join(self.free[i][0])}"
+            )
         return i
 
     def default(self, taken: Iterable[int] = ()) -> str:
-        """A parameter for an axis that is not taken, one with numbers on a scale first. Raises ValueError for none."""
+        """A parameter for an axis that is not taken, one with numbers on a scale first.
+
+        Raises ValueError for none.
+        """
         chosen = []
         for i, (names, place) in enumerate(self.free):
             complete = [n for n in names if len(self.axis(n).values) == len(np.unique(place))]
@@ -178,7 +213,9 @@ class Choice:
                 chosen.append(min(complete, key=lambda n: self.axis(n).named))
         if not chosen:
             what = ", ".join(self.names) or "nothing"
-            raise ValueError(f"no parameter tells the points of {self.sweep.folder} apart; what varies: {what}")
+            raise ValueError(
+                f"no parameter tells the points of {self.sweep.folder} apart; what varies: {what}"
+            )
         return min(chosen, key=lambda n: self.axis(n).named)
 
     def title(self, *more: str, width: float) -> str:
@@ -210,7 +247,9 @@ class Choice:
 
     @property
     def period(self) -> np.ndarray:
-        """Turns after which the motion comes back; inf where it does not within the run, NaN where nobody can tell."""
+        """Turns after which the motion comes back; inf where it does not within the run, NaN where
+        nobody can tell.
+        """
         return self.sweep.metrics.get("period", np.full(len(self.sweep), np.nan))[self.points]
 
     @property
@@ -221,7 +260,9 @@ class Choice:
 
     @property
     def unsettled(self) -> np.ndarray:
-        """Finished points to be left out: their motion is not known to come back to itself within the run."""
+        """Finished points to be left out: their motion is not known to come back to itself within
+        the run.
+        """
         return self.done & ~np.isfinite(self.period) & self.only_settled
 
     @property
@@ -257,30 +298,41 @@ def edges(values: np.ndarray, log: bool) -> np.ndarray:
 
 
 # --- metrics
-def chosen_metrics(sweep: Sweep, metrics: str | Iterable[str] | None, points: np.ndarray | None = None) -> list[str]:
+def chosen_metrics(
+    sweep: Sweep, metrics: str | Iterable[str] | None, points: np.ndarray | None = None
+) -> list[str]:
     """Metrics by name or pattern, or at most six telling ones of some points (default all).
 
     Raises ValueError for metrics that the sweep has not got, and for more than a page holds.
     """
     names_of = [n for n in sweep.metrics if not _is_error(n, sweep)]
     if metrics is None:
-        done = sweep.done & np.isin(np.arange(len(sweep)), sweep.select() if points is None else points)
+        done = sweep.done & np.isin(
+            np.arange(len(sweep)), sweep.select() if points is None else points
+        )
         finite = [n for n in names_of if np.isfinite(sweep.metrics[n][done]).any()]
         loose = {n.removesuffix(end) for n in names_of for end in LOOSE if n.endswith(end)}
         hits = [_first(finite, pattern, loose) for pattern in TELLING]
         chosen = [n for n in hits if n][:TOLD] or finite[:TOLD]
         if not chosen:
-            raise ValueError(f"{sweep.folder} has no metric to draw: {int(done.sum())} points are done")
+            raise ValueError(
+                f"{sweep.folder} has no metric to draw: {int(done.sum())} points are done"
+            )
         return chosen
     names = [metrics] if isinstance(metrics, str) else list(metrics)
     if any(name.endswith(ERROR) for name in names):
         names_of = list(sweep.metrics)
     for name in names:
         if not any(fnmatchcase(n, name) for n in names_of):
-            raise ValueError(f"no metric {name!r} in {sweep.folder}; it has {', '.join(names_of) or 'none'}")
+            raise ValueError(
+                f"no metric {name!r} in {sweep.folder}; it has {', '.join(names_of) or 'none'}"
+            )
     chosen = list(dict.fromkeys(n for name in names for n in names_of if fnmatchcase(n, name)))
     if not 0 < len(chosen) <= MOST_METRICS:
-        raise ValueError(f"metrics: {', '.join(names)} are {len(chosen)}, a page has room for 1 to {MOST_METRICS}")
+        raise ValueError(
+            f"metrics: {', '.join(names)} are {len(chosen)}, a page has room for 1 to "
+            f"{MOST_METRICS}"
+        )
     return chosen
 
 
@@ -305,7 +357,11 @@ def _metric(choice: Choice, name: str) -> tuple[np.ndarray, str, str]:
 
 def _is_error(name: str, sweep: Sweep) -> bool:
     """True for the stated error of a metric."""
-    return name.endswith(ERROR) and name != "period_error" and name.removesuffix(ERROR) in sweep.metrics
+    return (
+        name.endswith(ERROR)
+        and name != "period_error"
+        and name.removesuffix(ERROR) in sweep.metrics
+    )
 
 
 def _doubtful(values: np.ndarray, errors: np.ndarray | None, norm) -> np.ndarray:
@@ -332,13 +388,14 @@ def maps(
 ) -> Path:
     """Colour maps of metrics over two swept parameters, a panel each, saved under `path`.
 
-    metrics: names or patterns (default: up to six telling ones); x, y: parameters along the axes; a third one has a
-    panel for each of its values; at: values (SI) of parameters that are held, numbers the nearest that was swept; log:
-    whether colours are logarithmic ("auto": where a metric is positive and spans decades). Cells of failed runs are
-    hatched, so are those whose stated error or interval exceeds a twentieth of the colours; points not run yet are
-    blank; only_settled: so are those whose motion did not come back to itself within
-    the run (no finite `period`); remark: a sentence below the title. Raises ValueError for unknown metrics and
-    parameters, and for sweeps of samples or of fewer than two parameters.
+    metrics: names or patterns (default: up to six telling ones); x, y: parameters along the axes; a
+        third one has a panel for each of its values; at: values (SI) of parameters that are held,
+        numbers the nearest that was swept; log: whether colours are logarithmic ("auto": where a
+        metric is positive and spans decades). Cells of failed runs are hatched, so are those whose
+        stated error or interval exceeds a twentieth of the colours; points not run yet are blank;
+        only_settled: so are those whose motion did not come back to itself within
+    the run (no finite `period`); remark: a sentence below the title. Raises ValueError for unknown
+    metrics and parameters, and for sweeps of samples or of fewer than two parameters.
     """
     choice = Choice.of(sweep, at, only_settled)
     names = chosen_metrics(sweep, metrics, choice.points)
@@ -360,13 +417,19 @@ def maps(
     return figures.save(figure, path)
 
 
-def _plane(choice: Choice, x: str | None, y: str | None) -> tuple[list[Axis], list[tuple[str, np.ndarray]]]:
+def _plane(
+    choice: Choice, x: str | None, y: str | None
+) -> tuple[list[Axis], list[tuple[str, np.ndarray]]]:
     """Axes x and y, and the panels: what they are for and which points they hold."""
     if choice.drawn:
-        raise ValueError(f"the points of {choice.sweep.folder} were drawn, not spread on a grid: ask for curves")
+        raise ValueError(
+            f"the points of {choice.sweep.folder} were drawn, not spread on a grid: ask for curves"
+        )
     if len(choice.free) < 2:
         what = ", ".join(choice.names) or "nothing"
-        raise ValueError(f"a map needs two parameters that vary, here varies {what}: ask for curves")
+        raise ValueError(
+            f"a map needs two parameters that vary, here varies {what}: ask for curves"
+        )
     taken = [choice.along(n) for n in (x, y) if n]
     if len(set(taken)) < len(taken):
         raise ValueError(f"x and y must vary apart from each other, got {x} and {y}")
@@ -375,16 +438,22 @@ def _plane(choice: Choice, x: str | None, y: str | None) -> tuple[list[Axis], li
     rest = [f for i, f in enumerate(choice.free) if i not in (choice.along(x), choice.along(y))]
     if len(rest) > 1:
         names = ", ".join(n for names, _ in rest for n in names)
-        raise ValueError(f"a page has room for one more parameter, left are {names}: hold some of them (at)")
+        raise ValueError(
+            f"a page has room for one more parameter, left are {names}: hold some of them (at)"
+        )
     return [_visible(choice.axis(n)) for n in (x, y)], _groups(choice, rest, MOST_PANELS, "panels")
 
 
 def _visible(axis: Axis) -> Axis:
-    """An axis of a map on which no row is too thin to see: numbers that crowd stand at equal distances."""
+    """An axis of a map on which no row is too thin to see: numbers that crowd stand at equal
+    distances.
+    """
     if axis.named or axis.log:
         return axis
     steps = np.diff(axis.values)
-    return replace(axis, even=bool(steps.min() < min(THIN[0] * steps.sum(), THIN[1] * steps.mean())))
+    return replace(
+        axis, even=bool(steps.min() < min(THIN[0] * steps.sum(), THIN[1] * steps.mean()))
+    )
 
 
 def _groups(choice: Choice, rest: list, most: int, what: str) -> list[tuple[str, np.ndarray]]:
@@ -396,10 +465,14 @@ def _groups(choice: Choice, rest: list, most: int, what: str) -> list[tuple[str,
     _, first, which = np.unique(keys, axis=1, return_index=True, return_inverse=True)
     if len(first) > most:
         raise ValueError(
-            f"{', '.join(names)}: {len(first)} different points, a page has room for {most} {what}: hold some (at)"
+            f"{', '.join(names)}: {len(first)} different points, a page has room for {most} "
+            f"{what}: hold some (at)"
         )
     axes = [choice.axis(n) for n in names]
-    return [(", ".join(a.says(a.place[i]) for a in axes), which.ravel() == k) for k, i in enumerate(first)]
+    return [
+        (", ".join(a.says(a.place[i]) for a in axes), which.ravel() == k)
+        for k, i in enumerate(first)
+    ]
 
 
 def _sheet(metrics: int, panels: int):
@@ -412,14 +485,27 @@ def _sheet(metrics: int, panels: int):
 
 
 def _maps(
-    figure, row, choice: Choice, name: str, log: bool | str, plane: list[Axis], panels: list[tuple[str, np.ndarray]]
+    figure,
+    row,
+    choice: Choice,
+    name: str,
+    log: bool | str,
+    plane: list[Axis],
+    panels: list[tuple[str, np.ndarray]],
 ) -> dict[str, dict]:
-    """Draw a metric into a row of panels with one scale; tells what stands for cells without a colour."""
+    """Draw a metric into a row of panels with one scale; tells what stands for cells without a
+    colour.
+    """
     values, units, text = _metric(choice, name)
     finite = values[np.isfinite(values)]
     if log is True and finite.size and not finite.min() > 0.0:
-        raise ValueError(f"log: {name} is not positive everywhere, its smallest value is {finite.min():g} {units}")
-    norm = figures.scale(values, figures.wide(values) if log == "auto" else log, integers=units == "turns")
+        raise ValueError(
+            f"log: {name} is not positive everywhere, its smallest value is {finite.min():g} "
+            f"{units}"
+        )
+    norm = figures.scale(
+        values, figures.wide(values) if log == "auto" else log, integers=units == "turns"
+    )
     done = choice.done & ~choice.unsettled
     endless = done & np.isinf(values)
     settling = endless & choice.settling & (units == "turns")
@@ -432,7 +518,9 @@ def _maps(
     for axes, (title, there) in zip(row, panels, strict=True):
         mesh = figures.cells(axes, borders, _table(plane, values, there), norm)
         for state, where in states.items():
-            figures.marked(axes, borders, _table(plane, np.where(where, 1.0, 0.0), there) == 1.0, MARKS[state])
+            figures.marked(
+                axes, borders, _table(plane, np.where(where, 1.0, 0.0), there) == 1.0, MARKS[state]
+            )
         axes.set_title(title, fontsize="small")
         _scale(axes, "x", plane[0], PANEL[len(panels) > 2])
         _scale(axes, "y", plane[1], 2.0)
@@ -500,13 +588,15 @@ def curves(
     at: dict | None = None,
     only_settled: bool = False,
 ) -> Path:
-    """Metrics over a swept parameter, a panel each, saved under `path`; of samples, over each parameter.
+    """Metrics over a swept parameter, a panel each, saved under `path`; of samples, over each
+    parameter.
 
-    metrics: names or patterns (default: up to six telling ones), with bars where one has 95 % intervals or errors; x:
-    the parameter (default: the first with numbers); a second one has a curve for each of its values; at: values (SI) of
-    parameters that are held, numbers the nearest that was swept; only_settled: leave out points whose motion did not
-    come back to itself within the run (no finite `period`). Crosses at the bottom: failed runs. Raises ValueError for
-    unknown metrics and parameters.
+    metrics: names or patterns (default: up to six telling ones), with bars where one has 95 %
+        intervals or errors; x: the parameter (default: the first with numbers); a second one has a
+        curve for each of its values; at: values (SI) of parameters that are held, numbers the
+        nearest that was swept; only_settled: leave out points whose motion did not come back to
+        itself within the run (no finite `period`). Crosses at the bottom: failed runs. Raises
+        ValueError for unknown metrics and parameters.
     """
     choice = Choice.of(sweep, at, only_settled)
     names = chosen_metrics(sweep, metrics, choice.points)
@@ -536,19 +626,25 @@ def curves(
 def _shaded(choice: Choice, rest: list, groups: list) -> bool:
     """True where a colour bar tells the curves apart: many values of one number."""
     names = [n for names, _ in rest for n in names]
-    return len(groups) > len(figures.STROKES) and len(names) == 1 and not choice.axis(names[0]).named
+    return (
+        len(groups) > len(figures.STROKES) and len(names) == 1 and not choice.axis(names[0]).named
+    )
 
 
 def _styles(figure, panels: list, choice: Choice, rest: list, groups: list) -> list[dict]:
     """Style of each curve: of many numbers with a colour, else with dashes, a marker and a name.
 
-    Of two parameters the first one with few values gives colour and dashes, the other one the marker.
+    Of two parameters the first one with few values gives colour and dashes, the other one the
+    marker.
     """
     names = [n for names, _ in rest for n in names]
     if _shaded(choice, rest, groups):
         axis = choice.axis(names[0])
         value = axis.values[[axis.place[np.argmax(there)] for _, there in groups]]
-        return [{"color": c, "marker": "."} for c in figures.bar_of_values(figure, panels, value, axis.log, axis.label)]
+        return [
+            {"color": c, "marker": "."}
+            for c in figures.bar_of_values(figure, panels, value, axis.log, axis.label)
+        ]
     places = [(i, i) for i in range(len(groups))]
     count = len(groups)
     if len(rest) == 2 and count > len(figures.STROKES):
@@ -569,7 +665,9 @@ def _curves(axes, choice: Choice, x: Axis, name: str, groups: list, styles: list
     apart, half = {} if x.values.dtype.kind in "iuf" else {"ls": ""}, _intervals(choice, name)
     for (_, there), style in zip(groups, styles, strict=True):
         order = np.flatnonzero(there)[np.argsort(x.place[there], kind="stable")]
-        (drawn,) = axes.plot(x.at[x.place[order]], shown[order], **{"ms": 3.5, "lw": 1.0} | style | apart)
+        (drawn,) = axes.plot(
+            x.at[x.place[order]], shown[order], **{"ms": 3.5, "lw": 1.0} | style | apart
+        )
         if half is not None:
             bars = {"ecolor": drawn.get_color(), "elinewidth": 0.8, "capsize": 1.5, "fmt": "none"}
             axes.errorbar(x.at[x.place[order]], shown[order], half[order], **bars)
@@ -582,8 +680,12 @@ def _curves(axes, choice: Choice, x: Axis, name: str, groups: list, styles: list
 
 
 def _intervals(choice: Choice, name: str) -> np.ndarray | None:
-    """Half widths of the intervals of a metric, or its stated errors, in its display units; None without."""
-    intervals = next((n for n in (f"{name}{INTERVAL}", f"{name}{ERROR}") if n in choice.sweep.metrics), None)
+    """Half widths of the intervals of a metric, or its stated errors, in its display units; None
+    without.
+    """
+    intervals = next(
+        (n for n in (f"{name}{INTERVAL}", f"{name}{ERROR}") if n in choice.sweep.metrics), None
+    )
     if intervals is None or name == "period":
         return None
     _, factor = shown_in(choice.sweep.known.get(name, ("?", name))[0], choice.values(name))
@@ -600,7 +702,12 @@ def _heights(axes, values: np.ndarray) -> None:
 def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str) -> None:
     """Crosses for failed runs, and a word where nothing or not all can be drawn."""
     if choice.failed.any():
-        style = {"color": "#d55e00", "transform": axes.get_xaxis_transform(), "clip_on": False, "zorder": 5}
+        style = {
+            "color": "#d55e00",
+            "transform": axes.get_xaxis_transform(),
+            "clip_on": False,
+            "zorder": 5,
+        }
         axes.plot(at[choice.failed], np.zeros(choice.failed.sum()), "x", **style)
     endless = np.isinf(values)
     slow = endless & choice.settling & (units == "turns")
@@ -608,7 +715,9 @@ def _absent(axes, at: np.ndarray, choice: Choice, values: np.ndarray, units: str
     if reasons := [f"{n} of {len(values)} {words}" for words, n in counts.items() if n]:
         axes.set_title("\n".join(reasons), fontsize="small", loc="right", color="0.3")
     if not np.isfinite(values).any():
-        axes.text(0.5, 0.5, "no value", ha="center", va="center", transform=axes.transAxes, color="0.3")
+        axes.text(
+            0.5, 0.5, "no value", ha="center", va="center", transform=axes.transAxes, color="0.3"
+        )
         axes.set_yticks([])
 
 
@@ -622,7 +731,9 @@ def _samples(choice: Choice, names: list[str], parameters: list[str], path: str 
         values, units, text = _metric(choice, name)
         shown = np.where(np.isfinite(values), values, np.nan)
         for axes, x in zip(row, axes_of, strict=True):
-            axes.plot(x.at[x.place], shown, ls="", marker="o", ms=3.0, mfc="none", mew=0.7, color="black")
+            axes.plot(
+                x.at[x.place], shown, ls="", marker="o", ms=3.0, mfc="none", mew=0.7, color="black"
+            )
             figures.finish(axes, "", "")
             _absent(axes, x.at[x.place], choice, values, units)
         _heights(row[0], shown)
@@ -647,16 +758,21 @@ def bifurcation_of(
     angle: float = 0.0,
     at: dict | None = None,
 ) -> Path:
-    """Bifurcation diagram of a sweep: channels of its runs once a turn of the drive over a parameter, under `path`.
+    """Bifurcation diagram of a sweep: channels of its runs once a turn of the drive over a
+    parameter, under `path`.
 
-    parameter: default the first one with numbers; channels: default the velocity of the last body and the journal of
-    the first clearance joint; settle: turns left out (default: the first half of the runs); angle: of the drive [rad];
-    at: values (SI) of the other parameters. Points without a complete run file are crosses, and counted in the title.
-    Raises ValueError for a sweep without run files or with other parameters left, and for unknown channels.
+    parameter: default the first one with numbers; channels: default the velocity of the last body
+        and the journal of the first clearance joint; settle: turns left out (default: the first
+        half of the runs); angle: of the drive [rad];
+    at: values (SI) of the other parameters. Points without a complete run file are crosses, and
+        counted in the title. Raises ValueError for a sweep without run files or with other
+        parameters left, and for unknown channels.
     """
     choice = Choice.of(sweep, at)
     if not sweep.definition.files:
-        raise ValueError(f"{sweep.folder} keeps no run files, which a bifurcation diagram is made of")
+        raise ValueError(
+            f"{sweep.folder} keeps no run files, which a bifurcation diagram is made of"
+        )
     axis = _parameter(choice, parameter)
     passages, labels, remarks, left_out = [], None, {}, {}
     for i, place in zip(choice.points, axis.place, strict=True):
@@ -672,23 +788,38 @@ def bifurcation_of(
         passages.append((axis.values[place], rows))
     if labels is None:
         raise ValueError(
-            f"none of the {len(passages)} points asked for has the file of a complete run in {sweep.folder}"
+            f"none of the {len(passages)} points asked for has the file of a complete run in "
+            f"{sweep.folder}"
         )
     if not any(len(rows) for _, rows in passages):
-        raise ValueError(f"settle: no run of {sweep.folder} has a passage after {_range(sorted(left_out))} turns")
+        raise ValueError(
+            f"settle: no run of {sweep.folder} has a passage after {_range(sorted(left_out))} turns"
+        )
     where, *ways = remarks
     title = choice.title(", ".join([where, _passages(passages, left_out), *ways]), width=7.0)
     return bifurcation(
-        passages, path, parameter=axis.label, channels=labels, title=title, log=axis.log, absent=_gone(choice, passages)
+        passages,
+        path,
+        parameter=axis.label,
+        channels=labels,
+        title=title,
+        log=axis.log,
+        absent=_gone(choice, passages),
     )
 
 
 def _parameter(choice: Choice, name: str | None) -> Axis:
-    """The parameter of a bifurcation diagram. Raises ValueError for texts and where others vary besides."""
+    """The parameter of a bifurcation diagram.
+
+    Raises ValueError for texts and where others vary besides.
+    """
     name = name or choice.default()
     axis = choice.axis(name)
     if axis.values.dtype.kind not in "iuf":
-        raise ValueError(f"a bifurcation diagram needs numbers along its axis; {name} has {', '.join(axis.values)}")
+        raise ValueError(
+            f"a bifurcation diagram needs numbers along its axis; {name} has "
+            f"{', '.join(axis.values)}"
+        )
     others = [n for names, _ in choice.free if name not in names for n in names]
     if others and not choice.drawn:
         raise ValueError(f"besides {name}, {', '.join(others)} varies: hold it (at)")
@@ -696,7 +827,9 @@ def _parameter(choice: Choice, name: str | None) -> Axis:
 
 
 def _named(run: Record, channels: str | Iterable[str] | None) -> list[str]:
-    """Channels asked for, or the velocity of the last body and the journal of the first clearance joint."""
+    """Channels asked for, or the velocity of the last body and the journal of the first clearance
+    joint.
+    """
     if channels is not None:
         return [channels] if isinstance(channels, str) else list(channels)
     joints = [j for j in run.clearances if f"joints/{j}/eccentricity_x" in run]

@@ -256,7 +256,8 @@ class Moving:
             "shape": [int(n) for n in fields.pressure.shape[1:]],
             "axial": [float(fields.axial[0]), float(fields.axial[-1])],
             "largest": float(
-                tops[strongest][fields.time[strongest] >= self.settled].max(initial=0.0) or tops.max()
+                tops[strongest][fields.time[strongest] >= self.settled].max(initial=0.0)
+                or tops.max()
             ),
         }
 
@@ -272,7 +273,9 @@ class Moving:
         places = {n: i for i, n in enumerate(names)}
         return {
             "joints": names,
-            "joint": self.pack.add(np.array([places[str(n)] for n in events["joint"][largest]]), "u1"),
+            "joint": self.pack.add(
+                np.array([places[str(n)] for n in events["joint"][largest]]), "u1"
+            ),
             "time": self.pack.add(events["time"][largest], "f8"),
             "force": self.pack.add(events["peak_force"][largest]),
             "left_out": int(len(here) - len(largest)),

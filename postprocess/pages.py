@@ -1,4 +1,5 @@
-"""Pieces of an HTML page that needs nothing else: numbers with units, tables, pictures in the page, its frame.
+"""Pieces of an HTML page that needs nothing else: numbers with units, tables, pictures in the page,
+its frame.
 
 Every text is escaped on its way in; only `Markup`, made here, goes in as it is.
 """
@@ -21,7 +22,8 @@ from clearance.results import replacing
 DASH, MINUS = "\u2013", "\u2212"
 #: significant digits of a number
 DIGITS = 5
-#: units in which numbers of tables read well, as in pictures and beyond: (from which largest value on, unit, factor)
+#: units in which numbers of tables read well, as in pictures and beyond: (from which largest value
+#: on, unit, factor)
 SHOWN = SHOWN_IN | {
     "m": (*SHOWN_IN["m"][:2], (1e-7, "µm", 1e6), (0.0, "nm", 1e9)),
     "s": ((1.0, "s", 1.0), (1e-3, "ms", 1e3), (1e-6, "µs", 1e6), (0.0, "ns", 1e9)),
@@ -32,10 +34,17 @@ SHOWN = SHOWN_IN | {
     "m/s": ((0.1, "m/s", 1.0), (0.0, "mm/s", 1e3)),
 }
 ALIKE = {
-    "m/s2": "m/s²", "kg/m3": "kg/m³", "m3/s": "m³/s", "rad/s2": "rad/s²", "J/(m3 K)": "J/(m³ K)", "1": "", "-": "",
+    "m/s2": "m/s²",
+    "kg/m3": "kg/m³",
+    "m3/s": "m³/s",
+    "rad/s2": "rad/s²",
+    "J/(m3 K)": "J/(m³ K)",
+    "1": "",
+    "-": "",
     "?": "",
-}  # fmt: skip
-#: bytes of an SVG picture that is not worth being drawn as PNG too, and samples from which on no SVG is tried
+}
+#: bytes of an SVG picture that is not worth being drawn as PNG too, and samples from which on no
+#: SVG is tried
 SMALL, LONG = 40_000, 20_000
 
 STYLE = """
@@ -97,9 +106,12 @@ def markup(value: object) -> Markup:
 
 
 def element(tag: str, *content: object, **attributes: object) -> Markup:
-    """An element with its content, both escaped; `class_` is the attribute class, `data_value` is data-value."""
+    """An element with its content, both escaped; `class_` is the attribute class, `data_value` is
+    data-value.
+    """
     given = "".join(
-        f' {name.rstrip("_").replace("_", "-")}="{html.escape(str(value))}"' for name, value in attributes.items()
+        f' {name.rstrip("_").replace("_", "-")}="{html.escape(str(value))}"'
+        for name, value in attributes.items()
     )
     return Markup(f"<{tag}{given}>{''.join(map(markup, content))}</{tag}>")
 
@@ -122,15 +134,24 @@ def number(value: float, digits: int = DIGITS) -> str:
     if abs(value) >= 10.0**digits and abs(value) < 1e6:
         text, power = f"{value:.0f}", ""
     text = text.replace("-", MINUS)
-    return f"{text} × 10{str(int(power)).translate(SUPERSCRIPTS)}".replace(" ", NO_BREAK) if power else text
+    return (
+        f"{text} × 10{str(int(power)).translate(SUPERSCRIPTS)}".replace(" ", NO_BREAK)
+        if power
+        else text
+    )
 
 
 def scaled(units: str, *values: float) -> tuple[str, float]:
-    """Unit in which values in SI units are shown, one that suits the largest of them, and the factor to it."""
+    """Unit in which values in SI units are shown, one that suits the largest of them, and the
+    factor to it.
+    """
     if units not in SHOWN:
         return ALIKE.get(units, units), 1.0
     if not any(v and math.isfinite(v) for v in values):
-        return next(((unit, factor) for _, unit, factor in SHOWN[units] if factor == 1.0), SHOWN[units][0][1:])
+        return next(
+            ((unit, factor) for _, unit, factor in SHOWN[units] if factor == 1.0),
+            SHOWN[units][0][1:],
+        )
     return shown_in(units, values, SHOWN)
 
 
@@ -164,9 +185,16 @@ def valued(value: float, shown: str) -> Cell:
 
 
 def table(
-    head: Sequence[object], rows: Iterable[Sequence[object]], *, says: str = "", sortable: bool = False
+    head: Sequence[object],
+    rows: Iterable[Sequence[object]],
+    *,
+    says: str = "",
+    sortable: bool = False,
 ) -> Markup:
-    """A table with a head row; `says` is its caption. A sortable one is sorted by clicks on its head."""
+    """A table with a head row; `says` is its caption.
+
+    A sortable one is sorted by clicks on its head.
+    """
     caption = element("caption", says) if says else ""
     top = element("thead", element("tr", *(element("th", h, scope="col") for h in head)))
     body = element("tbody", *(element("tr", *map(cell, row)) for row in rows))
@@ -176,7 +204,10 @@ def table(
 
 def facts(rows: Iterable[tuple[object, object]]) -> Markup:
     """A table of names and values, without a head."""
-    lines = (element("tr", element("th", name, scope="row"), element("td", value)) for name, value in rows)
+    lines = (
+        element("tr", element("th", name, scope="row"), element("td", value))
+        for name, value in rows
+    )
     return element("div", element("table", element("tbody", *lines)), class_="wide")
 
 
@@ -215,9 +246,11 @@ class Page:
         self.sections.append((title, join(content), apart))
 
     def picture(self, draw: Callable[[Path], object], words: str, samples: int = 0) -> Markup:
-        """A picture in the page, as SVG or PNG, whichever is smaller; a sentence where it cannot be drawn.
+        """A picture in the page, as SVG or PNG, whichever is smaller; a sentence where it cannot be
+        drawn.
 
-        draw: saves it under the path it is given, or raises ValueError saying why it cannot; said: what it shows;
+        draw: saves it under the path it is given, or raises ValueError saying why it cannot; said:
+            what it shows;
         samples: length of the record, for long ones are not tried as SVG.
         """
         try:
@@ -229,7 +262,9 @@ class Page:
             return missing(f"{words}: not shown, for {error}.")
         return element("figure", shown, element("figcaption", words))
 
-    def _smaller(self, draw: Callable[[Path], object], folder: Path, words: str, samples: int) -> Markup:
+    def _smaller(
+        self, draw: Callable[[Path], object], folder: Path, words: str, samples: int
+    ) -> Markup:
         self.pictures += 1
         vector = None
         if samples < LONG:
@@ -246,16 +281,31 @@ class Page:
     def html(self) -> str:
         """The whole document."""
         names = [f"s{i}" for i in range(1, len(self.sections) + 1)]
-        links = (element("a", title, href=f"#{n}") for n, (title, *_) in zip(names, self.sections, strict=True))
+        links = (
+            element("a", title, href=f"#{n}")
+            for n, (title, *_) in zip(names, self.sections, strict=True)
+        )
         sections = (
-            element("section", element("h2", title), content, id=name, **({"class_": "page"} if apart else {}))
+            element(
+                "section",
+                element("h2", title),
+                content,
+                id=name,
+                **({"class_": "page"} if apart else {}),
+            )
             for name, (title, content, apart) in zip(names, self.sections, strict=True)
         )
         body = element(
-            "body", self.head, element("nav", join(links, " ")), *sections, Markup(f"<script>{SCRIPT}</script>")
+            "body",
+            self.head,
+            element("nav", join(links, " ")),
+            *sections,
+            Markup(f"<script>{SCRIPT}</script>"),
         )
         meta = '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'
-        head = element("head", Markup(meta), element("title", self.title), Markup(f"<style>{STYLE}</style>"))
+        head = element(
+            "head", Markup(meta), element("title", self.title), Markup(f"<style>{STYLE}</style>")
+        )
         return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
 
     def save(self, path: Path) -> Path:
@@ -266,11 +316,18 @@ class Page:
 
 
 def inline(svg: str, name: str, words: str) -> Markup:
-    """An SVG file as an element of a page: without prolog, styles and comments, its ids made the page's own.
+    """An SVG file as an element of a page: without prolog, styles and comments, its ids made the
+    page's own.
 
-    name: what its ids begin with; said: its alternative text. Ids that nothing refers to are left out.
+    name: what its ids begin with; said: its alternative text. Ids that nothing refers to are left
+        out.
     """
-    body = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>", "", svg[svg.index("<svg") :], flags=re.S)
+    body = re.sub(
+        r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>",
+        "",
+        svg[svg.index("<svg") :],
+        flags=re.S,
+    )
     opening, body = re.match(r"<svg([^>]*)>(.*)", body, flags=re.S).groups()
     size = dict(re.findall(r'(width|height|viewBox)="([^"]*)"', opening))
     body = body.replace("xlink:href", "href")

@@ -6,7 +6,15 @@ from pathlib import Path
 
 import numpy as np
 from clearance.postprocess import efforts
-from clearance.postprocess.figures import FAR_APART, finish, legend_above, line, save, sheet, trajectory
+from clearance.postprocess.figures import (
+    FAR_APART,
+    finish,
+    legend_above,
+    line,
+    save,
+    sheet,
+    trajectory,
+)
 from clearance.postprocess.guides import of_slides, portrait
 from clearance.postprocess.labels import title
 
@@ -29,28 +37,43 @@ OF_STATES = {"film_thickness_ratio", "asperity_share", *MEMBERSHIPS}
 
 
 def overview(result: Record, path: str | Path, *, settle: float | None = None) -> Path:
-    """One page: motion, drive, joint forces, journal orbits and the energy balance. Saved under `path`.
+    """One page: motion, drive, joint forces, journal orbits and the energy balance.
 
-    Of a mechanism whose joints rub and have no clearance: efforts, joint friction, reactions and losses instead.
-    settle: turns of the start-up (seconds, where nothing turns; default one of two or more). It is shaded, and axes are
-    those of the motion after it; peaks that lie far beyond all other samples are marked at the edge. Dots: located
-    extremes. Raises ValueError for a settle that is negative or not finite.
+    Saved under `path`.
+
+    Of a mechanism whose joints rub and have no clearance: efforts, joint friction, reactions and
+    losses instead.
+    settle: turns of the start-up (seconds, where nothing turns; default one of two or more). It is
+        shaded, and axes are those of the motion after it; peaks that lie far beyond all other
+        samples are marked at the edge. Dots: located extremes. Raises ValueError for a settle that
+        is negative or not finite.
     """
     clearance_joints = _with_paths(result)
     rubbing = efforts.joint_friction(result)
-    figure = _friction_page(result) if rubbing and not clearance_joints else _page(result, clearance_joints[:3])
+    figure = (
+        _friction_page(result)
+        if rubbing and not clearance_joints
+        else _page(result, clearance_joints[:3])
+    )
     _settled_axes(figure, Window.of(result, settle))
-    figure.suptitle(textwrap.fill(": ".join(filter(None, (result.attributes["case"], title(result)))), 110))
+    figure.suptitle(
+        textwrap.fill(": ".join(filter(None, (result.attributes["case"], title(result)))), 110)
+    )
     return save(figure, path, dpi=130)
 
 
 def _settled_axes(figure, window: Window | None) -> None:
-    """Axes along time have the range of their curves after the start-up, which is shaded, without lone peaks."""
+    """Axes along time have the range of their curves after the start-up, which is shaded, without
+    lone peaks.
+    """
     begin = window.begin if window else 0.0
     for axes in figure.axes:
         if axes.get_xlabel() != TIME or axes.get_yscale() != "linear" or not axes.lines:
             continue
-        late = [np.asarray(y)[np.asarray(x) >= begin] for x, y in (curve.get_data() for curve in axes.lines)]
+        late = [
+            np.asarray(y)[np.asarray(x) >= begin]
+            for x, y in (curve.get_data() for curve in axes.lines)
+        ]
         late = np.concatenate([v[np.isfinite(v)] for v in late])
         low, high = _without_peaks(late) if late.size else (0.0, 0.0)
         peaks = late.size and (late.min() < low or late.max() > high)
@@ -63,7 +86,9 @@ def _settled_axes(figure, window: Window | None) -> None:
 
 
 def _without_peaks(values: np.ndarray) -> tuple[float, float]:
-    """Range of values (n,); where lone ones lie far out, that of the others with as much room again on both sides."""
+    """Range of values (n,); where lone ones lie far out, that of the others with as much room again
+    on both sides.
+    """
     low, high = float(values.min()), float(values.max())
     first, last = np.quantile(values, (LONE, 1.0 - LONE))
     room = float(last - first)
@@ -85,17 +110,26 @@ def _mark_peaks(axes, begin: float) -> None:
             largest = max(largest, float(np.abs(y[beyond & late]).max(initial=0.0)))
     text = f"triangles: beyond the axis, up to {largest:.2g}"
     box = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1.0}
-    axes.text(0.99, 0.93, text, transform=axes.transAxes, ha="right", va="top", fontsize="small", bbox=box)
+    axes.text(
+        0.99, 0.93, text, transform=axes.transAxes, ha="right", va="top", fontsize="small", bbox=box
+    )
 
 
 def _page(result: Record, shown: list[str]):
-    """Motion, drive, forces and energy, then `shown` joints with clearance, and the friction of those without."""
+    """Motion, drive, forces and energy, then `shown` joints with clearance, and the friction of
+    those without.
+    """
     mixed = [n for n in shown if set(result.names(f"joints/{n}")) >= OF_STATES]
     rubbing = efforts.friction_panels(result, reactions=False)
     rows = 2 + (len(mixed) if mixed else bool(shown))
     figure = sheet(11.0, 3.4 * (rows + bool(rubbing)))
     grid = figure.add_gridspec(rows + bool(rubbing), 6)
-    panels = [(grid[0, :3], motion), (grid[0, 3:], drive), (grid[1, :3], joint_forces), (grid[1, 3:], energy)]
+    panels = [
+        (grid[0, :3], motion),
+        (grid[0, 3:], drive),
+        (grid[1, :3], joint_forces),
+        (grid[1, 3:], energy),
+    ]
     for place, draw in panels:
         draw(result, figure.add_subplot(place))
     width = 6 // max(len(shown), 1)
@@ -114,7 +148,10 @@ def _page(result: Record, shown: list[str]):
 
 def _friction_page(result: Record):
     """Efforts, motion and energy on the left; friction, reactions and losses on the right."""
-    columns = [[*(efforts.driving_panels(result) or [drive]), motion, energy], efforts.friction_panels(result)]
+    columns = [
+        [*(efforts.driving_panels(result) or [drive]), motion, energy],
+        efforts.friction_panels(result),
+    ]
     figure = sheet(13.0, 2.3 * max(map(len, columns)) + 0.8)
     parts = figure.add_gridspec(1, 2)
     for part, panels in zip(parts, columns, strict=True):
@@ -125,20 +162,29 @@ def _friction_page(result: Record):
         for place in axes[:-1]:
             place.set_xlabel("")
         axes[-1].margins(x=0.01)
-        legend_above(*[place for place, draw in zip(axes, panels, strict=True) if draw not in (motion, energy)])
+        legend_above(
+            *[
+                place
+                for place, draw in zip(axes, panels, strict=True)
+                if draw not in (motion, energy)
+            ]
+        )
     return figure
 
 
 def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | None = None) -> Path:
-    """Journal paths of clearance joints, and the states of mixed ones over the last turns, saved under `path`.
+    """Journal paths of clearance joints, and the states of mixed ones over the last turns, saved
+    under `path`.
 
-    joints: default all whose eccentricity was kept. Raises ValueError for others, and where there is none.
+    joints: default all whose eccentricity was kept. Raises ValueError for others, and where there
+        is none.
     """
     with_paths = _with_paths(result)
     names = with_paths if joints is None else [joints] if isinstance(joints, str) else list(joints)
     if unknown := [j for j in names if j not in with_paths]:
         raise ValueError(
-            f"no journal path of joint {unknown[0]!r} in {result.path.name}; of {', '.join(with_paths) or 'none'}"
+            f"no journal path of joint {unknown[0]!r} in {result.path.name}; of "
+            f"{', '.join(with_paths) or 'none'}"
         )
     if not names:
         raise ValueError(f"{result.path.name} has kept the eccentricity of no clearance joint")
@@ -153,7 +199,11 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
         regimes(result, name, figure.add_subplot(grid[i, 1:]))
     for i, name in enumerate(plain):
         orbit(result, name, figure.add_subplot(grid[len(mixed) + i // columns, i % columns]))
-    figure.suptitle(": ".join(filter(None, (result.attributes["case"], title(result)))), fontsize="medium", wrap=True)
+    figure.suptitle(
+        ": ".join(filter(None, (result.attributes["case"], title(result)))),
+        fontsize="medium",
+        wrap=True,
+    )
     return save(figure, path, dpi=130)
 
 
@@ -161,7 +211,9 @@ def _with_paths(result: Result) -> list[str]:
     """Joints with clearance whose eccentricity, or offset and tilt, were kept."""
     slides = of_slides(result)
     journals = {"eccentricity_x", "eccentricity_y"}
-    return [j for j in result.clearances if j in slides or journals <= set(result.names(f"joints/{j}"))]
+    return [
+        j for j in result.clearances if j in slides or journals <= set(result.names(f"joints/{j}"))
+    ]
 
 
 def motion(result: Result, axes) -> None:
@@ -180,12 +232,17 @@ def motion(result: Result, axes) -> None:
 def output_body(scene: dict) -> str:
     """Name of the body whose motion a mechanism is for.
 
-    The one that slides on the ground; else the last one hinged to the ground that no drive turns; else the last.
+    The one that slides on the ground; else the last one hinged to the ground that no drive turns;
+    else the last.
     """
     if slides := list(guides(scene)):
         return slides[-1]
     driven = {name for d in scene["loads"] if d["type"] == "Drive" for name in _turned(d["target"])}
-    hinged = [j["b" if j["a"]["body"] == "ground" else "a"]["body"] for j in scene["joints"] if _on_ground(j)]
+    hinged = [
+        j["b" if j["a"]["body"] == "ground" else "a"]["body"]
+        for j in scene["joints"]
+        if _on_ground(j)
+    ]
     links = [b["name"] for b in scene["bodies"] if b["name"] in hinged and b["name"] not in driven]
     return links[-1] if links else scene["bodies"][-1]["name"]
 
@@ -215,7 +272,13 @@ def drive(result: Result, axes) -> None:
     """Driving torques and forces, or the angles where nothing drives."""
     paths = efforts.drive_efforts(result)
     if not paths:
-        _largest(result, axes, {name: result[name].theta for name in result.names("bodies")}, "angle [rad]", {})
+        _largest(
+            result,
+            axes,
+            {name: result[name].theta for name in result.names("bodies")},
+            "angle [rad]",
+            {},
+        )
         return
     units = [f"{path.rpartition('/')[2]} [{result.units(path)}]" for path in paths.values()]
     values = {name: result.values(path) for name, path in paths.items()}
@@ -225,13 +288,19 @@ def drive(result: Result, axes) -> None:
 def joint_forces(result: Result, axes) -> None:
     """Magnitude of the force in each joint with clearance; of all joints where none has."""
     loose = [name for name in result.clearances if name in result.names("joints")]
-    forces = {name: np.hypot(*result.joint(name).force.T) for name in loose or result.names("joints")}
+    forces = {
+        name: np.hypot(*result.joint(name).force.T) for name in loose or result.names("joints")
+    }
     label = "force in joints with clearance [N]" if loose else "joint force [N]"
     _largest(result, axes, forces, label, {name: f"joints/{name}/force" for name in forces})
 
 
-def _largest(result: Record, axes, values: dict[str, np.ndarray], label: str, paths: dict[str, str]) -> None:
-    """Curves (samples,) by name; of many, those that reach furthest, which the label says; dots: their extremes."""
+def _largest(
+    result: Record, axes, values: dict[str, np.ndarray], label: str, paths: dict[str, str]
+) -> None:
+    """Curves (samples,) by name; of many, those that reach furthest, which the label says; dots:
+    their extremes.
+    """
     shown, remark = efforts.largest(values)
     for name, curve in shown.items():
         line(axes, result.time, curve, label=name)
@@ -240,7 +309,9 @@ def _largest(result: Record, axes, values: dict[str, np.ndarray], label: str, pa
 
 
 def energy(result: Result, axes) -> None:
-    """Kinetic energy and, on an axis of its own, the residual of the energy ledger where one was integrated."""
+    """Kinetic energy and, on an axis of its own, the residual of the energy ledger where one was
+    integrated.
+    """
     line(axes, result.time, result.energy.kinetic, color="tab:gray", label="kinetic energy")
     finish(axes, "kinetic energy [J]")
     if "energy/residual" not in result:
@@ -251,7 +322,8 @@ def energy(result: Result, axes) -> None:
 
 
 def orbit(result: Result, joint: str, axes) -> None:
-    """Path of the journal in the clearance circle, or of a block in its guide, coloured by what the joint does.
+    """Path of the journal in the clearance circle, or of a block in its guide, coloured by what the
+    joint does.
 
     Joints with a film that is never shared have their smallest gap marked instead.
     """
@@ -291,7 +363,9 @@ def orbit(result: Result, joint: str, axes) -> None:
 
 
 def _coloured(axes, x: np.ndarray, y: np.ndarray, state: np.ndarray, colours: dict, draw) -> None:
-    """A curve (n,) in the colours of states, index `state` (n,) into them; `draw` puts each on the axes."""
+    """A curve (n,) in the colours of states, index `state` (n,) into them; `draw` puts each on the
+    axes.
+    """
     for i, (name, colour) in enumerate(colours.items()):
         here = state == i
         here[:-1] |= here[1:]  # a state holds from the sample before on
@@ -305,7 +379,9 @@ def _states(result: Result, joint: str) -> np.ndarray:
 
 
 def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
-    """True where a contact event of a joint lies between a time of the ascending clock (n,) [s] and the one before."""
+    """True where a contact event of a joint lies between a time of the ascending clock (n,) [s] and
+    the one before.
+    """
     events = record.events
     here = events["joint"] == joint
     starts = np.sort(events["time"][here])
@@ -316,7 +392,8 @@ def touched(record: Record, joint: str, clock: np.ndarray) -> np.ndarray:
 
 
 def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Path (n, 2) of a dry joint's journal [m], which of its points it reaches in contact (n,), and when (n,) [s].
+    """Path (n, 2) of a dry joint's journal [m], which of its points it reaches in contact (n,), and
+    when (n,) [s].
 
     Both ends of each contact stand between the samples, on the clearance circle: where the free
     flight beside them leads, or on the chord where no flight lasts a whole sample interval.
@@ -367,14 +444,23 @@ def _flown(time, e, busy, instants, neighbours, side: int) -> np.ndarray:
 
 
 def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
-    """Film thickness ratio over the last turns of a mixed joint, coloured by its state, and who carries the load.
+    """Film thickness ratio over the last turns of a mixed joint, coloured by its state, and who
+    carries the load.
 
-    Dotted: the thresholds dry, mixed, full of the joint's transition law, where these are parameters of it.
+    Dotted: the thresholds dry, mixed, full of the joint's transition law, where these are
+    parameters of it.
     """
     time, channels = result.time, result.joint(joint)
     late = time >= time[-1] - turns * (result.turn or time[-1] / 4.0)
     ratio, state = channels.film_thickness_ratio[late], _states(result, joint)[late]
-    _coloured(axes, time[late], ratio, state, STATES, lambda axes, *curve, **style: axes.plot(*curve, **style))
+    _coloured(
+        axes,
+        time[late],
+        ratio,
+        state,
+        STATES,
+        lambda axes, *curve, **style: axes.plot(*curve, **style),
+    )
     if ratio.min() > 0.0:
         axes.set_yscale("log")
     else:
@@ -382,7 +468,12 @@ def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
     law = next(j for j in result.scene["joints"] if j["name"] == joint)["transition"]
     for name in (n for n in THRESHOLDS if n in law):
         axes.axhline(law[name], color="0.5", lw=0.6, ls=":")
-        place = {"transform": axes.get_yaxis_transform(), "ha": "right", "va": "bottom", "fontsize": "small"}
+        place = {
+            "transform": axes.get_yaxis_transform(),
+            "ha": "right",
+            "va": "bottom",
+            "fontsize": "small",
+        }
         axes.text(0.995, law[name], f"{name} {law[name]:g}", color="0.3", **place)
     axes.set_title(f"joint {joint}", fontsize="medium", loc="right")
     finish(axes, "film thickness ratio [-]")

@@ -16,11 +16,12 @@ KEEP = "run it with --pressure-fields N"
 
 
 def pressures(record: Record, path: str | Path, *, joint: str | None = None) -> Path:
-    """Pressure over angle and length of the bearing at instants of the last turn, on one scale; saved under `path`.
+    """Pressure over angle and length of the bearing at instants of the last turn, on one scale;
+    saved under `path`.
 
-    Grey: the cavity; white: its edge, where the film ruptures and forms again; dotted: the thinnest film. Up to 9
-    instants, spread evenly. joint: default the first with fields. Raises ValueError for a joint without, naming those
-    with.
+    Grey: the cavity; white: its edge, where the film ruptures and forms again; dotted: the thinnest
+    film. Up to 9 instants, spread evenly. joint: default the first with fields. Raises ValueError
+    for a joint without, naming those with.
     """
     name, fields = _fields(record, joint)
     begin = record.time[-1] - (record.turn or record.time[-1]) * (1.0 + 1e-9)
@@ -55,7 +56,9 @@ def _fields(record: Record, joint: str | None) -> tuple[str, PressureFields]:
     if not names:
         raise ValueError(f"{record.path.name} has kept no pressure fields; {KEEP}")
     if joint is not None and joint not in names:
-        raise ValueError(f"{record.path.name} has no pressure fields of joint {joint!r}; of {', '.join(names)}")
+        raise ValueError(
+            f"{record.path.name} has no pressure fields of joint {joint!r}; of {', '.join(names)}"
+        )
     return joint or names[0], record.pressure_fields(joint or names[0])
 
 

@@ -1,7 +1,8 @@
-"""A report of a run or of a sweep: one HTML file with numbers, tables and pictures, that needs nothing else.
+"""A report of a run or of a sweep: one HTML file with numbers, tables and pictures, that needs
+nothing else.
 
-Everything in it comes from the result file or the sweep directory; what cannot be shown, for a channel was not kept or
-the run was too short, is said in a sentence.
+Everything in it comes from the result file or the sweep directory; what cannot be shown, for a
+channel was not kept or the run was too short, is said in a sentence.
 """
 
 import hashlib
@@ -76,10 +77,11 @@ def report(
 ) -> Path:
     """Write the report of a run or of a sweep as one HTML file under `path`.
 
-    source: a run's file or Result, a sweep's directory or Sweep. settle: turns of a run's start-up (seconds, where
-    nothing turns; default one of two or more), whose numbers stand apart. sections: of links, see `assumptions`.
-    Raises ValueError for a path that does not end in .html and for a run that has not ended, FileNotFoundError and
-    ValueError as `open_result` and `open_sweep` for what is no run and no sweep.
+    source: a run's file or Result, a sweep's directory or Sweep. settle: turns of a run's start-up
+        (seconds, where nothing turns; default one of two or more), whose numbers stand apart.
+        sections: of links, see `assumptions`. Raises ValueError for a path that does not end in
+        .html and for a run that has not ended, FileNotFoundError and ValueError as `open_result`
+        and `open_sweep` for what is no run and no sweep.
     """
     path = Path(path)
     if path.suffix.lower() not in (".html", ".htm"):
@@ -88,7 +90,9 @@ def report(
         return run_page(source, settle, sections).save(path)
     if isinstance(source, Sweep) or Path(source).is_dir():
         if settle is not None:
-            raise ValueError("settle is for the report of a run; a sweep has its own, given when it was run")
+            raise ValueError(
+                "settle is for the report of a run; a sweep has its own, given when it was run"
+            )
         sweep = source if isinstance(source, Sweep) else open_sweep(source)
         return sweep_page(sweep, path).save(path)
     with open_result(source) as run:
@@ -133,16 +137,24 @@ def _assumed(estimates: list) -> list[Markup]:
 def _head(run: Result) -> Markup:
     """Case, status, date and versions; warnings where they cannot be missed."""
     about, solver = run.attributes, run.solver
-    versions = ", ".join(f"{n.removeprefix('version_')} {v}" for n, v in about.items() if n.startswith("version_"))
+    versions = ", ".join(
+        f"{n.removeprefix('version_')} {v}" for n, v in about.items() if n.startswith("version_")
+    )
     title = element("h1", f"{about['case']}: {_how_long(run)}")
     written = f"Written {date(about['created'])} by {versions}."
     line = element("p", ". ".join(filter(None, (", ".join(labels.about(run)), written))))
     if run.complete:
         counted = f"{solver['steps']} steps" if "steps" in solver else f"{run.time.size} samples"
-        state = box("good", element("b", "complete"), f": {counted} in {quantity(solver['wall_s'], 's')}")
+        state = box(
+            "good", element("b", "complete"), f": {counted} in {quantity(solver['wall_s'], 's')}"
+        )
     else:
         state = box("bad", element("b", "partial"), f": {run.status.removeprefix('partial: ')}")
-    doubts = box("doubt", element("b", f"Warnings ({len(run.warnings)})"), points(run.warnings)) if run.warnings else ""
+    doubts = (
+        box("doubt", element("b", f"Warnings ({len(run.warnings)})"), points(run.warnings))
+        if run.warnings
+        else ""
+    )
     return join([title, line, state, doubts or element("p", "No warnings.")])
 
 
@@ -155,13 +167,18 @@ def _how_long(run: Result) -> str:
 
 
 def _mechanism(page: Page, run: Result) -> list[Markup]:
-    scene, words = run.scene, "The mechanism at the start of the run, to scale, with the paths of its points"
+    scene, words = (
+        run.scene,
+        "The mechanism at the start of the run, to scale, with the paths of its points",
+    )
     poses = [f"bodies/{b['name']}/{c}" for b in scene["bodies"] for c in ("x", "y", "theta")]
     drawn = page.picture(_needing(run, poses, partial(sketch, run)), words, run.time.size)
     return [scenes.described(scene), drawn, scenes.tables(scene)]
 
 
-def _needing(run: Result, paths: list[str], draw: Callable[[Path], object]) -> Callable[[Path], object]:
+def _needing(
+    run: Result, paths: list[str], draw: Callable[[Path], object]
+) -> Callable[[Path], object]:
     """A way to draw a picture of channels that says which of them were not kept."""
     absent = [p for p in paths if p not in run]
 
@@ -180,7 +197,11 @@ def _how(run: Result) -> tuple[str, Markup]:
     """Method, tolerance and cost of the run, with its title."""
     if "rtol" in run.solver:
         return "Integration", _integration(run)
-    rows = [("method", run.solver["method"]), ("motion", _how_long(run)), ("samples", int(run.time.size))]
+    rows = [
+        ("method", run.solver["method"]),
+        ("motion", _how_long(run)),
+        ("samples", int(run.time.size)),
+    ]
     return "Computation", facts([*rows, ("wall time", _wall_time(run))])
 
 
@@ -200,8 +221,17 @@ def _integration(run: Result) -> Markup:
         ("simulated", _how_long(run)),
         ("samples", int(run.time.size)),
         ("steps", f"{solver['steps']}, {solver['rejected']} rejected"),
-        ("step sizes", f"{_range(steps, 's')}, median {quantity(np.median(steps), 's')}" if steps.size else None),
-        ("evaluations", f"{solver['evaluations']} of the right-hand side, {solver['jacobians']} of its Jacobian"),
+        (
+            "step sizes",
+            f"{_range(steps, 's')}, median {quantity(np.median(steps), 's')}"
+            if steps.size
+            else None,
+        ),
+        (
+            "evaluations",
+            f"{solver['evaluations']} of the right-hand side, {solver['jacobians']} of "
+            "its Jacobian",
+        ),
         ("factorisations", int(solver["factorisations"])),
         ("wall time", _wall_time(run)),
         ("energy residual", _ledger(run)),
@@ -237,20 +267,40 @@ def _summary(run: Result, settle: float | None) -> list[Markup]:
         if window is None:
             return [missing("The run ended before there was anything to sum up.")]
         turns = f", {number(window.turns)} turns" if window.turns else ""
-        words = f"Taken from t = {quantity(window.begin, 's')} to {quantity(window.end, 's')}{turns}."
+        words = (
+            f"Taken from t = {quantity(window.begin, 's')} to {quantity(window.end, 's')}{turns}."
+        )
         try:
             numbers, before = metrics(run, settle), startup(run, settle)
         except KeyError as error:
             return [missing(f"There are no summary metrics: {error.args[0]}."), _ranges(run)]
     if not numbers:
         return [missing("There is nothing to sum up.")]
-    shown, errors = {name: measured(m.value, m.units) for name, m in numbers.items()}, _errors(run, numbers)
-    titles = ["what", "value", "units", "at time [s]", "in the start-up", *([*ERROR_TITLES] if errors else []), "name"]
+    shown, errors = (
+        {name: measured(m.value, m.units) for name, m in numbers.items()},
+        _errors(run, numbers),
+    )
+    titles = [
+        "what",
+        "value",
+        "units",
+        "at time [s]",
+        "in the start-up",
+        *([*ERROR_TITLES] if errors else []),
+        "name",
+    ]
     rows = [
-        (m.text, valued(m.value, shown[n][0]), shown[n][1], _at(m), _before(before.get(n), m.units),
-         *errors.get(n, [""] * len(ERROR_TITLES) if errors else ()), breakable(n))
+        (
+            m.text,
+            valued(m.value, shown[n][0]),
+            shown[n][1],
+            _at(m),
+            _before(before.get(n), m.units),
+            *errors.get(n, [""] * len(ERROR_TITLES) if errors else ()),
+            breakable(n),
+        )
         for n, m in numbers.items()
-    ]  # fmt: skip
+    ]
     return [element("p", words), element("p", _stated(run)), table(titles, rows)]
 
 
@@ -259,7 +309,11 @@ ERROR_TITLES = ("stated error", "by the film table")
 
 def _errors(run: Result, metrics_of: dict[str, Metric]) -> dict[str, list[str]]:
     """Stated errors of the metrics that they were stated of, and of these the parts of film tables."""
-    errors = {n: run.errors[n] for n, m in metrics_of.items() if n in run.errors and run.errors[n].value == m.value}
+    errors = {
+        n: run.errors[n]
+        for n, m in metrics_of.items()
+        if n in run.errors and run.errors[n].value == m.value
+    }
     return {n: [_error(e.stated, e.units), _error(e.film, e.units)] for n, e in errors.items()}
 
 
@@ -276,7 +330,11 @@ def _stated(run: Result) -> str:
         return f"No errors of these numbers are stated: {errors.reason}."
     loose = f"from a second run at rtol {number(errors.rtol[1])}"
     moved = "over the clearance" if run.clearances else "over their size"
-    trajectory = f"; trajectories within {number(errors.trajectory, 2)} {moved}" if "trajectory" in errors else ""
+    trajectory = (
+        f"; trajectories within {number(errors.trajectory, 2)} {moved}"
+        if "trajectory" in errors
+        else ""
+    )
     return f"Errors of the integration are stated, {loose}{trajectory}. Those of film tables are apart."
 
 
@@ -316,7 +374,9 @@ def _overview(page: Page, run: Result, settle: float | None) -> Markup:
     words = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
     if joint_friction(run) and not run.clearances:
         words = "Driving efforts, motion, energies, joint friction, reactions of the joints with friction, power lost"
-    drawn = page.picture(_needing(run, wanted, partial(plots.overview, run, settle=settle)), words, run.time.size)
+    drawn = page.picture(
+        _needing(run, wanted, partial(plots.overview, run, settle=settle)), words, run.time.size
+    )
     if all(p in run for p in wanted) or not present or run.time.size < 2:
         return drawn
     instead = partial(histories, run, channels=present[:MOST_PANELS])
@@ -352,20 +412,30 @@ def _rubbing(page: Page, run: Result) -> list[Markup]:
 def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
     """Extremes, journal path, regimes and contacts of a joint with clearance."""
     numbers, group = run.facts(f"joints/{joint}"), f"joints/{joint}"
-    rows = [(what, quantity(float(numbers[name]), units)) for name, what, units in JOINT_FACTS if name in numbers]
+    rows = [
+        (what, quantity(float(numbers[name]), units))
+        for name, what, units in JOINT_FACTS
+        if name in numbers
+    ]
     parts = [element("div", element("p", "Over the whole run:"), facts(rows))] if rows else []
     described = next(j for j in run.scene["joints"] if j["name"] == joint)
     if described["type"] == "ClearancePrismatic":
-        draw = _needing(run, [f"{group}/{c}" for c in ("offset", "tilt")], partial(guides, run, joints=joint))
+        draw = _needing(
+            run, [f"{group}/{c}" for c in ("offset", "tilt")], partial(guides, run, joints=joint)
+        )
         words = f"The block in guide {joint}, its offset and tilt, and what it touches with"
         return [*parts, page.picture(draw, words, run.time.size), *_contacts(page, run, joint)]
     if described["type"] != "ClearanceRevolute":
         return [*parts, *_contacts(page, run, joint)]
     mixed = described["transition"]
     channels = ["eccentricity_x", "eccentricity_y", *(sorted(plots.OF_STATES) if mixed else [])]
-    draw = _needing(run, [f"{group}/{c}" for c in channels], partial(plots.orbits, run, joints=joint))
+    draw = _needing(
+        run, [f"{group}/{c}" for c in channels], partial(plots.orbits, run, joints=joint)
+    )
     words = f"Path of the journal's centre in joint {joint}, over the clearance"
-    words += "; film thickness ratio, states and load on the solids over the last turns" if mixed else ""
+    words += (
+        "; film thickness ratio, states and load on the solids over the last turns" if mixed else ""
+    )
     drawn = page.picture(draw, words, run.time.size)
     parts = [*parts, drawn] if mixed else [element("div", *parts, drawn, class_="pair")]
     return [*parts, *(_contacts(page, run, joint) if joint in contact_joints(run) else [])]
@@ -381,7 +451,10 @@ def _contacts(page: Page, run: Result, joint: str) -> list[Markup]:
         return [title, missing(f"Not known: {error}.")]
     if not numbers["contacts"]:
         return [title, element("p", "No contact in this run, that of asperities alone left out.")]
-    rows = [(what, " ".join(filter(None, (number(factor * numbers[n]), u)))) for n, what, u, factor in SHOWN]
+    rows = [
+        (what, " ".join(filter(None, (number(factor * numbers[n]), u))))
+        for n, what, u, factor in SHOWN
+    ]
     draw = partial(contacts, run, joints=joint)
     return [
         title,
@@ -397,7 +470,9 @@ def _turns(run: Result) -> float:
 
 
 def _settle(run: Result) -> tuple[float, str]:
-    """Turns left out of a picture, the first where there is a second, and what its caption says of them."""
+    """Turns left out of a picture, the first where there is a second, and what its caption says of
+    them.
+    """
     return (1.0, ", without the first turn") if _turns(run) > 2.0 - ROUNDING else (0.0, "")
 
 
@@ -414,7 +489,12 @@ def _phase(page: Page, run: Result) -> list[Markup]:
         return [*parts, missing(text)]
     words = f"Poincaré section, once a turn of the drive, without the first {SETTLE:g} turns"
     journal = [f"joints/{j}/eccentricity_{axis}" for j in list(run.clearances)[:1] for axis in "xy"]
-    return [*parts, page.picture(_needing(run, moves + journal, partial(sections.poincare, run, settle=SETTLE)), words)]
+    return [
+        *parts,
+        page.picture(
+            _needing(run, moves + journal, partial(sections.poincare, run, settle=SETTLE)), words
+        ),
+    ]
 
 
 def _spectrum(page: Page, run: Result) -> Markup:
@@ -425,10 +505,14 @@ def _spectrum(page: Page, run: Result) -> Markup:
         channels = [f"bodies/{body}/{c}" for c in ("ax", "ay") if f"bodies/{body}/{c}" in run]
         if not channels:
             raise ValueError("its channels ax and ay were not kept")
-        largest = max(channels, key=lambda p: float(np.ptp(run.values(p))) if run.time.size else 0.0)
+        largest = max(
+            channels, key=lambda p: float(np.ptp(run.values(p))) if run.time.size else 0.0
+        )
         return spectra(run, path, channels=largest, settle=settle)
 
-    return page.picture(draw, f"Amplitude spectrum of the acceleration of {body}{without}", run.time.size)
+    return page.picture(
+        draw, f"Amplitude spectrum of the acceleration of {body}{without}", run.time.size
+    )
 
 
 def _parameters(about: dict, name: str) -> str | None:

@@ -10,11 +10,14 @@ BINS = 40
 WIDTH, ROW = 9.0, 2.5  # of the sheet and of a row [inch]
 
 
-def scatter(result, path: str | Path | None = None, metrics: list[str] | None = None) -> Path | Sheet:
-    """Histogram of each metric with its median, its 5 and 95 % quantiles and its limit; Sobol' indices beside it.
+def scatter(
+    result, path: str | Path | None = None, metrics: list[str] | None = None
+) -> Path | Sheet:
+    """Histogram of each metric with its median, its 5 and 95 % quantiles and its limit; Sobol'
+    indices beside it.
 
-    found: a `Scatter`; metrics: default those with a limit, then the first others, four in all. Raises ValueError for
-    metrics that do not vary.
+    found: a `Scatter`; metrics: default those with a limit, then the first others, four in all.
+        Raises ValueError for metrics that do not vary.
     """
     chosen = metrics or result.metrics[:MOST]
     if not chosen:
@@ -32,7 +35,9 @@ def _histogram(axes, result, metric: str) -> None:
     values, (units, text) = result.values(metric), result.sweep.known.get(metric, ("?", metric))
     axes.hist(values, BINS, color="#90a4ae", density=True)
     for share, style in ((0.05, ":"), (0.5, "-"), (0.95, ":")):
-        axes.axvline(result.quantile(metric, share).value, color="#263238", linestyle=style, linewidth=1.0)
+        axes.axvline(
+            result.quantile(metric, share).value, color="#263238", linestyle=style, linewidth=1.0
+        )
     title = f"median and 5, 95 % of {len(values)} runs"
     if metric in result.limits:
         limit, share = result.limits[metric], result.beyond(metric)
@@ -51,7 +56,9 @@ def _bars(axes, result, metric: str) -> None:
     """First and total indices with their intervals, the largest on top."""
     indices = result.indices(metric)
     if not indices:
-        axes.text(0.5, 0.5, "too few runs for indices", ha="center", va="center", transform=axes.transAxes)
+        axes.text(
+            0.5, 0.5, "too few runs for indices", ha="center", va="center", transform=axes.transAxes
+        )
         axes.set_axis_off()
         return
     names = sorted(indices, key=lambda n: indices[n].total.value)
@@ -59,8 +66,12 @@ def _bars(axes, result, metric: str) -> None:
         ends = [getattr(indices[n], part) for n in names]
         place = np.arange(len(names)) + 0.2 * (1 - 2 * k)
         value = np.array([e.value for e in ends])
-        error = np.clip([[e.value - e.low for e in ends], [e.high - e.value for e in ends]], 0.0, None)
-        axes.barh(place, value, 0.38, xerr=error, color=color, error_kw={"linewidth": 0.8}, label=part)
+        error = np.clip(
+            [[e.value - e.low for e in ends], [e.high - e.value for e in ends]], 0.0, None
+        )
+        axes.barh(
+            place, value, 0.38, xerr=error, color=color, error_kw={"linewidth": 0.8}, label=part
+        )
     axes.set_yticks(np.arange(len(names)), names)
     axes.set_xlim(0.0, 1.1)
     axes.legend(fontsize="small", frameon=False, loc="lower right")

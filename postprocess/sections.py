@@ -25,9 +25,11 @@ ROOM = 0.05  # half the axis around such a point, over that size
 
 
 def section_times(record: Record, angle: float = 0.0, settle: float = 2.0) -> np.ndarray:
-    """Times [s] at which the drive passes `angle` [rad], once a turn, after `settle` turns; the end counts.
+    """Times [s] at which the drive passes `angle` [rad], once a turn, after `settle` turns; the end
+    counts.
 
-    Raises ValueError where no drive turns at constant speed, and for an angle or settle that is none or out of range.
+    Raises ValueError where no drive turns at constant speed, and for an angle or settle that is
+    none or out of range.
     """
     if not np.isfinite(angle):
         raise ValueError(f"angle must be finite [rad], got {angle!r}")
@@ -41,15 +43,20 @@ def section_times(record: Record, angle: float = 0.0, settle: float = 2.0) -> np
     first, near = np.mod((angle - start) / np.copysign(2.0 * np.pi, speed), 1.0), 1e-9
     begin, end = record.turns_at(time[[0, -1]])
     low, high = begin + settle - first - near, end - first + near
-    return np.clip(record.time_at(first + np.arange(np.ceil(low), np.floor(high) + 1.0)), time[0], time[-1])
+    return np.clip(
+        record.time_at(first + np.arange(np.ceil(low), np.floor(high) + 1.0)), time[0], time[-1]
+    )
 
 
-def section(record: Record, channels: Iterable[str], angle: float = 0.0, settle: float = 2.0) -> np.ndarray:
-    """Values of channels each time the drive passes `angle` [rad], after `settle` turns: (turns, channels).
+def section(
+    record: Record, channels: Iterable[str], angle: float = 0.0, settle: float = 2.0
+) -> np.ndarray:
+    """Values of channels each time the drive passes `angle` [rad], after `settle` turns: (turns,
+    channels).
 
-    Between samples as in `channels.at`: exact where a sample lies at the angle, else of fourth order in the sampling
-    as long as the motion is smooth there. No row where the run is too short. Raises ValueError for unknown channels
-    and where no drive turns at constant speed.
+    Between samples as in `channels.at`: exact where a sample lies at the angle, else of fourth
+    order in the sampling as long as the motion is smooth there. No row where the run is too short.
+    Raises ValueError for unknown channels and where no drive turns at constant speed.
     """
     names = [channels] if isinstance(channels, str) else list(channels)
     if not names:
@@ -66,11 +73,13 @@ def portrait(
     settle: float = 0.0,
     labels: Iterable[str] | None = None,
 ) -> Path:
-    """Phase portraits, a panel for each pair of channels (x, y), without the first `settle` turns; saved under `path`.
+    """Phase portraits, a panel for each pair of channels (x, y), without the first `settle` turns;
+    saved under `path`.
 
-    pairs: default the position and velocity, and the velocity and acceleration, of the last body. Of points and strokes
-    closer than a 4000th of the axes one is drawn. Raises ValueError for unknown channels, for settled turns where no
-    drive turns at constant speed, and for a run with no sample after them.
+    pairs: default the position and velocity, and the velocity and acceleration, of the last body.
+        Of points and strokes closer than a 4000th of the axes one is drawn. Raises ValueError for
+        unknown channels, for settled turns where no drive turns at constant speed, and for a run
+        with no sample after them.
     """
     records = several(records)
     labels, pairs = labels_of(records, labels), _pairs(pairs) or _motion(records[0])
@@ -95,15 +104,20 @@ def poincare(
     settle: float = 2.0,
     labels: Iterable[str] | None = None,
 ) -> Path:
-    """Poincare sections: pairs of channels (x, y) once a turn of the drive at `angle` [rad]; saved under `path`.
+    """Poincare sections: pairs of channels (x, y) once a turn of the drive at `angle` [rad]; saved
+    under `path`.
 
-    pairs: default the journal's centre over the clearance in `joint` (default: the first clearance joint), and the
-    velocity and acceleration of the last body; settle: turns left out at the start. How values are found between
-    samples stands in the title. Raises ValueError for unknown joints and channels, where no drive turns at constant
-    speed, and for a run with no passage after `settle`.
+    pairs: default the journal's centre over the clearance in `joint` (default: the first clearance
+        joint), and the velocity and acceleration of the last body; settle: turns left out at the
+        start. How values are found between samples stands in the title. Raises ValueError for
+        unknown joints and channels, where no drive turns at constant speed, and for a run with no
+        passage after `settle`.
     """
     records = several(records)
-    labels, pairs = labels_of(records, labels), _pairs(pairs) or _journal(records[0], joint) + _motion(records[0])[1:]
+    labels, pairs = (
+        labels_of(records, labels),
+        _pairs(pairs) or _journal(records[0], joint) + _motion(records[0])[1:],
+    )
     figure, panels = _sheet(len(pairs))
     for axes, pair in zip(panels, pairs, strict=True):
         counts = [
@@ -111,12 +125,18 @@ def poincare(
             for i, (r, label) in enumerate(zip(records, labels, strict=True))
         ]
         _finish(axes, records[0], pair)
-        _room(axes, [max(abs(series(r, name)[0]).max(initial=0.0) for r in records) for name in pair])
+        _room(
+            axes, [max(abs(series(r, name)[0]).max(initial=0.0) for r in records) for name in pair]
+        )
         if not any(counts):
             figures.note(axes, "no samples")
     target, how = drive_angle(records[0])[2], _how(records, pairs, angle, settle)
     turns = " / ".join(dict.fromkeys(str(n) for n in counts))
-    words = [f"{target} angle {np.degrees(angle):.4g}°", f"{turns} passages from turn {settle:g} on", *how]
+    words = [
+        f"{target} angle {np.degrees(angle):.4g}°",
+        f"{turns} passages from turn {settle:g} on",
+        *how,
+    ]
     return _saved(figure, panels, records, labels, ", ".join(words), path)
 
 
@@ -131,12 +151,14 @@ def bifurcation(
     log: bool = False,
     absent: str = "no section there",
 ) -> Path:
-    """Bifurcation diagram: section values over a parameter, a panel for each channel; saved under `path`.
+    """Bifurcation diagram: section values over a parameter, a panel for each channel; saved under
+    `path`.
 
     points: (parameter value, values (turns,) or (turns, channels)), such as
-    `(run.clearances["C"], section(run, ["slider.vx"]))` of many runs; a parameter without turns is crossed at the
-    bottom. parameter and channels: axis labels with units; dots: size of a point; log: whether the parameter's axis is
-    logarithmic; absent: what crosses mean. Raises ValueError for values of another shape.
+    `(run.clearances["C"], section(run, ["slider.vx"]))` of many runs; a parameter without turns is
+    crossed at the bottom. parameter and channels: axis labels with units; dots: size of a point;
+    log: whether the parameter's axis is logarithmic; absent: what crosses mean. Raises ValueError
+    for values of another shape.
     """
     channels = [channels] if isinstance(channels, str) else list(channels)
     points = [(float(p), _table(p, v, len(channels))) for p, v in points]
@@ -153,13 +175,22 @@ def bifurcation(
         figures.finish(axes, label, parameter if i == len(channels) - 1 else "")
         if empty:
             axes.plot(
-                empty, np.zeros(len(empty)), "x", color="#d55e00", transform=axes.get_xaxis_transform(), clip_on=False
+                empty,
+                np.zeros(len(empty)),
+                "x",
+                color="#d55e00",
+                transform=axes.get_xaxis_transform(),
+                clip_on=False,
             )
     if log:
         panels[-1].set_xscale("log")
-        figures.plain_decades(panels[-1].xaxis, min(p for p, _ in points), max(p for p, _ in points))
+        figures.plain_decades(
+            panels[-1].xaxis, min(p for p, _ in points), max(p for p, _ in points)
+        )
     figure.align_ylabels()
-    figure.suptitle("\n".join(filter(None, (title, f"crosses: {absent}" if empty else ""))), fontsize="medium")
+    figure.suptitle(
+        "\n".join(filter(None, (title, f"crosses: {absent}" if empty else ""))), fontsize="medium"
+    )
     return figures.save(figure, path)
 
 
@@ -170,7 +201,10 @@ def _table(parameter: float, values: np.ndarray, columns: int) -> np.ndarray:
         return np.zeros((0, columns))
     table = values[:, None] if values.ndim == 1 and columns == 1 else values
     if table.ndim != 2 or table.shape[1] != columns:
-        raise ValueError(f"points: at {parameter!r} section values of shape {values.shape}; channels name {columns}")
+        raise ValueError(
+            f"points: at {parameter!r} section values of shape {values.shape}; channels name "
+            f"{columns}"
+        )
     return table
 
 
@@ -196,7 +230,9 @@ def _journal(record: Record, joint: str | None) -> list[Pair]:
     """The journal's centre of the joint asked for, or of the first clearance joint there is."""
     if joint is not None and joint not in record.clearances:
         names = ", ".join(record.clearances) or "none"
-        raise ValueError(f"joint {joint!r} is no clearance joint of {name_of(record)}; those are: {names}")
+        raise ValueError(
+            f"joint {joint!r} is no clearance joint of {name_of(record)}; those are: {names}"
+        )
     joints = [joint] if joint else list(record.clearances)[:1]
     return [(f"joints/{j}/epsilon_x", f"joints/{j}/epsilon_y") for j in joints]
 
@@ -204,7 +240,9 @@ def _journal(record: Record, joint: str | None) -> list[Pair]:
 def _sheet(count: int):
     """A figure with square panels, two a row."""
     rows, columns = -(-count // 2), min(count, 2)
-    figure = figures.sheet(3.6 * columns if columns == 2 else 5.0, 0.9 + (3.4 if columns == 2 else 4.2) * rows)
+    figure = figures.sheet(
+        3.6 * columns if columns == 2 else 5.0, 0.9 + (3.4 if columns == 2 else 4.2) * rows
+    )
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat[count:]:
         axes.remove()
@@ -229,12 +267,22 @@ def _points(axes, record: Record, pair: Pair, angle: float, settle: float, style
 
 def _dots(i: int, count: int) -> dict:
     colour = figures.stroke(i, count)["color"]
-    size = 3.0 + 1.5 * min(count - 1 - i, 3)  # the first ones larger, so that they show behind the others
-    return {"ls": "", "marker": figures.marker(i), "ms": size, "color": colour, "mfc": "none", "mew": 0.8}
+    # the first ones larger, so that they show behind the others
+    size = 3.0 + 1.5 * min(count - 1 - i, 3)
+    return {
+        "ls": "",
+        "marker": figures.marker(i),
+        "ms": size,
+        "color": colour,
+        "mfc": "none",
+        "mew": 0.8,
+    }
 
 
 def _finish(axes, record: Record, pair: Pair) -> None:
-    """Labels with units; the clearance circle where both axes are eccentricities over the clearance."""
+    """Labels with units; the clearance circle where both axes are eccentricities over the
+    clearance.
+    """
     channels = [channel(record, name) for name in pair]
     figures.finish(axes, axis_label(channels[1].label, channels[1].units, 3.0), legend=False)
     axes.set_xlabel(axis_label(channels[0].label, channels[0].units, 3.0))
@@ -248,7 +296,9 @@ def _finish(axes, record: Record, pair: Pair) -> None:
 
 
 def _room(axes, sizes: list[float]) -> None:
-    """Limits around the points of a periodic run that do not magnify rounding; sizes: of both channels in the runs."""
+    """Limits around the points of a periodic run that do not magnify rounding; sizes: of both
+    channels in the runs.
+    """
     limits = (axes.dataLim.intervalx, axes.set_xlim), (axes.dataLim.intervaly, axes.set_ylim)
     for ((low, high), limit), size in zip(limits, sizes, strict=True):
         if 0.0 <= high - low < FIXED * size:
@@ -258,10 +308,16 @@ def _room(axes, sizes: list[float]) -> None:
 def _how(records: list[Record], pairs: list[Pair], angle: float, settle: float) -> list[str]:
     """Rule by which the values of a section are taken, in words."""
     times = [(r, section_times(r, angle, settle)) for r in records]
-    return list(dict.fromkeys(interpolation(r, name, t) for r, t in times if len(t) for pair in pairs for name in pair))
+    return list(
+        dict.fromkeys(
+            interpolation(r, name, t) for r, t in times if len(t) for pair in pairs for name in pair
+        )
+    )
 
 
-def _saved(figure, panels: list, records: list[Record], labels: list[str], words: str, path: str | Path) -> Path:
+def _saved(
+    figure, panels: list, records: list[Record], labels: list[str], words: str, path: str | Path
+) -> Path:
     """Title and, for several results, one legend."""
     width = figure.get_size_inches()[0]
     figure.suptitle(headline(records, labels, words, width=width), fontsize="medium")

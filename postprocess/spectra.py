@@ -1,4 +1,6 @@
-"""Amplitude spectra of channels: what the drive's harmonics, contacts and oil films contribute at which frequency."""
+"""Amplitude spectra of channels: what the drive's harmonics, contacts and oil films contribute at
+which frequency.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,15 +18,18 @@ WINDOWS = ("hann", "none")
 FEWEST = 8
 #: most decades drawn below the largest amplitude
 DECADES = 5
-#: share of the mean square in the upper half of the frequencies from which on samples are too coarse
+#: share of the mean square in the upper half of the frequencies from which on samples are too
+#: coarse
 COARSE = 0.01
 
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Single-sided amplitudes (frequencies,) in the channel's units over frequency [Hz]; the first is the mean.
+    """Single-sided amplitudes (frequencies,) in the channel's units over frequency [Hz]; the first
+    is the mean.
 
-    turns: whole turns of the drive it is of, or None where no drive turns at constant speed; window: the one used.
+    turns: whole turns of the drive it is of, or None where no drive turns at constant speed;
+        window: the one used.
     """
 
     frequency: np.ndarray
@@ -41,7 +46,9 @@ class Spectrum:
 
     @property
     def unresolved(self) -> float:
-        """Share of the mean square in the upper half of the frequencies, large where samples are too far apart."""
+        """Share of the mean square in the upper half of the frequencies, large where samples are
+        too far apart.
+        """
         squares = self.amplitude[1:] ** 2
         total = squares.sum()
         return float(squares[len(squares) // 2 :].sum() / total) if total > 0.0 else 0.0
@@ -50,12 +57,14 @@ class Spectrum:
 def spectrum(record: Record, path: str, *, settle: float = 0.0, window: str = "hann") -> Spectrum:
     """Amplitude spectrum of a channel after `settle` turns.
 
-    It is taken over the last whole number of turns, so that every harmonic of the drive falls on a frequency of its own
-    and has its true amplitude; runs without a turning drive are taken whole. A window of "hann" keeps what is not
-    periodic from spreading, "none" keeps the mean square (Parseval). One turn alone has no window, for a window would
-    mix neighbouring harmonics. Samples that do not divide a turn evenly are interpolated as in `channels.at`. Content
-    above half the sampling rate folds down: contacts much shorter than a few samples need more `samples_per_turn`.
-    Raises ValueError for an unknown channel or window, and for a run shorter than a turn or 8 samples.
+    It is taken over the last whole number of turns, so that every harmonic of the drive falls on a
+    frequency of its own and has its true amplitude; runs without a turning drive are taken whole. A
+    window of "hann" keeps what is not periodic from spreading, "none" keeps the mean square
+    (Parseval). One turn alone has no window, for a window would mix neighbouring harmonics. Samples
+    that do not divide a turn evenly are interpolated as in `channels.at`. Content above half the
+    sampling rate folds down: contacts much shorter than a few samples need more `samples_per_turn`.
+    Raises ValueError for an unknown channel or window, and for a run shorter than a turn or 8
+    samples.
     """
     if window not in WINDOWS:
         raise ValueError(f"window must be one of {', '.join(WINDOWS)}; got {window!r}")
@@ -65,15 +74,22 @@ def spectrum(record: Record, path: str, *, settle: float = 0.0, window: str = "h
     return Spectrum(*amplitudes(values, step, window), lines.units, lines.label, turns, window)
 
 
-def amplitudes(values: np.ndarray, step: float, window: str = "hann") -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies [Hz] and single-sided amplitudes (n // 2 + 1,) of n values, `step` [s] apart; the mean comes first.
+def amplitudes(
+    values: np.ndarray, step: float, window: str = "hann"
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies [Hz] and single-sided amplitudes (n // 2 + 1,) of n values, `step` [s] apart; the
+    mean comes first.
 
-    A sinusoid of whole periods has its amplitude at its frequency, and with "hann" half of it at both neighbours; one
-    between two frequencies shows 15 % ("hann") or 36 % ("none") less at worst.
+    A sinusoid of whole periods has its amplitude at its frequency, and with "hann" half of it at
+    both neighbours; one between two frequencies shows 15 % ("hann") or 36 % ("none") less at worst.
     """
     count, mean = len(values), values.mean()
     # periodic, not symmetric: its transform is three lines exactly
-    weights = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(count) / count) if window == "hann" else np.ones(count)
+    weights = (
+        0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(count) / count)
+        if window == "hann"
+        else np.ones(count)
+    )
     amplitude = 2.0 * np.abs(np.fft.rfft((values - mean) * weights)) / weights.sum()
     amplitude[0] = abs(mean)
     if count % 2 == 0:
@@ -82,11 +98,16 @@ def amplitudes(values: np.ndarray, step: float, window: str = "hann") -> tuple[n
 
 
 def _even(record: Record, path: str, settle: float) -> tuple[np.ndarray, float, int | None]:
-    """Values at even steps [s] over the last whole number of turns, or over the whole run; their step, the turns."""
+    """Values at even steps [s] over the last whole number of turns, or over the whole run; their
+    step, the turns.
+    """
     samples = kept(record, settle=settle)
     time = record.time[samples]
     if len(time) < FEWEST:
-        raise ValueError(f"{name_of(record)} has {len(time)} samples after turn {settle:g}; a spectrum needs {FEWEST}")
+        raise ValueError(
+            f"{name_of(record)} has {len(time)} samples after turn {settle:g}; a spectrum needs "
+            f"{FEWEST}"
+        )
     spacing, span, turn = np.diff(time), time[-1] - time[0], record.turn
     if turn is None:
         count, turns = len(time), None
@@ -96,12 +117,16 @@ def _even(record: Record, path: str, settle: float) -> tuple[np.ndarray, float, 
         turns = int(span / turn + ON_SAMPLE)
         if turns < 1:
             raise ValueError(
-                f"{name_of(record)} has {span / turn:.3g} turns after turn {settle:g}; a spectrum needs one"
+                f"{name_of(record)} has {span / turn:.3g} turns after turn {settle:g}; a spectrum "
+                f"needs one"
             )
         count = round(turns * turn / np.median(spacing))
         step = turns * turn / count
         times = time[-1] - step * np.arange(count, 0, -1)
-    even = np.ptp(spacing) <= 2.0 * ON_SAMPLE * step and abs(spacing.mean() - step) * count <= ON_SAMPLE * step
+    even = (
+        np.ptp(spacing) <= 2.0 * ON_SAMPLE * step
+        and abs(spacing.mean() - step) * count <= ON_SAMPLE * step
+    )
     if even:
         values = series(record, path)[0]
         return (values if turns is None else values[:-1])[-count:], step, turns
@@ -120,13 +145,18 @@ def spectra(
     highest: float | None = None,
     labels: Iterable[str] | None = None,
 ) -> Path:
-    """Amplitude spectra of channels, a panel each, over frequency [Hz] and orders of the drive; saved under `path`.
+    """Amplitude spectra of channels, a panel each, over frequency [Hz] and orders of the drive;
+    saved under `path`.
 
-    settle: turns left out at the start; window: "hann" or "none", see `spectrum`; highest: frequency [Hz] at which the
-    axis ends (default: where less than a millionth of the mean square is left). Raises ValueError as `spectrum`.
+    settle: turns left out at the start; window: "hann" or "none", see `spectrum`; highest:
+        frequency [Hz] at which the axis ends (default: where less than a millionth of the mean
+        square is left). Raises ValueError as `spectrum`.
     """
     records = several(records)
-    labels, names = labels_of(records, labels), [channels] if isinstance(channels, str) else list(channels)
+    labels, names = (
+        labels_of(records, labels),
+        [channels] if isinstance(channels, str) else list(channels),
+    )
     if not names:
         raise ValueError("channels: give at least one")
     rows = [[spectrum(r, name, settle=settle, window=window) for r in records] for name in names]
@@ -142,7 +172,8 @@ def spectra(
         _orders(panels[0], turn)
     width = figure.get_size_inches()[0]
     figure.suptitle(
-        headline(records, labels, *_said(rows[0], labels), *_doubts(rows, labels), width=width), fontsize="medium"
+        headline(records, labels, *_said(rows[0], labels), *_doubts(rows, labels), width=width),
+        fontsize="medium",
     )
     if len(records) > 1:
         figures.legend_below(figure, panels[0])
@@ -157,7 +188,9 @@ def _panel(axes, row: list[Spectrum], labels: list[str], end: float) -> None:
         few = np.count_nonzero(one.frequency <= end) <= 60
         floor = np.maximum(one.amplitude[1:], 1e-30)
         figures.line(axes, one.frequency[1:], floor, marker="." if few else "", **style)
-    figures.finish(axes, axis_label(f"{row[0].label}, amplitude", row[0].units, 2.1), "", legend=False)
+    figures.finish(
+        axes, axis_label(f"{row[0].label}, amplitude", row[0].units, 2.1), "", legend=False
+    )
     if top > 0.0:
         axes.set_yscale("log")
         lowest = min(s.amplitude[1:][s.frequency[1:] <= end].min() for s in row)
@@ -176,7 +209,9 @@ def _doubts(rows: list[list[Spectrum]], labels: list[str]) -> list[str]:
         label for row in rows for s, label in zip(row, labels, strict=True) if s.unresolved > COARSE
     )
     whose = f" of {'; '.join(coarse)}" if len(labels) > 1 else ""
-    return [f"samples{whose} too coarse: content above half their rate is folded in"] if coarse else []
+    return (
+        [f"samples{whose} too coarse: content above half their rate is folded in"] if coarse else []
+    )
 
 
 def _end(lines: Spectrum) -> float:

@@ -1,4 +1,6 @@
-"""The report of a sweep: what was swept, what came of it, where its metrics are extreme, and what it cost."""
+"""The report of a sweep: what was swept, what came of it, where its metrics are extreme, and what
+it cost.
+"""
 
 import os
 from functools import partial
@@ -33,7 +35,8 @@ from clearance.reading import open_checked
 from clearance.sweeping.definition import FORMAT, FORMAT_VERSION
 from clearance.sweeping.index import Sweep
 
-#: most points in the table of all points, how many of more are shown, and most points that are not done
+#: most points in the table of all points, how many of more are shown, and most points that are not
+#: done
 MOST, FIRST, MOST_BAD = 500, 200, 100
 #: most values along an axis for curves beside the maps
 FEW = 6
@@ -41,7 +44,9 @@ BINS = 40
 
 
 def sweep_page(sweep: Sweep, path: Path) -> Page:
-    """The report of a sweep, not yet written; `path` is where it will be, for its links to run files."""
+    """The report of a sweep, not yet written; `path` is where it will be, for its links to run
+    files.
+    """
     page = Page(f"{sweep.definition.case}: report of the sweep {sweep.folder.absolute().name}")
     page.head = _head(sweep)
     page.section("What was swept", *_swept(sweep))
@@ -60,12 +65,20 @@ def _head(sweep: Sweep) -> Markup:
     counts = {s: int((sweep.status == s).sum()) for s in ("done", "failed", "lost", "missing")}
     words = ", ".join(f"{n} {s}" for s, n in counts.items() if n or s == "done")
     title = element("h1", f"{sweep.definition.case}: sweep over {_axes(sweep)}")
-    state = box("good" if sweep.done.all() else "bad", element("b", f"{len(sweep)} points"), f": {words}")
+    state = box(
+        "good" if sweep.done.all() else "bad", element("b", f"{len(sweep)} points"), f": {words}"
+    )
     doubtful = int((sweep.costs["warnings"] > 0).sum())
     if doubtful:
         total = int(sweep.costs["warnings"].sum())
         state = join(
-            [state, box("doubt", f"{doubtful} runs gave warnings, {total} in all: see the column of the points.")]
+            [
+                state,
+                box(
+                    "doubt",
+                    f"{doubtful} runs gave warnings, {total} in all: see the column of the points.",
+                ),
+            ]
         )
     return join([title, state])
 
@@ -89,7 +102,11 @@ def _swept(sweep: Sweep) -> list[Markup]:
         for name in varying:
             values = list(dict.fromkeys(d.points.columns[name]))
             together = ", ".join(n for n in varying if n != name)
-            how = "drawn" if drawn else _spacing(values) + (f", together with {together}" if together else "")
+            how = (
+                "drawn"
+                if drawn
+                else _spacing(values) + (f", together with {together}" if together else "")
+            )
             units = d.units.get(name, "?")
             plain = f"{_values(values, '1')} {ALIKE.get(units, units)}".strip()
             rows.append([name, len(values), _values(values, units), plain, how])
@@ -98,11 +115,24 @@ def _swept(sweep: Sweep) -> list[Markup]:
     options = [(n.replace("_", " "), v) for n, v in d.options.items() if v is not None]
     settle = "the first, where there is a second" if d.settle is None else d.settle
     options.append(("turns left out of the metrics", settle))
-    options.append(("channels in run files", "all" if d.keep is None else ", ".join(d.keep) or "none: summaries only"))
+    options.append(
+        (
+            "channels in run files",
+            "all" if d.keep is None else ", ".join(d.keep) or "none: summaries only",
+        )
+    )
     if d.own:
         options.append(("metrics of one's own", ", ".join(reference for reference, _ in d.own)))
-    same = facts(d.fixed.items()) if d.fixed else element("p", "Nothing but the defaults of the case.")
-    return [axes, element("h3", "The same at all points (SI units)"), same, element("h3", "Runs"), facts(options)]
+    same = (
+        facts(d.fixed.items()) if d.fixed else element("p", "Nothing but the defaults of the case.")
+    )
+    return [
+        axes,
+        element("h3", "The same at all points (SI units)"),
+        same,
+        element("h3", "Runs"),
+        facts(options),
+    ]
 
 
 def _spacing(values: list) -> str:
@@ -116,7 +146,9 @@ def _spacing(values: list) -> str:
 
 
 def _values(values: list, units: str) -> str:
-    """Values of a parameter in words: all of a few and all texts, else the smallest and the largest."""
+    """Values of a parameter in words: all of a few and all texts, else the smallest and the
+    largest.
+    """
     if any(isinstance(v, str | bool) for v in values):
         return ", ".join(map(str, values))
     if len(values) <= 3:
@@ -127,14 +159,23 @@ def _values(values: list, units: str) -> str:
 def _at(sweep: Sweep, i: int) -> str:
     """The parameters of a point in words."""
     units = sweep.definition.units
-    parts = (f"{n} {_values([v], units.get(n, '?'))}" for n, v in sweep.definition.points[int(i)].items())
+    parts = (
+        f"{n} {_values([v], units.get(n, '?'))}" for n, v in sweep.definition.points[int(i)].items()
+    )
     return ", ".join(part.replace(" ", NO_BREAK) for part in parts) or "the only point"
 
 
 def _bad(sweep: Sweep) -> list[Markup]:
     bad = np.flatnonzero(~sweep.done)
-    rows = [[int(i), _at(sweep, i), sweep.status[i], sweep.reason[i] or "not run yet"] for i in bad[:MOST_BAD]]
-    more = element("p", f"And {len(bad) - MOST_BAD} more, see sweep.h5.") if len(bad) > MOST_BAD else ""
+    rows = [
+        [int(i), _at(sweep, i), sweep.status[i], sweep.reason[i] or "not run yet"]
+        for i in bad[:MOST_BAD]
+    ]
+    more = (
+        element("p", f"And {len(bad) - MOST_BAD} more, see sweep.h5.")
+        if len(bad) > MOST_BAD
+        else ""
+    )
     return [table(["point", "at", "status", "reason"], rows, sortable=True), more]
 
 
@@ -151,12 +192,20 @@ def _extremes(sweep: Sweep) -> list[Markup]:
         low, high = int(np.nanargmin(finite)), int(np.nanargmax(finite))
         shown, factor = scaled(units, finite[low], finite[high])
         least, most = (valued(finite[i], number(finite[i] * factor)) for i in (low, high))
-        places = ["everywhere"] * 2 if finite[low] == finite[high] else [_at(sweep, low), _at(sweep, high)]
+        places = (
+            ["everywhere"] * 2
+            if finite[low] == finite[high]
+            else [_at(sweep, low), _at(sweep, high)]
+        )
         rows.append([what, shown, least, places[0], most, places[1]])
     if not rows:
         return [missing("No point has a metric yet.")]
     endless = [n for n, v in sweep.metrics.items() if np.isinf(v[sweep.done]).any()]
-    words = element("p", f"Infinite values are left out here, those of {', '.join(endless)}.") if endless else ""
+    words = (
+        element("p", f"Infinite values are left out here, those of {', '.join(endless)}.")
+        if endless
+        else ""
+    )
     return [words, table(["what", "units", "smallest", "at", "largest", "at"], rows, sortable=True)]
 
 
@@ -194,19 +243,26 @@ def _cost(page: Page, sweep: Sweep) -> list[Markup]:
     if steps.size:
         words = f"{number(steps.min())} to {number(steps.max())}, median {number(float(np.median(steps)))}"
         rows.append(("steps of a run that is done", words))
-    drawn = page.picture(partial(costs, sweep), "Wall time of the runs, and of it in the compiled loop")
+    drawn = page.picture(
+        partial(costs, sweep), "Wall time of the runs, and of it in the compiled loop"
+    )
     return [facts(rows), drawn]
 
 
 def costs(sweep: Sweep, path: str | Path) -> Path:
-    """Histograms of the wall time of the runs and of their time in the compiled loop [s], saved under `path`."""
+    """Histograms of the wall time of the runs and of their time in the compiled loop [s], saved
+    under `path`.
+    """
     figure = figures.sheet(7.0, 2.6)
     axes = figure.add_subplot()
     times = {n: v[v > 0.0] for n, v in ((n, sweep.costs[n]) for n in ("wall", "loop"))}
     every = np.concatenate(list(times.values()))
     low, high = 0.99 * every.min(), 1.01 * every.max()
     edges = np.geomspace(low, high, int(np.clip(2.0 * np.sqrt(len(every)), 5, BINS)) + 1)
-    styles = {"wall": {"color": "0.75"}, "loop": {"color": "#d55e00", "histtype": "step", "lw": 1.2}}
+    styles = {
+        "wall": {"color": "0.75"},
+        "loop": {"color": "#d55e00", "histtype": "step", "lw": 1.2},
+    }
     labels = {"wall": "in all", "loop": "in the compiled loop"}
     for name, values in times.items():
         axes.hist(values, edges, label=labels[name], **styles[name])
@@ -230,12 +286,18 @@ def _points(sweep: Sweep, path: Path) -> list[Markup]:
     columns += [_column(v, n, described.get(n, "?"), shown) for n, v in values.items()]
     columns += [_column(sweep.costs["wall"], "wall time", "s", shown)]
     columns += [("warnings", [cell(int(w)) for w in sweep.costs["warnings"][:shown]])]
-    listed = table([head for head, _ in columns], zip(*(cells for _, cells in columns), strict=True), sortable=True)
+    listed = table(
+        [head for head, _ in columns],
+        zip(*(cells for _, cells in columns), strict=True),
+        sortable=True,
+    )
     index = f"{sweep.folder.absolute().name}/sweep.h5"
     words = f"All metrics of all points are in {index}."
     if shown < len(sweep):
         words = f"The first {shown} of {len(sweep)} points; all of them, with all metrics, are in {index}."
-    links = " A status that is a link leads to the file of its run." if sweep.definition.files else ""
+    links = (
+        " A status that is a link leads to the file of its run." if sweep.definition.files else ""
+    )
     return [element("p", words + links), listed]
 
 
@@ -245,7 +307,9 @@ def _column(values: np.ndarray, name: str, units: str, shown: int) -> tuple[Mark
         return breakable(name), [cell(str(v)) for v in values[:shown]]
     unit, factor = scaled(units, *map(float, values))
     head = breakable(f"{name} [{unit.replace(' ', NO_BREAK)}]" if unit else name)
-    return head, [valued(float(v), number(v if factor == 1.0 else v * factor)) for v in values[:shown]]
+    return head, [
+        valued(float(v), number(v if factor == 1.0 else v * factor)) for v in values[:shown]
+    ]
 
 
 def _status(sweep: Sweep, i: int, path: Path) -> object:
@@ -266,16 +330,27 @@ def _provenance(sweep: Sweep) -> list[Markup]:
         ("digest of its source", element("code", d.source)),
     ]
     if about := _about(index):
-        rows += [("format", f"{about['format']} {about['format_version']}"), ("index written", date(about["created"]))]
-        rows += [(n.replace("_", " of ", 1), v) for n, v in about.items() if n.startswith("version_")]
+        rows += [
+            ("format", f"{about['format']} {about['format_version']}"),
+            ("index written", date(about["created"])),
+        ]
+        rows += [
+            (n.replace("_", " of ", 1), v) for n, v in about.items() if n.startswith("version_")
+        ]
     first = next(iter(sweep.metrics), "")
-    lines = "import clearance as cl", f"sweep = cl.open_sweep({folder!r})", f"sweep.metrics[{first!r}], sweep.dataset"
+    lines = (
+        "import clearance as cl",
+        f"sweep = cl.open_sweep({folder!r})",
+        f"sweep.metrics[{first!r}], sweep.dataset",
+    )
     how = "\n".join(lines)
     return [facts(rows), element("h3", "In Python"), element("pre", how)]
 
 
 def _about(index: Path) -> dict:
-    """Attributes of an index; none of one that is not there or cannot be read, which a sweep does without."""
+    """Attributes of an index; none of one that is not there or cannot be read, which a sweep does
+    without.
+    """
     try:
         with open_checked(index, "sweep index", FORMAT, FORMAT_VERSION) as file:
             about = file.attributes()

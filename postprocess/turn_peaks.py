@@ -1,4 +1,6 @@
-"""Turn peaks of a chaotic motion from the statistics in a run's file: turn by turn, and how often they are exceeded."""
+"""Turn peaks of a chaotic motion from the statistics in a run's file: turn by turn, and how often
+they are exceeded.
+"""
 
 from pathlib import Path
 
@@ -16,20 +18,25 @@ DOTS = 4000  # turns drawn, at most
 def turn_peaks(path: str | Path, picture: str | Path) -> Path:
     """Draw up to three peaks that `clearance run --error` of a chaotic motion has put into a file.
 
-    On the left each turn, with the mean, its 95 % interval and what is exceeded in one turn of 10 and of 100; on the
-    right the share of the turns that exceed a value. Several motions have a colour each. Raises ValueError for a file
-    without statistics.
+    On the left each turn, with the mean, its 95 % interval and what is exceeded in one turn of 10
+    and of 100; on the right the share of the turns that exceed a value. Several motions have a
+    colour each. Raises ValueError for a file without statistics.
     """
     with open_result(path) as run:
         if "statistics" not in run.file:
-            raise ValueError(f"{path} holds no statistics; clearance run --error 5% of a chaotic motion makes some")
+            raise ValueError(
+                f"{path} holds no statistics; clearance run --error 5% of a chaotic motion makes "
+                f"some"
+            )
         group = run.file["statistics"]
         about = dict(group["by_turn"].attrs)
         chosen = chosen_peaks(list(group["by_turn"]))
         peaks = {n: (group["by_turn"][n][:], group["by_turn"][n].attrs["units"]) for n in chosen}
         motions = [_motion(group[n]) for n in sorted(group) if n.startswith("motion_")]
     figure = figures.sheet(9.0, 1.2 + 2.3 * len(peaks))
-    panels = figure.subplots(len(peaks), 2, sharex="col", sharey="row", squeeze=False, width_ratios=(2.2, 1.0))
+    panels = figure.subplots(
+        len(peaks), 2, sharex="col", sharey="row", squeeze=False, width_ratios=(2.2, 1.0)
+    )
     for row, (name, (values, units)) in zip(panels, peaks.items(), strict=True):
         unit, factor = shown_in(units, values.ravel())
         for i, (starts, numbers) in enumerate(motions):
@@ -86,7 +93,10 @@ def _numbers(axes, numbers: dict[str, float], colour: str) -> None:
     mean, half = numbers["mean"], numbers["half_width"]
     axes.axhspan(mean - half, mean + half, color=colour, alpha=0.25, lw=0)
     axes.axhline(mean, color=colour, lw=1.2, label="mean, 95 % interval shaded")
-    for name, dashes, text in (("q90", "--", "1 turn in 10 above"), ("q99", ":", "1 turn in 100 above")):
+    for name, dashes, text in (
+        ("q90", "--", "1 turn in 10 above"),
+        ("q99", ":", "1 turn in 100 above"),
+    ):
         if np.isfinite(numbers[name]):
             axes.axhline(numbers[name], color=colour, lw=1.0, ls=dashes, label=text)
 

@@ -1,7 +1,8 @@
 """An independent formulation of the same mechanics, for tests and benchmarks only.
 
-Absolute coordinates of all bodies and Lagrange multipliers: [M J^T; J 0] [a; lambda] = [F; gamma], one dense LAPACK
-solve in numba. Nothing of the package's mechanics is used, only the scene's data; joint forces are written out here.
+Absolute coordinates of all bodies and Lagrange multipliers: [M J^T; J 0] [a; lambda] = [F; gamma],
+one dense LAPACK solve in numba. Nothing of the package's mechanics is used, only the scene's data;
+joint forces are written out here.
 """
 
 import math
@@ -16,7 +17,9 @@ REVOLUTE, PRISMATIC, FILM, CONTACT, ANGLE, RELATIVE, SLIDE = range(7)
 
 
 class Augmented:
-    """Arrays of a scene without springs and loads; `accelerations(q, v)` solves the augmented system."""
+    """Arrays of a scene without springs and loads; `accelerations(q, v)` solves the augmented
+    system.
+    """
 
     def __init__(self, scene: Scene):
         self.scene = scene
@@ -36,7 +39,9 @@ class Augmented:
         for drive in scene.drives:
             target = drive.target
             if drive.torque is not None:  # a constant torque on a body
-                self.pushes.append((3 * index[target] + 2, drive.torque / self.mass[3 * index[target] + 2]))
+                self.pushes.append(
+                    (3 * index[target] + 2, drive.torque / self.mass[3 * index[target] + 2])
+                )
                 continue
             if target in index:
                 rows.append((ANGLE, -1, index[target]))
@@ -48,7 +53,9 @@ class Augmented:
         for place, push in self.pushes:
             self.gravity[place] += push
         self.rows, self.numbers = np.array(rows), np.array(numbers)
-        self.count = 2 * sum(r[0] in (REVOLUTE, PRISMATIC) for r in rows) + sum(r[0] >= ANGLE for r in rows)
+        self.count = 2 * sum(r[0] in (REVOLUTE, PRISMATIC) for r in rows) + sum(
+            r[0] >= ANGLE for r in rows
+        )
 
     def accelerations(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Accelerations of all bodies, then the multipliers (forces on the b side, in row order).
@@ -107,7 +114,8 @@ IMPACT = 0.1  # m/s
 
 
 def block(joint, guide, slider):
-    """Wrenches on both bodies about their centres of mass, from places and velocities of corners in the plane.
+    """Wrenches on both bodies about their centres of mass, from places and velocities of corners in
+    the plane.
 
     Lankarani and Nikravesh's contact and algebraic Coulomb friction, both written out.
     """
@@ -130,7 +138,12 @@ def block(joint, guide, slider):
             u = left[0] - left[1]
             damping = 0.75 * (1 - contact["restitution"] ** 2) * sy * (n @ u) / IMPACT
             load = contact["stiffness"] * depth**1.5 * max(1.0 + damping, 0.0)
-            rub = friction["coefficient"] * load * (d @ u) / math.hypot(d @ u, friction["transition_speed"])
+            rub = (
+                friction["coefficient"]
+                * load
+                * (d @ u)
+                / math.hypot(d @ u, friction["transition_speed"])
+            )
             force = -sy * load * n - rub * d
             for body, q, sign in ((joint.b.body, qb, 1.0), (joint.a.body, qa, -1.0)):
                 x, y = place - q[:2]
@@ -165,7 +178,16 @@ def film(ex, ey, vx, vy, wa, wb, c, radius, length, mu, torques):
             / ((2 + eps**2) * (1 - eps**2) ** 1.5)
             * (4 * k * eps**2 + (2 + eps**2) * math.pi * (k + 3) / (k + 1.5))
         )
-        ft = p0 * 6 * math.pi * eps * w / ((2 + eps**2) * math.sqrt(1 - eps**2)) * (k + 3) / (k + 1.5)
+        ft = (
+            p0
+            * 6
+            * math.pi
+            * eps
+            * w
+            / ((2 + eps**2) * math.sqrt(1 - eps**2))
+            * (k + 3)
+            / (k + 1.5)
+        )
     else:
         fr = (
             p0
@@ -203,7 +225,8 @@ def augmented(q, v, mass, gravity, rows, numbers, count):
     for r in range(rows.shape[0]):
         kind, a, b = rows[r]
         p = numbers[r]
-        # points, their velocities and centripetal accelerations; jac: d(point)/dq as (x, y, angle) coefficients
+        # points, their velocities and centripetal accelerations; jac: d(point)/dq as (x, y, angle)
+        # coefficients
         ax, ay, xa, ya, ua, va, wa = p[0], p[1], p[0], p[1], 0.0, 0.0, 0.0
         cosa, sina = 1.0, 0.0
         if a >= 0:
@@ -221,7 +244,9 @@ def augmented(q, v, mass, gravity, rows, numbers, count):
             ub, vb = v[3 * b] - wb * by, v[3 * b + 1] + wb * bx
         if kind in (FILM, CONTACT):
             if kind == FILM:
-                fx, fy, ta, tb = film(xb - xa, yb - ya, ub - ua, vb - va, wa, wb, p[4], p[5], p[6], p[7], p[8])
+                fx, fy, ta, tb = film(
+                    xb - xa, yb - ya, ub - ua, vb - va, wa, wb, p[4], p[5], p[6], p[7], p[8]
+                )
             else:
                 fx, fy = contact(xb - xa, yb - ya, ub - ua, vb - va, p[4], p[6], p[7], p[8])
                 ta, tb = 0.0, 0.0

@@ -1,5 +1,6 @@
-"""Shared by all tests: one store of film tables for the session, so that no test builds what another one has, and one
-worker for each file, so that its runs and structures are made once."""
+"""Shared by all tests: one store of film tables for the session, so that no test builds what
+another one has, and one worker for each file, so that its runs and structures are made once.
+"""
 
 import os
 import tempfile
@@ -11,9 +12,12 @@ from hypothesis import settings
 from PIL import Image
 
 # the store must be chosen before clearance is imported; workers of one session share it
-os.environ.setdefault("CLEARANCE_STORE", str(Path(tempfile.gettempdir()) / f"clearance-test-store-{os.getuid()}"))
+os.environ.setdefault(
+    "CLEARANCE_STORE", str(Path(tempfile.gettempdir()) / f"clearance-test-store-{os.getuid()}")
+)
 
-# compiling inside an example takes longer than hypothesis waits by default; examples are the same in every run
+# compiling inside an example takes longer than hypothesis waits by default; examples are the same
+# in every run
 settings.register_profile("clearance", deadline=None, derandomize=True)
 settings.load_profile("clearance")
 
@@ -32,7 +36,9 @@ def pytest_xdist_make_scheduler(config, log):
 
 @pytest.fixture
 def undrawn(monkeypatch):
-    """Figures are made and saved as empty pictures: for tests of what stands beside pictures that others look at."""
+    """Figures are made and saved as empty pictures: for tests of what stands beside pictures that
+    others look at.
+    """
 
     def savefig(figure, path, format=None, **options):
         if (format or Path(path).suffix[1:]) == "png":

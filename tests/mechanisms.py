@@ -9,19 +9,36 @@ def body(name, points, angle=0.0, mass=None, com=(0.0, 0.0), position=None):
     """A body with plausible mass and inertia for its points."""
     size = max(math.hypot(*p) for p in points.values()) or 0.05
     mass = mass or 2.0 * size + 0.1
-    return cl.Body(name, mass, 0.3 * mass * size**2 + 1e-5, points=points, angle=angle, com=com, position=position)
+    return cl.Body(
+        name,
+        mass,
+        0.3 * mass * size**2 + 1e-5,
+        points=points,
+        angle=angle,
+        com=com,
+        position=position,
+    )
 
 
 def film(a, b, name, clearance=1e-4, viscosity=0.05, **more):
     return cl.ClearanceRevolute(
-        a, b, name=name, radius=0.01, clearance=clearance, length=0.02, film=cl.pinkus_sternlicht(),
-        lubricant=cl.Lubricant(viscosity), **more,
-    )  # fmt: skip
+        a,
+        b,
+        name=name,
+        radius=0.01,
+        clearance=clearance,
+        length=0.02,
+        film=cl.pinkus_sternlicht(),
+        lubricant=cl.Lubricant(viscosity),
+        **more,
+    )
 
 
 def dry(a, b, name, clearance=1e-4, stiffness=1e9, restitution=0.9, **more):
     law = cl.lankarani_nikravesh(stiffness=stiffness, restitution=restitution)
-    return cl.ClearanceRevolute(a, b, name=name, radius=0.01, clearance=clearance, contact=law, **more)
+    return cl.ClearanceRevolute(
+        a, b, name=name, radius=0.01, clearance=clearance, contact=law, **more
+    )
 
 
 def chooser(joint=cl.Revolute, chosen=(), **more):
@@ -38,7 +55,9 @@ def watt(hinge=None, speed=20.0):
     hinge = hinge or chooser()
     crank = body("crank", {"A": (0, 0), "B": (0.04, 0)}, com=(0.01, 0.002))
     coupler = body("coupler", {"B": (0, 0), "C": (0.14, 0)}, angle=0.5, com=(0.06, 0.01))
-    rocker = body("rocker", {"D": (0, 0), "C": (0.10, 0), "E": (0.08, 0.05)}, angle=1.5, com=(0.05, 0.01))
+    rocker = body(
+        "rocker", {"D": (0, 0), "C": (0.10, 0), "E": (0.08, 0.05)}, angle=1.5, com=(0.05, 0.01)
+    )
     rod = body("rod", {"E": (0, 0), "F": (0.15, 0)}, angle=0.2, com=(0.07, -0.01))
     lever = body("lever", {"G": (0, 0), "F": (0.09, 0)}, angle=1.4, com=(0.04, 0.0))
     return cl.Scene(
@@ -55,11 +74,15 @@ def watt(hinge=None, speed=20.0):
 
 
 def stephenson(hinge=None, speed=15.0):
-    """Stephenson III driven so that its other five bodies form one group no dyads solve (crank on the ternary side)."""
+    """Stephenson III driven so that its other five bodies form one group no dyads solve (crank on
+    the ternary side).
+    """
     hinge = hinge or chooser()
     crank = body("crank", {"A": (0, 0), "B": (0.02, 0)}, com=(0.01, 0.0))
     link = body("link", {"B": (0, 0), "C": (0.21, 0)}, angle=0.6, com=(0.08, 0.004))
-    plate = body("plate", {"C": (0, 0), "D": (0.09, 0), "E": (0.05, 0.06)}, angle=0.1, com=(0.045, 0.02))
+    plate = body(
+        "plate", {"C": (0, 0), "D": (0.09, 0), "E": (0.05, 0.06)}, angle=0.1, com=(0.045, 0.02)
+    )
     left = body("left", {"D": (0, 0), "F": (0.16, 0)}, angle=-1.2, com=(0.06, 0.0))
     right = body("right", {"E": (0, 0), "G": (0.16, 0)}, angle=-1.0, com=(0.08, 0.005))
     return cl.Scene(
@@ -76,7 +99,9 @@ def stephenson(hinge=None, speed=15.0):
 
 
 def inverted_slider(hinge=None, speed=12.0):
-    """Crank, swinging guide and slider: an RPR dyad whose guide carries the slide (quick-return mechanism)."""
+    """Crank, swinging guide and slider: an RPR dyad whose guide carries the slide (quick-return
+    mechanism).
+    """
     hinge = hinge or chooser()
     crank = body("crank", {"A": (0, 0), "B": (0.05, 0)}, com=(0.02, 0.0))
     block = body("block", {"B": (0.002, 0.001)}, mass=0.2)
@@ -92,7 +117,9 @@ def inverted_slider(hinge=None, speed=12.0):
 
 
 def moving_guide(hinge=None, speed=10.0):
-    """A slide on a driven turning plate, pinned to a rod hinged to ground (RRP on a moving guide), slider as body a."""
+    """A slide on a driven turning plate, pinned to a rod hinged to ground (RRP on a moving guide),
+    slider as body a.
+    """
     hinge = hinge or chooser()
     plate = body("plate", {"A": (0, 0), "S": (0.01, 0.03)}, com=(0.01, 0.01))
     slider = body("slider", {"S": (0, 0), "T": (0.01, 0.004)}, mass=0.15)
@@ -152,7 +179,9 @@ def reversed_arm():
 
 
 def scotch_yoke(hinge=None, speed=9.0):
-    """Crank, block in a slanted slot of a yoke, yoke on a guide: a group with two slides and no closed form."""
+    """Crank, block in a slanted slot of a yoke, yoke on a guide: a group with two slides and no
+    closed form.
+    """
     hinge = hinge or chooser()
     crank = body("crank", {"A": (0, 0), "B": (0.05, 0)}, com=(0.02, 0.003))
     block = body("block", {"B": (0, 0)}, mass=0.2)
@@ -184,8 +213,13 @@ def pushed_four_bar(hinge=None, torque=0.4):
 
 
 def parallelogram(joint=dry):
-    """Three parallel cranks under one coupler: redundant, possible only because the third crank has clearance."""
-    cranks = [body(n, {"O": (0, 0), "P": (0.05, 0)}, angle=1.0, com=(0.02, 0)) for n in ("one", "two", "three")]
+    """Three parallel cranks under one coupler: redundant, possible only because the third crank has
+    clearance.
+    """
+    cranks = [
+        body(n, {"O": (0, 0), "P": (0.05, 0)}, angle=1.0, com=(0.02, 0))
+        for n in ("one", "two", "three")
+    ]
     beam = body("beam", {"1": (0, 0), "2": (0.2, 0), "3": (0.1, 0)}, com=(0.1, 0.01))
     hinges = [
         part
@@ -199,13 +233,20 @@ def parallelogram(joint=dry):
 
 
 def long_branches():
-    """Two long branches on the rocker of a pushed four-bar: with a slide, a driven hinge and swapped sides."""
+    """Two long branches on the rocker of a pushed four-bar: with a slide, a driven hinge and
+    swapped sides.
+    """
     scene = pushed_four_bar()
     parts, loads, rocker = list(scene.joints), list(scene.loads), scene.bodies[-1]
     for name, count in (("one", 6), ("two", 5)):
         parent = rocker.at(0.02, 0.01)
         for i in range(count):
-            link = body(f"{name}{i}", {"near": (0, 0), "far": (0.1, 0.01)}, angle=0.3 * i - 0.5, com=(0.04, 0.01))
+            link = body(
+                f"{name}{i}",
+                {"near": (0, 0), "far": (0.1, 0.01)},
+                angle=0.3 * i - 0.5,
+                com=(0.04, 0.01),
+            )
             ends = (link["near"], parent) if i == 1 else (parent, link["near"])
             kind = {2: "slide", 3: "driven"}.get(i) if name == "one" else None
             if kind == "slide":

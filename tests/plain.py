@@ -16,7 +16,9 @@ def kernel(mechanism, role):
 
 @cache
 def differentiated(function, active, kinds=()):
-    """Values and, output by output, exact derivatives by the active arguments: a function of the same arguments."""
+    """Values and, output by output, exact derivatives by the active arguments: a function of the
+    same arguments.
+    """
     kinds = kinds or ("number",) * function.__code__.co_argcount
     slopes = evaluated(traced(function, kinds).slopes(tuple(active)))
 

@@ -17,7 +17,9 @@ def test_what_a_joint_determines_follows_a_change():
     one = scene.replaced({"joints/C/clearance": 2e-4})
     joint = next(j for j in one.joints if j.name == "C")
     assert joint.clearance == 2e-4
-    assert joint.contact.values["stiffness"] == cl.hertz_stiffness(joint.radius, 2e-4, joint.material)
+    assert joint.contact.values["stiffness"] == cl.hertz_stiffness(
+        joint.radius, 2e-4, joint.material
+    )
 
 
 def test_a_changed_mechanism_has_the_numbers_of_a_new_one():
@@ -29,7 +31,9 @@ def test_a_changed_mechanism_has_the_numbers_of_a_new_one():
     np.testing.assert_array_equal(new.par, other.par)
 
 
-@pytest.mark.parametrize("name", ["joints/C/clerance", "joints/X/clearance", "joints/C/contact/nothing", "slider/mass"])
+@pytest.mark.parametrize(
+    "name", ["joints/C/clerance", "joints/X/clearance", "joints/C/contact/nothing", "slider/mass"]
+)
 def test_an_unknown_name_is_refused(name):
     scene = cl.load_case("slider_crank", model="dry")
     with pytest.raises(ValueError, match=name.replace("/", ".")):
@@ -44,9 +48,11 @@ def recorded(run):
 
 
 def test_an_oscillator_whose_stiffness_changes_on_the_way():
-    """theta'' = -k / I theta: amplitude and phase of each piece follow from the one before, to 1e-7 of the largest.
+    """theta'' = -k / I theta: amplitude and phase of each piece follow from the one before, to 1e-7
+    of the largest.
 
-    The tolerance of the run is 1e-9; the ledger counts the work of the changes as put in, and closes to 1e-7.
+    The tolerance of the run is 1e-9; the ledger counts the work of the changes as put in, and
+    closes to 1e-7.
     """
     rod = cl.Body("rod", mass=1.0, inertia=0.01, points={"pin": (0.0, 0.0)}, angle=0.3)
     hinge = cl.Revolute(cl.ground, rod["pin"], name="P")
@@ -97,12 +103,19 @@ def oscillator(path, progress=None):
     hinge = cl.Revolute(cl.ground, rod["pin"], name="P")
     spring = cl.TorsionSpring(cl.ground, rod, stiffness=1.0, name="spring")
     run = prepare(cl.Scene(hinge, spring, gravity=(0.0, 0.0)), until=1.0, samples=201)
-    run.every(0.25, lambda r: r.change({"springs/spring/stiffness": 1.0 + 4.0 * round(r.state.time / 0.25) % 3}))
+    run.every(
+        0.25,
+        lambda r: r.change(
+            {"springs/spring/stiffness": 1.0 + 4.0 * round(r.state.time / 0.25) % 3}
+        ),
+    )
     return write(run, Output(path, checkpoint=1e-9), progress)
 
 
 def test_a_changed_run_goes_on_from_its_checkpoint(tmp_path):
-    """The numbers that were changed before the interrupt hold after it too: the rows are the same to the bit."""
+    """The numbers that were changed before the interrupt hold after it too: the rows are the same
+    to the bit.
+    """
 
     def interrupt(share):
         if 0.5 <= share < 1.0:
@@ -117,7 +130,9 @@ def test_a_changed_run_goes_on_from_its_checkpoint(tmp_path):
 
 
 class Work(Observer):
-    """Counts pieces of output and what came in them, and notes where the run stood at each half of its span."""
+    """Counts pieces of output and what came in them, and notes where the run stood at each half of
+    its span.
+    """
 
     period = 0.5
 

@@ -25,7 +25,9 @@ def found():
 
 
 def test_a_run_goes_on_where_it_stopped():
-    """Its first two turns are those of `simulate`: within the horizon, at 1e-9 of the tolerance times growth."""
+    """Its first two turns are those of `simulate`: within the horizon, at 1e-9 of the tolerance
+    times growth.
+    """
     ensemble = Ensemble(build(SCENE), 50, Solver(1e-10), 2, 0)
     for count in (1, 2):
         ensemble.extend(count)

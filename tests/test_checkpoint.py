@@ -31,7 +31,14 @@ def same(one, other) -> None:
         for name in ["/", *names]:
             first, second = dict(a[name].attrs), dict(b[name].attrs)
             for key in first.keys() | second.keys():
-                if key not in ("created", "command", "wall_s", "loop_s", "REFERENCE_LIST", "DIMENSION_LIST"):
+                if key not in (
+                    "created",
+                    "command",
+                    "wall_s",
+                    "loop_s",
+                    "REFERENCE_LIST",
+                    "DIMENSION_LIST",
+                ):
                     np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name} {key}")
             if isinstance(a[name], h5py.Dataset):
                 np.testing.assert_array_equal(a[name][()], b[name][()], err_msg=name)
@@ -53,7 +60,9 @@ def killed_at(path, stretches: int) -> None:
 @pytest.mark.slow
 def test_a_killed_run_goes_on_and_gives_the_same_file(tmp_path):
     scene = cl.load_case("slider_crank", model="dry")
-    whole = cl.simulate(scene, turns=TURNS, samples_per_turn=200, path=tmp_path / "whole.h5", compression=1)
+    whole = cl.simulate(
+        scene, turns=TURNS, samples_per_turn=200, path=tmp_path / "whole.h5", compression=1
+    )
     path = tmp_path / "run.h5"
     killed_at(path, 1)
     killed_at(path, 3)
@@ -87,17 +96,29 @@ def test_checkpoints_of_another_run_are_refused(tmp_path):
     path = tmp_path / "run.h5"
     killed_at(path, 1)
     scene = cl.load_case("slider_crank", model="dry")
-    with pytest.raises(ValueError, match=r"run\.h5\.parts holds checkpoints of another run \(other rtol\)"):
+    with pytest.raises(
+        ValueError, match=r"run\.h5\.parts holds checkpoints of another run \(other rtol\)"
+    ):
         cl.simulate(
-            scene, turns=TURNS, samples_per_turn=200, path=path, checkpoint=1.0, compression=1, rtol=1e-5
-        )  # fmt: skip
+            scene,
+            turns=TURNS,
+            samples_per_turn=200,
+            path=path,
+            checkpoint=1.0,
+            compression=1,
+            rtol=1e-5,
+        )
     other = cl.load_case("slider_crank", model="dry", clearance=2e-4)
     with pytest.raises(ValueError, match="another run"):
-        cl.simulate(other, turns=TURNS, samples_per_turn=200, path=path, checkpoint=1.0, compression=1)
+        cl.simulate(
+            other, turns=TURNS, samples_per_turn=200, path=path, checkpoint=1.0, compression=1
+        )
     state = path.with_name("run.h5.parts") / "state.npz"
     state.write_bytes(state.read_bytes()[:1000])
     with pytest.raises(ValueError, match="cannot be read"):
-        cl.simulate(scene, turns=TURNS, samples_per_turn=200, path=path, checkpoint=1.0, compression=1)
+        cl.simulate(
+            scene, turns=TURNS, samples_per_turn=200, path=path, checkpoint=1.0, compression=1
+        )
 
 
 def test_bad_input():

@@ -1,4 +1,6 @@
-"""Slide with clearance: kinematics, forces, energy, symmetry, limits, jams; rows stand in validation."""
+"""Slide with clearance: kinematics, forces, energy, symmetry, limits, jams; rows stand in
+validation.
+"""
 
 import math
 
@@ -71,7 +73,9 @@ def at_state(mechanism, offset, tilt, rates=(0.3, -4.0)):
 @pytest.mark.parametrize("name", MOVING)
 @pytest.mark.parametrize("state", STATES)
 def test_accelerations_match_the_multiplier_formulation(name, state):
-    """In a guide that moves and turns, within 1e-9 of the largest: stiff contact multiplies rounding."""
+    """In a guide that moves and turns, within 1e-9 of the largest: stiff contact multiplies
+    rounding.
+    """
     scene = loosened(MOVING[name]())
     mechanism = build(scene)
     y, work = at_state(mechanism, *state)
@@ -106,7 +110,9 @@ def test_rates_against_differences(name):
 
 @pytest.mark.parametrize("name", MOVING)
 def test_jacobian_against_differences(name):
-    """Central differences of the right-hand side; they are good to 1e-5 of the largest entry of each column."""
+    """Central differences of the right-hand side; they are good to 1e-5 of the largest entry of
+    each column.
+    """
     mechanism = build(loosened(MOVING[name]()), ledger=False)
     y, work = at_state(mechanism, 1.01e-3, 1e-4)
     n = mechanism.size
@@ -139,7 +145,9 @@ def test_a_slider_crank_is_placed_in_closed_form():
     ],
 )
 def test_largest_tilt(row, sizes):
-    """The closed form, and that two corners across touch there: printed digits of the rows (1e-9), rounding."""
+    """The closed form, and that two corners across touch there: printed digits of the rows (1e-9),
+    rounding.
+    """
     body = cl.Body("block", 1.0, 1.0, points={"P": (0, 0)})
     joint = slide(cl.ground, body["P"], **sizes)
     assert joint.largest_tilt == pytest.approx(VALUES[row], rel=1e-9)
@@ -151,9 +159,12 @@ def test_largest_tilt(row, sizes):
 def rest_tilt(stiffness: float) -> float:
     """Tilt at which a torque of 5 N m is balanced by two corners across."""
     scene = block(
-        lambda body: cl.Torque(body, 5.0), contact=cl.hertz(stiffness=stiffness), overlap=0.05, height=0.05,
+        lambda body: cl.Torque(body, 5.0),
+        contact=cl.hertz(stiffness=stiffness),
+        overlap=0.05,
+        height=0.05,
         clearance=0.5e-3,
-    )  # fmt: skip
+    )
     mechanism = build(scene)
     place, rhs, out = mechanism.layout.state, kernel(mechanism, "rhs"), np.zeros(mechanism.y0.size)
     work = np.zeros(mechanism.work0.size)
@@ -168,7 +179,9 @@ def rest_tilt(stiffness: float) -> float:
 
 
 def test_tilt_at_rest_across():
-    """A row of another code (10 digits); ever stiffer corners stand at the largest tilt (delta/a for K = 1e15)."""
+    """A row of another code (10 digits); ever stiffer corners stand at the largest tilt (delta/a
+    for K = 1e15).
+    """
     assert rest_tilt(1e9) == pytest.approx(VALUES["S26"], rel=1e-9)
     body = cl.Body("block", 1.0, 1.0, points={"P": (0, 0)})
     rigid = slide(cl.ground, body["P"], overlap=0.05, height=0.05, clearance=0.5e-3).largest_tilt
@@ -178,7 +191,9 @@ def test_tilt_at_rest_across():
 
 @pytest.fixture(scope="module")
 def rocking():
-    """A block that falls with spin and rocks on the lower wall, elastic and without friction: 60 ms."""
+    """A block that falls with spin and rocks on the lower wall, elastic and without friction: 60
+    ms.
+    """
     scene = block(
         gravity=(0.0, -9.81), contact=cl.hertz(stiffness=1e7), offset_rate=-0.3, tilt_rate=5.0
     )
@@ -186,7 +201,8 @@ def rocking():
 
 
 def test_elastic_impacts_keep_energy(rocking):
-    """Mass, spin and height once more from positions; contact stores what is missing, none at the end in flight.
+    """Mass, spin and height once more from positions; contact stores what is missing, none at the
+    end in flight.
 
     Within 1e-7 of the energy, a hundred tolerances; the ledger within the same.
     """
@@ -216,7 +232,9 @@ def test_impact_of_one_corner(rocking):
 
 
 def test_mirrored_motion():
-    """A block that starts to the other side does the same there: to rounding, which 40 ms magnify (1e-9)."""
+    """A block that starts to the other side does the same there: to rounding, which 40 ms magnify
+    (1e-9).
+    """
     runs = []
     for sign in (1.0, -1.0):
         contact = cl.lankarani_nikravesh(stiffness=1e7, restitution=0.8)
@@ -236,7 +254,9 @@ def test_mirrored_motion():
 
 
 def test_level_block_touches_with_two_corners_at_once():
-    """Faces meet: both corners of a side start and end at the same instant, to the last bit, and no tilt arises."""
+    """Faces meet: both corners of a side start and end at the same instant, to the last bit, and no
+    tilt arises.
+    """
     scene = block(gravity=(0.0, -9.81), contact=cl.hertz(stiffness=1e7), offset_rate=-0.3)
     result = cl.simulate(scene, until=0.03, rtol=1e-9, samples=600)
     events, guide = result.events, result.joint("guide")
@@ -257,7 +277,8 @@ def test_level_block_touches_with_two_corners_at_once():
 
 @pytest.mark.parametrize("coefficient", [0.15, 0.4, 0.6])
 def test_jam(coefficient):
-    """Pushed off the middle a block jams from mu = a/d on, a being the lever of the tilted block's corners.
+    """Pushed off the middle a block jams from mu = a/d on, a being the lever of the tilted block's
+    corners.
 
     Below, it slides with the push less what friction takes, P (1 - mu d/a), within 0.5 % of the
     push: the tilt in contact is a little more. Beyond, it creeps at the speed at which the
@@ -265,9 +286,12 @@ def test_jam(coefficient):
     """
     arm, push, tilt = 0.05, 20.0, 0.0406
     scene = block(
-        lambda body: cl.Force(body["Q"], x=push), points={"Q": (0, arm)}, friction=cl.coulomb(coefficient=coefficient),
-        contact=cl.lankarani_nikravesh(stiffness=1e8, restitution=0.3), tilt=-tilt,
-    )  # fmt: skip
+        lambda body: cl.Force(body["Q"], x=push),
+        points={"Q": (0, arm)},
+        friction=cl.coulomb(coefficient=coefficient),
+        contact=cl.lankarani_nikravesh(stiffness=1e8, restitution=0.3),
+        tilt=-tilt,
+    )
     result = cl.simulate(scene, until=0.05, rtol=1e-7, samples=500)
     late = result.time > 0.03
     assert set(result.joint("guide").mode[late]) == {3.0}
@@ -301,7 +325,9 @@ def test_bristles_at_each_corner():
 
 
 def test_hertz_of_rounded_corners():
-    """A sphere on a plane: K = 4 E* sqrt(r) / 3, of the corner radius; without one the law needs its stiffness."""
+    """A sphere on a plane: K = 4 E* sqrt(r) / 3, of the corner radius; without one the law needs
+    its stiffness.
+    """
     body = cl.Body("block", 0.1, 5e-5, points={"P": (0, 0)})
     joint = slide(cl.ground, body["P"], contact=cl.hertz(), corner_radius=2e-3)
     modulus = cl.contact_modulus(cl.steel, cl.steel)
@@ -332,7 +358,9 @@ def test_case_with_both_clearances():
 
 
 def test_case_with_oil_in_the_guide():
-    """`joints=guide -p model=lubricated`: pads carry the side force, no edge touches in a tenth of a turn."""
+    """`joints=guide -p model=lubricated`: pads carry the side force, no edge touches in a tenth of
+    a turn.
+    """
     scene = cl.load_case("slider_crank", joints="guide", model="lubricated", viscosity=0.1)
     result = cl.simulate(scene, turns=0.1, rtol=1e-5)
     guide = result.joint("guide")

@@ -1,4 +1,6 @@
-"""The command line: exit status, one clear line for wrong input, JSON purity, a mechanism of one's own."""
+"""The command line: exit status, one clear line for wrong input, JSON purity, a mechanism of one's
+own.
+"""
 
 import argparse
 import json
@@ -30,9 +32,19 @@ def run(*arguments, capsys=None):
 def test_run_json(tmp_path, capsys):
     out = tmp_path / "run.h5"
     status, text, err = run(
-        "run", "six_bar_feeder", "-p", "model=lubricated", "-p", "joints=B", "--turns", 1, "-o", out, "--json",
+        "run",
+        "six_bar_feeder",
+        "-p",
+        "model=lubricated",
+        "-p",
+        "joints=B",
+        "--turns",
+        1,
+        "-o",
+        out,
+        "--json",
         capsys=capsys,
-    )  # fmt: skip
+    )
     assert (status, err) == (0, "")
     found = json.loads(text)
     assert found["status"] == "complete"
@@ -45,9 +57,19 @@ def test_run_json(tmp_path, capsys):
 
 def test_units_and_readable_summary(tmp_path, capsys):
     status, text, _ = run(
-        "run", "slider_crank", "-p", "speed=3000rpm", "-p", "clearance=0.2 mm", "--until", "1ms", "-o",
-        tmp_path / "r.h5", "--plot", capsys=capsys,
-    )  # fmt: skip
+        "run",
+        "slider_crank",
+        "-p",
+        "speed=3000rpm",
+        "-p",
+        "clearance=0.2 mm",
+        "--until",
+        "1ms",
+        "-o",
+        tmp_path / "r.h5",
+        "--plot",
+        capsys=capsys,
+    )
     assert status == 0
     assert "contacts" in text
     assert "energy       residual" in text
@@ -80,13 +102,18 @@ def test_units_and_readable_summary(tmp_path, capsys):
         (["--turns", "0"], "turns must be positive, got 0.0"),
         (["--until", "0"], "until must be positive, got 0.0"),
         (["--rtol", "1"], "rtol must lie in [1e-14, 0.1]"),
-        (["--method", "euler"], "method must be one of auto, radau, dop853, rodas5p, radau5, radau9; got 'euler'"),
+        (
+            ["--method", "euler"],
+            "method must be one of auto, radau, dop853, rodas5p, radau5, radau9; got 'euler'",
+        ),
         (["--method", "radau", "-p", "model=ideal"], "no degree of freedom"),
         (["--turns", "1", "--until", "1s"], "not allowed with"),
     ],
 )
 def test_bad_input_is_one_clear_line(arguments, line, tmp_path, capsys):
-    status, text, err = run("run", "six_bar_feeder", *arguments, "-o", tmp_path / "r.h5", capsys=capsys)
+    status, text, err = run(
+        "run", "six_bar_feeder", *arguments, "-o", tmp_path / "r.h5", capsys=capsys
+    )
     assert status == 2
     assert text == ""
     assert line in err
@@ -99,11 +126,23 @@ def test_bad_input_is_one_clear_line(arguments, line, tmp_path, capsys):
     ("arguments", "line"),
     [
         (["work-precision", "slider_crank", "--turns", "0"], "turns must be positive, got 0.0"),
-        (["work-precision", "slider_crank", "--until", "-1e-3"], "until must be positive, got -0.001"),
-        (["work-precision", "double_pendulum", "--turns", "1"], "turns needs a constant-speed rotating drive"),
-        (["work-precision", "slider_crank", "--turns", "1", "--until", "1"], "not allowed with argument"),
+        (
+            ["work-precision", "slider_crank", "--until", "-1e-3"],
+            "until must be positive, got -0.001",
+        ),
+        (
+            ["work-precision", "double_pendulum", "--turns", "1"],
+            "turns needs a constant-speed rotating drive",
+        ),
+        (
+            ["work-precision", "slider_crank", "--turns", "1", "--until", "1"],
+            "not allowed with argument",
+        ),
         (["work-precision", "six_bar_feeder", "-p", "model=ideal"], "no degree of freedom"),
-        (["work-precision", "slider_crank", "--physics", "--turns", "0"], "turns must be positive, got 0.0"),
+        (
+            ["work-precision", "slider_crank", "--physics", "--turns", "0"],
+            "turns must be positive, got 0.0",
+        ),
         (["work-precision", "double_pendulum", "--physics"], "has no parameter model"),
         (["stress", "nosuch"], "the stress matrix knows six_bar_feeder"),
         (["stress", "--workers", "-1"], "--workers must be at least 1, got -1"),
@@ -139,9 +178,18 @@ def test_unknown_case(case, capsys):
         ("x = 1", "must define a function scene"),
         ("def scene(*, speed): return 1", "parameter 'speed' of scene() needs a default value"),
         ("def scene(): return 1", "scene() must return a Scene, got int"),
-        ("import clearance as cl\ndef scene():\n    return cl.Body('b', 1, 1)['zz']", "body b has no point 'zz'"),
-        ("def scene():\n    return 1 / 0", "case own: ZeroDivisionError: division by zero (own.py, line 2)"),
-        ("import clearance as cl\nb = cl.Body('b', -1.0, 1.0)", "body b: mass must be positive, got -1.0"),
+        (
+            "import clearance as cl\ndef scene():\n    return cl.Body('b', 1, 1)['zz']",
+            "body b has no point 'zz'",
+        ),
+        (
+            "def scene():\n    return 1 / 0",
+            "case own: ZeroDivisionError: division by zero (own.py, line 2)",
+        ),
+        (
+            "import clearance as cl\nb = cl.Body('b', -1.0, 1.0)",
+            "body b: mass must be positive, got -1.0",
+        ),
     ],
 )
 def test_bad_case_files(text, line, tmp_path, capsys):
@@ -160,7 +208,8 @@ def test_a_run_that_fails_half_way(tmp_path, capsys):
         "import clearance as cl\n"
         "def scene(*, viscosity: float = 1e-12):\n"
         "    journal = cl.Body('journal', 50.0, 1e-2)\n"
-        "    return cl.Scene(cl.ClearanceRevolute(cl.ground, journal, name='J', radius=0.01, clearance=1e-4,\n"
+        "    return cl.Scene(cl.ClearanceRevolute(cl.ground, journal, name='J', radius=0.01, "
+        "clearance=1e-4,\n"
         "        length=0.02, film=cl.pinkus_sternlicht(), lubricant=cl.Lubricant(viscosity)))\n"
     )
     out = tmp_path / "r.h5"
@@ -178,7 +227,9 @@ def test_a_mechanism_of_ones_own(name, tmp_path, capsys):
     """A Watt six-bar, and a Stephenson six-bar whose loop no dyads solve, through the same command."""
     out = tmp_path / "own.h5"
     case = OWN / f"{name}.py"
-    status, text, err = run("run", case, "-p", "clearance=0.05mm", "--turns", 1, "-o", out, "--json", capsys=capsys)
+    status, text, err = run(
+        "run", case, "-p", "clearance=0.05mm", "--turns", 1, "-o", out, "--json", capsys=capsys
+    )
     assert (status, err) == (0, "")
     assert json.loads(text)["status"] == "complete"
     status, text, _ = run("explain", case, "--json", capsys=capsys)
@@ -196,7 +247,9 @@ def test_what_a_case_prints_stays_out_of_the_json(tmp_path, capsys):
         "    return cl.Scene(cl.Revolute(cl.ground, body['top'], name='A'))\n"
     )
     out = tmp_path / "r.h5"
-    status, text, _ = run("run", path, "-p", "mass=2kg", "-p", "teeth=3.5", "-o", out, "--json", capsys=capsys)
+    status, text, _ = run(
+        "run", path, "-p", "mass=2kg", "-p", "teeth=3.5", "-o", out, "--json", capsys=capsys
+    )
     assert status == 0
     found = json.loads(text)
     assert found["simulated_s"] == 2.0
@@ -229,9 +282,13 @@ def test_a_pipe_is_not_replaced(options, tmp_path, capsys):
 
 
 def test_peaks_are_those_of_the_contacts(tmp_path, capsys):
-    """A contact is shorter than the sampling: the summary's peaks reach those of the events, to the 1e-9 located."""
+    """A contact is shorter than the sampling: the summary's peaks reach those of the events, to the
+    1e-9 located.
+    """
     out = tmp_path / "r.h5"
-    _, text, _ = run("run", "four_bar", "-p", "model=dry", "-o", out, "--json", "--settle", "0", capsys=capsys)
+    _, text, _ = run(
+        "run", "four_bar", "-p", "model=dry", "-o", out, "--json", "--settle", "0", capsys=capsys
+    )
     joint = json.loads(text)["joints"]["C"]
     events = cl.open_result(out).events
     assert joint["peak_force"] >= events["peak_force"].max() * (1.0 - 1e-9)
@@ -250,7 +307,9 @@ def test_cases(capsys):
     assert run("cases", capsys=capsys)[1].count("m ") > 5
 
 
-@pytest.mark.parametrize("command", cli.COMMANDS, ids=lambda module: module.__name__.rpartition(".")[2])
+@pytest.mark.parametrize(
+    "command", cli.COMMANDS, ids=lambda module: module.__name__.rpartition(".")[2]
+)
 def test_every_command_has_a_help_text(command):
     """A per cent sign that is not doubled ends `--help` with a traceback."""
     commands = argparse.ArgumentParser().add_subparsers()
@@ -261,7 +320,14 @@ def test_every_command_has_a_help_text(command):
 
 def test_explain(capsys):
     status, text, _ = run(
-        "explain", "six_bar_feeder", "-p", "model=dry", "-p", "friction=none", "--json", capsys=capsys
+        "explain",
+        "six_bar_feeder",
+        "-p",
+        "model=dry",
+        "-p",
+        "friction=none",
+        "--json",
+        capsys=capsys,
     )
     assert status == 0
     found = json.loads(text)
@@ -269,15 +335,28 @@ def test_explain(capsys):
     assert {"film", "lubricant", "friction", "Newton loops"} <= set(found["left_out"])
     assert "jacobian" not in found["kernels"]
     assert not any("film" in c for k in found["kernels"].values() for c in k["calls"])
-    ideal = json.loads(run("explain", "six_bar_feeder", "-p", "model=ideal", "--json", capsys=capsys)[1])
+    ideal = json.loads(
+        run("explain", "six_bar_feeder", "-p", "model=ideal", "--json", capsys=capsys)[1]
+    )
     assert ideal["states"] == ["energy input"]
     assert "clearance states" in ideal["left_out"]
     assert "left out" in run("explain", "six_bar_feeder", capsys=capsys)[1]
 
 
 def test_explain_lists_what_a_run_imports():
-    command = [sys.executable, "-m", "clearance.cli", "explain", "six_bar_feeder", "-p", "model=dry", "--json"]
-    modules = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)["modules"]
+    command = [
+        sys.executable,
+        "-m",
+        "clearance.cli",
+        "explain",
+        "six_bar_feeder",
+        "-p",
+        "model=dry",
+        "--json",
+    ]
+    modules = json.loads(
+        subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    )["modules"]
     assert "clearance.stepping.dop853" in modules
     assert not {"skfem", "matplotlib", "clearance.stepping.radau"} & set(modules)
 
@@ -285,15 +364,27 @@ def test_explain_lists_what_a_run_imports():
 def test_installed_entry_point():
     done = subprocess.run(
         [sys.executable, "-m", "clearance.cli", "run", "six_bar_feeder", "-p", "clearance=-1mm"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 2
     assert done.stderr == "clearance: clearance must be positive, got -0.001\n"
 
 
 @pytest.mark.parametrize("kept", ["bodies/slider/x", "joints/C/ecc*", "none"])
 def test_a_run_that_keeps_little_is_summed_up_all_the_same(kept, tmp_path, capsys):
-    words = ["run", "slider_crank", "-p", "model=dry", "--turns", "6", "--samples-per-turn", "40", "--json"]
+    words = [
+        "run",
+        "slider_crank",
+        "-p",
+        "model=dry",
+        "--turns",
+        "6",
+        "--samples-per-turn",
+        "40",
+        "--json",
+    ]
     assert cli.main([*words, "-o", str(tmp_path / "all.h5")]) == 0
     whole = json.loads(capsys.readouterr().out)
     assert cli.main([*words, "--channels", kept, "-o", str(tmp_path / "some.h5")]) == 0
@@ -325,22 +416,28 @@ def test_R10_an_option_whose_value_is_two_dashes(capsys):
 def test_R10_more_starts_than_can_end():
     from clearance.identify.fit import fit
 
-    with pytest.raises(ValueError, match="starts must be a whole number from 1 to 10000, got 99999999999999999999"):
+    with pytest.raises(
+        ValueError, match="starts must be a whole number from 1 to 10000, got 99999999999999999999"
+    ):
         fit(None, "curve", starts=99999999999999999999)
 
 
 def test_the_version_is_one(capsys):
-    """Command line, package and result files state the version of pyproject.toml, which is that of the changelog."""
+    """Command line, package and result files state the version of pyproject.toml, which is that of
+    the changelog.
+    """
     root = Path(__file__).parent.parent
     with pytest.raises(SystemExit) as ended:
         cli.main(["--version"])
     assert ended.value.code == 0
     assert capsys.readouterr().out == f"clearance {cl.__version__}\n"
-    newest = re.search(r"^## (\S+)( \(unreleased\))?$", (root / "CHANGELOG.md").read_text(), re.MULTILINE)
+    newest = re.search(
+        r"^## (\S+)( \(unreleased\))?$", (root / "CHANGELOG.md").read_text(), re.MULTILINE
+    )
     assert re.sub(r"\.dev\d+$", "", cl.__version__) == newest[1]
     assert bool(newest[2]) == (".dev" in cl.__version__)
     document = tomllib.loads((root / "pyproject.toml").read_text())
-    assert document["tool"]["setuptools"]["dynamic"]["version"] == {"attr": "clearance.version.VERSION"}
+    assert document["tool"]["setuptools"]["dynamic"]["version"] == {
+        "attr": "clearance.version.VERSION"
+    }
     assert results.provenance()["version_clearance"] == cl.__version__
-
-

@@ -11,7 +11,9 @@ from clearance.stepping.parts import Part, Whole
 
 
 def test_compiling_the_time_loop_is_announced_once(caplog):
-    """Two functions of the package `stepping` compile while one announcement lasts; other packages' do not count."""
+    """Two functions of the package `stepping` compile while one announcement lasts; other packages'
+    do not count.
+    """
     modules = "clearance.stepping.loop", "clearance.stepping.radau5", "elsewhere"
     with caplog.at_level(logging.INFO, "clearance"), compiling.announced():
         for module in modules:

@@ -12,7 +12,9 @@ from clearance.commands.common import scene_of
 from clearance.identify import models
 
 ROOT = Path(__file__).parent.parent
-COMMANDS = sorted({c for items in completeness.rows().values() for row in items for c in row["commands"]})
+COMMANDS = sorted(
+    {c for items in completeness.rows().values() for row in items for c in row["commands"]}
+)
 SCENES = ("run", "explain", "inverse", "sweep", "lyapunov")
 
 

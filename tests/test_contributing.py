@@ -17,12 +17,19 @@ from clearance import store
 
 ROOT = Path(__file__).parent.parent
 TEXT = (ROOT / "CONTRIBUTING.md").read_text()
-FENCED = re.compile(r"^(New file `[^`]+`|`[^`]+`, at the end):\n\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+FENCED = re.compile(
+    r"^(New file `[^`]+`|`[^`]+`, at the end):\n\n```python\n(.*?)^```", re.MULTILINE | re.DOTALL
+)
 LINE = re.compile(r"^- `([^`]+)`, below `([^`]+)`: `([^`]+)`$", re.MULTILINE)
 COMMANDS = re.findall(r"`((?:python -m pytest|clearance run) [^`]+)`", TEXT)
-#: folders that the walks leave alone and whose compiled code numba keeps beside them: linked, so that nothing compiles
+#: folders that the walks leave alone and whose compiled code numba keeps beside them: linked, so
+#: that nothing compiles
 COMPILED = ("stepping", "film", "identify")
-LAW, CASE, JOINT = "tests/test_carvalho_martins.py", "tests/test_quick_return.py", "tests/test_oldham.py"
+LAW, CASE, JOINT = (
+    "tests/test_carvalho_martins.py",
+    "tests/test_quick_return.py",
+    "tests/test_oldham.py",
+)
 
 
 def apply(root: Path) -> list[Path]:
@@ -39,7 +46,9 @@ def apply(root: Path) -> list[Path]:
         at = [i for i, line in enumerate(lines) if line.strip() == above]
         assert len(at) == 1, f"{name}: {above} stands {len(at)} times"
         line = lines[at[0]]
-        indent = line[: len(line) - len(line.lstrip())] + ("    " if line.rstrip().endswith(("(", "[", "{")) else "")
+        indent = line[: len(line) - len(line.lstrip())] + (
+            "    " if line.rstrip().endswith(("(", "[", "{")) else ""
+        )
         lines.insert(at[0] + 1, f"{indent}{text}\n")
         (root / name).write_text("".join(lines))
         written.add(root / name)
@@ -55,17 +64,25 @@ def copy(root: Path) -> Path:
     for folder in ("cases", "postprocess", "paper_figures"):
         shutil.copytree(ROOT / folder, root / folder, ignore=without)
         (root / "clearance" / folder).symlink_to(root / folder, target_is_directory=True)
-    shutil.copytree(ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("__pycache__", "*.h5"))
+    shutil.copytree(
+        ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("__pycache__", "*.h5")
+    )
     shutil.copy(ROOT / "pyproject.toml", root)
     return root
 
 
 def run(root: Path, *arguments: str) -> subprocess.CompletedProcess:
-    """Python in the copy, whose modules come before installed ones; kernels are those of this session."""
+    """Python in the copy, whose modules come before installed ones; kernels are those of this
+    session.
+    """
     before = os.environ.get("PYTHONPATH", "")
-    environment = os.environ | {"PYTHONPATH": f"{root}{os.pathsep}{before}" if before else str(root)}
+    environment = os.environ | {
+        "PYTHONPATH": f"{root}{os.pathsep}{before}" if before else str(root)
+    }
     environment |= {"CLEARANCE_STORE": str(store.folder()), "PYTHONDONTWRITEBYTECODE": "1"}
-    return subprocess.run([sys.executable, *arguments], cwd=root, env=environment, capture_output=True, text=True)
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=root, env=environment, capture_output=True, text=True
+    )
 
 
 def printed(command: str) -> list[str]:
@@ -84,7 +101,13 @@ def walked(tmp_path_factory) -> Path:
 
 
 def test_the_copy_is_what_runs(walked):
-    modules = "clearance", "clearance.laws.contact", "clearance.cases", "clearance.postprocess", "tests.test_laws"
+    modules = (
+        "clearance",
+        "clearance.laws.contact",
+        "clearance.cases",
+        "clearance.postprocess",
+        "tests.test_laws",
+    )
     code = f"import importlib; print(*(importlib.import_module(m).__file__ for m in {modules}), sep='\\n')"
     found = run(walked, "-c", code)
     assert found.returncode == 0, found.stderr
@@ -119,7 +142,12 @@ def test_printed_run(walked):
     [
         ("clearance/laws/contact.py", "(11.0 - restitution)", "(10.0 - restitution)", LAW),
         ("cases/quick_return.py", "cl.ground.at(0.12, 0)", "cl.ground.at(0.12001, 0)", CASE),
-        ("clearance/elements/oldham.py", 'FREE, FREE, Known("angle")', "FREE, FREE, Known()", JOINT),
+        (
+            "clearance/elements/oldham.py",
+            'FREE, FREE, Known("angle")',
+            "FREE, FREE, Known()",
+            JOINT,
+        ),
     ],
 )
 def test_printed_tests_can_fail(walked, file, right, wrong, test):
@@ -138,7 +166,9 @@ def test_printed_tests_can_fail(walked, file, right, wrong, test):
 
 @pytest.mark.skipif(importlib.util.find_spec("ruff") is None, reason="ruff is not installed")
 def test_the_linter_has_nothing_to_say(walked):
-    names = {where.split("`")[1] for where, _ in FENCED.findall(TEXT)} | {name for name, _, _ in LINE.findall(TEXT)}
+    names = {where.split("`")[1] for where, _ in FENCED.findall(TEXT)} | {
+        name for name, _, _ in LINE.findall(TEXT)
+    }
     found = run(walked, "-m", "ruff", "check", "--no-cache", *sorted(names))
     assert found.returncode == 0, found.stdout
 

@@ -45,7 +45,9 @@ def said(capsys, *arguments, status=2):
 
 @pytest.mark.usefixtures("undrawn")
 def test_R5_no_damaged_file_raises(files, tmp_path):
-    """Bits, lengths, attributes, datasets, lines: each command does its work or ends with status 1 or 2 and a line."""
+    """Bits, lengths, attributes, datasets, lines: each command does its work or ends with status 1
+    or 2 and a line.
+    """
     failed = [
         f"{label}\n{wrong}" for label, wrong in damage.attempts(7, 54, files, tmp_path) if wrong
     ]
@@ -53,7 +55,9 @@ def test_R5_no_damaged_file_raises(files, tmp_path):
 
 
 def test_R7_no_flipped_bit_changes_a_number(files, tmp_path):
-    """60 single bits anywhere in a result file: noticed, or all numbers are exactly those that were written."""
+    """60 single bits anywhere in a result file: noticed, or all numbers are exactly those that were
+    written.
+    """
     failed = [
         f"{label}: {wrong}"
         for label, wrong in damage.flips(7, 60, files["dry run"][0], tmp_path)
@@ -357,7 +361,8 @@ def test_A6_numbers_of_a_joint_stand_in_its_group(files):
             np.hypot(file["joints/C/eccentricity_x"], file["joints/C/eccentricity_y"])
             / about["clearance"]
         )
-        # both come of the same sum of squares; away from the centre, where it is given a floor, they agree to rounding
+        # both come of the same sum of squares; away from the centre, where it is given a floor,
+        # they agree to rounding
         np.testing.assert_allclose(file["joints/C/eccentricity_ratio"][1:], ratio[1:], rtol=1e-13)
     for name in ("radius", "clearance", "length"):
         assert (about[name], about[f"{name}_units"]) == (scene[name], "m")
@@ -374,7 +379,9 @@ def test_A6_numbers_of_a_joint_stand_in_its_group(files):
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_file_of_the_first_version_still_opens(tmp_path):
-    """Written by version 0.1.0 at commit ae0889d: 21 samples of the dry slider-crank, chosen channels."""
+    """Written by version 0.1.0 at commit ae0889d: 21 samples of the dry slider-crank, chosen
+    channels.
+    """
     path = tmp_path / "old.h5"
     path.write_bytes(gzip.decompress(OLD.read_bytes()))
     with cl.open_result(path) as run:

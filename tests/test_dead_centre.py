@@ -94,7 +94,9 @@ def test_M5_the_determinant_of_a_dyad_is_the_sine_between_its_links():
 
 
 def falling_parallelogram(clearance):
-    """Three equal rods on gravity, with a clearance between coupler and rocker; it falls through flat positions."""
+    """Three equal rods on gravity, with a clearance between coupler and rocker; it falls through
+    flat positions.
+    """
     ends = {"a": (-0.5, 0.0), "b": (0.5, 0.0)}
     rods = [("left", np.pi / 2), ("top", 0.0), ("right", np.pi / 2)]
     left, top, right = (
@@ -105,7 +107,9 @@ def falling_parallelogram(clearance):
     return cl.Scene(
         cl.Revolute(cl.ground, left["a"], name="A"),
         cl.Revolute(left["b"], top["a"], name="B"),
-        cl.ClearanceRevolute(top["b"], right["b"], name="D", radius=0.02, clearance=clearance, contact=law),
+        cl.ClearanceRevolute(
+            top["b"], right["b"], name="D", radius=0.02, clearance=clearance, contact=law
+        ),
         cl.Revolute(cl.ground.at(1.0, 0.0), right["a"], name="C"),
         name="parallelogram",
     )
@@ -113,9 +117,11 @@ def falling_parallelogram(clearance):
 
 @pytest.mark.parametrize("clearance", [1e-3, 1e-4])
 def test_a_parallelogram_with_clearance_passes_its_flat_position(clearance, caplog):
-    """Places of bodies become coordinates where the loop is singular; the ledger closes to 1e-7 of the energy.
+    """Places of bodies become coordinates where the loop is singular; the ledger closes to 1e-7 of
+    the energy.
 
-    Three seconds take it through the flat position several times. The cranks part by what the clearance lets them.
+    Three seconds take it through the flat position several times. The cranks part by what the
+    clearance lets them.
     """
     with caplog.at_level(logging.INFO, "clearance"):
         run = cl.simulate(falling_parallelogram(clearance), until=3.0, samples=301)

@@ -1,4 +1,6 @@
-"""Requests that cannot end are refused with their numbers before anything runs; usual ones never are."""
+"""Requests that cannot end are refused with their numbers before anything runs; usual ones never
+are.
+"""
 
 import json
 import re
@@ -24,7 +26,10 @@ def ideal(**more):
         (["--samples-per-turn", "1e300", "--turns", "1e10"], "samples must be finite"),
         (["--turns", "2147483648"], r"8\.59e\+11 rows"),
         (["--turns", "1e300"], "samples must be at most"),
-        (["--until", "1e9"], r"at least 8\.33e\+12 steps of a microsecond or more, 96\.5 days \(one is allowed\)"),
+        (
+            ["--until", "1e9"],
+            r"at least 8\.33e\+12 steps of a microsecond or more, 96\.5 days \(one is allowed\)",
+        ),
         (["--max-step", "1e-14"], r"at least 2\.4e\+12 steps"),
     ],
 )
@@ -40,19 +45,32 @@ def test_R9_run_refuses_what_cannot_end(request_, why, tmp_path, monkeypatch, ca
 @pytest.mark.parametrize("more", [{"samples": 10**20}, {"samples": 3 * 10**9}, {"until": 1e12}])
 def test_R9_simulate_and_sweep_refuse_it_too(more, tmp_path):
     length = {} if "until" in more else {"turns": 2.0}
-    with pytest.raises(ValueError, match="samples must be at most|rows of output|steps of a microsecond"):
+    with pytest.raises(
+        ValueError, match="samples must be at most|rows of output|steps of a microsecond"
+    ):
         cl.simulate(ideal(), **length, **more)
-    with pytest.raises(ValueError, match="samples must be at most|rows of output|steps of a microsecond"):
+    with pytest.raises(
+        ValueError, match="samples must be at most|rows of output|steps of a microsecond"
+    ):
         cl.sweep(
-            "slider_crank", cl.grid(speed=[1.0, 2.0]), tmp_path / "out", fixed={"model": "ideal"}, **length, **more
+            "slider_crank",
+            cl.grid(speed=[1.0, 2.0]),
+            tmp_path / "out",
+            fixed={"model": "ideal"},
+            **length,
+            **more,
         )
     assert not (tmp_path / "out").exists()
 
 
 def test_R9_what_the_disk_cannot_hold_is_refused(tmp_path, monkeypatch):
-    """By all the channels that are kept, at eight bytes a number; --force and force=True begin all the same."""
+    """By all the channels that are kept, at eight bytes a number; --force and force=True begin all
+    the same.
+    """
     monkeypatch.setattr(demand.shutil, "disk_usage", lambda path: type("", (), {"free": 100_000})())
-    with pytest.raises(ValueError, match=r"files of .* bytes \(1e\+05 are free in .*--force \(force=True\)"):
+    with pytest.raises(
+        ValueError, match=r"files of .* bytes \(1e\+05 are free in .*--force \(force=True\)"
+    ):
         cl.simulate(ideal(), turns=2, path=tmp_path / "run.h5")
     assert not list(tmp_path.iterdir())
     cl.simulate(ideal(), turns=2, path=tmp_path / "run.h5", channels=["bodies/slider/x"]).close()
@@ -66,7 +84,9 @@ def test_R9_what_the_disk_cannot_hold_is_refused(tmp_path, monkeypatch):
 
 
 def test_R9_usual_requests_are_never_refused():
-    """The bounds are lower ones: a run of 20,000 turns with all channels takes a second of steps at least."""
+    """The bounds are lower ones: a run of 20,000 turns with all channels takes a second of steps at
+    least.
+    """
     affordable(Demand(rows=8_000_001, steps=480_000.0, columns=80))
     assert Demand(rows=8_000_001, steps=480_000.0).seconds < 1.0
     with pytest.raises(ValueError, match="3e\\+09 rows"):
@@ -74,7 +94,9 @@ def test_R9_usual_requests_are_never_refused():
 
 
 def test_R9_a_compressed_file_is_given_the_benefit_of_the_doubt(monkeypatch):
-    monkeypatch.setattr(demand.shutil, "disk_usage", lambda path: type("", (), {"free": 8_000_000})())
+    monkeypatch.setattr(
+        demand.shutil, "disk_usage", lambda path: type("", (), {"free": 8_000_000})()
+    )
     affordable(Demand(rows=1_000_000, steps=1.0, columns=9, compressed=True))
     with pytest.raises(ValueError, match="files of 7.2e\\+07 bytes"):
         affordable(Demand(rows=1_000_000, steps=1.0, columns=9))

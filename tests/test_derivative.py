@@ -67,9 +67,13 @@ def check(function, state, rest, active, tolerance=1e-7):
         up[i] += h
         down[i] -= h
         high, low = function(*up, *rest), function(*down, *rest)
-        for k, (a, b) in enumerate(zip(*((v if isinstance(v, tuple) else (v,)) for v in (high, low)), strict=True)):
+        for k, (a, b) in enumerate(
+            zip(*((v if isinstance(v, tuple) else (v,)) for v in (high, low)), strict=True)
+        ):
             slope = found[len(values) + k * len(active) + n]
-            assert slope == pytest.approx((a - b) / (2 * h), rel=tolerance, abs=tolerance * max(1.0, abs(values[k])))
+            assert slope == pytest.approx(
+                (a - b) / (2 * h), rel=tolerance, abs=tolerance * max(1.0, abs(values[k]))
+            )
 
 
 @pytest.mark.parametrize("function", [plain, looping, powers])
@@ -106,7 +110,9 @@ def indexing(x, y, gain):
 
 
 def masking(x, y, gain):
-    return (x > 0.3) * x + y * (x < y) + math.copysign(gain * x, y) + (1.0 if x > y and y > 0.0 else x)
+    return (
+        (x > 0.3) * x + y * (x < y) + math.copysign(gain * x, y) + (1.0 if x > y and y > 0.0 else x)
+    )
 
 
 def delegating(x, y, gain):
@@ -203,7 +209,9 @@ def test_film_law(ratio, rate, entrainment):
     joint = FilmJoint(1.0, 1.0, 1.0, 1.0)
     function = laws.pinkus_sternlicht.function
     value = function(ratio, rate, entrainment, joint)
-    found = differentiated(function, (0, 1, 2), laws.pinkus_sternlicht.kinds)(ratio, rate, entrainment, joint)
+    found = differentiated(function, (0, 1, 2), laws.pinkus_sternlicht.kinds)(
+        ratio, rate, entrainment, joint
+    )
     for i, h in enumerate((1e-7, 1e-4, 1e-4)):
         up, down = [ratio, rate, entrainment], [ratio, rate, entrainment]
         up[i] += h
@@ -212,7 +220,9 @@ def test_film_law(ratio, rate, entrainment):
         for k in range(2):
             size = abs(value[0]) + abs(value[1])
             slope = found[2 + 3 * k + i]
-            assert slope == pytest.approx((high[k] - low[k]) / (2 * h), rel=2e-4, abs=1e-7 * size / h)
+            assert slope == pytest.approx(
+                (high[k] - low[k]) / (2 * h), rel=2e-4, abs=1e-7 * size / h
+            )
 
 
 def clipped(x, y, gain):
@@ -288,13 +298,18 @@ def flagged(x, y, gain):
 def scattered(x, y, gain):
     a = helper(x, 2.0)[0]
     b = math.sin(a) - max(y, 1.0, x)
-    return max(4.5, a * b, int(x), min(0.25, b, y, -0.5)) if x < 1.0 or a > b else math.sqrt(x - 1.0) * b
+    return (
+        max(4.5, a * b, int(x), min(0.25, b, y, -0.5))
+        if x < 1.0 or a > b
+        else math.sqrt(x - 1.0) * b
+    )
 
 
 @pytest.mark.parametrize("x", [-3.0, -0.4, 0.0, 0.3, 1.0, 49.0])
 @pytest.mark.parametrize("y", [-2.0, 0.0, 0.7, 49.0, 98.0])
 @pytest.mark.parametrize(
-    "law", [logarithm, set_on_one_side, leaving_loops, counted, only_where_needed, flagged, scattered]
+    "law",
+    [logarithm, set_on_one_side, leaving_loops, counted, only_where_needed, flagged, scattered],
 )
 def test_a_traced_law_is_its_function(law, x, y):
     """To 1e-14: as plain Python from its text, and compiled."""

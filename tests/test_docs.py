@@ -44,7 +44,9 @@ def test_every_section_of_the_guide_stands_on_one_page(pages):
     text = pages.GUIDE.read_text()
     parts = pages.divided(text)
     titles = [s.title for own in parts.values() for s in own]
-    headings = re.findall(r"^#{2,3} (.+)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
+    headings = re.findall(
+        r"^#{2,3} (.+)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE
+    )
     assert sorted(titles) == sorted(headings)
     assert [s.title for s in parts["sure"]] == ["How sure is this number?"]
     assert "What is executed when files are opened" in [s.title for s in parts["running"]]
@@ -55,7 +57,9 @@ def test_links_between_pages_of_the_guide_lead_somewhere(pages):
     found = pages.guide_pages(pages.GUIDE.read_text())
     folder = DOCS / "made" / "guide"
     for text in found.values():
-        for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)):
+        for target in re.findall(
+            r"\]\(([^)\s]+)\)", re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)
+        ):
             file, _, anchor = target.partition("#")
             if file.removesuffix(".md") in found:
                 headings = re.findall(r"^#+ (.+)$", found[file.removesuffix(".md")], re.MULTILINE)
@@ -70,7 +74,9 @@ def test_links_to_the_guide_lead_to_its_pages(pages):
     assert source == ["[a](docs/made/guide/mechanism.md#elements) [b](docs/index.md)"]
     source = ["[a](../../clearance/GUIDE.md#sweeps) [b](../../paper_figures)"]
     pages.read_page(None, "tests/benchmarks/README", source)
-    assert source == ["[a](../../docs/made/guide/sweeps.md#sweeps) [b](../../paper_figures/README.md)"]
+    assert source == [
+        "[a](../../docs/made/guide/sweeps.md#sweeps) [b](../../paper_figures/README.md)"
+    ]
 
 
 def test_every_law_and_case_is_listed(pages):
@@ -84,12 +90,16 @@ def test_every_law_and_case_is_listed(pages):
 @pytest.mark.parametrize(
     ("lines", "wanted"),
     [
-        (["Sum.", "", "a: one [m]. b: two,", "of `x_`.", ""],
-         ["Sum.", "", "", ":param a: one [m].", ":param b: two,", "    of ``x_``.", ""]),
-        (["So:", "", "    F = K d_", "", "where |d| * 2 is a_."],
-         ["So:", "", "", "::", "", "    F = K d_", "", r"where \|d\| \* 2 is a\_."]),
+        (
+            ["Sum.", "", "a: one [m]. b: two,", "of `x_`.", ""],
+            ["Sum.", "", "", ":param a: one [m].", ":param b: two,", "    of ``x_``.", ""],
+        ),
+        (
+            ["So:", "", "    F = K d_", "", "where |d| * 2 is a_."],
+            ["So:", "", "", "::", "", "    F = K d_", "", r"where \|d\| \* 2 is a\_."],
+        ),
     ],
-)  # fmt: skip
+)
 def test_docstrings_become_fields_and_literals(pages, lines, wanted):
     assert pages.restructured(lines, {"a", "b"}) == wanted
 
@@ -116,7 +126,15 @@ def test_laws_that_are_advised_exist():
     """Each name in the second column of a table, and each one in a warning."""
     text = (DOCS / "choose.md").read_text()
     words = set(re.findall(r"`(\w+)`", text))
-    known = {*laws.__all__, *choices.MODELS, *choices.FILMS, *choices.ONLINE_FILMS, *choices.TRANSITIONS, "rtol", "run"}
+    known = {
+        *laws.__all__,
+        *choices.MODELS,
+        *choices.FILMS,
+        *choices.ONLINE_FILMS,
+        *choices.TRANSITIONS,
+        "rtol",
+        "run",
+    }
     assert len(words) > 20
     assert words <= known
 
@@ -143,12 +161,16 @@ def test_code_runs(path, tmp_path):
     """As a script of a process, so that laws have their source."""
     script = tmp_path / f"{path.stem}.py"
     script.write_text("import matplotlib\nmatplotlib.use('Agg')\n" + cells(path))
-    done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=300
+    )
     assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(importlib.util.find_spec("myst_nb") is None, reason="no Sphinx: pip install '.[docs]'")
+@pytest.mark.skipif(
+    importlib.util.find_spec("myst_nb") is None, reason="no Sphinx: pip install '.[docs]'"
+)
 def test_the_site_is_built_without_warnings(tmp_path):
     command = [sys.executable, "-m", "sphinx", "-W", "-q", "-b", "html", "-c", DOCS, ROOT, tmp_path]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=900)

@@ -1,4 +1,6 @@
-"""Docstrings of public names: laws with equation, units and source, everything else with a sentence."""
+"""Docstrings of public names: laws with equation, units and source, everything else with a
+sentence.
+"""
 
 import ast
 import inspect
@@ -17,7 +19,9 @@ PUBLIC = {name: getattr(cl, name) for name in sorted({*cl.__all__, *cl._LAZY})}
 LAWS = {name: law for name, law in PUBLIC.items() if isinstance(law, Law)}
 FUNCTIONS = {name: f for name, f in PUBLIC.items() if inspect.isfunction(f)}
 CLASSES = {name: c for name, c in PUBLIC.items() if inspect.isclass(c)}
-CLASSES |= {c.__name__: c for c in (results.Record, models.LuGre, models.Curve, fit.Fit, records.Trial)}
+CLASSES |= {
+    c.__name__: c for c in (results.Record, models.LuGre, models.Curve, fit.Fit, records.Trial)
+}
 
 
 def lacking(objects, has):
@@ -44,7 +48,11 @@ def test_functions_have_a_docstring():
 
 def test_functions_that_check_say_what_they_raise():
     """The docstring of a public function names what its own body raises."""
-    checking = {n: f for n, f in FUNCTIONS.items() if n not in ("cP", "degree") and "raise " in inspect.getsource(f)}
+    checking = {
+        n: f
+        for n, f in FUNCTIONS.items()
+        if n not in ("cP", "degree") and "raise " in inspect.getsource(f)
+    }
     assert lacking(checking, lambda f: "aises" in inspect.getdoc(f)) == []
 
 
@@ -53,7 +61,9 @@ def test_classes_and_their_public_methods_have_docstrings():
     methods = {
         f"{c.__name__}.{name}": getattr(c, name)
         for c in CLASSES.values()
-        for name, member in inspect.getmembers(c, lambda m: inspect.isfunction(m) or isinstance(m, property))
+        for name, member in inspect.getmembers(
+            c, lambda m: inspect.isfunction(m) or isinstance(m, property)
+        )
         if not name.startswith("_")
     }
     assert lacking(methods, inspect.getdoc) == []

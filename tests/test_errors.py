@@ -1,4 +1,6 @@
-"""Stated errors: above the true ones, from the same start, in the file, and left out where they would mean nothing."""
+"""Stated errors: above the true ones, from the same start, in the file, and left out where they
+would mean nothing.
+"""
 
 import json
 
@@ -25,7 +27,9 @@ def feeder():
 
 @pytest.fixture(scope="module")
 def stated(feeder, tmp_path_factory):
-    return cl.simulate(feeder, turns=2, path=tmp_path_factory.mktemp("stated") / "run.h5", **SAMPLES)
+    return cl.simulate(
+        feeder, turns=2, path=tmp_path_factory.mktemp("stated") / "run.h5", **SAMPLES
+    )
 
 
 @pytest.fixture(scope="module")
@@ -34,19 +38,27 @@ def exact(feeder):
 
 
 def test_numbers_with_their_errors():
-    """The last digit is that of the error, which is rounded up; one below nine digits stands in units of its own."""
+    """The last digit is that of the error, which is rounded up; one below nine digits stands in
+    units of its own.
+    """
     assert with_error(128.32521, 8.03e-4, "N") == "128.3252 +- 0.0009 N"
     assert with_error(128.32521, 8.03e-4, "N", " (144.661)") == "128.3252 +- 0.0009 (144.661) N"
     assert with_error(128.32521, 3.0, "N") == "128 +- 3 N"
     assert with_error(128.3252111, 3e-9, "N") == "128.325211 N +- 3 nN"
     assert with_error(128.3252105, None, "N") == with_error(128.3252105, 0.0, "N") == "128.325 N"
-    assert [prefixed(e, "m") for e in (9.7e-10, 2.01e-9, 1.0, 0.0)] == ["1 nm", "3 nm", "1 m", "0e+00 m"]
+    assert [prefixed(e, "m") for e in (9.7e-10, 2.01e-9, 1.0, 0.0)] == [
+        "1 nm",
+        "3 nm",
+        "1 m",
+        "0e+00 m",
+    ]
     assert prefixed(1.5e-3, "1") == "2e-03 1"
 
 
 def test_stated_errors_cover_the_true_ones(stated, exact):
-    """All extremes and means of the feeder, against rtol 1e-12: stated is above true, and by less than 1000 times for
-    most; the trajectory's by less than 100, for it is twice that of a run that is some ten times worse.
+    """All extremes and means of the feeder, against rtol 1e-12: stated is above true, and by less
+    than 1000 times for most; the trajectory's by less than 100, for it is twice that of a run that
+    is some ten times worse.
     """
     errors, covered, factors = stated.errors, [], []
     for name, error in errors.items():
@@ -62,15 +74,21 @@ def test_stated_errors_cover_the_true_ones(stated, exact):
     assert true < errors.trajectory < 100.0 * true
     for path, share in errors.channels.items():
         one, two = stated.values(path), exact.values(path)
-        assert np.abs(one - two).max() <= max(share, 1e-12) * max(np.ptp(one), 1e-9 * np.abs(one).max())
+        assert np.abs(one - two).max() <= max(share, 1e-12) * max(
+            np.ptp(one), 1e-9 * np.abs(one).max()
+        )
 
 
 def test_extremes_of_any_stretch_have_their_errors(stated, exact):
-    """Of the start-up and of the settled motion, covered both; a name that is none of a located extreme raises."""
+    """Of the start-up and of the settled motion, covered both; a name that is none of a located
+    extreme raises.
+    """
     turn = stated.turn
     for begin, end in ((0.0, turn), (turn, 2 * turn), (0.0, np.inf)):
         error = stated.error("joints/B/force_max", begin, end)
-        assert abs(error.value - exact.extreme("joints/B/force_max", begin, end).value) <= error.stated
+        assert (
+            abs(error.value - exact.extreme("joints/B/force_max", begin, end).value) <= error.stated
+        )
     with pytest.raises(KeyError, match="no located extreme"):
         stated.error("joints/B/power_loss_max")
     with pytest.raises(KeyError, match="the run has no such number"):
@@ -78,14 +96,18 @@ def test_extremes_of_any_stretch_have_their_errors(stated, exact):
 
 
 def test_the_films_part(stated, feeder):
-    """Against films of larger viscosity, to which their force is proportional: within 10 % of the change, whose
-    difference is taken at rtol 1e-9.
+    """Against films of larger viscosity, to which their force is proportional: within 10 % of the
+    change, whose difference is taken at rtol 1e-9.
     """
     share = stated.facts("joints/B")["film_table_error_closing"]
     thick = cl.load_case("six_bar_feeder", viscosity=0.05 * (1.0 + 0.01))
     one, two = (cl.simulate(s, turns=2, rtol=1e-9, error=None, **SAMPLES) for s in (feeder, thick))
     for name in ("joints/B/gap_min", "joints/B/film_pressure_max"):
-        change = abs(two.extreme(name, stated.turn).value - one.extreme(name, stated.turn).value) * share / 0.01
+        change = (
+            abs(two.extreme(name, stated.turn).value - one.extreme(name, stated.turn).value)
+            * share
+            / 0.01
+        )
         assert stated.errors[name].film == pytest.approx(change, rel=0.1)
 
 
@@ -100,13 +122,19 @@ def test_errors_in_the_file(stated):
         assert file["errors"].attrs["companion_rtol"] == pytest.approx(1e-5)
     with open_result(stated.path) as again:
         assert dict(again.errors) == dict(stated.errors)
-        assert float(again.to_xarray()["errors/stated"].sel(name="trajectory")) == stated.errors.trajectory
+        assert (
+            float(again.to_xarray()["errors/stated"].sel(name="trajectory"))
+            == stated.errors.trajectory
+        )
 
 
 def test_what_gets_no_errors(tmp_path, feeder):
     """Impacts, checkpoints, what was not asked for: the file says why, and the mapping is empty."""
     dry = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.1, **SAMPLES)
-    assert (len(dry.errors), dry.errors.reason) == (0, "neighbouring trajectories may part at impacts")
+    assert (len(dry.errors), dry.errors.reason) == (
+        0,
+        "neighbouring trajectories may part at impacts",
+    )
     none = cl.simulate(feeder, turns=0.1, error=None, **SAMPLES)
     assert none.errors.reason == "none was asked for"
     kept = cl.simulate(feeder, turns=0.1, path=tmp_path / "run.h5", checkpoint=60.0, **SAMPLES)
@@ -123,14 +151,18 @@ def test_a_companion_begins_where_its_run_began(feeder):
     run = prepare(feeder, turns=0.1, start="quasi-static", **SAMPLES)
     start = companion.Start.of(run)
     first = companion.companion(run, start, 1e-5).joint("B").eccentricity[0]
-    plain = companion.companion(prepare(feeder, turns=0.1, **SAMPLES), companion.Start.of(run), 1e-5)
+    plain = companion.companion(
+        prepare(feeder, turns=0.1, **SAMPLES), companion.Start.of(run), 1e-5
+    )
     scene = cl.simulate(feeder, turns=0.1, error=None, **SAMPLES).joint("B").eccentricity[0]
     assert np.array_equal(first, plain.joint("B").eccentricity[0])
     assert np.abs(first - scene).max() > 1e-3 * 1e-4
 
 
 def test_a_companion_that_fails(feeder, monkeypatch):
-    """The next tighter one takes its place; where that fails too, the run is kept and says why it states nothing."""
+    """The next tighter one takes its place; where that fails too, the run is kept and says why it
+    states nothing.
+    """
     asked, plain = [], companion.companion
 
     def failing(run, start, rtol, mechanism=None, least=0.0):
@@ -165,9 +197,13 @@ def test_an_interrupt_keeps_the_run(feeder, tmp_path, monkeypatch):
 
 
 def test_motions_that_do_not_forget_their_start():
-    """A double pendulum loses digits as it goes: the stated error of its trajectory says so, and is above the true."""
+    """A double pendulum loses digits as it goes: the stated error of its trajectory says so, and is
+    above the true.
+    """
     scene = cl.load_case("double_pendulum")
-    found, exact = (cl.simulate(scene, until=4.0, rtol=r, error=e) for r, e in ((1e-4, "state"), (1e-12, None)))
+    found, exact = (
+        cl.simulate(scene, until=4.0, rtol=r, error=e) for r, e in ((1e-4, "state"), (1e-12, None))
+    )
     true = max(np.abs(found[b].theta - exact[b].theta).max() for b in found.names("bodies"))
     assert true < found.errors.trajectory
 
@@ -214,21 +250,30 @@ def test_requests_are_read():
 
 
 def test_a_request_is_reached(feeder, exact):
-    """All that is printed, 1e-3: stated and true errors are below it, and the tolerance was not tighter than 1e-6."""
+    """All that is printed, 1e-3: stated and true errors are below it, and the tolerance was not
+    tighter than 1e-6.
+    """
     found = cl.simulate(feeder, turns=2, error=1e-3, **SAMPLES)
     assert found.solver["rtol"] > 1e-6
     assert (found.errors.asked, found.errors.cannot) == ({"all": 1e-3}, "")
     force = found.errors["joint_B_force_max"]
-    assert force.film < force.stated  # 1e-7 of the force; from the first, loose companion it was 3e-4
+    # 1e-7 of the force; from the first, loose companion it was 3e-4
+    assert force.film < force.stated
     for name in printed(found.errors):
         true = abs(found.errors[name].value - exact.extreme(name, found.errors.begin).value)
         assert true <= found.errors[name].stated <= 1e-3 * abs(found.errors[name].value)
 
 
 def test_a_request_beyond_the_film_table(feeder, tmp_path):
-    """1e-6 of the smallest gap: the table's own error is larger, which is told before digits are bought."""
-    with pytest.raises(NotReached, match=r"the film table alone makes 1\.[0-9]e-04 of joint_B_gap_min") as stop:
-        cl.simulate(feeder, turns=2, error={"joint_B_gap_min": 1e-6}, path=tmp_path / "run.h5", **SAMPLES)
+    """1e-6 of the smallest gap: the table's own error is larger, which is told before digits are
+    bought.
+    """
+    with pytest.raises(
+        NotReached, match=r"the film table alone makes 1\.[0-9]e-04 of joint_B_gap_min"
+    ) as stop:
+        cl.simulate(
+            feeder, turns=2, error={"joint_B_gap_min": 1e-6}, path=tmp_path / "run.h5", **SAMPLES
+        )
     kept = stop.value.result
     assert kept.complete
     assert kept.solver["rtol"] >= 1e-7
@@ -238,11 +283,17 @@ def test_a_request_beyond_the_film_table(feeder, tmp_path):
 
 
 def test_requests_that_cannot_be_reached(feeder, tmp_path):
-    """Chaos, a name there is not, checkpoints, a run that fails, a tolerance beyond rounding: each says so."""
-    dry = cl.load_case("slider_crank", model="dry", clearance=1e-3, speed=cl.rpm(5000), friction_coefficient=0.03)
+    """Chaos, a name there is not, checkpoints, a run that fails, a tolerance beyond rounding: each
+    says so.
+    """
+    dry = cl.load_case(
+        "slider_crank", model="dry", clearance=1e-3, speed=cl.rpm(5000), friction_coefficient=0.03
+    )
     with pytest.raises(NotReached, match="trajectories part"):
         cl.simulate(dry, turns=20, error=1e-2, samples_per_turn=20)
-    with pytest.raises(ValueError, match="has no 'joint_B_force_mx', perhaps|has no 'joint_B_force_mx'"):
+    with pytest.raises(
+        ValueError, match="has no 'joint_B_force_mx', perhaps|has no 'joint_B_force_mx'"
+    ):
         cl.simulate(feeder, turns=0.1, error="joint_B_force_mx=1e-3", **SAMPLES)
     with pytest.raises(ValueError, match="checkpoint"):
         cl.simulate(feeder, turns=0.1, error=1e-3, checkpoint=60.0, path=tmp_path / "run.h5")
@@ -272,7 +323,9 @@ def test_an_interrupted_request_keeps_its_best_run(feeder, tmp_path, monkeypatch
 
 
 def test_the_command_asks(tmp_path, capsys):
-    """Exit status 0 where it is reached, 1 with the file kept where not, 2 for what does not go together."""
+    """Exit status 0 where it is reached, 1 with the file kept where not, 2 for what does not go
+    together.
+    """
     out = ["--turns", "1", "-o", str(tmp_path / "r.h5"), "--samples-per-turn", "100"]
     assert main(["run", "six_bar_feeder", "--error", "1%", *out]) == 0
     assert "0.01 asked" in capsys.readouterr().out
@@ -286,8 +339,8 @@ def test_the_command_asks(tmp_path, capsys):
 
 # --- sweeps
 def test_sweeps_have_columns_of_errors(tmp_path):
-    """Beside each metric, with its units; as `simulate` states them, film table and integration together. A sweep has
-    more metrics, and the geometric mean over them is another: within 10 %.
+    """Beside each metric, with its units; as `simulate` states them, film table and integration
+    together. A sweep has more metrics, and the geometric mean over them is another: within 10 %.
     """
     points = cl.grid(speed=[20.0, 30.0])
     options = {"turns": 1, "workers": 1, "channels": [], **SAMPLES}
@@ -296,7 +349,9 @@ def test_sweeps_have_columns_of_errors(tmp_path):
     for name in ("joint_B_force_max", "joint_B_gap_min", "dissipated_per_turn"):
         assert sweep.metrics[f"{name}_error"][1] == pytest.approx(plain[name].total, rel=0.1)
         assert sweep.known[f"{name}_error"][0] == sweep.known[name][0]
-    asked = cl.sweep("six_bar_feeder", points, tmp_path / "asked", error={"joint_B_gap_min": 1e-6}, **options)
+    asked = cl.sweep(
+        "six_bar_feeder", points, tmp_path / "asked", error={"joint_B_gap_min": 1e-6}, **options
+    )
     assert (asked.status == "failed").all()
     assert all("film table alone" in reason for reason in asked.reason)
     assert np.isfinite(asked.metrics["joint_B_gap_min_error"]).all()
@@ -306,8 +361,15 @@ def test_sweeps_without_errors_say_why(tmp_path):
     """Impacts: points are done, their reason tells why nothing is stated."""
     points = cl.grid(speed=[20.0, 30.0])
     dry = cl.sweep(
-        "slider_crank", points, tmp_path / "dry", error="state", turns=0.1, workers=1, channels=[], **SAMPLES
-    )  # fmt: skip
+        "slider_crank",
+        points,
+        tmp_path / "dry",
+        error="state",
+        turns=0.1,
+        workers=1,
+        channels=[],
+        **SAMPLES,
+    )
     assert dry.done.all()
     assert all("neighbouring trajectories may part at impacts" in reason for reason in dry.reason)
     assert not any(n.endswith("_error") for n in dry.metrics if n != "period_error")

@@ -1,4 +1,6 @@
-"""The evidence: error against run time, the horizon, statistics, the price of physics, what parts cost."""
+"""The evidence: error against run time, the horizon, statistics, the price of physics, what parts
+cost.
+"""
 
 import dataclasses
 import importlib.util
@@ -36,8 +38,8 @@ def quick(monkeypatch):
 
 class TestWorkPrecision:
     def test_every_solver_agrees_with_the_reference(self, quick):
-        """All own methods and scipy's on one right-hand side: global errors within 3000 times their tolerance (the
-        thin film magnifies local errors by about 100), and tighter is better.
+        """All own methods and scipy's on one right-hand side: global errors within 3000 times their
+        tolerance (the thin film magnifies local errors by about 100), and tighter is better.
         """
         study = work_precision.work_precision("film", oil(), turns=0.5)
         assert study.doubt < 1e-9
@@ -50,7 +52,9 @@ class TestWorkPrecision:
 
     def test_the_table_knows_the_fastest(self, quick):
         """Ratios in the table are those of the curves."""
-        study = work_precision.work_precision("pendulum", cl.load_case("double_pendulum"), until=0.3)
+        study = work_precision.work_precision(
+            "pendulum", cl.load_case("double_pendulum"), until=0.3
+        )
         best = study.best(1e-3)
         assert best == min(c.cheapest(1e-3) for c in study.curves if c.own)
         text = "\n".join(work_precision.table(study))
@@ -58,15 +62,21 @@ class TestWorkPrecision:
         assert f"({float(f'{peer.cheapest(1e-3) / best:.2g}'):g}x)" in text
 
     def test_files(self, quick, tmp_path):
-        study = work_precision.work_precision("pendulum", cl.load_case("double_pendulum"), until=0.3)
+        study = work_precision.work_precision(
+            "pendulum", cl.load_case("double_pendulum"), until=0.3
+        )
         with h5py.File(work_precision.save(study, tmp_path)) as file:
             assert file.attrs["format"] == "clearance-work-precision"
-            assert file["radau5/error"][:] == pytest.approx(next(c.error for c in study.curves if c.name == "radau5"))
+            assert file["radau5/error"][:] == pytest.approx(
+                next(c.error for c in study.curves if c.name == "radau5")
+            )
             assert file["radau5/seconds"].attrs["units"] == "s"
         assert pictures.work_precision(study, tmp_path / "p.png").stat().st_size > 20_000
 
     def test_a_chaotic_scene_is_cut_at_its_horizon(self, quick, monkeypatch):
-        """Errors are measured where neighbours stay together (they grow up to 1e5 times); beyond, statistics."""
+        """Errors are measured where neighbours stay together (they grow up to 1e5 times); beyond,
+        statistics.
+        """
         monkeypatch.setattr(work_precision, "PEERS", {})
         study = work_precision.work_precision("dry", cl.load_case("slider_crank"), turns=3.0)
         assert study.turns < 3.0
@@ -89,26 +99,39 @@ class TestWorkPrecision:
         with pytest.raises(ValueError, match="turns must be positive, got 0.0"):
             work_precision.work_precision("x", cl.load_case("slider_crank"), turns=0.0)
         with pytest.raises(ValueError, match="no degree of freedom"):
-            work_precision.work_precision("x", cl.load_case("six_bar_feeder", model="ideal"), turns=1.0)
+            work_precision.work_precision(
+                "x", cl.load_case("six_bar_feeder", model="ideal"), turns=1.0
+            )
 
     def test_command(self, quick, tmp_path, capsys):
-        status = cli.main(["work-precision", "double_pendulum", "--until", "0.2", "-o", str(tmp_path), "--json"])
+        status = cli.main(
+            ["work-precision", "double_pendulum", "--until", "0.2", "-o", str(tmp_path), "--json"]
+        )
         found = json.loads(capsys.readouterr().out)
         assert status == 0
         assert {c["name"] for c in found["curves"] if c["own"]} == set(METHODS)
-        assert all((tmp_path / n).exists() for n in ("work_precision.h5", "work_precision.md", "work_precision.png"))
+        assert all(
+            (tmp_path / n).exists()
+            for n in ("work_precision.h5", "work_precision.md", "work_precision.png")
+        )
 
 
-@pytest.mark.parametrize("name", [n for n, (module, _) in PEERS.items() if importlib.util.find_spec(module)])
+@pytest.mark.parametrize(
+    "name", [n for n, (module, _) in PEERS.items() if importlib.util.find_spec(module)]
+)
 def test_peers_solve_the_same_problem(name, validated):
-    """A peer ends where our reference does, or says why it cannot: 1e-2 at rtol 1e-7 through a film at eps = 0.9."""
+    """A peer ends where our reference does, or says why it cannot: 1e-2 at rtol 1e-7 through a film
+    at eps = 0.9.
+    """
     problem = Problem(cl.load_case("slider_crank", model="lubricated", viscosity=0.4), 0.004)
     try:
         found = PEERS[name][1](problem)(problem, 1e-7)
     except NotSolved as reason:
         pytest.skip(f"{name} cannot: {reason}")
     options = {"source": name, "kind": "independent", "relative": False}
-    validated("end state less a peer's, through a film", problem.error(found.states), 0.0, 1e-2, **options)
+    validated(
+        "end state less a peer's, through a film", problem.error(found.states), 0.0, 1e-2, **options
+    )
 
 
 @pytest.mark.parametrize("name", ["scipy DOP853", "scipy LSODA", "CVODE BDF", "CVODE Adams"])
@@ -143,7 +166,9 @@ class TestHorizon:
 
     def test_a_regular_motion_has_none(self):
         """An elastic ball between two walls parts only linearly."""
-        found = horizon(ball(gravity=(0.0, 0.0), eccentricity_rate=(0.3, 0.0)), 0.05, 1e-9, "dop853")
+        found = horizon(
+            ball(gravity=(0.0, 0.0), eccentricity_rate=(0.3, 0.0)), 0.05, 1e-9, "dop853"
+        )
         assert found.time is None
         assert "comparable throughout" in found.sentence(None)
 
@@ -157,10 +182,14 @@ class TestHorizon:
 
 class TestAblation:
     def test_cost_falls_to_what_the_scene_has(self):
-        """States and operations never grow when a part is taken out; friction, film torques and joints each count."""
+        """States and operations never grow when a part is taken out; friction, film torques and
+        joints each count.
+        """
         for options in ({"joints": "B,C,E"}, {"model": "dry", "friction": "coulomb"}):
             rows = ablation.ablation(cl.load_case("six_bar_feeder", **options), measured=False)
-            assert [r.operations for r in rows] == sorted({r.operations for r in rows}, reverse=True)
+            assert [r.operations for r in rows] == sorted(
+                {r.operations for r in rows}, reverse=True
+            )
             assert [r.states for r in rows] == sorted((r.states for r in rows), reverse=True)
             assert rows[-1].states == 0
 
@@ -175,7 +204,9 @@ class TestAblation:
     def test_repeats_that_differ_are_doubted(self):
         row = ablation.Part("film", 1, 4, 20, 100, "radau5", 50, 1e-6, 2e-6, 3e-6)
         for high, words in ((1.1e-6, ""), (1.6e-6, "Repeats of 'film' differ by 60 %")):
-            measured = dataclasses.replace(row, ranges={n: (getattr(row, n),) * 2 for n in ablation.TIMES})
+            measured = dataclasses.replace(
+                row, ranges={n: (getattr(row, n),) * 2 for n in ablation.TIMES}
+            )
             measured.ranges["step"] = (1e-6, high)
             assert ablation.doubt([measured]).startswith(words)
             assert bool(ablation.doubt([measured])) == bool(words)
@@ -202,7 +233,9 @@ class TestAblation:
 
 
 def test_physics_prices(monkeypatch):
-    """The finest is zero away from itself; ideal joints are further from it than any film; every ladder is there."""
+    """The finest is zero away from itself; ideal joints are further from it than any film; every
+    ladder is there.
+    """
     monkeypatch.setattr(physics, "REPEATS", 1)
     monkeypatch.setattr(physics, "CONTACTS", ("lankarani_nikravesh", "winkler"))
     monkeypatch.setattr(physics, "FRICTIONS_SHOWN", ("lugre",))
@@ -213,7 +246,11 @@ def test_physics_prices(monkeypatch):
     assert study.finest == "mixed, table, transition load_sharing"
     films = [c for c in study.choices if c.model == "lubricated" and "no drag" not in c.name]
     assert len(films) == 6
-    assert all(0.0 < c.distance < by_name["ideal joints"].distance for c in films if "sommerfeld" not in c.name)
+    assert all(
+        0.0 < c.distance < by_name["ideal joints"].distance
+        for c in films
+        if "sommerfeld" not in c.name
+    )
 
 
 def test_physics_needs_a_choice():

@@ -12,21 +12,29 @@ from clearance.metrics import metrics
 
 
 def test_stretches_hold_their_extremes():
-    """Whole stretches between two times, to rounding of their ends; outer ones are left out, empty ones are None."""
+    """Whole stretches between two times, to rounding of their ends; outer ones are left out, empty
+    ones are None.
+    """
     values = np.array([[3.0, -1.0], [7.0, -5.0], [5.0, -2.0]])
     kept = Extremes(2.0, ("a_max", "b_min"), ("N", "m"), values, np.full((3, 2), np.nan))
-    assert kept.of("a_max", 2.0 * (1.0 + 1e-12)).value == better("a_max", [None, kept.of("a_max")]).value
+    assert (
+        kept.of("a_max", 2.0 * (1.0 + 1e-12)).value
+        == better("a_max", [None, kept.of("a_max")]).value
+    )
     assert (kept.of("a_max").value, better("a_max", [])) == (7.0, None)
     assert kept.of("a_max", 2.1).value == 5.0
     assert kept.of("b_min", 0.0, 3.9).value == -1.0
     assert kept.of("b_min", 0.1, 3.9) is None
-    cut = Extremes(2.0, kept.names, kept.units, values, np.array([[1.0, 1.0], [3.5, 3.5], [4.5, 4.5]]))
+    cut = Extremes(
+        2.0, kept.names, kept.units, values, np.array([[1.0, 1.0], [3.5, 3.5], [4.5, 4.5]])
+    )
     assert cut.of("a_max", 3.0, 4.0).value == 7.0  # it lies in the part that is left of its stretch
     assert cut.of("a_max", 3.6, 4.0) is None
 
 
 @pytest.mark.parametrize(
-    ("until", "turn", "count"), [(1.0, None, 100), (6.0, 1.0, 6), (6.5, 1.0, 7), (2.5e5, 1.0, 83_334)]
+    ("until", "turn", "count"),
+    [(1.0, None, 100), (6.0, 1.0, 6), (6.5, 1.0, 7), (2.5e5, 1.0, 83_334)],
 )
 def test_stretches_are_turns_or_hundredths(until, turn, count):
     """A hundred, or a turn each, several in runs of more than 100,000."""
@@ -45,10 +53,14 @@ FILMS = {
 
 @pytest.mark.parametrize("name", FILMS)
 def test_R6_peaks_converge_with_the_tolerance(name):
-    """At rtol 1e-6 within 1e-5 of rtol 1e-11, 1e-6 in the median; step ends alone are off by 1e-4 to 1e-3 at both."""
+    """At rtol 1e-6 within 1e-5 of rtol 1e-11, 1e-6 in the median; step ends alone are off by 1e-4
+    to 1e-3 at both.
+    """
     case, values = FILMS[name]
     scene = cl.load_case(case, **values)
-    found, exact = (cl.simulate(scene, turns=2, rtol=r, samples_per_turn=20).located for r in (1e-6, 1e-11))
+    found, exact = (
+        cl.simulate(scene, turns=2, rtol=r, samples_per_turn=20).located for r in (1e-6, 1e-11)
+    )
     errors = []
     for quantity in exact.names:
         value = exact.of(quantity, scene.turn).value
@@ -61,20 +73,31 @@ def test_R6_peaks_converge_with_the_tolerance(name):
 
 @pytest.mark.parametrize("name", FILMS)
 def test_R6_no_sample_lies_beyond_a_located_extreme(name):
-    """20000 samples a turn lie on the same dense output: none beyond by more than 1e-8 of the value."""
+    """20000 samples a turn lie on the same dense output: none beyond by more than 1e-8 of the
+    value.
+    """
     case, values = FILMS[name]
     run = cl.simulate(cl.load_case(case, **values), turns=1, samples_per_turn=20000)
     for quantity in run.located.names:
         path, _, which = quantity.rpartition("_")
         seen, located = run._of_samples(path, which, 0.0, math.inf), run.located.of(quantity)
-        assert abs(better(quantity, [seen, located]).value - located.value) <= 1e-8 * abs(located.value), quantity
+        assert abs(better(quantity, [seen, located]).value - located.value) <= 1e-8 * abs(
+            located.value
+        ), quantity
 
 
 def test_times_of_extremes():
-    """At the time of an extreme, a run sampled there has its value: 1e-9 of it (the same steps, other samples)."""
+    """At the time of an extreme, a run sampled there has its value: 1e-9 of it (the same steps,
+    other samples).
+    """
     scene = cl.load_case("six_bar_feeder")
     run = cl.simulate(scene, turns=2)
-    for quantity in ("joints/B/force_max", "joints/B/gap_min", "drives/crank/torque_min", "bodies/slider/ax_max"):
+    for quantity in (
+        "joints/B/force_max",
+        "joints/B/gap_min",
+        "drives/crank/torque_min",
+        "bodies/slider/ax_max",
+    ):
         extreme, path = run.extreme(quantity, scene.turn), quantity[:-4]
         assert scene.turn <= extreme.time <= 2.0 * scene.turn
         again = cl.simulate(scene, until=extreme.time, samples=2)
@@ -101,7 +124,9 @@ def test_extremes_of_channels_that_are_not_followed_are_those_of_samples():
 
 @pytest.mark.parametrize("name", case_names())
 def test_M3_angles_do_not_depend_on_the_samples(name):
-    """One sample a turn gives the angles of 200 a turn, where steps are the same; whole turns would be 6.3 rad."""
+    """One sample a turn gives the angles of 200 a turn, where steps are the same; whole turns would
+    be 6.3 rad.
+    """
     scene = find_case(name).scene()
     length = {"turns": 2} if scene.turn else {"until": 1.0}
     few, many = ({"samples_per_turn": n} if scene.turn else {"samples": n + 1} for n in (1, 200))
@@ -136,7 +161,9 @@ SCENES = {
 
 @pytest.mark.parametrize("model", SCENES)
 def test_peaks_hardly_depend_on_the_samples(model):
-    """Twenty samples a turn give what 10000 give, within 1e-5: ten tolerances, for full buffers change some steps."""
+    """Twenty samples a turn give what 10000 give, within 1e-5: ten tolerances, for full buffers
+    change some steps.
+    """
     parameters, turns = SCENES[model]
     scene = cl.load_case("slider_crank", **parameters)
     coarse, fine = (cl.simulate(scene, turns=turns, samples_per_turn=n) for n in (20, 10000))
@@ -154,7 +181,9 @@ def test_samples_alone_would_miss_them():
 
 def test_the_first_turn_is_left_out_of_metrics():
     """A journal let go from the middle of its oil: its first turn has the largest forces."""
-    run = cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=4, samples_per_turn=40)
+    run = cl.simulate(
+        cl.load_case("slider_crank", model="lubricated"), turns=4, samples_per_turn=40
+    )
     assert run.located.length == pytest.approx(run.turn, rel=1e-12)
     settled, everything = ({n: m.value for n, m in metrics(run, s).items()} for s in (None, 0.0))
     column = run.located.columns["drives/crank/torque_max"]
@@ -164,13 +193,18 @@ def test_the_first_turn_is_left_out_of_metrics():
 
 
 def test_the_ledger_is_judged_where_the_states_are_known():
-    """Between the long steps of thick oil the dense output is of low order; at their ends the ledger closes with rtol.
+    """Between the long steps of thick oil the dense output is of low order; at their ends the
+    ledger closes with rtol.
 
-    Ten times smaller for a hundred times: order 5 with the errors of all states controlled gives more.
+    Ten times smaller for a hundred times: order 5 with the errors of all states controlled gives
+    more.
     """
-    scene = cl.load_case("slider_crank", model="lubricated", viscosity=5.0, clearance=1e-5, speed=cl.rpm(10))
+    scene = cl.load_case(
+        "slider_crank", model="lubricated", viscosity=5.0, clearance=1e-5, speed=cl.rpm(10)
+    )
     loose, tight = (
-        cl.simulate(scene, turns=1, rtol=r, method="radau5").solver["energy_residual_share"] for r in (1e-4, 1e-6)
+        cl.simulate(scene, turns=1, rtol=r, method="radau5").solver["energy_residual_share"]
+        for r in (1e-4, 1e-6)
     )
     assert tight < 0.1 * loose
     assert tight < 1e-5

@@ -31,13 +31,22 @@ def integrals(found, joint):
 
 
 def test_fields_carry_the_force_of_the_run(feeder, validated):
-    """The table of the run and the elements of the fields: 1e-3 of each force, what both are right to."""
+    """The table of the run and the elements of the fields: 1e-3 of each force, what both are right
+    to.
+    """
     found = feeder.pressure_fields("B")
     joint, channels = next(j for j in feeder.scene["joints"] if j["name"] == "B"), feeder.joint("B")
     wanted = np.column_stack([channels.film_radial, channels.film_tangential])[found.instant]
     both = (f[:, 0] + 1j * f[:, 1] for f in (integrals(found, joint), wanted))
     source = "film table in the run"
-    validated("integral of pressure fields in a file", *both, 1e-3, source=source, unit="N", kind="independent")
+    validated(
+        "integral of pressure fields in a file",
+        *both,
+        1e-3,
+        source=source,
+        unit="N",
+        kind="independent",
+    )
 
 
 def test_layout(feeder):
@@ -73,7 +82,10 @@ def test_they_are_no_channels(feeder):
 
 
 def test_snapshots_show_them(feeder, tmp_path, capsys):
-    assert main(["film", "snapshots", str(feeder.path), "--count", "2", "--json", "-o", str(tmp_path)]) == 0
+    assert (
+        main(["film", "snapshots", str(feeder.path), "--count", "2", "--json", "-o", str(tmp_path)])
+        == 0
+    )
     shots = json.loads(capsys.readouterr().out)["snapshots"]
     assert [s["iterations"] for s in shots] == [0, 0]
     for shot in shots:
@@ -88,7 +100,9 @@ def test_animation_shows_them(feeder, tmp_path):
     joint = next(j for j in feeder.scene["joints"] if j["name"] == "B")
     lens = Lens(feeder, joint, np.array([0.012, 0.031]))
     assert list(lens.shown) == [0, 2]
-    assert lens.turned == pytest.approx(np.interp([0.012, 0.031], feeder.time, feeder["crank"].theta))
+    assert lens.turned == pytest.approx(
+        np.interp([0.012, 0.031], feeder.time, feeder["crank"].theta)
+    )
 
 
 def test_not_unless_asked_for(tmp_path):
@@ -98,10 +112,14 @@ def test_not_unless_asked_for(tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "more", "line"),
-    [({"model": "dry"}, {}, "no joint has a film"), ({"film": "conserving"}, {}, "B has conserving"),
-     ({"film": "short"}, {}, "B has short_film"), ({}, {"pressure_fields": 0}, "whole number of instants a turn"),
-     ({}, {"channels": ["joints/B/*"]}, "needs all channels")],
-)  # fmt: skip
+    [
+        ({"model": "dry"}, {}, "no joint has a film"),
+        ({"film": "conserving"}, {}, "B has conserving"),
+        ({"film": "short"}, {}, "B has short_film"),
+        ({}, {"pressure_fields": 0}, "whole number of instants a turn"),
+        ({}, {"channels": ["joints/B/*"]}, "needs all channels"),
+    ],
+)
 def test_refusals(options, more, line):
     """Before anything runs, naming the option and the film."""
     scene = cl.load_case("six_bar_feeder", **options)
@@ -111,14 +129,18 @@ def test_refusals(options, more, line):
 
 
 def test_picture(feeder, tmp_path, monkeypatch):
-    """Each instant has its pressures in MPa over degrees and mm, on one scale, with the edge of its film."""
+    """Each instant has its pressures in MPa over degrees and mm, on one scale, with the edge of its
+    film.
+    """
     pages = []
     monkeypatch.setattr(pressures, "save", lambda figure, path, dpi: pages.append(figure))
     pressures.pressures(feeder, tmp_path / "p.png", joint="B")
     found, (page,) = feeder.pressure_fields("B"), pages
     panels = [axes for axes in page.axes if axes.get_title()]
     assert len(panels) == len(found.time) == 4
-    for axes, time, pressure, line in zip(panels, found.time, found.pressure, found.line_of_centres, strict=True):
+    for axes, time, pressure, line in zip(
+        panels, found.time, found.pressure, found.line_of_centres, strict=True
+    ):
         assert axes.get_title().startswith(f"{1e3 * time:.4g} ms")
         assert axes.get_title().endswith(f"up to {1e-6 * pressure.max():.3g} MPa")
         field, _, edge = axes.collections

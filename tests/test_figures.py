@@ -1,4 +1,6 @@
-"""`clearance figures`: every script says what it shows; what is drawn is noted; results are used again."""
+"""`clearance figures`: every script says what it shows; what is drawn is noted; results are used
+again.
+"""
 
 import argparse
 import json
@@ -61,7 +63,9 @@ def test_results_are_used_again_unless_fresh(tmp_path, capsys):
 
 @pytest.mark.usefixtures("undrawn")
 def test_one_run_serves_all_who_ask_for_it(tmp_path, capsys):
-    """Parameters given as they are by default, and another folder of pictures, lead to the same result."""
+    """Parameters given as they are by default, and another folder of pictures, lead to the same
+    result.
+    """
     shared = tmp_path / "shared"
     drawn(tmp_path / "a", "feeder_sketch", "--results", str(shared))
     (file,) = shared.glob("*.h5")
@@ -125,7 +129,13 @@ def test_a_file_is_no_folder(tmp_path, capsys):
 
 
 #: their studies have tests of their own, and compile dozens of mechanisms
-LONG = {"evidence_physics", "evidence_ablation", "evidence_work_precision", "evidence_films", "evidence_stress"}
+LONG = {
+    "evidence_physics",
+    "evidence_ablation",
+    "evidence_work_precision",
+    "evidence_films",
+    "evidence_stress",
+}
 
 
 @pytest.mark.slow
@@ -170,7 +180,9 @@ def test_list_gives_names_and_titles_by_groups(capsys):
     assert list(json.loads(capsys.readouterr().out)) == NAMES
     assert cli.main(["figures", "--list"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line for line in lines if line in workshop.GROUPS.values()] == list(workshop.GROUPS.values())
+    assert [line for line in lines if line in workshop.GROUPS.values()] == list(
+        workshop.GROUPS.values()
+    )
     assert [line.split()[0] for line in lines if line.startswith("  ")] == NAMES
 
 
@@ -184,7 +196,11 @@ def test_names_stand_by_groups_and_in_the_order_asked_for():
 
 
 def test_a_script_without_a_group_is_refused(tmp_path, monkeypatch):
-    text = '"""A figure.\n\n' + "\n\n".join(f"{p}: text" for p in workshop.PARTS if p != "Group") + '\n"""\n'
+    text = (
+        '"""A figure.\n\n'
+        + "\n\n".join(f"{p}: text" for p in workshop.PARTS if p != "Group")
+        + '\n"""\n'
+    )
     (tmp_path / "new.py").write_text(text)
     monkeypatch.setattr(workshop, "FOLDER", tmp_path)
     with pytest.raises(ValueError, match="no paragraph 'Group"):
@@ -200,7 +216,9 @@ def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_pat
     text = (tmp_path / "index.html").read_text()
     titles = re.findall("<h2>(.*?)</h2>", text)
     assert titles == [workshop.GROUPS["feeder"], workshop.GROUPS["joints"]]
-    links = re.findall(r'<a href="#(\w+)" title="[^"]+"><img src="data:image/png;base64,[^"]+" alt=""', text)
+    links = re.findall(
+        r'<a href="#(\w+)" title="[^"]+"><img src="data:image/png;base64,[^"]+" alt=""', text
+    )
     assert links == ["feeder_sketch", "friction_laws"]
     assert all(f'<article id="{name}">' in text for name in links)
     (tmp_path / "feeder_sketch.png").unlink()  # a picture that was taken away
@@ -229,7 +247,9 @@ def test_warnings_name_figure_and_run(tmp_path, caplog):
 
 
 def a_figure(folder, name, *_):
-    """In place of `gallery.drawn`: "quick" is done when "slow" has begun, which has a child and never ends."""
+    """In place of `gallery.drawn`: "quick" is done when "slow" has begun, which has a child and
+    never ends.
+    """
     (folder / name).touch()
     if name == "slow":
         child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(300)"])
@@ -279,7 +299,12 @@ def test_the_structure_has_a_box_for_each_module_and_no_arrow_leads_back():
     for (a, b), points in ways.items():
         assert (b, a) not in ways
         assert structure.BOXES[a].column <= structure.BOXES[b].column
-        passed = [(box, y) for box in structure.BOXES.values() for x, y in points[1:-1] if abs(x - box.middle) < 1.0]
+        passed = [
+            (box, y)
+            for box in structure.BOXES.values()
+            for x, y in points[1:-1]
+            if abs(x - box.middle) < 1.0
+        ]
         assert all(not box.edges[0] < y < box.edges[1] for box, y in passed)
     assert not [a for a, b in counts if b == "shared"]
 

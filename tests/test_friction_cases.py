@@ -1,7 +1,9 @@
-"""The three friction cases against the numbers of independent implementations, to all digits that were noted.
+"""The three friction cases against the numbers of independent implementations, to all digits that
+were noted.
 
-Of prescribed motions the kernels are run as plain Python, at any time and in any order. The numbers come from
-recursive Newton-Euler, virtual power and multiplier solutions outside this package that agree to 1e-11 and better.
+Of prescribed motions the kernels are run as plain Python, at any time and in any order. The numbers
+come from recursive Newton-Euler, virtual power and multiplier solutions outside this package that
+agree to 1e-11 and better.
 """
 
 import math
@@ -21,8 +23,16 @@ from tests.plain import kernel
 from tests.test_mechanics import observed
 
 FIVE = "12345"
-GUO = {"source": "chains of Guo, Ju and Wang 2024, solved elsewhere", "kind": "independent", "relative": False}
-CHACKO = {"source": "manipulator of Chacko and Khan 2017, solved elsewhere", "kind": "independent", "relative": False}
+GUO = {
+    "source": "chains of Guo, Ju and Wang 2024, solved elsewhere",
+    "kind": "independent",
+    "relative": False,
+}
+CHACKO = {
+    "source": "manipulator of Chacko and Khan 2017, solved elsewhere",
+    "kind": "independent",
+    "relative": False,
+}
 ACTUATORS = ("boom", "stick", "bucket")
 
 
@@ -56,17 +66,37 @@ class TestFiveAxisChain:
         ],
     )
     def test_ideal_torques(self, reading, t, torques, validated):
-        """Without friction, and with it as what friction is added to: friction of driven joints acts on nothing."""
+        """Without friction, and with it as what friction is added to: friction of driven joints
+        acts on nothing.
+        """
         paths = [f"drives/{n}/torque" for n in FIVE]
         bare = outputs("five_axis_chain", t, *paths, reading=reading, friction="none")
         ideal = outputs("five_axis_chain", t, *(f"{p}_ideal" for p in paths), reading=reading)
-        validated("torques of the five-axis chain", [bare, ideal], [torques, torques], last(6), unit="N m", **GUO)
+        validated(
+            "torques of the five-axis chain",
+            [bare, ideal],
+            [torques, torques],
+            last(6),
+            unit="N m",
+            **GUO,
+        )
 
     def test_axial_forces_are_the_weights(self, validated):
         for t in (0.0, 2.0):
             found = outputs("five_axis_chain", t, *(f"joints/{n}/axial_force" for n in FIVE))
-            weights, options = (107.8, 49.0, 19.6, 49.0, 19.6), {"source": "weights of the links", "kind": "exact"}
-            validated("axial forces of the chain", found, weights, last(9), unit="N", relative=False, **options)
+            weights, options = (
+                (107.8, 49.0, 19.6, 49.0, 19.6),
+                {"source": "weights of the links", "kind": "exact"},
+            )
+            validated(
+                "axial forces of the chain",
+                found,
+                weights,
+                last(9),
+                unit="N",
+                relative=False,
+                **options,
+            )
 
     @pytest.mark.parametrize(
         ("friction", "t", "torques"),
@@ -82,10 +112,19 @@ class TestFiveAxisChain:
         ],
     )
     def test_friction(self, friction, t, torques, validated):
-        """All rates are positive, so friction on body b is negative and its drive gives as much more."""
+        """All rates are positive, so friction on body b is negative and its drive gives as much
+        more.
+        """
         row = observed(mechanism("five_axis_chain", friction=friction), t)
         rubbed = np.array([row[f"joints/{n}/friction"] for n in FIVE])
-        validated(f"{friction} friction of the five-axis chain", -rubbed, torques, last(6), unit="N m", **GUO)
+        validated(
+            f"{friction} friction of the five-axis chain",
+            -rubbed,
+            torques,
+            last(6),
+            unit="N m",
+            **GUO,
+        )
         more = [row[f"drives/{n}/torque"] - row[f"drives/{n}/torque_ideal"] for n in FIVE]
         np.testing.assert_allclose(more, -rubbed, rtol=1e-12)
 
@@ -94,11 +133,16 @@ class TestFiveAxisChain:
         assert not outputs("five_axis_chain", 0.0, *(f"joints/{n}/friction" for n in FIVE)).any()
 
     def test_loads_are_made_of_radial_axial_and_bending_parts(self):
-        """Q = R_p f_r + R_n |f_m| + R_p / R_b t_r from the reaction's channels, for other arms than the default."""
+        """Q = R_p f_r + R_n |f_m| + R_p / R_b t_r from the reaction's channels, for other arms than
+        the default.
+        """
         arms = {"pin_radius": 0.015, "friction_arm": 0.025, "bending_arm": 0.08}
         row = observed(mechanism("five_axis_chain", **arms), 1.3)
         for n in FIVE:
-            here = {p: row[f"joints/{n}/{p}"] for p in ("force_x", "force_y", "axial_force", "bending_x", "bending_y")}
+            here = {
+                p: row[f"joints/{n}/{p}"]
+                for p in ("force_x", "force_y", "axial_force", "bending_x", "bending_y")
+            }
             radial, bending = (
                 math.hypot(here["force_x"], here["force_y"]),
                 math.hypot(here["bending_x"], here["bending_y"]),
@@ -107,18 +151,32 @@ class TestFiveAxisChain:
             assert row[f"joints/{n}/friction_load"] == pytest.approx(load, rel=1e-12)
 
     def test_bending_moments_carry_the_overhang(self, validated):
-        """Joint 5 carries link 5's weight 2 kg * 9.8 m/s2 off its axis by |(0.3, 0.5196)| m, at any angle."""
+        """Joint 5 carries link 5's weight 2 kg * 9.8 m/s2 off its axis by |(0.3, 0.5196)| m, at any
+        angle.
+        """
         for t in (0.0, 2.0):
             found = outputs("five_axis_chain", t, "joints/5/bending_x", "joints/5/bending_y")
-            wanted, options = 19.6 * math.hypot(0.3, 0.5196), {"source": "weight times overhang", "kind": "exact"}
-            validated("bending moment of joint 5", math.hypot(*found), wanted, 1e-12, unit="N m", **options)
+            wanted, options = (
+                19.6 * math.hypot(0.3, 0.5196),
+                {"source": "weight times overhang", "kind": "exact"},
+            )
+            validated(
+                "bending moment of joint 5",
+                math.hypot(*found),
+                wanted,
+                1e-12,
+                unit="N m",
+                **options,
+            )
 
     def test_found_motion_follows_the_prescribed_one(self):
-        """Position controllers over the forward dynamics, friction on: the same motion, the same torques.
+        """Position controllers over the forward dynamics, friction on: the same motion, the same
+        torques.
 
-        A controller gives its torque for an error of torque / stiffness (1e-3 rad in all, 10 % for what is left of the
-        start-up, which fades within damping / stiffness = 0.1 s), and the torque itself changes by what the error
-        does to the motion, a few 1e-3 of it. Energy closes to rtol = 1e-8 times a hundred steps.
+        A controller gives its torque for an error of torque / stiffness (1e-3 rad in all, 10 % for
+        what is left of the start-up, which fades within damping / stiffness = 0.1 s), and the
+        torque itself changes by what the error does to the motion, a few 1e-3 of it. Energy closes
+        to rtol = 1e-8 times a hundred steps.
         """
         stiffness = 5e3
         scene = load_case("five_axis_chain", drive="torque", stiffness=stiffness)
@@ -132,7 +190,9 @@ class TestFiveAxisChain:
             angles = np.array([result[f"link{n}"].theta[k] for n in FIVE])
             relative = angles - np.array([0.0, angles[0], angles[1], angles[0], angles[3]])
             np.testing.assert_allclose(0.1 * t * t - relative, wanted / stiffness, atol=1e-4)
-        assert np.abs(result.energy.residual).max() < 1e-6 * result.file["energy"].attrs["turned_over"]
+        assert (
+            np.abs(result.energy.residual).max() < 1e-6 * result.file["energy"].attrs["turned_over"]
+        )
         assert all(result.joint(n).dissipated[-1] > 0.0 for n in FIVE)
 
 
@@ -142,9 +202,27 @@ class TestThreeLoopChain:
     @pytest.mark.parametrize(
         ("t", "angle", "torque", "pin", "cuts"),
         [
-            (0.0, -98.797, 0.8800089, (9.786079, -59.734341), (9.78604, -69.53456, 32.37917, 60.96363)),
-            (4.0, -75.879, 1.8073065, (63.871007, -84.365195), (63.87106, -94.16541, 28.47092, 74.39877)),
-            (8.0, -52.960, 1.8089609, (141.338911, -115.658180), (141.33905, -125.45836, 19.53770, 82.68208)),
+            (
+                0.0,
+                -98.797,
+                0.8800089,
+                (9.786079, -59.734341),
+                (9.78604, -69.53456, 32.37917, 60.96363),
+            ),
+            (
+                4.0,
+                -75.879,
+                1.8073065,
+                (63.871007, -84.365195),
+                (63.87106, -94.16541, 28.47092, 74.39877),
+            ),
+            (
+                8.0,
+                -52.960,
+                1.8089609,
+                (141.338911, -115.658180),
+                (141.33905, -125.45836, 19.53770, 82.68208),
+            ),
         ],
     )
     def test_reference(self, t, angle, torque, pin, cuts, validated):
@@ -154,7 +232,9 @@ class TestThreeLoopChain:
         validated("crank angle of the three-loop chain", turned, angle, last(3), unit="deg", **GUO)
         ideal = row["drives/crank/torque_ideal"]
         validated("crank torque of the three-loop chain", ideal, torque, last(7), unit="N m", **GUO)
-        validated("crank pin force of the three-loop chain", found[:2], pin, last(6), unit="N", **GUO)
+        validated(
+            "crank pin force of the three-loop chain", found[:2], pin, last(6), unit="N", **GUO
+        )
         validated("cut forces of the three-loop chain", found[2:], cuts, last(5), unit="N", **GUO)
 
     def test_frictionless(self):
@@ -173,32 +253,48 @@ class TestThreeLoopChain:
     )
     def test_friction_of_the_crank_pin(self, friction, torques, validated):
         found = [
-            outputs("three_loop_chain", t, "joints/ground-g/friction", friction=friction)[0] for t in range(0, 11, 2)
+            outputs("three_loop_chain", t, "joints/ground-g/friction", friction=friction)[0]
+            for t in range(0, 11, 2)
         ]
         what = f"{friction} friction of the crank pin, three-loop chain"
         validated(what, [-f for f in found], torques, last(5), unit="N m", **GUO)
 
     @pytest.mark.parametrize(
-        ("t", "torque", "friction", "own"), [(0, 0.999011, 0.119002, 0.016167), (10, 1.164278, 0.285188, 0.061713)]
+        ("t", "torque", "friction", "own"),
+        [(0, 0.999011, 0.119002, 0.016167), (10, 1.164278, 0.285188, 0.061713)],
     )
     def test_friction_in_all_pins(self, t, torque, friction, own, validated):
         row = observed(mechanism("three_loop_chain", where="all", pin_radius=0.005), float(t))
         whole, ideal = row["drives/crank/torque"], row["drives/crank/torque_ideal"]
-        found, what = [whole, whole - ideal, -row["joints/ground-g/friction"]], "friction in all pins, three-loop chain"
+        found, what = (
+            [whole, whole - ideal, -row["joints/ground-g/friction"]],
+            "friction in all pins, three-loop chain",
+        )
         validated(what, found, (torque, friction, own), last(6), unit="N m", **GUO)
         assert row["friction/iterations"] == 8
         if t == 0:
-            validated("contraction of the friction iteration", row["friction/contraction"], 0.019, last(3), **GUO)
+            validated(
+                "contraction of the friction iteration",
+                row["friction/contraction"],
+                0.019,
+                last(3),
+                **GUO,
+            )
 
     @pytest.mark.parametrize("where", ["driven", "all"])
     def test_power(self, where):
         """Drive power = rate of mechanical energy + what the joints take out.
 
-        The rate is a central difference, h = 1e-3 s: its error, h^2 / 6 of the third derivative, is 1e-8 W.
+        The rate is a central difference, h = 1e-3 s: its error, h^2 / 6 of the third derivative, is
+        1e-8 W.
         """
         t, h = 6.0, 1e-3
-        low, row, high = (observed(mechanism("three_loop_chain", where=where), at) for at in (t - h, t, t + h))
-        rate = sum(high[f"energy/{e}"] - low[f"energy/{e}"] for e in ("kinetic", "potential")) / (2.0 * h)
+        low, row, high = (
+            observed(mechanism("three_loop_chain", where=where), at) for at in (t - h, t, t + h)
+        )
+        rate = sum(high[f"energy/{e}"] - low[f"energy/{e}"] for e in ("kinetic", "potential")) / (
+            2.0 * h
+        )
         lost = [v for p, v in row.items() if p.endswith("/power_loss")]
         assert len(lost) == {"driven": 1, "all": 10}[where]
         assert min(lost) > 0.0
@@ -209,28 +305,48 @@ class TestThreeLoopChain:
         start = mechanism("three_loop_chain").start
         angle = {b.name: start.pose[b][2] for b in mechanism("three_loop_chain").scene.bodies}
         for name, length, x, y in (
-            ("a", 0.100, 0.0737, -0.0676), ("b", 0.050, -0.0451, -0.0217), ("c", 0.045, -0.0375, 0.0249),
-            ("a", 0.050, 0.0368, -0.0338), ("d", 0.055, -0.0457, -0.0306), ("e", 0.055, -0.0079, -0.0544),
-            ("f", 0.050, 0.049, -0.01), ("g", 0.045, -0.0069, -0.0445),
-        ):  # fmt: skip
+            ("a", 0.100, 0.0737, -0.0676),
+            ("b", 0.050, -0.0451, -0.0217),
+            ("c", 0.045, -0.0375, 0.0249),
+            ("a", 0.050, 0.0368, -0.0338),
+            ("d", 0.055, -0.0457, -0.0306),
+            ("e", 0.055, -0.0079, -0.0544),
+            ("f", 0.050, 0.049, -0.01),
+            ("g", 0.045, -0.0069, -0.0445),
+        ):
             turned = angle[f"link_{name}"]
-            vector, source = length * np.array([math.cos(turned), math.sin(turned)]), "Guo, Ju and Wang 2024"
-            validated("vectors of the links", vector, (x, y), 5e-5, unit="m", source=source, relative=False)
+            vector, source = (
+                length * np.array([math.cos(turned), math.sin(turned)]),
+                "Guo, Ju and Wang 2024",
+            )
+            validated(
+                "vectors of the links",
+                vector,
+                (x, y),
+                5e-5,
+                unit="m",
+                source=source,
+                relative=False,
+            )
 
     @pytest.mark.parametrize(("speed", "limit"), [(0.1, 90.5), (-0.1, 145.5)])
     def test_limits(self, speed, limit):
-        """The chain closes up to a tenth of a degree before the noted limit, and not a tenth beyond it."""
+        """The chain closes up to a tenth of a degree before the noted limit, and not a tenth beyond
+        it.
+        """
         for beyond in (-0.1, 0.1):
             t = math.radians(limit + beyond) / abs(speed)
             m = mechanism("three_loop_chain", speed=speed, friction="none")
             assert all(map(math.isfinite, observed(m, t).values())) == (beyond < 0.0)
 
     def test_found_motion_follows_the_prescribed_one(self):
-        """Forward dynamics with friction in all pins, where friction and reactions depend on each other.
+        """Forward dynamics with friction in all pins, where friction and reactions depend on each
+        other.
 
-        An explicit integration of the plain kernel, rtol = 1e-8, no step beyond its stability. After the start-up the
-        controller's error is torque / stiffness (5e-4 rad) and its torque that of the prescribed motion, both to 1e-2:
-        the error still grows with the torque. The ledger's states are integrated along: 1e-9 of the energy.
+        An explicit integration of the plain kernel, rtol = 1e-8, no step beyond its stability.
+        After the start-up the controller's error is torque / stiffness (5e-4 rad) and its torque
+        that of the prescribed motion, both to 1e-2: the error still grows with the torque. The
+        ledger's states are integrated along: 1e-9 of the energy.
         """
         given = {"where": "all", "pin_radius": 0.005}
         m = mechanism("three_loop_chain", drive="torque", stiffness=2e3, damping=20.0, **given)
@@ -242,7 +358,9 @@ class TestThreeLoopChain:
             return out
 
         end = 0.3
-        found = solve_ivp(slope, (0.0, end), m.y0, method="DOP853", rtol=1e-8, atol=1e-10, max_step=1e-3)
+        found = solve_ivp(
+            slope, (0.0, end), m.y0, method="DOP853", rtol=1e-8, atol=1e-10, max_step=1e-3
+        )
         row, first = observed(m, end, found.y[:, -1]), observed(m, 0.0)
         wanted = observed(mechanism("three_loop_chain", **given), end)
         assert row["drives/crank/torque"] == pytest.approx(wanted["drives/crank/torque"], rel=1e-2)
@@ -254,7 +372,9 @@ class TestThreeLoopChain:
 
 
 def derivatives(bound, order=2):
-    """Function t -> (value, rate, second derivative) of a signal, as the kernels make it from the law's source."""
+    """Function t -> (value, rate, second derivative) of a signal, as the kernels make it from the
+    law's source.
+    """
     both = evaluated(traced(bound.law.function).slopes((0,)).slopes((0,)))
     return lambda t: tuple(both(t, *bound.numbers)[i] for i in (0, 1, 3))
 
@@ -264,7 +384,9 @@ CASE = find_case("mobile_manipulator").function.__globals__
 
 def asked(simulation, name, time_constant):
     """The motion that an actuator is asked for."""
-    scene = load_case("mobile_manipulator", simulation=simulation, friction="none", time_constant=time_constant)
+    scene = load_case(
+        "mobile_manipulator", simulation=simulation, friction="none", time_constant=time_constant
+    )
     return next(d.motion for d in scene.loads if d.name == name)
 
 
@@ -284,17 +406,23 @@ class TestMobileManipulator:
         ],
     )
     def test_reference(self, t, bare, rubbed, tip, validated):
-        """With friction 0.6 units of the last digit: 40-digit virtual power confirms -753.239496 and 1746.866456."""
+        """With friction 0.6 units of the last digit: 40-digit virtual power confirms -753.239496
+        and 1746.866456.
+        """
         row = observed(mechanism("mobile_manipulator", time_constant=0.0), t)
         ideal, forces = ([row[f"{p}{ideal}"] for p in self.PATHS] for ideal in ("_ideal", ""))
         validated("ideal actuator forces", ideal, bare, last(3), unit="N", **CHACKO)
-        validated("actuator forces with friction", forces, rubbed, last(3, units=0.6), unit="N", **CHACKO)
+        validated(
+            "actuator forces with friction", forces, rubbed, last(3, units=0.6), unit="N", **CHACKO
+        )
         validated("tip of the bucket", self.tip(row), tip, last(4), unit="m", **CHACKO)
 
     def test_friction_forces_by_virtual_power(self, validated):
-        """Friction adds the sum of friction times d(joint coordinate) / d(extension), here from the cosine law.
+        """Friction adds the sum of friction times d(joint coordinate) / d(extension), here from the
+        cosine law.
 
-        Lengths of the triangle give the angle between its anchors; 1e-9: rounding of central differences with
+        Lengths of the triangle give the angle between its anchors; 1e-9: rounding of central
+        differences with
         h = 1e-4 and their error h^4.
         """
         t, h = 2.0, 1e-4
@@ -345,7 +473,9 @@ class TestMobileManipulator:
             np.testing.assert_allclose(computed, exact, atol=1e-9 * size)
 
     def test_load_dependent_friction(self):
-        """Forces of pins and slides make it: it opposes all rates and adds a tenth of the breakaway levels at most."""
+        """Forces of pins and slides make it: it opposes all rates and adds a tenth of the breakaway
+        levels at most.
+        """
         row = observed(mechanism("mobile_manipulator", friction="coulomb"), 5.0)
         lost = [v for p, v in row.items() if p.endswith("/power_loss")]
         assert len(lost) == 12
@@ -362,11 +492,23 @@ class TestMobileManipulator:
 
         Vertex of a parabola through three points, h = T / 1000: 1e-6 of T.
         """
-        motion = derivatives(CASE["swing"](bias=0.02, amplitude=0.0, frequency=0.4, time_constant=time_constant))
+        motion = derivatives(
+            CASE["swing"](bias=0.02, amplitude=0.0, frequency=0.4, time_constant=time_constant)
+        )
         middle, h = 2.0 * time_constant, 1e-3 * time_constant
         low, here, high = (motion(t)[2] for t in (middle - h, middle, middle + h))
-        wanted, options = -0.02 / time_constant**2 * math.exp(-2.0), {"source": "closed form", "kind": "exact"}
-        validated("largest acceleration of the filter's start-up", here, wanted, 1e-12, unit="m/s2", **options)
+        wanted, options = (
+            -0.02 / time_constant**2 * math.exp(-2.0),
+            {"source": "closed form", "kind": "exact"},
+        )
+        validated(
+            "largest acceleration of the filter's start-up",
+            here,
+            wanted,
+            1e-12,
+            unit="m/s2",
+            **options,
+        )
         assert min(low, high) > here
         vertex = middle - 0.5 * h * (high - low) / (high - 2.0 * here + low)
         assert vertex == pytest.approx(middle, abs=1e-6 * time_constant)
@@ -374,9 +516,11 @@ class TestMobileManipulator:
     @pytest.mark.parametrize("simulation", [1, 2, 3])
     @pytest.mark.parametrize("name", ACTUATORS)
     def test_motions_are_the_filters_exact_response(self, simulation, name, validated):
-        """T^2 y'' + 2 T y' + y = u with y = y' = 0 at the start, for derivatives as kernels take them.
+        """T^2 y'' + 2 T y' + y = u with y = y' = 0 at the start, for derivatives as kernels take
+        them.
 
-        Tolerance 1e-13 m: rounding of T^2 y'', whose terms are as large as the extension, 0.02 m, times 1e-15.
+        Tolerance 1e-13 m: rounding of T^2 y'', whose terms are as large as the extension, 0.02 m,
+        times 1e-15.
         """
         tau = CASE["TIME_CONSTANTS"][simulation]
         bound = asked(simulation, name, None)
@@ -391,15 +535,28 @@ class TestMobileManipulator:
                 wanted = goal(t, **numbers, time_constant=0.0)[0]
             else:
                 wanted = np.interp(t, [0.0, *CASE["PHASES"]], levels)
-            goes_in, options = tau**2 * second + 2.0 * tau * rate + y, {"source": "filter's equation", "kind": "exact"}
-            validated("input of the actuators' filter", goes_in, wanted, 1e-13, unit="m", relative=False, **options)
+            goes_in, options = (
+                tau**2 * second + 2.0 * tau * rate + y,
+                {"source": "filter's equation", "kind": "exact"},
+            )
+            validated(
+                "input of the actuators' filter",
+                goes_in,
+                wanted,
+                1e-13,
+                unit="m",
+                relative=False,
+                **options,
+            )
             assert goal(t, **bound.values)[1] == pytest.approx(rate, abs=1e-14)
 
     @pytest.mark.parametrize("simulation", [1, 2, 3])
     def test_strokes_stay_away_from_dead_points(self, simulation):
-        """Lever arms over the whole run: an actuator's length is far from the sum and the difference of its anchors.
+        """Lever arms over the whole run: an actuator's length is far from the sum and the
+        difference of its anchors.
 
-        The smallest arm is the bucket's at its largest extension; 20 mm is half of the largest there.
+        The smallest arm is the bucket's at its largest extension; 20 mm is half of the largest
+        there.
         """
         hinge = (0.0, 0.0)
         for name in ACTUATORS:
@@ -414,7 +571,8 @@ class TestMobileManipulator:
 
     @pytest.mark.parametrize("simulation", [1, 2, 3])
     def test_whole_run_stays_on_its_branch(self, simulation, validated):
-        """Angles between the bodies from the cosine law and the assembly chosen at the start, all along 40 s; 1e-9 rad.
+        """Angles between the bodies from the cosine law and the assembly chosen at the start, all
+        along 40 s; 1e-9 rad.
 
         The kernel closes its loops by Newton's method from the step before, here half a second.
         """
@@ -431,22 +589,44 @@ class TestMobileManipulator:
                 actuator = CASE["ACTUATORS"][name]
                 near, far = np.subtract(actuator.base, hinge), np.array(actuator.end)
                 length = actuator.length + asked(simulation, name, None)(t)
-                cosine = (near @ near + far @ far - length**2) / (2.0 * math.hypot(*near) * math.hypot(*far))
-                wanted = math.atan2(near[1], near[0]) - math.atan2(far[1], far[0]) + side * math.acos(cosine)
-                off, options = math.remainder(angle - wanted, 2.0 * math.pi), {"source": "cosine law", "kind": "exact"}
-                validated("angles less those of triangles", off, 0.0, 1e-9, unit="rad", relative=False, **options)
+                cosine = (near @ near + far @ far - length**2) / (
+                    2.0 * math.hypot(*near) * math.hypot(*far)
+                )
+                wanted = (
+                    math.atan2(near[1], near[0])
+                    - math.atan2(far[1], far[0])
+                    + side * math.acos(cosine)
+                )
+                off, options = (
+                    math.remainder(angle - wanted, 2.0 * math.pi),
+                    {"source": "cosine law", "kind": "exact"},
+                )
+                validated(
+                    "angles less those of triangles",
+                    off,
+                    0.0,
+                    1e-9,
+                    unit="rad",
+                    relative=False,
+                    **options,
+                )
 
     def test_found_motion_follows_the_prescribed_one(self):
         """Cylinders under position control, friction smooth at rest, from the filter's start-up on.
 
-        A controller lags by force / stiffness (4e-5 m at most); its force is that of the prescribed motion to 1 %. The
-        bucket is the slowest to settle: three pins of slope 2e3 N m s/rad on a lever of 34 mm and a stiffness of
-        5e7 N/m make 0.1 s. Energy closes to rtol times the number of steps.
+        A controller lags by force / stiffness (4e-5 m at most); its force is that of the prescribed
+        motion to 1 %. The bucket is the slowest to settle: three pins of slope 2e3 N m s/rad on a
+        lever of 34 mm and a stiffness of 5e7 N/m make 0.1 s. Energy closes to rtol times the number
+        of steps.
         """
-        scene = load_case("mobile_manipulator", friction="breakaway_smooth", drive="force", stiffness=5e7)
+        scene = load_case(
+            "mobile_manipulator", friction="breakaway_smooth", drive="force", stiffness=5e7
+        )
         result = cl.simulate(scene, until=1.0, samples=5, rtol=1e-6, method="radau5")
         for k in (2, 4):
-            row = observed(mechanism("mobile_manipulator", friction="breakaway_smooth"), float(result.time[k]))
+            row = observed(
+                mechanism("mobile_manipulator", friction="breakaway_smooth"), float(result.time[k])
+            )
             wanted = np.array([row[p] for p in self.PATHS])
             found = np.array([result.drive(n).force[k] for n in ACTUATORS])
             assert np.abs(found - wanted).max() < 0.01 * np.abs(wanted).max()
@@ -454,15 +634,23 @@ class TestMobileManipulator:
             for body in ("boom", "stick", "bucket"):
                 angle = row[f"bodies/{body}/theta"]
                 assert result[body].theta[k] == pytest.approx(angle, abs=3.0 * lag / 0.035)
-        assert np.abs(result.energy.residual).max() < 1e-4 * result.file["energy"].attrs["turned_over"]
+        assert (
+            np.abs(result.energy.residual).max() < 1e-4 * result.file["energy"].attrs["turned_over"]
+        )
 
     @pytest.mark.parametrize(
         ("given", "message"),
         [
             ({"simulation": 4}, "simulation must be 1, 2 or 3, got 4"),
-            ({"simulation": 2, "time_constant": 0.0}, "dig: time_constant must be positive, got 0.0"),
+            (
+                {"simulation": 2, "time_constant": 0.0},
+                "dig: time_constant must be positive, got 0.0",
+            ),
             ({"time_constant": -1.0}, "swing: time_constant must not be negative, got -1.0"),
-            ({"friction": "stribeck"}, "friction must be one of none, breakaway, breakaway_smooth, coulomb; got 'str"),
+            (
+                {"friction": "stribeck"},
+                "friction must be one of none, breakaway, breakaway_smooth, coulomb; got 'str",
+            ),
             ({"drive": "torque"}, "drive must be one of motion, force; got 'torque'"),
         ],
     )
@@ -475,12 +663,24 @@ class TestMobileManipulator:
     ("case", "given", "message"),
     [
         ("five_axis_chain", {"reading": "R"}, "reading must be one of P, Q; got 'R'"),
-        ("five_axis_chain", {"friction": "lugre"}, "friction must be one of none, coulomb, stribeck; got 'lugre'"),
+        (
+            "five_axis_chain",
+            {"friction": "lugre"},
+            "friction must be one of none, coulomb, stribeck; got 'lugre'",
+        ),
         ("five_axis_chain", {"drive": "force"}, "drive must be one of motion, torque; got 'force'"),
-        ("five_axis_chain", {"friction": "stribeck", "static": 1e-3}, "joint 1: friction joint_stribeck needs static"),
+        (
+            "five_axis_chain",
+            {"friction": "stribeck", "static": 1e-3},
+            "joint 1: friction joint_stribeck needs static",
+        ),
         ("five_axis_chain", {"pin_radius": 0.0}, "joint 1: pin_radius must be positive, got 0.0"),
         ("three_loop_chain", {"where": "some"}, "where must be one of driven, all; got 'some'"),
-        ("three_loop_chain", {"coefficient": -0.1}, "joint_coulomb: coefficient must not be negative, got -0.1"),
+        (
+            "three_loop_chain",
+            {"coefficient": -0.1},
+            "joint_coulomb: coefficient must not be negative, got -0.1",
+        ),
     ],
 )
 def test_refusals(case, given, message):

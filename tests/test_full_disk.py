@@ -16,7 +16,8 @@ from clearance import run as running
 from clearance.recording import FileSink, Unwritable
 from tests.test_checkpoint import same
 
-#: limit of the size of files in bytes (0: none), whether the system can promise room, then the command
+#: limit of the size of files in bytes (0: none), whether the system can promise room, then the
+#: command
 LIMITED = """
 import os, resource, sys
 from clearance.cli import entry
@@ -34,10 +35,22 @@ REASON = "cannot be written: File too large"
 
 def limited(limit, path, *more, promise="promise", turns=TURNS):
     """`clearance run` in a process of its own, whose exit is what is looked at too."""
-    call = [sys.executable, "-c", LIMITED, str(limit), promise, "--turns", str(turns), "-o", str(path), *more]
+    call = [
+        sys.executable,
+        "-c",
+        LIMITED,
+        str(limit),
+        promise,
+        "--turns",
+        str(turns),
+        "-o",
+        str(path),
+        *more,
+    ]
     ended = subprocess.run(call, capture_output=True, text=True, timeout=300)
     lines = ended.stderr.splitlines(keepends=True)
-    ended.stderr = "".join(line for line in lines if "compiling" not in line)  # where the store is new
+    # where the store is new
+    ended.stderr = "".join(line for line in lines if "compiling" not in line)
     return ended
 
 
@@ -50,7 +63,9 @@ def whole(tmp_path_factory):
 @pytest.mark.parametrize("compression", ["0", "4"])
 @pytest.mark.parametrize("limit", [1_000_000, 5_000_000])
 def test_what_fitted_is_kept(tmp_path, whole, limit, compression):
-    """The same rows as without a limit, as many as there was room for, and a summary of these alone."""
+    """The same rows as without a limit, as many as there was room for, and a summary of these
+    alone.
+    """
     path = tmp_path / "run.h5"
     ended = limited(limit, path, "--compression", compression)
     assert ended.returncode == 1
@@ -64,7 +79,9 @@ def test_what_fitted_is_kept(tmp_path, whole, limit, compression):
         rows = kept.time.size
         assert (limit > 2_000_000) <= rows < whole.time.size
         for name in ("time", "joints/C/gap", "energy/residual", "bodies/rod/theta") if rows else ():
-            np.testing.assert_array_equal(kept.values(name), whole.values(name)[:rows], err_msg=name)
+            np.testing.assert_array_equal(
+                kept.values(name), whole.values(name)[:rows], err_msg=name
+            )
         if rows:
             gap = kept.values("joints/C/gap")
             assert kept.range("joints/C/gap") == (gap.min(), gap.max())
@@ -99,7 +116,10 @@ def test_checkpoints_are_kept_and_the_run_goes_on(tmp_path, whole):
     path = tmp_path / "run.h5"
     ended = limited(8_000_000, path, "--checkpoint", "0.05")
     assert ended.returncode == 1
-    assert f"{path} {REASON}; its checkpoints are kept in {path}.parts, and the same call goes on" in ended.stderr
+    assert (
+        f"{path} {REASON}; its checkpoints are kept in {path}.parts, and the same call goes on"
+        in ended.stderr
+    )
     assert ended.stderr.count("\n") == 1
     assert [p.name for p in tmp_path.iterdir()] == ["run.h5.parts"]
     after = limited(0, path, "--checkpoint", "0.05")
@@ -120,13 +140,20 @@ def test_a_checkpoint_that_finds_no_room_keeps_the_one_before(tmp_path, monkeypa
     save = checkpoint.save
     monkeypatch.setattr(checkpoint, "save", full)
     options = {"turns": 20, "path": path, "checkpoint": 1e-9}
-    with pytest.raises(cl.SimulationError, match="No space left on device; its checkpoints are kept in ") as caught:
+    with pytest.raises(
+        cl.SimulationError, match="No space left on device; its checkpoints are kept in "
+    ) as caught:
         cl.simulate(cl.load_case("slider_crank", model="dry"), **options)
     assert caught.value.result is None
     assert not path.exists()
     assert cl.simulate(cl.load_case("slider_crank", model="dry"), **options).complete
     assert not checkpoint.parts_folder(path).exists()
-    same(cl.simulate(cl.load_case("slider_crank", model="dry"), turns=20, path=tmp_path / "whole.h5").path, path)
+    same(
+        cl.simulate(
+            cl.load_case("slider_crank", model="dry"), turns=20, path=tmp_path / "whole.h5"
+        ).path,
+        path,
+    )
 
 
 def test_a_call_from_python_has_the_result(tmp_path, monkeypatch):
@@ -140,8 +167,12 @@ def test_a_call_from_python_has_the_result(tmp_path, monkeypatch):
         append(sink, columns, values)
 
     monkeypatch.setattr(FileSink, "_append", full)
-    with pytest.raises(cl.SimulationError, match="No space left on device; what fitted is kept in ") as caught:
-        cl.simulate(cl.load_case("slider_crank", model="dry"), turns=TURNS, path=tmp_path / "run.h5")
+    with pytest.raises(
+        cl.SimulationError, match="No space left on device; what fitted is kept in "
+    ) as caught:
+        cl.simulate(
+            cl.load_case("slider_crank", model="dry"), turns=TURNS, path=tmp_path / "run.h5"
+        )
     assert caught.value.result.time.size > 0
 
 
@@ -166,7 +197,13 @@ def test_no_piece_takes_more_than_was_claimed(tmp_path, monkeypatch, compression
     monkeypatch.setattr(running, "ROWS", rows)
     monkeypatch.setattr(running, "BUDGET", 20 * rows)
     path, scene = tmp_path / "run.h5", cl.load_case("six_bar_feeder", model="dry")
-    cl.simulate(scene, turns=10 if rows > 100 else 0.2, samples_per_turn=2000, compression=compression, path=path)
+    cl.simulate(
+        scene,
+        turns=10 if rows > 100 else 0.2,
+        samples_per_turn=2000,
+        compression=compression,
+        path=path,
+    )
     assert len(grown) > 3
     for taken, claimed in grown:
         assert taken <= claimed

@@ -1,4 +1,6 @@
-"""The interface for users: public names, laws that take what their joint has, messages that name what there is."""
+"""The interface for users: public names, laws that take what their joint has, messages that name
+what there is.
+"""
 
 import inspect
 import json
@@ -48,7 +50,9 @@ def scene(*, share: float = 0.5) -> cl.Scene:
 # --- public names
 @pytest.mark.parametrize("package", [cl, laws], ids=["clearance", "laws"])
 def test_U2_every_public_name_is_what_it_stands_for(package):
-    """No decorator, law or function is hidden by the module of its name; `cl.film` is both, on purpose."""
+    """No decorator, law or function is hidden by the module of its name; `cl.film` is both, on
+    purpose.
+    """
     for name in package.__all__:
         value = getattr(package, name)
         assert inspect.getdoc(value), name
@@ -98,7 +102,9 @@ def pin(contact, **more):
 
 @pytest.mark.parametrize("name", CONTACTS)
 def test_contacts_take_what_the_joint_determines(name):
-    """Stiffness, moduli and lengths left out are those of the joint: the force is that of the law with all given."""
+    """Stiffness, moduli and lengths left out are those of the joint: the force is that of the law
+    with all given.
+    """
     law = getattr(laws, name)
     free = {"restitution": 0.9, "dissipation": 0.1, "damping": 5.0}
     given = {n: free[n] for n in free if n in law.given}
@@ -135,9 +141,14 @@ def test_what_is_given_stays():
 
 def test_asperities_take_their_modulus_from_the_joint():
     joint = pin(
-        cl.hertz, length=0.02, roughness=1e-6, film=cl.pinkus_sternlicht, lubricant=cl.Lubricant(0.01),
-        transition=cl.load_sharing, asperity=cl.greenwood_tripp,
-    )  # fmt: skip
+        cl.hertz,
+        length=0.02,
+        roughness=1e-6,
+        film=cl.pinkus_sternlicht,
+        lubricant=cl.Lubricant(0.01),
+        transition=cl.load_sharing,
+        asperity=cl.greenwood_tripp,
+    )
     assert joint.asperity.values["modulus"] == cl.contact_modulus(cl.steel, cl.steel)
 
 
@@ -230,7 +241,9 @@ def test_S18_run_says_its_parameters_with_units(capsys, tmp_path):
 
 
 def test_S15_a_log_gets_a_line_now_and_then(capsys, monkeypatch):
-    """stderr is no terminal here: nothing at once, a line when the interval has passed, nothing under --json."""
+    """stderr is no terminal here: nothing at once, a line when the interval has passed, nothing
+    under --json.
+    """
     line = common.Line(SimpleNamespace(json=False))
     line("one")
     assert capsys.readouterr().err == ""
@@ -282,7 +295,9 @@ def test_a_report_says_case_command_and_defaults(periodic):
 
 
 def test_a_fixed_point_is_drawn_as_one(periodic, monkeypatch):
-    """The axes of a section are wider than rounding: 10 % of what the channel does in the run (exact: as drawn)."""
+    """The axes of a section are wider than rounding: 10 % of what the channel does in the run
+    (exact: as drawn).
+    """
     from clearance.postprocess import figures
 
     kept = []
@@ -321,7 +336,9 @@ def journals(tmp_path_factory):
 
 @pytest.mark.parametrize("joint", ["P", "Q"])
 def test_U3_own_laws_run(journals, joint):
-    """Films, frictions, asperities and transitions of one's own, and memberships from points, are in the file."""
+    """Films, frictions, asperities and transitions of one's own, and memberships from points, are
+    in the file.
+    """
     with cl.open_result(journals / "run.h5") as run:
         found = run.joint(joint)
         shares = np.array(
@@ -344,7 +361,9 @@ def test_U3_own_friction_and_asperity_act(journals):
 
 
 def test_U3_points_act_as_their_law(journals):
-    """The memberships in the file are those of the points at the film thickness ratio there (1e-9: rounding)."""
+    """The memberships in the file are those of the points at the film thickness ratio there (1e-9:
+    rounding).
+    """
     scope: dict = {}
     exec(next(b for b in BLOCKS if "cl.fuzzy_table(" in b), scope)
     with cl.open_result(journals / "run.h5") as run:
@@ -392,8 +411,12 @@ def test_U3_own_laws_are_swept(journals):
 def test_U3_an_own_transition_without_roughness_is_drawn(tmp_path):
     """The states have no film thickness ratio to be drawn over: the orbit is drawn alone."""
     joint = pin(
-        cl.hertz, length=0.02, film=cl.pinkus_sternlicht, lubricant=cl.Lubricant(0.01), transition=cl.superposed,
-    )  # fmt: skip
+        cl.hertz,
+        length=0.02,
+        film=cl.pinkus_sternlicht,
+        lubricant=cl.Lubricant(0.01),
+        transition=cl.superposed,
+    )
     result = cl.simulate(cl.Scene(joint, name="smooth"), until=0.01)
     from clearance.postprocess.plots import overview
 
@@ -416,7 +439,9 @@ def test_points_of_the_default_are_the_default():
 
 
 def test_memberships_from_points_are_memberships():
-    """Through the points; in [0, 1], sum 1 (rounding); continuous slopes (steps of 0.005: jumps below 5 %)."""
+    """Through the points; in [0, 1], sum 1 (rounding); continuous slopes (steps of 0.005: jumps
+    below 5 %).
+    """
     random = np.random.default_rng(1)
     for _ in range(50):
         count = random.integers(2, 9)
@@ -500,7 +525,9 @@ def test_files_that_hold_no_memberships_are_refused(text, line, tmp_path):
 
 def test_only_the_fuzzy_transition_takes_memberships():
     with pytest.raises(ValueError, match="load_sharing has no memberships; fuzzy has"):
-        cl.load_case("six_bar_feeder", model="mixed", transition="load_sharing", memberships="a.csv")
+        cl.load_case(
+            "six_bar_feeder", model="mixed", transition="load_sharing", memberships="a.csv"
+        )
 
 
 # --- laws with their parameters, as words
@@ -532,8 +559,14 @@ def test_laws_with_parameters_as_words():
         ({"contact": "impact(dampin=1)"}, r"joint B: impact\(stiffness, .*unknown .*damping"),
         ({"contact": "impact(depth=-1)"}, "joint B: impact: depth must be positive"),
         ({"contact": "hertzz(stiffness=1)"}, "contact must be one of .*got 'hertzz'"),
-        ({"contact": "impact(damping=1"}, r"contact: a closing bracket is missing in .*; write impact\(damping=1\)"),
-        ({"contact": "impact(depth=1,depth=2)"}, r"contact: depth is given twice in 'impact\(depth=1,depth=2\)'"),
+        (
+            {"contact": "impact(damping=1"},
+            r"contact: a closing bracket is missing in .*; write impact\(damping=1\)",
+        ),
+        (
+            {"contact": "impact(depth=1,depth=2)"},
+            r"contact: depth is given twice in 'impact\(depth=1,depth=2\)'",
+        ),
         ({"contact": "auto(x=1)"}, r"contact auto takes no parameters, got 'auto\(x=1\)'"),
         ({"friction": "none(x=1)"}, r"friction none takes no parameters, got 'none\(x=1\)'"),
         ({"asperity": "none(x=3)"}, r"asperity none takes no parameters, got 'none\(x=3\)'"),
@@ -550,15 +583,39 @@ MIXED_FILE = "memberships=.*points.csv"
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        ({"asperity": "greenwood_tripp(foo=1)"}, r"asperity=greenwood_tripp\(foo=1\): transition fuzzy has no"),
+        (
+            {"asperity": "greenwood_tripp(foo=1)"},
+            r"asperity=greenwood_tripp\(foo=1\): transition fuzzy has no",
+        ),
         ({"asperity": "greenwood_tripp"}, "transition fuzzy has no asperity law; load_sharing has"),
-        ({"transition": "fuzzy(foo=1)"}, r"fuzzy\(dry, mixed, full, datum, squeeze\): unknown foo$"),
-        ({"transition": "fuzzy(dry=0.2)", "thresholds": "0.3,1,3"}, "thresholds=0.3,1,3 and dry=0.2 .*give the same"),
-        ({"thresholds": "0.4,1,3", "memberships": ""}, f"thresholds=0.4,1,3: {MIXED_FILE} replaces them"),
-        ({"transition": "fuzzy(dry=0.2)", "memberships": ""}, rf"fuzzy\(dry=0.2\): beside {MIXED_FILE} it takes datum"),
-        ({"transition": "fuzzy(mixed=2)", "memberships": ""}, rf"fuzzy\(mixed=2\): beside {MIXED_FILE} it takes datum"),
-        ({"transition": "fuzzy(datum=-1)", "memberships": ""}, "joint B: fuzzy_table: datum must not be negative"),
-        ({"transition": "fuzzy(datum=9)", "memberships": ""}, "transition fuzzy_table needs a datum of at most"),
+        (
+            {"transition": "fuzzy(foo=1)"},
+            r"fuzzy\(dry, mixed, full, datum, squeeze\): unknown foo$",
+        ),
+        (
+            {"transition": "fuzzy(dry=0.2)", "thresholds": "0.3,1,3"},
+            "thresholds=0.3,1,3 and dry=0.2 .*give the same",
+        ),
+        (
+            {"thresholds": "0.4,1,3", "memberships": ""},
+            f"thresholds=0.4,1,3: {MIXED_FILE} replaces them",
+        ),
+        (
+            {"transition": "fuzzy(dry=0.2)", "memberships": ""},
+            rf"fuzzy\(dry=0.2\): beside {MIXED_FILE} it takes datum",
+        ),
+        (
+            {"transition": "fuzzy(mixed=2)", "memberships": ""},
+            rf"fuzzy\(mixed=2\): beside {MIXED_FILE} it takes datum",
+        ),
+        (
+            {"transition": "fuzzy(datum=-1)", "memberships": ""},
+            "joint B: fuzzy_table: datum must not be negative",
+        ),
+        (
+            {"transition": "fuzzy(datum=9)", "memberships": ""},
+            "transition fuzzy_table needs a datum of at most",
+        ),
     ],
 )
 def test_nothing_given_is_ignored(options, line, tmp_path):
@@ -578,14 +635,25 @@ def test_what_auto_came_to():
 
     fuzzy = {"viscosity": 0.005, "contact": "winkler", "thresholds": "0.4,1,3", "asperity": "none"}
     assert resolved(model="mixed") == fuzzy
-    assert resolved(model="mixed", transition="load_sharing") == fuzzy | {"asperity": "greenwood_tripp"}
+    assert resolved(model="mixed", transition="load_sharing") == fuzzy | {
+        "asperity": "greenwood_tripp"
+    }
     assert resolved(model="dry") == {"contact": "lankarani_nikravesh"}
     assert resolved(viscosity=0.1) == resolved(model="ideal") == {}
 
 
 def test_run_says_what_auto_came_to(capsys, tmp_path):
     film = "film=pinkus_sternlicht"
-    arguments = ["run", "six_bar_feeder", "-p", film, "--turns", "0.01", "-o", str(tmp_path / "run.h5")]
+    arguments = [
+        "run",
+        "six_bar_feeder",
+        "-p",
+        film,
+        "--turns",
+        "0.01",
+        "-o",
+        str(tmp_path / "run.h5"),
+    ]
     assert cli.main(arguments) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "viscosity auto: 0.05 Pa s (50 cP)" in said
@@ -604,7 +672,9 @@ def test_texts_of_parameters_need_no_unit(tmp_path, capsys):
     """A parameter that is described without a unit keeps its text."""
     case = tmp_path / "own.py"
     body = "    import clearance as cl\n    return cl.load_case('double_pendulum')\n"
-    case.write_text(f'def scene(*, length=1.0):\n    """Own.\n\n    length: how long it is\n    """\n{body}')
+    case.write_text(
+        f'def scene(*, length=1.0):\n    """Own.\n\n    length: how long it is\n    """\n{body}'
+    )
     assert cli.main(["cases", str(case)]) == 0
     assert "how long it is" in capsys.readouterr().out
 
@@ -626,6 +696,8 @@ def test_a_case_says_how_long_it_runs_without_a_length(tmp_path):
 
 def test_samples_are_those_of_the_whole_run_where_nothing_turns_evenly():
     scenes = (cl.load_case(name) for name in ("double_pendulum", "slider_crank"))
-    lengths = ((s, {"turns": None, "until": 2.0 * (s.turn or 1.0), "samples": None}) for s in scenes)
+    lengths = (
+        (s, {"turns": None, "until": 2.0 * (s.turn or 1.0), "samples": None}) for s in scenes
+    )
     counts = [span_of(s, **length, samples_per_turn=50).samples for s, length in lengths]
     assert counts == [51, 101]

@@ -32,7 +32,9 @@ class Thing:
 
 
 def signal_in_a_callback(number):
-    """A signal that Python handles in a weak reference's callback, where it drops what the handler raises."""
+    """A signal that Python handles in a weak reference's callback, where it drops what the handler
+    raises.
+    """
     thing = Thing()
     kept = weakref.ref(thing, lambda _: signal.raise_signal(number))
     del thing
@@ -76,12 +78,25 @@ def test_an_interrupt_while_the_file_is_closed_keeps_it_whole(tmp_path, monkeypa
     assert cl.open_result(tmp_path / "run.h5").complete
 
 
-@pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
+@pytest.mark.parametrize(
+    ("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
+)
 def test_a_signal_in_a_run_keeps_its_file(tmp_path, number, word):
     path, partial = tmp_path / "run.h5", tmp_path / "run.h5.partial"
-    call = [sys.executable, "-c", "from clearance.cli import entry; entry()", "run", "slider_crank", "-p", "model=dry"]
+    call = [
+        sys.executable,
+        "-c",
+        "from clearance.cli import entry; entry()",
+        "run",
+        "slider_crank",
+        "-p",
+        "model=dry",
+    ]
     process = subprocess.Popen(
-        [*call, "--turns", "20000", "-o", str(path)], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [*call, "--turns", "20000", "-o", str(path)],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     )
     deadline = time.monotonic() + 120.0
     while process.poll() is None and time.monotonic() < deadline:
@@ -91,15 +106,22 @@ def test_a_signal_in_a_run_keeps_its_file(tmp_path, number, word):
     process.send_signal(number)
     _, said = process.communicate(timeout=60.0)
     said = [line for line in said.splitlines() if "compiling" not in line]
-    assert (process.returncode, said) == (1, [f"clearance: {word}; what was computed is kept in {path}"])
+    assert (process.returncode, said) == (
+        1,
+        [f"clearance: {word}; what was computed is kept in {path}"],
+    )
     with cl.open_result(path) as result:
         assert result.status.startswith(f"partial: {word} at t = ")
         assert result.time.size > 1000
     assert not partial.exists()
 
 
-@pytest.mark.parametrize(("request_", "word"), [(KeyboardInterrupt, "interrupted"), (Terminated, "terminated")])
-def test_before_the_first_step_nothing_is_said_to_be_kept(tmp_path, monkeypatch, capsys, request_, word):
+@pytest.mark.parametrize(
+    ("request_", "word"), [(KeyboardInterrupt, "interrupted"), (Terminated, "terminated")]
+)
+def test_before_the_first_step_nothing_is_said_to_be_kept(
+    tmp_path, monkeypatch, capsys, request_, word
+):
     def prepare(*_, **__):
         raise request_
 
@@ -128,7 +150,9 @@ def test_a_terminated_run_goes_on_from_its_checkpoints(tmp_path):
     options = {"turns": 20, "path": path, "checkpoint": 1e-9}
     with terminable(), pytest.raises(Terminated) as caught:
         cl.simulate(scene, **options, progress=once(signal.SIGTERM, 0.5))
-    assert caught.value.__notes__ == [f"what was computed is kept in {path}, and the same call goes on from there"]
+    assert caught.value.__notes__ == [
+        f"what was computed is kept in {path}, and the same call goes on from there"
+    ]
     shares = []
     assert cl.simulate(scene, **options, progress=shares.append).complete
     assert min(shares) > 0.5
@@ -178,7 +202,9 @@ def test_handlers_that_raise_nothing_are_called_at_once():
 
 
 def test_handlers_are_put_back_after_an_error():
-    """The error goes on its way, whatever waits behind it; the handlers are looked at after every test."""
+    """The error goes on its way, whatever waits behind it; the handlers are looked at after every
+    test.
+    """
 
     def fails():
         with Held():
@@ -194,7 +220,11 @@ def test_a_run_in_a_thread_leaves_handlers_alone():
 
     def run():
         scene = cl.load_case("slider_crank")
-        found.append(cl.simulate(scene, turns=1, progress=lambda _: seen.add(signal.getsignal(signal.SIGINT))))
+        found.append(
+            cl.simulate(
+                scene, turns=1, progress=lambda _: seen.add(signal.getsignal(signal.SIGINT))
+            )
+        )
 
     thread = threading.Thread(target=run)
     thread.start()

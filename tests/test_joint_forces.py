@@ -1,4 +1,6 @@
-"""A clearance joint between real bodies: entrainment, torques, friction at the contact point, momentum balance."""
+"""A clearance joint between real bodies: entrainment, torques, friction at the contact point,
+momentum balance.
+"""
 
 import math
 
@@ -20,14 +22,24 @@ def pair(joint=m.film, spin_a=0.0, spin_b=0.0, ratio=0.6, rate=(0.0, 0.0), **mor
     a = cl.Body("bearing", 1.3, 2e-3, angular_velocity=spin_a)
     b = cl.Body("journal", 0.7, 1e-3, angular_velocity=spin_b)
     return cl.Scene(
-        joint(a.at(0, 0), b.at(0, 0), "J", C, eccentricity=(ratio * C, 0.0), eccentricity_rate=rate, **more),
+        joint(
+            a.at(0, 0),
+            b.at(0, 0),
+            "J",
+            C,
+            eccentricity=(ratio * C, 0.0),
+            eccentricity_rate=rate,
+            **more,
+        ),
         cl.SpringDamper(cl.ground.at(1, 0), a, stiffness=1e-9),
         gravity=(0.0, 0.0),
     )
 
 
 def test_entrainment_is_the_sum_of_the_spins_less_twice_the_whirl():
-    """Half-speed whirl: omega_J + omega_B = 2 gamma' leaves a film without wedge; the difference form would not."""
+    """Half-speed whirl: omega_J + omega_B = 2 gamma' leaves a film without wedge; the difference
+    form would not.
+    """
     spin_a, spin_b = 30.0, 90.0
     whirl = 0.5 * (spin_a + spin_b)
     row = observed(build(pair(spin_a=spin_a, spin_b=spin_b, rate=(0.0, whirl * 0.6 * C))))
@@ -41,11 +53,15 @@ def test_entrainment_is_the_sum_of_the_spins_less_twice_the_whirl():
 def test_film_in_any_direction(direction):
     """The force on the journal is the law's, turned into the line of centres."""
     rate = np.array([0.02, -0.01])
-    turn = np.array([[math.cos(direction), -math.sin(direction)], [math.sin(direction), math.cos(direction)]])
+    turn = np.array(
+        [[math.cos(direction), -math.sin(direction)], [math.sin(direction), math.cos(direction)]]
+    )
     scene = pair(spin_a=20.0, spin_b=-70.0, rate=tuple(turn @ rate))
     object.__setattr__(scene.joints[0], "eccentricity", tuple(turn @ [0.6 * C, 0.0]))
     row = observed(build(scene))
-    expected = pinkus_sternlicht()(0.6, rate[0] / C, -50.0 - 2 * rate[1] / (0.6 * C), scene.joints[0])
+    expected = pinkus_sternlicht()(
+        0.6, rate[0] / C, -50.0 - 2 * rate[1] / (0.6 * C), scene.joints[0]
+    )
     found = turn.T @ [row["joints/J/force_x"], row["joints/J/force_y"]]
     assert found == pytest.approx(expected, rel=1e-12)
 
@@ -56,21 +72,30 @@ MIXED = {
     "none": {"transition": laws.superposed()},
     "flores": {"transition": laws.flores_hybrid()},
     "fuzzy": {"transition": laws.fuzzy()},
-    "load_sharing": {"transition": laws.load_sharing(), "asperity": laws.greenwood_tripp(modulus=STEEL)},
+    "load_sharing": {
+        "transition": laws.load_sharing(),
+        "asperity": laws.greenwood_tripp(modulus=STEEL),
+    },
     "lugre": {"transition": laws.load_sharing(), "friction": laws.lugre(static=0.2, kinetic=0.1)},
 }
 
 
 def mixed(name, ratio, **more):
     """A film and a contact together at some eccentricity, sliding and closing."""
-    slots = {"friction": cl.coulomb(coefficient=0.2), "contact": WINKLER, "roughness": 1e-6} | MIXED[name] | more
+    slots = (
+        {"friction": cl.coulomb(coefficient=0.2), "contact": WINKLER, "roughness": 1e-6}
+        | MIXED[name]
+        | more
+    )
     return pair(spin_a=20.0, spin_b=-70.0, rate=(0.01, 0.03), ratio=ratio, **slots)
 
 
 @pytest.mark.parametrize("kind", ["film", "dry", *MIXED])
 @pytest.mark.parametrize("ratio", [0.6, 0.99, 1.01])
 def test_momentum_and_angular_momentum_are_kept(kind, ratio):
-    """A joint's forces are internal: total force and total moment about a fixed point vanish; 1e-11 of the terms."""
+    """A joint's forces are internal: total force and total moment about a fixed point vanish; 1e-11
+    of the terms.
+    """
     if kind == "film":
         scene = pair(spin_a=20.0, spin_b=-70.0, rate=(0.01, 0.03), ratio=min(ratio, 0.99))
     elif kind == "dry":
@@ -86,7 +111,9 @@ def test_momentum_and_angular_momentum_are_kept(kind, ratio):
         force += f
         moment += spin + x * f[1] - y * f[0]
         size += abs(spin)
-    assert np.abs(force).max() < 2e-9 + 1e-11 * np.hypot(row["joints/J/force_x"], row["joints/J/force_y"])
+    assert np.abs(force).max() < 2e-9 + 1e-11 * np.hypot(
+        row["joints/J/force_x"], row["joints/J/force_y"]
+    )
     assert size > 0.0
     assert abs(moment) < 1e-11 * size + 1e-11
 
@@ -94,7 +121,9 @@ def test_momentum_and_angular_momentum_are_kept(kind, ratio):
 @pytest.mark.parametrize("name", [n for n in MIXED if n != "lugre"])
 @pytest.mark.parametrize("ratio", [0.5, 0.985, 0.995, 1.002])
 def test_mixed_force_is_its_parts(name, ratio):
-    """Shares, film, asperities and contact put together by hand give the compiled joint's force; 1e-12."""
+    """Shares, film, asperities and contact put together by hand give the compiled joint's force;
+    1e-12.
+    """
     scene = mixed(name, ratio, friction=None)
     joint, row = scene.joints[0], observed(build(scene))
     facts = joint.film_joint
@@ -121,7 +150,13 @@ def test_asperities_rub():
 
 def test_only_what_was_chosen_is_there():
     plain, whole = observed(build(pair())), observed(build(mixed("lugre", 0.9)))
-    for name in ("membership_dry", "asperity_force", "contact_force", "friction", "bristle_deflection"):
+    for name in (
+        "membership_dry",
+        "asperity_force",
+        "contact_force",
+        "friction",
+        "bristle_deflection",
+    ):
         assert f"joints/J/{name}" not in plain
     assert "joints/J/asperity_force" not in whole
     assert build(mixed("lugre", 0.9)).size == build(mixed("fuzzy", 0.9)).size + 1
@@ -162,19 +197,29 @@ def leaning(friction, torque=0.02):
     body = cl.Body("journal", 1.0, 1e-4)
     contact = laws.hunt_crossley_memoryless(stiffness=1e10, dissipation=50.0)
     joint = cl.ClearanceRevolute(
-        cl.ground.at(0, 0), body.at(0, 0), name="J", radius=0.01, clearance=C, contact=contact, friction=friction,
+        cl.ground.at(0, 0),
+        body.at(0, 0),
+        name="J",
+        radius=0.01,
+        clearance=C,
+        contact=contact,
+        friction=friction,
         eccentricity=(0.0, -1.0005 * C),
-    )  # fmt: skip
+    )
     return cl.Scene(joint, cl.Torque(body, torque))
 
 
 def test_lugre_holds_what_smooth_friction_lets_creep():
-    """With bristles the journal rolls to and fro about the place where its weight holds the torque (drifting by less
-    than a fiftieth); regularised friction creeps, where it gives the torque: v / sqrt(v^2 + v_t^2) = 2 N / (0.5 N_n).
+    """With bristles the journal rolls to and fro about the place where its weight holds the torque
+    (drifting by less than a fiftieth); regularised friction creeps, where it gives the torque:
+    v / sqrt(v^2 + v_t^2) = 2 N / (0.5 N_n).
     """
     smooth, sticking = (
         cl.simulate(leaning(f), until=3.0, rtol=1e-6)
-        for f in (cl.coulomb(coefficient=0.5), laws.lugre(static=0.5, kinetic=0.5, stiffness=1e6, damping=1e3))
+        for f in (
+            cl.coulomb(coefficient=0.5),
+            laws.lugre(static=0.5, kinetic=0.5, stiffness=1e6, damping=1e3),
+        )
     )
     share = 2.0 / (0.5 * math.sqrt(9.81**2 - 2.0**2))
     creep = 1e-3 * share / math.sqrt(1.0 - share**2) / 0.01

@@ -27,21 +27,45 @@ small = st.floats(1e-6, 10.0)
 levels = st.tuples(numbers, numbers).map(sorted)  # the lower one first
 
 coulombs = st.builds(
-    lambda *n: joint_coulomb(coefficient=n[0], viscous=n[1], load_viscous=n[2], transition_rate=n[3]),
-    numbers, numbers, numbers, st.just(0.0) | small,
-)  # fmt: skip
+    lambda *n: joint_coulomb(
+        coefficient=n[0], viscous=n[1], load_viscous=n[2], transition_rate=n[3]
+    ),
+    numbers,
+    numbers,
+    numbers,
+    st.just(0.0) | small,
+)
 stribecks = st.builds(
     lambda mu, w, d, v, lv, tr: joint_stribeck(
-        kinetic=mu[0], static=mu[1], stribeck_rate=w, exponent=d, viscous=v, load_viscous=lv, transition_rate=tr
+        kinetic=mu[0],
+        static=mu[1],
+        stribeck_rate=w,
+        exponent=d,
+        viscous=v,
+        load_viscous=lv,
+        transition_rate=tr,
     ),
-    levels, small, st.floats(1.0, 4.0), numbers, numbers, st.just(0.0) | small,
-)  # fmt: skip
+    levels,
+    small,
+    st.floats(1.0, 4.0),
+    numbers,
+    numbers,
+    st.just(0.0) | small,
+)
 linears = st.builds(
-    lambda f, v, c, w: breakaway_linear(coulomb=f[0], breakaway=f[1], viscous=v, decay=c, threshold=w),
-    levels, numbers, numbers, small,
-)  # fmt: skip
+    lambda f, v, c, w: breakaway_linear(
+        coulomb=f[0], breakaway=f[1], viscous=v, decay=c, threshold=w
+    ),
+    levels,
+    numbers,
+    numbers,
+    small,
+)
 smooths = st.builds(
-    lambda f, v, w: breakaway_smooth(coulomb=f[0], breakaway=f[1], viscous=v, breakaway_rate=w), levels, numbers, small
+    lambda f, v, w: breakaway_smooth(coulomb=f[0], breakaway=f[1], viscous=v, breakaway_rate=w),
+    levels,
+    numbers,
+    small,
 )
 any_law = coulombs | stribecks | linears | smooths
 
@@ -84,7 +108,9 @@ class TestCoulomb:
         assert law(3.0, 50.0) == pytest.approx(-12.5, rel=1e-15)
 
     def test_transition(self):
-        """tanh: its value at the transition rate, the whole of Coulomb's from twenty times that on (1 - e^-40)."""
+        """tanh: its value at the transition rate, the whole of Coulomb's from twenty times that on
+        (1 - e^-40).
+        """
         law = joint_coulomb(coefficient=0.1, transition_rate=0.02)
         assert law(0.02, 50.0) == pytest.approx(-5.0 * math.tanh(1.0), rel=1e-15)
         assert law(1e-9, 50.0) == pytest.approx(-5.0 * 1e-9 / 0.02, rel=1e-12)
@@ -99,7 +125,9 @@ class TestCoulomb:
 class TestStribeck:
     @pytest.mark.parametrize(("exponent", "twice"), [(1.0, math.exp(-2.0)), (2.0, math.exp(-4.0))])
     def test_fall(self, exponent, twice):
-        """1/e of the difference is left at the Stribeck rate; e^-2 (Tustin) or e^-4 (Gauss) at twice that."""
+        """1/e of the difference is left at the Stribeck rate; e^-2 (Tustin) or e^-4 (Gauss) at
+        twice that.
+        """
         law = joint_stribeck(static=0.2, kinetic=0.05, stribeck_rate=0.1, exponent=exponent)
         assert law(0.1, 100.0) == pytest.approx(-100.0 * (0.05 + 0.15 / math.e), rel=1e-14)
         assert law(0.2, 100.0) == pytest.approx(-100.0 * (0.05 + 0.15 * twice), rel=1e-14)
@@ -107,32 +135,61 @@ class TestStribeck:
         assert law(50.0, 100.0) == pytest.approx(-5.0, rel=1e-14)
 
     @given(numbers, rates, loads, small, st.floats(1.0, 4.0), numbers)
-    def test_equal_coefficients_are_coulombs(self, mu, rate, load, stribeck_rate, exponent, viscous):
-        law = joint_stribeck(static=mu, kinetic=mu, stribeck_rate=stribeck_rate, exponent=exponent, viscous=viscous)
+    def test_equal_coefficients_are_coulombs(
+        self, mu, rate, load, stribeck_rate, exponent, viscous
+    ):
+        law = joint_stribeck(
+            static=mu, kinetic=mu, stribeck_rate=stribeck_rate, exponent=exponent, viscous=viscous
+        )
         assert law(rate, load) == joint_coulomb(coefficient=mu, viscous=viscous)(rate, load)
 
     @given(stribecks, rates, loads)
     def test_between_kinetic_and_static(self, law, rate, load):
         """1e-9: rounding of the two sums, whose terms differ by up to 1e6."""
         shared = {n: law.values[n] for n in ("viscous", "load_viscous", "transition_rate")}
-        bounds = [joint_coulomb(coefficient=law.values[n], **shared)(rate, load) for n in ("kinetic", "static")]
+        bounds = [
+            joint_coulomb(coefficient=law.values[n], **shared)(rate, load)
+            for n in ("kinetic", "static")
+        ]
         margin = 1e-9 * abs(bounds[1])
         assert min(bounds) - margin <= law(rate, load) <= max(bounds) + margin
 
 
 class TestBreakaway:
     def test_printed_value_at_the_threshold(self, validated):
-        """20 + 5 exp(-10 * 1e-4), printed as 24.995; the decay coefficients 100 and 0.001 would give others."""
+        """20 + 5 exp(-10 * 1e-4), printed as 24.995; the decay coefficients 100 and 0.001 would
+        give others.
+        """
         law = breakaway_linear(breakaway=25.0, coulomb=20.0)
         found, options = -law(1e-4, 0.0), {"unit": "N m", "relative": False}
-        validated("friction at the threshold", found, 24.995, 5e-4, source="Chacko and Khan 2017", **options)
-        validated("friction at the threshold", found, 24.9950025, 5e-8, source="closed form", kind="exact", **options)
+        validated(
+            "friction at the threshold",
+            found,
+            24.995,
+            5e-4,
+            source="Chacko and Khan 2017",
+            **options,
+        )
+        validated(
+            "friction at the threshold",
+            found,
+            24.9950025,
+            5e-8,
+            source="closed form",
+            kind="exact",
+            **options,
+        )
         for decay, printed in ((100.0, 24.95), (0.001, 25.0)):
-            assert round(-breakaway_linear(breakaway=25.0, coulomb=20.0, decay=decay)(1e-4, 0.0), 3) == printed
+            assert (
+                round(-breakaway_linear(breakaway=25.0, coulomb=20.0, decay=decay)(1e-4, 0.0), 3)
+                == printed
+            )
 
     @given(linears)
     def test_continuous_at_the_threshold(self, law):
-        """Both sides of one ulp, to the change that the slopes allow; 1e-12 of the value for rounding."""
+        """Both sides of one ulp, to the change that the slopes allow; 1e-12 of the value for
+        rounding.
+        """
         at = law.values["threshold"]
         below, above = law(math.nextafter(at, 0.0), 0.0), law(math.nextafter(at, 2.0 * at), 0.0)
         assert below == pytest.approx(above, rel=1e-12)
@@ -145,13 +202,15 @@ class TestBreakaway:
         """f w + F_C: exp(-10 * 5) of the difference is left, below 1e-20 of it."""
         expected = -(20.0 * math.copysign(1.0, rate) + 1e-3 * rate)
         assert LEGACY(rate, 0.0) == pytest.approx(expected, rel=1e-12)
-        assert breakaway_smooth(breakaway=25.0, coulomb=20.0, viscous=1e-3)(rate, 0.0) == pytest.approx(expected)
+        assert breakaway_smooth(breakaway=25.0, coulomb=20.0, viscous=1e-3)(
+            rate, 0.0
+        ) == pytest.approx(expected)
 
     def test_smooth_form_peaks_at_the_breakaway_rate(self, validated):
         """Without viscosity the largest friction is the breakaway level, at the breakaway rate.
 
-        What is missing is F_C (1 - tanh 10) = 8e-8 N; that term's slope there, 200 F_C e^-20 / w_b, moves the peak by
-        1e-7 of w_b. The scan is 1e-4 of w_b fine.
+        What is missing is F_C (1 - tanh 10) = 8e-8 N; that term's slope there, 200 F_C e^-20 / w_b,
+        moves the peak by 1e-7 of w_b. The scan is 1e-4 of w_b fine.
         """
         some = np.linspace(1e-5, 1.0, 100_000)
         found = -SMOOTH(some, 0.0)
@@ -162,7 +221,10 @@ class TestBreakaway:
     def test_smooth_form_has_a_slope_at_rest(self, validated):
         """sqrt(2 e) (F_b - F_C) / w_S + F_C / w_C with w_S = sqrt(2) w_b and w_C = w_b / 10."""
         slope = math.sqrt(2.0 * math.e) * 5.0 / (math.sqrt(2.0) * 0.1) + 20.0 / 0.01
-        found, options = -SMOOTH(1e-9, 0.0) / 1e-9, {"unit": "N m s/rad", "source": "closed form", "kind": "exact"}
+        found, options = (
+            -SMOOTH(1e-9, 0.0) / 1e-9,
+            {"unit": "N m s/rad", "source": "closed form", "kind": "exact"},
+        )
         validated("slope of the smooth friction at rest", found, slope, 1e-9, **options)
 
 
@@ -182,18 +244,30 @@ class TestLoads:
         pin = cl.Revolute(cl.ground, body, pin_radius=0.02, friction_arm=0.03, bending_arm=0.05)
         assert pin_load(3.0, 4.0, -10.0, 0.6, 0.8, **pin.geometry) == pytest.approx(0.8, rel=1e-15)
         slide = cl.Prismatic(cl.ground, body, overlap=0.05, friction_arm=0.02)
-        assert slide_load(3.0, 4.0, -2.0, 6.0, 8.0, **slide.geometry) == pytest.approx(505.0, rel=1e-14)
+        assert slide_load(3.0, 4.0, -2.0, 6.0, 8.0, **slide.geometry) == pytest.approx(
+            505.0, rel=1e-14
+        )
 
     def test_nothing_makes_nothing(self):
         assert pin_load(*[0.0] * 5, 0.02, 0.03, 0.4) == 0.0
         assert slide_load(*[0.0] * 5, 50.0, 20.0) == 0.0
 
-    @given(st.lists(st.floats(-1e4, 1e4), min_size=5, max_size=5), st.floats(1e-3, 1e3), st.floats(-3.0, 3.0))
-    def test_grow_with_the_reaction_and_have_no_direction_of_their_own(self, reaction, factor, turn):
-        """Homogeneous of degree one, and the same for a turned radial force; 1e-12 of the load for rounding."""
+    @given(
+        st.lists(st.floats(-1e4, 1e4), min_size=5, max_size=5),
+        st.floats(1e-3, 1e3),
+        st.floats(-3.0, 3.0),
+    )
+    def test_grow_with_the_reaction_and_have_no_direction_of_their_own(
+        self, reaction, factor, turn
+    ):
+        """Homogeneous of degree one, and the same for a turned radial force; 1e-12 of the load for
+        rounding.
+        """
         load = pin_load(*reaction, 0.02, 0.03, 0.4)
         assert load >= 0.0
-        assert pin_load(*(factor * r for r in reaction), 0.02, 0.03, 0.4) == pytest.approx(factor * load, rel=1e-12)
+        assert pin_load(*(factor * r for r in reaction), 0.02, 0.03, 0.4) == pytest.approx(
+            factor * load, rel=1e-12
+        )
         x, y, *others = reaction
         c, s = math.cos(turn), math.sin(turn)
         turned = pin_load(c * x - s * y, s * x + c * y, *others, 0.02, 0.03, 0.4)
@@ -204,18 +278,42 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("law", "numbers", "message"),
         [
-            (joint_coulomb, {"coefficient": -0.1}, "joint_coulomb: coefficient must not be negative, got -0.1"),
+            (
+                joint_coulomb,
+                {"coefficient": -0.1},
+                "joint_coulomb: coefficient must not be negative, got -0.1",
+            ),
             (joint_coulomb, {"coefficient": 0.1, "viscous": -1.0}, "viscous must not be negative"),
-            (joint_coulomb, {"coefficient": 0.1, "transition_rate": -1.0}, "transition_rate must not be negative"),
-            (joint_stribeck, {"static": -1.0, "kinetic": 0.1, "stribeck_rate": 1.0}, "static must not be negative"),
-            (joint_stribeck, {"static": 0.2, "kinetic": 0.1, "stribeck_rate": 0.0}, "stribeck_rate must be positive"),
+            (
+                joint_coulomb,
+                {"coefficient": 0.1, "transition_rate": -1.0},
+                "transition_rate must not be negative",
+            ),
+            (
+                joint_stribeck,
+                {"static": -1.0, "kinetic": 0.1, "stribeck_rate": 1.0},
+                "static must not be negative",
+            ),
+            (
+                joint_stribeck,
+                {"static": 0.2, "kinetic": 0.1, "stribeck_rate": 0.0},
+                "stribeck_rate must be positive",
+            ),
             (
                 joint_stribeck,
                 {"static": 0.2, "kinetic": 0.1, "stribeck_rate": 1.0, "exponent": 0.5},
                 "joint_stribeck: exponent must be at least 1, got 0.5",
             ),
-            (breakaway_linear, {"breakaway": 2.0, "coulomb": 1.0, "threshold": 0.0}, "threshold must be positive"),
-            (breakaway_smooth, {"breakaway": 2.0, "coulomb": 1.0, "breakaway_rate": 0.0}, "breakaway_rate must be pos"),
+            (
+                breakaway_linear,
+                {"breakaway": 2.0, "coulomb": 1.0, "threshold": 0.0},
+                "threshold must be positive",
+            ),
+            (
+                breakaway_smooth,
+                {"breakaway": 2.0, "coulomb": 1.0, "breakaway_rate": 0.0},
+                "breakaway_rate must be pos",
+            ),
         ],
     )
     def test_numbers(self, law, numbers, message):
@@ -228,7 +326,8 @@ class TestRefusals:
             (
                 cl.Revolute,
                 {"friction": joint_coulomb(coefficient=0.1)},
-                r"joint J: friction joint_coulomb is made by the reaction and needs pin_radius \[m\]",
+                r"joint J: friction joint_coulomb is made by the reaction and needs pin_radius "
+                r"\[m\]",
             ),
             (
                 cl.Prismatic,
@@ -237,7 +336,10 @@ class TestRefusals:
             ),
             (
                 cl.Revolute,
-                {"friction": joint_stribeck(static=0.1, kinetic=0.2, stribeck_rate=1.0), "pin_radius": 0.01},
+                {
+                    "friction": joint_stribeck(static=0.1, kinetic=0.2, stribeck_rate=1.0),
+                    "pin_radius": 0.01,
+                },
                 "joint J: friction joint_stribeck needs static >= kinetic, got 0.1 and 0.2",
             ),
             (
@@ -253,8 +355,16 @@ class TestRefusals:
             (cl.Revolute, {"pin_radius": 0.0}, "joint J: pin_radius must be positive, got 0.0"),
             (cl.Revolute, {"bending_arm": -1.0}, "joint J: bending_arm must be positive, got -1.0"),
             (cl.Prismatic, {"overlap": float("nan")}, "joint J: overlap must be finite, got nan"),
-            (cl.Revolute, {"friction": cl.coulomb(coefficient=0.1)}, "joint J: friction must be a joint_friction law"),
-            (cl.Revolute, {"friction": joint_coulomb}, "joint J: friction: give joint_coulomb its parameters"),
+            (
+                cl.Revolute,
+                {"friction": cl.coulomb(coefficient=0.1)},
+                "joint J: friction must be a joint_friction law",
+            ),
+            (
+                cl.Revolute,
+                {"friction": joint_coulomb},
+                "joint J: friction: give joint_coulomb its parameters",
+            ),
         ],
     )
     def test_joints(self, kind, more, message):

@@ -1,4 +1,6 @@
-"""The ladders of a real joint: known tables, limits, passivity, smoothness, exact derivatives, wide ranges."""
+"""The ladders of a real joint: known tables, limits, passivity, smoothness, exact derivatives, wide
+ranges.
+"""
 
 import logging
 import math
@@ -73,17 +75,38 @@ class TestContact:
     @pytest.mark.parametrize("name", TABLE)
     def test_delivered_restitution(self, name, validated):
         """The known table, by integrating the impact: 1e-3 (its last digit)."""
-        for asked, delivered in zip((0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95), self.TABLE[name], strict=True):
+        for asked, delivered in zip(
+            (0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95), self.TABLE[name], strict=True
+        ):
             law = getattr(laws, name)(stiffness=1e6, restitution=asked)
-            options = {"source": "table of another integration", "kind": "independent", "relative": False}
-            validated(f"restitution delivered by {name}", delivered_restitution(law), delivered, 1e-3, **options)
+            options = {
+                "source": "table of another integration",
+                "kind": "independent",
+                "relative": False,
+            }
+            validated(
+                f"restitution delivered by {name}",
+                delivered_restitution(law),
+                delivered,
+                1e-3,
+                **options,
+            )
 
-    @pytest.mark.parametrize(("e", "factor"), [(0.1, 9.998), (0.3, 3.087), (0.5, 1.433), (0.7, 0.635), (0.9, 0.166)])
+    @pytest.mark.parametrize(
+        ("e", "factor"), [(0.1, 9.998), (0.3, 3.087), (0.5, 1.433), (0.7, 0.635), (0.9, 0.166)]
+    )
     def test_exact_damping(self, e, factor, validated):
         """Known factors, four digits; and solved both ways."""
         factors = {"source": "table of factors solved for elsewhere", "kind": "independent"}
         both = {"source": "the restitution asked for", "kind": "exact"}
-        validated("damping factor for a restitution", laws.exact_damping(e), factor, 6e-4, relative=False, **factors)
+        validated(
+            "damping factor for a restitution",
+            laws.exact_damping(e),
+            factor,
+            6e-4,
+            relative=False,
+            **factors,
+        )
         found = laws.delivered_restitution(laws.exact_damping(e))
         validated("restitution of the damping factor", found, e, 1e-9, relative=False, **both)
 
@@ -92,15 +115,19 @@ class TestContact:
     def test_exact_restitution_for_any_elastic_force(self, name, e, validated):
         """The factor does not ask what the elastic force is: 2e-3 by integrating the impact."""
         law = CONTACTS[name](PAIR, e)
-        found = delivered_restitution(law, mass=0.14 * 1e6, speed=1e-3 if name == "johnson" else 0.01)
+        found = delivered_restitution(
+            law, mass=0.14 * 1e6, speed=1e-3 if name == "johnson" else 0.01
+        )
         options = {"source": "the restitution asked for", "kind": "exact", "relative": False}
         validated("restitution by integrating an impact", found, e, 2e-3, **options)
 
     @pytest.mark.parametrize("name", CONTACTS)
     @given(
-        depth=st.floats(-1e-3, 1e-3, **finite), rate=st.floats(-100, 100, **finite),
-        impact=st.floats(0, 100, **finite), e=st.floats(0.01, 1.0),
-    )  # fmt: skip
+        depth=st.floats(-1e-3, 1e-3, **finite),
+        rate=st.floats(-100, 100, **finite),
+        impact=st.floats(0, 100, **finite),
+        e=st.floats(0.01, 1.0),
+    )
     @settings(max_examples=60, deadline=None)
     def test_pushes_and_only_in_contact(self, name, depth, rate, impact, e):
         force = CONTACTS[name](PAIR, e)(depth, rate, impact)
@@ -110,7 +137,9 @@ class TestContact:
 
     @pytest.mark.parametrize("name", [n for n in CONTACTS if n != "kelvin_voigt"])
     def test_no_jump_at_first_touch(self, name):
-        """Continuous at zero penetration, however fast the approach (Kelvin and Voigt's jumps by its nature)."""
+        """Continuous at zero penetration, however fast the approach (Kelvin and Voigt's jumps by
+        its nature).
+        """
         assert CONTACTS[name](PAIR, 0.5)(1e-15, 10.0, 1.0) < 1e-3
 
     @pytest.mark.parametrize("name", CONTACTS)
@@ -146,11 +175,25 @@ class TestContact:
         validated("force of Winkler's layer at 10 nm", law(1e-8, 0.0, 1.0), series, 1e-4, **options)
 
     def test_winkler_coefficient_of_the_flores_joint(self, validated):
-        """Layer 5 mm of steel, c = 0.5 mm, L = 40 mm: 1.79e12 N/m^1.5, 27 times the sphere's (three digits)."""
+        """Layer 5 mm of steel, c = 0.5 mm, L = 40 mm: 1.79e12 N/m^1.5, 27 times the sphere's (three
+        digits).
+        """
         modulus = laws.layer_modulus(steel, 5e-3)
-        law = laws.winkler(layer_modulus=modulus, length=0.04, radius=9.5e-3, radius_difference=5e-4)
-        found, options = law(1e-8, 0.0, 1.0) / 1e-8**1.5, {"source": "hand calculation", "kind": "independent"}
-        validated("coefficient of Winkler's layer, Flores' joint", found, 1.79e12, 5e-3, unit="N/m^1.5", **options)
+        law = laws.winkler(
+            layer_modulus=modulus, length=0.04, radius=9.5e-3, radius_difference=5e-4
+        )
+        found, options = (
+            law(1e-8, 0.0, 1.0) / 1e-8**1.5,
+            {"source": "hand calculation", "kind": "independent"},
+        )
+        validated(
+            "coefficient of Winkler's layer, Flores' joint",
+            found,
+            1.79e12,
+            5e-3,
+            unit="N/m^1.5",
+            **options,
+        )
 
     @given(st.floats(-1.0 / math.e + 1e-9, -1e-12))
     def test_lambert_w(self, x):
@@ -159,18 +202,30 @@ class TestContact:
         assert w * math.exp(w) == pytest.approx(x, rel=1e-9)
 
     def test_johnson_solves_its_own_equation(self, validated):
-        """delta = f / (pi E*) (ln(4 pi E* DR / f) - 1): 1e-9 up to 90 % of the limit; beyond it goes on growing."""
+        """delta = f / (pi E*) (ln(4 pi E* DR / f) - 1): 1e-9 up to 90 % of the limit; beyond it
+        goes on growing.
+        """
         modulus, length, gap = laws.contact_modulus(steel, steel), 0.04, 5e-4
         for share in (1e-6, 1e-3, 0.1, 0.5, 0.9):
             depth = share * 4.0 * gap / math.e**2
             f = johnson_force(depth, modulus, length, gap) / length
             back = f / (math.pi * modulus) * (math.log(4.0 * math.pi * modulus * gap / f) - 1.0)
-            validated("penetration of Johnson's force", back, depth, 1e-9, unit="m", source="Johnson", kind="exact")
+            validated(
+                "penetration of Johnson's force",
+                back,
+                depth,
+                1e-9,
+                unit="m",
+                source="Johnson",
+                kind="exact",
+            )
         forces = [johnson_force(k * 1e-5, modulus, length, gap) for k in range(1, 200)]
         assert all(np.diff(forces) > 0.0)
 
     def test_conformal_laws_are_stiffer_than_the_sphere(self):
-        """Trap 4: the sphere formula knows no length; 10 um deep, Liu and Winkler carry over three times as much."""
+        """Trap 4: the sphere formula knows no length; 10 um deep, Liu and Winkler carry over three
+        times as much.
+        """
         sphere = laws.hertz(stiffness=PAIR.stiffness)(1e-5, 0.0, 1.0)
         for name in ("liu", "winkler"):
             assert CONTACTS[name](PAIR, 1.0)(1e-5, 0.0, 1.0) > 3.0 * sphere
@@ -181,20 +236,37 @@ class TestContact:
 
     @pytest.mark.parametrize(("e", "off"), [(0.95, 0.01), (0.9, 0.02), (0.8, 0.02), (0.5, 0.07)])
     def test_impact_is_chosen_by_its_restitution(self, e, off):
-        """0.1 kg at 1 m/s comes back with about e: the damping is from energy along the elastic impact."""
+        """0.1 kg at 1 m/s comes back with about e: the damping is from energy along the elastic
+        impact.
+        """
         law = CONTACTS["impact"](PAIR, e)
         found = delivered_restitution(law, mass=0.1, stiffness=law.parameters["stiffness"])
         assert found == pytest.approx(e, abs=off)
 
     def test_impact_is_adams(self, validated):
-        """IMPACT(...) of the manual: K x^e less STEP times rate, never pulling; STEP(d / 2) is half of its top."""
+        """IMPACT(...) of the manual: K x^e less STEP times rate, never pulling; STEP(d / 2) is half
+        of its top.
+        """
         law = laws.impact(stiffness=1e8, exponent=2.0, damping=50.0, depth=1e-4)
-        found, wanted = [law(d, 0.3, 9.9) for d in (5e-5, 2e-4)], [1e8 * 5e-5**2 + 7.5, 1e8 * 2e-4**2 + 15.0]
-        validated("force of IMPACT", found, wanted, 1e-6, unit="N", source="ADAMS manual, by hand", kind="exact")
+        found, wanted = (
+            [law(d, 0.3, 9.9) for d in (5e-5, 2e-4)],
+            [1e8 * 5e-5**2 + 7.5, 1e8 * 2e-4**2 + 15.0],
+        )
+        validated(
+            "force of IMPACT",
+            found,
+            wanted,
+            1e-6,
+            unit="N",
+            source="ADAMS manual, by hand",
+            kind="exact",
+        )
         assert law(2e-4, -1.0, 9.9) == 0.0
 
     def test_bad_numbers(self):
-        with pytest.raises(ValueError, match=r"restitution must lie in \[0.01, 1\] for this law, got 0.0"):
+        with pytest.raises(
+            ValueError, match=r"restitution must lie in \[0.01, 1\] for this law, got 0.0"
+        ):
             laws.flores(stiffness=1e8, restitution=0.0)
         with pytest.raises(TypeError, match="unknown damping"):
             laws.exact_restitution(stiffness=1e8, restitution=0.5, damping=1.0)
@@ -203,7 +275,9 @@ class TestContact:
 
     def test_doubts_name_law_and_value(self):
         joint = mixed_joint(contact=laws.lee_wang(stiffness=1e9, restitution=0.5))
-        assert any("lee_wang delivers a restitution of 0.80 where 0.50" in d for d in joint.doubts())
+        assert any(
+            "lee_wang delivers a restitution of 0.80 where 0.50" in d for d in joint.doubts()
+        )
 
 
 class TestFriction:
@@ -218,10 +292,18 @@ class TestFriction:
         viscous = law.parameters.get("viscous", 0.0)
         assert abs(force) <= (0.125 * (1 + 1e-9) + viscous * abs(speed)) * load
 
-    @pytest.mark.parametrize(("name", "share"), [
-        ("coulomb", 1.0), ("coulomb_tanh", 1.0), ("coulomb_viscous", 11.0), ("threlfall", 0.95), ("ambrosio", 1.0),
-        ("bengisu_akay", 1.0), ("stribeck", 1.0),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("name", "share"),
+        [
+            ("coulomb", 1.0),
+            ("coulomb_tanh", 1.0),
+            ("coulomb_viscous", 11.0),
+            ("threlfall", 0.95),
+            ("ambrosio", 1.0),
+            ("bengisu_akay", 1.0),
+            ("stribeck", 1.0),
+        ],
+    )
     def test_fast_sliding(self, name, share):
         assert FRICTIONS[name](0.1)(10.0, 50.0) == pytest.approx(-share * 0.1 * 50.0, rel=1e-6)
 
@@ -229,8 +311,8 @@ class TestFriction:
     @given(speed=st.floats(-0.1, 0.1))
     @settings(max_examples=40, deadline=None)
     def test_continuous(self, name, speed):
-        """Within a ten-thousandth of the transition speed the force moves by less than a hundredth of the load (by
-        2e-4 of it at Threlfall's joint).
+        """Within a ten-thousandth of the transition speed the force moves by less than a hundredth
+        of the load (by 2e-4 of it at Threlfall's joint).
         """
         law = FRICTIONS[name](0.1)
         assert abs(law(speed + 1e-8, 1.0) - law(speed, 1.0)) < 1e-3
@@ -252,14 +334,27 @@ class TestFriction:
             level = 0.1 + 0.2 * math.exp(-((speed / 0.01) ** 2))
             rate, force = law(math.copysign(level, speed) / 1e5, speed, 7.0)
             assert rate == pytest.approx(0.0, abs=1e-12)
-            wanted, source = -7.0 * (math.copysign(level, speed) + 0.2 * speed), "Stribeck curve of the numbers"
-            validated("LuGre in steady sliding", force, wanted, 1e-6, unit="N", source=source, kind="exact")
+            wanted, source = (
+                -7.0 * (math.copysign(level, speed) + 0.2 * speed),
+                "Stribeck curve of the numbers",
+            )
+            validated(
+                "LuGre in steady sliding",
+                force,
+                wanted,
+                1e-6,
+                unit="N",
+                source=source,
+                kind="exact",
+            )
 
     @pytest.mark.parametrize("mu", [0.001, 0.01, 0.1, 0.5])
     @given(speed=st.floats(-10, 10), share=st.floats(-1.0, 1.0))
     @settings(max_examples=40, deadline=None)
     def test_lugre_never_rubs_harder_than_it_may(self, mu, speed, share):
-        """Whatever the bristles hold (up to the static level), an impact's sliding meets at most 1.7 times mu_s F_n."""
+        """Whatever the bristles hold (up to the static level), an impact's sliding meets at most
+        1.7 times mu_s F_n.
+        """
         law = FRICTIONS["lugre"](mu)
         _, force = law(share * 1.25 * mu / 1e5, speed, 1.0)
         assert abs(force) <= 1.7 * 1.25 * mu
@@ -280,52 +375,74 @@ class TestFriction:
         assert (rate, force) == (0.0, pytest.approx(-5.0 * 1e5 * 1e-6))
 
     def test_lugre_forgets_without_contact(self):
-        rate, force = laws.lugre(static=0.3, kinetic=0.1, stiffness=1e5, damping=30.0)(1e-6, 1.0, 0.0)
+        rate, force = laws.lugre(static=0.3, kinetic=0.1, stiffness=1e5, damping=30.0)(
+            1e-6, 1.0, 0.0
+        )
         assert (rate, force) == (pytest.approx(-1e-6 * 1e5 / 30.0), 0.0)
 
 
 class TestFilms:
-    #: section 3.8: Reynolds equation by finite differences, L/D = 1: eps, wedge -Fr, Ft, approach -Fr, recede Fr
+    #: section 3.8: Reynolds equation by finite differences, L/D = 1: eps, wedge -Fr, Ft, approach
+    #: -Fr, recede Fr
     GRID = (
-        (0.1, 0.0262, 0.2428, 6.0268, 3.9168), (0.3, 0.2620, 0.7803, 10.102, 2.6989),
-        (0.5, 0.9242, 1.5189, 19.482, 1.9416), (0.7, 2.8895, 2.8716, 49.746, 1.4442),
+        (0.1, 0.0262, 0.2428, 6.0268, 3.9168),
+        (0.3, 0.2620, 0.7803, 10.102, 2.6989),
+        (0.5, 0.9242, 1.5189, 19.482, 1.9416),
+        (0.7, 2.8895, 2.8716, 49.746, 1.4442),
         (0.9, 15.077, 7.5835, 321.17, 1.1034),
-    )  # fmt: skip
+    )
 
     @pytest.mark.parametrize("row", GRID, ids=lambda r: f"eps {r[0]}")
     def test_harmonic_against_the_reynolds_equation(self, row, validated):
-        """The finite bearing's film is within 8 % of the solved Reynolds equation for L/D = 1, in all pure motions."""
+        """The finite bearing's film is within 8 % of the solved Reynolds equation for L/D = 1, in
+        all pure motions.
+        """
         eps, wedge_r, wedge_t, approach, recede = row
         film = laws.harmonic()
-        found = (*film(eps, 0.0, 1.0, UNIT), film(eps, 1.0, 0.0, UNIT)[0], film(eps, -1.0, 0.0, UNIT)[0])
+        found = (
+            *film(eps, 0.0, 1.0, UNIT),
+            film(eps, 1.0, 0.0, UNIT)[0],
+            film(eps, -1.0, 0.0, UNIT)[0],
+        )
         options = {"source": "Reynolds equation by finite differences", "kind": "independent"}
         for mine, theirs in zip(found, (-wedge_r, wedge_t, -approach, recede), strict=True):
             validated("force of the harmonic film, L/D 1", mine, theirs, 0.08, **options)
 
     @pytest.mark.parametrize(
-        ("name", "low", "high"), [("long", 0.385, 6.75), ("short", 0.10, 5.55), ("harmonic", 0.0, 0.22)]
+        ("name", "low", "high"),
+        [("long", 0.385, 6.75), ("short", 0.10, 5.55), ("harmonic", 0.0, 0.22)],
     )
     def test_errors_at_length_one(self, name, low, high):
         """Section 3.4 at L/D = 1: errors against Reynolds (39 to 671 %, 10 to 550 %, to 22 %)."""
         film, errors = FILMS[name](), []
         for eps, wedge_r, wedge_t, approach, recede in (self.GRID[1], self.GRID[4]):
-            for state, wanted in (((0, 1), (-wedge_r, wedge_t)), ((1, 0), (-approach, 0)), ((-1, 0), (recede, 0))):
+            for state, wanted in (
+                ((0, 1), (-wedge_r, wedge_t)),
+                ((1, 0), (-approach, 0)),
+                ((-1, 0), (recede, 0)),
+            ):
                 apart = np.subtract(film(eps, float(state[0]), float(state[1]), UNIT), wanted)
                 errors.append(np.hypot(*apart) / np.hypot(*wanted))
         assert low <= min(errors)
         assert max(errors) <= high
 
-    @pytest.mark.parametrize(("eps", "long", "short"), [(0.3, 2.0, 0.5), (0.6, 2.0, 0.5), (0.9, 1.4, 0.5)])
+    @pytest.mark.parametrize(
+        ("eps", "long", "short"), [(0.3, 2.0, 0.5), (0.6, 2.0, 0.5), (0.9, 1.4, 0.5)]
+    )
     def test_long_and_short_films_are_too_stiff_at_length_one(self, eps, long, short):
         """Section 3.4: at L/D = 1 the long film carries far too much, and so does the short one."""
         reference = np.hypot(*laws.harmonic()(eps, 0.0, 1.0, UNIT))
         assert np.hypot(*laws.long_film()(eps, 0.0, 1.0, UNIT)) > long * reference
         assert np.hypot(*laws.short_film()(eps, 0.0, 1.0, UNIT)) > (1 + short) * 0.7 * reference
 
-    @pytest.mark.parametrize(("state", "force"), [
-        ((0.5, 1.0, 1.0), (-46.69790, 6.41712)), ((0.5, -1.0, 1.0), (11.34368, 3.25647)),
-        ((0.95, -0.1, 1.0), (-6.74436, 10.61760)),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("state", "force"),
+        [
+            ((0.5, 1.0, 1.0), (-46.69790, 6.41712)),
+            ((0.5, -1.0, 1.0), (11.34368, 3.25647)),
+            ((0.95, -0.1, 1.0), (-6.74436, 10.61760)),
+        ],
+    )
     def test_long_film_check_values(self, state, force, validated):
         options = {"source": "quadrature of the long film", "kind": "independent"}
         validated("force of the long film", laws.long_film()(*state, LONG), force, 2e-6, **options)
@@ -340,19 +457,35 @@ class TestFilms:
 
         def q(t):
             h = 1 + eps * np.cos(t)
-            return 6 * (w * eps * np.sin(t) * (2 + eps * np.cos(t)) / ((2 + eps**2) * h**2) + rate / eps / h**2)
+            return 6 * (
+                w * eps * np.sin(t) * (2 + eps * np.cos(t)) / ((2 + eps**2) * h**2)
+                + rate / eps / h**2
+            )
 
         x, weight = GAUSS
         t = start + 0.5 * np.pi * (x + 1)
         p = q(t) - q(np.array(start))
         wanted = [0.5 * np.pi * np.sum(weight * p * f(t)) for f in (np.cos, np.sin)]
-        assert laws.long_film()(eps, rate, w, LONG) == pytest.approx(wanted, abs=1e-8 * np.hypot(*wanted) + 1e-9 / eps)
+        assert laws.long_film()(eps, rate, w, LONG) == pytest.approx(
+            wanted, abs=1e-8 * np.hypot(*wanted) + 1e-9 / eps
+        )
 
     def test_short_film_is_ocvirk(self, validated):
         """eps = 0.5, steady: W c^2 / (mu omega R L^3) = 0.750381081812, attitude 53.680201 degrees."""
         fr, ft = laws.short_film()(0.5, 0.0, 1.0, UNIT)
-        load, angle, options = math.hypot(fr, ft) / 4.0, math.degrees(math.atan2(ft, -fr)), {"source": "Ocvirk"}
-        validated("W c^2 / (mu omega R L^3), eps 0.5", load, 0.750381081812, 1e-10, kind="exact", **options)
+        load, angle, options = (
+            math.hypot(fr, ft) / 4.0,
+            math.degrees(math.atan2(ft, -fr)),
+            {"source": "Ocvirk"},
+        )
+        validated(
+            "W c^2 / (mu omega R L^3), eps 0.5",
+            load,
+            0.750381081812,
+            1e-10,
+            kind="exact",
+            **options,
+        )
         options |= {"unit": "deg", "relative": False, "kind": "exact"}
         validated("attitude, eps 0.5", angle, 53.680201, 1e-6, **options)
 
@@ -364,9 +497,19 @@ class TestFilms:
         t = start + 0.5 * np.pi * (x + 1)
         h = 1 + eps * np.cos(t)
         powers = ((1, 0), (1, 1), (0, 1), (0, 2), (2, 0))
-        wanted = [0.5 * np.pi * np.sum(w * np.sin(t) ** a * np.cos(t) ** b / h**3) for a, b in powers]
+        wanted = [
+            0.5 * np.pi * np.sum(w * np.sin(t) ** a * np.cos(t) ** b / h**3) for a, b in powers
+        ]
         found, size = arc_integrals(eps, 1 - eps**2, start), max(map(abs, wanted))
-        validated("arc integrals", found, wanted, 1e-10, source="Gauss points", kind="independent", relative=size)
+        validated(
+            "arc integrals",
+            found,
+            wanted,
+            1e-10,
+            source="Gauss points",
+            kind="independent",
+            relative=size,
+        )
 
     @given(st.floats(1e-6, 1e6))
     def test_axial_mean_of_the_harmonic_sum(self, r):
@@ -378,13 +521,23 @@ class TestFilms:
 
     @pytest.mark.parametrize("slender", [0.05, 10.0])
     def test_harmonic_between_short_and_long(self, slender):
-        """A very short bearing is the short film to 5 %, a very long one the long film to 12 % (steady, eps = 0.6)."""
-        joint = FilmJoint(radius=1.0, clearance=1.0, length=2.0 * slender, viscosity=1.0 / (2.0 * slender))
+        """A very short bearing is the short film to 5 %, a very long one the long film to 12 %
+        (steady, eps = 0.6).
+        """
+        joint = FilmJoint(
+            radius=1.0, clearance=1.0, length=2.0 * slender, viscosity=1.0 / (2.0 * slender)
+        )
         limit, share = (laws.short_film(), 0.05) if slender < 1.0 else (laws.long_film(), 0.12)
-        assert laws.harmonic()(0.6, 0.0, 1.0, joint) == pytest.approx(limit(0.6, 0.0, 1.0, joint), rel=share)
+        assert laws.harmonic()(0.6, 0.0, 1.0, joint) == pytest.approx(
+            limit(0.6, 0.0, 1.0, joint), rel=share
+        )
 
     @pytest.mark.parametrize("name", FILMS)
-    @given(eps=st.floats(0.0, 3.0), rate=st.floats(-1e4, 1e4, **finite), w=st.floats(-1e4, 1e4, **finite))
+    @given(
+        eps=st.floats(0.0, 3.0),
+        rate=st.floats(-1e4, 1e4, **finite),
+        w=st.floats(-1e4, 1e4, **finite),
+    )
     @settings(max_examples=60, deadline=None)
     def test_finite_for_every_state(self, name, eps, rate, w):
         assert all(map(math.isfinite, FILMS[name]()(eps, rate, w, JOINT)))
@@ -432,10 +585,17 @@ class TestFilms:
         assert abs(tangential) <= 1e-9 * (abs(radial) + 1e-9)
 
     @pytest.mark.parametrize("name", FILMS)
-    @given(eps=st.floats(0.0, 0.999), rate=st.floats(-1e3, 1e3), w=st.floats(-1e3, 1e3), scale=st.floats(0.1, 10.0))
+    @given(
+        eps=st.floats(0.0, 0.999),
+        rate=st.floats(-1e3, 1e3),
+        w=st.floats(-1e3, 1e3),
+        scale=st.floats(0.1, 10.0),
+    )
     @settings(max_examples=40, deadline=None)
     def test_homogeneous_and_mirror_symmetric(self, name, eps, rate, w, scale):
-        """Linear in (rate, w) together; turned around, the tangential force changes its sign: 1e-7 (rest floor)."""
+        """Linear in (rate, w) together; turned around, the tangential force changes its sign: 1e-7
+        (rest floor).
+        """
         film = FILMS[name]()
         if abs(rate) + abs(eps * w) < 0.1:
             return
@@ -461,7 +621,9 @@ class TestFilms:
         assert (np.abs((found - checked) * scale) < 1e-4 * size).all()
 
     def test_wrong_entrainment_changes_the_film(self):
-        """Trap 2: the sum of the speeds carries; with the difference bodies that turn alike would lose their wedge."""
+        """Trap 2: the sum of the speeds carries; with the difference bodies that turn alike would
+        lose their wedge.
+        """
         film = laws.harmonic()
         together, wrong = film(0.5, 0.0, 20.0 + 20.0, JOINT), film(0.5, 0.0, 20.0 - 20.0, JOINT)
         assert np.hypot(*together) > 0.0
@@ -470,7 +632,9 @@ class TestFilms:
     def test_sommerfeld_allows_tension(self, validated):
         radial, _ = laws.full_sommerfeld()(0.5, -1.0, 0.0, LONG)
         wanted, source = 12 * math.pi / 0.75**1.5, "Sommerfeld's full film"
-        validated("tension of a receding long film", radial, wanted, 1e-6, source=source, kind="exact")
+        validated(
+            "tension of a receding long film", radial, wanted, 1e-6, source=source, kind="exact"
+        )
 
 
 class TestAsperities:
@@ -480,32 +644,49 @@ class TestAsperities:
         u = np.linspace(-8.0, 8.0, 4001)
         pressure = [gaussian_moment(2.5, x + v * v) for v in u[::20]]
         integral = np.trapezoid(pressure, u[::20])
-        found, options = 5 * math.pi / 16 * third_moment(x), {"source": "quadrature", "kind": "independent"}
+        found, options = (
+            5 * math.pi / 16 * third_moment(x),
+            {"source": "quadrature", "kind": "independent"},
+        )
         validated("Greenwood and Tripp's load of a parabolic gap", found, integral, 1e-5, **options)
 
     @pytest.mark.parametrize("x", [-2.0, 0.5])
     def test_closed_form_for_one_rough_surface(self, x, validated):
         u = np.linspace(-8.0, 8.0, 201)
         integral = np.trapezoid([gaussian_moment(1.5, x + v * v) for v in u], u)
-        found, options = 3 * math.pi / 8 * second_moment(x), {"source": "quadrature", "kind": "independent"}
-        validated("Greenwood and Williamson's load of a parabolic gap", found, integral, 1e-5, **options)
+        found, options = (
+            3 * math.pi / 8 * second_moment(x),
+            {"source": "quadrature", "kind": "independent"},
+        )
+        validated(
+            "Greenwood and Williamson's load of a parabolic gap", found, integral, 1e-5, **options
+        )
 
-    #: section 2.5: exact integrals, and how far two engineering fits of F_5/2 and one of F_2 are off
+    #: section 2.5: exact integrals, and how far two engineering fits of F_5/2 and one of F_2 are
+    #: off
     FITS = (
-        (0.0, 6.166e-1, 0.893, 1.004, 5.000e-1, 0.998), (1.0, 8.056e-2, 0.965, 1.068, 7.534e-2, 0.910),
-        (2.0, 5.424e-3, 0.908, 2.21, 5.769e-3, 0.725), (3.0, 1.709e-4, 0.258, 9.7, 2.034e-4, 0.172),
+        (0.0, 6.166e-1, 0.893, 1.004, 5.000e-1, 0.998),
+        (1.0, 8.056e-2, 0.965, 1.068, 7.534e-2, 0.910),
+        (2.0, 5.424e-3, 0.908, 2.21, 5.769e-3, 0.725),
+        (3.0, 1.709e-4, 0.258, 9.7, 2.034e-4, 0.172),
         (3.5, 2.231e-5, 0.018, 27.8, 2.795e-5, 0.010),
-    )  # fmt: skip
+    )
 
     @pytest.mark.parametrize("row", FITS, ids=lambda r: f"lambda {r[0]}")
     def test_table_of_integrals_and_fits(self, row, validated):
-        """Four printed digits of the integrals, the printed digits of the ratios (trap 12: the fits end at 2.3)."""
+        """Four printed digits of the integrals, the printed digits of the ratios (trap 12: the fits
+        end at 2.3).
+        """
         x, f52, power, exponential, f2, second = row
         options = {"source": "table of another quadrature", "kind": "independent"}
         validated("F_5/2", gaussian_moment(2.5, x), f52, 6e-4, **options)
         validated("F_2", second_moment(x), f2, 6e-4, **options)
-        assert 4.4086e-5 * (4 - x) ** 6.804 / gaussian_moment(2.5, x) == pytest.approx(power, abs=1e-3)
-        assert 0.6189 * math.exp(-1.973 * x) / gaussian_moment(2.5, x) == pytest.approx(exponential, rel=1e-2)
+        assert 4.4086e-5 * (4 - x) ** 6.804 / gaussian_moment(2.5, x) == pytest.approx(
+            power, abs=1e-3
+        )
+        assert 0.6189 * math.exp(-1.973 * x) / gaussian_moment(2.5, x) == pytest.approx(
+            exponential, rel=1e-2
+        )
         assert 3.5e-5 * (4 - x) ** 6.9 / second_moment(x) == pytest.approx(second, abs=1e-3)
 
     @pytest.mark.parametrize("name", ASPERITIES)
@@ -524,18 +705,29 @@ class TestAsperities:
         assert law(3.0, JOINT) / law(0.0, JOINT) == pytest.approx(2e-4, rel=0.3)
         assert law(4.0, JOINT) / law(0.0, JOINT) == pytest.approx(2.4e-6, rel=0.3)
 
-    @pytest.mark.parametrize(("law", "order", "strength"), [
-        (laws.greenwood_tripp, 2.5, 16 * math.sqrt(2) * math.pi / 15 * 0.05**2 * math.sqrt(2e-3)),
-        (laws.greenwood_williamson, 1.5, 4 / 3 * 0.05 * math.sqrt(2e-3)),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("law", "order", "strength"),
+        [
+            (
+                laws.greenwood_tripp,
+                2.5,
+                16 * math.sqrt(2) * math.pi / 15 * 0.05**2 * math.sqrt(2e-3),
+            ),
+            (laws.greenwood_williamson, 1.5, 4 / 3 * 0.05 * math.sqrt(2e-3)),
+        ],
+    )
     @pytest.mark.parametrize("ratio", [-1.0, 0.5, 2.0])
     def test_load_is_the_pressure_over_the_arc(self, law, order, strength, ratio, validated):
-        """Trap 5: K' E* F_5/2 (4/3 eta sqrt(beta) sigma^1.5 E* F_3/2) over the joint's true gap; 2 % (parabola)."""
+        """Trap 5: K' E* F_5/2 (4/3 eta sqrt(beta) sigma^1.5 E* F_3/2) over the joint's true gap; 2
+        % (parabola).
+        """
         joint, modulus = JOINT, laws.contact_modulus(steel, steel)
         e = joint.clearance - ratio * joint.roughness
         angle = np.linspace(-0.6, 0.6, 401)
         gap = (joint.clearance - e * np.cos(angle)) / joint.roughness
-        pressure = strength * modulus * np.array([gaussian_moment(order, min(g, 60.0)) for g in gap])
+        pressure = (
+            strength * modulus * np.array([gaussian_moment(order, min(g, 60.0)) for g in gap])
+        )
         load = np.trapezoid(pressure * np.cos(angle), angle) * joint.radius * joint.length
         found = law(modulus=modulus, roughness_group=0.05, slope_ratio=2e-3)(ratio, joint)
         options = {"unit": "N", "source": "pressure summed over the arc", "kind": "independent"}
@@ -551,7 +743,9 @@ class TestAsperities:
         assert before == pytest.approx(after, rel=6e-3)
 
     def test_published_flow_factors(self, validated):
-        """phi_p at H = 1 and 3, isotropic: 1 - 0.9 exp(-0.56 H); phi_s at H = 1: 1.899 exp(-0.92 + 0.05)."""
+        """phi_p at H = 1 and 3, isotropic: 1 - 0.9 exp(-0.56 H); phi_s at H = 1: 1.899
+        exp(-0.92 + 0.05).
+        """
         found = [laws.pressure_flow_factor(*x) for x in ((1.0,), (3.0,), (2.0, 9.0))]
         options = {"source": "Patir and Cheng 1978, 1979", "relative": False}
         validated("pressure flow factors", found, [0.4859, 0.8323, 1.3076], 1e-4, **options)
@@ -563,7 +757,9 @@ class TestAsperities:
             assert laws.shear_flow_factor(1e3, pattern) == pytest.approx(0.0, abs=1e-6)
         assert laws.contact_flow_factor(10.0) == pytest.approx(1.0)
 
-    @pytest.mark.parametrize(("ratio", "factor"), [(0.0, 0.501), (0.5, 0.6899), (1.0, 0.8411), (2.0, 0.9778)])
+    @pytest.mark.parametrize(
+        ("ratio", "factor"), [(0.0, 0.501), (0.5, 0.6899), (1.0, 0.8411), (2.0, 0.9778)]
+    )
     def test_contact_flow_factor_is_what_wu_and_zheng_fitted(self, ratio, factor, validated):
         found, source = laws.contact_flow_factor(ratio), "Wu and Zheng 1989"
         validated("contact flow factor", found, factor, 2e-3, source=source, relative=False)
@@ -595,13 +791,16 @@ class TestTransitions:
     @given(ratio=st.floats(-5.0, 5.0))
     @settings(deadline=None)
     def test_smooth(self, name, ratio):
-        """C1: slopes to both sides of any gap agree within the change that a bounded curvature allows."""
+        """C1: slopes to both sides of any gap agree within the change that a bounded curvature
+        allows.
+        """
         law = TRANSITIONS[name](dry=0.4, mixed=1.0, full=3.0)
         h, gap = 1e-6 * JOINT.roughness, ratio * JOINT.roughness
         here = np.array(law(gap, JOINT))
         right = (np.array(law(gap + h, JOINT)) - here) / h * JOINT.roughness
         left = (here - np.array(law(gap - h, JOINT))) / h * JOINT.roughness
-        keep = [0, 1, 2, 3, 5, 6, 7] if name == "fuzzy" else list(range(8))  # penetration itself has a corner
+        # penetration itself has a corner
+        keep = [0, 1, 2, 3, 5, 6, 7] if name == "fuzzy" else list(range(8))
         assert np.abs(right - left)[keep].max() < 1e-4
 
     def test_full_film_and_dry_limits_are_exact(self):
@@ -609,14 +808,20 @@ class TestTransitions:
         law = laws.fuzzy()
         assert law(3.0 * 0.8e-6, JOINT)[:5] == (1.0, 3.0 * 0.8e-6, 1.0, 0.0, 0.0)
         film, _, _, contact, penetration, *_ = law(0.4 * 0.8e-6, JOINT)
-        assert (film, contact, penetration) == (pytest.approx(0.0, abs=1e-15), 1.0, pytest.approx(0.6 * 0.8e-6))
+        assert (film, contact, penetration) == (
+            pytest.approx(0.0, abs=1e-15),
+            1.0,
+            pytest.approx(0.6 * 0.8e-6),
+        )
         far = laws.load_sharing()(40 * 0.8e-6, JOINT)
         assert far[1] == pytest.approx(40 * 0.8e-6, rel=1e-6)
         assert far[2] == pytest.approx(1.0, abs=1e-6)
 
     @given(st.floats(-30.0, 1e6))
     def test_mean_gap(self, ratio):
-        """h_T = E[max(h + s, 0)] of Gaussian heights: monotone, above h, never thinner than 0.02 sigma."""
+        """h_T = E[max(h + s, 0)] of Gaussian heights: monotone, above h, never thinner than 0.02
+        sigma.
+        """
         _, gap, slope, *_ = laws.load_sharing()(ratio * 0.8e-6, JOINT)
         assert gap >= max(ratio, 0.02) * 0.8e-6 * (1 - 1e-12)
         assert slope >= 0.0
@@ -626,21 +831,28 @@ class TestTransitions:
         """The slope that the squeeze is scaled with is the derivative of the film gap: 1e-5."""
         law, h = laws.load_sharing(), 1e-4
         ahead, behind = (law((ratio + s) * 0.8e-6, JOINT)[1] for s in (h, -h))
-        assert law(ratio * 0.8e-6, JOINT)[2] == pytest.approx((ahead - behind) / (2 * h * 0.8e-6), abs=1e-5)
+        assert law(ratio * 0.8e-6, JOINT)[2] == pytest.approx(
+            (ahead - behind) / (2 * h * 0.8e-6), abs=1e-5
+        )
 
     @pytest.mark.parametrize("squeeze", [0.0, 0.3, 1.0])
     @given(st.floats(-2.0, 4.0))
     @settings(max_examples=40, deadline=None)
     def test_share_of_the_squeeze_rate(self, squeeze, ratio):
-        """A film that is held closes at `squeeze` of the true rate: from the film gap's difference, 1e-4."""
+        """A film that is held closes at `squeeze` of the true rate: from the film gap's difference,
+        1e-4.
+        """
         law, h = laws.fuzzy(squeeze=squeeze), 1e-5
         ahead, behind = (law((ratio + s) * 0.8e-6, JOINT)[1] for s in (h, -h))
         held = (ahead - behind) / (2 * h * 0.8e-6)
-        assert law(ratio * 0.8e-6, JOINT)[2] == pytest.approx(squeeze + (1.0 - squeeze) * held, abs=1e-4)
+        assert law(ratio * 0.8e-6, JOINT)[2] == pytest.approx(
+            squeeze + (1.0 - squeeze) * held, abs=1e-4
+        )
 
     @pytest.mark.parametrize(("squeeze", "least", "most"), [(1.0, 0.8, 1.0), (0.0, 0.0, 0.0)])
     def test_a_squeezed_load_does_not_drop_where_the_gap_is_held(self, squeeze, least, most):
-        """A journal that only approaches, from 1.1 to 0.85 of the threshold: the film keeps the load
+        """A journal that only approaches, from 1.1 to 0.85 of the threshold: the film keeps the
+        load
         but for its weight, which falls by 14 %. At the rate of a gap that stands still all is lost.
         """
         joint = mixed_joint(transition=laws.fuzzy(squeeze=squeeze), film=laws.harmonic())
@@ -675,11 +887,16 @@ class TestTransitions:
             s = -ratio + 6.0 * (x + 1.0)
             mean = 6.0 * np.sum(w * (ratio + s) * np.exp(-0.5 * s * s) / math.sqrt(2 * math.pi))
             found = laws.load_sharing()(ratio * 0.8e-6, JOINT)[1] / 0.8e-6
-            gap, options = math.sqrt(found**2 - 0.02**2), {"source": "quadrature", "kind": "independent"}
+            gap, options = (
+                math.sqrt(found**2 - 0.02**2),
+                {"source": "quadrature", "kind": "independent"},
+            )
             validated("mean gap of rough surfaces over sigma", gap, mean, 1e-4, **options)
 
     def test_contact_starts_where_the_film_begins_to_fade(self):
-        """Trap 8: with contact from e > c only, nothing would carry between lambda 0 and the lower threshold."""
+        """Trap 8: with contact from e > c only, nothing would carry between lambda 0 and the lower
+        threshold.
+        """
         joint = mixed_joint(transition=laws.fuzzy())
         for ratio in np.linspace(-1.0, 4.0, 60):
             assert regimes.radial_load(joint, ratio * 0.8e-6, 1e-4, 30.0) > 1.0
@@ -698,7 +915,10 @@ class TestTransitions:
     def test_exact_derivative(self, name, gap):
         law = TRANSITIONS[name](dry=0.4, mixed=1.0, full=3.0)
         found = derivative(law, (gap, JOINT), 1)[:, 0]
-        sides = [(np.array(law(gap + s * 1e-12, JOINT)) - np.array(law(gap, JOINT))) / (s * 1e-12) for s in (1, -1)]
+        sides = [
+            (np.array(law(gap + s * 1e-12, JOINT)) - np.array(law(gap, JOINT))) / (s * 1e-12)
+            for s in (1, -1)
+        ]
         size = np.abs(sides[0]) + 1.0 / JOINT.roughness
         close = np.minimum(*(np.abs(found - s) for s in sides)) < 1e-3 * size
         assert close[:5].all()
@@ -708,29 +928,63 @@ def mixed_joint(**more):
     """The feeder's joint, film and contact together."""
     body = cl.Body("rod", 1.0, 1e-3)
     slots = {
-        "radius": 0.01, "clearance": 1e-4, "length": 0.02, "film": laws.harmonic(), "lubricant": cl.Lubricant(0.05),
-        "contact": CONTACTS["winkler"](Pair(0.01, 1e-4, 0.02, steel), 0.9), "transition": laws.load_sharing(),
-        "roughness": 0.8e-6, "asperity": laws.greenwood_tripp(modulus=laws.contact_modulus(steel, steel)),
-    }  # fmt: skip
+        "radius": 0.01,
+        "clearance": 1e-4,
+        "length": 0.02,
+        "film": laws.harmonic(),
+        "lubricant": cl.Lubricant(0.05),
+        "contact": CONTACTS["winkler"](Pair(0.01, 1e-4, 0.02, steel), 0.9),
+        "transition": laws.load_sharing(),
+        "roughness": 0.8e-6,
+        "asperity": laws.greenwood_tripp(modulus=laws.contact_modulus(steel, steel)),
+    }
     return cl.ClearanceRevolute(cl.ground, body, name="J", **(slots | more))
 
 
 class TestMixedJoints:
-    @pytest.mark.parametrize(("change", "line"), [
-        ({"transition": None, "asperity": None}, "joint J: film and contact together need a transition model"),
-        ({"film": None, "lubricant": None}, "joint J: transition load_sharing needs a film law"),
-        ({"contact": None, "asperity": None}, "joint J: transition load_sharing needs a contact law"),
-        ({"lubricant": None}, "joint J: film needs lubricant=Lubricant"),
-        ({"length": None}, "joint J: film needs the bearing length"),
-        ({"roughness": None}, "joint J: asperity greenwood_tripp needs the joint's roughness"),
-        ({"roughness": None, "asperity": None}, "joint J: transition load_sharing needs the joint's roughness"),
-        ({"roughness": -1e-6}, "joint J: roughness must be positive"),
-        ({"roughness": 2e-5}, "joint J: transition load_sharing needs a clearance of at least 6 times the roughness"),
-        ({"transition": laws.fuzzy(dry=2.0)}, "joint J: transition fuzzy needs thresholds dry < mixed < full, got 2"),
-        ({"transition": laws.fuzzy(datum=4.0)}, "transition fuzzy needs a datum of at most full / mixed = 3, got 4"),
-        ({"friction": laws.ambrosio(coefficient=0.1, dead_speed=1.0)}, "joint J: friction ambrosio needs dead_speed"),
-        ({"layer": 0.0}, "joint J: layer must be positive"),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("change", "line"),
+        [
+            (
+                {"transition": None, "asperity": None},
+                "joint J: film and contact together need a transition model",
+            ),
+            (
+                {"film": None, "lubricant": None},
+                "joint J: transition load_sharing needs a film law",
+            ),
+            (
+                {"contact": None, "asperity": None},
+                "joint J: transition load_sharing needs a contact law",
+            ),
+            ({"lubricant": None}, "joint J: film needs lubricant=Lubricant"),
+            ({"length": None}, "joint J: film needs the bearing length"),
+            ({"roughness": None}, "joint J: asperity greenwood_tripp needs the joint's roughness"),
+            (
+                {"roughness": None, "asperity": None},
+                "joint J: transition load_sharing needs the joint's roughness",
+            ),
+            ({"roughness": -1e-6}, "joint J: roughness must be positive"),
+            (
+                {"roughness": 2e-5},
+                "joint J: transition load_sharing needs a clearance of at least 6 times the "
+                "roughness",
+            ),
+            (
+                {"transition": laws.fuzzy(dry=2.0)},
+                "joint J: transition fuzzy needs thresholds dry < mixed < full, got 2",
+            ),
+            (
+                {"transition": laws.fuzzy(datum=4.0)},
+                "transition fuzzy needs a datum of at most full / mixed = 3, got 4",
+            ),
+            (
+                {"friction": laws.ambrosio(coefficient=0.1, dead_speed=1.0)},
+                "joint J: friction ambrosio needs dead_speed",
+            ),
+            ({"layer": 0.0}, "joint J: layer must be positive"),
+        ],
+    )
     def test_bad_input_names_the_joint(self, change, line):
         with pytest.raises((ValueError, TypeError), match=line):
             mixed_joint(**change)
@@ -740,20 +994,28 @@ class TestMixedJoints:
         assert any("more than half of the clearance" in d for d in joint.doubts())
 
     def test_hole_check_tells_soft_from_conformal_contact(self):
-        """Trap 2 of the transition: with a sphere's stiffness the fuzzy film fades before contact carries; Winkler's
-        leaves a smaller hole; load sharing none.
+        """Trap 2 of the transition: with a sphere's stiffness the fuzzy film fades before contact
+        carries; Winkler's leaves a smaller hole; load sharing none.
         """
         soft = mixed_joint(
-            transition=laws.fuzzy(), contact=laws.hertz(stiffness=PAIR.stiffness), asperity=None, film=laws.harmonic()
+            transition=laws.fuzzy(),
+            contact=laws.hertz(stiffness=PAIR.stiffness),
+            asperity=None,
+            film=laws.harmonic(),
         )
         hard = mixed_joint(transition=laws.fuzzy(), asperity=None)
-        found = {n: cl.hole_check(j, 60.0) for n, j in (("soft", soft), ("hard", hard), ("sharing", mixed_joint()))}
+        found = {
+            n: cl.hole_check(j, 60.0)
+            for n, j in (("soft", soft), ("hard", hard), ("sharing", mixed_joint()))
+        }
         assert not found["soft"].monotone
         assert found["sharing"].monotone
         assert found["soft"].lost > 1.5 * found["hard"].lost
 
     def test_hole_check_compares_with_the_load_before_the_drop(self):
-        """Contact from the wall on, far stiffer than the film: what the film lost is lost all the same."""
+        """Contact from the wall on, far stiffer than the film: what the film lost is lost all the
+        same.
+        """
         thin = cl.Lubricant(0.002)
         joint = mixed_joint(transition=laws.fuzzy(datum=0.0), asperity=None, lubricant=thin)
         for approach in (0.0, 1e-3):
@@ -763,12 +1025,23 @@ class TestMixedJoints:
             assert hole.lost == hole.highest < max(hole.load)
         assert cl.hole_check(joint, 60.0).lost < 0.02 * max(hole.load)
 
-    @pytest.mark.parametrize(("law", "stiffness", "cause"), [
-        (laws.fuzzy(datum=0.0), None, "the film fades before contact begins, at the wall"),
-        (laws.fuzzy(dry=0.1, datum=0.3), None, "before contact begins, at film thickness ratio 0.3"),
-        (laws.fuzzy(), 1e10, "the film fades, and the contact law is too soft to replace it"),
-        (laws.fuzzy(squeeze=0.0), 1e10, "the held film loses its squeeze rate, and the contact law is too soft"),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("law", "stiffness", "cause"),
+        [
+            (laws.fuzzy(datum=0.0), None, "the film fades before contact begins, at the wall"),
+            (
+                laws.fuzzy(dry=0.1, datum=0.3),
+                None,
+                "before contact begins, at film thickness ratio 0.3",
+            ),
+            (laws.fuzzy(), 1e10, "the film fades, and the contact law is too soft to replace it"),
+            (
+                laws.fuzzy(squeeze=0.0),
+                1e10,
+                "the held film loses its squeeze rate, and the contact law is too soft",
+            ),
+        ],
+    )
     def test_hole_warning_names_its_cause(self, law, stiffness, cause):
         soft = {"contact": laws.hertz(stiffness=stiffness)} if stiffness else {}
         joint = mixed_joint(transition=law, asperity=None, lubricant=cl.Lubricant(0.005), **soft)
@@ -777,14 +1050,17 @@ class TestMixedJoints:
         assert cause in warning
 
     def test_holes_that_a_run_does_not_meet_are_not_warned_of(self):
-        """A load that contact carries, a run that stays above, a film that carries the load at rest."""
+        """A load that contact carries, a run that stays above, a film that carries the load at
+        rest.
+        """
         joint = mixed_joint(transition=laws.fuzzy(), asperity=None, lubricant=cl.Lubricant(0.005))
         warning = partial(regimes.hole_warning, joint, 30.0)
         assert warning(3000.0, reached=0.0) is not None
         assert warning(300.0, reached=0.0) is None
         assert warning(3000.0, reached=0.8) is None
         late = mixed_joint(transition=laws.fuzzy(datum=0.0), asperity=None)
-        assert regimes.hole_warning(late, 30.0, 100.0) is None  # its film carries 1 kN and more at rest
+        # its film carries 1 kN and more at rest
+        assert regimes.hole_warning(late, 30.0, 100.0) is None
         assert regimes.hole_warning(late, 30.0, 1e4) is not None
 
     def test_speed_of_a_load(self):
@@ -799,7 +1075,9 @@ class TestMixedJoints:
         options = {"model": "mixed", "transition": "fuzzy(datum=0)", "viscosity": 0.002}
         result = cl.simulate(cl.load_case("six_bar_feeder", **options), turns=1)
         assert result.extreme("joints/B/force_max").value > 3000.0
-        assert any("force hole" in w and "contact begins, at the wall" in w for w in result.warnings)
+        assert any(
+            "force hole" in w and "contact begins, at the wall" in w for w in result.warnings
+        )
 
     def test_hole_warning_comes_before_and_with_the_result(self, caplog):
         options = {"model": "mixed", "contact": "hertz", "film": "harmonic"}
@@ -815,9 +1093,14 @@ class TestMixedJoints:
 
     @pytest.mark.parametrize("transition", ["none", "fuzzy", "load_sharing"])
     def test_restitution_survives_a_vanishing_oil(self, transition):
-        """A drop through an oil of next to no viscosity bounces as in the dry joint: 3 % of the restitution."""
+        """A drop through an oil of next to no viscosity bounces as in the dry joint: 3 % of the
+        restitution.
+        """
         v, body = 0.5, cl.Body("rod", 0.3, 1e-3)
-        slots = {"contact": CONTACTS["winkler"](Pair(0.01, 1e-4, 0.02, steel), 0.9), "eccentricity_rate": (v, 0.0)}
+        slots = {
+            "contact": CONTACTS["winkler"](Pair(0.01, 1e-4, 0.02, steel), 0.9),
+            "eccentricity_rate": (v, 0.0),
+        }
         slots |= {"radius": 0.01, "clearance": 1e-4, "length": 0.02, "name": "J"}
         wet = {"film": laws.harmonic(), "lubricant": cl.Lubricant(1e-9), "roughness": 1e-7}
         law = TRANSITIONS[transition](dry=0.4, mixed=1.0, full=3.0)
@@ -836,42 +1119,75 @@ class TestMixedJoints:
         law = laws.johnson(modulus=1.1e11, length=0.02, radius_difference=1e-6)
         body = cl.Body("rod", 1.0, 1e-3)
         joint = cl.ClearanceRevolute(
-            cl.ground, body, name="J", radius=0.01, clearance=1e-6, contact=law, eccentricity_rate=(0.5, 0.0)
+            cl.ground,
+            body,
+            name="J",
+            radius=0.01,
+            clearance=1e-6,
+            contact=law,
+            eccentricity_rate=(0.5, 0.0),
         )
         result = cl.simulate(cl.Scene(joint), until=1e-4)
-        assert any("joint J: penetrations reach" in w and "johnson is meant up to" in w for w in result.warnings)
+        assert any(
+            "joint J: penetrations reach" in w and "johnson is meant up to" in w
+            for w in result.warnings
+        )
 
     @pytest.mark.parametrize(("share", "warned"), [(0.04, False), (0.06, True), (0.7, True)])
     def test_penetrations_no_solid_bears(self, share, warned):
-        """Stiffness for an impact as deep as a share of the radius, 1.25 m v^2 = K delta^2.5: warned of beyond 0.05."""
+        """Stiffness for an impact as deep as a share of the radius, 1.25 m v^2 = K delta^2.5:
+        warned of beyond 0.05.
+        """
         law = laws.hertz(stiffness=1.25 * 2.0**2 / (share * 0.01) ** 2.5)
         body = cl.Body("rod", 1.0, 1e-3)
         joint = cl.ClearanceRevolute(
-            cl.ground, body, name="J", radius=0.01, clearance=1e-4, contact=law, eccentricity_rate=(2.0, 0.0)
+            cl.ground,
+            body,
+            name="J",
+            radius=0.01,
+            clearance=1e-4,
+            contact=law,
+            eccentricity_rate=(2.0, 0.0),
         )
         result = cl.simulate(cl.Scene(joint, gravity=(0.0, 0.0)), until=0.04)
-        said = f"joint J: penetrations reach {share * 0.01:.2g} m, {share:.2g} of the journal radius"
+        said = (
+            f"joint J: penetrations reach {share * 0.01:.2g} m, {share:.2g} of the journal radius"
+        )
         assert [w.startswith(said) for w in result.warnings] == [True] * warned
 
     def test_impossible_penetrations_explain_a_broken_ledger(self):
-        """A journal 34 radii outside its bearing is named; of shallow contacts the loop is suspected."""
+        """A journal 34 radii outside its bearing is named; of shallow contacts the loop is
+        suspected.
+        """
         run = prepare(cl.load_case("slider_crank"), turns=1)
         channels = run.mechanism.layout.channels
-        for gap, said in ((-0.34, "joint C: penetrations reach 0.34 m"), (-1e-5, "a loop passed a dead centre")):
+        for gap, said in (
+            (-0.34, "joint C: penetrations reach 0.34 m"),
+            (-1e-5, "a loop passed a dead centre"),
+        ):
             writer = Recorder(channels, MemorySink(channels, {}))
-            writer.samples(np.zeros(1), np.array([[gap if c.path == "joints/C/gap" else 0.0 for c in channels]]))
+            writer.samples(
+                np.zeros(1),
+                np.array([[gap if c.path == "joints/C/gap" else 0.0 for c in channels]]),
+            )
             writer.ledger.since = 0.1
-            quantity = next(i for i, q in enumerate(run.watched.quantities) if q.name == "joints/C/gap_min")
+            quantity = next(
+                i for i, q in enumerate(run.watched.quantities) if q.name == "joints/C/gap_min"
+            )
             run.state.started, run.state.peaks[quantity, VALUE] = 1, -gap
             failure = Diagnosis(run, writer).failure(codes.LEDGER_BROKEN)
-            assert failure.startswith(f"from t = 0.1 s on: {codes.MESSAGES[codes.LEDGER_BROKEN]}: {said}")
+            assert failure.startswith(
+                f"from t = 0.1 s on: {codes.MESSAGES[codes.LEDGER_BROKEN]}: {said}"
+            )
 
     def test_hole_check_needs_a_transition(self):
         with pytest.raises(ValueError, match="joint J: a hole check needs a transition model"):
             cl.hole_check(mixed_joint(transition=None, contact=None, asperity=None), 1.0)
 
     def test_regime_of_the_feeder(self):
-        """Feeder-A at 600 rpm: p about 12 MPa, alpha p about 0.25 (order of magnitude: a factor of 3)."""
+        """Feeder-A at 600 rpm: p about 12 MPa, alpha p about 0.25 (order of magnitude: a factor of
+        3).
+        """
         scene = cl.load_case("six_bar_feeder", film="harmonic", speed=cl.rpm(600))
         result = cl.simulate(scene, turns=2)
         attributes = result.file["joints/B"].attrs
@@ -880,7 +1196,9 @@ class TestMixedJoints:
 
     def test_thin_films_are_called_formal(self):
         """Flores' slider-crank at 0.04 Pa s: alpha p > 1.5 or so, flattening beyond the film."""
-        result = cl.simulate(cl.load_case("slider_crank", model="lubricated", viscosity=0.04), turns=2)
+        result = cl.simulate(
+            cl.load_case("slider_crank", model="lubricated", viscosity=0.04), turns=2
+        )
         assert result.file["joints/C"].attrs["piezoviscous_number"] > 1.0
         assert any("viscosity is only formal" in w for w in result.warnings)
         assert any("rigid is only formal" in w for w in result.warnings)

@@ -1,4 +1,6 @@
-"""Bristle friction of hinges and slides: a state of the joint that has it, sticking, breaking away, sliding."""
+"""Bristle friction of hinges and slides: a state of the joint that has it, sticking, breaking away,
+sliding.
+"""
 
 import math
 
@@ -9,26 +11,57 @@ import clearance as cl
 from clearance.mechanism.build import build
 from tests.plain import kernel
 
-NUMBERS = {"static": 2.0, "kinetic": 1.5, "stribeck_rate": 0.1, "stiffness": 500.0, "damping": 1.0, "viscous": 0.4}
+NUMBERS = {
+    "static": 2.0,
+    "kinetic": 1.5,
+    "stribeck_rate": 0.1,
+    "stiffness": 500.0,
+    "damping": 1.0,
+    "viscous": 0.4,
+}
 LAW = cl.joint_lugre(**NUMBERS)
 
 
 def arm(law=LAW, speed=None, **more):
-    body = cl.Body("arm", 2.0, 0.05, points={"pin": (0, 0)}, com=(0.2, 0), angle=-0.5 * math.pi + 0.1)
+    body = cl.Body(
+        "arm", 2.0, 0.05, points={"pin": (0, 0)}, com=(0.2, 0), angle=-0.5 * math.pi + 0.1
+    )
     joint = cl.Revolute(cl.ground, body["pin"], name="J", friction=law, **more)
-    return cl.Scene(joint, *([cl.Drive(joint, speed=speed, start=-1.4, name="motor")] if speed else []))
+    return cl.Scene(
+        joint, *([cl.Drive(joint, speed=speed, start=-1.4, name="motor")] if speed else [])
+    )
 
 
 def test_a_prescribed_rate_bends_the_bristles_as_the_closed_form_says(validated):
-    """z = (g / s_0) (1 - exp(-s_0 |x| / g)) at a constant rate, then steady; tolerances of rtol 1e-10."""
+    """z = (g / s_0) (1 - exp(-s_0 |x| / g)) at a constant rate, then steady; tolerances of rtol
+    1e-10.
+    """
     for rate in (0.02, 0.5):
         run = cl.simulate(arm(speed=rate), until=0.1 / rate, rtol=1e-10)
         level = 1.5 + 0.5 * math.exp(-((rate / 0.1) ** 2))
         way = rate * run.time
         expected = level / 500.0 * (1.0 - np.exp(-500.0 * way / level))
-        joint, options = run.joint("J"), {"source": "closed form at a constant rate", "kind": "exact"}
-        validated("bristle deflection", joint.bristle_deflection, expected, 1e-9, unit="rad", relative=False, **options)
-        validated("sliding friction", joint.friction[-1], -(level + 0.4 * rate), 1e-8, unit="N m", **options)
+        joint, options = (
+            run.joint("J"),
+            {"source": "closed form at a constant rate", "kind": "exact"},
+        )
+        validated(
+            "bristle deflection",
+            joint.bristle_deflection,
+            expected,
+            1e-9,
+            unit="rad",
+            relative=False,
+            **options,
+        )
+        validated(
+            "sliding friction",
+            joint.friction[-1],
+            -(level + 0.4 * rate),
+            1e-8,
+            unit="N m",
+            **options,
+        )
         assert np.abs(run.energy.residual).max() < 1e-9
 
 
@@ -38,8 +71,13 @@ def test_it_sticks_under_a_load_below_break_away(validated):
     theta = run["arm"].theta
     weight = 2.0 * 9.81 * 0.2 * np.sin(theta[-1] + 0.5 * math.pi)
     assert 0.1 * NUMBERS["static"] < weight < 0.5 * NUMBERS["static"]
-    found, options = run.joint("J").bristle_deflection[-1], {"source": "weight over stiffness", "kind": "exact"}
-    validated("deflection of sticking bristles", found, -weight / 500.0, 1e-6, unit="rad", **options)
+    found, options = (
+        run.joint("J").bristle_deflection[-1],
+        {"source": "weight over stiffness", "kind": "exact"},
+    )
+    validated(
+        "deflection of sticking bristles", found, -weight / 500.0, 1e-6, unit="rad", **options
+    )
     later = theta[run.time > 5.0]
     assert np.ptp(later) < 1e-8
 
@@ -47,17 +85,26 @@ def test_it_sticks_under_a_load_below_break_away(validated):
 def test_it_breaks_away_above_the_static_level():
     heavy = cl.joint_lugre(**NUMBERS | {"static": 0.3, "kinetic": 0.2, "viscous": 1.0})
     run = cl.simulate(arm(heavy), until=3.0, rtol=1e-8)
-    assert abs(run["arm"].theta[-1] + 0.5 * math.pi) < 0.08  # the weight of 0.39 N m at the start moves it
+    # the weight of 0.39 N m at the start moves it
+    assert abs(run["arm"].theta[-1] + 0.5 * math.pi) < 0.08
 
 
 def test_the_state_is_carried_only_where_a_joint_has_bristles():
     assert build(arm(), ledger=False).size == 3
-    assert build(arm(cl.joint_coulomb(coefficient=0.1, transition_rate=0.1), pin_radius=0.01), ledger=False).size == 2
+    assert (
+        build(
+            arm(cl.joint_coulomb(coefficient=0.1, transition_rate=0.1), pin_radius=0.01),
+            ledger=False,
+        ).size
+        == 2
+    )
     assert not any("bristle" in c.path for c in build(arm(None)).layout.channels)
 
 
 def test_load_dependent_bristles_follow_the_reaction():
-    law = cl.joint_lugre_loaded(static=0.3, kinetic=0.2, stribeck_rate=0.1, stiffness=80.0, viscous=0.1)
+    law = cl.joint_lugre_loaded(
+        static=0.3, kinetic=0.2, stribeck_rate=0.1, stiffness=80.0, viscous=0.1
+    )
     run = cl.simulate(arm(law, speed=0.5, pin_radius=0.03), until=2.0, rtol=1e-9)
     joint = run.joint("J")
     load = 0.03 * np.hypot(joint.force_x, joint.force_y)
@@ -70,10 +117,22 @@ def test_load_dependent_bristles_follow_the_reaction():
 @pytest.mark.parametrize("name", ["lugre", "loaded", "pair"])
 def test_the_jacobian_is_that_of_the_right_side(name):
     """Against central differences; tolerance 1e-6 of the largest entry of each column."""
-    loaded = cl.joint_lugre_loaded(static=0.3, kinetic=0.2, stribeck_rate=0.5, stiffness=50.0, damping=0.1, viscous=0.1)
+    loaded = cl.joint_lugre_loaded(
+        static=0.3, kinetic=0.2, stribeck_rate=0.5, stiffness=50.0, damping=0.1, viscous=0.1
+    )
     scenes = {"lugre": arm(), "loaded": arm(loaded, pin_radius=0.05)}
-    lower = cl.Body("lower", 0.7, 0.01, points={"near": (0, 0)}, com=(0.1, 0.0), angular_velocity=2.0, angle=-0.4)
-    upper = cl.Body("upper", 1.0, 0.02, points={"near": (0, 0), "far": (0.3, 0)}, com=(0.15, 0.01), angle=0.2)
+    lower = cl.Body(
+        "lower",
+        0.7,
+        0.01,
+        points={"near": (0, 0)},
+        com=(0.1, 0.0),
+        angular_velocity=2.0,
+        angle=-0.4,
+    )
+    upper = cl.Body(
+        "upper", 1.0, 0.02, points={"near": (0, 0), "far": (0.3, 0)}, com=(0.15, 0.01), angle=0.2
+    )
     scenes["pair"] = cl.Scene(
         cl.Revolute(cl.ground, upper["near"], name="A", friction=loaded, pin_radius=0.02),
         cl.Revolute(upper["far"], lower["near"], name="B", friction=loaded, pin_radius=0.02),
@@ -91,16 +150,22 @@ def test_the_jacobian_is_that_of_the_right_side(name):
             moved[i] += sign * 1e-6 * mechanism.scale[i]
             rhs(0.0, moved, mechanism.par, work, out[k])
         slope = (out[0] - out[1])[:n] / (2e-6 * mechanism.scale[i])
-        np.testing.assert_allclose(matrix.reshape(n, n)[:, i], slope, rtol=0.0, atol=1e-6 * np.abs(slope).max())
+        np.testing.assert_allclose(
+            matrix.reshape(n, n)[:, i], slope, rtol=0.0, atol=1e-6 * np.abs(slope).max()
+        )
 
 
 def test_inverse_dynamics_has_no_time_to_bend_bristles():
-    with pytest.raises(ValueError, match="joint J: friction joint_lugre has a state that time integrates"):
+    with pytest.raises(
+        ValueError, match="joint J: friction joint_lugre has a state that time integrates"
+    ):
         cl.inverse_dynamics(arm(speed=1.0), until=1.0)
 
 
 def test_bristles_that_may_push_are_said():
     run = cl.simulate(arm(cl.joint_lugre(**NUMBERS | {"viscous": 0.1, "damping": 2.0})), until=0.01)
-    assert any("joint J: joint_lugre: is passive at all rates only with viscous" in w for w in run.warnings)
+    assert any(
+        "joint J: joint_lugre: is passive at all rates only with viscous" in w for w in run.warnings
+    )
     with pytest.raises(ValueError, match="joint J: friction joint_lugre needs static >= kinetic"):
         arm(cl.joint_lugre(**NUMBERS | {"static": 1.0}))

@@ -117,9 +117,13 @@ class TestLanes:
             together = np.zeros(count * width)
             par = np.tile(mechanism.par[:head], (width, 1))
             lanes(mechanism.structure.programs[role], width)(
-                times, states.T.ravel().copy(), par.T.ravel().copy(), np.tile(work, (width, 1)).T.ravel().copy(),
-                together, mechanism.par,
-            )  # fmt: skip
+                times,
+                states.T.ravel().copy(),
+                par.T.ravel().copy(),
+                np.tile(work, (width, 1)).T.ravel().copy(),
+                together,
+                mechanism.par,
+            )
             for lane in range(width):
                 alone = np.zeros(count)
                 mechanism.kernel(role)(times[lane], states[lane], mechanism.par, work.copy(), alone)
@@ -230,7 +234,8 @@ class TestAtOnce:
             assert list(pool.map(ends, MODELS)) == wanted
 
     def test_threads_parse_texts_at_once(self):
-        """Other threads run while garbage is collected inside a parser: Python 3.11 counts wrong then.
+        """Other threads run while garbage is collected inside a parser: Python 3.11 counts wrong
+        then.
 
         Without a lock some of them fail here: "AST constructor recursion depth mismatch".
         """
@@ -244,7 +249,8 @@ class TestAtOnce:
         assert {len(tree.body) for tree in trees} == {200}
 
     @pytest.mark.slow
-    @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of others' threads, at a fork
+    # of others' threads, at a fork
+    @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
     @pytest.mark.filterwarnings("ignore::RuntimeWarning")
     @pytest.mark.parametrize("start", ["fork", "spawn", "forkserver"])
     def test_processes_start_scenes_at_once(self, start):

@@ -1,4 +1,6 @@
-"""Runs side by side in vector registers: functions and kernels against scalar ones, runs against the ordinary loop."""
+"""Runs side by side in vector registers: functions and kernels against scalar ones, runs against
+the ordinary loop.
+"""
 
 import math
 
@@ -67,7 +69,9 @@ RANGES = {
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_functions(width):
-    """Four units in the last place over 4000 arguments: two here and two there; exact where there is no number."""
+    """Four units in the last place over 4000 arguments: two here and two there; exact where there
+    is no number.
+    """
     made, rng = functions(width), np.random.default_rng(3)
     for name, (low, high, below, above) in RANGES.items():
         x, y = rng.uniform(low, high, 4000), rng.uniform(below, above, 4000)
@@ -80,7 +84,9 @@ def test_functions(width):
 
 @pytest.mark.parametrize(("name", "width"), [("film", 4), ("newton", 4), ("feeder", 8)])
 def test_kernels(name, width):
-    """Each lane within 1e-11 of the largest of what its kernel fills (the Jacobian 1e-9), with states of its own."""
+    """Each lane within 1e-11 of the largest of what its kernel fills (the Jacobian 1e-9), with
+    states of its own.
+    """
     mechanism = build(FEEDER if name == "feeder" else SCENES[name]())
     head = len(mechanism.layout.parameters) + mechanism.layout.derived
     states = np.array([moved(mechanism, seed) for seed in range(width)])
@@ -94,9 +100,7 @@ def test_kernels(name, width):
         kernels.write(module, "kernel", program, width)
         code = Code(module)
         together = np.zeros((count, width))
-        arrays = (
-            times, states.T.copy(), par, np.tile(work[:, None], width), together, data
-        )  # fmt: skip
+        arrays = (times, states.T.copy(), par, np.tile(work[:, None], width), together, data)
         callable_at(code.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
         for lane in range(width):
             alone = np.zeros(count)

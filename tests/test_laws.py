@@ -21,11 +21,20 @@ rates = st.floats(-1e4, 1e4)
 
 
 class TestHertz:
-    @pytest.mark.parametrize(("clearance", "expected"), [(5e-4, 6.610e10), (2e-4, 1.062e11), (1e-4, 1.509e11)])
+    @pytest.mark.parametrize(
+        ("clearance", "expected"), [(5e-4, 6.610e10), (2e-4, 1.062e11), (1e-4, 1.509e11)]
+    )
     def test_published_stiffness(self, clearance, expected, validated):
         """Steel, bearing radius 10 mm (models of the Flores group); 4 printed digits."""
         found = laws.hertz_stiffness(0.01 - clearance, clearance)
-        validated("Hertzian stiffness of steel joints", found, expected, 5e-4, unit="N/m^1.5", source="Flores group")
+        validated(
+            "Hertzian stiffness of steel joints",
+            found,
+            expected,
+            5e-4,
+            unit="N/m^1.5",
+            source="Flores group",
+        )
 
     def test_conformal_sign(self):
         """The external (plus) sign would be 6 times softer for c = 0.5 mm."""
@@ -39,7 +48,9 @@ class TestHertz:
 
 
 def delivered_restitution(law, mass=1.0, speed=1.0, stiffness=1e6):
-    """Restitution of a free mass hitting the law, by fixed-step RK4 (1e-6 in the answer for 4000 steps a contact)."""
+    """Restitution of a free mass hitting the law, by fixed-step RK4 (1e-6 in the answer for 4000
+    steps a contact).
+    """
 
     def slope(x, v):
         return v, -law(x, v, speed) / mass
@@ -59,14 +70,31 @@ def delivered_restitution(law, mass=1.0, speed=1.0, stiffness=1e6):
 
 
 class TestLankaraniNikravesh:
-    @pytest.mark.parametrize(("given_value", "delivered"), [(0.3, 0.684), (0.5, 0.725), (0.8, 0.847), (0.9, 0.913)])
+    @pytest.mark.parametrize(
+        ("given_value", "delivered"), [(0.3, 0.684), (0.5, 0.725), (0.8, 0.847), (0.9, 0.913)]
+    )
     def test_delivered_restitution(self, given_value, delivered, validated):
-        """Known table: chi (1 + e) = ln((1 + chi) / (1 - chi e)) with chi = 3 (1 - e^2) / 4; 3 printed digits."""
+        """Known table: chi (1 + e) = ln((1 + chi) / (1 - chi e)) with chi = 3 (1 - e^2) / 4; 3
+        printed digits.
+        """
         law = laws.lankarani_nikravesh(stiffness=1e6, restitution=given_value)
-        found, what = delivered_restitution(law), "restitution delivered by Lankarani and Nikravesh, by RK4"
-        validated(what, found, delivered, 6e-4, source="chi (1 + e) = ln(...)", kind="exact", relative=False)
+        found, what = (
+            delivered_restitution(law),
+            "restitution delivered by Lankarani and Nikravesh, by RK4",
+        )
+        validated(
+            what,
+            found,
+            delivered,
+            6e-4,
+            source="chi (1 + e) = ln(...)",
+            kind="exact",
+            relative=False,
+        )
 
-    @pytest.mark.parametrize(("asked", "delivered"), [(0.1, 0.665), (0.5, 0.725), (0.7, 0.796), (0.95, 0.954)])
+    @pytest.mark.parametrize(
+        ("asked", "delivered"), [(0.1, 0.665), (0.5, 0.725), (0.7, 0.796), (0.95, 0.954)]
+    )
     def test_closed_form_of_the_delivered_restitution(self, asked, delivered, validated):
         """chi (1 + e) = ln((1 + chi) / (1 - chi e)), 3 printed digits of the known table."""
         found = delivered_by(0.75 * (1 - asked**2))
@@ -79,7 +107,9 @@ class TestLankaraniNikravesh:
 
     @given(st.floats(-1e-3, 1e-3), st.floats(-100, 100), st.floats(0, 100), st.floats(0, 1))
     def test_never_pulls_and_is_zero_outside(self, depth, rate, impact, restitution):
-        force = laws.lankarani_nikravesh(stiffness=1e10, restitution=restitution)(depth, rate, impact)
+        force = laws.lankarani_nikravesh(stiffness=1e10, restitution=restitution)(
+            depth, rate, impact
+        )
         assert math.isfinite(force)
         assert force >= 0.0
         assert depth > 0.0 or force == 0.0
@@ -92,7 +122,9 @@ class TestLankaraniNikravesh:
 class TestHuntCrossley:
     @pytest.mark.parametrize("speed", [0.01, 0.1])
     def test_restitution_falls_with_the_speed(self, speed, validated):
-        """e = 1 - alpha v to first order (Hunt and Crossley 1975); the closed form for chi = 1.5 alpha v to 1e-4."""
+        """e = 1 - alpha v to first order (Hunt and Crossley 1975); the closed form for chi = 1.5
+        alpha v to 1e-4.
+        """
         alpha = 0.3
         law = laws.hunt_crossley_memoryless(stiffness=1e6, dissipation=alpha)
         found = delivered_restitution(law, speed=speed)
@@ -132,7 +164,9 @@ class TestPinkusSternlicht:
         """The singularity-free form is the k-form multiplied out: 1e-9 (rounding of the k-form)."""
         e, c = ratio * JOINT.clearance, JOINT.clearance
         fr, ft = FILM(ratio, rate, entrainment, JOINT)
-        fx, fy, _, _ = textbook_film(e, 0.0, rate * c, 0.0, entrainment, 0.0, c, JOINT.radius, JOINT.length, 0.05, 0.0)
+        fx, fy, _, _ = textbook_film(
+            e, 0.0, rate * c, 0.0, entrainment, 0.0, c, JOINT.radius, JOINT.length, 0.05, 0.0
+        )
         size = math.hypot(fr, ft)
         assert fr == pytest.approx(fx, abs=1e-9 * size)
         assert ft == pytest.approx(fy, abs=1e-9 * size)
@@ -157,11 +191,18 @@ class TestPinkusSternlicht:
         assert FILM(1e-7, 0.0, -2.0 * swirl, UNIT)[1] == pytest.approx(-6 * math.pi * 3.0, rel=1e-5)
 
     def test_near_the_exact_half_sommerfeld_film(self, validated):
-        """Exact long pi-film, (eps, eps', w) -> (F_r, F_t): the form is within its known 9 % in approach."""
-        for state, exact in (((0.5, 1.0, 1.0), (-46.69790, 6.41712)), ((0.5, 1e-12, 1.0), (-1.777778, 4.836798))):
+        """Exact long pi-film, (eps, eps', w) -> (F_r, F_t): the form is within its known 9 % in
+        approach.
+        """
+        for state, exact in (
+            ((0.5, 1.0, 1.0), (-46.69790, 6.41712)),
+            ((0.5, 1e-12, 1.0), (-1.777778, 4.836798)),
+        ):
             found = FILM(*state, UNIT)
             options = {"source": "exact long film, cut off at zero", "kind": "exact"}
-            validated("force of Pinkus and Sternlicht", complex(*found), complex(*exact), 0.09, **options)
+            validated(
+                "force of Pinkus and Sternlicht", complex(*found), complex(*exact), 0.09, **options
+            )
 
     @given(ratios, rates.filter(lambda r: abs(r) > 1e-6))
     def test_squeeze_takes_energy(self, ratio, rate):
@@ -176,12 +217,22 @@ class TestPinkusSternlicht:
     def test_torques_balance_the_force_pair(self, ratio, tangential, journal, bearing):
         tj, tb = laws.film_torques(ratio, tangential, journal, bearing, *JOINT[:4])
         scale = abs(tj) + abs(tb) + 1e-30
-        assert tj + tb + ratio * JOINT.clearance * tangential == pytest.approx(0.0, abs=1e-12 * scale)
+        assert tj + tb + ratio * JOINT.clearance * tangential == pytest.approx(
+            0.0, abs=1e-12 * scale
+        )
 
     def test_petroff(self, validated):
         found = laws.film_torques(0.0, 0.0, 100.0, 0.0, *JOINT[:4])
         petroff = 2 * math.pi * 0.05 * 0.01**3 * 0.02 / 1e-4 * 100.0
-        validated("drag torques", found, (-petroff, petroff), 1e-12, unit="N m", source="Petroff", kind="exact")
+        validated(
+            "drag torques",
+            found,
+            (-petroff, petroff),
+            1e-12,
+            unit="N m",
+            source="Petroff",
+            kind="exact",
+        )
 
 
 class TestBinding:

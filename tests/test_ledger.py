@@ -1,4 +1,6 @@
-"""The energy ledger by parts: what each clearance joint and each damper has taken out, and which parts there are."""
+"""The energy ledger by parts: what each clearance joint and each damper has taken out, and which
+parts there are.
+"""
 
 import numpy as np
 import pytest
@@ -33,17 +35,22 @@ def kinetic(result, body):
 
 
 def bouncy(restitution):
-    return cl.lankarani_nikravesh(stiffness=1e12, restitution=restitution)  # contacts last about 50 us
+    # contacts last about 50 us
+    return cl.lankarani_nikravesh(stiffness=1e12, restitution=restitution)
 
 
 def hard(a, b, name, clearance, law=None, **more):
     law = law or bouncy(0.7)
-    return cl.ClearanceRevolute(a, b, name=name, radius=0.01, clearance=clearance, contact=law, **more)
+    return cl.ClearanceRevolute(
+        a, b, name=name, radius=0.01, clearance=clearance, contact=law, **more
+    )
 
 
 def free(name, joint=hard, place=0.0, velocity=(0.3, 0.1), spin=0.0, mass=0.5, **more):
     """A clearance joint that holds a body to ground; the body is free otherwise."""
-    ball = cl.Body(name, mass, 1e-4, position=(place, 0.0), velocity=velocity, angular_velocity=spin)
+    ball = cl.Body(
+        name, mass, 1e-4, position=(place, 0.0), velocity=velocity, angular_velocity=spin
+    )
     return joint(cl.ground.at(place, 0.0), ball, name, C, eccentricity_rate=velocity, **more)
 
 
@@ -53,7 +60,9 @@ def hinged(name, spin, inertia=2e-3, place=0.0):
 
 
 def steered(damping=(0.4, 0.02), crank_speed=3.0, elbow_speed=-5.0):
-    """An arm whose motion is prescribed altogether: no degree of freedom, only the ledger is integrated."""
+    """An arm whose motion is prescribed altogether: no degree of freedom, only the ledger is
+    integrated.
+    """
     upper = m.body("upper", {"S": (0, 0), "E": (0.3, 0)}, com=(0.15, 0))
     fore = m.body("fore", {"E": (0, 0), "H": (0.25, 0)}, com=(0.1, 0.01))
     elbow = cl.Revolute(upper["E"], fore["E"], name="E")
@@ -62,7 +71,9 @@ def steered(damping=(0.4, 0.02), crank_speed=3.0, elbow_speed=-5.0):
         elbow,
         cl.Drive(upper, speed=crank_speed, name="shoulder"),
         cl.Drive(elbow, speed=elbow_speed, name="elbow"),
-        cl.SpringDamper(cl.ground.at(0.4, 0.9), fore["H"], stiffness=50.0, damping=damping[0], name="strut"),
+        cl.SpringDamper(
+            cl.ground.at(0.4, 0.9), fore["H"], stiffness=50.0, damping=damping[0], name="strut"
+        ),
         cl.TorsionSpring(upper, fore, stiffness=2.0, damping=damping[1], name="twist"),
     )
 
@@ -77,22 +88,27 @@ SCENES = {
 
 @pytest.mark.parametrize("name", SCENES)
 def test_parts_add_up_to_the_total(name):
-    """To the rounding of a sum, a few ulp of the largest part; and with the total the residual stays what it was."""
+    """To the rounding of a sum, a few ulp of the largest part; and with the total the residual
+    stays what it was.
+    """
     make, span, expected = SCENES[name]
     result = cl.simulate(make(), rtol=1e-8, **span)
     found = parts(result)
     assert set(found) == expected
     largest = max(np.abs(p).max() for p in found.values())
-    np.testing.assert_allclose(sum(found.values()), result.energy.dissipated, rtol=0.0, atol=1e-15 * largest)
+    np.testing.assert_allclose(
+        sum(found.values()), result.energy.dissipated, rtol=0.0, atol=1e-15 * largest
+    )
     assert all(abs(p[-1]) > 1e-3 * largest for p in found.values())
     assert np.abs(result.energy.residual).max() < 1e-6 * result.facts("energy")["turned_over"]
 
 
 @pytest.mark.parametrize("method", ["rodas5p", "radau5", "radau9"])
 def test_a_film_takes_out_the_integral_of_its_power_loss(method):
-    """Once the journals have risen from the middle (an eighth of a turn) the trapezoidal rule is off by h^2: a quarter
-    for half the distance of samples. What it tends to is what the ledger has, to ten times rtol of the joint's energy
-    (measured: a tenth of rtol). Over the whole span the journals' rise leaves the rule off by 2e-8 of it.
+    """Once the journals have risen from the middle (an eighth of a turn) the trapezoidal rule is
+    off by h^2: a quarter for half the distance of samples. What it tends to is what the ledger has,
+    to ten times rtol of the joint's energy (measured: a tenth of rtol). Over the whole span the
+    journals' rise leaves the rule off by 2e-8 of it.
     """
     result = cl.simulate(feeder("lubricated"), turns=0.5, rtol=1e-10, samples=8193, method=method)
     for name in "BC":
@@ -102,29 +118,47 @@ def test_a_film_takes_out_the_integral_of_its_power_loss(method):
         assert (rule[0] - taken) / (rule[1] - taken) == pytest.approx(4.0, rel=0.05)
         assert (rule[1] - taken) / (rule[2] - taken) == pytest.approx(4.0, rel=0.05)
         assert rule[2] + (rule[2] - rule[1]) / 3.0 == pytest.approx(taken, rel=1e-9)
-        assert np.trapezoid(joint.power_loss, result.time) == pytest.approx(joint.dissipated[-1], rel=1e-7)
+        assert np.trapezoid(joint.power_loss, result.time) == pytest.approx(
+            joint.dissipated[-1], rel=1e-7
+        )
 
 
 @pytest.mark.parametrize("method", ["rodas5p", "radau5", "radau9", "dop853"])
 @pytest.mark.parametrize("kind", ["mixed", "dry"])
 def test_each_part_is_as_accurate_as_the_run(kind, method):
-    """Thirty times rtol of the energy of both joints, at rtol 1e-7 (measured: up to nine times), over the first
-    contacts: later the trajectories of a dry joint part."""
+    """Thirty times rtol of the energy of both joints, at rtol 1e-7 (measured: up to nine times),
+    over the first
+    contacts: later the trajectories of a dry joint part.
+    """
     span = {"until": 0.004, "samples": 201}
     reference = parts(cl.simulate(feeder(kind), rtol=1e-12, method="radau9", **span))
     found = parts(cl.simulate(feeder(kind), rtol=1e-7, method=method, **span))
     energy = sum(abs(p).max() for p in reference.values())
     for path, expected in reference.items():
-        np.testing.assert_allclose(found[path], expected, rtol=0.0, atol=3e-6 * energy, err_msg=path)
+        np.testing.assert_allclose(
+            found[path], expected, rtol=0.0, atol=3e-6 * energy, err_msg=path
+        )
 
 
-@pytest.mark.parametrize("friction", [None, cl.coulomb_tanh(coefficient=0.2, transition_speed=1e-2)])
+@pytest.mark.parametrize(
+    "friction", [None, cl.coulomb_tanh(coefficient=0.2, transition_speed=1e-2)]
+)
 def test_two_dry_joints_each_take_out_what_their_own_body_loses(friction):
-    """Two bodies bounce in bearings of their own, without gravity: in flight each joint has taken out exactly the
-    kinetic energy of its own body that is gone, 1e-8 at rtol 1e-10; and in flight it takes out nothing at all."""
+    """Two bodies bounce in bearings of their own, without gravity: in flight each joint has taken
+    out exactly the kinetic energy of its own body that is gone, 1e-8 at rtol 1e-10; and in flight
+    it takes out nothing at all.
+    """
     scene = cl.Scene(
         free("hard", velocity=(0.3, 0.1), spin=40.0, law=bouncy(0.9), friction=friction),
-        free("soft", velocity=(-0.2, 0.3), spin=-90.0, place=0.2, mass=0.2, law=bouncy(0.5), friction=friction),
+        free(
+            "soft",
+            velocity=(-0.2, 0.3),
+            spin=-90.0,
+            place=0.2,
+            mass=0.2,
+            law=bouncy(0.5),
+            friction=friction,
+        ),
         gravity=(0.0, 0.0),
     )
     result = cl.simulate(scene, until=5e-3, rtol=1e-10, samples=4001)
@@ -133,17 +167,23 @@ def test_two_dry_joints_each_take_out_what_their_own_body_loses(friction):
         joint, energy, own = result.joint(name), kinetic(result, name), events["joint"] == name
         flying = joint.contact_force == 0.0
         lost = energy[0] - energy
-        np.testing.assert_allclose(joint.dissipated[flying], lost[flying], rtol=0, atol=1e-8 * energy[0])
+        np.testing.assert_allclose(
+            joint.dissipated[flying], lost[flying], rtol=0, atol=1e-8 * energy[0]
+        )
         assert joint.dissipated[-1] > 0.02 * energy[0]
         starts, ends = events["time"][own], (events["time"] + events["duration"])[own]
-        flights = [joint.dissipated[(time > a) & (time < b)] for a, b in zip(ends, starts[1:], strict=False)]
+        flights = [
+            joint.dissipated[(time > a) & (time < b)]
+            for a, b in zip(ends, starts[1:], strict=False)
+        ]
         assert len(flights) > 2
         assert all(np.ptp(flight) == 0.0 for flight in flights if flight.size)
 
 
 def test_an_impact_takes_out_what_its_speeds_say():
-    """Straight at the wall: m (v1^2 - v2^2) / 2 with both speeds of the impact table, 1e-8 at rtol 1e-10. One impact
-    between two samples: the ledger has all of it, the sampled power loss nothing."""
+    """Straight at the wall: m (v1^2 - v2^2) / 2 with both speeds of the impact table, 1e-8 at rtol
+    1e-10. One impact between two samples: the ledger has all of it, the sampled power loss nothing.
+    """
     scene = cl.Scene(free("ball", velocity=(0.25, 0.0)), gravity=(0.0, 0.0))
     result = cl.simulate(scene, until=8e-4, rtol=1e-10, samples=3)
     (before,), (after,) = result.events["impact_speed"], result.events["separation_speed"]
@@ -156,7 +196,9 @@ def test_an_impact_takes_out_what_its_speeds_say():
 
 
 def test_a_contact_without_loss_gives_all_of_it_back():
-    """Hertz: stored while it touches, given back at the end; 1e-8 of the kinetic energy at rtol 1e-10."""
+    """Hertz: stored while it touches, given back at the end; 1e-8 of the kinetic energy at rtol
+    1e-10.
+    """
     scene = cl.Scene(free("ball", law=cl.hertz(stiffness=1e12)), gravity=(0.0, 0.0))
     result = cl.simulate(scene, until=2e-3, rtol=1e-10, samples=2001)
     energy, taken = kinetic(result, "ball"), result.joint("ball").dissipated
@@ -167,7 +209,9 @@ def test_a_contact_without_loss_gives_all_of_it_back():
 
 
 def test_film_and_contact_side_by_side():
-    """Beside a body that bounces another stops in oil: at all times the film has what its body lost; 1e-8."""
+    """Beside a body that bounces another stops in oil: at all times the film has what its body
+    lost; 1e-8.
+    """
     scene = cl.Scene(
         free("wet", joint=m.film, velocity=(0.02, 0.01), spin=30.0),
         free("ball", place=0.2, velocity=(0.2, 0.0)),
@@ -175,43 +219,72 @@ def test_film_and_contact_side_by_side():
     )
     result = cl.simulate(scene, until=5e-3, rtol=1e-10, samples=501)
     energy = kinetic(result, "wet")
-    np.testing.assert_allclose(result.joint("wet").dissipated, energy[0] - energy, rtol=0.0, atol=1e-8 * energy[0])
+    np.testing.assert_allclose(
+        result.joint("wet").dissipated, energy[0] - energy, rtol=0.0, atol=1e-8 * energy[0]
+    )
     assert kinetic(result, "ball")[-1] < 0.9 * kinetic(result, "ball")[0]
     assert energy[-1] < 0.995 * energy[0]
 
 
 def test_dampers_take_out_what_theory_says():
-    """Two wheels run down against torsion dampers, a slide against a damper with a spring: the wheels' energies decay
-    by exp(-2 d t / I), and the slide's loss is what is missing of kinetic and spring energy; 1e-9 at rtol 1e-10."""
+    """Two wheels run down against torsion dampers, a slide against a damper with a spring: the
+    wheels' energies decay by exp(-2 d t / I), and the slide's loss is what is missing of kinetic
+    and spring energy; 1e-9 at rtol 1e-10.
+    """
     (fast, hinge), (slow, other) = hinged("fast", 30.0), hinged("slow", 7.0, 5e-3, 0.3)
     block = cl.Body("block", 0.4, 1e-4, position=(0.0, 1.0), velocity=(2.0, 0.0))
     scene = cl.Scene(
-        hinge, other,
+        hinge,
+        other,
         cl.Prismatic(cl.ground.at(0.0, 1.0), block, name="slide"),
         cl.TorsionSpring(cl.ground, fast, damping=3e-3, name="brake"),
         cl.TorsionSpring(slow, cl.ground, damping=1e-3, name="drag"),
-        cl.SpringDamper(cl.ground.at(-0.5, 1.0), block, stiffness=30.0, damping=0.8, free_length=0.4, name="strut"),
-        cl.SpringDamper(cl.ground.at(0.9, 1.0), block, stiffness=10.0, free_length=0.4, name="spring"),
+        cl.SpringDamper(
+            cl.ground.at(-0.5, 1.0),
+            block,
+            stiffness=30.0,
+            damping=0.8,
+            free_length=0.4,
+            name="strut",
+        ),
+        cl.SpringDamper(
+            cl.ground.at(0.9, 1.0), block, stiffness=10.0, free_length=0.4, name="spring"
+        ),
         gravity=(0.0, 0.0),
-    )  # fmt: skip
+    )
     result = cl.simulate(scene, until=1.0, rtol=1e-10)
     found, t = parts(result), result.time
     assert set(found) == {"springs/brake", "springs/drag", "springs/strut"}
-    for path, spin, inertia, damping in (("springs/brake", 30.0, 2e-3, 3e-3), ("springs/drag", 7.0, 5e-3, 1e-3)):
+    for path, spin, inertia, damping in (
+        ("springs/brake", 30.0, 2e-3, 3e-3),
+        ("springs/drag", 7.0, 5e-3, 1e-3),
+    ):
         lost = -0.5 * inertia * spin**2 * np.expm1(-2.0 * damping * t / inertia)
         np.testing.assert_allclose(found[path], lost, rtol=0.0, atol=1e-9 * lost[-1])
     lengths = {n: result.values(f"springs/{n}/length") for n in ("strut", "spring")}
-    energy = kinetic(result, "block") + 15.0 * (lengths["strut"] - 0.4) ** 2 + 5.0 * (lengths["spring"] - 0.4) ** 2
-    np.testing.assert_allclose(found["springs/strut"], energy[0] - energy, rtol=0.0, atol=1e-9 * energy[0])
+    energy = (
+        kinetic(result, "block")
+        + 15.0 * (lengths["strut"] - 0.4) ** 2
+        + 5.0 * (lengths["spring"] - 0.4) ** 2
+    )
+    np.testing.assert_allclose(
+        found["springs/strut"], energy[0] - energy, rtol=0.0, atol=1e-9 * energy[0]
+    )
     assert found["springs/strut"][-1] > 0.3 * energy[0]
 
 
 def test_dampers_of_a_prescribed_motion_are_integrated_to_tolerance():
-    """No degree of freedom: the ledger alone sets the steps. The torsion damper turns at constant speed: d w^2 t, and
-    the strut is as near to a tight run as six steps and rtol 1e-6 of the energy scale, about 1 J, let it be."""
+    """No degree of freedom: the ledger alone sets the steps.
+
+    The torsion damper turns at constant speed: d w^2 t, and
+    the strut is as near to a tight run as six steps and rtol 1e-6 of the energy scale, about 1 J,
+    let it be.
+    """
     result = cl.simulate(steered(), until=2.0, rtol=1e-6, max_step=1.0)
     found = parts(result)
-    np.testing.assert_allclose(found["springs/twist"], 0.02 * 25.0 * result.time, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(
+        found["springs/twist"], 0.02 * 25.0 * result.time, rtol=1e-12, atol=1e-15
+    )
     tight = parts(cl.simulate(steered(), until=2.0, rtol=1e-12))
     np.testing.assert_allclose(found["springs/strut"], tight["springs/strut"], rtol=0.0, atol=1e-5)
     assert result.solver["steps"] < 10
@@ -231,7 +304,9 @@ STATES = {
 
 @pytest.mark.parametrize("name", STATES)
 def test_the_ledger_has_no_more_states_than_it_needs(name):
-    """Energy input, and one for each part that can take energy out; none of them with the ledger off."""
+    """Energy input, and one for each part that can take energy out; none of them with the ledger
+    off.
+    """
     make, count = STATES[name]
     mechanism = build(make())
     assert mechanism.y0.size == mechanism.size + count
@@ -250,7 +325,9 @@ def test_states_are_named_after_their_parts():
 
 
 def test_nothing_dissipates():
-    """The total is there for every reader of the file, and nothing else; the ledger closes without it."""
+    """The total is there for every reader of the file, and nothing else; the ledger closes without
+    it.
+    """
     result = cl.simulate(cl.load_case("double_pendulum"), until=1.0, rtol=1e-9)
     assert parts(result) == {}
     assert not result.energy.dissipated.any()

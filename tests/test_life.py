@@ -1,4 +1,6 @@
-"""A life of wear: the replay of a load path, sums of wear in runs, stages and jumps; rows of an independent code."""
+"""A life of wear: the replay of a load path, sums of wear in runs, stages and jumps; rows of an
+independent code.
+"""
 
 import csv
 import json
@@ -27,7 +29,9 @@ def standing(parts=1, bearing=COEFFICIENT, journal=0.0):
     """Load path of a turn under a load at rest in the bearing, the journal turning once."""
     angle = 2.0 * math.pi * (np.arange(parts) + 0.5) / parts
     over = [np.full(parts, k * WAY / parts) for k in (bearing, journal)]
-    return np.column_stack([np.full(parts, -FORCE), np.zeros(parts), angle, *over, np.full(parts, CLEARANCE)])
+    return np.column_stack(
+        [np.full(parts, -FORCE), np.zeros(parts), angle, *over, np.full(parts, CLEARANCE)]
+    )
 
 
 def replayed(path, turns, modulus=MODULUS):
@@ -40,7 +44,9 @@ def replayed(path, turns, modulus=MODULUS):
 
 
 class TestReplay:
-    @pytest.mark.parametrize(("turns", "depth", "volume"), [(10, "W15", None), (1000, "W21", "W25")])
+    @pytest.mark.parametrize(
+        ("turns", "depth", "volume"), [(10, "W15", None), (1000, "W21", "W25")]
+    )
     def test_load_at_rest(self, turns, depth, volume):
         """Case B, an elastic layer: depth and volume within 1e-3, and within the error stated."""
         end, error = replayed(standing(), turns)
@@ -53,7 +59,9 @@ class TestReplay:
 
     @pytest.mark.parametrize(("turns", "depth"), [(100, "W02"), (5000, "W06")])
     def test_rigid(self, turns, depth):
-        """Case A, rigid bodies: a layer a thousand times stiffer is within 1e-3, in jumps far beyond explicit ones."""
+        """Case A, rigid bodies: a layer a thousand times stiffer is within 1e-3, in jumps far
+        beyond explicit ones.
+        """
         end, _ = replayed(standing(), turns, 1000.0 * MODULUS)
         assert end.bearing[0] == pytest.approx(ROWS[depth], rel=1e-3)
 
@@ -83,18 +91,30 @@ def rotor(e=1.0923687270e-4, **fields):
     """Case B as a mechanism: a journal at rest under 1000 N that turns once a second."""
     body = cl.Body("rotor", 0.5, 1e-4)
     joint = cl.ClearanceRevolute(
-        cl.ground, body, name="B", radius=RADIUS, clearance=CLEARANCE, length=LENGTH, eccentricity=(e, 0.0),
+        cl.ground,
+        body,
+        name="B",
+        radius=RADIUS,
+        clearance=CLEARANCE,
+        length=LENGTH,
+        eccentricity=(e, 0.0),
         contact=cl.winkler(layer_modulus=MODULUS, restitution=0.5),
         **{"wear": cl.archard(coefficient=COEFFICIENT)} | fields,
-    )  # fmt: skip
+    )
     load = cl.Force(body.at(0, 0), x=FORCE, name="load")
-    return cl.Scene(joint, load, cl.Drive(body, speed=2.0 * math.pi, name="d"), gravity=(0, 0), name="rotor")
+    return cl.Scene(
+        joint, load, cl.Drive(body, speed=2.0 * math.pi, name="d"), gravity=(0, 0), name="rotor"
+    )
 
 
 class TestSums:
     def test_bins_and_volume(self):
-        """Bins over Lobatto's points miss the integrated volume by less than 1e-3 before they are scaled to it."""
-        scene = cl.load_case("slider_crank", model="dry", wear=1e-13, wear_journal=1e-14, speed=cl.rpm(1000))
+        """Bins over Lobatto's points miss the integrated volume by less than 1e-3 before they are
+        scaled to it.
+        """
+        scene = cl.load_case(
+            "slider_crank", model="dry", wear=1e-13, wear_journal=1e-14, speed=cl.rpm(1000)
+        )
         result = cl.simulate(scene, turns=0.5)
         facts, joint = result.facts("joints/C/wear"), result.joint("C")
         assert 0.0 < facts["bins_error"] < 1e-3
@@ -105,11 +125,17 @@ class TestSums:
             assert area * facts[f"worn_{surface}"].sum() == pytest.approx(volume, rel=1e-12)
 
     def test_work_of_friction(self):
-        """An elastic contact that rubs has taken out mu int N |v| dt where it is free again: within 1e-3."""
+        """An elastic contact that rubs has taken out mu int N |v| dt where it is free again: within
+        1e-3.
+        """
         mu = 0.1
-        scene = cl.load_case("slider_crank", model="dry", wear=1e-13, restitution=1.0, speed=cl.rpm(1000))
+        scene = cl.load_case(
+            "slider_crank", model="dry", wear=1e-13, restitution=1.0, speed=cl.rpm(1000)
+        )
         friction = cl.coulomb_tanh(coefficient=mu, transition_speed=1e-5)
-        scene = scene.rebuilt(element=lambda e: replace(e, friction=friction) if e.name == "C" else e)
+        scene = scene.rebuilt(
+            element=lambda e: replace(e, friction=friction) if e.name == "C" else e
+        )
         result = cl.simulate(scene, until=0.02)
         joint = result.joint("C")
         assert joint.gap[-1] > 0.0
@@ -118,7 +144,9 @@ class TestSums:
         assert joint.dissipated[-1] == pytest.approx(mu * volume / 1e-13, rel=1e-3)
 
     def test_own_law(self):
-        """A law that is not linear in the pressure is summed over the arc; of a linear one it gives the same."""
+        """A law that is not linear in the pressure is summed over the arc; of a linear one it gives
+        the same.
+        """
         depths = []
         for law in (cl.archard(coefficient=COEFFICIENT), hardly_bent(coefficient=COEFFICIENT)):
             result = cl.simulate(rotor(wear=law), turns=0.25)
@@ -138,7 +166,9 @@ OPTIONS = {"turns": 40.0, "jump_turns": 20.0, "settle": 0, "average": 1}
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A life of 40 turns, in jumps of at most 20, whose first attempt is stopped at the second stage."""
+    """A life of 40 turns, in jumps of at most 20, whose first attempt is stopped at the second
+    stage.
+    """
     folder = tmp_path_factory.mktemp("life")
 
     def stop(done):
@@ -176,9 +206,13 @@ class TestLife:
     def test_linear(self, folder, tmp_path):
         """Explicit jumps agree while they are short, and are refused beyond their stability."""
         life = cl.wear(rotor(), directory=tmp_path / "short", jump="linear", **OPTIONS)
-        assert life.volume("B")[-1] == pytest.approx(cl.Life(folder / "worn").volume("B")[-1], rel=2e-2)
+        assert life.volume("B")[-1] == pytest.approx(
+            cl.Life(folder / "worn").volume("B")[-1], rel=2e-2
+        )
         options = OPTIONS | {"jump_turns": 4000.0, "turns": 1e4}
-        with pytest.raises(ValueError, match=r"jump_turns=4000 of linear jumps: beyond 318 turns they are unstable"):
+        with pytest.raises(
+            ValueError, match=r"jump_turns=4000 of linear jumps: beyond 318 turns they are unstable"
+        ):
             cl.wear(rotor(), directory=tmp_path / "long", jump="linear", **options)
 
     def test_picture(self, folder, tmp_path, undrawn):
@@ -201,7 +235,17 @@ class TestLife:
             'def scene(*, wear: float = 0.0):\n    """Rotor.\n\n    wear: coefficient [m2/N]\n    """\n'
             "    return rotor(wear=cl.archard(coefficient=wear))\n"
         )
-        words = ["-p", "wear=1e-4mm3/Nm", "--turns", "5", "--settle", "0", "--average", "1", "--json"]
+        words = [
+            "-p",
+            "wear=1e-4mm3/Nm",
+            "--turns",
+            "5",
+            "--settle",
+            "0",
+            "--average",
+            "1",
+            "--json",
+        ]
         assert main(["wear", str(file), *words, "-o", str(tmp_path / "worn")]) == 0
         document = json.loads(capsys.readouterr().out)
         assert document["status"] == "complete"
@@ -214,14 +258,18 @@ class TestLife:
         with pytest.raises(ValueError, match="no joint of slider_crank wears"):
             cl.wear("slider_crank", model="dry", turns=10, directory=tmp_path)
         deep = worn(bearing=[6e-3] + [0.0] * (NODES - 1))
-        with pytest.raises(ValueError, match="outline: bearing is worn 0.006 m deep, through its wall of 0.005 m"):
+        with pytest.raises(
+            ValueError, match="outline: bearing is worn 0.006 m deep, through its wall of 0.005 m"
+        ):
             rotor(outline=deep)
 
 
 @pytest.mark.slow
 class TestWearA:
     def test_one_turn(self):
-        """Row H: the second turn of the unworn joint wears as a quasi-static load path has it, within 1e-3."""
+        """Row H: the second turn of the unworn joint wears as a quasi-static load path has it,
+        within 1e-3.
+        """
         result = cl.simulate(cl.load_case("wear_a"), turns=2)
         volume = result.joint("B").wear_volume_bearing
         middle = len(volume) // 2

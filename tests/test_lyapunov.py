@@ -1,4 +1,6 @@
-"""Largest Lyapunov exponents against motions whose exponent is known, and against the variational equations."""
+"""Largest Lyapunov exponents against motions whose exponent is known, and against the variational
+equations.
+"""
 
 import json
 import math
@@ -27,8 +29,8 @@ DRIVE = 2.0 / 3.0  # rad/s
 
 
 def pendulum(amplitude, quality=2.0):
-    """theta'' + theta' / q + sin theta = g cos(2 t / 3) (Baker and Gollub, Chaotic Dynamics, 1990): unit inertia about
-    the pivot and unit m g l.
+    """theta'' + theta' / q + sin theta = g cos(2 t / 3) (Baker and Gollub, Chaotic Dynamics, 1990):
+    unit inertia about the pivot and unit m g l.
     """
     bob = cl.Body("bob", mass=1.0, inertia=0.75, points={"pivot": (0, 0)}, com=(0, -0.5), angle=0.2)
     return cl.Scene(
@@ -44,68 +46,113 @@ def oscillator(mass=2.0, damping=3.0, stiffness=800.0):
     body = cl.Body("mass", mass=mass, inertia=1.0, points={"p": (0, 0)}, position=(0.1, 0))
     return cl.Scene(
         cl.Prismatic(cl.ground, body["p"], name="guide"),
-        cl.SpringDamper(cl.ground.at(-1, 0), body["p"], stiffness=stiffness, damping=damping, free_length=1.0),
+        cl.SpringDamper(
+            cl.ground.at(-1, 0), body["p"], stiffness=stiffness, damping=damping, free_length=1.0
+        ),
         gravity=(0, 0),
         name="oscillator",
     )
 
 
 def double_pendulum(angle):
-    upper = cl.Body("upper", mass=1, inertia=0.01, points={"o": (0, 0), "e": (0, -1)}, com=(0, -0.5), angle=angle)
-    lower = cl.Body("lower", mass=1, inertia=0.01, points={"e": (0, 0)}, com=(0, -0.5), angle=-angle)
+    upper = cl.Body(
+        "upper",
+        mass=1,
+        inertia=0.01,
+        points={"o": (0, 0), "e": (0, -1)},
+        com=(0, -0.5),
+        angle=angle,
+    )
+    lower = cl.Body(
+        "lower", mass=1, inertia=0.01, points={"e": (0, 0)}, com=(0, -0.5), angle=-angle
+    )
     return cl.Scene(
-        cl.Revolute(cl.ground, upper["o"], name="o"), cl.Revolute(upper["e"], lower["e"], name="e"), name="double"
+        cl.Revolute(cl.ground, upper["o"], name="o"),
+        cl.Revolute(upper["e"], lower["e"], name="e"),
+        name="double",
     )
 
 
 def crank(rpm=2000, clearance=0.5e-3, restitution=0.5, **more):
     return cl.load_case(
-        "slider_crank", model="dry", speed=cl.rpm(rpm), clearance=clearance, restitution=restitution, **more
-    )  # fmt: skip
+        "slider_crank",
+        model="dry",
+        speed=cl.rpm(rpm),
+        clearance=clearance,
+        restitution=restitution,
+        **more,
+    )
 
 
 class TestKnownExponents:
     def test_damped_oscillator(self, validated):
-        """-c / (2 m) exactly. The growth over a damped period is the same from every phase, so what is left are the
+        """-c / (2 m) exactly.
+
+        The growth over a damped period is the same from every phase, so what is left are the
         local errors over the distance, 1e-10 / 1e-6, averaged over 1200 stops: below 1e-5.
         """
-        found = lyapunov(oscillator(), turns=50, settle=2, interval=2.0 * math.pi / math.sqrt(400.0 - 0.75**2))
+        found = lyapunov(
+            oscillator(), turns=50, settle=2, interval=2.0 * math.pi / math.sqrt(400.0 - 0.75**2)
+        )
         options = {"unit": "1/s", "source": "-c / (2 m)", "kind": "exact"}
         validated("exponent of a damped oscillator", found.per_second, -0.75, 1e-5, **options)
         assert found.error_per_second < 1e-5
         assert found.verdict == "regular"
 
     def test_damped_oscillator_over_another_interval(self):
-        """Out of step with the oscillation the growth scatters, and the stated error covers it: within 3 errors."""
+        """Out of step with the oscillation the growth scatters, and the stated error covers it:
+        within 3 errors.
+        """
         found = lyapunov(oscillator(), turns=50, settle=2, interval=0.2)
         assert abs(found.per_second + 0.75) < 3.0 * found.error_per_second < 1.0
 
     def test_periodic_pendulum(self, validated):
-        """The two exponents add up to -1 / q; where neighbours spiral in, each is half of it: -0.25. Within 3 errors,
-        and these below 2 %.
+        """The two exponents add up to -1 / q; where neighbours spiral in, each is half of it:
+        -0.25. Within 3 errors, and these below 2 %.
         """
         found = lyapunov(pendulum(0.9), turns=150, interval=2.0 * math.pi / DRIVE)
         assert found.error_per_second < 0.005
-        options = {"unit": "1/s", "source": "half the divergence, Baker and Gollub's pendulum", "kind": "exact"}
+        options = {
+            "unit": "1/s",
+            "source": "half the divergence, Baker and Gollub's pendulum",
+            "kind": "exact",
+        }
         allowed = 3.0 * found.error_per_second
-        validated("exponent of a periodic pendulum", found.per_second, -0.25, allowed, relative=False, **options)
+        validated(
+            "exponent of a periodic pendulum",
+            found.per_second,
+            -0.25,
+            allowed,
+            relative=False,
+            **options,
+        )
         assert found.verdict == "regular"
 
     def test_chaotic_pendulum(self, validated):
-        """Against the variational equations on a motion of their own: two samples of one mean, so within 3 of their
-        errors together.
+        """Against the variational equations on a motion of their own: two samples of one mean, so
+        within 3 of their errors together.
         """
         found = lyapunov(pendulum(1.5), turns=200, interval=2.0 * math.pi / DRIVE)
         other = variational_pendulum(1.5, turns=200)
         allowed = 3.0 * math.hypot(found.error, other.error)
-        options = {"source": "variational equations by scipy", "kind": "independent", "relative": False}
-        validated("exponent of a chaotic pendulum, a turn", found.per_turn, other.per_turn, allowed, **options)
+        options = {
+            "source": "variational equations by scipy",
+            "kind": "independent",
+            "relative": False,
+        }
+        validated(
+            "exponent of a chaotic pendulum, a turn",
+            found.per_turn,
+            other.per_turn,
+            allowed,
+            **options,
+        )
         assert found.error < 0.15 * found.per_turn
         assert found.verdict == other.verdict == "chaotic"
 
     def test_double_pendulum(self):
-        """Undamped and low, it is nearly two linear oscillators: neighbours part in proportion to time at most, below
-        what the run resolves; thrown high, it is chaotic.
+        """Undamped and low, it is nearly two linear oscillators: neighbours part in proportion to
+        time at most, below what the run resolves; thrown high, it is chaotic.
         """
         low = lyapunov(double_pendulum(0.1), turns=100, interval=2.0)
         assert abs(low.per_turn) < low.resolution + 2.0 * low.error < 0.05
@@ -118,11 +165,18 @@ def variational_pendulum(amplitude, turns, settle=20, quality=2.0):
 
     def slope(t, z):
         torque = amplitude * math.cos(DRIVE * t)
-        return [z[1], torque - z[1] / quality - math.sin(z[0]), z[3], -z[3] / quality - math.cos(z[0]) * z[2]]
+        return [
+            z[1],
+            torque - z[1] / quality - math.sin(z[0]),
+            z[3],
+            -z[3] / quality - math.cos(z[0]) * z[2],
+        ]
 
     z, period, growth = np.array([0.2, 0.0, 0.6, 0.8]), 2.0 * math.pi / DRIVE, []
     for n in range(turns + settle):
-        z = solve_ivp(slope, (n * period, (n + 1) * period), z, method="DOP853", rtol=1e-9, atol=1e-9).y[:, -1]
+        z = solve_ivp(
+            slope, (n * period, (n + 1) * period), z, method="DOP853", rtol=1e-9, atol=1e-9
+        ).y[:, -1]
         size = math.hypot(z[2], z[3])
         growth.append(math.log(size))
         z[2:] /= size
@@ -132,33 +186,45 @@ def variational_pendulum(amplitude, turns, settle=20, quality=2.0):
 
 class TestSliderCrank:
     def test_against_the_variational_equations(self, monkeypatch, validated):
-        """Turn by turn, the compiled Jacobian and the jump of the remembered impact speed at each touch give the same
-        growth. Within 1e-3: both follow one motion to about 1e-10, which four turns magnify by exp(12) = 2e5 to 2e-5,
-        and the distance bends the growth by about as much. Without the impact speed in the separation it is another.
+        """Turn by turn, the compiled Jacobian and the jump of the remembered impact speed at each
+        touch give the same growth. Within 1e-3: both follow one motion to about 1e-10, which four
+        turns magnify by exp(12) = 2e5 to 2e-5, and the distance bends the growth by about as much.
+        Without the impact speed in the separation it is another.
         """
         wanted = variational_growth(crank(), turns=4)
         found = lyapunov(crank(), turns=4, settle=0, rtol=1e-12)
-        options = {"source": "variational equations by scipy", "kind": "independent", "relative": False}
+        options = {
+            "source": "variational equations by scipy",
+            "kind": "independent",
+            "relative": False,
+        }
         validated("growth with impacts, turn by turn", found.growth, wanted, 1e-3, **options)
         validated("the same at the wider distance", found.wider, wanted, 1e-3, **options)
         monkeypatch.setattr(module, "LASTING", -1.0)
         assert np.abs(lyapunov(crank(), turns=4, settle=0, rtol=1e-12).growth - wanted).max() > 0.05
 
     def test_neither_distance_nor_stops_matter(self, monkeypatch):
-        """Nor does the tolerance, as long as the motions are the same: for about five turns. Within 2e-2: at 1e-4 of
+        """Nor does the tolerance, as long as the motions are the same: for about five turns.
+
+        Within 2e-2: at 1e-4 of
         the clearance the separation bends, at a tolerance of 1e-3 of the distance it is rough.
         """
         usual = lyapunov(crank(), turns=5, settle=0, rtol=1e-12).growth
-        for distance, rtol, stops in ((1e-5, 1e-12, 24), (1e-8, 1e-12, 24), (1e-6, 1e-10, 24), (1e-6, 1e-12, 6),
-                                      (1e-6, 1e-12, 96)):  # fmt: skip
+        for distance, rtol, stops in (
+            (1e-5, 1e-12, 24),
+            (1e-8, 1e-12, 24),
+            (1e-6, 1e-10, 24),
+            (1e-6, 1e-12, 6),
+            (1e-6, 1e-12, 96),
+        ):
             monkeypatch.setattr(module, "STOPS", stops)
             found = lyapunov(crank(), turns=5, settle=0, distance=distance, rtol=rtol)
             assert found.growth == pytest.approx(usual, abs=2e-2), (distance, rtol, stops)
             assert abs(found.effect) < 2e-2
 
     def test_period_one_and_chaos(self):
-        """At a clearance of 1 mm with friction 0.03 the motion repeats itself every turn from 1500 to 3940 rpm and is
-        irregular beyond (stroboscopic sections show the same).
+        """At a clearance of 1 mm with friction 0.03 the motion repeats itself every turn from 1500
+        to 3940 rpm and is irregular beyond (stroboscopic sections show the same).
         """
         friction = {"clearance": 1e-3, "restitution": 0.9, "friction": "coulomb"}
         slow, fast = (lyapunov(crank(rpm, **friction), turns=60) for rpm in (2000, 5000))
@@ -167,8 +233,9 @@ class TestSliderCrank:
         assert slow.per_turn < -0.3 < 0.8 < fast.per_turn  # 200 turns: -0.54 and 1.7 +- 0.2
 
     def test_lasting_contact(self):
-        """A contact that never ends keeps its impact speed, which is no growth; the motion repeats itself every two
-        turns, growing in one and shrinking in the other, and the error is not that of single turns.
+        """A contact that never ends keeps its impact speed, which is no growth; the motion repeats
+        itself every two turns, growing in one and shrinking in the other, and the error is not that
+        of single turns.
         """
         found = lyapunov(crank(5000, 1e-4), turns=60)
         assert found.growth[0::2].mean() * found.growth[1::2].mean() < 0.0
@@ -184,8 +251,9 @@ class TestSliderCrank:
 def variational_growth(scene, turns, rtol=1e-10):
     """Logarithm of the growth of a tangent turn by turn, of a scene with one dry joint.
 
-    Tangent: of the state and of the impact speed s that the contact remembers. At a touch with rate v and closing
-    acceleration a: ds = dv - a d(penetration) / v, as a neighbour that is deeper by d(penetration) touched earlier.
+    Tangent: of the state and of the impact speed s that the contact remembers. At a touch with rate
+    v and closing acceleration a: ds = dv - a d(penetration) / v, as a neighbour that is deeper by
+    d(penetration) touched earlier.
     """
     m = build(scene, ledger=False)
     n, speed = m.size, m.frequency * scene.clearance_joints[0].clearance
@@ -213,7 +281,11 @@ def variational_growth(scene, turns, rtol=1e-10):
     def touch(t, z):
         """The remembered speed and its tangent."""
         y, d = z[:n], z[n:-1]
-        here, small, soon = call(events, 3, t, y), 1e-6 / np.linalg.norm(d / m.scale), 1e-7 * scene.turn
+        here, small, soon = (
+            call(events, 3, t, y),
+            1e-6 / np.linalg.norm(d / m.scale),
+            1e-7 * scene.turn,
+        )
         beside = (call(events, 3, t, y + small * d) - here) / small
         later = (call(events, 3, t + soon, y + soon * call(rhs, n, t, y)) - here) / soon
         return here[1], beside[1] - later[1] * beside[0] / here[1]
@@ -227,9 +299,16 @@ def variational_growth(scene, turns, rtol=1e-10):
         while t < turn * scene.turn:
             penetration.direction = -1 if work[0] > 0.0 else 1
             run = solve_ivp(
-                slope, (t, turn * scene.turn), z, method="DOP853", rtol=rtol, atol=tolerance, events=penetration,
-                max_step=scene.turn / (500.0 if work[0] > 0.0 else 5000.0),  # no flight shall be jumped over
-            )  # fmt: skip
+                slope,
+                (t, turn * scene.turn),
+                z,
+                method="DOP853",
+                rtol=rtol,
+                atol=tolerance,
+                events=penetration,
+                # no flight shall be jumped over
+                max_step=scene.turn / (500.0 if work[0] > 0.0 else 5000.0),
+            )
             t, z = run.t[-1], run.y[:, -1].copy()
             if run.status == 1:
                 work[0], z[-1] = (-1.0, 0.0) if work[0] > 0.0 else touch(t, z)
@@ -246,8 +325,8 @@ def made(growth, effect=0.0, settle=20):
 
 class TestError:
     def test_of_independent_turns(self):
-        """s / sqrt(N); 20 stretches give it to about 1 / sqrt(40) = 16 %, and stretches that happen to follow each
-        other up to half more.
+        """s / sqrt(N); 20 stretches give it to about 1 / sqrt(40) = 16 %, and stretches that happen
+        to follow each other up to half more.
         """
         growth = np.random.default_rng(5).standard_normal(400)
         assert 0.6 / 20.0 < made(growth).sampling < 1.6 / 20.0
@@ -315,5 +394,7 @@ class TestShowing:
             assert group["running"][-1] == pytest.approx(group.attrs["per_turn"])
             assert np.isnan(group["running_error"][:3]).all()
             assert np.isfinite(group["running_error"][3:]).all()
-        path = pictures.lyapunov(found | {"made": made(np.ones(12))}, tmp_path / "new" / "lyapunov.png")
+        path = pictures.lyapunov(
+            found | {"made": made(np.ones(12))}, tmp_path / "new" / "lyapunov.png"
+        )
         assert path.stat().st_size > 10_000

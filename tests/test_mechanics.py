@@ -1,6 +1,7 @@
 """The generated mechanics against an independent multiplier formulation, for every kind of group.
 
-Kernels run as plain Python here; that compiled code gives the same numbers is tested in test_store.py.
+Kernels run as plain Python here; that compiled code gives the same numbers is tested in
+test_store.py.
 """
 
 import numpy as np
@@ -33,11 +34,18 @@ def absolute(scene, row):
 
 
 def shaken(mechanism, seed=1):
-    """A state off the start: eccentricities and rates of the size of the clearance, free coordinates moved a little."""
+    """A state off the start: eccentricities and rates of the size of the clearance, free
+    coordinates moved a little.
+    """
     rng = np.random.default_rng(seed)
     y = mechanism.y0.copy()
     n = mechanism.size
-    y[:n] += 0.5 * mechanism.scale * rng.uniform(-1.0, 1.0, n) * np.where(mechanism.scale > 1e-2, 0.05, 1.0)
+    y[:n] += (
+        0.5
+        * mechanism.scale
+        * rng.uniform(-1.0, 1.0, n)
+        * np.where(mechanism.scale > 1e-2, 0.05, 1.0)
+    )
     return y
 
 
@@ -59,8 +67,14 @@ def scenes():
                 yield f"{name}-{kind}", make(hinge)
     yield "parallelogram-dry", m.parallelogram(lambda a, b, name: m.dry(a, b, name, stiffness=1e6))
     for joints in ("B", "C,E", "B,C,E", "A,B,C,D,E,F"):
-        yield f"feeder-{joints}", load_case("six_bar_feeder", joints=joints, film="pinkus_sternlicht")
-        yield f"feeder-dry-{joints}", load_case("six_bar_feeder", joints=joints, model="dry", friction="none")
+        yield (
+            f"feeder-{joints}",
+            load_case("six_bar_feeder", joints=joints, film="pinkus_sternlicht"),
+        )
+        yield (
+            f"feeder-dry-{joints}",
+            load_case("six_bar_feeder", joints=joints, model="dry", friction="none"),
+        )
 
 
 SCENES = dict(scenes())
@@ -68,7 +82,9 @@ SCENES = dict(scenes())
 
 @pytest.mark.parametrize("name", SCENES)
 def test_accelerations_and_reactions_match_the_multiplier_formulation(name, validated):
-    """Tolerance 1e-11: two dense solves of condition number about 1e4 in double precision; 1e-12 is the median."""
+    """Tolerance 1e-11: two dense solves of condition number about 1e4 in double precision; 1e-12 is
+    the median.
+    """
     scene = SCENES[name]
     mechanism = build(scene)
     y = mechanism.y0 if "dry" in name else shaken(mechanism)
@@ -114,7 +130,10 @@ def test_loops_are_closed_and_velocities_consistent(name):
         if hasattr(joint, "axis"):
             theta = row.get(f"bodies/{joint.a.body.name}/theta", 0.0)
             omega = row.get(f"bodies/{joint.a.body.name}/omega", 0.0)
-            d = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]]) @ joint.axis
+            d = (
+                np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
+                @ joint.axis
+            )
             rate = rate - omega * np.array([-gap[1], gap[0]])
             gap, rate = gap - d * (d @ gap), rate - d * (d @ rate)
         elif f"joints/{joint.name}/eccentricity_x" in row:
@@ -137,9 +156,13 @@ def point_motion(point, row):
 
 
 #: all motions prescribed: no state
-DRIVEN = {f"{name}-ideal" for name in ("watt", "stephenson", "inverted_slider", "moving_guide", "scotch_yoke")}
+DRIVEN = {
+    f"{name}-ideal"
+    for name in ("watt", "stephenson", "inverted_slider", "moving_guide", "scotch_yoke")
+}
 DRIVEN |= {"actuator", "arm", "reversed_arm", "inverted_slider-swapped", "scotch_yoke-swapped"}
-DRIVEN |= {f"moving_guide-{kind}" for kind in ("dry", "one", "swapped")}  # none of its hinges is chosen
+# none of its hinges is chosen
+DRIVEN |= {f"moving_guide-{kind}" for kind in ("dry", "one", "swapped")}
 
 
 def test_driven_scenes_have_no_state():
@@ -148,7 +171,9 @@ def test_driven_scenes_have_no_state():
 
 @pytest.mark.parametrize("name", [n for n in SCENES if n not in DRIVEN])
 def test_jacobian_is_exact(name):
-    """Against Richardson-extrapolated central differences: 2e-6 of each column's largest entry, plus rounding."""
+    """Against Richardson-extrapolated central differences: 2e-6 of each column's largest entry,
+    plus rounding.
+    """
     mechanism = build(SCENES[name])
     n = mechanism.size
     y = mechanism.y0.copy() if "dry" in name else shaken(mechanism)
@@ -173,7 +198,9 @@ def test_jacobian_is_exact(name):
         h = 1e-5 * mechanism.scale[j]
         difference = (4.0 * slope(h) - slope(2.0 * h)) / 3.0
         rounding = 1e-14 * np.abs(rate(y)).max() / h
-        np.testing.assert_allclose(exact[:, j], difference, atol=2e-6 * np.abs(exact[:, j]).max() + rounding, rtol=1e-6)
+        np.testing.assert_allclose(
+            exact[:, j], difference, atol=2e-6 * np.abs(exact[:, j]).max() + rounding, rtol=1e-6
+        )
 
 
 def test_any_printable_name_will_do():
@@ -209,9 +236,11 @@ def connecting_rod(mass, inertia, *, crank_lump=0.0, slider_lump=0.0):
 
 
 def test_M5_bodies_with_next_to_no_mass_are_safe():
-    """A rod of two point masses moves as one of 1e-15 kg and 1e-15 kg m2 between pins that carry them.
+    """A rod of two point masses moves as one of 1e-15 kg and 1e-15 kg m2 between pins that carry
+    them.
 
-    The scenes differ by 1e-15 kg and by the error of the run, rtol 1e-9 a step and about 100 of them a second.
+    The scenes differ by 1e-15 kg and by the error of the run, rtol 1e-9 a step and about 100 of
+    them a second.
     """
     mass, link = 0.2, 0.15
     whole = connecting_rod(mass, mass * 0.4 * 0.6 * link**2)
@@ -221,4 +250,6 @@ def test_M5_bodies_with_next_to_no_mass_are_safe():
     assert first["crank"].theta[-1] > 20.0
     np.testing.assert_allclose(second["crank"].theta, first["crank"].theta, rtol=0, atol=1e-6)
     reaction = first.joint("G").force_y
-    np.testing.assert_allclose(second.joint("G").force_y, reaction, rtol=0, atol=1e-6 * np.ptp(reaction))
+    np.testing.assert_allclose(
+        second.joint("G").force_y, reaction, rtol=0, atol=1e-6 * np.ptp(reaction)
+    )

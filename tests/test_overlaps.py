@@ -1,4 +1,6 @@
-"""Two runs onto one name: the second is refused, the first is unharmed; what a killed run left is in nobody's way."""
+"""Two runs onto one name: the second is refused, the first is unharmed; what a killed run left is
+in nobody's way.
+"""
 
 import signal
 import subprocess
@@ -43,7 +45,9 @@ class Paused:
 
     def _run(self):
         try:
-            cl.simulate(ideal(), turns=TURNS, path=self.path, progress=self._wait, error=None, **self.more).close()
+            cl.simulate(
+                ideal(), turns=TURNS, path=self.path, progress=self._wait, error=None, **self.more
+            ).close()
         except BaseException as error:  # noqa: BLE001 - looked at by the test
             self.error = error
 
@@ -63,7 +67,9 @@ class Paused:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    return cl.simulate(ideal(), turns=TURNS, path=tmp_path_factory.mktemp("whole") / "run.h5", error=None).path
+    return cl.simulate(
+        ideal(), turns=TURNS, path=tmp_path_factory.mktemp("whole") / "run.h5", error=None
+    ).path
 
 
 @pytest.mark.parametrize("second", [{}, {"checkpoint": 1e-9}])
@@ -85,9 +91,17 @@ def test_R1_a_second_run_onto_the_name_is_refused(tmp_path, whole, first, second
 def test_R1_the_command_line_refuses_it_too(tmp_path, whole):
     path = tmp_path / "run.h5"
     with Paused(path) as run:
-        call = [sys.executable, "-c", "from clearance.cli import entry; entry()", "run", "slider_crank"]
+        call = [
+            sys.executable,
+            "-c",
+            "from clearance.cli import entry; entry()",
+            "run",
+            "slider_crank",
+        ]
         done = subprocess.run(
-            [*call, "-p", "model=ideal", "--turns", "1", "-o", str(path)], capture_output=True, text=True
+            [*call, "-p", "model=ideal", "--turns", "1", "-o", str(path)],
+            capture_output=True,
+            text=True,
         )
     assert run.error is None
     assert (done.returncode, done.stdout) == (2, "")
@@ -97,7 +111,9 @@ def test_R1_the_command_line_refuses_it_too(tmp_path, whole):
 
 @pytest.mark.parametrize("checkpoint", ["0", "1e-9"])
 def test_R1_what_a_killed_run_left_is_in_nobodys_way(tmp_path, whole, checkpoint):
-    """A lock ends with its process; the unfinished file is written anew, or the run goes on from its checkpoint."""
+    """A lock ends with its process; the unfinished file is written anew, or the run goes on from
+    its checkpoint.
+    """
     path, wanted = tmp_path / "run.h5", tmp_path / "run.h5.lock"
     process = subprocess.Popen([sys.executable, "-c", SLOW, str(path), checkpoint])
     deadline = time.monotonic() + 120.0
@@ -115,7 +131,9 @@ def test_R1_what_a_killed_run_left_is_in_nobodys_way(tmp_path, whole, checkpoint
 
 
 def test_R1_without_locks_both_files_are_whole(tmp_path, whole, monkeypatch):
-    """Without locks of the file system each run writes a file of its own and the last one takes the name."""
+    """Without locks of the file system each run writes a file of its own and the last one takes the
+    name.
+    """
 
     def none(*_):
         raise OSError(95, "Operation not supported")
@@ -143,7 +161,9 @@ def test_R1_a_sweeps_image_needs_no_lock(tmp_path):
 
 
 def test_R1_a_lock_is_taken_over_and_removed(tmp_path):
-    """The file of a killed holder is locked by nobody; one that its holder removes is not mistaken for a lock."""
+    """The file of a killed holder is locked by nobody; one that its holder removes is not mistaken
+    for a lock.
+    """
     path = tmp_path / "lock"
     path.write_text("process 1 on nowhere")
     with Lock(path, "in use") as lock:

@@ -51,7 +51,9 @@ def motor(time, position, rate, stall, no_load):
 def test_contact_law():
     body = cl.Body("ball", 0.5, 1e-4)
     law = stiffening(stiffness=100.0, limit=1e-4)
-    joint = cl.ClearanceRevolute(cl.ground, body, name="J", radius=0.01, clearance=1e-3, contact=law)
+    joint = cl.ClearanceRevolute(
+        cl.ground, body, name="J", radius=0.01, clearance=1e-3, contact=law
+    )
     result = cl.simulate(cl.Scene(joint), until=0.1, rtol=1e-9)
     inside = result.joint("J").gap < 0
     assert inside.any()
@@ -62,7 +64,9 @@ def test_contact_law():
 
 
 def test_prescribed_motion_has_exact_rates():
-    """Angle, speed and acceleration of a driven crank are the signal and its derivatives; torque from Newton-Euler."""
+    """Angle, speed and acceleration of a driven crank are the signal and its derivatives; torque
+    from Newton-Euler.
+    """
     crank = m.body("crank", {"A": (0, 0)}, com=(0.1, 0.0), mass=2.0)
     scene = cl.Scene(
         cl.Revolute(cl.ground, crank["A"], name="A"),
@@ -72,10 +76,16 @@ def test_prescribed_motion_has_exact_rates():
     result = cl.simulate(scene, until=1.0, samples=101)
     t, w = result.time, math.pi / 0.5
     early = t < 0.5
-    np.testing.assert_allclose(result["crank"].omega[early], 1.5 * (1 - np.cos(w * t[early])), atol=1e-12)
-    np.testing.assert_allclose(result["crank"].alpha[early], 1.5 * w * np.sin(w * t[early]), atol=1e-11)
+    np.testing.assert_allclose(
+        result["crank"].omega[early], 1.5 * (1 - np.cos(w * t[early])), atol=1e-12
+    )
+    np.testing.assert_allclose(
+        result["crank"].alpha[early], 1.5 * w * np.sin(w * t[early]), atol=1e-11
+    )
     inertia = crank.inertia + 2.0 * 0.1**2
-    np.testing.assert_allclose(result.drive("crank").torque, inertia * result["crank"].alpha, atol=1e-11)
+    np.testing.assert_allclose(
+        result.drive("crank").torque, inertia * result["crank"].alpha, atol=1e-11
+    )
 
 
 def bend(x, y):
@@ -87,12 +97,19 @@ def stepped(time, v):
     """Everything at once: a ternary, max, a helper, names that generated code might use."""
     d0_time, w0_0 = bend(time, v)
     late = v * (time - 0.5) ** 2 if time > 0.5 else 0.0
-    return late + max(0.1 * d0_time, w0_0 * time - 3.0) + (time > 0.25) * (time - 0.25) ** 3 + time % 2.0
+    return (
+        late
+        + max(0.1 * d0_time, w0_0 * time - 3.0)
+        + (time > 0.25) * (time - 0.25) ** 3
+        + time % 2.0
+    )
 
 
 @pytest.mark.parametrize("at", [0.2, 0.4, 0.8])
 def test_motions_are_differentiated_twice(at):
-    """First and second derivative of an awkward motion against central differences (1e-4: h = 1e-4)."""
+    """First and second derivative of an awkward motion against central differences (1e-4:
+    h = 1e-4).
+    """
     rotor = cl.Body("rotor", 1.0, 0.02)
     motion = stepped(v=0.7)
     scene = cl.Scene(cl.Revolute(cl.ground, rotor, name="A"), cl.Drive(rotor, motion=motion))
@@ -110,7 +127,9 @@ def test_a_brief_load_needs_and_gets_a_short_step():
         return force if 0.5037 < time < 0.5047 else 0.0
 
     slider = cl.Body("slider", 2.0, 1e-3)
-    scene = cl.Scene(cl.Prismatic(cl.ground, slider, name="g"), cl.Force(slider, x=blow(force=400.0)))
+    scene = cl.Scene(
+        cl.Prismatic(cl.ground, slider, name="g"), cl.Force(slider, x=blow(force=400.0))
+    )
     result = cl.simulate(scene, until=1.0, max_step=2e-4, rtol=1e-8)
     assert result["slider"].vx[-1] == pytest.approx(0.2, rel=1e-5)
 
@@ -125,14 +144,23 @@ def test_motor_curve_and_gust():
     )
     result = cl.simulate(scene, until=0.5, rtol=1e-10)
     tau = 0.02 * 50.0 / 3.0
-    np.testing.assert_allclose(result["rotor"].omega, 50.0 * (1 - np.exp(-result.time / tau)), rtol=1e-8, atol=1e-8)
-    np.testing.assert_allclose(result.joint("A").force_x, -2.0 * np.sin(10.0 * result.time) ** 2, atol=1e-12)
+    np.testing.assert_allclose(
+        result["rotor"].omega, 50.0 * (1 - np.exp(-result.time / tau)), rtol=1e-8, atol=1e-8
+    )
+    np.testing.assert_allclose(
+        result.joint("A").force_x, -2.0 * np.sin(10.0 * result.time) ** 2, atol=1e-12
+    )
 
 
 def test_driven_slide_and_closed_loop():
     """The actuator lifts its boom: cylinder length is the drive's, power balance closes."""
     result = cl.simulate(m.actuator(), until=2.0, rtol=1e-9)
-    length = np.hypot(*(point(result, "piston", (0.0, 0.0), (0.1, 0.0)) - point(result, "tube", (0, 0), (0.1, 0.0))))
+    length = np.hypot(
+        *(
+            point(result, "piston", (0.0, 0.0), (0.1, 0.0))
+            - point(result, "tube", (0, 0), (0.1, 0.0))
+        )
+    )
     np.testing.assert_allclose(length, 0.35 + 0.05 * result.time, atol=1e-11)
     assert np.abs(result.energy.residual).max() < 1e-8 * result.file["energy"].attrs["turned_over"]
 
@@ -159,7 +187,9 @@ def test_a_law_the_kernel_cannot_read():
         return np.exp(penetration)
 
     body = cl.Body("ball", 0.5, 1e-4)
-    joint = cl.ClearanceRevolute(cl.ground, body, name="J", radius=0.01, clearance=1e-3, contact=unreadable)
+    joint = cl.ClearanceRevolute(
+        cl.ground, body, name="J", radius=0.01, clearance=1e-3, contact=unreadable
+    )
     with pytest.raises(ValueError, match="law unreadable cannot be differentiated: it uses np"):
         cl.simulate(cl.Scene(joint), until=0.1)
 
@@ -185,14 +215,18 @@ def engine(order, force=None):
 @pytest.mark.parametrize("order", ["ABCg", "gCBA", "BgAC"])
 @pytest.mark.parametrize("force", [None, 3.0])
 def test_the_coordinate_passes_dead_centres_whatever_the_order(order, force):
-    """Free or pushed by its piston: the crank is the coordinate, so dead centres are nothing special."""
+    """Free or pushed by its piston: the crank is the coordinate, so dead centres are nothing
+    special.
+    """
     result = cl.simulate(engine(order, force), until=1.0, rtol=1e-9)
     assert result["crank"].theta[-1] > 20.0
     assert np.abs(result.energy.residual).max() < 3e-7 * result.file["energy"].attrs["turned_over"]
 
 
 def test_a_torsion_spring_counts_whole_turns():
-    """Between a crank and a coupler known by cosine and sine only: no jump of energy when an angle passes pi."""
+    """Between a crank and a coupler known by cosine and sine only: no jump of energy when an angle
+    passes pi.
+    """
     scene = m.pushed_four_bar()
     crank = scene.joints[0].b.body
     coupler = scene.joints[1].b.body
@@ -205,7 +239,9 @@ def test_a_torsion_spring_counts_whole_turns():
 
 
 def test_coarse_samples_keep_whole_angles():
-    """A double pendulum sampled once a second: the stored angle is the state's, not a guess from its speed."""
+    """A double pendulum sampled once a second: the stored angle is the state's, not a guess from
+    its speed.
+    """
     scene = cl.load_case("double_pendulum")
     fine = cl.simulate(scene, until=20.0, rtol=1e-9, samples=20001)
     coarse = cl.simulate(scene, until=20.0, rtol=1e-9, samples=21)
@@ -237,11 +273,16 @@ def _spring(penetration, penetration_rate, impact_speed, stiffness):
 
 
 def test_names_that_kernels_use_themselves():
-    """A law may be called as the kernel's own functions and variables are, or begin with an underscore."""
+    """A law may be called as the kernel's own functions and variables are, or begin with an
+    underscore.
+    """
     joint = {"name": "J", "radius": 0.01, "clearance": 1e-3}
     half, whole = (
         cl.simulate(
-            cl.Scene(cl.ClearanceRevolute(cl.ground, cl.Body("ball", 0.5, 1e-4), contact=law, **joint)), until=0.05
+            cl.Scene(
+                cl.ClearanceRevolute(cl.ground, cl.Body("ball", 0.5, 1e-4), contact=law, **joint)
+            ),
+            until=0.05,
         )
         for law in (solve_gap(stiffness=2e6), _spring(stiffness=1e6))
     )
@@ -253,7 +294,13 @@ def test_two_laws_of_one_name():
     bodies = [cl.Body(n, 1.0, 1e-3) for n in ("one", "two")]
     joints = [
         cl.ClearanceRevolute(
-            cl.ground, b, name=b.name, radius=0.01, clearance=1e-4, contact=same_name(f), eccentricity=(1.1e-4, 0.0)
+            cl.ground,
+            b,
+            name=b.name,
+            radius=0.01,
+            clearance=1e-4,
+            contact=same_name(f),
+            eccentricity=(1.1e-4, 0.0),
         )
         for b, f in zip(bodies, (1.0, 3.0), strict=True)
     ]
@@ -267,7 +314,9 @@ def test_parts_of_one_name_keep_their_numbers():
     body = cl.Body("P", 1.0, 1e-3, points={"x": (0.1, 0.0)})
     scene = cl.Scene(
         cl.Revolute(cl.ground, body, name="P"),
-        cl.SpringDamper(cl.ground.at(0.0, 0.3), body["x"], stiffness=100.0, free_length=0.2, name="P"),
+        cl.SpringDamper(
+            cl.ground.at(0.0, 0.3), body["x"], stiffness=100.0, free_length=0.2, name="P"
+        ),
         cl.Force(body["x"], x=1.0, name="gravity"),
     )
     result = cl.simulate(scene, until=1e-3)
@@ -283,7 +332,9 @@ def test_impossible_parts_are_named():
         cl.Revolute(one["q"], two["a"], name="B"),
         cl.Revolute(two["b"], cl.ground.at(0.3, 0.0), name="C"),
     ]
-    with pytest.raises(ValueError, match="its pins of joint .* lie in one point|repeat each other's constraints"):
+    with pytest.raises(
+        ValueError, match="its pins of joint .* lie in one point|repeat each other's constraints"
+    ):
         cl.simulate(cl.Scene(*hinges), until=0.1)
     loose = cl.Revolute(one["p"], two["a"], name="elsewhere")
     with pytest.raises(ValueError, match="its target, joint elsewhere, is not in the scene"):
@@ -307,11 +358,18 @@ def free_four_bar(lengths):
 
 
 def test_other_lengths_may_need_another_plan():
-    """The coordinate depends on lengths: scenes of one connectivity but different plans must not share kernels."""
-    results = [cl.simulate(free_four_bar(x), until=0.2, rtol=1e-9) for x in ((0.05, 0.15, 0.12), (0.12, 0.15, 0.05))]
+    """The coordinate depends on lengths: scenes of one connectivity but different plans must not
+    share kernels.
+    """
+    results = [
+        cl.simulate(free_four_bar(x), until=0.2, rtol=1e-9)
+        for x in ((0.05, 0.15, 0.12), (0.12, 0.15, 0.05))
+    ]
     assert [r.attributes["kernel"] for r in results][0] != results[1].attributes["kernel"]
     for result in results:
-        assert np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
+        assert (
+            np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
+        )
 
 
 @pytest.mark.parametrize("point", [0.0, 0.02, 0.2])
@@ -345,7 +403,9 @@ def test_a_law_without_a_value_is_named(low, high, gap):
     """On the way out or on the way in: the joint, what is no number, and where (1e-9 m)."""
     ball = cl.Body("ball", 0.5, 1e-4)
     law = rooted(stiffness=1e6, low=low, high=high)
-    joint = cl.ClearanceRevolute(cl.ground, ball, name="J", radius=0.01, clearance=1e-4, contact=law)
+    joint = cl.ClearanceRevolute(
+        cl.ground, ball, name="J", radius=0.01, clearance=1e-4, contact=law
+    )
     said = r"joint J: contact_force is not a number at a gap of (\S+) m: a law has no value there \(J: ecc"
     with pytest.raises(cl.SimulationError, match=said) as caught:
         cl.simulate(cl.Scene(joint), until=0.1)
@@ -353,9 +413,14 @@ def test_a_law_without_a_value_is_named(low, high, gap):
 
 
 def test_what_the_force_of_a_slide_is():
-    """Of a driven slide the drive's force is in it, and the file says so; of others it is the reaction."""
+    """Of a driven slide the drive's force is in it, and the file says so; of others it is the
+    reaction.
+    """
     said = {c.path: c.long_name for c in build(m.actuator()).layout.channels}
-    assert said["joints/cylinder/force_x"] == "force x on piston, with that of drive oil along the slide"
+    assert (
+        said["joints/cylinder/force_x"]
+        == "force x on piston, with that of drive oil along the slide"
+    )
     assert said["joints/O/force_x"] == "force x on boom"
     plain = {c.path: c.long_name for c in build(engine("ABCg")).layout.channels}
     assert plain["joints/g/force_y"] == "force y on piston"
@@ -386,6 +451,8 @@ def test_an_output_without_a_value_ends_the_run():
     """Acceleration infinite at a sample: nothing that is not a number enters the file."""
     rotor = cl.Body("rotor", 1.0, 0.02)
     scene = cl.Scene(cl.Revolute(cl.ground, rotor, name="A"), cl.Drive(rotor, motion=infinite_bend))
-    with pytest.raises(cl.SimulationError, match=r"at t = 0.05 s: bodies/rotor/alpha is not finite") as caught:
+    with pytest.raises(
+        cl.SimulationError, match=r"at t = 0.05 s: bodies/rotor/alpha is not finite"
+    ) as caught:
         cl.simulate(scene, until=0.1, samples=11)
     assert np.isfinite(caught.value.result["rotor"].alpha).all()

@@ -30,7 +30,9 @@ def test_data_files_are_installed():
     """Scripts of the page that moves, and shipped film tables."""
     patterns = PROJECT["tool"]["setuptools"]["package-data"]
     wanted = [("clearance.postprocess", p) for p in (ROOT / "postprocess" / "page").iterdir()]
-    wanted += [("clearance.film", p) for p in (ROOT / "clearance" / "film" / "tables").glob("*.npz")]
+    wanted += [
+        ("clearance.film", p) for p in (ROOT / "clearance" / "film" / "tables").glob("*.npz")
+    ]
     assert len(wanted) > 10
     for package, path in wanted:
         name = path.relative_to(ROOT / FOLDERS[package]).as_posix()
@@ -46,8 +48,18 @@ def test_both_distributions_are_built(tmp_path):
     assert done.returncode == 0, done.stderr[-2000:]
     (wheel,), (source,) = tmp_path.glob("*.whl"), tmp_path.glob("*.tar.gz")
     names = set(zipfile.ZipFile(wheel).namelist())
-    assert {"clearance/postprocess/page/main.js", "clearance/cases/slider_crank.py", "clearance/cli.py"} <= names
+    assert {
+        "clearance/postprocess/page/main.js",
+        "clearance/cases/slider_crank.py",
+        "clearance/cli.py",
+    } <= names
     assert any(n.startswith("clearance/film/tables/") for n in names)
     with tarfile.open(source) as archive:
         files = {n.partition("/")[2] for n in archive.getnames()}
-    assert {"pyproject.toml", "README.md", "LICENSE", "cases/slider_crank.py", "postprocess/page/main.js"} <= files
+    assert {
+        "pyproject.toml",
+        "README.md",
+        "LICENSE",
+        "cases/slider_crank.py",
+        "postprocess/page/main.js",
+    } <= files

@@ -1,4 +1,6 @@
-"""Oil films of flat pads: rows of another code, the Reynolds equation by quadrature, power, films with contact."""
+"""Oil films of flat pads: rows of another code, the Reynolds equation by quadrature, power, films
+with contact.
+"""
 
 import math
 
@@ -36,7 +38,8 @@ def test_rows():
 
 @given(st.floats(-0.95, 0.95), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_reynolds_equation_by_quadrature(tau, closing, turning, sliding):
-    """Load, moment and drag from the flow through the gap, integrated numerically: 1e-8 of the largest part.
+    """Load, moment and drag from the flow through the gap, integrated numerically: 1e-8 of the
+    largest part.
 
     p' = 12 mu (q(x) - q0) / h^3 with q = (h0' - m U / 2) x + m' x^2 / 2, q0 so that both edges have
     no pressure.
@@ -121,7 +124,11 @@ def scaled(tau, width, rates):
 
 
 CAVITATING = [row for row in FILM_ROWS if row["case"] == "pad, finite width, P >= 0"]
-STATES = {"G24": (0.0, 1.0, (-1.0, 0.0)), "G28": (0.6, 0.5, (-1.0, 0.0)), "G32": (-0.8, 2.0, (-0.5, 0.8))}
+STATES = {
+    "G24": (0.0, 1.0, (-1.0, 0.0)),
+    "G28": (0.6, 0.5, (-1.0, 0.0)),
+    "G32": (-0.8, 2.0, (-0.5, 0.8)),
+}
 
 
 def test_rows_of_cavitating_pads_of_finite_width():
@@ -134,7 +141,9 @@ def test_rows_of_cavitating_pads_of_finite_width():
 
 
 def test_squeezed_rectangle():
-    """A level pad that closes: the series of Reynolds' equation over a rectangle; the table's median error, 1e-5."""
+    """A level pad that closes: the series of Reynolds' equation over a rectangle; the table's
+    median error, 1e-5.
+    """
     n = np.arange(1, 200, 2)
     series = 1.0 - 192.0 / np.pi**5 * (np.tanh(n * np.pi / 2.0) / n**5).sum()
     assert scaled(0.0, 1.0, (-1.0, 0.0))[0] == pytest.approx(series, rel=1e-5)
@@ -171,7 +180,9 @@ def test_a_mirrored_pad_has_the_opposite_moment(state):
 @given(STATE)
 @example((0.0, 0.0237, -0.02303, 0.4264))  # the wetted area begins
 def test_power_is_taken_out_by_the_table(state):
-    """-(W h0' + M m') + drag U is not negative, but for the table's error: 1e-4 of the largest power."""
+    """-(W h0' + M m') + drag U is not negative, but for the table's error: 1e-4 of the largest
+    power.
+    """
     (load, moment, drag), (closing, turning, sliding) = in_table(*state)
     a, slope = FACE.half_length, state[0] * 2e-4 / FACE.half_length
     u, w = closing - 0.5 * slope * sliding - REST, a * turning
@@ -182,7 +193,9 @@ def test_power_is_taken_out_by_the_table(state):
 
 
 def test_a_gap_that_opens_everywhere_is_empty():
-    """No load, no moment, no drag: 1e-4 of those of the closing pad, which splines reach across 45 degrees."""
+    """No load, no moment, no drag: 1e-4 of those of the closing pad, which splines reach across 45
+    degrees.
+    """
     opening, _ = in_table(0.5, 0.1, 0.01, 0.0)
     closing, _ = in_table(0.5, -0.1, -0.01, 0.0)
     assert np.abs(opening).max() < 1e-4 * np.abs(closing).max()
@@ -200,10 +213,20 @@ def test_edges_touch_through_the_film(film, transition):
     """
     body = cl.Body("block", 0.1, 5e-5, points={"P": (0, 0)})
     guide = cl.ClearancePrismatic(
-        cl.ground, body["P"], name="guide", clearance=1e-4, overlap=0.05, height=0.03, width=0.02,
-        contact=cl.hertz(stiffness=1e9), film=film, transition=transition, roughness=1e-6,
-        lubricant=cl.Lubricant(0.02), tilt=4e-3,
-    )  # fmt: skip
+        cl.ground,
+        body["P"],
+        name="guide",
+        clearance=1e-4,
+        overlap=0.05,
+        height=0.03,
+        width=0.02,
+        contact=cl.hertz(stiffness=1e9),
+        film=film,
+        transition=transition,
+        roughness=1e-6,
+        lubricant=cl.Lubricant(0.02),
+        tilt=4e-3,
+    )
     scene = cl.Scene(guide, cl.Torque(body, 5.0), gravity=(0.0, 0.0))
     result = cl.simulate(scene, until=0.2, rtol=1e-5, samples=401)
     found = result.joint("guide")

@@ -1,4 +1,6 @@
-"""`clearance plot` and `clearance lyapunov`: every kind of picture, one clear line for wrong input, JSON purity."""
+"""`clearance plot` and `clearance lyapunov`: every kind of picture, one clear line for wrong input,
+JSON purity.
+"""
 
 import json
 import shutil
@@ -19,24 +21,39 @@ RPM = np.pi / 30.0
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A dry and a lubricated run of two turns, one that kept little, two with joint friction and with a slide that has
-    clearance, a grid and samples.
+    """A dry and a lubricated run of two turns, one that kept little, two with joint friction and
+    with a slide that has clearance, a grid and samples.
     """
     folder = tmp_path_factory.mktemp("plots")
     for model in ("dry", "lubricated"):
         scene = cl.load_case("slider_crank", model=model, speed=RPM * 1000.0, clearance=5e-4)
         cl.simulate(scene, turns=2.0, samples_per_turn=60, path=folder / f"{model}.h5")
-    pin = cl.Revolute(cl.ground, cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0)), name="pin", pin_radius=0.01,
-                      friction=joint_coulomb(coefficient=0.1))  # fmt: skip
-    cl.inverse_dynamics(cl.Scene(pin, cl.Drive(pin, speed=3.0)), turns=1.0, path=folder / "rubbing.h5")
+    pin = cl.Revolute(
+        cl.ground,
+        cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0)),
+        name="pin",
+        pin_radius=0.01,
+        friction=joint_coulomb(coefficient=0.1),
+    )
+    cl.inverse_dynamics(
+        cl.Scene(pin, cl.Drive(pin, speed=3.0)), turns=1.0, path=folder / "rubbing.h5"
+    )
     cl.simulate(cl.load_case("guide_slider"), until=0.01, samples=101, path=folder / "guided.h5")
     scene = cl.load_case("slider_crank", model="dry")
-    cl.simulate(scene, turns=1.0, samples_per_turn=20, path=folder / "little.h5", channels=["bodies/slider"])
+    cl.simulate(
+        scene, turns=1.0, samples_per_turn=20, path=folder / "little.h5", channels=["bodies/slider"]
+    )
     options = {"turns": 2.0, "samples_per_turn": 40, "rtol": 1e-5, "workers": 1}
     points = cl.grid(speed=RPM * np.array([500.0, 1000.0, 1500.0]), clearance=[2e-4, 5e-4])
     cl.sweep("slider_crank", points, folder / "grid", fixed={"model": "dry"}, **options)
     shutil.copytree(folder / "grid", folder / "map")  # named like a kind of picture
-    cl.sweep("slider_crank", cl.sampled(5, speed=(50.0, 100.0)), folder / "samples", channels=[], **options)
+    cl.sweep(
+        "slider_crank",
+        cl.sampled(5, speed=(50.0, 100.0)),
+        folder / "samples",
+        channels=[],
+        **options,
+    )
     return folder
 
 
@@ -49,7 +66,10 @@ def size(path) -> int:
 
 @pytest.mark.parametrize("kind", sorted(set(plot.OF_RUNS) - {"pressure", "measured"}))
 def test_pictures_of_a_run(kind, folder, tmp_path, capsys):
-    shutil.copy(folder / {"friction": "rubbing.h5", "guide": "guided.h5"}.get(kind, "dry.h5"), tmp_path / "dry.h5")
+    shutil.copy(
+        folder / {"friction": "rubbing.h5", "guide": "guided.h5"}.get(kind, "dry.h5"),
+        tmp_path / "dry.h5",
+    )
     more = ["--frames", 5] if kind == "animation" else []
     status, text, err = run("plot", tmp_path / "dry.h5", kind, *more, "--json", capsys=capsys)
     assert (status, err) == (0, "")
@@ -62,13 +82,19 @@ def test_pictures_of_a_run(kind, folder, tmp_path, capsys):
 @pytest.mark.parametrize("kind", plot.OF_SWEEPS)
 def test_pictures_of_a_sweep(kind, folder, tmp_path, capsys):
     more = ["--at", "clearance=0.5mm"] if kind == "bifurcation" else []
-    status, text, _ = run("plot", folder / "grid", kind, *more, "-o", tmp_path / "p.png", capsys=capsys)
+    status, text, _ = run(
+        "plot", folder / "grid", kind, *more, "-o", tmp_path / "p.png", capsys=capsys
+    )
     assert (status, text) == (0, f"wrote {tmp_path / 'p.png'}\n")
     assert size(tmp_path / "p.png") > 15000
 
 
 def test_what_is_drawn_without_a_kind(folder, capsys):
-    for name, picture in (("grid", "grid/map.png"), ("samples", "samples/curves.png"), ("map", "map/map.png")):
+    for name, picture in (
+        ("grid", "grid/map.png"),
+        ("samples", "samples/curves.png"),
+        ("map", "map/map.png"),
+    ):
         status, text, _ = run("plot", folder / name, "--json", capsys=capsys)
         assert status == 0
         assert json.loads(text)["picture"] == str(folder / picture)
@@ -89,7 +115,9 @@ def test_several_runs(kind, options, folder, tmp_path, capsys):
     inputs = folder / "dry.h5", folder / "lubricated.h5"
     status, _, err = run("plot", *inputs, kind, *options, "-o", tmp_path / "p.svg", capsys=capsys)
     assert (status, err) == (0, "")
-    assert {"dry", "lubricated"} <= set((tmp_path / "p.svg").read_text().replace("<!--", "\n").split())
+    assert {"dry", "lubricated"} <= set(
+        (tmp_path / "p.svg").read_text().replace("<!--", "\n").split()
+    )
 
 
 def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
@@ -106,9 +134,15 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
         monkeypatch.setattr(module, name, drawn)
 
     for module, name in (
-        (animation, "animate"), (contacts, "contacts"), (drawing, "sketch"), (plots, "orbits"), (maps, "maps"),
-        (maps, "curves"), (maps, "bifurcation_of"), (efforts, "friction"),
-    ):  # fmt: skip
+        (animation, "animate"),
+        (contacts, "contacts"),
+        (drawing, "sketch"),
+        (plots, "orbits"),
+        (maps, "maps"),
+        (maps, "curves"),
+        (maps, "bifurcation_of"),
+        (efforts, "friction"),
+    ):
         catch(module, name)
     file, swept = folder / "dry.h5", folder / "grid"
     for command in (
@@ -120,22 +154,52 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
     ):
         assert run("plot", file, *command, "-o", tmp_path / "p.gif", capsys=capsys)[0] == 0
     for command in (
-        ["map", "--metrics", "period,joint_*_force_max", "--x", "clearance", "--y", "speed", "--at", "speed=600rpm"],
+        [
+            "map",
+            "--metrics",
+            "period,joint_*_force_max",
+            "--x",
+            "clearance",
+            "--y",
+            "speed",
+            "--at",
+            "speed=600rpm",
+        ],
         ["curves", "--x", "speed"],
-        ["bifurcation", "--x", "speed", "--angle", "180deg", "--settle", 1, "--channels", "slider.vx"],
+        [
+            "bifurcation",
+            "--x",
+            "speed",
+            "--angle",
+            "180deg",
+            "--settle",
+            1,
+            "--channels",
+            "slider.vx",
+        ],
     ):
         assert run("plot", swept, *command, "-o", tmp_path / "p.png", capsys=capsys)[0] == 0
-    assert seen["animate"] == {"frames": 30, "turns": 0.5, "magnify": 20.0}  # all samples of half a turn
+    # all samples of half a turn
+    assert seen["animate"] == {"frames": 30, "turns": 0.5, "magnify": 20.0}
     assert seen["contacts"] == {"joints": ["C"], "settle": 1.0}
     assert seen["sketch"] == {"at": 0.25}
     assert seen["orbits"] == {"joints": ["B", "C"]}
     assert seen["friction"] == {"joints": ["A"]}
     at = seen["maps"].pop("at")
     assert at == {"speed": pytest.approx(600.0 * RPM)}
-    assert seen["maps"] == {"metrics": ["period", "joint_*_force_max"], "x": "clearance", "y": "speed"}
+    assert seen["maps"] == {
+        "metrics": ["period", "joint_*_force_max"],
+        "x": "clearance",
+        "y": "speed",
+    }
     assert seen["curves"] == {"metrics": None, "x": "speed", "at": {}}
     assert seen["bifurcation_of"].pop("angle") == pytest.approx(np.pi)
-    assert seen["bifurcation_of"] == {"parameter": "speed", "channels": ["slider.vx"], "at": {}, "settle": 1.0}
+    assert seen["bifurcation_of"] == {
+        "parameter": "speed",
+        "channels": ["slider.vx"],
+        "at": {},
+        "settle": 1.0,
+    }
 
 
 @pytest.mark.parametrize(
@@ -144,13 +208,28 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
         (["nosuch.h5"], "no file or directory nosuch.h5"),
         (["dry.h5", "portrait"], "portrait is no kind of picture; those are overview, history"),
         (["dry.h5", "map"], "dry.h5 is a run file, of which there is no map; there is overview"),
-        (["grid", "history"], "grid is a sweep, of which there is no history; there is map, curves, bifurcation"),
-        (["grid", "map", "--settle", "1"], "--settle does not belong to map; it belongs to overview, phase"),
-        (["dry.h5", "--x", "speed"], "--x does not belong to overview; it belongs to map, curves, bifurcation"),
+        (
+            ["grid", "history"],
+            "grid is a sweep, of which there is no history; there is map, curves, bifurcation",
+        ),
+        (
+            ["grid", "map", "--settle", "1"],
+            "--settle does not belong to map; it belongs to overview, phase",
+        ),
+        (
+            ["dry.h5", "--x", "speed"],
+            "--x does not belong to overview; it belongs to map, curves, bifurcation",
+        ),
         (["samples", "--y", "speed"], "--y does not belong to curves; it belongs to map"),
-        (["dry.h5", "lubricated.h5"], "several runs are for history, phase, poincare, spectrum, not for overview"),
+        (
+            ["dry.h5", "lubricated.h5"],
+            "several runs are for history, phase, poincare, spectrum, not for overview",
+        ),
         (["grid", "dry.h5", "history"], "grid is a directory: a sweep has a picture of its own"),
-        (["lubricated.h5", "pressure"], "lubricated.h5 has kept no pressure fields; run it with --pressure-fields N"),
+        (
+            ["lubricated.h5", "pressure"],
+            "lubricated.h5 has kept no pressure fields; run it with --pressure-fields N",
+        ),
         (["grid", "--metrics", "wear"], "no metric 'wear'"),
         (["grid", "--x", "colour"], "'colour' is no parameter that varies"),
         (["grid", "--at", "speed"], "--at speed: expected NAME=VALUE"),
@@ -160,12 +239,21 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
         (["samples", "bifurcation"], "keeps no run files"),
         (["dry.h5", "phase", "--channels", "slider.x"], "expected pairs X,Y"),
         (["dry.h5", "history", "--channels", "slider.jerk"], "no channel 'slider.jerk'"),
-        (["dry.h5", "history", "--along", "way"], "along must be one of time, turns, angle; got 'way'"),
+        (
+            ["dry.h5", "history", "--along", "way"],
+            "along must be one of time, turns, angle; got 'way'",
+        ),
         (["dry.h5", "orbit", "--joint", "A"], "no journal path of joint 'A' in dry.h5; of C"),
         (["dry.h5", "friction"], "dry.h5: this run has no joint friction"),
         (["little.h5", "efforts"], "little.h5: this run has kept no driving effort"),
-        (["rubbing.h5", "friction", "--joint", "door"], "no friction of joint 'door' in rubbing.h5; of pin"),
-        (["dry.h5", "efforts", "--joint", "C"], "--joint does not belong to efforts; it belongs to"),
+        (
+            ["rubbing.h5", "friction", "--joint", "door"],
+            "no friction of joint 'door' in rubbing.h5; of pin",
+        ),
+        (
+            ["dry.h5", "efforts", "--joint", "C"],
+            "--joint does not belong to efforts; it belongs to",
+        ),
         (["little.h5"], "overview needs more channels than were kept"),
         (["little.h5", "orbit"], "has kept the eccentricity of no clearance joint"),
         (["dry.h5", "-o", "p.txt"], "its name must end in .png, .pdf, .svg"),
@@ -191,7 +279,9 @@ def test_bad_input_is_a_document_where_one_is_asked_for(folder, capsys):
 
 
 def test_a_run_of_one_sample(folder, tmp_path, capsys):
-    run_file = cl.simulate(cl.load_case("slider_crank", model="ideal"), turns=1e-3, samples_per_turn=10)
+    run_file = cl.simulate(
+        cl.load_case("slider_crank", model="ideal"), turns=1e-3, samples_per_turn=10
+    )
     short = run_file.save(tmp_path / "short.h5")
     with h5py.File(short, "a") as file:
         time = file["time"][:1]
@@ -215,7 +305,10 @@ def test_only_pictures_import_matplotlib():
         "cli.main(['plot', 'nosuch.h5', '--json'])\n"
         "sys.exit('matplotlib' in sys.modules)"
     )
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
+    assert (
+        subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode
+        == 0
+    )
 
 
 # --- Lyapunov exponents
@@ -223,7 +316,16 @@ def test_lyapunov(tmp_path, capsys):
     """A full film forgets its start within a turn: the exponent is far below zero."""
     case = ["slider_crank", "-p", "model=lubricated", "-p", "film=pinkus_sternlicht"]
     status, text, err = run(
-        "lyapunov", *case, "--turns", 4, "--settle", 1, "-o", tmp_path / "out", "--json", capsys=capsys
+        "lyapunov",
+        *case,
+        "--turns",
+        4,
+        "--settle",
+        1,
+        "-o",
+        tmp_path / "out",
+        "--json",
+        capsys=capsys,
     )
     assert (status, err) == (0, "")
     document = json.loads(text)
@@ -231,9 +333,16 @@ def test_lyapunov(tmp_path, capsys):
     assert found["verdict"] == "regular"
     assert found["per_turn"] < -5.0
     assert (found["turns"], found["settle"]) == (4, 1)
-    assert [p.rpartition("/")[2] for p in document["files"]] == ["lyapunov.h5", "lyapunov.png", "lyapunov.md"]
+    assert [p.rpartition("/")[2] for p in document["files"]] == [
+        "lyapunov.h5",
+        "lyapunov.png",
+        "lyapunov.md",
+    ]
     assert size(tmp_path / "out" / "lyapunov.png") > 10000
-    assert "| slider_crank model=lubricated film=pinkus_sternlicht |" in (tmp_path / "out" / "lyapunov.md").read_text()
+    assert (
+        "| slider_crank model=lubricated film=pinkus_sternlicht |"
+        in (tmp_path / "out" / "lyapunov.md").read_text()
+    )
     assert "regular" in run("lyapunov", *case, "--turns", 4, "--settle", 1, capsys=capsys)[1]
 
 
@@ -273,8 +382,13 @@ def test_pictures_of_a_result(folder, tmp_path):
 
 def test_pictures_of_a_result_without_a_file(tmp_path):
     """Efforts of a prescribed motion, which is kept in memory."""
-    pin = cl.Revolute(cl.ground, cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0)), name="pin", pin_radius=0.01,
-                      friction=joint_coulomb(coefficient=0.1))  # fmt: skip
+    pin = cl.Revolute(
+        cl.ground,
+        cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0)),
+        name="pin",
+        pin_radius=0.01,
+        friction=joint_coulomb(coefficient=0.1),
+    )
     found = cl.inverse_dynamics(cl.Scene(pin, cl.Drive(pin, speed=3.0)), turns=1.0)
     assert len(found.plot.efforts().axes) > 1
     assert found.view(tmp_path / "arm.html").exists()

@@ -13,7 +13,11 @@ import clearance as cl
     [
         ("six_bar_feeder", {"joints": "B,C,E"}, {"turns": 0.2}),
         ("slider_crank", {"model": "dry"}, {"turns": 0.2}),
-        ("six_bar_feeder", {"model": "mixed", "transition": "fuzzy", "joints": "B,C"}, {"turns": 0.2}),
+        (
+            "six_bar_feeder",
+            {"model": "mixed", "transition": "fuzzy", "joints": "B,C"},
+            {"turns": 0.2},
+        ),
         ("four_bar", {"model": "ideal"}, {"turns": 0.2}),
         ("double_pendulum", {}, {"until": 0.5}),
     ],
@@ -65,7 +69,9 @@ def test_peaks_of_a_usual_size_stay_on_the_axis():
 
 
 def test_powers_of_ten_stand_in_labels(tmp_path):
-    """Of shared axes in the label that is there; small and large numbers alike; saving twice changes nothing."""
+    """Of shared axes in the label that is there; small and large numbers alike; saving twice
+    changes nothing.
+    """
     figure = figures.sheet(4.0, 4.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
     upper.plot([0.0, 3e-6], [0.0, 2.5e7])
@@ -76,7 +82,11 @@ def test_powers_of_ten_stand_in_labels(tmp_path):
         figures.save(figure, tmp_path / "p.png")
         assert (upper.get_ylabel(), lower.get_xlabel()) == ("force [10⁷ N]", "time [10⁻⁶ s]")
         assert [t.get_text() for t in upper.get_yticklabels()][1:4] == ["0.0", "0.5", "1.0"]
-        assert upper.yaxis.get_offset_text().get_text() == lower.xaxis.get_offset_text().get_text() == ""
+        assert (
+            upper.yaxis.get_offset_text().get_text()
+            == lower.xaxis.get_offset_text().get_text()
+            == ""
+        )
     assert lower.get_ylabel() == "ratio [-]"
     assert lower.yaxis.get_offset_text().get_text() == ""
     assert figures._with_power("share", -4) == "share [10⁻⁴]"
@@ -85,13 +95,16 @@ def test_powers_of_ten_stand_in_labels(tmp_path):
 
 def test_orbit_of_a_dry_joint_shows_flight_and_contact(tmp_path):
     """The drawn contact begins and ends on the clearance circle or beyond it, also between samples."""
-    path = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.5).save(tmp_path / "run.h5")
+    path = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.5).save(
+        tmp_path / "run.h5"
+    )
     run = cl.open_result(path)
     axes = Figure().add_subplot()
     plots.orbit(run, "C", axes)
     assert [t.get_text() for t in axes.get_legend().get_texts()] == ["free flight", "contact"]
     touched = plots.touched(run, "C", run.time)
-    assert (touched | (run.joint("C").contact_force == 0.0)).all()  # the force acts between an event's ends
+    # the force acts between an event's ends
+    assert (touched | (run.joint("C").contact_force == 0.0)).all()
     journal, contact, clock = plots.with_contacts(run, "C")
     assert (np.diff(clock) >= 0.0).all()
     assert set(run.time) <= set(clock)
@@ -105,7 +118,9 @@ def test_orbit_of_a_dry_joint_shows_flight_and_contact(tmp_path):
 
 
 def test_orbit_of_a_lubricated_joint_marks_its_smallest_gap(tmp_path):
-    path = cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=0.2).save(tmp_path / "run.h5")
+    path = cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=0.2).save(
+        tmp_path / "run.h5"
+    )
     run = cl.open_result(path)
     axes = Figure().add_subplot()
     plots.orbit(run, "C", axes)
@@ -117,13 +132,22 @@ def test_orbit_of_a_lubricated_joint_marks_its_smallest_gap(tmp_path):
 
 def test_regimes_show_the_thresholds_of_the_scene(tmp_path):
     """Curves of neighbouring states share a sample at each switch, so that no stroke is missing."""
-    options = {"model": "mixed", "transition": "fuzzy", "thresholds": (0.05, 0.3, 1.2), "viscosity": 0.002}
-    path = cl.simulate(cl.load_case("six_bar_feeder", speed=cl.rpm(600), **options), turns=0.3).save(tmp_path / "r.h5")
+    options = {
+        "model": "mixed",
+        "transition": "fuzzy",
+        "thresholds": (0.05, 0.3, 1.2),
+        "viscosity": 0.002,
+    }
+    path = cl.simulate(
+        cl.load_case("six_bar_feeder", speed=cl.rpm(600), **options), turns=0.3
+    ).save(tmp_path / "r.h5")
     run = cl.open_result(path)
     axes = Figure().add_subplot()
     plots.regimes(run, "B", axes)
     assert [t.get_text() for t in axes.texts] == ["dry 0.05", "mixed 0.3", "full 1.2"]
-    assert axes.get_yscale() == ("log" if run.joint("B").film_thickness_ratio.min() > 0.0 else "symlog")
+    assert axes.get_yscale() == (
+        "log" if run.joint("B").film_thickness_ratio.min() > 0.0 else "symlog"
+    )
     drawn = [np.isfinite(line.get_ydata()) for line in axes.lines[:-3]]
     strokes = sum((d[:-1] & d[1:]).astype(int) for d in drawn)
     assert len(drawn) > 1

@@ -90,7 +90,8 @@ def test_own_law(tmp_path):
     path.write_text(
         "import clearance as cl\n" + block + "\ndef scene():\n"
         "    law = liner(stiffness=1e8, hardening=1e8, damping=200.0)\n"
-        "    return cl.Scene(cl.ClearanceRevolute(cl.ground, cl.Body('ball', 0.5, 1e-4), name='J', radius=0.01,\n"
+        "    return cl.Scene(cl.ClearanceRevolute(cl.ground, cl.Body('ball', 0.5, 1e-4), name='J', "
+        "radius=0.01,\n"
         "        clearance=1e-4, contact=law))\n"
     )
     result = cl.simulate(cl.load_case(path), until=0.02)
@@ -128,7 +129,9 @@ def commands(block):
 
 @pytest.mark.parametrize("page", PAGES)
 def test_commands_are_understood(page):
-    """Each printed `clearance ...` line has options that the command line knows; cases and parameters exist."""
+    """Each printed `clearance ...` line has options that the command line knows; cases and
+    parameters exist.
+    """
     for block in re.findall(r"```sh\n(.*?)```", TEXT[page], re.DOTALL):
         for words in commands(block.replace("${n}", "3000").replace("$n", "3000")):
             options = cli.parser().parse_args(words)

@@ -1,4 +1,6 @@
-"""The result file: layout, units, reading with h5py and xarray, streaming, honesty about partial runs."""
+"""The result file: layout, units, reading with h5py and xarray, streaming, honesty about partial
+runs.
+"""
 
 import json
 
@@ -35,21 +37,59 @@ def test_layout(run):
         assert json.loads(file.attrs["scene"])["joints"][1]["type"] == "ClearanceRevolute"
         assert "def rhs(t, y, par, work, out)" in file.attrs["kernel"]
         assert set(file["bodies"]) == {"crank", "rod2", "rocker", "rod4", "slider"}
-        assert set(file["bodies/crank"]) == {"time", "x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha"}
+        assert set(file["bodies/crank"]) == {
+            "time",
+            "x",
+            "y",
+            "theta",
+            "vx",
+            "vy",
+            "omega",
+            "ax",
+            "ay",
+            "alpha",
+        }
         assert set(file["joints/A"]) == {"time", "force_x", "force_y"}
         assert file["joints/A/time"] == file["time"]
         assert set(file["joints/B"]) == {
-            "time", "force_x", "force_y", "eccentricity_x", "eccentricity_y", "eccentricity_ratio", "gap",
+            "time",
+            "force_x",
+            "force_y",
+            "eccentricity_x",
+            "eccentricity_y",
+            "eccentricity_ratio",
+            "gap",
             "film_thickness_ratio",
-            "film_radial", "film_tangential", "film_pressure", "side_flow", "power_loss", "dissipated",
-        }  # fmt: skip
+            "film_radial",
+            "film_tangential",
+            "film_pressure",
+            "side_flow",
+            "power_loss",
+            "dissipated",
+        }
         assert set(file["drives/crank"]) == {"time", "torque", "power"}
-        assert set(file["energy"]) == {"time", "kinetic", "potential", "input", "dissipated", "residual"}
-        assert {"time", "joint", "kind", "impact_speed", "peak_force", "duration"} <= set(file["events"])
-        assert set(file["solver"]) == {"time", "step", "error_estimate", "step_number"}
-        assert {"method", "rtol", "atol", "steps", "rejected", "evaluations", "jacobians", "wall_s"} <= set(
-            file["solver"].attrs
+        assert set(file["energy"]) == {
+            "time",
+            "kinetic",
+            "potential",
+            "input",
+            "dissipated",
+            "residual",
+        }
+        assert {"time", "joint", "kind", "impact_speed", "peak_force", "duration"} <= set(
+            file["events"]
         )
+        assert set(file["solver"]) == {"time", "step", "error_estimate", "step_number"}
+        assert {
+            "method",
+            "rtol",
+            "atol",
+            "steps",
+            "rejected",
+            "evaluations",
+            "jacobians",
+            "wall_s",
+        } <= set(file["solver"].attrs)
         file.visititems(check_dataset)
 
 
@@ -70,7 +110,9 @@ def test_dry_channels(dry):
         file.visititems(check_dataset)
 
 
-@pytest.mark.parametrize("group", ["/", "bodies/slider", "joints/B", "drives/crank", "energy", "events", "solver"])
+@pytest.mark.parametrize(
+    "group", ["/", "bodies/slider", "joints/B", "drives/crank", "energy", "events", "solver"]
+)
 def test_opens_in_xarray(run, group):
     with xarray.open_dataset(run.path, group=group, engine="h5netcdf") as data:
         assert "time" in data.coords
@@ -104,7 +146,9 @@ def test_angles_are_continuous(run):
 
 
 def test_force_balance_of_a_body(run):
-    """Newton-Euler on rod 4 from the stored channels alone: m a = sum of joint forces + weight; 1e-12 of the forces."""
+    """Newton-Euler on rod 4 from the stored channels alone: m a = sum of joint forces + weight;
+    1e-12 of the forces.
+    """
     mass, g = 0.2669, 9.81
     force = -run.joint("F").force + run.joint("E").force
     np.testing.assert_allclose(mass * run["rod4"].ax, force[:, 0], atol=1e-11)
@@ -116,20 +160,32 @@ def test_velocities_are_derivatives(run):
     t = run.time
     for body in ("rocker", "slider"):
         slope = (run[body].x[2:] - run[body].x[:-2]) / (t[2] - t[0])
-        np.testing.assert_allclose(slope, run[body].vx[1:-1], atol=3e-3 * np.abs(run[body].vx).max())
+        np.testing.assert_allclose(
+            slope, run[body].vx[1:-1], atol=3e-3 * np.abs(run[body].vx).max()
+        )
 
 
 def test_warnings_are_kept_with_the_run(run):
-    """The feeder's L/D = 1 is no long bearing; a soft restitution is not what the law gives; both are said."""
+    """The feeder's L/D = 1 is no long bearing; a soft restitution is not what the law gives; both
+    are said.
+    """
     assert run.warnings == []
     long = cl.simulate(cl.load_case("six_bar_feeder", film="pinkus_sternlicht"), until=1e-4)
-    assert long.warnings == ["joint B: pinkus_sternlicht is a long bearing's film; L/D = 1 makes it too stiff"]
+    assert long.warnings == [
+        "joint B: pinkus_sternlicht is a long bearing's film; L/D = 1 makes it too stiff"
+    ]
     soft = cl.simulate(cl.load_case("slider_crank", restitution=0.5, roughness=1e-6), until=1e-4)
-    assert soft.warnings == ["joint C: lankarani_nikravesh delivers a restitution of 0.73 where 0.50 is asked for"]
-    thin = cl.simulate(cl.load_case("slider_crank", model="lubricated", viscosity=0.04, roughness=1e-6), turns=1)
+    assert soft.warnings == [
+        "joint C: lankarani_nikravesh delivers a restitution of 0.73 where 0.50 is asked for"
+    ]
+    thin = cl.simulate(
+        cl.load_case("slider_crank", model="lubricated", viscosity=0.04, roughness=1e-6), turns=1
+    )
     assert ["film thickness ratio falls to" in w for w in thin.warnings] == [True, False, False]
     assert ["piezoviscous number" in w for w in thin.warnings] == [False, True, False]
-    explicit = cl.simulate(cl.load_case("slider_crank", model="lubricated"), until=1e-4, method="dop853")
+    explicit = cl.simulate(
+        cl.load_case("slider_crank", model="lubricated"), until=1e-4, method="dop853"
+    )
     assert ["method dop853 is explicit" in w for w in explicit.warnings] == [True]
 
 
@@ -175,7 +231,14 @@ def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
     monkeypatch.setattr(running, "BUDGET", 11)
     pieces = cl.simulate(scene, until=2e-3, samples=301)
     assert len(whole.events["time"]) > 3
-    for path in ("time", "bodies/rod/theta", "joints/C/force_x", "events/time", "events/peak_force", "solver/time"):
+    for path in (
+        "time",
+        "bodies/rod/theta",
+        "joints/C/force_x",
+        "events/time",
+        "events/peak_force",
+        "solver/time",
+    ):
         np.testing.assert_array_equal(whole.file[path][()], pieces.file[path][()], err_msg=path)
 
 
@@ -192,7 +255,12 @@ def test_interrupt_keeps_what_was_computed(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        cl.simulate(cl.load_case("six_bar_feeder"), turns=500.0, path=tmp_path / "run.h5", progress=interrupt)
+        cl.simulate(
+            cl.load_case("six_bar_feeder"),
+            turns=500.0,
+            path=tmp_path / "run.h5",
+            progress=interrupt,
+        )
     result = cl.open_result(tmp_path / "run.h5")
     assert result.status.startswith("partial: interrupted at t = ")
     assert 0.0 < result.time[-1] < 100.0
@@ -217,13 +285,17 @@ def test_energy_closes(case, options, span, rtol):
 
 
 def test_springs_loads_and_motor_close_the_ledger():
-    """Spring, damper, force, torque, torsion spring and a torque drive in one scene: every term of the ledger."""
+    """Spring, damper, force, torque, torsion spring and a torque drive in one scene: every term of
+    the ledger.
+    """
     arm = m.body("arm", {"S": (0, 0), "E": (0.3, 0)}, angle=0.4, com=(0.15, 0))
     fore = m.body("fore", {"E": (0, 0), "H": (0.25, 0)}, angle=-0.3, com=(0.1, 0.01))
     scene = cl.Scene(
         cl.Revolute(cl.ground, arm["S"], name="S"),
         cl.Revolute(arm["E"], fore["E"], name="E"),
-        cl.SpringDamper(cl.ground.at(0.4, 0.3), fore["H"], stiffness=200.0, damping=1.5, free_length=0.1),
+        cl.SpringDamper(
+            cl.ground.at(0.4, 0.3), fore["H"], stiffness=200.0, damping=1.5, free_length=0.1
+        ),
         cl.TorsionSpring(arm, fore, stiffness=3.0, damping=0.05, free_angle=-0.5),
         cl.Force(fore["H"], x=2.0, y=-1.0),
         cl.Torque(arm, 0.5),
@@ -235,14 +307,19 @@ def test_springs_loads_and_motor_close_the_ledger():
     assert result.energy.dissipated[-1] > 0.0
 
 
-@pytest.mark.parametrize("name", ["scotch_yoke", "pushed_four_bar", "parallelogram", "inverted_slider"])
+@pytest.mark.parametrize(
+    "name", ["scotch_yoke", "pushed_four_bar", "parallelogram", "inverted_slider"]
+)
 def test_energy_closes_in_other_mechanisms(name):
-    """Two slides, a torque-driven loop, an over-constrained loop with a dry joint, a slide on a moving body: 1e-6
-    at rtol 1e-9 (samples of a stiff run lie between steps)."""
+    """Two slides, a torque-driven loop, an over-constrained loop with a dry joint, a slide on a
+    moving body: 1e-6 at rtol 1e-9 (samples of a stiff run lie between steps).
+    """
     scene = {
         "scotch_yoke": lambda: m.scotch_yoke(m.chooser(m.film, "B")),
         "pushed_four_bar": lambda: m.pushed_four_bar(m.chooser(m.film, "C")),
-        "parallelogram": lambda: m.parallelogram(lambda a, b, name: m.dry(a, b, name, stiffness=1e9)),
+        "parallelogram": lambda: m.parallelogram(
+            lambda a, b, name: m.dry(a, b, name, stiffness=1e9)
+        ),
         "inverted_slider": lambda: m.inverted_slider(m.chooser(m.dry, "O")),
     }[name]()
     result = cl.simulate(scene, until=0.15, rtol=1e-9)
@@ -251,9 +328,13 @@ def test_energy_closes_in_other_mechanisms(name):
 
 
 def test_a_run_that_lost_energy_says_so():
-    """A parallelogram driven through its flat position changes branch there, which no position equation forbids."""
+    """A parallelogram driven through its flat position changes branch there, which no position
+    equation forbids.
+    """
     lengths = {"crank": 0.05, "coupler": 0.15, "rocker": 0.05}
-    crank, coupler, rocker = (m.body(n, {"a": (0, 0), "b": (x, 0)}, angle=0.8 * (x < 0.1)) for n, x in lengths.items())
+    crank, coupler, rocker = (
+        m.body(n, {"a": (0, 0), "b": (x, 0)}, angle=0.8 * (x < 0.1)) for n, x in lengths.items()
+    )
     scene = cl.Scene(
         cl.Revolute(cl.ground, crank["a"], name="A"),
         cl.Revolute(crank["b"], coupler["a"], name="B"),
@@ -261,13 +342,17 @@ def test_a_run_that_lost_energy_says_so():
         cl.Revolute(cl.ground.at(0.15, 0), rocker["a"], name="D"),
         cl.Drive(crank, speed=12.0),
     )
-    with pytest.raises(cl.SimulationError, match=r"from t = 0\.\d+ s on: .*came to its dead centre") as caught:
+    with pytest.raises(
+        cl.SimulationError, match=r"from t = 0\.\d+ s on: .*came to its dead centre"
+    ) as caught:
         cl.simulate(scene, turns=8)
     assert any("energy ledger does not close" in w for w in caught.value.result.warnings)
 
 
 def test_a_late_jump_of_energy_is_seen_in_a_long_run():
-    """The watch judges stretches of the run: 8 J lost after 2000 J have been turned over are not forgiven."""
+    """The watch judges stretches of the run: 8 J lost after 2000 J have been turned over are not
+    forgiven.
+    """
     from clearance.recording import LedgerWatch
 
     t = np.linspace(0.0, 100.0, 20001)
@@ -289,14 +374,17 @@ def test_chosen_channels(tmp_path):
     scene = cl.load_case("slider_crank", model="dry")
     options = {"turns": 1.0, "samples_per_turn": 50}
     whole = cl.simulate(scene, **options)
-    some = cl.simulate(scene, **options, channels=["bodies/slider/a[xy]", "joints/C"], compression=3)
+    some = cl.simulate(
+        scene, **options, channels=["bodies/slider/a[xy]", "joints/C"], compression=3
+    )
     assert some.names("bodies") == ("slider",)
     assert some.names("bodies/slider") == ("ax", "ay")
     assert "eccentricity_x" in some.joint("C")
     assert some.names("energy") == ()
     assert some.file["solver/step"].shape == (0,)  # the log of steps is for those who ask
     assert (
-        cl.simulate(scene, **options, channels=["solver"]).file["solver/step"].shape == whole.file["solver/step"].shape
+        cl.simulate(scene, **options, channels=["solver"]).file["solver/step"].shape
+        == whole.file["solver/step"].shape
     )
     np.testing.assert_array_equal(some["slider"].ax, whole["slider"].ax)
     np.testing.assert_array_equal(some.events["peak_force"], whole.events["peak_force"])
@@ -304,7 +392,9 @@ def test_chosen_channels(tmp_path):
     assert some.facts("energy") == whole.facts("energy")
     with pytest.raises(KeyError, match="may not have been kept"):
         some.values("energy/kinetic")
-    with pytest.raises(ValueError, match=r"channels: 'joints/X' fits none; there are bodies/crank/\*"):
+    with pytest.raises(
+        ValueError, match=r"channels: 'joints/X' fits none; there are bodies/crank/\*"
+    ):
         cl.simulate(scene, **options, channels=["joints/X"])
     with pytest.raises(TypeError, match="must be a list"):
         cl.simulate(scene, **options, channels="joints/B")

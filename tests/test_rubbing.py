@@ -1,4 +1,5 @@
-"""Friction of hinges and slides from their own reactions, and loads out of the plane, in the generated mechanics.
+"""Friction of hinges and slides from their own reactions, and loads out of the plane, in the
+generated mechanics.
 
 Kernels run as plain Python where single states are looked at; runs use compiled ones.
 """
@@ -22,7 +23,9 @@ RATE = {"crank": 3.0}
 
 def bars():
     return {
-        n: cl.Body(n, 10.0 * x, x**3, points={"near": (0, 0), "far": (x, 0)}, com=(0.4 * x, 0.01), angle=a)
+        n: cl.Body(
+            n, 10.0 * x, x**3, points={"near": (0, 0), "far": (x, 0)}, com=(0.4 * x, 0.01), angle=a
+        )
         for (n, x), a in zip(LENGTHS.items(), (0.0, 0.8, 1.6), strict=True)
     }
 
@@ -32,11 +35,15 @@ def four_bar(law=None, pin_radius=0.005, drive=None, gravity=(0.0, -9.81), **mor
     b = bars()
     own = {"friction": law, "pin_radius": pin_radius} if law is not None else {}
     ends = {
-        "A": (cl.ground.at(0, 0), b["crank"]["near"]), "B": (b["crank"]["far"], b["coupler"]["near"]),
-        "C": (b["coupler"]["far"], b["rocker"]["far"]), "D": (cl.ground.at(0.16, 0), b["rocker"]["near"]),
-    }  # fmt: skip
+        "A": (cl.ground.at(0, 0), b["crank"]["near"]),
+        "B": (b["crank"]["far"], b["coupler"]["near"]),
+        "C": (b["coupler"]["far"], b["rocker"]["far"]),
+        "D": (cl.ground.at(0.16, 0), b["rocker"]["near"]),
+    }
     joints = [cl.Revolute(*e, name=n, **own, **more.get(n, {})) for n, e in ends.items()]
-    return cl.Scene(*joints, drive(b) if drive else cl.Drive(b["crank"], speed=3.0, start=0.3), gravity=gravity)
+    return cl.Scene(
+        *joints, drive(b) if drive else cl.Drive(b["crank"], speed=3.0, start=0.3), gravity=gravity
+    )
 
 
 def row(scene, time=0.0, y=None):
@@ -51,7 +58,11 @@ def row(scene, time=0.0, y=None):
 def consistent(scene, found, tolerance=1e-11):
     """The friction of each joint is what its law makes of its rate and of the reaction it leaves."""
     for joint in (j for j in scene.joints if j.friction is not None):
-        here = {n.rpartition("/")[2]: v for n, v in found.items() if n.startswith(f"joints/{joint.name}/")}
+        here = {
+            n.rpartition("/")[2]: v
+            for n, v in found.items()
+            if n.startswith(f"joints/{joint.name}/")
+        }
         spin = {b.name: found[f"bodies/{b.name}/omega"] for b in scene.bodies} | {"ground": 0.0}
         if isinstance(joint, cl.Revolute):
             rate = spin[joint.b.body.name] - spin[joint.a.body.name]
@@ -59,7 +70,9 @@ def consistent(scene, found, tolerance=1e-11):
             load = pin_load(here["force_x"], here["force_y"], *across, *joint.geometry.values())
         else:
             rate = found[f"bodies/{joint.b.body.name}/vx"]  # slides along x on ground here
-            load = slide_load(here["force_y"], 0.0, 0.0, here["moment"], 0.0, *joint.geometry.values())
+            load = slide_load(
+                here["force_y"], 0.0, 0.0, here["moment"], 0.0, *joint.geometry.values()
+            )
         assert here["friction_load"] == pytest.approx(load, rel=tolerance)
         assert here["friction"] == pytest.approx(joint.friction(rate, load), rel=tolerance)
         assert here["power_loss"] == pytest.approx(-here["friction"] * rate, rel=1e-13)
@@ -71,14 +84,19 @@ def energy_rate(scene, found):
     for b in scene.bodies:
         x, y, theta = (found[f"bodies/{b.name}/{n}"] for n in ("vx", "vy", "omega"))
         ax, ay, alpha = (found[f"bodies/{b.name}/{n}"] for n in ("ax", "ay", "alpha"))
-        total += b.mass * (x * (ax - scene.gravity[0]) + y * (ay - scene.gravity[1])) + b.inertia * theta * alpha
+        total += (
+            b.mass * (x * (ax - scene.gravity[0]) + y * (ay - scene.gravity[1]))
+            + b.inertia * theta * alpha
+        )
     return total
 
 
 LAWS = {
     "coulomb": cl.joint_coulomb(coefficient=0.1, viscous=0.01, load_viscous=0.002),
     "smooth": cl.joint_coulomb(coefficient=0.1, transition_rate=0.5),
-    "stribeck": cl.joint_stribeck(static=0.3, kinetic=0.1, stribeck_rate=2.0, exponent=1.0, viscous=0.02),
+    "stribeck": cl.joint_stribeck(
+        static=0.3, kinetic=0.1, stribeck_rate=2.0, exponent=1.0, viscous=0.02
+    ),
 }
 
 
@@ -86,7 +104,9 @@ LAWS = {
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 @pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
 def test_friction_in_every_pin_satisfies_its_own_equations(law, time):
-    """Tolerance 1e-11: the fixed point stops at 1e-13 of the efforts, the loads are sums of terms ten times larger."""
+    """Tolerance 1e-11: the fixed point stops at 1e-13 of the efforts, the loads are sums of terms
+    ten times larger.
+    """
     scene = four_bar(law)
     found = row(scene, time)
     consistent(scene, found)
@@ -102,7 +122,9 @@ def test_driving_power_is_energy_and_losses(law):
         found = row(scene, time)
         lost = sum(found[f"joints/{n}/power_loss"] for n in "ABCD")
         power = found["drives/crank/power"]
-        assert power == pytest.approx(energy_rate(scene, found) + lost, abs=1e-12 * max(abs(power), lost))
+        assert power == pytest.approx(
+            energy_rate(scene, found) + lost, abs=1e-12 * max(abs(power), lost)
+        )
 
 
 def test_without_coefficients_nothing_changes_by_a_bit():
@@ -110,7 +132,8 @@ def test_without_coefficients_nothing_changes_by_a_bit():
     assert {n: zero[n] for n in bare} == bare
     assert zero["drives/crank/torque_ideal"] == bare["drives/crank/torque"]
     small = row(four_bar(cl.joint_coulomb(coefficient=1e-9)), 0.4)
-    assert small["drives/crank/torque"] == pytest.approx(bare["drives/crank/torque"], rel=1e-7)  # linear in mu
+    # linear in mu
+    assert small["drives/crank/torque"] == pytest.approx(bare["drives/crank/torque"], rel=1e-7)
 
 
 def test_newton_takes_over_where_the_fixed_point_contracts_slowly():
@@ -124,7 +147,9 @@ def test_newton_takes_over_where_the_fixed_point_contracts_slowly():
 
 
 def test_of_several_solutions_it_is_the_one_that_grows_out_of_no_friction(validated):
-    """At 1.0 s two balances exist far beyond usual friction; small steps of the coefficient lead to the same one."""
+    """At 1.0 s two balances exist far beyond usual friction; small steps of the coefficient lead to
+    the same one.
+    """
     torque = [
         row(four_bar(cl.joint_coulomb(coefficient=c), pin_radius=0.05), 1.0)["drives/crank/torque"]
         for c in np.linspace(0.0, 5.0, 26)
@@ -133,15 +158,26 @@ def test_of_several_solutions_it_is_the_one_that_grows_out_of_no_friction(valida
     assert np.abs(np.diff(torque)).max() < 2.0  # another one has 8.72 N m at a coefficient of 5
     assert torque[-1] == pytest.approx(22.18, abs=0.01)
     law = cl.joint_coulomb(coefficient=5.0)
-    other = cl.inverse_dynamics(four_bar(law, pin_radius=0.05), time=[0.99, 1.0], route="multipliers")
+    other = cl.inverse_dynamics(
+        four_bar(law, pin_radius=0.05), time=[0.99, 1.0], route="multipliers"
+    )
     options = {"source": "multiplier route", "kind": "independent"}
-    validated("torque with strong friction in all pins", torque[-1], other.drive("crank").torque[-1], 1e-9, **options)
+    validated(
+        "torque with strong friction in all pins",
+        torque[-1],
+        other.drive("crank").torque[-1],
+        1e-9,
+        **options,
+    )
 
 
 def test_friction_that_locks_the_mechanism_is_said():
     law = cl.joint_coulomb(coefficient=2.0)
-    scene = four_bar(law, pin_radius=0.025)  # by continuation in mu R_p from zero, the solution ends near 0.055 m here
-    with pytest.raises(cl.SimulationError, match="at t = .*joint friction have no solution.*locks") as stopped:
+    # by continuation in mu R_p from zero, the solution ends near 0.055 m here
+    scene = four_bar(law, pin_radius=0.025)
+    with pytest.raises(
+        cl.SimulationError, match="at t = .*joint friction have no solution.*locks"
+    ) as stopped:
         cl.inverse_dynamics(scene, turns=1.0, samples=50)
     assert 0 < stopped.value.result.time.size < 50
     assert stopped.value.result.status.startswith("partial")
@@ -179,8 +215,12 @@ def test_laws_without_load_need_no_reaction():
 
 def test_a_scene_without_friction_has_nothing_of_it():
     texts = build(four_bar()).structure.texts
-    assert not any(word in text for text in texts.values() for word in ("pin_load", "rub_", "slide_load"))
-    assert not any("friction" in c.path or "ideal" in c.path for c in build(four_bar()).layout.channels)
+    assert not any(
+        word in text for text in texts.values() for word in ("pin_load", "rub_", "slide_load")
+    )
+    assert not any(
+        "friction" in c.path or "ideal" in c.path for c in build(four_bar()).layout.channels
+    )
 
 
 # --- slides
@@ -191,20 +231,28 @@ def test_a_slide_rubs_with_its_normal_force_and_moment():
     rod = cl.Body("rod", 0.8, 2e-3, points={"near": (0, 0), "far": (0.2, 0)}, com=(0.1, 0))
     block = cl.Body("block", 1.5, 1e-3, points={"pin": (0.0, 0.03), "shoe": (0, 0)})
     scene = cl.Scene(
-        cl.Revolute(cl.ground.at(0, 0), crank["near"], name="A"), cl.Revolute(crank["far"], rod["near"], name="B"),
+        cl.Revolute(cl.ground.at(0, 0), crank["near"], name="A"),
+        cl.Revolute(crank["far"], rod["near"], name="B"),
         cl.Revolute(rod["far"], block["pin"], name="C"),
-        cl.Prismatic(cl.ground.at(0, -0.03), block["shoe"], name="guide", friction=law, overlap=0.06),
-        cl.Drive(crank, speed=20.0, start=0.4), cl.Force(block["shoe"], x=-50.0),
-    )  # fmt: skip
+        cl.Prismatic(
+            cl.ground.at(0, -0.03), block["shoe"], name="guide", friction=law, overlap=0.06
+        ),
+        cl.Drive(crank, speed=20.0, start=0.4),
+        cl.Force(block["shoe"], x=-50.0),
+    )
     for time in (0.0, 0.1, 0.2):
         found = row(scene, time)
         rate = found["bodies/block/vx"]
         normal, moment = found["joints/guide/force_y"], found["joints/guide/moment"]
         load = abs(normal) + abs(moment) / 0.03
         assert found["joints/guide/friction_load"] == pytest.approx(load, rel=1e-12)
-        assert found["joints/guide/friction"] == pytest.approx(-0.15 * load * math.copysign(1.0, rate), rel=1e-12)
+        assert found["joints/guide/friction"] == pytest.approx(
+            -0.15 * load * math.copysign(1.0, rate), rel=1e-12
+        )
         # all that passes through the guide along it is friction
-        assert found["joints/guide/force_x"] == pytest.approx(found["joints/guide/friction"], rel=1e-12)
+        assert found["joints/guide/force_x"] == pytest.approx(
+            found["joints/guide/friction"], rel=1e-12
+        )
         pushed = energy_rate(scene, found) + 50.0 * rate + found["joints/guide/power_loss"]
         assert found["drives/crank/power"] == pytest.approx(pushed, rel=1e-11)
 
@@ -218,15 +266,29 @@ def sled(coefficient=0.2, transition_rate=1e-4, force=None):
 
 
 def test_a_sliding_block_stops_where_and_when_coulomb_says(validated):
-    """Stopping time v / (mu g), way v^2 / (2 mu g). The smoothed sign lags by about v_t: 1e-3 of the way."""
+    """Stopping time v / (mu g), way v^2 / (2 mu g).
+
+    The smoothed sign lags by about v_t: 1e-3 of the way.
+    """
     run = cl.simulate(sled(), until=1.0, rtol=1e-8)
     way, stop = 1.0 / (2.0 * 0.2 * 9.81), 1.0 / (0.2 * 9.81)
     x, v = run["block"].x, run["block"].vx
-    validated("way of a block that slides to rest", x[-1], way, 1e-3, unit="m", source="v^2 / (2 mu g)", kind="exact")
+    validated(
+        "way of a block that slides to rest",
+        x[-1],
+        way,
+        1e-3,
+        unit="m",
+        source="v^2 / (2 mu g)",
+        kind="exact",
+    )
     assert v[run.time < 0.99 * stop].min() > 0.0
     assert np.abs(v[run.time > 1.01 * stop]).max() < 1e-4
     assert np.abs(run.energy.residual).max() < 1e-6
-    lost, options = run.joint("guide").dissipated[-1], {"source": "its kinetic energy", "kind": "exact"}
+    lost, options = (
+        run.joint("guide").dissipated[-1],
+        {"source": "its kinetic energy", "kind": "exact"},
+    )
     validated("energy a block loses", lost, 1.0, 1e-5, unit="J", **options)
 
 
@@ -236,7 +298,9 @@ def test_a_block_pushed_less_than_it_can_resist_only_creeps(validated):
     run = cl.simulate(scene, until=2.0, rtol=1e-8)
     creep = 1e-4 * math.atanh(2.0 / (0.2 * 2.0 * 9.81))
     options = {"source": "v_t atanh(F / mu N)", "kind": "exact"}
-    validated("creep below the sliding force", run["block"].vx[-1], creep, 1e-5, unit="m/s", **options)
+    validated(
+        "creep below the sliding force", run["block"].vx[-1], creep, 1e-5, unit="m/s", **options
+    )
 
 
 def pushed(b):
@@ -245,9 +309,21 @@ def pushed(b):
 
 def hanging():
     """Two bars that fall, both hinges rubbing."""
-    law = cl.joint_stribeck(static=0.3, kinetic=0.1, stribeck_rate=0.5, viscous=0.003, transition_rate=0.2)
-    upper = cl.Body("upper", 1.0, 0.02, points={"near": (0, 0), "far": (0.3, 0)}, com=(0.15, 0.01), angle=0.2)
-    lower = cl.Body("lower", 0.7, 0.01, points={"near": (0, 0)}, com=(0.1, 0.0), angular_velocity=2.0, angle=-0.4)
+    law = cl.joint_stribeck(
+        static=0.3, kinetic=0.1, stribeck_rate=0.5, viscous=0.003, transition_rate=0.2
+    )
+    upper = cl.Body(
+        "upper", 1.0, 0.02, points={"near": (0, 0), "far": (0.3, 0)}, com=(0.15, 0.01), angle=0.2
+    )
+    lower = cl.Body(
+        "lower",
+        0.7,
+        0.01,
+        points={"near": (0, 0)},
+        com=(0.1, 0.0),
+        angular_velocity=2.0,
+        angle=-0.4,
+    )
     own = {"friction": law, "pin_radius": 0.02}
     return cl.Scene(
         cl.Revolute(cl.ground, upper["near"], name="A", **own),
@@ -271,14 +347,20 @@ def mixed():
 
 
 FORWARD = {
-    "four_bar": lambda: four_bar(cl.joint_coulomb(coefficient=0.1, viscous=0.002, transition_rate=0.3), drive=pushed),
-    "chain": hanging, "sled": sled, "clearance": mixed,
-}  # fmt: skip
+    "four_bar": lambda: four_bar(
+        cl.joint_coulomb(coefficient=0.1, viscous=0.002, transition_rate=0.3), drive=pushed
+    ),
+    "chain": hanging,
+    "sled": sled,
+    "clearance": mixed,
+}
 
 
 @pytest.mark.parametrize("name", FORWARD)
 def test_the_jacobian_is_that_of_the_right_side(name):
-    """Against central differences; tolerance 1e-6 of the largest entry of each column: what these are good for."""
+    """Against central differences; tolerance 1e-6 of the largest entry of each column: what these
+    are good for.
+    """
     mechanism = build(FORWARD[name]())
     n, rng = mechanism.size, np.random.default_rng(3)
     y = mechanism.y0.copy()
@@ -293,7 +375,9 @@ def test_the_jacobian_is_that_of_the_right_side(name):
             moved[i] += sign * step
             rhs(0.0, moved, mechanism.par, work, out[k])
         slope = (out[0] - out[1])[:n] / (2.0 * step)
-        np.testing.assert_allclose(matrix.reshape(n, n)[:, i], slope, rtol=0.0, atol=1e-6 * np.abs(slope).max())
+        np.testing.assert_allclose(
+            matrix.reshape(n, n)[:, i], slope, rtol=0.0, atol=1e-6 * np.abs(slope).max()
+        )
 
 
 @pytest.mark.parametrize("name", ["four_bar", "chain"])
@@ -315,9 +399,18 @@ def test_forward_motion_from_inverse_torque(validated):
     # a Chebyshev series of the torque, smooth with this transition rate
     series = np.polynomial.chebyshev.Chebyshev.fit(given_run.time, torque, 60, domain=[0.0, 1.0])
     assert np.abs(series(given_run.time) - torque).max() < 1e-6 * np.abs(torque).max()
-    found = cl.simulate(four_bar(law, drive=lambda b: _series_drive(b, series.coef)), until=1.0, rtol=1e-10)
+    found = cl.simulate(
+        four_bar(law, drive=lambda b: _series_drive(b, series.coef)), until=1.0, rtol=1e-10
+    )
     options = {"source": "the prescribed motion", "kind": "exact", "relative": False}
-    validated("motion by the torque found", found["crank"].theta, 0.3 + 3.0 * found.time, 1e-4, unit="rad", **options)
+    validated(
+        "motion by the torque found",
+        found["crank"].theta,
+        0.3 + 3.0 * found.time,
+        1e-4,
+        unit="rad",
+        **options,
+    )
 
 
 def _series_drive(b, coefficients):
@@ -336,7 +429,9 @@ def _series_drive(b, coefficients):
 
 
 def test_the_sign_function_is_refused_where_forces_decide_on_the_motion():
-    with pytest.raises(ValueError, match=r"joint A: friction joint_coulomb has a sign function.*transition_rate"):
+    with pytest.raises(
+        ValueError, match=r"joint A: friction joint_coulomb has a sign function.*transition_rate"
+    ):
         build(four_bar(cl.joint_coulomb(coefficient=0.1), drive=pushed))
     build(four_bar(cl.joint_coulomb(coefficient=0.1)))  # prescribed: fine
 
@@ -344,26 +439,45 @@ def test_the_sign_function_is_refused_where_forces_decide_on_the_motion():
 # --- out of the plane
 def plate(**joint):
     """A plate on two hinged bars, seen from above; centres of mass and pins at different heights."""
-    arm = cl.Body("arm", 2.0, 0.05, points={"near": (0, 0, 0.02), "far": (0.4, 0.0, 0.05)}, com=(0.1, 0.05, 0.01))
-    tool = cl.Body("tool", 1.0, 0.01, points={"near": (0, 0, 0.0), "tip": (0.2, 0, -0.1)}, com=(0.15, 0, -0.03),
-                   products=(2e-3, -1e-3), angle=0.7)  # fmt: skip
+    arm = cl.Body(
+        "arm",
+        2.0,
+        0.05,
+        points={"near": (0, 0, 0.02), "far": (0.4, 0.0, 0.05)},
+        com=(0.1, 0.05, 0.01),
+    )
+    tool = cl.Body(
+        "tool",
+        1.0,
+        0.01,
+        points={"near": (0, 0, 0.0), "tip": (0.2, 0, -0.1)},
+        com=(0.15, 0, -0.03),
+        products=(2e-3, -1e-3),
+        angle=0.7,
+    )
     return cl.Scene(
         cl.Revolute(cl.ground, arm["near"], name="shoulder", **joint),
         cl.Revolute(arm["far"], tool["near"], name="elbow", **joint),
-        cl.Drive(arm, speed=2.0, start=0.3, name="arm"), cl.Drive(tool, speed=-1.0, start=1.0, name="tool"),
-        cl.Force(tool["tip"], x=5.0, y=-2.0, z=-30.0), gravity=(0.0, 0.0, -9.8),
-    )  # fmt: skip
+        cl.Drive(arm, speed=2.0, start=0.3, name="arm"),
+        cl.Drive(tool, speed=-1.0, start=1.0, name="tool"),
+        cl.Force(tool["tip"], x=5.0, y=-2.0, z=-30.0),
+        gravity=(0.0, 0.0, -9.8),
+    )
 
 
 def spatial(scene, found):
-    """Newton and Euler in space about the centres of mass: what joints must carry, independently written."""
+    """Newton and Euler in space about the centres of mass: what joints must carry, independently
+    written.
+    """
     balance = {}
     for b in scene.bodies:
         c, s = math.cos(found[f"bodies/{b.name}/theta"]), math.sin(found[f"bodies/{b.name}/theta"])
         turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
         w, alpha = (np.array([0, 0, found[f"bodies/{b.name}/{n}"]]) for n in ("omega", "alpha"))
         pxz, pyz = b.products
-        inertia = turn @ np.array([[1.0, 0, -pxz], [0, 1.0, -pyz], [-pxz, -pyz, b.inertia]]) @ turn.T
+        inertia = (
+            turn @ np.array([[1.0, 0, -pxz], [0, 1.0, -pyz], [-pxz, -pyz, b.inertia]]) @ turn.T
+        )
         a = np.array([found[f"bodies/{b.name}/ax"], found[f"bodies/{b.name}/ay"], 0.0])
         force = b.mass * (a - np.array([*scene.gravity, 0.0][:3]))
         balance[b.name] = [force, inertia @ alpha + np.cross(w, inertia @ w), turn]
@@ -371,7 +485,9 @@ def spatial(scene, found):
 
 
 def test_loads_out_of_the_plane_of_a_chain(validated):
-    """All six components of both joints against Newton and Euler in space; tolerance 1e-12 of rounding."""
+    """All six components of both joints against Newton and Euler in space; tolerance 1e-12 of
+    rounding.
+    """
     scene = plate()
     found = row(scene, 0.3)
     balance = spatial(scene, found)
@@ -391,10 +507,23 @@ def test_loads_out_of_the_plane_of_a_chain(validated):
     force2 = balance["arm"][0] + force
     moment2 = balance["arm"][1] + np.cross(far, force) + moment - np.cross(shoulder, force2)
     for name, f, n in (("elbow", force, moment), ("shoulder", force2, moment2)):
-        here = {k: found[f"joints/{name}/{k}"] for k in ("force_x", "force_y", "axial_force", "bending_x", "bending_y")}
+        here = {
+            k: found[f"joints/{name}/{k}"]
+            for k in ("force_x", "force_y", "axial_force", "bending_x", "bending_y")
+        }
         expected = [*f, *n[:2]]
-        options = {"source": "Newton and Euler in space", "kind": "independent", "relative": np.abs(expected).max()}
-        validated("forces and moments of a chain in space", list(here.values()), expected, 1e-12, **options)
+        options = {
+            "source": "Newton and Euler in space",
+            "kind": "independent",
+            "relative": np.abs(expected).max(),
+        }
+        validated(
+            "forces and moments of a chain in space",
+            list(here.values()),
+            expected,
+            1e-12,
+            **options,
+        )
 
 
 def test_friction_takes_axial_force_and_bending():
@@ -404,7 +533,8 @@ def test_friction_takes_axial_force_and_bending():
 
 
 @pytest.mark.parametrize(
-    ("missing", "field"), [({"bending_arm": 0.05}, "friction_arm"), ({"friction_arm": 0.03}, "bending_arm")]
+    ("missing", "field"),
+    [({"bending_arm": 0.05}, "friction_arm"), ({"friction_arm": 0.03}, "bending_arm")],
 )
 def test_arms_are_asked_for_where_they_rub(missing, field):
     law = cl.joint_coulomb(coefficient=0.2)
@@ -429,15 +559,19 @@ def test_loops_need_to_say_who_carries_loads_out_of_the_plane(validated):
 
 
 def test_a_planar_scene_has_no_loads_out_of_the_plane():
-    assert not any("axial" in c.path or "bending" in c.path for c in build(four_bar()).layout.channels)
+    assert not any(
+        "axial" in c.path or "bending" in c.path for c in build(four_bar()).layout.channels
+    )
 
 
 # --- properties
 @settings(max_examples=15, deadline=None)
 @given(
-    coefficient=st.floats(0.0, 0.4), radius=st.floats(1e-3, 0.015), viscous=st.floats(0.0, 0.1),
+    coefficient=st.floats(0.0, 0.4),
+    radius=st.floats(1e-3, 0.015),
+    viscous=st.floats(0.0, 0.1),
     time=st.floats(0.0, 2.0),
-)  # fmt: skip
+)
 def test_any_friction_in_every_pin(coefficient, radius, viscous, time):
     law = cl.joint_coulomb(coefficient=coefficient, viscous=viscous)
     scene = four_bar(law, pin_radius=radius)
@@ -449,9 +583,13 @@ def test_any_friction_in_every_pin(coefficient, radius, viscous, time):
 # --- stiff and extreme
 @pytest.mark.parametrize("transition_rate", [1e-1, 1e-3, 1e-5])
 def test_a_linkage_that_comes_to_rest_stays_there(transition_rate):
-    """However sharp the sign: the energy goes into friction, to 1e-5 of what was turned over, in few steps."""
+    """However sharp the sign: the energy goes into friction, to 1e-5 of what was turned over, in
+    few steps.
+    """
     law = cl.joint_coulomb(coefficient=0.2, transition_rate=transition_rate)
-    free = four_bar(law, pin_radius=0.01, drive=lambda b: cl.Drive(b["crank"], torque=0.0, start=0.3))
+    free = four_bar(
+        law, pin_radius=0.01, drive=lambda b: cl.Drive(b["crank"], torque=0.0, start=0.3)
+    )
     run = cl.simulate(free, until=5.0)
     energy = run.facts("energy")
     assert energy["largest_residual"] < 1e-5 * energy["turned_over"]
@@ -463,4 +601,7 @@ def test_a_linkage_that_comes_to_rest_stays_there(transition_rate):
 
 def test_a_sign_sharper_than_the_tolerance_is_said():
     run = cl.simulate(sled(transition_rate=1e-7), until=0.1)
-    assert any("joint guide: transition_rate 1e-07 m/s is finer than rtol 1e-06 sees" in w for w in run.warnings)
+    assert any(
+        "joint guide: transition_rate 1e-07 m/s is finer than rtol 1e-06 sees" in w
+        for w in run.warnings
+    )

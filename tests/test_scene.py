@@ -22,7 +22,10 @@ def bar(name="bar", length=0.1, **more):
         ("body bar: mass must be finite, got nan", {"mass": float("nan")}),
         ("body bar: com must be a pair", {"com": 3.0}),
         ("body bar: point 'a' must be a pair", {"points": {"a": (1, 2, 3, 4)}}),
-        (r"body bar: point 'a'\[2\] must be finite, got nan", {"points": {"a": (1, 2, float("nan"))}}),
+        (
+            r"body bar: point 'a'\[2\] must be finite, got nan",
+            {"points": {"a": (1, 2, float("nan"))}},
+        ),
         ("body name must be a non-empty name", {"name": "my/bar"}),
     ],
 )
@@ -40,12 +43,21 @@ def test_unknown_point_lists_the_known_ones():
     ("message", "more"),
     [
         ("joint J: clearance must be positive, got -0.0001", {"clearance": -1e-4}),
-        ("joint J: radius 0.0001 m must be larger than clearance 0.001 m", {"radius": 1e-4, "clearance": 1e-3}),
+        (
+            "joint J: radius 0.0001 m must be larger than clearance 0.001 m",
+            {"radius": 1e-4, "clearance": 1e-3},
+        ),
         ("joint J: film needs the bearing length", {"length": None}),
         ("joint J: film needs lubricant", {"lubricant": None}),
         ("joint J: a clearance joint needs a contact law, a film, or both", {"film": None}),
-        ("joint J: contact must be a contact law or None", {"contact": cl.coulomb(coefficient=0.1)}),
-        ("joint J: contact: give lankarani_nikravesh its parameters", {"contact": cl.lankarani_nikravesh}),
+        (
+            "joint J: contact must be a contact law or None",
+            {"contact": cl.coulomb(coefficient=0.1)},
+        ),
+        (
+            "joint J: contact: give lankarani_nikravesh its parameters",
+            {"contact": cl.lankarani_nikravesh},
+        ),
         ("joint J: friction needs a contact law", {"friction": cl.coulomb(coefficient=0.1)}),
         ("joint J: start eccentricity", {"eccentricity": (1e-4, 0.0)}),
         ("joint J: roughness must be positive", {"roughness": -1.0}),
@@ -53,9 +65,12 @@ def test_unknown_point_lists_the_known_ones():
 )
 def test_clearance_joint(message, more):
     good = {
-        "radius": 0.01, "clearance": 1e-4, "length": 0.02, "film": cl.pinkus_sternlicht(),
+        "radius": 0.01,
+        "clearance": 1e-4,
+        "length": 0.02,
+        "film": cl.pinkus_sternlicht(),
         "lubricant": cl.Lubricant(0.05),
-    }  # fmt: skip
+    }
     with pytest.raises((ValueError, TypeError), match=message):
         cl.ClearanceRevolute(cl.ground, bar()["a"], name="J", **{**good, **more})
 
@@ -84,9 +99,13 @@ def test_drive(message, more):
 def test_scene_errors():
     b, other = bar(), bar()
     with pytest.raises(ValueError, match="duplicate body name 'bar'"):
-        cl.Scene(cl.Revolute(cl.ground, b["a"], name="A"), cl.Revolute(b["b"], other["a"], name="B"))
+        cl.Scene(
+            cl.Revolute(cl.ground, b["a"], name="A"), cl.Revolute(b["b"], other["a"], name="B")
+        )
     with pytest.raises(ValueError, match="duplicate joint name 'A'"):
-        cl.Scene(cl.Revolute(cl.ground, b["a"], name="A"), cl.Revolute(b["b"], bar("c")["a"], name="A"))
+        cl.Scene(
+            cl.Revolute(cl.ground, b["a"], name="A"), cl.Revolute(b["b"], bar("c")["a"], name="A")
+        )
     with pytest.raises(ValueError, match="Drive c: unknown body 'c'; bodies with joints: bar"):
         cl.Scene(cl.Revolute(cl.ground, b["a"]), cl.Drive(bar("c"), speed=1.0))
     with pytest.raises(ValueError, match="floating: bar, c"):
@@ -98,7 +117,11 @@ def test_scene_errors():
 
 
 def four_bar(lengths=(0.1, 0.3, 0.25, 0.3), **drive):
-    crank, coupler, rocker = bar("crank", lengths[0]), bar("coupler", lengths[1], angle=0.8), bar("rocker", lengths[2])
+    crank, coupler, rocker = (
+        bar("crank", lengths[0]),
+        bar("coupler", lengths[1], angle=0.8),
+        bar("rocker", lengths[2]),
+    )
     return [
         cl.Revolute(cl.ground.at(0, 0), crank["a"], name="A"),
         cl.Revolute(crank["b"], coupler["a"], name="B"),
@@ -119,7 +142,8 @@ def test_locked_and_redundant():
     with pytest.raises(ValueError, match="locked: .*Drive"):
         build(cl.Scene(*parts, cl.Drive(parts[2].b.body, speed=1.0)))
     crank, coupler, rocker, second = (
-        bar(n, x) for n, x in zip(["crank", "coupler", "rocker", "second"], (0.1, 0.3, 0.1, 0.1), strict=True)
+        bar(n, x)
+        for n, x in zip(["crank", "coupler", "rocker", "second"], (0.1, 0.3, 0.1, 0.1), strict=True)
     )
     parallel = [
         cl.Revolute(cl.ground.at(0, 0), crank["a"], name="A"),
@@ -152,7 +176,9 @@ def test_json_holds_every_number():
 
 @pytest.mark.parametrize("make", m.ALL.values(), ids=m.ALL)
 def test_assembly_closes_loops(make):
-    """Closure to 1e-12 of the size, from rough angles; checked again by the kernels in test_mechanics.py."""
+    """Closure to 1e-12 of the size, from rough angles; checked again by the kernels in
+    test_mechanics.py.
+    """
     scene = make()
     start = build(scene).start
     for joint in scene.joints:
@@ -164,7 +190,9 @@ def test_assembly_closes_loops(make):
             from math import cos, sin
 
             lx, ly = p.x - p.body.com[0], p.y - p.body.com[1]
-            ends.append((x + cos(angle) * lx - sin(angle) * ly, y + sin(angle) * lx + cos(angle) * ly))
+            ends.append(
+                (x + cos(angle) * lx - sin(angle) * ly, y + sin(angle) * lx + cos(angle) * ly)
+            )
         assert abs(ends[0][0] - ends[1][0]) + abs(ends[0][1] - ends[1][1]) < 2e-12 * start.size
 
 

@@ -74,7 +74,9 @@ def case_of(folder, text):
 
 
 def test_a_scene_file_is_the_scene_of_the_case(tmp_path):
-    """The feeder with all kinds of values: its description is that of the Python case, number by number."""
+    """The feeder with all kinds of values: its description is that of the Python case, number by
+    number.
+    """
     case = case_of(tmp_path, FEEDER)
     given = {"speed": cl.rpm(200), "viscosity": 0.004, "clearance": 2e-4}
     expected = cl.load_case(

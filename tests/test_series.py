@@ -31,36 +31,48 @@ def variance_of_mean(rho: float, count: int) -> float:
 class TestMean:
     @pytest.mark.parametrize(("rho", "count"), [(0.0, 400), (0.5, 400), (0.9, 4000)])
     def test_intervals_hold_the_mean(self, rho, count):
-        """95 of 100: two standard deviations of 400 seeds are 2.2 %; batches are a little correlated still."""
+        """95 of 100: two standard deviations of 400 seeds are 2.2 %; batches are a little
+        correlated still.
+        """
         found = [series.mean(x, widened=False) for x in correlated(rho, count)]
         share = np.mean([abs(m.value) <= m.half_width for m in found])
         assert 0.92 < share < 0.98
 
     @pytest.mark.parametrize(("rho", "count"), [(0.5, 400), (0.9, 4000)])
     def test_the_variance_of_the_mean(self, rho, count):
-        """Closed form; the mean of 400 variances of 20 batches scatters by sqrt(2 / 19 / 400) = 1.6 %.
+        """Closed form; the mean of 400 variances of 20 batches scatters by sqrt(2 / 19 / 400) = 1.6
+        %.
 
-        What batches have in common makes them up to 10 % too small for batches of ten correlation times.
+        What batches have in common makes them up to 10 % too small for batches of ten correlation
+        times.
         """
         found = np.mean([series.mean(x, widened=False).error ** 2 for x in correlated(rho, count)])
         assert found == pytest.approx(variance_of_mean(rho, count), rel=0.12)
         scatter = np.var(correlated(rho, count).mean(axis=1), ddof=1)
-        assert scatter == pytest.approx(variance_of_mean(rho, count), rel=0.25)  # sqrt(2 / 400) = 7 %, three times
+        # sqrt(2 / 400) = 7 %, three times
+        assert scatter == pytest.approx(variance_of_mean(rho, count), rel=0.25)
 
     def test_several_runs_are_one_long_one(self):
-        """Four runs of 100 turns tell as much as one of 400, within the scatter of 5 % of the means of 100 widths."""
+        """Four runs of 100 turns tell as much as one of 400, within the scatter of 5 % of the means
+        of 100 widths.
+        """
         x = correlated(0.5, 400, 100)
         one = [series.mean(row).half_width for row in x]
-        four = [series.mean(row).half_width for row in correlated(0.5, 100, 400).reshape(100, 4, 100)]
+        four = [
+            series.mean(row).half_width for row in correlated(0.5, 100, 400).reshape(100, 4, 100)
+        ]
         assert np.mean(four) == pytest.approx(np.mean(one), rel=0.1)
 
     def test_constants_and_recurrences(self):
-        """A series that repeats itself has an error that falls with its length, not with the root of it."""
+        """A series that repeats itself has an error that falls with its length, not with the root
+        of it.
+        """
         assert series.mean([2.0] * 9) == series.Mean(2.0, 0.0, 9, 9)
         short, long = (series.mean(np.tile([1.0, 3.0], n), widened=False) for n in (200, 800))
         assert (short.value, long.value) == (2.0, 2.0)
         assert long.half_width == short.half_width == 0.0  # batches of whole periods
-        assert series.mean(np.tile([1.0, 3.0], 200)).half_width > 0.0  # never less than independent values
+        # never less than independent values
+        assert series.mean(np.tile([1.0, 3.0], 200)).half_width > 0.0
 
     def test_widened_where_short(self):
         assert series.widening(20) == 2.2
@@ -83,7 +95,9 @@ class TestMean:
 class TestQuantile:
     @pytest.mark.parametrize(("share", "rho"), [(0.9, 0.0), (0.9, 0.5), (0.99, 0.5)])
     def test_intervals_hold_the_quantile(self, share, rho):
-        """Normal values: 95 of 100, two standard deviations of 400 seeds are 2.2 %; ranks make intervals wider."""
+        """Normal values: 95 of 100, two standard deviations of 400 seeds are 2.2 %; ranks make
+        intervals wider.
+        """
         from scipy.special import ndtri
 
         found = [series.quantile(x, share) for x in correlated(rho, 1000)]
@@ -103,12 +117,15 @@ class TestQuantile:
 
 class TestTransient:
     def test_a_decay_is_left_out(self):
-        """exp(-i / 20) of 30 standard deviations: below one of the mean after 20 log(30 sqrt(n)) values."""
+        """exp(-i / 20) of 30 standard deviations: below one of the mean after 20 log(30 sqrt(n))
+        values.
+        """
         x = correlated(0.0, 500, 20) + 30.0 * np.exp(-np.arange(500) / 20.0)
         cuts = [series.transient([row]) for row in x]
         assert min(cuts) >= 50
         assert max(cuts) <= 250
-        assert max(abs(row[cut:].mean()) for row, cut in zip(x, cuts, strict=True)) < 0.3  # 6 standard errors
+        # 6 standard errors
+        assert max(abs(row[cut:].mean()) for row, cut in zip(x, cuts, strict=True)) < 0.3
 
     def test_nothing_is_left_out_of_a_stationary_one(self):
         """At most a quarter in 9 of 10, and always 5."""

@@ -1,4 +1,6 @@
-"""Weld, pin in a slot with and without clearance, follower force: against closed forms and other elements."""
+"""Weld, pin in a slot with and without clearance, follower force: against closed forms and other
+elements.
+"""
 
 import math
 
@@ -14,13 +16,22 @@ def outputs(scene, time=0.0):
     """Outputs of a scene at its start, from the kernel as plain Python."""
     mechanism = build(scene)
     out = np.zeros(len(mechanism.layout.channels))
-    kernel(mechanism, "observe")(time, mechanism.y0, mechanism.par, np.append(mechanism.work0, 0.0), out)
+    kernel(mechanism, "observe")(
+        time, mechanism.y0, mechanism.par, np.append(mechanism.work0, 0.0), out
+    )
     return {c.path: float(v) for c, v in zip(mechanism.layout.channels, out, strict=True)}
 
 
 def halves(angle):
     """A pendulum of two welded halves, the second turned by an angle against the first."""
-    first = cl.Body("first", 1.0, 0.01, points={"pin": (-0.1, 0.0), "end": (0.1, 0.0)}, angle=0.4, angular_velocity=2.0)
+    first = cl.Body(
+        "first",
+        1.0,
+        0.01,
+        points={"pin": (-0.1, 0.0), "end": (0.1, 0.0)},
+        angle=0.4,
+        angular_velocity=2.0,
+    )
     turned = -angle
     start = (-0.1 * math.cos(turned), -0.1 * math.sin(turned))
     second = cl.Body("second", 2.0, 0.02, points={"start": start}, angle=0.4 + angle)
@@ -32,7 +43,8 @@ def halves(angle):
 
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 def test_two_welded_halves_are_one_body(angle):
-    """Angular acceleration of the compound pendulum, and the weld's load from the balance of one half.
+    """Angular acceleration of the compound pendulum, and the weld's load from the balance of one
+    half.
 
     To 1e-9: the start closes to 1e-12 of the size, an angle by some 1e-11.
     """
@@ -47,8 +59,11 @@ def test_two_welded_halves_are_one_body(angle):
     fx, fy = 2.0 * ax, 2.0 * (ay + 9.81)
     assert seen["joints/W/force_x"] == pytest.approx(fx, rel=1e-9)
     assert seen["joints/W/force_y"] == pytest.approx(fy, rel=1e-9)
-    arm_x, arm_y = 0.1 * math.cos(0.4), 0.1 * math.sin(0.4)  # from the weld to the second half's centre
-    assert seen["joints/W/moment"] == pytest.approx(0.02 * alpha + arm_x * fy - arm_y * fx, rel=1e-9)
+    # from the weld to the second half's centre
+    arm_x, arm_y = 0.1 * math.cos(0.4), 0.1 * math.sin(0.4)
+    assert seen["joints/W/moment"] == pytest.approx(
+        0.02 * alpha + arm_x * fy - arm_y * fx, rel=1e-9
+    )
 
 
 def test_a_body_of_no_mass_is_a_distance_rod():
@@ -84,8 +99,12 @@ def yoke(slot):
 
 
 def test_a_scotch_yoke_by_a_pin_in_a_slot():
-    """x = r cos(theta): position, speed and acceleration, and the torque that moves the slide; rounding."""
-    ideal = outputs(yoke(lambda slide, crank: cl.PinSlot(slide, crank["pin"], axis=(0.0, 1.0), name="S")))
+    """x = r cos(theta): position, speed and acceleration, and the torque that moves the slide;
+    rounding.
+    """
+    ideal = outputs(
+        yoke(lambda slide, crank: cl.PinSlot(slide, crank["pin"], axis=(0.0, 1.0), name="S"))
+    )
     assert ideal["bodies/slide/x"] == pytest.approx(0.05 * math.cos(0.6), rel=1e-13)
     assert ideal["bodies/slide/vx"] == pytest.approx(-0.05 * 20.0 * math.sin(0.6), rel=1e-13)
     assert ideal["bodies/slide/ax"] == pytest.approx(-0.05 * 400.0 * math.cos(0.6), rel=1e-13)
@@ -95,10 +114,21 @@ def test_a_scotch_yoke_by_a_pin_in_a_slot():
 
 
 def test_a_yoke_whose_slot_has_clearance_follows_the_ideal_one():
-    """Within twice its clearance; the pin stays between the walls but for 5 % of it, the ledger closes to 1e-6."""
+    """Within twice its clearance; the pin stays between the walls but for 5 % of it, the ledger
+    closes to 1e-6.
+    """
     law = cl.lankarani_nikravesh(stiffness=1e10, restitution=0.7)
-    gap = {"radius": 0.008, "clearance": 1e-4, "contact": law, "friction": cl.coulomb(coefficient=0.1)}
-    scene = yoke(lambda slide, crank: cl.ClearancePinSlot(slide, crank["pin"], axis=(0.0, 1.0), name="S", **gap))
+    gap = {
+        "radius": 0.008,
+        "clearance": 1e-4,
+        "contact": law,
+        "friction": cl.coulomb(coefficient=0.1),
+    }
+    scene = yoke(
+        lambda slide, crank: cl.ClearancePinSlot(
+            slide, crank["pin"], axis=(0.0, 1.0), name="S", **gap
+        )
+    )
     run = cl.simulate(scene, turns=1.0, samples_per_turn=200)
     slot = run.joint("S")
     assert np.abs(run["slide"].x - 0.05 * np.cos(run["crank"].theta)).max() < 2e-4
@@ -109,11 +139,14 @@ def test_a_yoke_whose_slot_has_clearance_follows_the_ideal_one():
 
 
 def test_a_pin_bounces_between_the_walls_as_its_law_delivers():
-    """Lankarani and Nikravesh deliver .913 for .9: each impact takes that share of the speed, to 1e-3."""
+    """Lankarani and Nikravesh deliver .913 for .9: each impact takes that share of the speed, to
+    1e-3.
+    """
     law = cl.lankarani_nikravesh(stiffness=1e10, restitution=0.9, grazing_speed=1e-6)
     block = cl.Body("block", 0.5, 1e-4)
     scene = cl.Scene(
-        cl.ClearancePinSlot(cl.ground, block, 0.01, 1e-3, contact=law, offset_rate=0.5, name="S"), gravity=(0.0, 0.0)
+        cl.ClearancePinSlot(cl.ground, block, 0.01, 1e-3, contact=law, offset_rate=0.5, name="S"),
+        gravity=(0.0, 0.0),
     )
     run = cl.simulate(scene, until=0.02, samples=11, rtol=1e-9)
     speeds = np.array(run.events["impact_speed"])
@@ -128,8 +161,12 @@ def test_a_pin_takes_its_stiffness_from_its_material():
     law = cl.lankarani_nikravesh(restitution=0.9)
     slot = cl.ClearancePinSlot(cl.ground, block, 0.01, 1e-3, contact=law, name="S")
     modulus = 207e9 / (2.0 * (1.0 - 0.3**2))
-    assert slot.contact.values["stiffness"] == pytest.approx(4.0 / 3.0 * modulus * math.sqrt(0.01), rel=1e-12)
-    run = cl.simulate(cl.Scene(cl.ClearancePinSlot(cl.ground, block, 0.01, 1e-3, contact=cl.hertz())), until=0.01)
+    assert slot.contact.values["stiffness"] == pytest.approx(
+        4.0 / 3.0 * modulus * math.sqrt(0.01), rel=1e-12
+    )
+    run = cl.simulate(
+        cl.Scene(cl.ClearancePinSlot(cl.ground, block, 0.01, 1e-3, contact=cl.hertz())), until=0.01
+    )
     assert run.complete
 
 
@@ -145,7 +182,9 @@ def test_a_material_is_a_material(joint, sizes):
     """A name in its place is refused at once, by field and value."""
     law = cl.hertz(stiffness=1e8)
     with pytest.raises(TypeError, match="joint S: material must be a Material, got 'steel'"):
-        joint(cl.ground, cl.Body("block", 1.0, 1e-3), name="S", contact=law, material="steel", **sizes)
+        joint(
+            cl.ground, cl.Body("block", 1.0, 1e-3), name="S", contact=law, material="steel", **sizes
+        )
 
 
 def test_joints_without_an_order_of_solution_are_refused():
@@ -160,7 +199,9 @@ def test_a_follower_force_turns_with_its_body():
     """At right angles to a pinned rod it is a constant torque: angle F l t^2 / (2 I), to 1e-9."""
     rod = cl.Body("rod", 1.0, 0.01, points={"pin": (-0.1, 0.0), "end": (0.1, 0.0)})
     scene = cl.Scene(
-        cl.Revolute(cl.ground, rod["pin"], name="P"), cl.FollowerForce(rod["end"], y=0.5), gravity=(0.0, 0.0)
+        cl.Revolute(cl.ground, rod["pin"], name="P"),
+        cl.FollowerForce(rod["end"], y=0.5),
+        gravity=(0.0, 0.0),
     )
     run = cl.simulate(scene, until=1.0, samples=11, rtol=1e-10)
     np.testing.assert_allclose(run["rod"].theta, 0.5 * 0.2 / 0.02 * run.time**2 / 2.0, atol=1e-8)

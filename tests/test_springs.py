@@ -23,7 +23,9 @@ def test_all_laws_are_here():
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_laws_are_zero_at_rest_and_continuous(law):
-    """No force at rest in the middle; no step on a grid of 1e-6 m above 1e-6 times the largest slope."""
+    """No force at rest in the middle; no step on a grid of 1e-6 m above 1e-6 times the largest
+    slope.
+    """
     assert law(0.0, 0.0) == 0.0
     x = np.arange(-0.03, 0.03, 1e-6)
     for rate in (-1.0, 0.0, 1.0):
@@ -78,8 +80,10 @@ def test_a_linear_law_is_the_linear_spring():
 
 
 def test_the_period_of_a_hardening_spring():
-    """Duffing: T = 4 K(m) / sqrt(k + k_3 a^2), m = k_3 a^2 / (2 (k + k_3 a^2)); the complete elliptic integral by the
-    arithmetic-geometric mean. Energy is kept: the ledger counts the law's work."""
+    """Duffing: T = 4 K(m) / sqrt(k + k_3 a^2), m = k_3 a^2 / (2 (k + k_3 a^2)); the complete
+    elliptic integral by the arithmetic-geometric mean. Energy is kept: the ledger counts the law's
+    work.
+    """
     stiffness, cubic, a = 100.0, 5e5, 0.02
     law = cl.cubic_spring(stiffness=stiffness, cubic=cubic)
     m = cubic * a**2 / (2.0 * (stiffness + cubic * a**2))

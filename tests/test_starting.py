@@ -26,20 +26,26 @@ def settled(tmp_path_factory):
 
 
 def test_a_run_goes_on_where_another_ended(settled):
-    """The third turn of one run is the first of the other: within 1e-5 of the clearance, ten tolerances."""
+    """The third turn of one run is the first of the other: within 1e-5 of the clearance, ten
+    tolerances.
+    """
     scene = cl.load_case("six_bar_feeder")
     whole = cl.simulate(scene, turns=3, samples_per_turn=50)
     more = cl.simulate(scene, turns=1, samples_per_turn=50, start=settled)
     for axis in "xy":
         late = getattr(whole.joint("B"), f"eccentricity_{axis}")[100:]
-        np.testing.assert_allclose(getattr(more.joint("B"), f"eccentricity_{axis}"), late, atol=1e-5 * 1e-4)
+        np.testing.assert_allclose(
+            getattr(more.joint("B"), f"eccentricity_{axis}"), late, atol=1e-5 * 1e-4
+        )
     assert more.attributes["start"] == "the end of two.h5, t = 0.4 s"
 
 
 def test_another_clearance_takes_the_share_of_it(settled):
     """Half the clearance: the journal stands where it stood over the clearance."""
     run = cl.simulate(cl.load_case("six_bar_feeder", clearance=0.5e-4), turns=0.1, start=settled)
-    before, after = (r.joint("B").eccentricity[i] / c for r, i, c in ((settled, -1, 1e-4), (run, 0, 0.5e-4)))
+    before, after = (
+        r.joint("B").eccentricity[i] / c for r, i, c in ((settled, -1, 1e-4), (run, 0, 0.5e-4))
+    )
     np.testing.assert_allclose(after, before, rtol=1e-9)
 
 
@@ -54,7 +60,8 @@ def test_a_pendulum_goes_on_where_another_ended():
 
 
 def test_U4_a_settled_start_has_no_peak_of_a_start_up(settled):
-    """From the end of another run and quasi-statically: the first turn's peak is within 0.1 % of the second's.
+    """From the end of another run and quasi-statically: the first turn's peak is within 0.1 % of
+    the second's.
 
     From the middle of the oil it is 13 % higher.
     """
@@ -82,10 +89,14 @@ def test_quasi_static_journals_are_not_accelerated(case, model):
 def test_starts_that_cannot_be(settled, tmp_path):
     """Other states, a part of a turn, an older file, no clearance: one line that says so."""
     feeder = cl.load_case("six_bar_feeder")
-    with pytest.raises(ValueError, match="start: two.h5 has other states than this scene: it has no joints/C"):
+    with pytest.raises(
+        ValueError, match="start: two.h5 has other states than this scene: it has no joints/C"
+    ):
         cl.simulate(cl.load_case("six_bar_feeder", joints="B,C"), turns=1, start=settled)
     part = cl.simulate(feeder, turns=0.5, path=tmp_path / "part.h5")
-    with pytest.raises(ValueError, match=r"part.h5 ended with crank .?0\.5 turns from where this scene starts"):
+    with pytest.raises(
+        ValueError, match=r"part.h5 ended with crank .?0\.5 turns from where this scene starts"
+    ):
         cl.simulate(feeder, turns=1, start=part)
     for start in (3, [], b"x", ""):
         with pytest.raises(ValueError, match="start must be a result"):
@@ -119,24 +130,43 @@ def test_names_of_states_are_their_own():
 
 
 def test_U4_the_command_states_what_sweeps_do(settled, tmp_path, capsys):
-    """`run` and its JSON: metrics over the settled turns, and the start-up under its own name; `--settle`, `--from`."""
+    """`run` and its JSON: metrics over the settled turns, and the start-up under its own name;
+    `--settle`, `--from`.
+    """
     out = tmp_path / "r.h5"
-    words = ["run", "six_bar_feeder", "--turns", "3", "--samples-per-turn", "50", "-o", str(out), "--json"]
+    words = [
+        "run",
+        "six_bar_feeder",
+        "--turns",
+        "3",
+        "--samples-per-turn",
+        "50",
+        "-o",
+        str(out),
+        "--json",
+    ]
     for settle in (None, 2.0, 0.0):
         assert cli.main([*words, *([] if settle is None else ["--settle", str(settle)])]) == 0
         summary = json.loads(capsys.readouterr().out)
         with cl.open_result(out) as run:
             expected, before = metrics(run, settle), startup(run, settle)
         finite = {n: m.value for n, m in expected.items() if math.isfinite(m.value)}
-        assert {n: m["value"] for n, m in summary["metrics"].items() if m["value"] is not None} == finite
-        assert {n: m["value"] for n, m in summary["startup"].items()} == {n: m.value for n, m in before.items()}
+        assert {
+            n: m["value"] for n, m in summary["metrics"].items() if m["value"] is not None
+        } == finite
+        assert {n: m["value"] for n, m in summary["startup"].items()} == {
+            n: m.value for n, m in before.items()
+        }
         assert summary["joints"]["B"]["peak_force"] == expected["joint_B_force_max"].value
         assert ("startup_peak_force" in summary["joints"]["B"]) == (settle != 0.0)
     assert cli.main([*words[:-1], "--from", str(settled.path)]) == 0
     shown = capsys.readouterr().out
     assert "start-up in brackets" in shown
     assert cli.main([*words, "--from", str(tmp_path / "nothing.h5")]) == 2
-    for settle, why in (("-1", "settle must not be negative"), ("3", "settle = 3 leaves nothing of a run of 3 turns")):
+    for settle, why in (
+        ("-1", "settle must not be negative"),
+        ("3", "settle = 3 leaves nothing of a run of 3 turns"),
+    ):
         capsys.readouterr()
         assert cli.main([*words[:-1], "--settle", settle]) == 2
         assert why in capsys.readouterr().err

@@ -1,4 +1,6 @@
-"""Steppers and the loop: order, events against closed-form motions, failures that keep what they had."""
+"""Steppers and the loop: order, events against closed-form motions, failures that keep what they
+had.
+"""
 
 import math
 
@@ -20,11 +22,15 @@ def pendulum():
 
 
 def state(result, k=-1):
-    return np.array([result[b].__getattr__(c)[k] for b in ("upper", "lower") for c in ("theta", "omega")])
+    return np.array(
+        [result[b].__getattr__(c)[k] for b in ("upper", "lower") for c in ("theta", "omega")]
+    )
 
 
 def fixed_step_error(method, steps, reference):
-    """Error at the end with (nearly) equal steps: no tolerance on the error, a tight one in Newton, a largest step."""
+    """Error at the end with (nearly) equal steps: no tolerance on the error, a tight one in Newton,
+    a largest step.
+    """
     from clearance.mechanism.build import build
     from clearance.options import Output, Solver, Span
     from clearance.run import Run
@@ -39,17 +45,26 @@ def fixed_step_error(method, steps, reference):
 
 
 ORDERS = {  # as published
-    "dop853": "Dormand and Prince, by Hairer 1993", "rodas5p": "Steinebach 2023", "radau5": "Hairer and Wanner 1996",
+    "dop853": "Dormand and Prince, by Hairer 1993",
+    "rodas5p": "Steinebach 2023",
+    "radau5": "Hairer and Wanner 1996",
     "radau9": "Hairer and Wanner 1999",
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(
     ("method", "order", "steps"),
-    [("dop853", 8, (48, 96)), ("rodas5p", 5, (80, 160)), ("radau5", 5, (40, 80)), ("radau9", 9, (48, 96))],
+    [
+        ("dop853", 8, (48, 96)),
+        ("rodas5p", 5, (80, 160)),
+        ("radau5", 5, (40, 80)),
+        ("radau9", 9, (48, 96)),
+    ],
 )
 def test_order(method, order, steps, validated):
-    """Observed order, from halved steps, at least the declared one less 0.5 (more is luck of this problem)."""
+    """Observed order, from halved steps, at least the declared one less 0.5 (more is luck of this
+    problem).
+    """
     reference = state(cl.simulate(pendulum(), until=1.0, rtol=1e-13, samples=2))
     (e1, n1), (e2, n2) = (fixed_step_error(method, n, reference) for n in steps)
     found = math.log(e1 / e2) / math.log(n2 / n1)
@@ -78,17 +93,41 @@ def test_dense_output_agrees_with_steps(method):
 def ball(restitution=1.0, clearance=1e-3, stiffness=1e8, mass=0.5, gravity=(0.0, -9.81), **more):
     """A journal falling freely inside a fixed bearing."""
     body = cl.Body("ball", mass, 1e-4)
-    joint = m.dry(cl.ground.at(0.2, 0.3), body.at(0, 0), "J", clearance, stiffness, restitution, **more)
+    joint = m.dry(
+        cl.ground.at(0.2, 0.3), body.at(0, 0), "J", clearance, stiffness, restitution, **more
+    )
     return cl.Scene(joint, gravity=gravity)
 
 
 def test_fall_time_and_impact_speed(validated):
-    """Free fall through the clearance: t = sqrt(2 c / g), v = sqrt(2 g c); 1e-12, the located event's promise."""
+    """Free fall through the clearance: t = sqrt(2 c / g), v = sqrt(2 g c); 1e-12, the located
+    event's promise.
+    """
     c, g = 1e-3, 9.81
     result = cl.simulate(ball(), until=0.05, rtol=1e-8)
-    time, speed, options = result.events["time"][0], result.events["impact_speed"][0], {"kind": "exact"}
-    validated("time of a free fall", time, math.sqrt(2 * c / g), 1e-12, unit="s", source="sqrt(2 c / g)", **options)
-    validated("its impact speed", speed, math.sqrt(2 * g * c), 1e-12, unit="m/s", source="sqrt(2 g c)", **options)
+    time, speed, options = (
+        result.events["time"][0],
+        result.events["impact_speed"][0],
+        {"kind": "exact"},
+    )
+    validated(
+        "time of a free fall",
+        time,
+        math.sqrt(2 * c / g),
+        1e-12,
+        unit="s",
+        source="sqrt(2 c / g)",
+        **options,
+    )
+    validated(
+        "its impact speed",
+        speed,
+        math.sqrt(2 * g * c),
+        1e-12,
+        unit="m/s",
+        source="sqrt(2 g c)",
+        **options,
+    )
 
 
 def test_hertz_impact_without_gravity(validated):
@@ -98,16 +137,20 @@ def test_hertz_impact_without_gravity(validated):
     events = cl.simulate(scene, until=0.01, rtol=1e-11).events
     depth = (1.25 * mass * v**2 / stiffness) ** 0.4
     for what, wanted, tolerance, unit in (
-        ("impact_speed", v, 1e-12, "m/s"), ("peak_penetration", depth, 1e-9, "m"),
-        ("peak_force", stiffness * depth**1.5, 1e-9, "N"), ("duration", 2.94326 * depth / v, 1e-5, "s"),
+        ("impact_speed", v, 1e-12, "m/s"),
+        ("peak_penetration", depth, 1e-9, "m"),
+        ("peak_force", stiffness * depth**1.5, 1e-9, "N"),
+        ("duration", 2.94326 * depth / v, 1e-5, "s"),
         ("separation_speed", v, 1e-9, "m/s"),
-    ):  # fmt: skip
+    ):
         options = {"unit": unit, "source": "Hertz' elastic impact", "kind": "exact"}
         validated(what.replace("_", " "), events[what][0], wanted, tolerance, **options)
 
 
 def test_impacts_are_neither_missed_nor_counted_twice(validated):
-    """Without gravity and friction an elastic ball crosses the clearance in equal flights: the count is known."""
+    """Without gravity and friction an elastic ball crosses the clearance in equal flights: the
+    count is known.
+    """
     v, c = 0.3, 1e-3
     scene = ball(gravity=(0.0, 0.0), clearance=c, eccentricity_rate=(v, 0.0))
     events = cl.simulate(scene, until=0.5, rtol=1e-9).events
@@ -121,10 +164,14 @@ def test_impacts_are_neither_missed_nor_counted_twice(validated):
 
 @pytest.mark.parametrize("depth", [1e-6, 1e-8, 1e-10])
 def test_grazing_contact_is_found(depth):
-    """A ball that would pass its turning point `depth` beyond the wall touches it, however large the step could be."""
+    """A ball that would pass its turning point `depth` beyond the wall touches it, however large
+    the step could be.
+    """
     c, g = 1e-3, 9.81
     speed = math.sqrt(2 * g * (c + depth))
-    events = cl.simulate(ball(clearance=c, eccentricity_rate=(0.0, speed)), until=speed / g * 1.5, rtol=1e-6).events
+    events = cl.simulate(
+        ball(clearance=c, eccentricity_rate=(0.0, speed)), until=speed / g * 1.5, rtol=1e-6
+    ).events
     assert len(events["time"]) == 1
     assert events["time"][0] < speed / g
     assert 0.1 * depth < events["peak_penetration"][0] < depth
@@ -133,23 +180,28 @@ def test_grazing_contact_is_found(depth):
 def test_a_near_miss_is_no_contact():
     c, g = 1e-3, 9.81
     speed = math.sqrt(2 * g * (c - 1e-9))
-    events = cl.simulate(ball(clearance=c, eccentricity_rate=(0.0, speed)), until=speed / g * 1.5, rtol=1e-6).events
+    events = cl.simulate(
+        ball(clearance=c, eccentricity_rate=(0.0, speed)), until=speed / g * 1.5, rtol=1e-6
+    ).events
     assert len(events["time"]) == 0
 
 
 @given(
-    speed=st.floats(1e-3, 3.0), angle=st.floats(0.0, 2.0 * math.pi), tolerance=st.floats(3.0, 10.0),
+    speed=st.floats(1e-3, 3.0),
+    angle=st.floats(0.0, 2.0 * math.pi),
+    tolerance=st.floats(3.0, 10.0),
     gravity=st.floats(0.01, 20.0),
-)  # fmt: skip
+)
 @settings(max_examples=40, deadline=None)
 def test_first_touch_is_where_it_must_be(speed, angle, tolerance, gravity):
-    """A throw across the clearance meets the circle at the root of a quartic, whatever tolerance and direction: within
-    1e-12 of the time, with a penetration within the dead band (1e-13 c).
+    """A throw across the clearance meets the circle at the root of a quartic, whatever tolerance
+    and direction: within 1e-12 of the time, with a penetration within the dead band (1e-13 c).
     """
     c, vx, vy = 1e-3, speed * math.cos(angle), speed * math.sin(angle)
     scene = ball(gravity=(0.0, -gravity), clearance=c, eccentricity_rate=(vx, vy))
     pull = gravity * c / speed**2
-    roots = np.roots([pull**2 / 4.0, -pull * math.sin(angle), 1.0, 0.0, -1.0])  # time over c / speed
+    # time over c / speed
+    roots = np.roots([pull**2 / 4.0, -pull * math.sin(angle), 1.0, 0.0, -1.0])
     real = roots[np.abs(roots.imag) < 1e-6].real
     first = min(r for r in real if r > 0.0) * c / speed
     for _ in range(3):  # the quartic's roots are found to 1e-10 only
@@ -183,7 +235,9 @@ def advanced(scene, until, rtol, step):
 
 
 def test_contacts_begin_and_end_within_the_dead_band(monkeypatch):
-    """Every change of phase lies on the wall to the dead band; while a joint is free its law sees no penetration."""
+    """Every change of phase lies on the wall to the dead band; while a joint is free its law sees
+    no penetration.
+    """
     from clearance import run as running
 
     monkeypatch.setattr(running, "BUDGET", 1)
@@ -196,8 +250,8 @@ def test_contacts_begin_and_end_within_the_dead_band(monkeypatch):
 
 
 def test_restarts_keep_the_order():
-    """A falling ball, after several impacts: errors stay below twice the tolerance, from 1e-5 to 1e-9 (a restart of low
-    order would leave 1e-6 or so at any).
+    """A falling ball, after several impacts: errors stay below twice the tolerance, from 1e-5 to
+    1e-9 (a restart of low order would leave 1e-6 or so at any).
     """
     scene, until, errors = ball(restitution=0.9, eccentricity_rate=(0.02, 0.0)), 0.12, []
     exact = cl.simulate(scene, until=until, rtol=1e-13, samples=2)
@@ -220,17 +274,26 @@ def replayed(run, before, time, memory):
         return out
 
     now, size = run.state.time, run.mechanism.size
-    fine = solve_ivp(slopes, (time, now), before, method="DOP853", rtol=1e-13, atol=1e-22, max_step=(now - time) / 4)
+    fine = solve_ivp(
+        slopes,
+        (time, now),
+        before,
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-22,
+        max_step=(now - time) / 4,
+    )
     tolerance = run.solver.rtol * (run.state.scale + np.abs(run.state.y))
     return (np.abs(fine.y[:, -1] - run.state.y) / tolerance)[:size].max()
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
 def test_R4_clock_and_state_stay_together_where_contacts_graze(rtol, monkeypatch):
-    """A ball that rests on its bearing comes back to a penetration of 1e-16 to 1e-9 m: its contact ends, or just not.
+    """A ball that rests on its bearing comes back to a penetration of 1e-16 to 1e-9 m: its contact
+    ends, or just not.
 
-    Every step that begins or ends a contact agrees with an independent integration to the tolerance; a clock that
-    parts from its state is off by 1e4 of it.
+    Every step that begins or ends a contact agrees with an independent integration to the
+    tolerance; a clock that parts from its state is off by 1e4 of it.
     """
     from clearance import run as running
     from clearance.mechanism.build import build
@@ -257,14 +320,17 @@ def test_R4_clock_and_state_stay_together_where_contacts_graze(rtol, monkeypatch
 def test_M1_contacts_that_change_at_nearly_the_same_instant(every):
     """Two equal journals whose clearances differ by 1e-16 to 1e-14 of themselves: all runs finish.
 
-    They touch 1e-19 to 1e-17 s apart. A phase that began with such a step would end the run at its next contact.
+    They touch 1e-19 to 1e-17 s apart. A phase that began with such a step would end the run at its
+    next contact.
     """
 
     def hung(i, clearance):
         bob = cl.Body(f"b{i}", 1.0, 1e-3, points={"p": (0, 0)})
         law = cl.lankarani_nikravesh(stiffness=1e9, restitution=0.9, exponent=1.5)
         place = cl.ground.at(i, 0)
-        joint = cl.ClearanceRevolute(place, bob["p"], name=f"J{i}", radius=0.01, clearance=clearance, contact=law)
+        joint = cl.ClearanceRevolute(
+            place, bob["p"], name=f"J{i}", radius=0.01, clearance=clearance, contact=law
+        )
         return joint, cl.TorsionSpring(cl.ground, bob, stiffness=1.0, name=f"s{i}")
 
     for apart in 10.0 ** (-16.0 + np.arange(0, 60, every) / 30.0):
@@ -279,7 +345,9 @@ EXY = ("eccentricity_x", "eccentricity_y")
 def braced(damping):
     """An arm held by one spring and damper."""
     arm = cl.Body("arm", 1.0, 0.01, points={"o": (0, 0), "p": (0.2, 0)}, com=(0.1, 0), angle=-0.3)
-    strut = cl.SpringDamper(cl.ground.at(0.2, 0.3), arm["p"], stiffness=1e3, damping=damping, free_length=0.3)
+    strut = cl.SpringDamper(
+        cl.ground.at(0.2, 0.3), arm["p"], stiffness=1e3, damping=damping, free_length=0.3
+    )
     return cl.Scene(cl.Revolute(cl.ground, arm["o"], name="o"), strut)
 
 
@@ -301,43 +369,61 @@ def test_a_forced_explicit_method_is_kept_and_warned_about():
 
 
 def test_impacts_do_not_count_as_stiff():
-    result = cl.simulate(cl.load_case("six_bar_feeder", model="dry", joints="B,C"), turns=1, rtol=1e-6)
+    result = cl.simulate(
+        cl.load_case("six_bar_feeder", model="dry", joints="B,C"), turns=1, rtol=1e-6
+    )
     assert result.solver["method"] == "dop853"
 
 
 def test_a_micrometre_with_long_levers_keeps_its_digits():
-    """Eccentricities are coordinates: with c = 1 um between 0.3 m levers two tight methods agree to 1e-9 of c, although
-    positions are rounded to 5e-17 m = 5e-11 c each.
+    """Eccentricities are coordinates: with c = 1 um between 0.3 m levers two tight methods agree to
+    1e-9 of c, although positions are rounded to 5e-17 m = 5e-11 c each.
     """
     scene = cl.load_case("six_bar_feeder", joints="B,C,E", clearance=1e-6)
-    a, b = (cl.simulate(scene, turns=0.5, rtol=r, method=m) for r, m in ((1e-12, "radau9"), (1e-11, "radau5")))
+    a, b = (
+        cl.simulate(scene, turns=0.5, rtol=r, method=m)
+        for r, m in ((1e-12, "radau9"), (1e-11, "radau5"))
+    )
     for joint in "BCE":
-        assert np.abs(a.joint(joint).eccentricity_x - b.joint(joint).eccentricity_x).max() < 1e-9 * 1e-6
+        assert (
+            np.abs(a.joint(joint).eccentricity_x - b.joint(joint).eccentricity_x).max()
+            < 1e-9 * 1e-6
+        )
 
 
 def test_forces_of_very_thick_films_are_right():
-    """With a film thousands of times stiffer than the motion needs, joint forces still converge: 1e-3 at 1e-6.
+    """With a film thousands of times stiffer than the motion needs, joint forces still converge:
+    1e-3 at 1e-6.
 
-    (Their natural rate is acceleration over damping; clearance times speed would leave the force wrong by 10 %.)
+    (Their natural rate is acceleration over damping; clearance times speed would leave the force
+    wrong by 10 %.)
     """
-    scene = cl.load_case("four_bar", model="lubricated", viscosity=10.0, speed=cl.rpm(30), clearance=1e-6)
+    scene = cl.load_case(
+        "four_bar", model="lubricated", viscosity=10.0, speed=cl.rpm(30), clearance=1e-6
+    )
     exact, found = (cl.simulate(scene, turns=1, rtol=r).joint("C") for r in (1e-11, 1e-6))
     size = np.abs(exact.force_x[20:]).max()
     assert np.abs(exact.force_x - found.force_x)[20:].max() < 1e-3 * size
 
 
 def test_stiff_and_explicit_methods_agree_in_a_film():
-    """Forced methods solve the same equations: 1e-6 of the clearance at rtol 1e-9; the explicit one is warned about."""
+    """Forced methods solve the same equations: 1e-6 of the clearance at rtol 1e-9; the explicit one
+    is warned about.
+    """
     scene = cl.load_case("slider_crank", model="lubricated")
     found = {m: cl.simulate(scene, turns=0.2, rtol=1e-9, method=m) for m in METHODS}
     for result in found.values():
-        apart = np.abs(result.joint("C").eccentricity_x - found["radau9"].joint("C").eccentricity_x).max()
+        apart = np.abs(
+            result.joint("C").eccentricity_x - found["radau9"].joint("C").eccentricity_x
+        ).max()
         assert apart < 1e-6 * 0.5e-3
     assert any("explicit" in w for w in found["dop853"].warnings)
     assert "asked for" in found["dop853"].solver["method_reason"]
 
 
-@pytest.mark.parametrize(("rtol", "method"), [(1e-3, "rodas5p"), (1e-5, "radau5"), (1e-9, "radau9")])
+@pytest.mark.parametrize(
+    ("rtol", "method"), [(1e-3, "rodas5p"), (1e-5, "radau5"), (1e-9, "radau9")]
+)
 def test_the_choice_says_why(rtol, method):
     result = cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=0.05, rtol=rtol)
     assert result.solver["method"] == method
@@ -345,9 +431,14 @@ def test_the_choice_says_why(rtol, method):
 
 
 def test_two_joints_touch_in_one_step():
-    """Two bearings of one rigid bar: falling together; the second joint's eccentricity follows from the first's."""
+    """Two bearings of one rigid bar: falling together; the second joint's eccentricity follows from
+    the first's.
+    """
     bar = cl.Body("bar", 1.0, 0.01)
-    joints = [m.dry(cl.ground.at(x, 0), bar.at(x, 0), n, 1e-3, 1e8, 1.0) for x, n in ((-0.1, "L"), (0.1, "R"))]
+    joints = [
+        m.dry(cl.ground.at(x, 0), bar.at(x, 0), n, 1e-3, 1e8, 1.0)
+        for x, n in ((-0.1, "L"), (0.1, "R"))
+    ]
     events = cl.simulate(cl.Scene(*joints), until=0.02, rtol=1e-8).events
     assert sorted(events["joint"][:2]) == ["L", "R"]
     assert events["time"][0] == pytest.approx(events["time"][1], rel=1e-9)
@@ -366,7 +457,13 @@ def test_start_in_an_open_contact_is_recorded_as_open():
 
 def test_dry_joint_beside_a_film_uses_the_implicit_method_with_events():
     scene = m.watt(
-        lambda n, a, b: m.film(a, b, n) if n == "C" else m.dry(a, b, n) if n == "E" else cl.Revolute(a, b, name=n)
+        lambda n, a, b: (
+            m.film(a, b, n)
+            if n == "C"
+            else m.dry(a, b, n)
+            if n == "E"
+            else cl.Revolute(a, b, name=n)
+        )
     )
     result = cl.simulate(scene, turns=0.5, rtol=1e-6)
     assert result.solver["method"] == "radau5"
@@ -382,7 +479,9 @@ def overloaded():
 
 
 def test_failure_names_time_joint_and_state_and_keeps_the_rest():
-    with pytest.raises(SimulationError, match=r"at t = .* s: joint J: .*eccentricity ratio") as caught:
+    with pytest.raises(
+        SimulationError, match=r"at t = .* s: joint J: .*eccentricity ratio"
+    ) as caught:
         cl.simulate(overloaded(), until=1.0, samples=1001)
     result = caught.value.result
     assert result.status.startswith("partial: at t = ")

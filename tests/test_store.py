@@ -24,7 +24,11 @@ FEEDER = "six_bar_feeder"
 def python(code, **environment):
     """Run code in a fresh process and return what it prints as JSON."""
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **environment}, check=False
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env={**os.environ, **environment},
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -39,10 +43,20 @@ def test_numbers_do_not_change_the_text():
 
 
 @pytest.mark.parametrize(
-    "other", [{"joints": "C"}, {"joints": "B,C"}, {"model": "dry"}, {"model": "ideal"}, {"film_torques": False}]
+    "other",
+    [
+        {"joints": "C"},
+        {"joints": "B,C"},
+        {"model": "dry"},
+        {"model": "ideal"},
+        {"film_torques": False},
+    ],
 )
 def test_structure_changes_the_text(other):
-    assert build(cl.load_case(FEEDER)).structure.texts != build(cl.load_case(FEEDER, **other)).structure.texts
+    assert (
+        build(cl.load_case(FEEDER)).structure.texts
+        != build(cl.load_case(FEEDER, **other)).structure.texts
+    )
 
 
 def test_same_numbers_from_a_shared_structure():
@@ -62,16 +76,24 @@ def test_a_second_point_compiles_nothing():
     """Other numbers run through the kernels of the first point."""
     first = build(cl.load_case("four_bar", model="lubricated"))
     kernel = first.kernel("rhs")
-    assert build(cl.load_case("four_bar", model="lubricated", speed=20.0, viscosity=0.1)).kernel("rhs") is kernel
+    assert (
+        build(cl.load_case("four_bar", model="lubricated", speed=20.0, viscosity=0.1)).kernel("rhs")
+        is kernel
+    )
 
 
 @pytest.mark.parametrize(
     ("model", "roles"),
-    [("ideal", {"rhs", "observe"}), ("dry", {"rhs", "observe", "events"}),
-     ("lubricated", {"rhs", "observe", "events", "jacobian"})],
-)  # fmt: skip
+    [
+        ("ideal", {"rhs", "observe"}),
+        ("dry", {"rhs", "observe", "events"}),
+        ("lubricated", {"rhs", "observe", "events", "jacobian"}),
+    ],
+)
 def test_kernels_that_are_not_used_are_not_compiled(model, roles, monkeypatch):
-    """An ideal scene compiles rhs and observe; a dry one events too; only a film needs the Jacobian."""
+    """An ideal scene compiles rhs and observe; a dry one events too; only a film needs the
+    Jacobian.
+    """
     monkeypatch.setattr(building, "_structures", {})
     scene = cl.load_case("four_bar", model=model, joints="C")
     cl.simulate(scene, turns=0.05).close()
@@ -83,7 +105,8 @@ def test_a_run_of_a_scene_leaves_no_kernel_in_the_store(tmp_path):
     code = (
         "import json, os, pathlib, clearance as cl\n"
         "cl.simulate(cl.load_case('four_bar', model='dry', joints='C'), turns=0.05).close()\n"
-        "print(json.dumps([p.name for p in pathlib.Path(os.environ['CLEARANCE_STORE']).rglob('*')]))"
+        "print(json.dumps([p.name for p in "
+        "pathlib.Path(os.environ['CLEARANCE_STORE']).rglob('*')]))"
     )
     assert python(code, CLEARANCE_STORE=str(tmp_path)) == []
 
@@ -93,24 +116,35 @@ def test_compiled_equals_plain_python(kind):
     """Bit for bit where libm agrees; 1e-14 allows a last-digit difference of sine and cosine."""
     scene = {
         "film": lambda: m.watt(m.chooser(m.film, "CE")),
-        "dry": lambda: m.watt(m.chooser(m.dry, "C", eccentricity=(8e-5, 8e-5), eccentricity_rate=(0.1, 0.0))),
+        "dry": lambda: m.watt(
+            m.chooser(m.dry, "C", eccentricity=(8e-5, 8e-5), eccentricity_rate=(0.1, 0.0))
+        ),
         "newton": lambda: m.stephenson(m.chooser(m.film, "C")),
     }[kind]()
     mechanism = build(scene)
     work = np.append(mechanism.work0, 0.0)
-    for role, size in (("rhs", mechanism.y0.size), ("jacobian", mechanism.size**2), ("observe", 200), ("events", 9)):
+    for role, size in (
+        ("rhs", mechanism.y0.size),
+        ("jacobian", mechanism.size**2),
+        ("observe", 200),
+        ("events", 9),
+    ):
         compiled, plain = np.zeros(size), np.zeros(size)
         mechanism.kernel(role)(0.01, mechanism.y0, mechanism.par, work, compiled)
         plain_kernel(mechanism, role)(0.01, mechanism.y0, mechanism.par, work, plain)
-        np.testing.assert_allclose(compiled, plain, rtol=1e-13, atol=1e-14 * np.abs(plain).max(), err_msg=role)
+        np.testing.assert_allclose(
+            compiled, plain, rtol=1e-13, atol=1e-14 * np.abs(plain).max(), err_msg=role
+        )
 
 
 def test_a_whole_run_without_numba_gives_the_same_numbers():
     """NUMBA_DISABLE_JIT: the same loop in plain Python; 1e-12 after a few steps."""
     code = (
         "import json, clearance as cl\n"
-        "r = cl.simulate(cl.load_case('four_bar', model='lubricated', joints='C'), until=2e-4, samples=5)\n"
-        "print(json.dumps([r.joint('C').eccentricity_x.tolist(), r.energy.input.tolist(), int(r.solver['steps'])]))"
+        "r = cl.simulate(cl.load_case('four_bar', model='lubricated', joints='C'), until=2e-4, "
+        "samples=5)\n"
+        "print(json.dumps([r.joint('C').eccentricity_x.tolist(), r.energy.input.tolist(), "
+        "int(r.solver['steps'])]))"
     )
     compiled, plain = python(code), python(code, NUMBA_DISABLE_JIT="1")
     assert plain[2] == compiled[2]
@@ -125,7 +159,9 @@ def test_the_text_names_only_what_the_scene_has():
     for text in dry.values():
         assert not any(w in text for w in ("film", "Film", "pinkus", "viscosity", "coulomb"))
     for text in ideal.values():
-        assert not any(w in text for w in ("clearance,", "eccentricity", "contact", "film", "work["))
+        assert not any(
+            w in text for w in ("clearance,", "eccentricity", "contact", "film", "work[")
+        )
         assert "y[0]" not in text.split("def observe")[0]
     for text in film.values():
         assert not any(w in text for w in ("contact", "lankarani", "coulomb"))
@@ -141,7 +177,9 @@ def test_leaving_out_imports():
             "steppers = ('clearance.stepping.radau5', 'clearance.stepping.dop853')\n"
             "print(json.dumps([n for n in (*watched, *steppers) if n in sys.modules]))"
         )
-        assert heavy == ["clearance.stepping.radau5" if model == "lubricated" else "clearance.stepping.dop853"]
+        assert heavy == [
+            "clearance.stepping.radau5" if model == "lubricated" else "clearance.stepping.dop853"
+        ]
 
 
 def test_reference_counting_stays_out_of_the_kernels():

@@ -29,11 +29,13 @@ REDUCED = [
 
 @pytest.mark.parametrize("cell", REDUCED, ids=lambda c: f"{c.column}: {c.row}")
 def test_extremes_end_well(cell):
-    """Done with a ledger that closes to 1e-3 (at rtol 1e-6; the square root of looser tolerances) and joints closed to
-    1e-12 of the size, or stopped for one of two reasons the scene itself gives.
+    """Done with a ledger that closes to 1e-3 (at rtol 1e-6; the square root of looser tolerances)
+    and joints closed to 1e-12 of the size, or stopped for one of two reasons the scene itself
+    gives.
     """
     verdict = judge(cell)
-    if (cell.model, cell.row) == ("lubricated", "start at 1.01 c"):  # a film cannot begin outside its bearing
+    # a film cannot begin outside its bearing
+    if (cell.model, cell.row) == ("lubricated", "start at 1.01 c"):
         assert "outside the clearance circle" in verdict.reason
         return
     thinnest = "viscosity 1e-4, 12000 rpm, c 1 mm"
@@ -56,20 +58,37 @@ def test_random_scenes_end_well(seed):
 def test_the_matrix_holds_the_extremes():
     """Every extreme that is promised is there, for films and for dry contact where it applies."""
     rows = {(c.row, c.model) for c in matrix("six_bar_feeder")}
-    both = ["c 1 um", "c 1 mm", "30 rpm", "12000 rpm", "all joints", "no gravity", "mass ratio 1e4", "1000 turns"]
+    both = [
+        "c 1 um",
+        "c 1 mm",
+        "30 rpm",
+        "12000 rpm",
+        "all joints",
+        "no gravity",
+        "mass ratio 1e4",
+        "1000 turns",
+    ]
     both += ["rtol 1e-3", "rtol 1e-12", "start at 0.9999 c", "start at 1.01 c"]
     assert {(r, m) for r in both for m in ("lubricated", "dry")} <= rows
-    assert {("viscosity 1e-4", "lubricated"), ("viscosity 10", "lubricated"), ("stiffness 1e13", "dry")} <= rows
+    assert {
+        ("viscosity 1e-4", "lubricated"),
+        ("viscosity 10", "lubricated"),
+        ("stiffness 1e13", "dry"),
+    } <= rows
     assert {("restitution 0", "dry"), ("restitution 1", "dry")} <= rows
 
 
 def test_unknown_case():
-    with pytest.raises(ValueError, match="knows six_bar_feeder, slider_crank, four_bar, random; got 'nothing'"):
+    with pytest.raises(
+        ValueError, match="knows six_bar_feeder, slider_crank, four_bar, random; got 'nothing'"
+    ):
         matrix("nothing")
 
 
 def test_a_fault_is_called_one(monkeypatch):
-    """An exception nobody expected, and a run out of time, are told apart from each other and from a good end."""
+    """An exception nobody expected, and a run out of time, are told apart from each other and from
+    a good end.
+    """
     cell = Cell("as it comes", "slider_crank", "dry", turns=0.1)
     assert judge(cell).kind == "done"
 
@@ -96,7 +115,9 @@ def test_command(tmp_path, capsys, monkeypatch):
 
 
 def test_H3_json_is_strict(capsys, monkeypatch):
-    """A cell without a result has no energy and no closure: null, which every parser reads; NaN is no JSON."""
+    """A cell without a result has no energy and no closure: null, which every parser reads; NaN is
+    no JSON.
+    """
     monkeypatch.setattr(stress, "TIME_BUDGET", 0)
     out_of_time = judge(Cell("as it comes", "slider_crank", "lubricated"))
     assert np.isnan(out_of_time.energy)
@@ -112,7 +133,14 @@ def test_H3_every_command_prints_by_the_one_writer():
     folder = Path(cli.__file__).parent / "commands"
     texts = {path.name: path.read_text() for path in folder.glob("*.py")}
     assert [name for name, text in texts.items() if "json.dumps" in text] == ["common.py"]
-    odd = {"a": (math.nan, 1.5), "b": [np.float64(-math.inf)], "c": {"d": math.inf}, "e": "NaN", "f": None, "g": 3}
+    odd = {
+        "a": (math.nan, 1.5),
+        "b": [np.float64(-math.inf)],
+        "c": {"d": math.inf},
+        "e": "NaN",
+        "f": None,
+        "g": 3,
+    }
     plain = {"a": [None, 1.5], "b": [None], "c": {"d": None}, "e": "NaN", "f": None, "g": 3}
     assert json.loads(common.json_text(odd), parse_constant=pytest.fail) == plain
 
@@ -129,7 +157,9 @@ def test_a_process_that_dies_takes_no_other_cell_with_it(monkeypatch):
     cells = [Cell(r, "slider_crank", "dry") for r in ("a", "dies", "b", "c", "d")]
     monkeypatch.setattr(stress, "matrix", lambda case, quick: cells)
     verdicts = stress.stress(workers=2)
-    assert [(v.row, v.kind) for v in verdicts] == [(c.row, "fault" if c.row == "dies" else "done") for c in cells]
+    assert [(v.row, v.kind) for v in verdicts] == [
+        (c.row, "fault" if c.row == "dies" else "done") for c in cells
+    ]
 
 
 def test_bad_workers(capsys):
@@ -151,7 +181,9 @@ def test_picture_and_table_of_named_stops(tmp_path):
 
 
 def test_films_are_never_left_by_a_trial_step():
-    """At a tolerance wider than the film is thin the journal stays inside: steps out of the film are refused."""
+    """At a tolerance wider than the film is thin the journal stays inside: steps out of the film
+    are refused.
+    """
     scene = cl.load_case("slider_crank", model="lubricated", viscosity=1e-4)
     result = cl.simulate(scene, turns=1, rtol=1e-2)
     assert result.complete
@@ -161,8 +193,9 @@ def test_films_are_never_left_by_a_trial_step():
 @pytest.mark.parametrize("rtol", [1e-3, 1e-4, 1e-6, 1e-8])
 @pytest.mark.parametrize("viscosity", [1e-4, 1e-2, 0.1])
 def test_a_sinking_journal_sinks(viscosity, rtol):
-    """Gravity squeezes a journal towards the wall, ever slower: the gap never grows (but by 5 % of itself, the error a
-    thin film is allowed), although it gets a million times thinner than the tolerance; and the ledger closes.
+    """Gravity squeezes a journal towards the wall, ever slower: the gap never grows (but by 5 % of
+    itself, the error a thin film is allowed), although it gets a million times thinner than the
+    tolerance; and the ledger closes.
     """
     body = cl.Body("journal", 0.5, 1e-4)
     scene = cl.Scene(m.film(cl.ground, body.at(0, 0), "J", clearance=1e-4, viscosity=viscosity))

@@ -20,7 +20,9 @@ def pendulum(stiffness, hinge="P", arm="arm"):
 
 
 def test_A1_a_run_does_not_depend_on_what_was_built_before(monkeypatch):
-    """Natural sizes come from the scene at hand: bit for bit the same alone and after a stiffer scene."""
+    """Natural sizes come from the scene at hand: bit for bit the same alone and after a stiffer
+    scene.
+    """
     monkeypatch.setattr(building, "_structures", {})
     alone = cl.simulate(pendulum(50.0), until=0.05, samples=11)
     monkeypatch.setattr(building, "_structures", {})
@@ -61,7 +63,13 @@ def test_A1_a_structure_holds_no_scene():
     structure = build(pendulum(50.0)).structure
     assert scenery(structure) == []
     layout = structure.layout
-    names = (layout.coordinates, layout.first_order, layout.remembering, layout.dissipated, structure.forced)
+    names = (
+        layout.coordinates,
+        layout.first_order,
+        layout.remembering,
+        layout.dissipated,
+        structure.forced,
+    )
     assert all(isinstance(name, str) for group in names for name in group)
 
 
@@ -78,7 +86,9 @@ HIDING = {
 
 
 def test_A1_a_scene_that_a_structure_holds_is_noticed():
-    """The walk above is no empty one: it reaches a scene held by a kernel of the structure, in each of these ways."""
+    """The walk above is no empty one: it reaches a scene held by a kernel of the structure, in each
+    of these ways.
+    """
     scene = pendulum(50.0)
     structure = build(scene).structure
     for way, hide in HIDING.items():
@@ -90,16 +100,33 @@ def crank(bodies, joints):
     """A slider-crank with a mixed clearance joint, a dyad and a spring, under any names."""
     k, r, s = (cl.Body(n, 0.3, 1e-4, points={"p": (0.0, 0.0), "q": (0.1, 0.0)}) for n in bodies)
     law = cl.lankarani_nikravesh(stiffness=1e9, restitution=0.9, exponent=1.5)
-    film = {"film": cl.pinkus_sternlicht(), "length": 0.01, "lubricant": cl.Lubricant(viscosity=0.05)}
-    gap = {"radius": 0.01, "clearance": 1e-4, "contact": law, "friction": cl.coulomb(coefficient=0.1)}
+    film = {
+        "film": cl.pinkus_sternlicht(),
+        "length": 0.01,
+        "lubricant": cl.Lubricant(viscosity=0.05),
+    }
+    gap = {
+        "radius": 0.01,
+        "clearance": 1e-4,
+        "contact": law,
+        "friction": cl.coulomb(coefficient=0.1),
+    }
     return cl.Scene(
         cl.Revolute(cl.ground, k["p"], name=joints[0]),
         cl.Revolute(k["q"], r["p"], name=joints[1]),
         cl.ClearanceRevolute(
-            r["q"], s["p"], name=joints[2], transition=cl.load_sharing(), roughness=1e-6, **gap, **film
+            r["q"],
+            s["p"],
+            name=joints[2],
+            transition=cl.load_sharing(),
+            roughness=1e-6,
+            **gap,
+            **film,
         ),
         cl.Prismatic(cl.ground, s["p"], name=joints[3]),
-        cl.SpringDamper(cl.ground, s["p"], stiffness=10.0, damping=1.0, free_length=0.1, name=joints[4]),
+        cl.SpringDamper(
+            cl.ground, s["p"], stiffness=10.0, damping=1.0, free_length=0.1, name=joints[4]
+        ),
         cl.Drive(k, speed=10.0, start=0.3, name=joints[5]),
         name="crank",
     )
@@ -107,7 +134,9 @@ def crank(bodies, joints):
 
 def test_A3_renaming_compiles_nothing():
     """The store's key is of the text without comments; the text itself goes by the new names."""
-    one = build(crank(("crank", "rod", "slider"), ("A", "B", "C", "G", "spring", "drive"))).structure
+    one = build(
+        crank(("crank", "rod", "slider"), ("A", "B", "C", "G", "spring", "drive"))
+    ).structure
     two = build(crank(("one", "two", "three"), ("Z1", "Y", "X", "W", "V", "U"))).structure
     assert [c.path for c in one.layout.channels] != [c.path for c in two.layout.channels]
     assert one.texts["rhs"] != two.texts["rhs"]

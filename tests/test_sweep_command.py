@@ -38,10 +38,29 @@ def test_a_grid_again_and_its_summary(tmp_path, capsys):
 
 
 def test_lists_of_texts_and_of_numbers_that_go_together(tmp_path, capsys):
-    assert cli.main([
-        "sweep", "six_bar_feeder", "-p", "joints=B;B,C", "-p", "model=dry,ideal", "-p", "speed=20,30", "-p",
-        "clearance=0.1mm,0.2mm", "--zip", "speed,clearance", *QUICK, "--quiet", "-o", str(tmp_path / "out"),
-    ]) == 0  # fmt: skip
+    assert (
+        cli.main(
+            [
+                "sweep",
+                "six_bar_feeder",
+                "-p",
+                "joints=B;B,C",
+                "-p",
+                "model=dry,ideal",
+                "-p",
+                "speed=20,30",
+                "-p",
+                "clearance=0.1mm,0.2mm",
+                "--zip",
+                "speed,clearance",
+                *QUICK,
+                "--quiet",
+                "-o",
+                str(tmp_path / "out"),
+            ]
+        )
+        == 0
+    )
     assert capsys.readouterr().out == ""
     points = cl.open_sweep(tmp_path / "out").definition.points
     assert points.axes == ((("joints",), 2), (("model",), 2), (("speed", "clearance"), 2))
@@ -50,12 +69,25 @@ def test_lists_of_texts_and_of_numbers_that_go_together(tmp_path, capsys):
 
 def test_a_text_that_the_case_takes_whole_is_one_value(tmp_path, capsys):
     words = ["-p", "joints=B,C", "-p", "speed=20,30", "-p", "film=pinkus_sternlicht"]
-    assert cli.main(["sweep", "six_bar_feeder", *words, *QUICK, "--json", "-o", str(tmp_path / "out")]) == 0
+    assert (
+        cli.main(["sweep", "six_bar_feeder", *words, *QUICK, "--json", "-o", str(tmp_path / "out")])
+        == 0
+    )
     assert cl.open_sweep(tmp_path / "out").definition.fixed["joints"] == "B,C"
 
 
 def test_samples(tmp_path, capsys):
-    words = [*FILM, "--sample", "5", "--seed", "2", "-p", "speed=20:30", "-p", "clearance=50um:200um:log"]
+    words = [
+        *FILM,
+        "--sample",
+        "5",
+        "--seed",
+        "2",
+        "-p",
+        "speed=20:30",
+        "-p",
+        "clearance=50um:200um:log",
+    ]
     status, _ = sweep(tmp_path / "out", *words, "--channels", "none", capsys=capsys)
     assert status == 0
     expected = cl.sampled(5, seed=2, speed=(20.0, 30.0), clearance=(5e-5, 2e-4, "log"))
@@ -66,7 +98,15 @@ def test_samples(tmp_path, capsys):
 
 def test_failed_points_give_status_1(tmp_path, capsys):
     status, said = sweep(
-        tmp_path / "out", *FILM, "-p", "speed=20,30", "--max-steps", "3", "--channels", "none", capsys=capsys
+        tmp_path / "out",
+        *FILM,
+        "-p",
+        "speed=20,30",
+        "--max-steps",
+        "3",
+        "--channels",
+        "none",
+        capsys=capsys,
     )
     assert status == 1
     assert "0 of 2 points done, 2 failed" in said.out
@@ -92,7 +132,22 @@ def test_failed_points_give_status_1(tmp_path, capsys):
     ],
 )
 def test_wrong_input_is_one_line(words, reason, tmp_path, capsys):
-    assert cli.main(["sweep", "slider_crank", "--turns", "1", "--workers", "2", *words, "-o", str(tmp_path / "x")]) == 2
+    assert (
+        cli.main(
+            [
+                "sweep",
+                "slider_crank",
+                "--turns",
+                "1",
+                "--workers",
+                "2",
+                *words,
+                "-o",
+                str(tmp_path / "x"),
+            ]
+        )
+        == 2
+    )
     said = capsys.readouterr()
     assert reason in said.err
     assert len(said.err.splitlines()) == 1
@@ -108,7 +163,9 @@ def test_another_sweep_in_the_directory(tmp_path, capsys):
 
 @pytest.mark.parametrize(("every", "shown"), [(math.inf, False), (0.0, True)])
 def test_progress_on_a_pipe_is_lines(every, shown, tmp_path, monkeypatch, capsys):
-    """Failures are told at once; a line of what is done comes after some time, here never or with each run."""
+    """Failures are told at once; a line of what is done comes after some time, here never or with
+    each run.
+    """
     monkeypatch.setattr(command.Progress, "every", every)
     words = [*FILM, "-p", "speed=20,30", "--max-steps", "3"]
     status, said = sweep(tmp_path / "o", *words, capsys=capsys)

@@ -16,8 +16,13 @@ class TestRadau:
     def test_quadrature(self, k, validated):
         """B(2s - 1): the weights, the last row, integrate polynomials up to degree 2s - 2."""
         for q in range(1, 2 * k.c.size):
-            found, options = k.a[-1] @ k.c ** (q - 1), {"source": "order condition 1 / q", "kind": "exact"}
-            validated(f"quadrature of Radau IIA with {k.c.size} stages", found, 1.0 / q, 1e-13, **options)
+            found, options = (
+                k.a[-1] @ k.c ** (q - 1),
+                {"source": "order condition 1 / q", "kind": "exact"},
+            )
+            validated(
+                f"quadrature of Radau IIA with {k.c.size} stages", found, 1.0 / q, 1e-13, **options
+            )
 
     def test_eigenbasis(self, k):
         """ti inv(A) t is block diagonal: the real eigenvalue, then a 2x2 rotation for each pair."""
@@ -42,20 +47,28 @@ class TestRadau:
 def test_published_radau5(validated):
     """Eigenvalues of the inverse stage matrix (Hairer and Wanner 1996, IV.8), 10 printed digits."""
     pair, source = t.RADAU5.pairs[0], "Hairer and Wanner 1996, IV.8"
-    found, printed = (t.RADAU5.real, pair.real, abs(pair.imag)), (3.6378342527, 2.6810828736, 3.0504301993)
+    found, printed = (
+        (t.RADAU5.real, pair.real, abs(pair.imag)),
+        (3.6378342527, 2.6810828736, 3.0504301993),
+    )
     validated("eigenvalues of Radau5's inverse stage matrix", found, printed, 1e-10, source=source)
 
 
 def test_dop853_quadrature(validated):
     """The weights integrate polynomials up to degree 7 exactly, the nodes are the row sums."""
     for q in range(1, 9):
-        found, options = t.B @ t.C[:12] ** (q - 1), {"source": "order condition 1 / q", "kind": "exact"}
+        found, options = (
+            t.B @ t.C[:12] ** (q - 1),
+            {"source": "order condition 1 / q", "kind": "exact"},
+        )
         validated("quadrature of DOP853", found, 1.0 / q, 1e-12, **options)
     np.testing.assert_allclose(t.A.sum(axis=1), t.C, atol=1e-14)
 
 
 def rodas(q: int) -> tuple[float, np.ndarray]:
-    """Solution of y' = t^(q-1), y(0) = 0, in one step of size 1 by Rodas5P's formulas, and rows of its dense output."""
+    """Solution of y' = t^(q-1), y(0) = 0, in one step of size 1 by Rodas5P's formulas, and rows of
+    its dense output.
+    """
     stages = []
     for s in range(8):
         slope = (q - 1) * 0.0 ** (q - 2) if q > 2 else float(q == 2)  # df/dt at t = 0

@@ -13,8 +13,13 @@ from tests import mechanisms as m
 
 def ladder(windows: int, driven: bool = False) -> cl.Scene:
     """Four-bars in a row on common rockers, 2 windows + 1 bodies; nothing drives them."""
-    rockers = [m.body(f"rocker{i}", {"p": (0, 0), "q": (0.05 if i == 0 else 0.12, 0)}, 1.1) for i in range(windows + 1)]
-    parts = [cl.Revolute(cl.ground.at(0.2 * i, 0), r["p"], name=f"O{i}") for i, r in enumerate(rockers)]
+    rockers = [
+        m.body(f"rocker{i}", {"p": (0, 0), "q": (0.05 if i == 0 else 0.12, 0)}, 1.1)
+        for i in range(windows + 1)
+    ]
+    parts = [
+        cl.Revolute(cl.ground.at(0.2 * i, 0), r["p"], name=f"O{i}") for i, r in enumerate(rockers)
+    ]
     for i in range(windows):
         coupler = m.body(f"coupler{i}", {"p": (0, 0), "q": (0.2, 0)})
         parts.append(cl.Revolute(rockers[i]["q"], coupler["p"], name=f"A{i}"))
@@ -25,8 +30,11 @@ def ladder(windows: int, driven: bool = False) -> cl.Scene:
 @pytest.mark.parametrize("driven", [False, True])
 @pytest.mark.parametrize("windows", [10, 20, 40])
 def test_M2_ladders(windows, driven):
-    """One body by its free or driven angle, then a dyad for each window. Bodies looked at grow with the square of the
-    windows (6 windows^2); subsets tried grew with the eighth power."""
+    """One body by its free or driven angle, then a dyad for each window.
+
+    Bodies looked at grow with the square of the
+    windows (6 windows^2); subsets tried grew with the eighth power.
+    """
     scene = ladder(windows, driven)
     planner = topology._Planner(scene, scene.joints)
     plan = planner.run()
@@ -49,7 +57,9 @@ def tried(bodies, equations):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_M2_as_all_subsets(seed):
-    """The same smallest set as by trying them all, at every stage, where no equations repeat each other."""
+    """The same smallest set as by trying them all, at every stage, where no equations repeat each
+    other.
+    """
     draw = random.Random(seed)
     bodies = list(range(draw.randint(2, 8)))
     pairs = [draw.choice([(b,), tuple(draw.sample(bodies, 2))]) for b in bodies for _ in range(2)]
@@ -69,6 +79,8 @@ def test_M2_as_all_subsets(seed):
 
 
 def test_redundant_loop_keeps_small_groups():
-    """Three parallel cranks under a beam: one equation too many changes nothing of the groups before it."""
+    """Three parallel cranks under a beam: one equation too many changes nothing of the groups
+    before it.
+    """
     plan = topology.closed_plan(m.parallelogram())
     assert [g.label() for g in plan.groups] == ["one", "beam+two", "three"]

@@ -41,7 +41,9 @@ def test_common_terms_are_shared():
 
 def formula(trace, x, y):
     s = trace.sqrt(x * x + 2.0) / (y + 3.0)
-    return trace.sin(s * y) - trace.cos(x) * s + trace.atan2(y, x + 5.0), trace.select(x - y, s * x, y * y) - 3.0
+    return trace.sin(s * y) - trace.cos(x) * s + trace.atan2(y, x + 5.0), trace.select(
+        x - y, s * x, y * y
+    ) - 3.0
 
 
 @given(st.floats(-2, 2), st.floats(-2, 2))

@@ -41,13 +41,17 @@ def test_stretches_of_several_turns(run):
     exact, located = by_turn(run), run.located
     values = located.values.reshape(5, 2, -1)
     try:
-        run.located = Extremes(2.0 * located.length, located.names, located.units, values.max(axis=1), values[:, 0])
+        run.located = Extremes(
+            2.0 * located.length, located.names, located.units, values.max(axis=1), values[:, 0]
+        )
         found = by_turn(run)
     finally:
         run.located = located
     force = "joint_C_force_peak"
     assert found[force].values[1:] == pytest.approx(exact[force].values[1:], rel=0.5)
-    assert found["drive_crank_torque_rms"].values == pytest.approx(exact["drive_crank_torque_rms"].values)
+    assert found["drive_crank_torque_rms"].values == pytest.approx(
+        exact["drive_crank_torque_rms"].values
+    )
 
 
 def test_means_and_energy(run):

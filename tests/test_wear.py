@@ -38,7 +38,9 @@ PLACES = [(118e-6, 30e-6, 0.37), (60e-6, -115e-6, -2.9), (-104e-6, 12e-6, 8.0)]
 
 
 class TestContact:
-    @pytest.mark.parametrize(("depth", "e", "angle", "first"), [(0.0, 102e-6, 20.0, 1), (20e-6, 122e-6, 0.0, 8)])
+    @pytest.mark.parametrize(
+        ("depth", "e", "angle", "first"), [(0.0, 102e-6, 20.0, 1), (20e-6, 122e-6, 0.0, 8)]
+    )
     def test_rows(self, depth, e, angle, first):
         """Force, normal load, stiffness and deepest point of an independent code, within 1e-3."""
         x, y = e * math.cos(math.radians(angle)), e * math.sin(math.radians(angle))
@@ -72,17 +74,23 @@ class TestContact:
             step = h * np.eye(3)[i]
             up, down = (np.array(touching(*(place + s), JOINT, WAVY, 0.0)) for s in (step, -step))
             slope = found[4:].reshape(4, 3)
-            assert slope[:, i] == pytest.approx((up - down) / (2.0 * h), rel=1e-6, abs=1e-6 * abs(slope).max())
+            assert slope[:, i] == pytest.approx(
+                (up - down) / (2.0 * h), rel=1e-6, abs=1e-6 * abs(slope).max()
+            )
 
     @pytest.mark.parametrize("place", PLACES)
     def test_one_energy(self, place):
-        """The stiffness is symmetric: force and moment derive from one energy, and no turn gains any."""
+        """The stiffness is symmetric: force and moment derive from one energy, and no turn gains
+        any.
+        """
         f = np.array(touching_slopes(*place, JOINT, WAVY, 0.0))
         matrix = np.array([f[4:7], f[7:10], f[13:16]])
         assert matrix == pytest.approx(matrix.T, rel=1e-12)
 
     def test_deepest_point_and_force_begin_together(self):
-        """Along a path through the wall the force is there exactly where the penetration is positive."""
+        """Along a path through the wall the force is there exactly where the penetration is
+        positive.
+        """
         for e in np.linspace(1.04e-4, 1.1e-4, 200):
             for angle in (0.0, 0.4, 2.0):
                 x, y = e * math.cos(angle), e * math.sin(angle)
@@ -100,7 +108,9 @@ class TestContact:
             assert found[3] == pytest.approx(0.0, abs=1e-20)
 
     def test_turned_together(self):
-        """Journal and bearing change places: a journal's scar under a turned journal is a bearing's turned back."""
+        """Journal and bearing change places: a journal's scar under a turned journal is a bearing's
+        turned back.
+        """
         shift = 47
         x, y = 1.18e-4, 2e-5
         found = touching(x, y, shift * STEP, JOINT, data(None, scar(20e-6)), 0.0)
@@ -112,9 +122,15 @@ class TestLaws:
     def test_volume_over_work(self):
         """Archard's volume for load and way, Reye's for work, Sarkar's with friction's share."""
         assert cl.archard(coefficient=1e-13)(2e6, 0.5) == pytest.approx(1e-7, rel=1e-15)
-        assert cl.archard_reye(energy_coefficient=1e-12, friction=0.1)(2e6, 0.5) == pytest.approx(1e-7, rel=1e-15)
-        assert cl.sarkar(coefficient=1e-13, friction=0.0)(2e6, 0.5) == cl.archard(coefficient=1e-13)(2e6, 0.5)
-        assert cl.sarkar(coefficient=1e-13, friction=1.0)(2e6, 0.5) == pytest.approx(2e-7, rel=1e-15)
+        assert cl.archard_reye(energy_coefficient=1e-12, friction=0.1)(2e6, 0.5) == pytest.approx(
+            1e-7, rel=1e-15
+        )
+        assert cl.sarkar(coefficient=1e-13, friction=0.0)(2e6, 0.5) == cl.archard(
+            coefficient=1e-13
+        )(2e6, 0.5)
+        assert cl.sarkar(coefficient=1e-13, friction=1.0)(2e6, 0.5) == pytest.approx(
+            2e-7, rel=1e-15
+        )
 
     def test_linear(self):
         """Laws of the package are linear in the pressure; one's own need not be."""
@@ -123,7 +139,9 @@ class TestLaws:
 
     def test_wrong_unit(self):
         """mm3/(N m) given as m2/N is off by 1e9 and refused with both readings."""
-        with pytest.raises(ValueError, match=r"archard: coefficient .* got 0.000505 m2/N = 505000 mm3/\(N m\)"):
+        with pytest.raises(
+            ValueError, match=r"archard: coefficient .* got 0.000505 m2/N = 505000 mm3/\(N m\)"
+        ):
             cl.archard(coefficient=5.05e-4)
         assert cl.units.quantity("5.05e-4mm3/Nm", "m2/N") == pytest.approx(5.05e-13, rel=1e-15)
 
@@ -143,7 +161,9 @@ def slider_crank(**fields):
 class TestJoint:
     def test_unworn_is_bit_equal(self):
         """An unworn outline changes no bit of the motion, nor of the contact's force."""
-        plain, unworn = (cl.simulate(slider_crank(**f), turns=0.3) for f in ({}, {"outline": worn()}))
+        plain, unworn = (
+            cl.simulate(slider_crank(**f), turns=0.3) for f in ({}, {"outline": worn()})
+        )
         assert np.array_equal(plain["slider"].ax, unworn["slider"].ax)
         before, joint = plain.joint("C"), unworn.joint("C")
         assert np.array_equal(before.contact_force, joint.contact_force)
@@ -151,23 +171,31 @@ class TestJoint:
         assert (joint.normal_load >= joint.contact_force * (1.0 - 1e-4)).all()
 
     def test_worn_run(self):
-        """Both surfaces worn, rubbing: energy closes to 1e-6, both volumes are k int N |v| dt, which friction works."""
+        """Both surfaces worn, rubbing: energy closes to 1e-6, both volumes are k int N |v| dt,
+        which friction works.
+        """
         k, mu = 1e-13, 0.1
         depths = {"bearing": tuple(scar(20e-6)), "journal": tuple(np.roll(scar(5e-6), 90))}
         laws = {"wear": cl.archard(coefficient=k), "wear_journal": cl.archard(coefficient=0.1 * k)}
         friction = cl.coulomb_tanh(coefficient=mu, transition_speed=1e-4)
-        result = cl.simulate(slider_crank(outline=worn(**depths), friction=friction, **laws), turns=0.3)
+        result = cl.simulate(
+            slider_crank(outline=worn(**depths), friction=friction, **laws), turns=0.3
+        )
         joint = result.joint("C")
         energy = result.energy
         assert np.abs(energy.residual).max() < 1e-6 * np.abs(energy.input).max()
         assert joint.wear_volume_bearing[-1] > 0.0
-        assert joint.wear_volume_bearing[-1] == pytest.approx(10.0 * joint.wear_volume_journal[-1], rel=1e-12)
+        assert joint.wear_volume_bearing[-1] == pytest.approx(
+            10.0 * joint.wear_volume_journal[-1], rel=1e-12
+        )
         slow = np.abs(joint.sliding_speed) < 1e-2
         rub = np.abs(joint.friction[~slow])
         assert rub == pytest.approx(mu * joint.normal_load[~slow], rel=1e-9, abs=1e-12)
 
     def test_jacobian(self):
-        """The derivative of a worn joint that touches, against differences (1e-5 of the largest of a column)."""
+        """The derivative of a worn joint that touches, against differences (1e-5 of the largest of
+        a column).
+        """
         depths = {"bearing": tuple(scar(20e-6)), "journal": tuple(np.roll(scar(5e-6), 90))}
         mechanism = build(slider_crank(outline=worn(**depths)))
         size, y = mechanism.size, mechanism.y0.copy()
@@ -192,7 +220,9 @@ class TestJoint:
     def test_another_outline_compiles_nothing(self):
         """Other depths are other numbers of the same structure."""
         wear = {"wear": cl.archard(coefficient=1e-13)}
-        fresh, old = (build(slider_crank(outline=worn(bearing=scar(d)), **wear)) for d in (0.0, 3e-5))
+        fresh, old = (
+            build(slider_crank(outline=worn(bearing=scar(d)), **wear)) for d in (0.0, 3e-5)
+        )
         assert fresh.structure is old.structure
         assert fresh.par.size == old.par.size
 
@@ -202,16 +232,22 @@ class TestJoint:
         assert structure.layout.followed == structure.layout.sums == ()
         assert "follow" not in structure.programs
         code = "import sys, clearance as cl; cl.load_case('slider_crank', model='dry'); print(*sys.modules)"
-        listed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        listed = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        )
         modules = listed.stdout.split()
         assert "clearance.laws.wear" in modules  # the laws' names are there, what they need is not
-        assert not {"clearance.laws.outline", "clearance.elements.worn_journal", "numba"} & set(modules)
+        assert not {"clearance.laws.outline", "clearance.elements.worn_journal", "numba"} & set(
+            modules
+        )
 
     def test_refused(self):
         """Joints that worn outlines cannot stand in, by field and reason."""
         scene = cl.load_case("slider_crank", model="dry", contact="liu")
         joint = next(j for j in scene.joints if j.name == "C")
-        with pytest.raises(ValueError, match="joint C: worn outlines need a pressure over the arc.* contact is liu"):
+        with pytest.raises(
+            ValueError, match="joint C: worn outlines need a pressure over the arc.* contact is liu"
+        ):
             replace(joint, wear=cl.archard(coefficient=1e-13))
         with pytest.raises(ValueError, match="bearing needs 360 depths .* got 3"):
             worn(bearing=[0.0, 0.0, 1e-6])

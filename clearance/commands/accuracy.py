@@ -1,4 +1,6 @@
-"""Stated errors in what commands print: options, numbers with their errors, the line that sums them up."""
+"""Stated errors in what commands print: options, numbers with their errors, the line that sums them
+up.
+"""
 
 import argparse
 import math
@@ -11,28 +13,41 @@ MOST_DIGITS = 9  # of a number with its error
 def add_error(command: argparse.ArgumentParser) -> None:
     """--error and --no-error."""
     command.add_argument(
-        "--error", metavar="E", default="state",
-        help="make the cheapest run with so small an error: 1e-3 or 0.1%% of all numbers, or by name, such as "
+        "--error",
+        metavar="E",
+        default="state",
+        help="make the cheapest run with so small an error: 1e-3 or 0.1%% of all numbers, or by "
+        "name, such as "
         "joint_B_force_max=1e-4,trajectory=1e-5 (default: state the errors of a run at --rtol)",
-    )  # fmt: skip
+    )
     command.add_argument(
-        "--no-error", dest="error", action="store_const", const=None,
-        help="no stated errors: without the second run, at ten times the tolerance, that they come from",
-    )  # fmt: skip
+        "--no-error",
+        dest="error",
+        action="store_const",
+        const=None,
+        help="no stated errors: without the second run, at ten times the tolerance, that they come "
+        "from",
+    )
 
 
 def tolerance(options, usual: float = 1e-6) -> float:
-    """--rtol, else the usual one. Raises ValueError where --error chooses it, or stands beside --steady."""
+    """--rtol, else the usual one.
+
+    Raises ValueError where --error chooses it, or stands beside --steady.
+    """
     asked = options.error not in (None, "state")
     if asked and getattr(options, "steady", None) is not None:
-        raise ValueError(f"--error {options.error} is for runs from a start; --steady has an error of its own")
+        raise ValueError(
+            f"--error {options.error} is for runs from a start; --steady has an error of its own"
+        )
     if asked and options.rtol is not None:
         raise ValueError(f"--error {options.error} chooses the tolerance: leave out --rtol")
     return usual if options.rtol is None else options.rtol
 
 
 def with_error(value: float, error: float | None, units: str, after: str = "") -> str:
-    """A number with its error in the same units, to the last digit that the error leaves: "128.3252 +- 0.0008 N".
+    """A number with its error in the same units, to the last digit that the error leaves: "128.3252
+    +- 0.0008 N".
 
     after: what stands between the numbers and the units.
     """
@@ -58,7 +73,9 @@ def prefixed(error: float, units: str) -> str:
     error = rounded_up(error) if error > 0.0 else 0.0
     if error == 0.0 or not units or not units[0].isalpha():
         return f"{error:.0e} {units}".rstrip()
-    power = min(max(3 * math.floor(math.log10(error * (1.0 + 1e-12)) / 3), min(PREFIXES)), max(PREFIXES))
+    power = min(
+        max(3 * math.floor(math.log10(error * (1.0 + 1e-12)) / 3), min(PREFIXES)), max(PREFIXES)
+    )
     return f"{error / 10.0**power:.3g} {PREFIXES[power]}{units}"
 
 
@@ -67,20 +84,37 @@ def document(errors) -> dict:
     if errors.reason:
         return {"reason": errors.reason}
     numbers = {
-        name: {"value": e.value, "stated": e.stated, "film": e.film, "units": e.units, "kind": e.kind}
+        name: {
+            "value": e.value,
+            "stated": e.stated,
+            "film": e.film,
+            "units": e.units,
+            "kind": e.kind,
+        }
         for name, e in errors.items()
     }
     rtol, companion = errors.rtol
-    document = {"rtol": rtol, "companion_rtol": companion, "numbers": numbers, "channels": dict(errors.channels)}
-    return document | ({"asked": dict(errors.asked), "cannot": errors.cannot} if errors.asked else {})
+    document = {
+        "rtol": rtol,
+        "companion_rtol": companion,
+        "numbers": numbers,
+        "channels": dict(errors.channels),
+    }
+    return document | (
+        {"asked": dict(errors.asked), "cannot": errors.cannot} if errors.asked else {}
+    )
 
 
 def error_line(summary: dict) -> str:
-    """The largest of the stated errors that are printed, the trajectory's, and the runs that they come from."""
+    """The largest of the stated errors that are printed, the trajectory's, and the runs that they
+    come from.
+    """
     errors = summary["errors"]
     if "reason" in errors:
         return f"  error        not stated: {errors['reason']}"
-    asked = ", ".join(f"{e:g}" if n == "all" else f"{n} {e:g}" for n, e in errors.get("asked", {}).items())
+    asked = ", ".join(
+        f"{e:g}" if n == "all" else f"{n} {e:g}" for n, e in errors.get("asked", {}).items()
+    )
     shares = {text: share for text, share in printed(summary) if math.isfinite(share)}
     parts = [f"{asked} asked"] if asked else []
     if shares:

@@ -9,7 +9,10 @@ def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "cases", help="list cases with their parameters, units and defaults")
     p.add_argument(
-        "cases", metavar="CASE", nargs="*", help="name of a case, or path to your own case file (default all cases)"
+        "cases",
+        metavar="CASE",
+        nargs="*",
+        help="name of a case, or path to your own case file (default all cases)",
     )
     return p
 
@@ -25,7 +28,8 @@ def run(options) -> int:
             c.name: {
                 "summary": c.summary,
                 "parameters": {
-                    p.name: {"default": p.default, "units": p.units, "text": p.text} for p in c.parameters.values()
+                    p.name: {"default": p.default, "units": p.units, "text": p.text}
+                    for p in c.parameters.values()
                 },
             }
             for c in cases

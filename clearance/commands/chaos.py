@@ -1,4 +1,6 @@
-"""`clearance run --error 5% --max-turns N` of chaotic motion: recognised, then statistics over turns."""
+"""`clearance run --error 5% --max-turns N` of chaotic motion: recognised, then statistics over
+turns.
+"""
 
 import argparse
 import sys
@@ -11,25 +13,34 @@ LOOKED_AT = 64  # turns over which a motion is looked at
 def add_turns(command: argparse.ArgumentParser) -> None:
     """--max-turns and --starts."""
     command.add_argument(
-        "--max-turns", type=int, metavar="N",
-        help="of chaotic motion, whose statistics --error asks for (default 5%%): turns of all starts together that "
+        "--max-turns",
+        type=int,
+        metavar="N",
+        help="of chaotic motion, whose statistics --error asks for (default 5%%): turns of all "
+        "starts together that "
         "they may take, at least 40 a start (default 20000)",
-    )  # fmt: skip
+    )
     command.add_argument(
-        "--starts", type=int, metavar="N",
+        "--starts",
+        type=int,
+        metavar="N",
         help="of chaotic motion: runs side by side, from different starts (default 4)",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
 class Chaotic:
-    """A chaotic motion whose statistics are asked for: half width over mean by name, and its horizon in words."""
+    """A chaotic motion whose statistics are asked for: half width over mean by name, and its
+    horizon in words.
+    """
 
     asked: float | dict[str, float]
     horizon: str
 
     def statistics(self, options, scene, output: Path) -> tuple[dict, str | None]:
-        """Statistics into the run's file, with a picture where one is wanted: part of the summary, and what failed."""
+        """Statistics into the run's file, with a picture where one is wanted: part of the summary,
+        and what failed.
+        """
         from clearance.simulation import SimulationError
 
         try:
@@ -37,7 +48,10 @@ class Chaotic:
         except SimulationError as error:
             return {"horizon": self.horizon}, f"statistics: {error}"
         result.append(output)
-        summary = {"horizon": self.horizon, "turn_statistics": result.plain() | {"lines": result.lines()}}
+        summary = {
+            "horizon": self.horizon,
+            "turn_statistics": result.plain() | {"lines": result.lines()},
+        }
         summary["errors"] = {"reason": "of one chaotic run; see the statistics"}
         if options.plot:
             from clearance.postprocess.turn_peaks import turn_peaks
@@ -53,10 +67,14 @@ class Chaotic:
         bar = ProgressBar() if not options.json and sys.stderr.isatty() else None
         try:
             return statistics(
-                scene, self.asked, rtol=options.rtol, method=options.method, progress=bar,
+                scene,
+                self.asked,
+                rtol=options.rtol,
+                method=options.method,
+                progress=bar,
                 max_turns=MOST_TURNS if options.max_turns is None else options.max_turns,
                 starts=STARTS if options.starts is None else options.starts,
-            )  # fmt: skip
+            )
         finally:
             if bar is not None:
                 bar.close()
@@ -93,7 +111,9 @@ def _horizon(options, scene):
 
 
 def asked_of(text: str | None) -> float | dict[str, float]:
-    """Half width over mean, by name: of all quantities, of peaks where a largest value is asked for."""
+    """Half width over mean, by name: of all quantities, of peaks where a largest value is asked
+    for.
+    """
     from clearance.chaos import ERROR
     from clearance.request import ALL, INTEGRATION, Request
 
@@ -104,7 +124,9 @@ def asked_of(text: str | None) -> float | dict[str, float]:
 
     if text in (None, "state"):
         return ERROR
-    asked = sorted(Request.of(text).asked.items(), key=lambda pair: pair[0] not in (ALL, INTEGRATION))
+    asked = sorted(
+        Request.of(text).asked.items(), key=lambda pair: pair[0] not in (ALL, INTEGRATION)
+    )
     return {_named(name): share for name, share in asked}
 
 

@@ -53,11 +53,17 @@ def seed_of(options) -> int:
 
 def add_case(command: argparse.ArgumentParser) -> None:
     """The case and its parameters, for scene_of."""
-    command.add_argument("case", metavar="CASE", help="name of a case, or path to your own .py or .toml file")
     command.add_argument(
-        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[],
+        "case", metavar="CASE", help="name of a case, or path to your own .py or .toml file"
+    )
+    command.add_argument(
+        "-p",
+        dest="parameters",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
         help="a case parameter, such as speed=300rpm or clearance=0.1mm; one -p for each",
-    )  # fmt: skip
+    )
 
 
 def add_length(command: argparse.ArgumentParser) -> None:
@@ -65,9 +71,12 @@ def add_length(command: argparse.ArgumentParser) -> None:
     length = command.add_mutually_exclusive_group()
     length.add_argument("--turns", type=number, help="length in turns of the drive (default 2)")
     length.add_argument(
-        "--until", type=quantity_of("s"), metavar="S",
-        help="length in seconds (default, where nothing turns evenly, 2 s or UNTIL of the case file)",
-    )  # fmt: skip
+        "--until",
+        type=quantity_of("s"),
+        metavar="S",
+        help="length in seconds (default, where nothing turns evenly, 2 s or UNTIL of the case "
+        "file)",
+    )
 
 
 def existing(path: str | Path) -> Path:
@@ -81,7 +90,9 @@ def existing(path: str | Path) -> Path:
 def add_force(command: argparse.ArgumentParser) -> None:
     """--force, for requests that `clearance.demand` refuses."""
     command.add_argument(
-        "--force", action="store_true", help="begin even what needs more than 2^31 rows, a day or the free disk"
+        "--force",
+        action="store_true",
+        help="begin even what needs more than 2^31 rows, a day or the free disk",
     )
 
 
@@ -105,9 +116,15 @@ def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
 
 
 def length_of(options, case, scene) -> dict[str, float | None]:
-    """Turns or seconds: as asked for, else two turns, else what the case says where nothing turns evenly."""
+    """Turns or seconds: as asked for, else two turns, else what the case says where nothing turns
+    evenly.
+    """
     if options.turns is None and options.until is None:
-        return {"turns": None, "until": case.until} if scene.turn is None else {"turns": 2.0, "until": None}
+        return (
+            {"turns": None, "until": case.until}
+            if scene.turn is None
+            else {"turns": 2.0, "until": None}
+        )
     return {"turns": options.turns, "until": options.until}
 
 
@@ -135,7 +152,9 @@ def complain(options, message: str, status: int, **more) -> int:
 
 
 def given(options, names: dict) -> dict[str, str]:
-    """Names and texts of all -p NAME=VALUE. Raises ValueError for a name the case has not got or that stands twice."""
+    """Names and texts of all -p NAME=VALUE. Raises ValueError for a name the case has not got or
+    that stands twice.
+    """
     values: dict[str, str] = {}
     for item in options.parameters:
         name, equals, text = item.partition("=")
@@ -162,7 +181,9 @@ def scene_of(options):
     with quiet(options):
         case = find_case(options.case)
     parameters = case.parameters
-    values = {name: parameters[name].value(text) for name, text in given(options, parameters).items()}
+    values = {
+        name: parameters[name].value(text) for name, text in given(options, parameters).items()
+    }
     with quiet(options):
         scene = case.scene(**values)
     scene.origin["command"] = getattr(options, "line", "")
@@ -202,7 +223,11 @@ def publish(options, lines: list[str], document: dict, save, draw, study, stem: 
     """Print a study, and with -o keep its table, picture and data."""
     if options.output:
         folder = Path(options.output)
-        document["files"] = [str(save(folder)), str(draw(study, folder / f"{stem}.png")), str(folder / f"{stem}.md")]
+        document["files"] = [
+            str(save(folder)),
+            str(draw(study, folder / f"{stem}.png")),
+            str(folder / f"{stem}.md"),
+        ]
         (folder / f"{stem}.md").write_text("\n".join(lines) + "\n")
         lines = [*lines, "", *(f"wrote {f}" for f in document["files"])]
     print(json_text(document) if options.json else "\n".join(lines))

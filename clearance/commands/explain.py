@@ -9,9 +9,13 @@ from clearance.commands.common import DONE, Line, add_case, add_command, json_te
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(commands, "explain", help="what the compiled scene contains and what was left out")
+    p = add_command(
+        commands, "explain", help="what the compiled scene contains and what was left out"
+    )
     add_case(p)
-    p.add_argument("--cost", action="store_true", help="also measure what each part of such a scene costs")
+    p.add_argument(
+        "--cost", action="store_true", help="also measure what each part of such a scene costs"
+    )
     return p
 
 
@@ -36,10 +40,11 @@ def run(options) -> int:
         print(f"  position   {group['bodies']} {group['solved']}")
     for role, k in report["kernels"].items():
         calls = f", calls {', '.join(k['calls'])}" if k["calls"] else ""
-        print(
-            f"  kernel     {role}: {k['operations']} operations{calls}"
-        )
-    print(f"  numbers    {report['parameters']} parameters, {report['derived_parameters']} derived from them")
+        print(f"  kernel     {role}: {k['operations']} operations{calls}")
+    print(
+        f"  numbers    {report['parameters']} parameters, {report['derived_parameters']} derived "
+        f"from them"
+    )
     print(f"  outputs    {len(report['channels'])} channels")
     packages = Counter(".".join(m.split(".")[:2]) for m in report["modules"])
     print(_listed("modules", [f"{name} ({n})" if n > 1 else name for name, n in packages.items()]))
@@ -53,4 +58,6 @@ def run(options) -> int:
 
 def _listed(what: str, items: list[str]) -> str:
     """A line of items, in lines below one another."""
-    return textwrap.fill(f"  {what:<10} {', '.join(items)}", 110, subsequent_indent=13 * " ", break_long_words=False)
+    return textwrap.fill(
+        f"  {what:<10} {', '.join(items)}", 110, subsequent_indent=13 * " ", break_long_words=False
+    )

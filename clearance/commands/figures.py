@@ -30,24 +30,47 @@ need them, and with --results by several folders; run times and fits are found a
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(
-        commands, "figures", help="regenerate the figures of the source systems and of the evidence", epilog=EXAMPLES,
+        commands,
+        "figures",
+        help="regenerate the figures of the source systems and of the evidence",
+        epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
-    p.add_argument("names", metavar="NAME", nargs="*", help="figures or patterns such as 'feeder_*' (default all)")
-    p.add_argument("-o", dest="output", metavar="DIR", default="figures", help="folder (default figures)")
-    p.add_argument("--results", metavar="DIR", help="folder of runs and sweeps, to share them (default -o/results)")
+    )
     p.add_argument(
-        "--workers", type=int, default=os.cpu_count() or 1, metavar="N",
-        help="figures drawn at a time, but for those that measure run times (default: the number of cores)",
-    )  # fmt: skip
+        "names",
+        metavar="NAME",
+        nargs="*",
+        help="figures or patterns such as 'feeder_*' (default all)",
+    )
+    p.add_argument(
+        "-o", dest="output", metavar="DIR", default="figures", help="folder (default figures)"
+    )
+    p.add_argument(
+        "--results",
+        metavar="DIR",
+        help="folder of runs and sweeps, to share them (default -o/results)",
+    )
+    p.add_argument(
+        "--workers",
+        type=int,
+        default=os.cpu_count() or 1,
+        metavar="N",
+        help="figures drawn at a time, but for those that measure run times (default: the number "
+        "of cores)",
+    )
     p.add_argument("--list", action="store_true", help="only say which there are")
-    p.add_argument("--quick", action="store_true", help="coarse previews: fewer turns, points and tolerances")
+    p.add_argument(
+        "--quick", action="store_true", help="coarse previews: fewer turns, points and tolerances"
+    )
     p.add_argument("--fresh", action="store_true", help="run again what has been run before")
     return p
 
 
 def run(options) -> int:
-    """Draw what is asked for; one that fails does not stop the others. Raises ValueError for unknown names."""
+    """Draw what is asked for; one that fails does not stop the others.
+
+    Raises ValueError for unknown names.
+    """
     from clearance.paper_figures import gallery, workshop
     from clearance.results import locked
 
@@ -71,7 +94,11 @@ def run(options) -> int:
     seconds = time.perf_counter() - began
     failed = [e.name for e in drawn if e.status != gallery.DONE]
     if options.json:
-        document = {"status": "failed" if failed else "complete", "folder": str(folder), "seconds": seconds}
+        document = {
+            "status": "failed" if failed else "complete",
+            "folder": str(folder),
+            "seconds": seconds,
+        }
         print(json_text(document | {"figures": [dataclasses.asdict(e) for e in drawn]}))
     else:
         print(f"{len(drawn) - len(failed)} of {len(drawn)} figures in {seconds:.0f} s; see {page}")
@@ -79,7 +106,9 @@ def run(options) -> int:
 
 
 def _draw(options, names: list[str], folder: Path) -> list:
-    """Draw the figures, note each in the manifest when it is done; those that measure run times alone, at the end."""
+    """Draw the figures, note each in the manifest when it is done; those that measure run times
+    alone, at the end.
+    """
     from clearance.paper_figures import gallery, workshop
 
     line, entries = Line(options), {}
@@ -106,7 +135,9 @@ def _draw(options, names: list[str], folder: Path) -> list:
 
 
 def _side_by_side(options, names: list[str], folder: Path, line: Line, done: Callable) -> None:
-    """Draw figures in as many processes as there are workers, in their order; an interrupt ends all at once."""
+    """Draw figures in as many processes as there are workers, in their order; an interrupt ends all
+    at once.
+    """
     from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 
     from clearance.paper_figures import gallery
@@ -129,7 +160,9 @@ def _side_by_side(options, names: list[str], folder: Path, line: Line, done: Cal
 
 
 def _listed(names: list[str]) -> list[str]:
-    """Names and titles in print, under the titles of their groups; names of a group that stand apart repeat it."""
+    """Names and titles in print, under the titles of their groups; names of a group that stand
+    apart repeat it.
+    """
     from clearance.paper_figures import workshop
 
     lines, width, last = [], max(map(len, names)), None
@@ -143,11 +176,14 @@ def _listed(names: list[str]) -> list[str]:
 
 
 def _chosen(patterns: list[str], names: list[str]) -> list[str]:
-    """Names that a pattern fits, in the order of the patterns and then of the groups; all where none is given.
+    """Names that a pattern fits, in the order of the patterns and then of the groups; all where
+    none is given.
 
     Raises ValueError for a pattern that fits none.
     """
     for pattern in patterns:
         if not any(fnmatch(n, pattern) for n in names):
-            raise ValueError(f"no figure {pattern!r}{meant(pattern, names)}; there are {', '.join(names)}")
+            raise ValueError(
+                f"no figure {pattern!r}{meant(pattern, names)}; there are {', '.join(names)}"
+            )
     return list(dict.fromkeys(n for p in patterns or ["*"] for n in names if fnmatch(n, p)))

@@ -127,7 +127,9 @@ def _check(options) -> None:
 def _range(case, texts: dict[str, str]) -> tuple[str, tuple[float, float], dict]:
     """The parameter with a range, its ends, and the values of the others."""
     parameters = case.parameters
-    ranged = [n for n, text in texts.items() if parameters[n].kind is float and text.count(":") == 1]
+    ranged = [
+        n for n, text in texts.items() if parameters[n].kind is float and text.count(":") == 1
+    ]
     if len(ranged) != 1:
         count = f"{len(ranged)} have: {', '.join(ranged)}" if ranged else "none has"
         raise ValueError(f"one parameter needs a range, as -p speed=3000rpm:4100rpm; {count}")

@@ -1,4 +1,6 @@
-"""`clearance identify`: parameters of a friction model from measured torques, or of a model of one's own."""
+"""`clearance identify`: parameters of a friction model from measured torques, or of a model of
+one's own.
+"""
 
 import argparse
 from pathlib import Path
@@ -22,29 +24,63 @@ APART = "bounds", "lag"
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(commands, "identify", help="parameters of a joint's model from measurements")
-    p.add_argument("--data", required=True, metavar="FILE", help="measurement, HDF5 or CSV (see identify/records.py)")
     p.add_argument(
-        "--model", default="lugre3d", metavar="NAME",
-        help="lugre1d, lugre3d, curve, or lstm with the extra learn (default lugre3d); one's own as "
-        "FILE.py:NAME (NAME only where the file has several), a law or any function of a record (see identify/own.py)",
-    )  # fmt: skip
-    p.add_argument(
-        "-p", dest="options", metavar="NAME=VALUE", action="append", default=[],
-        help="an option of the model, such as knots=0.01,0.1,1 network=4 exponent=1 symmetric=no static=yes load=power "
-        "nonnegative=yes smoothing=0.1, of the lstm hidden=8; may be repeated",
-    )  # fmt: skip
-    p.add_argument(
-        "--bound", dest="bounds", metavar="NAME=LO:HI", action="append", default=[],
-        help="bounds of a parameter in its SI unit, such as spin_stiffness=500:5000; may be repeated",
-    )  # fmt: skip
-    p.add_argument("--roles", default="training", metavar="NAMES", help="trials to fit: comma list (training)")
-    p.add_argument(
-        "--starts", type=int, metavar="N", help="points a nonlinear fit begins from (20, of a model of one's own 1)"
+        "--data",
+        required=True,
+        metavar="FILE",
+        help="measurement, HDF5 or CSV (see identify/records.py)",
     )
-    p.add_argument("--lag", action="store_true", help="fit a time by which the torque comes after its rate, too")
+    p.add_argument(
+        "--model",
+        default="lugre3d",
+        metavar="NAME",
+        help="lugre1d, lugre3d, curve, or lstm with the extra learn (default lugre3d); one's own "
+        "as "
+        "FILE.py:NAME (NAME only where the file has several), a law or any function of a record "
+        "(see identify/own.py)",
+    )
+    p.add_argument(
+        "-p",
+        dest="options",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="an option of the model, such as knots=0.01,0.1,1 network=4 exponent=1 symmetric=no "
+        "static=yes load=power "
+        "nonnegative=yes smoothing=0.1, of the lstm hidden=8; may be repeated",
+    )
+    p.add_argument(
+        "--bound",
+        dest="bounds",
+        metavar="NAME=LO:HI",
+        action="append",
+        default=[],
+        help="bounds of a parameter in its SI unit, such as spin_stiffness=500:5000; may be "
+        "repeated",
+    )
+    p.add_argument(
+        "--roles", default="training", metavar="NAMES", help="trials to fit: comma list (training)"
+    )
+    p.add_argument(
+        "--starts",
+        type=int,
+        metavar="N",
+        help="points a nonlinear fit begins from (20, of a model of one's own 1)",
+    )
+    p.add_argument(
+        "--lag",
+        action="store_true",
+        help="fit a time by which the torque comes after its rate, too",
+    )
     p.add_argument("--seed", type=int, default=0, metavar="N", help="of the starts (0)")
-    p.add_argument("--trust-units", action="store_true", help="read numbers that look like degrees, N mm or ms as SI")
-    p.add_argument("-o", dest="output", metavar="DIR", help="folder for fit.h5, modelled.h5 and pictures")
+    p.add_argument(
+        "--trust-units",
+        action="store_true",
+        help="read numbers that look like degrees, N mm or ms as SI",
+    )
+    p.add_argument(
+        "-o", dest="output", metavar="DIR", help="folder for fit.h5, modelled.h5 and pictures"
+    )
     p.add_argument("--plot", action="store_true", help="draw pictures into the folder")
     return p
 
@@ -57,29 +93,41 @@ def run(options) -> int:
     if options.plot and not options.output:
         raise ValueError("--plot needs a folder for the pictures: give -o DIR")
     model = _model(options)
-    measurement = read(options.data, trusted=options.trust_units, predicts=getattr(model, "predicts", None))
+    measurement = read(
+        options.data, trusted=options.trust_units, predicts=getattr(model, "predicts", None)
+    )
     make_folder(options)
     line = Line(options)
     fitted = fit(
-        measurement, model, starts=options.starts, seed=seed_of(options), roles=listed(options.roles),
+        measurement,
+        model,
+        starts=options.starts,
+        seed=seed_of(options),
+        roles=listed(options.roles),
         progress=lambda done: line(done if isinstance(done, str) else f"{done:.0%}"),
-    )  # fmt: skip
+    )
     fitted.facts["data"] = str(options.data)
     document = _document(fitted, measurement)
     lines = _readable(document)
     if options.output:
-        document["files"] = [str(p) for p in _keep(fitted, measurement, Path(options.output), options.plot)]
+        document["files"] = [
+            str(p) for p in _keep(fitted, measurement, Path(options.output), options.plot)
+        ]
         lines += [f"  wrote        {path}" for path in document["files"]]
         if fitted.has_law:
             lines.append(
-                f"  a hinge      open_fit('{document['files'][0]}').law('spin') is its friction, a cl.joint_lugre"
+                f"  a hinge      open_fit('{document['files'][0]}').law('spin') is its friction, a "
+                f"cl.joint_lugre"
             )
     print(json_text(document) if options.json else "\n".join(lines))
     return DONE
 
 
 def _model(options):
-    """The model with its options and bounds. Raises ValueError for those it has not or cannot have."""
+    """The model with its options and bounds.
+
+    Raises ValueError for those it has not or cannot have.
+    """
     from clearance.identify import models, own
 
     if ":" in options.model or options.model.endswith(".py"):
@@ -98,7 +146,9 @@ def _model(options):
     if options.bounds:
         chosen["bounds"] = dict(map(_bound, options.bounds))
     if options.lag and "lag" not in defaults:
-        raise ValueError(f"--lag: {options.model} has no lag; lugre1d, lugre3d and models of one's own have")
+        raise ValueError(
+            f"--lag: {options.model} has no lag; lugre1d, lugre3d and models of one's own have"
+        )
     if options.lag:
         chosen["lag"] = True
     return models.model(options.model, **chosen)
@@ -107,7 +157,10 @@ def _model(options):
 def _own_model(options, model):
     """A model of one's own with the bounds and the lag asked for."""
     if options.options:
-        raise ValueError(f"-p {options.options[0]}: a model of one's own has no options; its file holds its numbers")
+        raise ValueError(
+            f"-p {options.options[0]}: a model of one's own has no options; its file holds its "
+            f"numbers"
+        )
     model = model.with_bounds(dict(map(_bound, options.bounds)))
     return model.with_lag() if options.lag else model
 
@@ -122,7 +175,9 @@ def _value(item: str, text: str, default):
         return type(default)(text)
     except (KeyError, ValueError):
         kinds = {bool: "yes or no", tuple: "a comma list of numbers", int: "a whole number"}
-        raise ValueError(f"-p {item}: expected {kinds.get(type(default), 'a number')}, got {text!r}") from None
+        raise ValueError(
+            f"-p {item}: expected {kinds.get(type(default), 'a number')}, got {text!r}"
+        ) from None
 
 
 def _bound(item: str) -> tuple[str, tuple[float, float]]:
@@ -165,23 +220,41 @@ def _document(fitted, measurement) -> dict:
     for role in measurement.roles:
         of = measurement.of(role)
         ways = {over: fitted.score(of.trials, over) for over in ("rms", "std", "range")}
-        scores[role] = {"trials": len(of.trials), "samples": of.samples, "nrmse": ways["rms"], "over": ways}
+        scores[role] = {
+            "trials": len(of.trials),
+            "samples": of.samples,
+            "nrmse": ways["rms"],
+            "over": ways,
+        }
     document = {
-        "status": "complete", "model": fitted.model.name, "data": fitted.facts["data"],
-        "synthetic": bool(measurement.facts.get("synthetic", False)), "fitted": fitted.facts["samples"],
-        "options": fitted.model.options, "widening": fitted.facts.get("widening"),
-        "roles": fitted.facts["roles"], "seconds": fitted.facts["seconds"], "parameter_count": len(fitted.fitted),
+        "status": "complete",
+        "model": fitted.model.name,
+        "data": fitted.facts["data"],
+        "synthetic": bool(measurement.facts.get("synthetic", False)),
+        "fitted": fitted.facts["samples"],
+        "options": fitted.model.options,
+        "widening": fitted.facts.get("widening"),
+        "roles": fitted.facts["roles"],
+        "seconds": fitted.facts["seconds"],
+        "parameter_count": len(fitted.fitted),
         "not_fitted": fitted.facts.get("still", []),
-        "scores": scores, "doubts": list(fitted.doubts),
+        "scores": scores,
+        "doubts": list(fitted.doubts),
         "left_aside": list(measurement.facts.get("columns_left_aside", [])),
-    }  # fmt: skip
+    }
     if len(fitted.values) <= MOST_LISTED:
         units, (low, high) = {p.name: p.units for p in fitted.model.parameters}, fitted.widened()
         document["parameters"] = {
-            n: {"value": v, "units": units[n], "low": fitted.low.get(n), "high": fitted.high.get(n),
-                "widened_low": low.get(n), "widened_high": high.get(n)}
+            n: {
+                "value": v,
+                "units": units[n],
+                "low": fitted.low.get(n),
+                "high": fitted.high.get(n),
+                "widened_low": low.get(n),
+                "widened_high": high.get(n),
+            }
             for n, v in fitted.fitted.items()
-        }  # fmt: skip
+        }
     return document
 
 
@@ -190,18 +263,25 @@ def _readable(document: dict) -> list[str]:
 
     d = document
     lines = [
-        f"{d['model']} of {d['data']}: {d['fitted']} samples of {', '.join(d['roles'])} in {d['seconds']:.3g} s"
+        f"{d['model']} of {d['data']}: {d['fitted']} samples of {', '.join(d['roles'])} in "
+        f"{d['seconds']:.3g} s"
         f"{' (synthetic data)' if d['synthetic'] else ''}"
     ]
     for name, p in d.get("parameters", {}).items():
         line = f"  {name:<24} {p['value']:>11.5g} {p['units']:<10}"
         if p["low"] is not None:
             line += f" 95 % {p['low']:.5g} to {p['high']:.5g}"
-            line += f", widened {p['widened_low']:.5g} to {p['widened_high']:.5g}" if d["widening"] >= WIDER else ""
+            line += (
+                f", widened {p['widened_low']:.5g} to {p['widened_high']:.5g}"
+                if d["widening"] >= WIDER
+                else ""
+            )
         lines.append(line)
     if "parameters" not in d:
         lines.append(f"  {d['parameter_count']} parameters, kept in the file of the fit")
-    lines.append(f"  {'NRMSE: rms error over':<24} {'rms':>8} {'std':>8} {'range':>8}   of what was measured")
+    lines.append(
+        f"  {'NRMSE: rms error over':<24} {'rms':>8} {'std':>8} {'range':>8}   of what was measured"
+    )
     for role, s in d["scores"].items():
         three = " ".join(f"{s['over'][over]:>8.4f}" for over in ("rms", "std", "range"))
         lines.append(f"    {role:<22} {three}   {s['trials']} trials, {s['samples']} samples")

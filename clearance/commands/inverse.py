@@ -18,24 +18,39 @@ from clearance.commands.common import (
     peak,
     publish,
     scene_of,
-)  # fmt: skip
+)
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(
-        commands, "inverse", help="driving efforts and joint reactions of a prescribed motion, with friction"
+        commands,
+        "inverse",
+        help="driving efforts and joint reactions of a prescribed motion, with friction",
     )
     add_case(p)
     add_length(p)
-    p.add_argument("--samples", type=int, metavar="N", help="output rows in all (default 400 a turn, or 401)")
-    p.add_argument("--route", metavar="ROUTE", help="explicit (default), or multipliers: slow and independent")
-    p.add_argument("--compare", action="store_true", help="run time, operations and agreement of the routes instead")
-    p.add_argument("--peers", action="store_true", help="with --compare: also Pinocchio, where installed")
     p.add_argument(
-        "-o", dest="output", metavar="OUT",
-        help="result file (default CASE_inverse.h5); with --compare a folder for table, picture and HDF5",
-    )  # fmt: skip
+        "--samples", type=int, metavar="N", help="output rows in all (default 400 a turn, or 401)"
+    )
+    p.add_argument(
+        "--route", metavar="ROUTE", help="explicit (default), or multipliers: slow and independent"
+    )
+    p.add_argument(
+        "--compare",
+        action="store_true",
+        help="run time, operations and agreement of the routes instead",
+    )
+    p.add_argument(
+        "--peers", action="store_true", help="with --compare: also Pinocchio, where installed"
+    )
+    p.add_argument(
+        "-o",
+        dest="output",
+        metavar="OUT",
+        help="result file (default CASE_inverse.h5); with --compare a folder for table, picture "
+        "and HDF5",
+    )
     return p
 
 
@@ -53,7 +68,11 @@ def run(options) -> int:
         return _compare(options, case, values, scene, length)
     from clearance.inverse.dynamics import inverse_dynamics
 
-    path, failure, began = Path(options.output or f"{case.name}_inverse.h5"), None, time.perf_counter()
+    path, failure, began = (
+        Path(options.output or f"{case.name}_inverse.h5"),
+        None,
+        time.perf_counter(),
+    )
     try:
         result = inverse_dynamics(scene, **length, route=options.route or "explicit", path=path)
     except SimulationError as error:
@@ -79,24 +98,39 @@ def _compare(options, case, values: dict, scene, length: dict) -> int:
     span, title = span_of(scene, **length), " ".join([case.name, *options.parameters])
     try:
         study = routes.compare(
-            scene, np.linspace(0.0, span.until, span.samples), options.peers, title, progress=Line(options)
+            scene,
+            np.linspace(0.0, span.until, span.samples),
+            options.peers,
+            title,
+            progress=Line(options),
         )
     except SimulationError as error:
         return complain(options, str(error), FAILED)
     document = {"parameters": values, **routes.plain(study)}
     return publish(
-        options, [*routes.table(study), "", *routes.describe(study)], document,
-        lambda folder: routes.save(study, folder), routes.picture, study, "routes",
-    )  # fmt: skip
+        options,
+        [*routes.table(study), "", *routes.describe(study)],
+        document,
+        lambda folder: routes.save(study, folder),
+        routes.picture,
+        study,
+        "routes",
+    )
 
 
 def _summary(scene, result) -> dict:
-    """Result of inverse dynamics as plain data; only its size for a motion that ended before its first sample."""
+    """Result of inverse dynamics as plain data; only its size for a motion that ended before its
+    first sample.
+    """
     summary = {
-        "status": result.status, "file": str(result.path), "method": result.solver["method"],
-        "samples": int(result.time.size), "solved_s": float(result.solver["wall_s"]),
-        "loop_s": float(result.solver["loop_s"]), "until_s": float(result.time[-1]) if result.time.size else 0.0,
-    }  # fmt: skip
+        "status": result.status,
+        "file": str(result.path),
+        "method": result.solver["method"],
+        "samples": int(result.time.size),
+        "solved_s": float(result.solver["wall_s"]),
+        "loop_s": float(result.solver["loop_s"]),
+        "until_s": float(result.time[-1]) if result.time.size else 0.0,
+    }
     if not result.time.size:
         return summary
     from clearance.evidence.routes import power_residual
@@ -104,7 +138,9 @@ def _summary(scene, result) -> dict:
     summary["drives"] = {n: _largest(result, f"drives/{n}", DRIVE) for n in result.names("drives")}
     summary["joints"] = {n: _largest(result, f"joints/{n}", JOINT) for n in result.names("joints")}
     if "friction/iterations" in result:
-        summary["friction"] = {n: result.range(f"friction/{n}")[1] for n in ("iterations", "contraction")}
+        summary["friction"] = {
+            n: result.range(f"friction/{n}")[1] for n in ("iterations", "contraction")
+        }
     summary["power_residual"] = float(abs(power_residual(scene, result)).max())
     summary["power"] = max(x["power"] for x in summary["drives"].values())
     return summary
@@ -129,20 +165,29 @@ def _largest(result, group: str, names: tuple[str, ...]) -> dict[str, float]:
 def _readable(summary: dict) -> list[str]:
     s = summary
     lines = [
-        f"{s['case']}: {s['samples']} samples over {s['until_s']:.6g} s in {1e3 * s['solved_s']:.3g} ms "
+        f"{s['case']}: {s['samples']} samples over {s['until_s']:.6g} s in "
+        f"{1e3 * s['solved_s']:.3g} ms "
         f"({1e3 * s['loop_s']:.3g} ms in compiled code), {s['status']}",
         f"  method       {s['method']}",
     ]
     width = max(6, *(len(n) for group in ("drives", "joints") for n in s[group]))
     for name, drive in s["drives"].items():
         kind, unit = ("torque", "N m") if "torque" in drive else ("force", "N")
-        ideal = f" ({drive[f'{kind}_ideal']:.6g} {unit} without joint friction)" if f"{kind}_ideal" in drive else ""
-        largest = f"largest {kind} {drive[kind]:.6g} {unit}{ideal}, largest power {drive['power']:.4g} W"
+        ideal = (
+            f" ({drive[f'{kind}_ideal']:.6g} {unit} without joint friction)"
+            if f"{kind}_ideal" in drive
+            else ""
+        )
+        largest = (
+            f"largest {kind} {drive[kind]:.6g} {unit}{ideal}, largest power {drive['power']:.4g} W"
+        )
         lines.append(f"  drive {name:<{width}} {largest}")
     for name, joint in s["joints"].items():
         line = f"  joint {name:<{width}} largest force {joint['force']:.6g} N"
         for kind, unit in (("moment", "N m"), ("axial_force", "N"), ("bending", "N m")):
-            line += f", {kind.replace('_', ' ')} {joint[kind]:.4g} {unit}" if joint.get(kind) else ""
+            line += (
+                f", {kind.replace('_', ' ')} {joint[kind]:.4g} {unit}" if joint.get(kind) else ""
+            )
         line += f", friction {joint['friction']:.4g}" if "friction" in joint else ""
         lines.append(line)
     if "friction" in s:
@@ -150,5 +195,8 @@ def _readable(summary: dict) -> list[str]:
             f"  friction     coupled: at most {s['friction']['iterations']:.0f} iterations, "
             f"contraction {s['friction']['contraction']:.2g}"
         )
-    lines.append(f"  power        residual {s['power_residual']:.2g} W, largest of a drive {s['power']:.4g} W")
+    lines.append(
+        f"  power        residual {s['power_residual']:.2g} W, largest of a drive "
+        f"{s['power']:.4g} W"
+    )
     return [*lines, f"  file         {s['file']}"]

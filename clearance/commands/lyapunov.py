@@ -18,12 +18,27 @@ from clearance.commands.common import (
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(commands, "lyapunov", help="largest Lyapunov exponent: whether a motion is chaotic, with its error")
+    p = add_command(
+        commands,
+        "lyapunov",
+        help="largest Lyapunov exponent: whether a motion is chaotic, with its error",
+    )
     add_case(p)
-    p.add_argument("--turns", type=int, default=200, metavar="N", help="turns of the drive it is found over (200)")
-    p.add_argument("--settle", type=int, default=20, metavar="N", help="turns before them, left out (20)")
     p.add_argument(
-        "--interval", type=quantity_of("s"), metavar="S", help="takes the place of a turn where nothing turns steadily"
+        "--turns",
+        type=int,
+        default=200,
+        metavar="N",
+        help="turns of the drive it is found over (200)",
+    )
+    p.add_argument(
+        "--settle", type=int, default=20, metavar="N", help="turns before them, left out (20)"
+    )
+    p.add_argument(
+        "--interval",
+        type=quantity_of("s"),
+        metavar="S",
+        help="takes the place of a turn where nothing turns steadily",
     )
     p.add_argument("-o", dest="output", metavar="DIR", help="folder for table, picture and HDF5")
     return p
@@ -39,9 +54,12 @@ def run(options) -> int:
     line = Line(options)
     try:
         exponent = lyapunov.lyapunov(
-            scene, options.turns, options.settle, interval=options.interval,
+            scene,
+            options.turns,
+            options.settle,
+            interval=options.interval,
             progress=lambda share: line(f"{share:.0%} of the turns"),
-        )  # fmt: skip
+        )
     except NotSolved as error:
         return complain(options, str(error), FAILED)
     name = " ".join([case.name, *options.parameters])
@@ -50,6 +68,11 @@ def run(options) -> int:
         {textwrap.fill(name, 80): exponent},
     )  # the picture has no room for longer lines
     return publish(
-        options, lyapunov.table(exponents), lyapunov.plain(exponents), lambda folder: lyapunov.save(exponents, folder),
-        pictures.lyapunov, wrapped, "lyapunov",
-    )  # fmt: skip
+        options,
+        lyapunov.table(exponents),
+        lyapunov.plain(exponents),
+        lambda folder: lyapunov.save(exponents, folder),
+        pictures.lyapunov,
+        wrapped,
+        "lyapunov",
+    )

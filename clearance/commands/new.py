@@ -46,7 +46,10 @@ def run(options) -> int:
 
 
 def _template(options) -> Path | None:
-    """The scene file of a mechanism by name. Raises ValueError for parameters, which it has inside."""
+    """The scene file of a mechanism by name.
+
+    Raises ValueError for parameters, which it has inside.
+    """
     if options.case not in templates.NAMES:
         return None
     if options.parameters:

@@ -7,19 +7,29 @@ from pathlib import Path
 from clearance.checks import meant
 from clearance.commands.common import DONE, add_command, json_text, listed, number, quantity_of
 
-#: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first is the default
+#: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first
+#: is the default
 OF_RUNS = {
-    "overview": ("settle",), "history": ("channels", "along", "last"), "orbit": ("joint",),
+    "overview": ("settle",),
+    "history": ("channels", "along", "last"),
+    "orbit": ("joint",),
     "phase": ("channels", "settle"),
-    "poincare": ("channels", "joint", "settle", "angle"), "spectrum": ("channels", "settle"),
-    "contacts": ("joint", "settle"), "guide": ("joint",), "efforts": (), "friction": ("joint",), "pressure": ("joint",),
-    "sketch": ("turns",), "measured": ("measured", "channels", "column", "shift", "settle"),
+    "poincare": ("channels", "joint", "settle", "angle"),
+    "spectrum": ("channels", "settle"),
+    "contacts": ("joint", "settle"),
+    "guide": ("joint",),
+    "efforts": (),
+    "friction": ("joint",),
+    "pressure": ("joint",),
+    "sketch": ("turns",),
+    "measured": ("measured", "channels", "column", "shift", "settle"),
     "animation": ("turns", "frames", "magnify"),
-}  # fmt: skip
+}
 OF_SWEEPS = {
-    "map": ("metrics", "x", "y", "at", "only_settled"), "curves": ("metrics", "x", "at", "only_settled"),
+    "map": ("metrics", "x", "y", "at", "only_settled"),
+    "curves": ("metrics", "x", "at", "only_settled"),
     "bifurcation": ("x", "channels", "settle", "angle", "at"),
-}  # fmt: skip
+}
 #: kinds that lay several runs over each other
 OF_SEVERAL = ("history", "phase", "poincare", "spectrum")
 KINDS = OF_RUNS | OF_SWEEPS
@@ -46,57 +56,106 @@ by two. Without KIND: the overview of a run, the map of a grid, the curves of ot
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(
-        commands, "plot", help="pictures of run files and sweeps", epilog=EXAMPLES,
+        commands,
+        "plot",
+        help="pictures of run files and sweeps",
+        epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         usage="clearance plot FILE_OR_DIR [MORE_FILES ...] [KIND] [options] [-o PICTURE]",
-    )  # fmt: skip
+    )
     p.add_argument(
-        "inputs", metavar="FILE_OR_DIR", nargs="+",
-        help=f"run file, several of them ({', '.join(OF_SEVERAL)}), or sweep directory; then the KIND of picture. "
+        "inputs",
+        metavar="FILE_OR_DIR",
+        nargs="+",
+        help=f"run file, several of them ({', '.join(OF_SEVERAL)}), or sweep directory; then the "
+        f"KIND of picture. "
         f"Of runs: {', '.join(OF_RUNS)}; of sweeps: {', '.join(OF_SWEEPS)}",
-    )  # fmt: skip
-    p.add_argument("--channels", metavar="NAMES", help="comma list of channels: history, phase, poincare, spectrum, "
-                   "bifurcation")  # fmt: skip
-    p.add_argument("--joint", metavar="NAMES", help="comma list of clearance joints: orbit, contacts, guide; "
-                   "one: poincare, pressure; of hinges and slides with friction: friction")  # fmt: skip
+    )
+    p.add_argument(
+        "--channels",
+        metavar="NAMES",
+        help="comma list of channels: history, phase, poincare, spectrum, bifurcation",
+    )
+    p.add_argument(
+        "--joint",
+        metavar="NAMES",
+        help="comma list of clearance joints: orbit, "
+        "contacts, guide; "
+        "one: poincare, pressure; of hinges and slides with friction: friction",
+    )
     p.add_argument("--along", help="time, turns or angle of the drive: history")
     p.add_argument("--last", type=number, metavar="TURNS", help="only the last turns: history")
     p.add_argument(
-        "--measured", metavar="FILE.csv",
-        help="measured data over time or drive angle, with units in the header, to lay over a channel",
-    )  # fmt: skip
-    p.add_argument("--column", metavar="NAME", help="column of the measured data, where there are several")
-    p.add_argument("--shift", metavar="T", help="where in the run the measured data begin (default: found)")
+        "--measured",
+        metavar="FILE.csv",
+        help="measured data over time or drive angle, with units in the header, to lay over a "
+        "channel",
+    )
     p.add_argument(
-        "--settle", type=number, metavar="TURNS",
-        help="turns left out at the start: phase, spectrum, contacts (default 0), poincare (default 2), bifurcation "
+        "--column", metavar="NAME", help="column of the measured data, where there are several"
+    )
+    p.add_argument(
+        "--shift", metavar="T", help="where in the run the measured data begin (default: found)"
+    )
+    p.add_argument(
+        "--settle",
+        type=number,
+        metavar="TURNS",
+        help="turns left out at the start: phase, spectrum, contacts (default 0), poincare "
+        "(default 2), bifurcation "
         "(default the first half of the runs)",
-    )  # fmt: skip
-    p.add_argument("--angle", type=quantity_of("rad"), help="of the drive, such as 90deg: poincare, bifurcation")
-    p.add_argument("--turns", type=number, help="last turns shown: animation (default 1); "
-                   "instant shown, in turns from the start: sketch (default 0)")  # fmt: skip
-    p.add_argument("--frames", type=int, metavar="N", help=f"animation (default {FRAMES}, or all samples)")
-    p.add_argument("--magnify", type=number, help="clearances over the mechanism: animation (default as fits)")
-    p.add_argument("--metrics", metavar="NAMES", help="comma list of metrics or patterns: map, curves")
+    )
     p.add_argument(
-        "--only-settled", action="store_true", default=None,
-        help="leave out points whose motion did not come back to itself within the run: map, curves",
-    )  # fmt: skip
+        "--angle",
+        type=quantity_of("rad"),
+        help="of the drive, such as 90deg: poincare, bifurcation",
+    )
+    p.add_argument(
+        "--turns",
+        type=number,
+        help="last turns shown: animation (default 1); "
+        "instant shown, in turns from the start: sketch (default 0)",
+    )
+    p.add_argument(
+        "--frames", type=int, metavar="N", help=f"animation (default {FRAMES}, or all samples)"
+    )
+    p.add_argument(
+        "--magnify", type=number, help="clearances over the mechanism: animation (default as fits)"
+    )
+    p.add_argument(
+        "--metrics", metavar="NAMES", help="comma list of metrics or patterns: map, curves"
+    )
+    p.add_argument(
+        "--only-settled",
+        action="store_true",
+        default=None,
+        help="leave out points whose motion did not come back to itself within the run: map, "
+        "curves",
+    )
     p.add_argument("--x", metavar="NAME", help="parameter along the axis: map, curves, bifurcation")
     p.add_argument("--y", metavar="NAME", help="parameter along the other axis: map")
     p.add_argument(
-        "--at", action="append", metavar="NAME=VALUE",
-        help="hold a swept parameter at the value nearest to this: map, curves, bifurcation; may be repeated",
-    )  # fmt: skip
+        "--at",
+        action="append",
+        metavar="NAME=VALUE",
+        help="hold a swept parameter at the value nearest to this: map, curves, bifurcation; may "
+        "be repeated",
+    )
     p.add_argument(
-        "-o", dest="output", metavar="PICTURE",
-        help="picture (.png, .pdf, .svg; an animation .gif, .mp4); default beside the input, named after the kind",
-    )  # fmt: skip
+        "-o",
+        dest="output",
+        metavar="PICTURE",
+        help="picture (.png, .pdf, .svg; an animation .gif, .mp4); default beside the input, named "
+        "after the kind",
+    )
     return p
 
 
 def run(options) -> int:
-    """Draw the picture and say where it is. Raises ValueError for options that do not belong to it."""
+    """Draw the picture and say where it is.
+
+    Raises ValueError for options that do not belong to it.
+    """
     options.facts = {}
     picture = _drawn(options, *_inputs(options.inputs))
     sentence = options.facts.pop("sentence", None)
@@ -113,7 +172,8 @@ def plot(source, kind: str | None = None, output: str | Path | None = None, **op
     source: a run file or Result (for history, phase, poincare and spectrum also a list of them),
     or the directory of a sweep or Sweep. kind: overview, history, orbit, phase, poincare, spectrum,
     contacts, guide, efforts, friction, pressure, sketch, measured, animation of a run;
-    map, curves, bifurcation of a sweep; default: the overview of a run, the map of a grid, the curves of other sweeps.
+    map, curves, bifurcation of a sweep; default: the overview of a run, the map of a grid, the
+    curves of other sweeps.
     output: .png, .pdf or .svg, of an animation .gif or .mp4. The path is returned; without one,
     the matplotlib figure, which notebooks show.
     options: those of the command that belong to the kind, in SI, such as joint="B",
@@ -129,16 +189,20 @@ def plot(source, kind: str | None = None, output: str | Path | None = None, **op
             raise TypeError(f"plot has no option {name!r}{answer}")
     if output is None and kind == "animation":
         raise ValueError("plot: an animation needs a file, .gif or .mp4")
-    chosen = argparse.Namespace(**dict.fromkeys(OPTIONS) | options, output=output, returned=output is None)
+    chosen = argparse.Namespace(
+        **dict.fromkeys(OPTIONS) | options, output=output, returned=output is None
+    )
     chosen.at = chosen.at and [f"{name}={value}" for name, value in chosen.at.items()]
     sources = source if isinstance(source, list | tuple) else [source]
     return _drawn(chosen, *_inputs([*map(_where, sources), *([kind] if kind else [])]))
 
 
 class Pictures:
-    """Pictures of a run or a sweep by their kinds: `run.plot.orbit("B")`, `sweep.plot.map("period")`.
+    """Pictures of a run or a sweep by their kinds: `run.plot.orbit("B")`,
+    `sweep.plot.map("period")`.
 
-    The first argument of most kinds is what they show: channels, a joint, metrics. Options are those
+    The first argument of most kinds is what they show: channels, a joint, metrics. Options are
+    those
     of `clearance plot`, in SI; `output` saves the picture. Called itself it draws the overview of a
     run, the map of a grid, the curves of other sweeps.
     """
@@ -196,16 +260,26 @@ def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
     named = [p for p in paths if isinstance(p, Path)]
     for path in named:
         if not path.exists():
-            hint = f", and {path} is no kind of picture; those are {', '.join(KINDS)}" if path != paths[0] else ""
+            hint = (
+                f", and {path} is no kind of picture; those are {', '.join(KINDS)}"
+                if path != paths[0]
+                else ""
+            )
             raise FileNotFoundError(f"no file or directory {path}{hint}")
     folders = [p for p in named if p.is_dir()]
     if folders and len(paths) > 1:
         raise ValueError(f"{folders[0]} is a directory: a sweep has a picture of its own")
-    kinds, other, what = (OF_SWEEPS, OF_RUNS, "a sweep") if folders else (OF_RUNS, OF_SWEEPS, "a run file")
+    kinds, other, what = (
+        (OF_SWEEPS, OF_RUNS, "a sweep") if folders else (OF_RUNS, OF_SWEEPS, "a run file")
+    )
     if kind in other:
-        raise ValueError(f"{paths[0]} is {what}, of which there is no {kind}; there is {', '.join(kinds)}")
+        raise ValueError(
+            f"{paths[0]} is {what}, of which there is no {kind}; there is {', '.join(kinds)}"
+        )
     if len(paths) > 1 and kind not in OF_SEVERAL:
-        raise ValueError(f"several runs are for {', '.join(OF_SEVERAL)}, not for {kind or 'overview'}")
+        raise ValueError(
+            f"several runs are for {', '.join(OF_SEVERAL)}, not for {kind or 'overview'}"
+        )
     return paths, kind
 
 
@@ -218,7 +292,9 @@ def _check(options, kind: str) -> None:
     for name in OPTIONS:
         if getattr(options, name) is not None and name not in KINDS[kind]:
             belongs = ", ".join(k for k, options_of in KINDS.items() if name in options_of)
-            raise ValueError(f"--{name.replace('_', '-')} does not belong to {kind}; it belongs to {belongs}")
+            raise ValueError(
+                f"--{name.replace('_', '-')} does not belong to {kind}; it belongs to {belongs}"
+            )
 
 
 def _given(options, *names: str) -> dict:
@@ -234,11 +310,15 @@ def _of_runs(options, paths: list[Path], kind: str) -> Path:
     first = paths[0] if isinstance(paths[0], Path) else Path("run")
     output = _output(options, first.with_name(f"{first.stem}_{kind}{suffix}"))
     with ExitStack() as opened:
-        records = [opened.enter_context(open_result(p)) if isinstance(p, Path) else p for p in paths]
+        records = [
+            opened.enter_context(open_result(p)) if isinstance(p, Path) else p for p in paths
+        ]
         for record in records:
             if record.time.size < 2:
                 name = getattr(record, "path", record.attributes["case"])
-                raise ValueError(f"{name} has {record.time.size} sample(s): there is nothing to draw")
+                raise ValueError(
+                    f"{name} has {record.time.size} sample(s): there is nothing to draw"
+                )
         return DRAW[kind](options, records, output)
 
 
@@ -249,7 +329,9 @@ def _overview(options, records, output: Path) -> Path:
         return overview(records[0], output, **_given(options, "settle"))
     except (KeyError, AttributeError) as error:  # what a channel that was not kept raises
         reason = str(error.args[0]).partition(";")[0]
-        raise ValueError(f"overview needs more channels than were kept: {reason}; draw a history") from None
+        raise ValueError(
+            f"overview needs more channels than were kept: {reason}; draw a history"
+        ) from None
 
 
 def _history(options, records, output: Path) -> Path:
@@ -264,7 +346,9 @@ def _telling(record) -> list[str]:
     from clearance.postprocess.channels import principal
 
     efforts = [f"drives/{d}/{e}" for d in record.names("drives") for e in ("torque", "force")]
-    forces = [f"joints/{j}/force" for j in list(record.clearances)[:3] if f"joints/{j}/force_x" in record]
+    forces = [
+        f"joints/{j}/force" for j in list(record.clearances)[:3] if f"joints/{j}/force_x" in record
+    ]
     return [principal(record).format("a"), *(e for e in efforts if e in record), *forces]
 
 
@@ -283,7 +367,9 @@ def _phase(options, records, output: Path) -> Path:
 def _poincare(options, records, output: Path) -> Path:
     from clearance.postprocess.sections import poincare
 
-    return poincare(records, output, pairs=_pairs(options), **_given(options, "joint", "angle", "settle"))
+    return poincare(
+        records, output, pairs=_pairs(options), **_given(options, "joint", "angle", "settle")
+    )
 
 
 def _pairs(options) -> list[tuple[str, str]] | None:
@@ -368,11 +454,21 @@ def _animation(options, records, output: Path) -> Path:
 
 
 DRAW = {
-    "overview": _overview, "history": _history, "orbit": _orbit, "phase": _phase, "poincare": _poincare,
-    "spectrum": _spectrum, "contacts": _contacts, "guide": _guide, "efforts": _efforts,
-    "friction": _friction, "pressure": _pressure, "sketch": _sketch, "measured": _measured,
+    "overview": _overview,
+    "history": _history,
+    "orbit": _orbit,
+    "phase": _phase,
+    "poincare": _poincare,
+    "spectrum": _spectrum,
+    "contacts": _contacts,
+    "guide": _guide,
+    "efforts": _efforts,
+    "friction": _friction,
+    "pressure": _pressure,
+    "sketch": _sketch,
+    "measured": _measured,
     "animation": _animation,
-}  # fmt: skip
+}
 
 
 # --- pictures of sweeps
@@ -382,7 +478,9 @@ def _of_sweep(options, folder: Path, kind: str | None) -> Path:
 
     sweep = open_sweep(folder)
     points = sweep.definition.points
-    kind = kind or ("map" if not points.sampled and sum(count > 1 for _, count in points.axes) > 1 else "curves")
+    kind = kind or (
+        "map" if not points.sampled and sum(count > 1 for _, count in points.axes) > 1 else "curves"
+    )
     _check(options, kind)
     output = _output(options, folder / f"{kind}.png")
     at = _at(sweep, options.at or [])
@@ -390,11 +488,15 @@ def _of_sweep(options, folder: Path, kind: str | None) -> Path:
         more = _given(options, "settle", "angle")
         return maps.bifurcation_of(
             sweep, output, parameter=options.x, channels=listed(options.channels), at=at, **more
-        )  # fmt: skip
+        )
     settled = _given(options, "only_settled")
     if kind == "curves":
-        return maps.curves(sweep, output, metrics=listed(options.metrics), x=options.x, at=at, **settled)
-    return maps.maps(sweep, output, metrics=listed(options.metrics), x=options.x, y=options.y, at=at, **settled)
+        return maps.curves(
+            sweep, output, metrics=listed(options.metrics), x=options.x, at=at, **settled
+        )
+    return maps.maps(
+        sweep, output, metrics=listed(options.metrics), x=options.x, y=options.y, at=at, **settled
+    )
 
 
 def _at(sweep, texts: list[str]) -> dict:
@@ -408,14 +510,17 @@ def _at(sweep, texts: list[str]) -> dict:
             raise ValueError(f"--at {item}: expected NAME=VALUE")
         if name not in sweep.columns:
             raise ValueError(
-                f"--at {item}: {name} is not swept in {sweep.folder}; swept are {', '.join(sweep.columns)}"
+                f"--at {item}: {name} is not swept in {sweep.folder}; swept are "
+                f"{', '.join(sweep.columns)}"
             )
         column = sweep.columns[name]
         try:
             if column.dtype.kind in "iuf":
                 values[name] = quantity(text, sweep.definition.units.get(name))
             else:
-                values[name] = next((v for v in column.tolist() if str(v).lower() == text.lower()), text)
+                values[name] = next(
+                    (v for v in column.tolist() if str(v).lower() == text.lower()), text
+                )
         except ValueError as error:
             raise ValueError(f"--at {name}: {error}") from None
     return values

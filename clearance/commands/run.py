@@ -12,7 +12,14 @@ from pathlib import Path
 
 from clearance import checks
 from clearance.commands import again, chaos, steady
-from clearance.commands.accuracy import add_error, document, error_line, prefixed, tolerance, with_error
+from clearance.commands.accuracy import (
+    add_error,
+    document,
+    error_line,
+    prefixed,
+    tolerance,
+    with_error,
+)
 from clearance.commands.common import (
     DONE,
     FAILED,
@@ -40,35 +47,65 @@ def add(commands) -> argparse.ArgumentParser:
     add_length(p)
     p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
     add_error(p)
-    p.add_argument("--method", default="auto", help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)")
-    p.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step, where loads act briefly")
     p.add_argument(
-        "--samples-per-turn", type=number, default=400, metavar="N",
-        help="output rows a turn, of the whole run where nothing turns evenly (default 400)",
-    )  # fmt: skip
-    p.add_argument(
-        "--channels", metavar="PATHS", help='kept in the file: comma list such as "bodies/slider,joints/B/gap" (all)'
+        "--method",
+        default="auto",
+        help="auto, dop853, rodas5p, radau5, radau9 or radau (default auto)",
     )
     p.add_argument(
-        "--pressure-fields", type=int, metavar="N",
-        help="keep N pressure fields of the films a turn in the file (default none)",
-    )  # fmt: skip
-    p.add_argument("--compression", type=int, default=0, metavar="0..9", help="gzip level of the file (default 0)")
+        "--max-step",
+        type=quantity_of("s"),
+        metavar="S",
+        help="longest step, where loads act briefly",
+    )
     p.add_argument(
-        "--checkpoint", type=quantity_of("s"), metavar="S",
-        help="keep a checkpoint every so many seconds of wall time: the same command goes on from it after a crash",
-    )  # fmt: skip
+        "--samples-per-turn",
+        type=number,
+        default=400,
+        metavar="N",
+        help="output rows a turn, of the whole run where nothing turns evenly (default 400)",
+    )
+    p.add_argument(
+        "--channels",
+        metavar="PATHS",
+        help='kept in the file: comma list such as "bodies/slider,joints/B/gap" (all)',
+    )
+    p.add_argument(
+        "--pressure-fields",
+        type=int,
+        metavar="N",
+        help="keep N pressure fields of the films a turn in the file (default none)",
+    )
+    p.add_argument(
+        "--compression",
+        type=int,
+        default=0,
+        metavar="0..9",
+        help="gzip level of the file (default 0)",
+    )
+    p.add_argument(
+        "--checkpoint",
+        type=quantity_of("s"),
+        metavar="S",
+        help="keep a checkpoint every so many seconds of wall time: the same command goes on from "
+        "it after a crash",
+    )
     add_force(p)
     p.add_argument("-o", dest="output", metavar="FILE.h5", help="result file (default CASE.h5)")
     p.add_argument(
-        "--settle", type=number, metavar="N",
-        help="turns (seconds, where nothing turns) of the start-up, left out of the numbers (default 1 of two or more)",
-    )  # fmt: skip
+        "--settle",
+        type=number,
+        metavar="N",
+        help="turns (seconds, where nothing turns) of the start-up, left out of the numbers "
+        "(default 1 of two or more)",
+    )
     p.add_argument(
-        "--from", dest="start", metavar="FILE.h5",
+        "--from",
+        dest="start",
+        metavar="FILE.h5",
         help='begin in the state at the end of another run, or "quasi-static": with journals where their films carry '
         "the joint forces",
-    )  # fmt: skip
+    )
     p.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
     steady.add_options(p)
     again.add_option(p)
@@ -79,7 +116,8 @@ def add(commands) -> argparse.ArgumentParser:
 def run(options) -> int:
     """Run the case, say what it cost and gave; exit status 1 where it ended early.
 
-    Raises KeyboardInterrupt, with a note that says what is kept, where the user or the system asks it to end.
+    Raises KeyboardInterrupt, with a note that says what is kept, where the user or the system asks
+    it to end.
     """
     with terminable():
         case, values, scene = again.scene_of(options) if options.again else scene_of(options)
@@ -138,7 +176,9 @@ def _output(options, case) -> Path:
     """The result file. Raises ValueError where its picture would have the same name."""
     output = again.output(options) if options.again else Path(options.output or f"{case.name}.h5")
     if options.plot and output.suffix == ".png":
-        raise ValueError(f"-o {output}: the result would be overwritten by the picture; name the result file .h5")
+        raise ValueError(
+            f"-o {output}: the result would be overwritten by the picture; name the result file .h5"
+        )
     return output
 
 
@@ -154,7 +194,9 @@ def _noted(note: str) -> Iterator[None]:
 
 
 def _simulated(options, case, scene, output: Path):
-    """The result, None where no file could be kept, and why the run ended early, None where it did not."""
+    """The result, None where no file could be kept, and why the run ended early, None where it did
+    not.
+    """
     from clearance.simulation import SimulationError, simulate
 
     watched = not options.json and sys.stderr.isatty()
@@ -192,7 +234,9 @@ def _arguments(options, case, scene) -> dict:
 
 
 def _comparable(scene, result, rtol: float) -> dict:
-    """Time up to which the run can be compared with another, and statistics where that ends before the run."""
+    """Time up to which the run can be compared with another, and statistics where that ends before
+    the run.
+    """
     from clearance.turns import TRANSIENT, means
 
     horizon = _horizon(scene, result, rtol)
@@ -203,13 +247,17 @@ def _comparable(scene, result, rtol: float) -> dict:
     if not numbers:
         return {"horizon": words}
     return {
-        "horizon": words, "statistics": {n: m.plain() for n, m in numbers.items()},
-        "statistics_turns": next(iter(numbers.values())).count, "statistics_left_out": TRANSIENT,
-    }  # fmt: skip
+        "horizon": words,
+        "statistics": {n: m.plain() for n, m in numbers.items()},
+        "statistics_turns": next(iter(numbers.values())).count,
+        "statistics_left_out": TRANSIENT,
+    }
 
 
 def _horizon(scene, result, rtol: float) -> tuple[str, bool] | None:
-    """Time up to which a run with impacts can be compared, and True where it is chaotic; None without impacts."""
+    """Time up to which a run with impacts can be compared, and True where it is chaotic; None
+    without impacts.
+    """
     from clearance.evidence.problem import NotSolved, horizon
 
     if not any(j.impacts for j in scene.clearance_joints) or not result.file["time"].size:
@@ -228,7 +276,9 @@ class ProgressBar:
     def __init__(self):
         from tqdm import tqdm
 
-        self.bar = tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed} passed, {remaining} left")
+        self.bar = tqdm(
+            total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed} passed, {remaining} left"
+        )
 
     def __call__(self, share: float) -> None:
         self.bar.update(100.0 * share - self.bar.n)
@@ -248,7 +298,12 @@ def _summary(case, values: dict, result, began: tuple[float, float], settle: flo
     from clearance.evidence.assumptions import assumptions
     from clearance.metrics import Window, metrics, startup
 
-    solver, events, window, errors = result.solver, result.events, Window.of(result, settle), result.errors
+    solver, events, window, errors = (
+        result.solver,
+        result.events,
+        Window.of(result, settle),
+        result.errors,
+    )
     begin, end = (0.0, math.inf) if window is None else window.bounds(result)
     contacts: dict[str, int] = {}
     for spot in events["joint"]:
@@ -275,7 +330,9 @@ def _summary(case, values: dict, result, began: tuple[float, float], settle: flo
         "energy_turned_over": float(result.facts("energy").get("turned_over", 0.0)),
         "contacts": contacts,
         "open_contacts": sum(str(k) == "open_contact" for k in events["kind"]),
-        "settled": None if window is None else {"begin_s": window.begin, "end_s": window.end, "turns": window.turns},
+        "settled": None
+        if window is None
+        else {"begin_s": window.begin, "end_s": window.end, "turns": window.turns},
         "joints": _joints(result, begin, end),
         "drives": _drives(result, begin, end),
         "errors": document(errors),
@@ -303,7 +360,9 @@ def _assumed(estimates: list[dict]) -> list[str]:
 
 
 def _metrics(of, result, settle: float | None) -> dict:
-    """Metrics as plain data, extremes with their times; none where they need channels that were not kept."""
+    """Metrics as plain data, extremes with their times; none where they need channels that were not
+    kept.
+    """
     try:
         given = of(result, settle)
     except KeyError:
@@ -325,9 +384,13 @@ def _stated(result, names: list[str], summary_name: str) -> dict:
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
 #: attributes of joints that a summary states of the whole run
 JOINT_FACTS = (
-    "film_pressure", "piezoviscous_number", "flattening_ratio", "mean_asperity_share", "film_table_error_closing",
+    "film_pressure",
+    "piezoviscous_number",
+    "flattening_ratio",
+    "mean_asperity_share",
+    "film_table_error_closing",
     *SHARES,
-)  # fmt: skip
+)
 EFFORTS = {"torque": "N m", "force": "N"}
 
 
@@ -342,7 +405,9 @@ def _two(result, name: str, summary_name: str, begin: float, end: float) -> dict
 
 
 def _joints(result, begin: float, end: float) -> dict:
-    """Peak forces, smallest gaps and friction of the settled motion, and of the start-up; regimes of the whole run."""
+    """Peak forces, smallest gaps and friction of the settled motion, and of the start-up; regimes
+    of the whole run.
+    """
     from clearance.extremes import JOINT_EXTREMES
 
     roughness = {j["name"]: j.get("roughness") for j in result.scene["joints"]}
@@ -366,13 +431,19 @@ def _joints(result, begin: float, end: float) -> dict:
 def _is_there(result, name: str) -> bool:
     """The channel of an extreme was kept, or the extreme itself."""
     path = name.rpartition("_")[0]
-    return path in result or f"{path}_x" in result or bool(result.located and name in result.located)
+    return (
+        path in result or f"{path}_x" in result or bool(result.located and name in result.located)
+    )
 
 
 def _drives(result, begin: float, end: float) -> dict:
     """Largest efforts of the drives, and of what they were without joint friction."""
     drives = {}
-    located = [n.split("/")[1] for n in (result.located.names if result.located else ()) if n.startswith("drives/")]
+    located = [
+        n.split("/")[1]
+        for n in (result.located.names if result.located else ())
+        if n.startswith("drives/")
+    ]
     for name in dict.fromkeys([*result.names("drives"), *located]) if result.time.size else ():
         kinds = [k for k in EFFORTS if _is_there(result, f"drives/{name}/{k}_max")]
         for kind in kinds:
@@ -396,7 +467,8 @@ def _readable(summary: dict, parameters: list[str]) -> str:
         f"  steps        {s['steps']} ({s['rejected']} rejected), {s['evaluations']} evaluations, "
         f"{s['jacobians']} jacobians",
         error_line(s),
-        f"  energy       residual {s['energy_residual']:.3g} J of {s['energy_turned_over']:.3g} J turned over",
+        f"  energy       residual {s['energy_residual']:.3g} J of {s['energy_turned_over']:.3g} J "
+        f"turned over",
     ]
     lines += steady.lines(s.get("steady")) + _settled_lines(s) + _assumed(s["assumptions"])
     if s["contacts"]:
@@ -405,8 +477,14 @@ def _readable(summary: dict, parameters: list[str]) -> str:
     if "horizon" in s:
         lines.append(f"  horizon      {s['horizon']}")
     if "statistics" in s:
-        lines.append(f"  statistics   mean and 95 % interval over {s['statistics_turns']} turns, the first left out")
-        lines += [f"    {n:<32} {m['mean']:.5g} +- {m['half_width']:.2g}" for n, m in s["statistics"].items()]
+        lines.append(
+            f"  statistics   mean and 95 % interval over {s['statistics_turns']} turns, "
+            f"the first left out"
+        )
+        lines += [
+            f"    {n:<32} {m['mean']:.5g} +- {m['half_width']:.2g}"
+            for n, m in s["statistics"].items()
+        ]
     lines += chaos.lines(s)
     lines += [f"  warning      {w}" for w in s["warnings"]]
     lines += [f"  again        {s['again']['sentence']}"] if "again" in s else []
@@ -428,7 +506,14 @@ def _settled_lines(s: dict) -> list[str]:
         bracket = _bracket(drive, "startup_peak")
         effort = with_error(drive["peak"], drive.get("peak_error"), drive["units"], bracket)
         line = f"  drive {name:<6} peak effort {effort}"
-        lines.append(line + (f", {drive['peak_ideal']:.6g} without joint friction" if "peak_ideal" in drive else ""))
+        lines.append(
+            line
+            + (
+                f", {drive['peak_ideal']:.6g} without joint friction"
+                if "peak_ideal" in drive
+                else ""
+            )
+        )
     return lines
 
 
@@ -442,7 +527,10 @@ def _counted(contacts: int | None) -> str:
 
 def _film_part(joint: dict) -> str:
     """Errors of the numbers before that the film table's error makes."""
-    parts = [(joint.get(f"{name}_film_error"), units) for name, units in (("peak_force", "N"), ("smallest_gap", "m"))]
+    parts = [
+        (joint.get(f"{name}_film_error"), units)
+        for name, units in (("peak_force", "N"), ("smallest_gap", "m"))
+    ]
     texts = [f"+- {prefixed(error, units)}" for error, units in parts if error]
     return f" of its force: {', '.join(texts)}" if texts else ""
 
@@ -452,16 +540,22 @@ def _joint_line(joint: dict) -> str:
     force = with_error(joint.get("peak_force", 0.0), joint.get("peak_force_error"), "N", bracket)
     parts = [f"peak force {force}"]
     if "smallest_gap" in joint:
-        bracket, error = _bracket(joint, "startup_smallest_gap", 1e6, ".4g"), joint.get("smallest_gap_error")
+        bracket, error = (
+            _bracket(joint, "startup_smallest_gap", 1e6, ".4g"),
+            joint.get("smallest_gap_error"),
+        )
         gap = with_error(joint["smallest_gap"] * 1e6, error and error * 1e6, "um", bracket)
         parts.append(f"smallest gap {gap}")
-    if joint.get("smallest_film_thickness_ratio", -1.0) >= 0.0:  # surfaces that press into each other have no film
+    # surfaces that press into each other have no film
+    if joint.get("smallest_film_thickness_ratio", -1.0) >= 0.0:
         parts.append(f"film thickness ratio down to {joint['smallest_film_thickness_ratio']:.3g}")
     if "share_full_film" in joint:
         shares = (f"{text} {joint[n]:.0%}" for n, text in SHARES.items() if joint[n] >= 0.005)
         parts += [*shares, f"{joint['mean_asperity_share']:.0%} of the load on the solids"]
     if "film_table_error_closing" in joint:
-        parts.append(f"film table within {joint['film_table_error_closing']:.1e}{_film_part(joint)}")
+        parts.append(
+            f"film table within {joint['film_table_error_closing']:.1e}{_film_part(joint)}"
+        )
     if "peak_friction" in joint:
         parts.append(f"friction up to {joint['peak_friction']:.4g} {joint['friction_units']}")
     return ", ".join(parts)

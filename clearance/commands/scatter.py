@@ -24,19 +24,31 @@ only what is missing. Exit status 0: all runs done, 1: some failed, 2: wrong inp
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(
-        commands, "scatter", help="a case whose parameters vary by chance: quantiles, limits, who is to blame",
-        epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+        commands,
+        "scatter",
+        help="a case whose parameters vary by chance: quantiles, limits, who is to blame",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
-    p.add_argument("-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[], help="see below")
-    p.add_argument("--points", type=int, default=1024, metavar="N", help="runs in all, at most (default 1024)")
+    p.add_argument(
+        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[], help="see below"
+    )
+    p.add_argument(
+        "--points", type=int, default=1024, metavar="N", help="runs in all, at most (default 1024)"
+    )
     p.add_argument("--seed", type=int, default=0, help="the same seed, the same points (default 0)")
     p.add_argument(
-        "--limit", action="append", default=[], metavar="METRIC=VALUE",
+        "--limit",
+        action="append",
+        default=[],
+        metavar="METRIC=VALUE",
         help="probability that a metric exceeds this (of minima, falls below it); may be repeated",
-    )  # fmt: skip
+    )
     add_runs(p)
-    p.add_argument("-o", dest="output", metavar="DIR", help="directory (default CASE_scatter); the picture too")
+    p.add_argument(
+        "-o", dest="output", metavar="DIR", help="directory (default CASE_scatter); the picture too"
+    )
     return p
 
 
@@ -55,10 +67,22 @@ def run(options) -> int:
     try:
         with quiet(options), terminable():
             result = scatter(
-                options.case, spread, folder, points=options.points, seed=options.seed, limits=limits, fixed=fixed,
-                turns=options.turns, until=options.until, rtol=options.rtol, settle=options.settle,
-                workers=options.workers, scheduler=options.scheduler, retry_failed=options.retry_failed, progress=shown,
-            )  # fmt: skip
+                options.case,
+                spread,
+                folder,
+                points=options.points,
+                seed=options.seed,
+                limits=limits,
+                fixed=fixed,
+                turns=options.turns,
+                until=options.until,
+                rtol=options.rtol,
+                settle=options.settle,
+                workers=options.workers,
+                scheduler=options.scheduler,
+                retry_failed=options.retry_failed,
+                progress=shown,
+            )
     except SweepError as error:
         return complain(options, str(error), FAILED)
     except KeyboardInterrupt:
@@ -108,20 +132,31 @@ def _document(result, folder: Path) -> dict:
     metrics = {name: result.summary(name) for name in result.metrics}
     swept = result.sweep
     return {
-        "status": "complete" if swept.done.all() else "incomplete", "case": swept.definition.case,
-        "folder": str(folder), "spread": {n: str(law) for n, law in result.spread.items()}, "points": len(swept),
-        "independent": 2 * result.n, "done": int(swept.done.sum()), "failed": int(swept.failed.sum()),
-        "metrics": metrics, "picture": str(drawn(result, folder / "scatter.png")) if metrics else None,
-    }  # fmt: skip
+        "status": "complete" if swept.done.all() else "incomplete",
+        "case": swept.definition.case,
+        "folder": str(folder),
+        "spread": {n: str(law) for n, law in result.spread.items()},
+        "points": len(swept),
+        "independent": 2 * result.n,
+        "done": int(swept.done.sum()),
+        "failed": int(swept.failed.sum()),
+        "metrics": metrics,
+        "picture": str(drawn(result, folder / "scatter.png")) if metrics else None,
+    }
 
 
 def readable(document: dict) -> list[str]:
     """The summary in lines."""
     d = document
     spread = ", ".join(f"{n}={law}" for n, law in d["spread"].items())
-    lines = [f"{d['case']} with {spread}: {d['done']} of {d['points']} runs done, {d['failed']} failed"]
+    lines = [
+        f"{d['case']} with {spread}: {d['done']} of {d['points']} runs done, {d['failed']} failed"
+    ]
     if d["done"] < d["points"]:
-        lines.append("  numbers are those of the runs that ended: where runs fail by their parameters they are biased")
+        lines.append(
+            "  numbers are those of the runs that ended: where runs fail by their "
+            "parameters they are biased"
+        )
     for name, m in list(d["metrics"].items())[:SHOWN]:
         units, q = "" if m["units"] == "1" else f" {m['units']}", m["quantiles"]
         ends = f"{q['0.05']['value']:.5g} to {q['0.95']['value']:.5g}"
@@ -132,7 +167,9 @@ def readable(document: dict) -> list[str]:
             lines.append(f"    beyond {m['limit']:.5g}{units}: {share}")
         if m["indices"]:
             parts = sorted(m["indices"].items(), key=lambda item: -item[1]["total"]["value"])
-            words = ", ".join(f"{n} {i['first']['value']:.2f} ({i['total']['value']:.2f})" for n, i in parts)
+            words = ", ".join(
+                f"{n} {i['first']['value']:.2f} ({i['total']['value']:.2f})" for n, i in parts
+            )
             lines.append(f"    share of the variance, alone (with interactions): {words}")
     if len(d["metrics"]) > SHOWN:
         lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics: --json has them all")

@@ -7,7 +7,9 @@ from clearance.commands.common import DONE, FAILED, Line, add_command, make_fold
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(commands, "stress", help="the stiff and extreme matrix: each cell done or a named reason")
+    p = add_command(
+        commands, "stress", help="the stiff and extreme matrix: each cell done or a named reason"
+    )
     p.add_argument("case", metavar="CASE", nargs="?", help="only this case (or: random)")
     p.add_argument("--quick", action="store_true", help="a seventh of the matrix, short runs")
     p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
@@ -26,10 +28,20 @@ def run(options) -> int:
     make_folder(options)
     line = Line(options)
     verdicts = stress.stress(
-        options.case, quick=options.quick, workers=options.workers,
+        options.case,
+        quick=options.quick,
+        workers=options.workers,
         progress=lambda done, total, name: line(f"{done}/{total} {name}"),
-    )  # fmt: skip
+    )
     document = {"cells": [dataclasses.asdict(v) for v in verdicts]}
     lines = stress.table(verdicts)
-    publish(options, lines, document, lambda folder: stress.save(verdicts, folder), pictures.stress, verdicts, "stress")
+    publish(
+        options,
+        lines,
+        document,
+        lambda folder: stress.save(verdicts, folder),
+        pictures.stress,
+        verdicts,
+        "stress",
+    )
     return FAILED if any(v.kind == "fault" for v in verdicts) else DONE

@@ -19,7 +19,7 @@ from clearance.commands.common import (
     number,
     quantity_of,
     quiet,
-)  # fmt: skip
+)
 from clearance.interrupts import terminable
 
 SHOWN = 12  # metrics in the summary
@@ -40,36 +40,83 @@ done, 1: some failed or it had to stop, 2: wrong input. A cluster: see the guide
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
     p = add_command(
-        commands, "sweep", help="a case at many points: resumable, on all cores or a cluster", epilog=EXAMPLES,
+        commands,
+        "sweep",
+        help="a case at many points: resumable, on all cores or a cluster",
+        epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+    )
     p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
-    p.add_argument("-p", dest="parameters", metavar="NAME=VALUES", action="append", default=[], help="see below")
-    p.add_argument("--zip", action="append", default=[], metavar="A,B", help="parameters whose lists go together")
-    p.add_argument("--sample", type=int, metavar="N", help="N points drawn from the ranges instead of a grid")
-    p.add_argument("--kind", help="how points are drawn: latin (hypercube) or random (default latin)")
-    p.add_argument("--seed", type=int, help="of the draw: the same seed, the same points (default 0)")
+    p.add_argument(
+        "-p",
+        dest="parameters",
+        metavar="NAME=VALUES",
+        action="append",
+        default=[],
+        help="see below",
+    )
+    p.add_argument(
+        "--zip",
+        action="append",
+        default=[],
+        metavar="A,B",
+        help="parameters whose lists go together",
+    )
+    p.add_argument(
+        "--sample", type=int, metavar="N", help="N points drawn from the ranges instead of a grid"
+    )
+    p.add_argument(
+        "--kind", help="how points are drawn: latin (hypercube) or random (default latin)"
+    )
+    p.add_argument(
+        "--seed", type=int, help="of the draw: the same seed, the same points (default 0)"
+    )
     add_runs(p)
     p.add_argument(
-        "--error", nargs="?", const="state", metavar="E",
-        help="a column <metric>_error for each metric; with E, such as 1e-3 or joint_B_force_max=1e-4, each point at "
+        "--error",
+        nargs="?",
+        const="state",
+        metavar="E",
+        help="a column <metric>_error for each metric; with E, such as 1e-3 or "
+        "joint_B_force_max=1e-4, each point at "
         "the tolerance that reaches it",
-    )  # fmt: skip
+    )
     p.add_argument("--method", help="see `clearance run` (default auto)")
     p.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step")
-    p.add_argument("--max-steps", type=int, metavar="N", help="a run that needs more steps fails (default no limit)")
-    p.add_argument("--samples-per-turn", type=number, metavar="N", help="output rows a turn (default 400)")
     p.add_argument(
-        "--channels", metavar="PATHS", help='kept in run files: comma list of patterns, "all" (default) or "none"'
-    )
-    p.add_argument("--compression", type=int, default=0, metavar="0..9", help="gzip level of run files (default 0)")
-    p.add_argument(
-        "--metric", action="append", default=[], metavar="FILE.py:NAME", help="a metric of your own; may be repeated"
+        "--max-steps",
+        type=int,
+        metavar="N",
+        help="a run that needs more steps fails (default no limit)",
     )
     p.add_argument(
-        "--accept-changes", action="store_true",
-        help="go on although the package, a law or an imported file has changed since the finished points were run",
-    )  # fmt: skip
+        "--samples-per-turn", type=number, metavar="N", help="output rows a turn (default 400)"
+    )
+    p.add_argument(
+        "--channels",
+        metavar="PATHS",
+        help='kept in run files: comma list of patterns, "all" (default) or "none"',
+    )
+    p.add_argument(
+        "--compression",
+        type=int,
+        default=0,
+        metavar="0..9",
+        help="gzip level of run files (default 0)",
+    )
+    p.add_argument(
+        "--metric",
+        action="append",
+        default=[],
+        metavar="FILE.py:NAME",
+        help="a metric of your own; may be repeated",
+    )
+    p.add_argument(
+        "--accept-changes",
+        action="store_true",
+        help="go on although the package, a law or an imported file has changed since the finished "
+        "points were run",
+    )
     add_force(p)
     p.add_argument("-o", dest="output", metavar="DIR", help="sweep directory (default CASE_sweep)")
     return p
@@ -78,12 +125,23 @@ def add(commands) -> argparse.ArgumentParser:
 def add_runs(p: argparse.ArgumentParser) -> None:
     """Options of many runs: their length, tolerance and metrics, and the processes that make them."""
     length = p.add_mutually_exclusive_group()
-    length.add_argument("--turns", type=number, help="length of each run in turns of the drive (default 2)")
-    length.add_argument("--until", type=quantity_of("s"), metavar="S", help="length of each run in seconds")
+    length.add_argument(
+        "--turns", type=number, help="length of each run in turns of the drive (default 2)"
+    )
+    length.add_argument(
+        "--until", type=quantity_of("s"), metavar="S", help="length of each run in seconds"
+    )
     p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")
-    p.add_argument("--settle", type=number, metavar="TURNS", help="turns left out of the metrics (default the first)")
+    p.add_argument(
+        "--settle",
+        type=number,
+        metavar="TURNS",
+        help="turns left out of the metrics (default the first)",
+    )
     p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
-    p.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points")
+    p.add_argument(
+        "--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points"
+    )
     p.add_argument("--retry-failed", action="store_true", help="also run again what failed")
     p.add_argument("--quiet", action="store_true", help="no progress, no summary")
 
@@ -113,23 +171,43 @@ def run(options) -> int:
     try:
         with quiet(options), terminable():
             result = sweep(
-                options.case, points, options.output or f"{case.name}_sweep", fixed=fixed,
-                channels=channel_patterns(options.channels), compression=options.compression, settle=options.settle,
-                metrics=options.metric, workers=options.workers, scheduler=options.scheduler,
-                retry_failed=options.retry_failed, accept_changes=options.accept_changes, force=options.force,
-                progress=shown, turns=options.turns, until=options.until,
-                rtol=options.rtol, error=options.error, method=options.method, max_step=options.max_step,
-                max_steps=options.max_steps, samples_per_turn=options.samples_per_turn,
-            )  # fmt: skip
+                options.case,
+                points,
+                options.output or f"{case.name}_sweep",
+                fixed=fixed,
+                channels=channel_patterns(options.channels),
+                compression=options.compression,
+                settle=options.settle,
+                metrics=options.metric,
+                workers=options.workers,
+                scheduler=options.scheduler,
+                retry_failed=options.retry_failed,
+                accept_changes=options.accept_changes,
+                force=options.force,
+                progress=shown,
+                turns=options.turns,
+                until=options.until,
+                rtol=options.rtol,
+                error=options.error,
+                method=options.method,
+                max_step=options.max_step,
+                max_steps=options.max_steps,
+                samples_per_turn=options.samples_per_turn,
+            )
     except SweepError as error:
         failure, result = str(error), error.sweep
     except KeyboardInterrupt:
         return complain(options, "interrupted; the same command goes on where this stopped", FAILED)
     finally:
         shown.close()
-    document = summary(result) | {"seconds": time.perf_counter() - began, "done_before": shown.before}
+    document = summary(result) | {
+        "seconds": time.perf_counter() - began,
+        "done_before": shown.before,
+    }
     if failure is not None:
-        return complain(options, failure, FAILED, **{n: v for n, v in document.items() if n != "status"})
+        return complain(
+            options, failure, FAILED, **{n: v for n, v in document.items() if n != "status"}
+        )
     if options.json:
         print(json_text(document))
     elif not options.quiet:
@@ -153,7 +231,9 @@ def _points(options, case):
         ranges = {n: range_from_words(case.parameters[n], _listed(case, texts, n)) for n in texts}
         fixed = {n: r[0] for n, r in ranges.items() if isinstance(r, list) and len(r) == 1}
         drawn = {n: r for n, r in ranges.items() if n not in fixed}
-        return sampled(options.sample, kind=options.kind or "latin", seed=options.seed or 0, **drawn), fixed
+        return sampled(
+            options.sample, kind=options.kind or "latin", seed=options.seed or 0, **drawn
+        ), fixed
     values = {n: from_words(case.parameters[n], _listed(case, texts, n)) for n in texts}
     for name in (n for group in together for n in group):
         if name not in values:
@@ -162,20 +242,30 @@ def _points(options, case):
     for name, values_of in values.items():
         group = next((g for g in together if name in g), (name,))
         if name not in seen and (len(values_of) > 1 or len(group) > 1):
-            points = points * (zipped(**{n: values[n] for n in group}) if len(group) > 1 else grid(**{name: values_of}))
+            points = points * (
+                zipped(**{n: values[n] for n in group})
+                if len(group) > 1
+                else grid(**{name: values_of})
+            )
         seen.update(group)
     return points, {n: v[0] for n, v in values.items() if n not in points.columns}
 
 
 def _listed(case, texts: dict[str, str], name: str) -> str:
-    """The text of a parameter; where values have commas themselves, such as joints=B,C, semicolons make lists."""
+    """The text of a parameter; where values have commas themselves, such as joints=B,C, semicolons
+    make lists.
+    """
     text, parameter = texts[name], case.parameters[name]
-    as_text = parameter.kind is str and ("comma list" in parameter.text or "," in str(parameter.default))
+    as_text = parameter.kind is str and (
+        "comma list" in parameter.text or "," in str(parameter.default)
+    )
     return f"{text};" if as_text and ";" not in text else text
 
 
 class Progress:
-    """Runs done, failed, running, rate and time left: a bar on a terminal, else a line every ten seconds."""
+    """Runs done, failed, running, rate and time left: a bar on a terminal, else a line every ten
+    seconds.
+    """
 
     every = 10.0
 
@@ -197,7 +287,10 @@ class Progress:
         elif time.perf_counter() - self.said > self.every:
             self.said = time.perf_counter()
             left = "" if p.left is None else f", {p.left:.0f} s left"
-            self._say(f"{p.done} of {p.total} done, {p.failed} failed, {p.running} running, {p.rate:.3g} runs/s{left}")
+            self._say(
+                f"{p.done} of {p.total} done, {p.failed} failed, {p.running} running, "
+                f"{p.rate:.3g} runs/s{left}"
+            )
 
     def _say(self, line: str) -> None:
         if self.bar is not None:
@@ -209,7 +302,9 @@ class Progress:
         from tqdm import tqdm
 
         if self.bar is None:
-            form = "{n_fmt}/{total_fmt} {bar} {rate_fmt}, {elapsed} passed, {remaining} left{postfix}"
+            form = (
+                "{n_fmt}/{total_fmt} {bar} {rate_fmt}, {elapsed} passed, {remaining} left{postfix}"
+            )
             self.bar = tqdm(total=p.total, initial=p.done + p.failed, unit="run", bar_format=form)
         self.bar.set_postfix_str(f"{p.failed} failed, {p.running} running", refresh=False)
         self.bar.update(p.done + p.failed - self.bar.n)
@@ -220,7 +315,9 @@ class Progress:
 
 
 def summary(result) -> dict:
-    """A sweep as plain data: counts, extremes of each metric and where they are, what failed and why."""
+    """A sweep as plain data: counts, extremes of each metric and where they are, what failed and
+    why.
+    """
     import numpy as np
 
     extremes = {}
@@ -229,19 +326,30 @@ def summary(result) -> dict:
             finite = np.where(np.isfinite(values), values, np.nan)
             low, high = int(np.nanargmin(finite)), int(np.nanargmax(finite))
             extremes[name] = {
-                "units": result.known.get(name, ("?",))[0], "min": float(values[low]), "max": float(values[high]),
-                "min_at": result.definition.points[low], "max_at": result.definition.points[high],
-            }  # fmt: skip
+                "units": result.known.get(name, ("?",))[0],
+                "min": float(values[low]),
+                "max": float(values[high]),
+                "min_at": result.definition.points[low],
+                "max_at": result.definition.points[high],
+            }
     bad = [i for i in range(len(result)) if not result.done[i]]
     return {
-        "status": "complete" if not bad else "incomplete", "case": result.definition.case, "folder": str(result.folder),
-        "points": len(result), "done": int(result.done.sum()), "failed": int(result.failed.sum()),
-        "lost": int((result.status == "lost").sum()), "missing": int((result.status == "missing").sum()),
+        "status": "complete" if not bad else "incomplete",
+        "case": result.definition.case,
+        "folder": str(result.folder),
+        "points": len(result),
+        "done": int(result.done.sum()),
+        "failed": int(result.failed.sum()),
+        "lost": int((result.status == "lost").sum()),
+        "missing": int((result.status == "missing").sum()),
         "reasons": [_reason(result, i) for i in bad],
-        "metrics_missing": [_reason(result, i) for i in range(len(result)) if result.done[i] and result.reason[i]],
-        "loop_s": float(result.costs["loop"].sum()), "metrics": extremes,
+        "metrics_missing": [
+            _reason(result, i) for i in range(len(result)) if result.done[i] and result.reason[i]
+        ],
+        "loop_s": float(result.costs["loop"].sum()),
+        "metrics": extremes,
         "index": str(Path(result.folder) / "sweep.h5"),
-    }  # fmt: skip
+    }
 
 
 def _reason(result, i: int) -> dict:
@@ -253,7 +361,8 @@ def readable(document: dict) -> list[str]:
     d = document
     fresh = d["points"] - d["missing"] - d["done_before"]
     lines = [
-        f"{d['case']}: {d['done']} of {d['points']} points done, {d['failed']} failed, {d['lost']} lost"
+        f"{d['case']}: {d['done']} of {d['points']} points done, {d['failed']} failed, {d['lost']} "
+        f"lost"
         + (f" ({d['done_before']} before)" if d["done_before"] else "")
         + f"; {fresh} in {d['seconds']:.3g} s"
     ]
@@ -283,4 +392,7 @@ def _extreme(name: str, metric: dict) -> str:
 
 
 def _words(values: dict) -> str:
-    return ", ".join(f"{n}={v:.5g}" if isinstance(v, float) else f"{n}={v}" for n, v in values.items()) or "-"
+    return (
+        ", ".join(f"{n}={v:.5g}" if isinstance(v, float) else f"{n}={v}" for n, v in values.items())
+        or "-"
+    )

@@ -1,17 +1,35 @@
-"""`clearance work-precision`: error against run time of solvers, or the price of choices of physics."""
+"""`clearance work-precision`: error against run time of solvers, or the price of choices of
+physics.
+"""
 
 import argparse
 
-from clearance.commands.common import Line, add_case, add_command, add_length, make_folder, publish, scene_of
+from clearance.commands.common import (
+    Line,
+    add_case,
+    add_command,
+    add_length,
+    make_folder,
+    publish,
+    scene_of,
+)
 
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(commands, "work-precision", help="error against run time: all methods, with --peers others' too")
+    p = add_command(
+        commands,
+        "work-precision",
+        help="error against run time: all methods, with --peers others' too",
+    )
     add_case(p)
     add_length(p)
-    p.add_argument("--peers", action="store_true", help="also numbalsoda, SUNDIALS, Exudyn where installed")
-    p.add_argument("--physics", action="store_true", help="compare choices of physics instead of solvers")
+    p.add_argument(
+        "--peers", action="store_true", help="also numbalsoda, SUNDIALS, Exudyn where installed"
+    )
+    p.add_argument(
+        "--physics", action="store_true", help="compare choices of physics instead of solvers"
+    )
     p.add_argument("-o", dest="output", metavar="DIR", help="folder for table, picture and HDF5")
     return p
 
@@ -24,15 +42,33 @@ def run(options) -> int:
         raise ValueError("--physics compares choices of physics, not solvers: leave out --peers")
     case, values, scene = scene_of(options)
     make_folder(options)
-    title = " ".join([case.name, *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items())])
+    title = " ".join(
+        [
+            case.name,
+            *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items()),
+        ]
+    )
     module = physics if options.physics else work_precision
     if options.physics:
         study = physics.compare(case, values, options.turns, options.until, progress=Line(options))
         draw, stem = pictures.physics, "physics"
     else:
         study = work_precision.work_precision(
-            title, scene, turns=options.turns, until=options.until, peers=options.peers, progress=Line(options)
+            title,
+            scene,
+            turns=options.turns,
+            until=options.until,
+            peers=options.peers,
+            progress=Line(options),
         )
         draw, stem = pictures.work_precision, "work_precision"
     lines = [*module.table(study), "", *module.describe(study)]
-    return publish(options, lines, module.plain(study), lambda folder: module.save(study, folder), draw, study, stem)
+    return publish(
+        options,
+        lines,
+        module.plain(study),
+        lambda folder: module.save(study, folder),
+        draw,
+        study,
+        stem,
+    )

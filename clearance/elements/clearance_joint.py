@@ -12,7 +12,9 @@ Surfaces = namedtuple("Surfaces", "radius clearance length material layer")
 
 
 class ClearanceJoint(Joint):
-    """Base of joints with clearance: contact, friction at it, and a film, each where the joint has it."""
+    """Base of joints with clearance: contact, friction at it, and a film, each where the joint has
+    it.
+    """
 
     lubricant: Lubricant | None = None
 

@@ -39,20 +39,24 @@ CENTRE = 1e-9
 class ClearanceRevolute(ClearanceJoint):
     """Hinge with radial clearance: the journal (on b) moves inside the bearing (on a).
 
-    radius: journal radius R_J [m] (the bearing's is R_J + clearance); clearance: radial clearance c [m]; length of the
-    bearing [m], needed by a film.
-    contact, friction, film, asperity: bound laws, or None for what the joint has not got; lubricant: the film's oil.
-    transition: how film and contact share the joint, needed where it has both; asperities are part of it.
-    film_torques: whether the film drags on both bodies. Leave it on: without it the film's force pair has a net moment.
-    Off reproduces published rows that leave the drag out.
-    wear, wear_journal: laws of wear of bearing and journal; outline: their worn depths, see `worn` (default: unworn
-    where something wears). They need the contact `winkler`; friction goes by the normal load there, not by the force.
+    radius: journal radius R_J [m] (the bearing's is R_J + clearance); clearance: radial clearance c
+        [m]; length of the bearing [m], needed by a film.
+    contact, friction, film, asperity: bound laws, or None for what the joint has not got;
+    lubricant: the film's oil.
+    transition: how film and contact share the joint, needed where it has both; asperities are part
+        of it.
+    film_torques: whether the film drags on both bodies. Leave it on: without it the film's force
+        pair has a net moment. Off reproduces published rows that leave the drag out.
+    wear, wear_journal: laws of wear of bearing and journal; outline: their worn depths, see `worn`
+    (default: unworn where something wears). They need the contact `winkler`; friction goes by the
+    normal load there, not by the force.
     roughness: composite rms roughness [m], switches the film thickness ratio output on.
-    heat: the balance of heat that sets the oil's temperature and with it its viscosity, or None for a constant one.
-    material: of journal and bearing, and layer: thickness [m] of the elastic layer that flattens (default half the
-    journal radius), for the diagnostics of the film, and for stiffness and moduli that laws leave to the joint.
-    eccentricity [m] and eccentricity_rate [m/s]: start values of the journal's displacement in the bearing, along the
-    fixed axes x and y.
+    heat: the balance of heat that sets the oil's temperature and with it its viscosity, or None for
+        a constant one.
+    material: of journal and bearing, and layer: thickness [m] of the elastic layer that flattens
+        (default half the journal radius), for the diagnostics of the film, and for stiffness and
+        moduli that laws leave to the joint. eccentricity [m] and eccentricity_rate [m/s]: start
+        values of the journal's displacement in the bearing, along the fixed axes x and y.
     """
 
     a: Point
@@ -72,11 +76,19 @@ class ClearanceRevolute(ClearanceJoint):
     lubricant: Lubricant | None = None
     heat: HeatBalance | None = None
     film_torques: bool = True
-    roughness: float | None = number("composite rms roughness [m]", checks.positive, None, parameter=False)
+    roughness: float | None = number(
+        "composite rms roughness [m]", checks.positive, None, parameter=False
+    )
     material: Material = steel
-    layer: float | None = number("thickness of the elastic layer [m]", checks.positive, None, parameter=False)
-    eccentricity: tuple[float, float] = number("start [m]", checks.pair, (0.0, 0.0), parameter=False)
-    eccentricity_rate: tuple[float, float] = number("its rate [m/s]", checks.pair, (0.0, 0.0), parameter=False)
+    layer: float | None = number(
+        "thickness of the elastic layer [m]", checks.positive, None, parameter=False
+    )
+    eccentricity: tuple[float, float] = number(
+        "start [m]", checks.pair, (0.0, 0.0), parameter=False
+    )
+    eccentricity_rate: tuple[float, float] = number(
+        "its rate [m/s]", checks.pair, (0.0, 0.0), parameter=False
+    )
 
     along, across, turn = Known(state="eccentricity_x"), Known(state="eccentricity_y"), FREE
 
@@ -84,7 +96,10 @@ class ClearanceRevolute(ClearanceJoint):
         super().__post_init__()
         label = self.label()
         if self.radius <= self.clearance:
-            raise ValueError(f"{label}: radius {self.radius!r} m must be larger than clearance {self.clearance!r} m")
+            raise ValueError(
+                f"{label}: radius {self.radius!r} m must be larger than clearance "
+                f"{self.clearance!r} m"
+            )
         self._check_slots(label)
         self._determine(*SLOTS)
         if self.outline is None and (self.wear or self.wear_journal):
@@ -92,8 +107,14 @@ class ClearanceRevolute(ClearanceJoint):
         if self.outline is not None and self.film is not None:
             settings = dict(self.film.settings) | dict(self.outline.settings)
             self._set("film", replace(self.film, settings=tuple(settings.items())))
-        if self.outline is None and self.contact is None and math.hypot(*self.eccentricity) >= self.clearance:
-            raise ValueError(f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle")
+        if (
+            self.outline is None
+            and self.contact is None
+            and math.hypot(*self.eccentricity) >= self.clearance
+        ):
+            raise ValueError(
+                f"{label}: start eccentricity {self.eccentricity} lies outside the clearance circle"
+            )
         self._check_laws()
 
     def _check_slots(self, label: str) -> None:
@@ -105,16 +126,25 @@ class ClearanceRevolute(ClearanceJoint):
         if self.film is not None:
             self._check_oil("length", "the bearing length")
         if self.heat is not None and (self.film is None or not isinstance(self.heat, HeatBalance)):
-            raise ValueError(f"{label}: heat must be a HeatBalance(...) of a joint with a film, got {self.heat!r}")
+            raise ValueError(
+                f"{label}: heat must be a HeatBalance(...) of a joint with a film, got "
+                f"{self.heat!r}"
+            )
         if self.heat is not None and not self.film.law.linear_in_viscosity:
             raise ValueError(
-                f"{label}: heat needs a formula or a table without ambient pressure, got {self.film.law.name}"
+                f"{label}: heat needs a formula or a table without ambient pressure, got "
+                f"{self.film.law.name}"
             )
         node = self.heat and self.heat.to
         if node is not None and not isinstance(node, ThermalNode):
-            raise ValueError(f"{label}: heat balance: to must be a ThermalNode, got {self.heat.to!r}")
+            raise ValueError(
+                f"{label}: heat balance: to must be a ThermalNode, got {self.heat.to!r}"
+            )
         if self.film is not None and self.contact is not None and self.transition is None:
-            raise ValueError(f"{label}: film and contact together need a transition model, such as load_sharing()")
+            raise ValueError(
+                f"{label}: film and contact together need a transition model, such as "
+                f"load_sharing()"
+            )
         if self.outline or self.wear or self.wear_journal:
             self._check_wear(label)
         if self.transition is not None:
@@ -132,15 +162,21 @@ class ClearanceRevolute(ClearanceJoint):
         for surface, depths in self.outline.parameters.items() if self.outline is not None else ():
             if max(depths) > layer_of(self):
                 wall = f"through its wall of {layer_of(self):.4g} m (layer, default half the journal radius)"
-                raise ValueError(f"{label}: outline: {surface} is worn {max(depths):.4g} m deep, {wall}")
+                raise ValueError(
+                    f"{label}: outline: {surface} is worn {max(depths):.4g} m deep, {wall}"
+                )
         if self.film is not None and self.film.law.family is not memory_film:
             raise ValueError(
                 f"{label}: film {self.film.law.name} has no worn outline; conserving_film() has"
             )
         if self.film is not None and self.contact is not None:
-            raise ValueError(f"{label}: film and contact do not share worn outlines yet; leave one out")
+            raise ValueError(
+                f"{label}: film and contact do not share worn outlines yet; leave one out"
+            )
         if self.asperity is not None:
-            reason = "asperities on worn outlines are not modelled; the transition fuzzy does without"
+            reason = (
+                "asperities on worn outlines are not modelled; the transition fuzzy does without"
+            )
             raise ValueError(f"{label}: asperity {self.asperity.law.name}: {reason}")
 
     @staticmethod
@@ -153,7 +189,9 @@ class ClearanceRevolute(ClearanceJoint):
         missing = [n for n in needed if getattr(self, n) is None]
         if missing:
             article = "a" if kind else "the joint's"
-            raise ValueError(f"{label}: {slot} {getattr(self, slot).law.name} needs {article} {missing[0]}{kind}")
+            raise ValueError(
+                f"{label}: {slot} {getattr(self, slot).law.name} needs {article} {missing[0]}{kind}"
+            )
 
     def numbers(self) -> Iterator[Row]:
         yield from super().numbers()
@@ -175,7 +213,11 @@ class ClearanceRevolute(ClearanceJoint):
     def film_joint(self) -> FilmJoint:
         """Numbers that laws read of it."""
         return FilmJoint(
-            self.radius, self.clearance, self.length or 0.0, self.viscosity or 0.0, self.roughness or 0.0
+            self.radius,
+            self.clearance,
+            self.length or 0.0,
+            self.viscosity or 0.0,
+            self.roughness or 0.0,
         )
 
     @property
@@ -207,7 +249,9 @@ class ClearanceRevolute(ClearanceJoint):
     def states(self) -> list[State]:
         states = [
             State(f"eccentricity_{axis}", "m", self.clearance, 2, start, rate)
-            for axis, start, rate in zip("xy", self.eccentricity, self.eccentricity_rate, strict=True)
+            for axis, start, rate in zip(
+                "xy", self.eccentricity, self.eccentricity_rate, strict=True
+            )
         ]
         states += self._bristles("bristle_deflection")
         warms = self.heat is not None and self.heat.stands_alone
@@ -226,7 +270,6 @@ class ClearanceRevolute(ClearanceJoint):
         if self.contact is not None:
             journal.contact(shares)
         journal.hand_over()
-
 
     def _journal(self) -> type["Journal"]:
         """The journal, on worn outlines where the joint has some."""
@@ -302,7 +345,9 @@ class Journal:
         """Numbers of a law's `joint` argument."""
         wet = self.joint.film is not None
         absent = () if wet else ("length", "viscosity")
-        return tuple(0.0 if n in absent else self.m.number(self.joint, n) for n in FilmJoint._fields)
+        return tuple(
+            0.0 if n in absent else self.m.number(self.joint, n) for n in FilmJoint._fields
+        )
 
     def shares(self) -> Shares:
         """Shares of film and contact by the transition."""
@@ -316,11 +361,14 @@ class Journal:
         return Shares(*values[:5])
 
     def film(self, share: Shares) -> None:
-        """Film force at the journal's centre, its reaction at the bearing's, and both friction torques."""
+        """Film force at the journal's centre, its reaction at the bearing's, and both friction
+        torques.
+        """
         m, joint, facts = self.m, self.joint, self.facts
         radius, clearance, length, viscosity, _ = facts
         eccentricity, turning = self.distance / clearance, self.sideways * self.inverse
-        if share.film_gap is not None:  # the film's own eccentricity; the journal's velocity stays what it is
+        # the film's own eccentricity; the journal's velocity stays what it is
+        if share.film_gap is not None:
             eccentricity = 1.0 - share.film_gap / clearance
             eccentricity = m.trace.select(eccentricity - CENTRE, eccentricity, CENTRE)
             turning = self.sideways / (clearance * eccentricity)
@@ -339,7 +387,17 @@ class Journal:
         if joint.film_torques:
             drag = wet_film_torques if shear else film_torques
             spin_a, spin_b = self.spins
-            state = [eccentricity, tangential, *shear, spin_b, spin_a, radius, clearance, length, viscosity]
+            state = [
+                eccentricity,
+                tangential,
+                *shear,
+                spin_b,
+                spin_a,
+                radius,
+                clearance,
+                length,
+                viscosity,
+            ]
             torque_b, torque_a = m.function(drag, state)
             if share.film_gap is not None:  # the pair of forces acts at the true centres
                 rest = 0.5 * (self.distance - eccentricity * clearance) * tangential
@@ -347,11 +405,17 @@ class Journal:
         self.film_force = share.film * radial, share.film * tangential
         self._add(self.vector(*self.film_force), torque_a, torque_b)
         thickness = self.gap if share.film_gap is None else share.film_gap
-        (pressure,) = m.function(peak_film_pressure, [self._film_load(), thickness, radius, clearance, length])
+        (pressure,) = m.function(
+            peak_film_pressure, [self._film_load(), thickness, radius, clearance, length]
+        )
         text = "film force on the journal {} the line of centres"
-        for name, way, value in zip(("radial", "tangential"), ("along", "across"), self.film_force, strict=True):
+        for name, way, value in zip(
+            ("radial", "tangential"), ("along", "across"), self.film_force, strict=True
+        ):
             self.w.show(joint, f"film_{name}", "N", text.format(way), value)
-        self.w.show(joint, "film_pressure", "Pa", "estimate of the film's largest pressure", pressure)
+        self.w.show(
+            joint, "film_pressure", "Pa", "estimate of the film's largest pressure", pressure
+        )
 
     def _film_load(self):
         radial, tangential = self.film_force
@@ -365,7 +429,9 @@ class Journal:
             self.w.show(self.joint, name, *SHOWN[name], value)
 
     def _with_memory(self, eccentricity, closing, turning) -> tuple:
-        """Radial and tangential force and shear of a film that lives on the bearing, asked in the bearing's frame."""
+        """Radial and tangential force and shear of a film that lives on the bearing, asked in the
+        bearing's frame.
+        """
         m, joint, (spin_a, spin_b) = self.m, self.joint, self.spins
         away = self.vector(eccentricity, 0.0), self.vector(closing, eccentricity * turning)
         pose = m.pose(joint.a.body)
@@ -380,7 +446,9 @@ class Journal:
         return fx * self.nx + fy * self.ny, fy * self.nx - fx * self.ny, shear
 
     def contact(self, share: Shares) -> None:
-        """Normal force and friction at the contact point, which both bodies share: the journal's surface."""
+        """Normal force and friction at the contact point, which both bodies share: the journal's
+        surface.
+        """
         m, w, joint = self.m, self.w, self.joint
         self.of_film = self.force, self.torque_a, self.torque_b
         depth = -self.gap if share.penetration is None else share.penetration
@@ -403,7 +471,9 @@ class Journal:
         self._add(self.vector(-normal, tangential), 0.0, 0.0)
 
     def _sliding(self) -> tuple:
-        """Sliding speed of the journal's surface in the bearing, and the arms of bearing and journal."""
+        """Sliding speed of the journal's surface in the bearing, and the arms of bearing and
+        journal.
+        """
         spin_a, spin_b = self.spins
         radius = self.m.number(self.joint, "radius")
         bearing_arm = self.distance + radius

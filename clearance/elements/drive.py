@@ -27,14 +27,17 @@ SHOWN = {
 @checks.answers
 @dataclass(frozen=True)
 class Drive(Load):
-    """Drives a body's angle (from ground), or the relative coordinate of a Revolute or Prismatic joint.
+    """Drives a body's angle (from ground), or the relative coordinate of a Revolute or Prismatic
+    joint.
 
-    target: a Body, a Revolute (angle of b against a) or a Prismatic (displacement of b along the axis).
-    Exactly one of: speed, constant [rad/s or m/s]; motion, a `signal` law giving the coordinate over time [rad or m];
-    torque or force, a number or an `effort` law (time, position, rate) [N m or N], or a
+    target: a Body, a Revolute (angle of b against a) or a Prismatic (displacement of b along the
+        axis).
+    Exactly one of: speed, constant [rad/s or m/s]; motion, a `signal` law giving the coordinate
+    over time [rad or m]; torque or force, a number or an `effort` law (time, position, rate)
+    [N m or N], or a
     `drive_state` law, whose state starts at 0.
-    start: the coordinate at t = 0 [rad or m] (default: that of the rough start); for a torque or force, speed_start is
-    the rate at t = 0.
+    start: the coordinate at t = 0 [rad or m] (default: that of the rough start); for a torque or
+        force, speed_start is the rate at t = 0.
     nominal: speed [rad/s] of a rotating drive without a constant one, for what is counted in turns:
     the length of runs and their samples are those of this speed, metrics and pictures count turns
     of the angle itself.
@@ -46,7 +49,9 @@ class Drive(Load):
     torque: float | BoundLaw | None = number("torque [N m]", default=None, families=EFFORTS)
     force: float | BoundLaw | None = number("force [N]", default=None, families=EFFORTS)
     start: float | None = number("coordinate at t = 0 [rad or m]", default=None, parameter=False)
-    speed_start: float | None = number("rate at t = 0 [rad/s or m/s]", default=None, parameter=False)
+    speed_start: float | None = number(
+        "rate at t = 0 [rad/s or m/s]", default=None, parameter=False
+    )
     name: str | None = None
     nominal: float | None = number("nominal speed [rad/s]", default=None, parameter=False)
 
@@ -56,11 +61,16 @@ class Drive(Load):
         target = self.target
         driven = isinstance(target, Body) or isinstance(target, Joint) and target.driven is not None
         if not driven or target is ground:
-            raise TypeError(f"Drive: target must be a body, a Revolute or a Prismatic joint, got {target!r}")
+            raise TypeError(
+                f"Drive: target must be a body, a Revolute or a Prismatic joint, got {target!r}"
+            )
         super().__post_init__()
         given = [n for n in ("speed", "motion", "torque", "force") if getattr(self, n) is not None]
         if len(given) != 1:
-            raise ValueError(f"{self.label()}: give exactly one of speed, motion, torque, force; got {given or 'none'}")
+            raise ValueError(
+                f"{self.label()}: give exactly one of speed, motion, torque, force; got "
+                f"{given or 'none'}"
+            )
         wrong = "torque" if self.slides else "force"
         if getattr(self, wrong) is not None:
             raise ValueError(f"{self.label()}: a {type(target).__name__} target takes no {wrong}")
@@ -110,7 +120,9 @@ class Drive(Load):
 
     @property
     def effort(self) -> float | BoundLaw | None:
-        """The torque [N m] or force [N] of a drive that finds the motion; None where that is prescribed."""
+        """The torque [N m] or force [N] of a drive that finds the motion; None where that is
+        prescribed.
+        """
         return self.torque if self.torque is not None else self.force
 
     @property

@@ -1,6 +1,7 @@
 """An element is anything in a scene: a joint, a drive, a spring, a force.
 
-Its file says all that there is to say about it: its numbers with unit and check, its states, what it
+Its file says all that there is to say about it: its numbers with unit and check, its states, what
+it
 keeps together, what it applies, its contacts and its outputs. The compiler asks nothing else.
 """
 
@@ -16,7 +17,8 @@ from clearance.quantities import Described, Row
 
 @dataclass(frozen=True)
 class State:
-    """A state of an element. order 2: a coordinate that has a rate; 1: a state whose rate `act` gives.
+    """A state of an element. order 2: a coordinate that has a rate; 1: a state whose rate `act`
+    gives.
 
     size: natural size; start, start_rate: at t = 0, in the unit.
     """
@@ -37,7 +39,8 @@ FILM, CONTACT, BLENDED = range(3)
 class Spot:
     """A place where an element may touch, which the time loop watches.
 
-    reach: its free way [m]; speed: that of its start [m/s]; name: empty where an element has one only.
+    reach: its free way [m]; speed: that of its start [m/s]; name: empty where an element has one
+        only.
     """
 
     kind: int
@@ -57,7 +60,8 @@ class Spot:
 class Element(Described):
     """Base of all parts of a scene. Subclasses are frozen dataclasses with a name."""
 
-    #: folder of result files that its outputs stand in, and what it takes out of the mechanism, in words
+    #: folder of result files that its outputs stand in, and what it takes out of the mechanism, in
+    #: words
     group = "loads"
     name: str | None
     __dataclass_fields__: ClassVar[dict[str, Field]]
@@ -105,7 +109,9 @@ class Element(Described):
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         laws = {n: v.law.name for n, v in values.items() if isinstance(v, BoundLaw)}
         numbers = {n: v for n, v in values.items() if isinstance(v, float)}
-        return {"type": type(self).__name__} | {n: (laws | numbers)[n] for n in values if n in laws or n in numbers}
+        return {"type": type(self).__name__} | {
+            n: (laws | numbers)[n] for n in values if n in laws or n in numbers
+        }
 
     # --- what the compiler asks
     def states(self) -> list[State]:

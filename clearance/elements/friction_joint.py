@@ -11,11 +11,12 @@ FRICTIONS = (joint_friction, joint_bristle)
 
 
 class FrictionJoint(Joint):
-    """Base of the joints without clearance: friction made by their own reaction, and what they carry.
+    """Base of the joints without clearance: friction made by their own reaction, and what they
+    carry.
 
-    friction: a bound `joint_friction` or `joint_bristle` law, or None. self_aligning: the joint takes no axial force
-    and no bending moment and leaves loads out of the plane to others; in a closed loop some joint must, or they have
-    no unique answer.
+    friction: a bound `joint_friction` or `joint_bristle` law, or None. self_aligning: the joint
+        takes no axial force and no bending moment and leaves loads out of the plane to others; in a
+        closed loop some joint must, or they have no unique answer.
     """
 
     #: fields that make a load of the reaction, and the ones that every load-dependent law needs
@@ -32,7 +33,10 @@ class FrictionJoint(Joint):
         if law is None:
             return
         if law.law.needs_load and (missing := [n for n in self.needed if getattr(self, n) is None]):
-            raise ValueError(f"{label}: friction {law.law.name} is made by the reaction and needs {missing[0]} [m]")
+            raise ValueError(
+                f"{label}: friction {law.law.name} is made by the reaction and needs {missing[0]} "
+                f"[m]"
+            )
         self._check_laws()
 
     @property
@@ -68,15 +72,19 @@ class FrictionJoint(Joint):
     def components(self, m, reaction: tuple, across: tuple) -> list:
         """Components of the reaction that rub: arguments of `load`.
 
-        reaction: force x, y and moment on body b at its point; across: axial force, bending moments x, y.
+        reaction: force x, y and moment on body b at its point; across: axial force, bending moments
+            x, y.
         """
         raise NotImplementedError
 
     def through(self, arm: str, meaning: str, *values) -> tuple:
         """Values that rub through an arm, which the joint must then have."""
-        if getattr(self, arm) is None and not all(isinstance(v, float) and v == 0.0 for v in values):
+        if getattr(self, arm) is None and not all(
+            isinstance(v, float) and v == 0.0 for v in values
+        ):
             raise ValueError(
-                f"{self.label()}: carries {meaning} from out of the plane, so friction {self.friction.law.name} needs "
+                f"{self.label()}: carries {meaning} from out of the plane, so friction "
+                f"{self.friction.law.name} needs "
                 f"{arm} [m] (or self_aligning=True)"
             )
         return values
@@ -103,6 +111,11 @@ class FrictionJoint(Joint):
             value = m.state(self, "bristle_deflection").v
             yield "bristle_deflection", unit, "deflection of the friction law's bristles", value
         if self in friction.loads:
-            yield "friction_load", units, "what friction makes of the reaction", friction.loads[self]
+            yield (
+                "friction_load",
+                units,
+                "what friction makes of the reaction",
+                friction.loads[self],
+            )
         power = -effort * friction.rates[self]
         yield "power_loss", "W", "power the joint takes out of the mechanism", power

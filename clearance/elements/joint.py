@@ -9,7 +9,8 @@ from clearance.elements.element import CONTACT, Element
 from clearance.laws.law import BoundLaw
 from clearance.quantities import UNIT, number
 
-#: relative coordinates: of point b against point a along and across the joint's axis, and of b's frame against a's
+#: relative coordinates: of point b against point a along and across the joint's axis, and of b's
+#: frame against a's
 ALONG, ACROSS, TURN = "along", "across", "turn"
 RELATIVE = (ALONG, ACROSS, TURN)
 
@@ -61,7 +62,10 @@ class Joint(Element):
 
     def __post_init__(self):
         kind = type(self).__name__
-        given = [p.body.name if isinstance(p, Point) else getattr(p, "name", "?") for p in (self.a, self.b)]
+        given = [
+            p.body.name if isinstance(p, Point) else getattr(p, "name", "?")
+            for p in (self.a, self.b)
+        ]
         name = self.name if self.name is not None else "-".join(given)
         self._set("name", checks.identifier(f"{kind} name", name))
         self._check_fields()
@@ -77,7 +81,9 @@ class Joint(Element):
 
     @property
     def driven(self) -> str | None:
-        """The coordinate that a drive moves: the only free one, a turn or a displacement along the axis."""
+        """The coordinate that a drive moves: the only free one, a turn or a displacement along the
+        axis.
+        """
         one = self.free == (TURN,) or self.free == (ALONG,) and self.turns
         return self.free[0] if one and not self.soft else None
 
@@ -87,7 +93,7 @@ class Joint(Element):
         return any(spot.kind == CONTACT for spot in self.spots())
 
     def side(self, body: Body) -> str:
-        """"b" or "a": the side that a body stands on."""
+        """ "b" or "a": the side that a body stands on."""
         return "b" if body is self.b.body else "a"
 
     def sign(self, body: Body) -> float:
@@ -116,7 +122,9 @@ class Joint(Element):
         return self.along is FREE and self.turns
 
     def outputs(self, m) -> Iterable[tuple]:
-        """The reaction of a joint that nothing but itself keeps together, in the plane and out of it."""
+        """The reaction of a joint that nothing but itself keeps together, in the plane and out of
+        it.
+        """
         if self.soft:  # its forces are known before, and `act` shows them
             return
         (fx, fy, moment), body, words = m.reaction(self), self.b.body.name, ""
@@ -150,7 +158,9 @@ class Joint(Element):
         return self.film_joint
 
     def seen_by(self, slot: str):
-        """Surfaces that the law in a field reads: radius, clearance, length, material, layer of the surfaces."""
+        """Surfaces that the law in a field reads: radius, clearance, length, material, layer of the
+        surfaces.
+        """
         return self
 
     @property
@@ -178,7 +188,10 @@ class Joint(Element):
         return [f"{self.label()}: {t if t.startswith(n) else f'{n}: {t}'}" for n, t in texts if t]
 
     def _determine(self, *slots: str) -> None:
-        """Give laws the parameters that this joint determines. Raises ValueError naming field and law."""
+        """Give laws the parameters that this joint determines.
+
+        Raises ValueError naming field and law.
+        """
         for slot in slots:
             law = getattr(self, slot)
             try:

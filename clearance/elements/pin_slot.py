@@ -19,7 +19,8 @@ WALLS = (("upper", 1.0), ("lower", -1.0))
 @checks.answers
 @dataclass(frozen=True)
 class PinSlot(Joint):
-    """A pin in a slot without clearance: point b stays on the line through point a along `axis`; b turns freely.
+    """A pin in a slot without clearance: point b stays on the line through point a along `axis`; b
+    turns freely.
 
     axis: direction (x, y) of the slot in a's frame, any length but zero.
     """
@@ -35,16 +36,19 @@ class PinSlot(Joint):
 @checks.answers
 @dataclass(frozen=True)
 class ClearancePinSlot(ClearanceJoint):
-    """A pin (on b, about its point b) in a wider slot (on a, along `axis` through point a): two walls.
+    """A pin (on b, about its point b) in a wider slot (on a, along `axis` through point a): two
+    walls.
 
-    radius of the pin [m]; clearance: half the width of the slot less the radius [m]; contact: a contact law, bound;
-    friction: a friction law, or None. material and length of the pin [m]: for what laws leave to the joint.
-    offset [m], offset_rate [m/s]: start of the pin's centre across the slot.
+    radius of the pin [m]; clearance: half the width of the slot less the radius [m]; contact: a
+    contact law, bound;
+    friction: a friction law, or None. material and length of the pin [m]: for what laws leave to
+        the joint. offset [m], offset_rate [m/s]: start of the pin's centre across the slot.
     On either wall, s = +1 for the upper and -1 for the lower one:
 
         penetration = s e - c,   its rate = s e',   sliding speed = x' - s r w   (the pin's surface against the wall)
 
-    with the offset e across and the displacement x along the slot, seen from it, and w the spin of the pin against it.
+    with the offset e across and the displacement x along the slot, seen from it, and w the spin of
+    the pin against it.
     """
 
     a: Point
@@ -54,10 +58,14 @@ class ClearancePinSlot(ClearanceJoint):
     contact: BoundLaw | None = law("contact of pin and wall", contact)
     friction: BoundLaw | None = law("friction at the wall", friction)
     axis: tuple[float, float] = axis_field()
-    offset: float = number("start of the pin across the slot [m]", checks.finite, 0.0, parameter=False)
+    offset: float = number(
+        "start of the pin across the slot [m]", checks.finite, 0.0, parameter=False
+    )
     offset_rate: float = number("its rate [m/s]", checks.finite, 0.0, parameter=False)
     name: str | None = None
-    length: float | None = number("length of the pin in the slot [m]", checks.positive, None, parameter=False)
+    length: float | None = number(
+        "length of the pin in the slot [m]", checks.positive, None, parameter=False
+    )
     material: Material = steel
 
     along, across, turn, turns = FREE, Known(state="offset"), FREE, True
@@ -104,18 +112,39 @@ class ClearancePinSlot(ClearanceJoint):
             sliding, rub = advance - side * radius * spin, 0.0
             if self.friction is not None:
                 rub = self.rub(m, w, sliding, normal)
-                w.show(self, f"friction_{name}", "N", f"friction force on the pin at the {name} wall", rub)
-            along, across, moment = along + rub, across - side * normal, moment - side * radius * rub
+                w.show(
+                    self,
+                    f"friction_{name}",
+                    "N",
+                    f"friction force on the pin at the {name} wall",
+                    rub,
+                )
+            along, across, moment = (
+                along + rub,
+                across - side * normal,
+                moment - side * radius * rub,
+            )
             power = power + normal * rate - rub * sliding
             w.spot(self, -gap, rate, normal)
             w.show(self, f"gap_{name}", "m", f"gap between the pin and the {name} wall", gap)
-            w.show(self, f"contact_force_{name}", "N", f"normal contact force of the {name} wall", normal)
+            w.show(
+                self,
+                f"contact_force_{name}",
+                "N",
+                f"normal contact force of the {name} wall",
+                normal,
+            )
         size = m.trace.function("fabs", offset.v)
-        w.show(self, "gap", "m", "smaller gap of both walls, negative in contact", m.number(self, "clearance") - size)
+        w.show(
+            self,
+            "gap",
+            "m",
+            "smaller gap of both walls, negative in contact",
+            m.number(self, "clearance") - size,
+        )
         dx, dy = m.axis(self)
         fx, fy = along * dx - across * dy, along * dy + across * dx
         w.pair(self, fx, fy, moment)
         w.lose(self, power)
         self.show_force(w, (fx, fy))
         w.show(self, "power_loss", "W", "power the joint takes out of the mechanism", power)
-

@@ -14,11 +14,14 @@ from clearance.quantities import UNIT, law, number
 @checks.answers
 @dataclass(frozen=True)
 class Prismatic(FrictionJoint):
-    """Slide without clearance: point b stays on the line through point a along `axis`; b does not turn relative to a.
+    """Slide without clearance: point b stays on the line through point a along `axis`; b does not
+    turn relative to a.
 
-    axis: direction (x, y) in a's frame, any length but zero; angle: constant angle of b's frame against a's [rad].
-    friction, self_aligning: see FrictionJoint. A law that depends on the reaction needs the overlap of slide and guide
-    s [m], and where the slide carries a moment about its own axis friction_arm R_n [m].
+    axis: direction (x, y) in a's frame, any length but zero; angle: constant angle of b's frame
+        against a's [rad].
+    friction, self_aligning: see FrictionJoint. A law that depends on the reaction needs the overlap
+    of slide and guide s [m], and where the slide carries a moment about its own axis friction_arm
+    R_n [m].
     """
 
     a: Point
@@ -27,8 +30,12 @@ class Prismatic(FrictionJoint):
     angle: float = number("angle of b's frame against a's [rad]", checks.finite, 0.0, fold=UNIT)
     name: str | None = None
     friction: BoundLaw | None = law("friction in the slide", *FRICTIONS)
-    overlap: float | None = number("overlap of slide and guide [m]", checks.positive, None, parameter=False)
-    friction_arm: float | None = number("arm of the twist [m]", checks.positive, None, parameter=False)
+    overlap: float | None = number(
+        "overlap of slide and guide [m]", checks.positive, None, parameter=False
+    )
+    friction_arm: float | None = number(
+        "arm of the twist [m]", checks.positive, None, parameter=False
+    )
     self_aligning: bool = False
 
     along, turn, turns = FREE, Known("angle"), True

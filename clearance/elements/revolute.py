@@ -16,17 +16,24 @@ from clearance.quantities import law, number
 class Revolute(FrictionJoint):
     """Hinge without clearance: point b coincides with point a.
 
-    friction, self_aligning: see FrictionJoint. A law that depends on the reaction needs pin_radius R_p, and where the
-    hinge carries axial force or bending moments friction_arm R_n of its thrust face and bending_arm R_b [m].
+    friction, self_aligning: see FrictionJoint. A law that depends on the reaction needs pin_radius
+    R_p, and where the hinge carries axial force or bending moments friction_arm R_n of its thrust
+    face and bending_arm R_b [m].
     """
 
     a: Point
     b: Point
     name: str | None = None
     friction: BoundLaw | None = law("friction in the pin", *FRICTIONS)
-    pin_radius: float | None = number("radius of the pin [m]", checks.positive, None, parameter=False)
-    friction_arm: float | None = number("arm of the thrust face [m]", checks.positive, None, parameter=False)
-    bending_arm: float | None = number("arm of bending reactions [m]", checks.positive, None, parameter=False)
+    pin_radius: float | None = number(
+        "radius of the pin [m]", checks.positive, None, parameter=False
+    )
+    friction_arm: float | None = number(
+        "arm of the thrust face [m]", checks.positive, None, parameter=False
+    )
+    bending_arm: float | None = number(
+        "arm of bending reactions [m]", checks.positive, None, parameter=False
+    )
     self_aligning: bool = False
 
     turn = FREE
@@ -37,7 +44,11 @@ class Revolute(FrictionJoint):
     @property
     def geometry(self) -> dict[str, float]:
         ratio = self.pin_radius / self.bending_arm if self.bending_arm is not None else 0.0
-        return {"pin_radius": self.pin_radius, "friction_arm": self.friction_arm or 0.0, "bending_ratio": ratio}
+        return {
+            "pin_radius": self.pin_radius,
+            "friction_arm": self.friction_arm or 0.0,
+            "bending_ratio": ratio,
+        }
 
     def components(self, m, reaction: tuple, across: tuple) -> list:
         (fx, fy, _), (axial, mx, my) = reaction, across

@@ -57,9 +57,11 @@ class Spring(Load):
 class SpringDamper(Spring):
     """Spring and damper between two points.
 
-    Tension k (l - free_length) + damping l' along the line of the points; stiffness k [N/m], damping [N s/m],
-    free_length [m]. tension: a `spring` law of l - free_length and l' in their place.
-    It lies parallel to the plane of motion: a point's z gives its force an arm, and l no more length.
+    Tension k (l - free_length) + damping l' along the line of the points; stiffness k [N/m],
+    damping [N s/m], free_length [m]. tension: a `spring` law of l - free_length and l' in their
+    place.
+    It lies parallel to the plane of motion: a point's z gives its force an arm, and l no more
+    length.
     """
 
     a: Point
@@ -92,7 +94,8 @@ class SpringDamper(Spring):
 @checks.answers
 @dataclass(frozen=True)
 class TorsionSpring(Spring):
-    """Torsion spring and damper between two bodies, free at relative angle theta_b - theta_a = free_angle.
+    """Torsion spring and damper between two bodies, free at relative angle
+    theta_b - theta_a = free_angle.
 
     stiffness [N m/rad], damping [N m s/rad], free_angle [rad]. moment: a `spring` law of the twist
     and its rate in their place.

@@ -11,7 +11,8 @@ from clearance.quantities import UNIT, number
 @checks.answers
 @dataclass(frozen=True)
 class Weld(Joint):
-    """Point b coincides with point a and b does not turn against a: what a section there carries is its reaction.
+    """Point b coincides with point a and b does not turn against a: what a section there carries is
+    its reaction.
 
     angle: of b's frame against a's [rad].
     """

@@ -6,18 +6,33 @@ from clearance.laws.law import FilmJoint
 from clearance.laws.outline import deepest
 from clearance.laws.wear import is_linear
 
-#: what a run follows of a joint that wears: eccentricity in the bearing's frame, angle of the journal against
-#: it, clearance that the contact feels [m], pressure over overlap [Pa/m], sliding speed, force and normal load
-FOLLOWED = ("x", "y", "angle", "clearance", "stiffness", "sliding_speed", "force_x", "force_y", "normal_load")
+#: what a run follows of a joint that wears: eccentricity in the bearing's frame, angle of the
+#: journal against it, clearance that the contact feels [m], pressure over overlap [Pa/m], sliding
+#: speed, force and normal load
+FOLLOWED = (
+    "x",
+    "y",
+    "angle",
+    "clearance",
+    "stiffness",
+    "sliding_speed",
+    "force_x",
+    "force_y",
+    "normal_load",
+)
 
 
 class WornJournal(Journal):
-    """The journal in worn outlines. The gap is the smallest of all around; until something is worn the force
+    """The journal in worn outlines.
+
+    The gap is the smallest of all around; until something is worn the force
     is that of the contact law.
     """
 
     def _polar(self, trace, x, y) -> None:
-        """As of a round journal; then place and motion in the bearing's frame, and the smallest gap."""
+        """As of a round journal; then place and motion in the bearing's frame, and the smallest
+        gap.
+        """
         super()._polar(trace, x, y)
         m, joint = self.m, self.joint
         pose, other = m.pose(joint.a.body), m.pose(joint.b.body)
@@ -27,7 +42,9 @@ class WornJournal(Journal):
         self.turn = 0.0
         if joint.journal_wears:
             across = pose.cosine * other.sine - pose.sine * other.cosine
-            self.turn = trace.binary("atan2", across, pose.cosine * other.cosine + pose.sine * other.sine)
+            self.turn = trace.binary(
+                "atan2", across, pose.cosine * other.cosine + pose.sine * other.sine
+            )
         self.place = [ex, ey, self.turn]
         self.motion = vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a
         self.worn = m.number(joint, "worn")
@@ -50,7 +67,9 @@ class WornJournal(Journal):
         if joint.impacts:
             touching = trace.select(speed + 0.5, 1.0, 0.0)
             depth, speed = m.contact(joint, depth)
-        fx, fy, load, moment = m.law(joint, "outline", self.place, self._facts(self.clearance - lift))
+        fx, fy, load, moment = m.law(
+            joint, "outline", self.place, self._facts(self.clearance - lift)
+        )
         size = trace.sqrt(fx * fx + fy * fy + 1e-300)
         vx, vy, spin = self.motion
         rate = -(fx * vx + fy * vy + moment * spin) / size  # of the elastic energy over the force
@@ -64,7 +83,9 @@ class WornJournal(Journal):
         self.contact_force = trace.select(self.worn, scale * size, radial)
         force = m.pose(joint.a.body).turned(scale * fx, scale * fy)
         round_force = self.vector(-radial, 0.0)
-        force = tuple(trace.select(self.worn, a, b) for a, b in zip(force, round_force, strict=True))
+        force = tuple(
+            trace.select(self.worn, a, b) for a, b in zip(force, round_force, strict=True)
+        )
         twist = scale * moment if joint.journal_wears else 0.0
         self._add(force, -twist, twist)
         tangential = self._rub(normal) if joint.friction is not None else 0.0

@@ -1,4 +1,6 @@
-"""Cost of each part of a scene: states, operations, time a step, of the scene and of what is left without a part."""
+"""Cost of each part of a scene: states, operations, time a step, of the scene and of what is left
+without a part.
+"""
 
 import statistics
 import time
@@ -23,7 +25,8 @@ DOUBT = 0.2  # spread of repeats over their median from which on they are warned
 
 @dataclass(frozen=True)
 class Part:
-    """One row of the table; times are CPU times of one accepted step [s], medians; None where not measured.
+    """One row of the table; times are CPU times of one accepted step [s], medians; None where not
+    measured.
 
     ranges: smallest and largest repeat of each time.
     """
@@ -47,7 +50,9 @@ class Part:
         return max(spreads, default=0.0)
 
 
-def ablation(scene: Scene, measured: bool = True, progress: Callable[[str], None] = lambda name: None) -> list[Part]:
+def ablation(
+    scene: Scene, measured: bool = True, progress: Callable[[str], None] = lambda name: None
+) -> list[Part]:
     """The rows of a scene: itself, then without one part after the other."""
     return costs(reduced(scene), measured, progress)
 
@@ -70,7 +75,14 @@ def costs(
         count = mechanism.structure.programs["rhs"].operations
         method, _ = choose_method(mechanism, rtol=RTOL)
         rows.append(
-            Part(name, len(scene.clearance_joints), states, len(mechanism.layout.channels), count, method)
+            Part(
+                name,
+                len(scene.clearance_joints),
+                states,
+                len(mechanism.layout.channels),
+                count,
+                method,
+            )
         )
         if measured:
             loops |= {(name, time): _loop(scene, *parts) for time, parts in TIMES.items()}

@@ -59,11 +59,21 @@ def _states(mechanism: Mechanism) -> list[str]:
 def _joint(joint: Joint) -> dict:
     if not joint.soft:
         made_of = {"friction": repr(joint.friction)} if joint.friction is not None else {}
-        made_of |= {n: f"{getattr(joint, n):g} m" for n in joint.arms if getattr(joint, n) is not None}
-        return {"kind": type(joint).__name__, "reality": "rubbing" if joint.friction else "ideal", **made_of}
+        made_of |= {
+            n: f"{getattr(joint, n):g} m" for n in joint.arms if getattr(joint, n) is not None
+        }
+        return {
+            "kind": type(joint).__name__,
+            "reality": "rubbing" if joint.friction else "ideal",
+            **made_of,
+        }
     parts = {s: repr(getattr(joint, s)) for s in PARTS if getattr(joint, s, None) is not None}
     film = "lubricated" if joint.contact is None else "mixed"
-    return {"kind": type(joint).__name__, "reality": film if joint.film is not None else "dry", **parts}
+    return {
+        "kind": type(joint).__name__,
+        "reality": film if joint.film is not None else "dry",
+        **parts,
+    }
 
 
 def _solved(group) -> str:
@@ -79,7 +89,10 @@ def _kernel(structure: Structure, role: str) -> dict:
     return {
         "lines": len(text.splitlines()),
         "operations": program.operations,
-        "calls": sorted({f.name for f in program.functions} | set(re.findall(r"# .*: (\w+)$", text, re.MULTILINE))),
+        "calls": sorted(
+            {f.name for f in program.functions}
+            | set(re.findall(r"# .*: (\w+)$", text, re.MULTILINE))
+        ),
         "compiled_apart": apart,
     }
 
@@ -89,7 +102,11 @@ def _left_out(mechanism: Mechanism, roles: list[str]) -> list[str]:
     scene, joints = mechanism.scene, mechanism.scene.clearance_joints
     missing = []
     if not joints:
-        missing += ["clearance states", "contact events", "contact, film and all other laws of clearance joints"]
+        missing += [
+            "clearance states",
+            "contact events",
+            "contact, film and all other laws of clearance joints",
+        ]
     structure = mechanism.structure
     if not structure.rubs:
         missing.append("friction of joints without clearance")
@@ -106,7 +123,11 @@ def _left_out(mechanism: Mechanism, roles: list[str]) -> list[str]:
         missing.append("Newton loops")
     if not any(scene.gravity):
         missing.append("gravity")
-    missing += [n for n in ("SpringDamper", "TorsionSpring", "Force", "Torque", "ThermalNode") if not _has(scene, n)]
+    missing += [
+        n
+        for n in ("SpringDamper", "TorsionSpring", "Force", "Torque", "ThermalNode")
+        if not _has(scene, n)
+    ]
     return missing
 
 

@@ -1,7 +1,9 @@
-"""The same scene in Exudyn, a whole multibody code: redundant coordinates, generalized-alpha, the joint's own film law.
+"""The same scene in Exudyn, a whole multibody code: redundant coordinates, generalized-alpha, the
+joint's own film law.
 
-Bodies, hinges, guides and drive are Exudyn's; the film force enters as a user function of a connector, as an Exudyn
-user would add it. Only films: Exudyn's time steps do not stop at the start of a contact.
+Bodies, hinges, guides and drive are Exudyn's; the film force enters as a user function of a
+connector, as an Exudyn user would add it. Only films: Exudyn's time steps do not stop at the start
+of a contact.
 """
 
 import math
@@ -20,21 +22,31 @@ SPECTRAL_RADIUS = 0.9
 
 
 class Exudyn:
-    """Built once per solution (Exudyn keeps its state); `steps` steps a turn instead of a tolerance."""
+    """Built once per solution (Exudyn keeps its state); `steps` steps a turn instead of a
+    tolerance.
+    """
 
     def __init__(self, problem: Problem):
         import exudyn
 
         scene = problem.scene
-        other = [type(load).__name__ for load in scene.loads if not isinstance(load, Drive) or load.speed is None]
+        other = [
+            type(load).__name__
+            for load in scene.loads
+            if not isinstance(load, Drive) or load.speed is None
+        ]
         if problem.contacts or other or not all(isinstance(d.target, Body) for d in scene.loads):
             raise NotSolved("built here for films and constant-speed cranks only")
         if any(isinstance(j.film.law, DataLaw) for j in scene.clearance_joints):
-            raise NotSolved("gets films by formula only: a table looked up in Python would be no fair rival")
+            raise NotSolved(
+                "gets films by formula only: a table looked up in Python would be no fair rival"
+            )
         self.exu = exudyn
         self(problem=problem, steps=200, end=problem.until / 100.0)
 
-    def __call__(self, steps: int, problem: Problem | None = None, end: float | None = None) -> Solution:
+    def __call__(
+        self, steps: int, problem: Problem | None = None, end: float | None = None
+    ) -> Solution:
         self.problem = problem or self.problem
         end = end or self.problem.until
         share = (self.problem.scene.turn or self.problem.until) / steps
@@ -70,7 +82,8 @@ class _Model:
         start, items = self.problem.mechanism.start, self.items
         node = self.mbs.AddNode(
             items.NodeRigidBody2D(
-                referenceCoordinates=list(start.pose[body]), initialVelocities=list(start.velocity[body])
+                referenceCoordinates=list(start.pose[body]),
+                initialVelocities=list(start.velocity[body]),
             )
         )
         self.nodes[body] = node
@@ -80,12 +93,16 @@ class _Model:
         if any(self.problem.scene.gravity):
             marker = self.mbs.AddMarker(items.MarkerBodyMass(bodyNumber=self.bodies[body]))
             self.mbs.AddLoad(
-                items.LoadMassProportional(markerNumber=marker, loadVector=[*self.problem.scene.gravity[:2], 0])
+                items.LoadMassProportional(
+                    markerNumber=marker, loadVector=[*self.problem.scene.gravity[:2], 0]
+                )
             )
 
     def _marker(self, point) -> int:
         place = [point.x - point.body.com[0], point.y - point.body.com[1], 0.0]
-        return self.mbs.AddMarker(self.items.MarkerBodyRigid(bodyNumber=self.bodies[point.body], localPosition=place))
+        return self.mbs.AddMarker(
+            self.items.MarkerBodyRigid(bodyNumber=self.bodies[point.body], localPosition=place)
+        )
 
     def _joint(self, joint) -> None:
         markers = [self._marker(joint.a), self._marker(joint.b)]
@@ -94,9 +111,12 @@ class _Model:
         elif isinstance(joint, Prismatic):
             x, y = joint.axis
             c, s = math.cos(joint.angle), math.sin(joint.angle)
-            normal = [-c * y + s * x, s * y + c * x, 0.0]  # of the axis, in the frame of b, turned by `angle`
+            # of the axis, in the frame of b, turned by `angle`
+            normal = [-c * y + s * x, s * y + c * x, 0.0]
             self.mbs.AddObject(
-                self.items.ObjectJointPrismatic2D(markerNumbers=markers, axisMarker0=[x, y, 0.0], normalMarker1=normal)
+                self.items.ObjectJointPrismatic2D(
+                    markerNumbers=markers, axisMarker0=[x, y, 0.0], normalMarker1=normal
+                )
             )
         else:
             self.mbs.AddObject(self.items.ObjectJointRevolute2D(markerNumbers=markers))
@@ -105,7 +125,9 @@ class _Model:
         items = self.items
         still = self.mbs.AddNode(items.NodePointGround())
         a = self.mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=still, coordinate=0))
-        b = self.mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=self.nodes[drive.target], coordinate=2))
+        b = self.mbs.AddMarker(
+            items.MarkerNodeCoordinate(nodeNumber=self.nodes[drive.target], coordinate=2)
+        )
         speed = drive.speed
         self.mbs.AddObject(
             items.ObjectConnectorCoordinate(
@@ -123,38 +145,59 @@ class _Model:
         def omega(body):
             if body is ground:
                 return 0.0
-            return self.mbs.GetNodeOutput(self.nodes[body], exu.OutputVariableType.AngularVelocity)[2]
+            return self.mbs.GetNodeOutput(self.nodes[body], exu.OutputVariableType.AngularVelocity)[
+                2
+            ]
 
         def force(mbs, t, number, displacement, velocity, *unused):
             ex, ey = displacement[0], displacement[1]
             e = max(math.hypot(ex, ey), 1e-9 * joint.clearance)
             nx, ny = ex / e, ey / e
-            radial, across = (velocity[0] * nx + velocity[1] * ny), (velocity[1] * nx - velocity[0] * ny)
+            radial, across = (
+                (velocity[0] * nx + velocity[1] * ny),
+                (velocity[1] * nx - velocity[0] * ny),
+            )
             bearing, journal = omega(joint.a.body), omega(joint.b.body)
             entrainment = journal + bearing - 2.0 * across / e
-            fr, ft = law(e / joint.clearance, radial / joint.clearance, entrainment, joint, *numbers)
+            fr, ft = law(
+                e / joint.clearance, radial / joint.clearance, entrainment, joint, *numbers
+            )
             if joint.film_torques:
                 torques["journal"], torques["bearing"] = film_torques(
-                    e / joint.clearance, ft, journal, bearing, joint.radius, joint.clearance, joint.length,
+                    e / joint.clearance,
+                    ft,
+                    journal,
+                    bearing,
+                    joint.radius,
+                    joint.clearance,
+                    joint.length,
                     joint.viscosity,
-                )  # fmt: skip
+                )
             return [-(fr * nx - ft * ny), -(fr * ny + ft * nx), 0.0]
 
         self.mbs.AddObject(
-            items.ObjectConnectorCartesianSpringDamper(markerNumbers=markers, springForceUserFunction=force)
+            items.ObjectConnectorCartesianSpringDamper(
+                markerNumbers=markers, springForceUserFunction=force
+            )
         )
         if joint.film_torques:
             for marker, which in zip(markers, ("bearing", "journal"), strict=True):
                 self.mbs.AddLoad(
                     items.LoadTorqueVector(
                         markerNumber=marker,
-                        loadVectorUserFunction=lambda mbs, t, load, which=which: [0.0, 0.0, torques.get(which, 0.0)],
+                        loadVectorUserFunction=lambda mbs, t, load, which=which: [
+                            0.0,
+                            0.0,
+                            torques.get(which, 0.0),
+                        ],
                     )
                 )
         self.sensors[joint] = [
             self.mbs.AddSensor(
                 items.SensorMarker(
-                    markerNumber=m, storeInternal=True, outputVariableType=exu.OutputVariableType.Position
+                    markerNumber=m,
+                    storeInternal=True,
+                    outputVariableType=exu.OutputVariableType.Position,
                 )
             )
             for m in markers

@@ -1,4 +1,6 @@
-"""Film models from coarse to fine: error against run time, for single states and for a whole run; mesh convergence."""
+"""Film models from coarse to fine: error against run time, for single states and for a whole run;
+mesh convergence.
+"""
 
 import math
 import statistics
@@ -32,14 +34,16 @@ NODES = (9, 17, 33, 65)
 RUN_RTOL, REFERENCE_RTOL = 1e-6, 1e-9
 SAMPLES = 401
 REPEATS = 5
-#: passes of a solver along all states, fewer once they took so long [s]; derivatives at every so many states
+#: passes of a solver along all states, fewer once they took so long [s]; derivatives at every so
+#: many states
 PASSES, ENOUGH, EVERY = 3, 3.0, 4
 
 
 @dataclass
 class Rung:
-    """One film model. seconds: of one force, or of one run; error_closing, error: largest relative force error of the
-    states where the journal closes in, median of all; in a run both are the rms error of the journal's path over c.
+    """One film model. seconds: of one force, or of one run; error_closing, error: largest relative
+    force error of the states where the journal closes in, median of all; in a run both are the rms
+    error of the journal's path over c.
     """
 
     name: str
@@ -62,7 +66,9 @@ class Ladder:
 
 # --- single states
 def path() -> np.ndarray:
-    """Neighbouring states (eps, d(eps)/dt, w), (STATES, 3): loops through eps 0.1 to 0.97, closing and opening."""
+    """Neighbouring states (eps, d(eps)/dt, w), (STATES, 3): loops through eps 0.1 to 0.97, closing
+    and opening.
+    """
     t = np.linspace(0.0, 2.0 * math.pi, STATES, endpoint=False) + 0.013
     y = 1.8 + 1.6 * np.cos(3.0 * t)
     eps = -np.expm1(-y)
@@ -83,7 +89,9 @@ def errors_of(forces: np.ndarray, wanted: np.ndarray, states: np.ndarray) -> tup
 
 
 def compiled_law(law: BoundLaw, slopes: bool) -> tuple[Callable, np.ndarray]:
-    """evaluate(states (t, 3), numbers, forces (t, 2)) of a film law (of a formula or a table), and its numbers."""
+    """evaluate(states (t, 3), numbers, forces (t, 2)) of a film law (of a formula or a table), and
+    its numbers.
+    """
     function = traced(law.law.function, law.law.kinds)
     called = compiled(function.slopes((0, 1, 2)) if slopes else function)
     data = isinstance(law.law, DataLaw)
@@ -118,7 +126,9 @@ def law_rung(name: str, kind: str, law: BoundLaw, states: np.ndarray, wanted: np
 
 
 def solver_rung(name: str, kind: str, film, states: np.ndarray, wanted: np.ndarray) -> Rung:
-    """A solver called from Python along the path, so that it starts from the state before (the fast one does not)."""
+    """A solver called from Python along the path, so that it starts from the state before (the fast
+    one does not).
+    """
     passes: list[float] = []
     while len(passes) < PASSES and sum(passes) < ENOUGH:
         began = time.thread_time()
@@ -128,7 +138,13 @@ def solver_rung(name: str, kind: str, film, states: np.ndarray, wanted: np.ndarr
     for state in states[::EVERY]:
         film.linearised(*state)
     slopes = (time.thread_time() - began) / len(states[::EVERY])
-    return Rung(name, kind, min(passes) / len(states), *errors_of(forces, wanted, states), slopes_seconds=slopes)
+    return Rung(
+        name,
+        kind,
+        min(passes) / len(states),
+        *errors_of(forces, wanted, states),
+        slopes_seconds=slopes,
+    )
 
 
 def single_states(progress: Callable[[str], None], quick: bool = False) -> list[Rung]:
@@ -148,27 +164,51 @@ def single_states(progress: Callable[[str], None], quick: bool = False) -> list[
     for mesh in FAST[:2] if quick else FAST:
         progress(f"fast solver {mesh}")
         film = bands.FastFilm(bearing, mesh)
-        rungs.append(solver_rung(f"fast solver {mesh[0]}x{mesh[1]}", "fast solver", film, states, wanted))
+        rungs.append(
+            solver_rung(f"fast solver {mesh[0]}x{mesh[1]}", "fast solver", film, states, wanted)
+        )
     for mesh in ELEMENTS[:2] if quick else ELEMENTS:
         progress(f"finite elements {mesh}")
         rungs.append(
-            solver_rung(f"FEM {mesh[0]}x{mesh[1]}", "finite elements", fem.FemFilm(bearing, mesh), states, wanted)
+            solver_rung(
+                f"FEM {mesh[0]}x{mesh[1]}",
+                "finite elements",
+                fem.FemFilm(bearing, mesh),
+                states,
+                wanted,
+            )
         )
     return rungs
 
 
 # --- a whole run
 def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = False) -> list[Rung]:
-    """The feeder with each film: time of the integration, distance of the journal's path from the finest table's."""
+    """The feeder with each film: time of the integration, distance of the journal's path from the
+    finest table's.
+    """
     case = find_case("six_bar_feeder")
-    reference = journal(with_film(case, table_film(nodes=65, mesh=(64, 8) if quick else (128, 16))), turns,
-                         REFERENCE_RTOL)[0]  # fmt: skip
-    films = {n: ("closed form", choices.FILMS[n]()) for n in ("pinkus_sternlicht", "long", "short", "harmonic")}
-    films |= {f"table {n}x{n}": ("table", table_film(nodes=n)) for n in (NODES[:3] if quick else NODES)}
+    reference = journal(
+        with_film(case, table_film(nodes=65, mesh=(64, 8) if quick else (128, 16))),
+        turns,
+        REFERENCE_RTOL,
+    )[0]
+    films = {
+        n: ("closed form", choices.FILMS[n]())
+        for n in ("pinkus_sternlicht", "long", "short", "harmonic")
+    }
+    films |= {
+        f"table {n}x{n}": ("table", table_film(nodes=n)) for n in (NODES[:3] if quick else NODES)
+    }
     for mesh in () if quick else FAST[:2]:
-        films[f"fast solver {mesh[0]}x{mesh[1]}"] = ("fast solver", choices.ONLINE_FILMS["fast"](mesh=mesh))
+        films[f"fast solver {mesh[0]}x{mesh[1]}"] = (
+            "fast solver",
+            choices.ONLINE_FILMS["fast"](mesh=mesh),
+        )
     for mesh in ELEMENTS[:1] if quick else ELEMENTS[:2]:
-        films[f"FEM {mesh[0]}x{mesh[1]}"] = ("finite elements", choices.ONLINE_FILMS["fem"](mesh=mesh))
+        films[f"FEM {mesh[0]}x{mesh[1]}"] = (
+            "finite elements",
+            choices.ONLINE_FILMS["fem"](mesh=mesh),
+        )
     rungs = []
     for name, (kind, law) in films.items():
         progress(f"run with {name}")
@@ -184,7 +224,9 @@ def with_film(case, law: BoundLaw):
     from clearance.scene import Scene
 
     scene = case.scene()
-    joints = [replace(j, film=law) if getattr(j, "film", None) is not None else j for j in scene.joints]
+    joints = [
+        replace(j, film=law) if getattr(j, "film", None) is not None else j for j in scene.joints
+    ]
     return Scene(*joints, *scene.loads, gravity=scene.gravity, name=scene.name)
 
 
@@ -201,13 +243,18 @@ def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
     return rows[:, at : at + 2] / joint.clearance, statistics.median(seconds[1:] or seconds), steps
 
 
-def ladder(turns: float = 1.0, quick: bool = False, progress: Callable[[str], None] = lambda text: None) -> Ladder:
+def ladder(
+    turns: float = 1.0, quick: bool = False, progress: Callable[[str], None] = lambda text: None
+) -> Ladder:
     """The whole film ladder."""
     remarks = [
-        f"single states: {STATES} on a path through eps 0.1 to 0.97 in a bearing of L/D = 1; reference the fast solver "
-        f"on {REFERENCE[0]}x{REFERENCE[1]}, extrapolated (finite elements, another method, come within 2e-5); "
+        f"single states: {STATES} on a path through eps 0.1 to 0.97 in a bearing of L/D = 1; "
+        f"reference the fast solver "
+        f"on {REFERENCE[0]}x{REFERENCE[1]}, extrapolated (finite elements, another method, come "
+        f"within 2e-5); "
         "finite elements start from the state before",
-        f"runs: the feeder, {turns:g} turn(s), rtol {RUN_RTOL:g}; reference the table of 65 x 65 nodes at rtol "
+        f"runs: the feeder, {turns:g} turn(s), rtol {RUN_RTOL:g}; reference the table of 65 x 65 "
+        f"nodes at rtol "
         f"{REFERENCE_RTOL:g}; error: rms of the journal's path over the clearance",
     ]
     return Ladder(single_states(progress, quick), whole_runs(turns, progress, quick), remarks)
@@ -216,7 +263,9 @@ def ladder(turns: float = 1.0, quick: bool = False, progress: Callable[[str], No
 # --- mesh convergence
 @dataclass
 class Mesh:
-    """One mesh of one solver: relative error of the force, its order against the mesh before, cost of one film."""
+    """One mesh of one solver: relative error of the force, its order against the mesh before, cost
+    of one film.
+    """
 
     solver: str
     mesh: str
@@ -232,12 +281,18 @@ CONVERGENCE_STATES = ((0.5, 20.0, 40.0), (0.8, 5.0, 30.0), (0.9, 0.0, 60.0), (0.
 def convergence(
     bearing: Bearing, states=CONVERGENCE_STATES, progress: Callable[[str], None] = lambda text: None
 ) -> list[Mesh]:
-    """Error of the force (rms over states) as the meshes are halved, for the fast solver and finite elements."""
+    """Error of the force (rms over states) as the meshes are halved, for the fast solver and finite
+    elements.
+    """
     finest = bands.FastFilm(bearing, REFERENCE)
     wanted = np.array([finest.outputs(*state)[:2] for state in states])
     points: list[Mesh] = []
     for solver, meshes, film in (
-        ("fast solver, one grid", [(c, r) for c, r in zip((17, 33, 65, 129), (3, 5, 9, 17), strict=True)], None),
+        (
+            "fast solver, one grid",
+            [(c, r) for c, r in zip((17, 33, 65, 129), (3, 5, 9, 17), strict=True)],
+            None,
+        ),
         ("fast solver, extrapolated", ((48, 6), (96, 12), (192, 24)), bands.FastFilm),
         ("finite elements", ELEMENTS, fem.FemFilm),
     ):
@@ -253,7 +308,9 @@ def convergence(
             each = np.hypot(*(forces - wanted).T) / np.hypot(*wanted.T)
             error = float(np.sqrt((each**2).mean()))
             order = math.log(last[0] / error) / math.log(mesh[0] / last[1]) if last else math.nan
-            points.append(Mesh(solver, f"{mesh[0]}x{mesh[1]}", solutions[0].unknowns, error, order, seconds))
+            points.append(
+                Mesh(solver, f"{mesh[0]}x{mesh[1]}", solutions[0].unknowns, error, order, seconds)
+            )
             last = error, mesh[0]
     return points
 
@@ -266,7 +323,12 @@ def table(study: Ladder) -> list[str]:
         "|---|---|---|---|---|",
     ]
     for r in study.states:
-        cells = (_time(r.seconds), _time(r.slopes_seconds), f"{r.error_closing:.1e}", f"{r.error:.1e}")
+        cells = (
+            _time(r.seconds),
+            _time(r.slopes_seconds),
+            f"{r.error_closing:.1e}",
+            f"{r.error:.1e}",
+        )
         lines.append(f"| {r.name} | {' | '.join(cells)} |")
     lines += [
         "",
@@ -274,7 +336,12 @@ def table(study: Ladder) -> list[str]:
         "|---|---|---|---|---|",
     ]
     for r in study.runs:
-        cells = (_time(r.seconds), str(r.steps), _time(r.seconds / max(r.steps, 1)), f"{r.error:.1e}")
+        cells = (
+            _time(r.seconds),
+            str(r.steps),
+            _time(r.seconds / max(r.steps, 1)),
+            f"{r.error:.1e}",
+        )
         lines.append(f"| {r.name} | {' | '.join(cells)} |")
     return lines
 
@@ -289,7 +356,8 @@ def _time(seconds: float) -> str:
 def describe(study: Ladder) -> list[str]:
     return [
         *study.remarks,
-        "times: one core, smallest of repeats (runs: median), warm; solvers that take 3 s for all states pass once",
+        "times: one core, smallest of repeats (runs: median), warm; solvers that take 3 s for all "
+        "states pass once",
     ]
 
 
@@ -311,20 +379,34 @@ def save(study: Ladder, folder: str | Path) -> Path:
                 "largest relative force error, closing in",
                 np.array([r.error_closing for r in rungs]),
             ),
-            "error": ("1", "median force error, or rms of the path over c", np.array([r.error for r in rungs])),
+            "error": (
+                "1",
+                "median force error, or rms of the path over c",
+                np.array([r.error for r in rungs]),
+            ),
             "steps": ("1", "steps of the run", np.array([r.steps for r in rungs])),
         }
         tables[group] = ({}, columns)
-    return save_tables(Path(folder) / "film_ladder.h5", "clearance-film-ladder", {"remarks": "; ".join(study.remarks)},
-                       tables)  # fmt: skip
+    return save_tables(
+        Path(folder) / "film_ladder.h5",
+        "clearance-film-ladder",
+        {"remarks": "; ".join(study.remarks)},
+        tables,
+    )
 
 
 def convergence_table(meshes: list[Mesh]) -> list[str]:
     """The mesh study as Markdown."""
-    lines = ["| solver | mesh | unknowns | error of the force | order | a film |", "|---|---|---|---|---|---|"]
+    lines = [
+        "| solver | mesh | unknowns | error of the force | order | a film |",
+        "|---|---|---|---|---|---|",
+    ]
     for m in meshes:
         order = "-" if math.isnan(m.order) else f"{m.order:.1f}"
-        lines.append(f"| {m.solver} | {m.mesh} | {m.unknowns} | {m.error:.1e} | {order} | {_time(m.seconds)} |")
+        lines.append(
+            f"| {m.solver} | {m.mesh} | {m.unknowns} | {m.error:.1e} | {order} | "
+            f"{_time(m.seconds)} |"
+        )
     return lines
 
 
@@ -338,5 +420,8 @@ def save_convergence(meshes: list[Mesh], folder: str | Path) -> Path:
         "seconds": ("s", "of one film", np.array([m.seconds for m in meshes])),
     }
     return save_tables(
-        Path(folder) / "film_convergence.h5", "clearance-film-convergence", {}, {"meshes": ({}, columns)}
+        Path(folder) / "film_convergence.h5",
+        "clearance-film-convergence",
+        {},
+        {"meshes": ({}, columns)},
     )

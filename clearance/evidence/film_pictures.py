@@ -1,4 +1,6 @@
-"""Pictures of films: pressure over the unwrapped bearing, the force map of a table, snapshots of a run, the ladder."""
+"""Pictures of films: pressure over the unwrapped bearing, the force map of a table, snapshots of a
+run, the ladder.
+"""
 
 import math
 from pathlib import Path
@@ -10,9 +12,11 @@ from clearance.evidence.pictures import saved, sheet
 from clearance.film.bearing import FilmSolution
 
 KINDS = {
-    "closed form": ("#7f7f7f", "s"), "table": ("#c8102e", "o"), "fast solver": ("#0b3d91", "^"),
+    "closed form": ("#7f7f7f", "s"),
+    "table": ("#c8102e", "o"),
+    "fast solver": ("#0b3d91", "^"),
     "finite elements": ("#00843d", "D"),
-}  # fmt: skip
+}
 WET = 0.999  # content above which a place counts as full
 FAINT = 1.0 / 16.0  # of the largest pressure of all snapshots: about one colour of their scale
 
@@ -28,10 +32,19 @@ def unwrapped(solution: FilmSolution, axes, top: float | None = None, lowest: fl
 
     pressure = whole(solution.pressure) / 1e6
     span = lowest if lowest is not None else pressure.min(), top or pressure.max() or 1e-9
-    drawn = axes.contourf(theta, z, pressure, levels=MaxNLocator(24).tick_values(*span), cmap="viridis")
+    drawn = axes.contourf(
+        theta, z, pressure, levels=MaxNLocator(24).tick_values(*span), cmap="viridis"
+    )
     content = whole(solution.content)
     if content.min() < WET:
-        axes.contour(theta, z, content, levels=[0.5 if content.min() == 0.0 else WET], colors="white", linewidths=1.2)
+        axes.contour(
+            theta,
+            z,
+            content,
+            levels=[0.5 if content.min() == 0.0 else WET],
+            colors="white",
+            linewidths=1.2,
+        )
     axes.set_xlabel("angle from the widest gap [deg]")
     axes.set_ylabel("z [mm]")
     axes.set_xlim(0, 360)
@@ -50,8 +63,16 @@ def pressure(solution: FilmSolution, title: str, path: str | Path) -> Path:
     theta = np.degrees(np.append(solution.theta, solution.theta[0] + 2.0 * math.pi))
     content, middle = (np.append(v[:, 0], v[0, 0]) for v in (solution.content, solution.pressure))
     section.plot(theta, middle / 1e6, color="#c8102e", label="pressure in the middle")
-    section.fill_between(theta, 0, 1, where=content < WET, color="0.9", lw=0, transform=section.get_xaxis_transform())
-    section.axvline(math.degrees(solution.centre_of_pressure), color="#c8102e", ls=":", lw=1, label="its resultant")
+    section.fill_between(
+        theta, 0, 1, where=content < WET, color="0.9", lw=0, transform=section.get_xaxis_transform()
+    )
+    section.axvline(
+        math.degrees(solution.centre_of_pressure),
+        color="#c8102e",
+        ls=":",
+        lw=1,
+        label="its resultant",
+    )
     section.set_xlabel("angle from the widest gap [deg]")
     section.set_ylabel("pressure [MPa]")
     section.grid(alpha=0.3)
@@ -61,7 +82,9 @@ def pressure(solution: FilmSolution, title: str, path: str | Path) -> Path:
 
 
 def force_map(map_: dict, title: str, path: str | Path) -> Path:
-    """Size and direction of the force over eccentricity and direction of the motion: what a table holds."""
+    """Size and direction of the force over eccentricity and direction of the motion: what a table
+    holds.
+    """
     figure = sheet(11.0, 4.4)
     panels = figure.subplots(1, 3)
     y, angle = map_["y"], np.degrees(map_["angle"])
@@ -95,8 +118,10 @@ def snapshots(shots: list, joint: str, title: str, path: str | Path) -> Path:
         drawn = unwrapped(shot.solution, axes, top, lowest)
         flat = shot.solution.peak_pressure / 1e6 < FAINT * top
         axes.set_title(
-            f"{shot.time * 1e3:.4g} ms: eps {shot.eccentricity_ratio:.3f}, {shot.solution.load:.3g} N, "
-            f"up to {shot.solution.peak_pressure / 1e6:.3g} MPa{', too low for the scale' if flat else ''}",
+            f"{shot.time * 1e3:.4g} ms: eps {shot.eccentricity_ratio:.3f}, "
+            f"{shot.solution.load:.3g} N, "
+            f"up to {shot.solution.peak_pressure / 1e6:.3g} "
+            f"MPa{', too low for the scale' if flat else ''}",
             fontsize=8,
         )
         if i + columns < len(shots):
@@ -114,7 +139,9 @@ def _short(name: str) -> str:
 
 
 def _rung_labels(rungs: list):
-    """Rungs, their labels, and where these stand [points]: left of tables and elements; of tables there is one."""
+    """Rungs, their labels, and where these stand [points]: left of tables and elements; of tables
+    there is one.
+    """
     kinds = {kind: [r for r in rungs if r.kind == kind] for kind in KINDS}
     for i, r in enumerate(sorted(kinds["closed form"], key=lambda r: -r.error)):
         yield r, _short(r.name), (6, (5, -5)[i % 2])  # neighbours lie on one another
@@ -135,7 +162,12 @@ def ladder(study, path: str | Path) -> Path:
         for kind, (colour, marker) in KINDS.items():
             of_kind = [r for r in rungs if r.kind == kind]
             axes.loglog(
-                [r.error for r in of_kind], [unit * r.seconds for r in of_kind], marker, color=colour, ms=6, label=kind
+                [r.error for r in of_kind],
+                [unit * r.seconds for r in of_kind],
+                marker,
+                color=colour,
+                ms=6,
+                label=kind,
             )
         for r, name, shift in _rung_labels(rungs):
             side = "left" if shift[0] > 0 else "right"
@@ -160,12 +192,18 @@ def convergence(meshes, path: str | Path) -> Path:
     panels = figure.subplots(1, 2, sharey=True)
     for solver in dict.fromkeys(m.solver for m in meshes):
         of_solver = [m for m in meshes if m.solver == solver]
-        panels[0].loglog([m.unknowns for m in of_solver], [m.error for m in of_solver], "o-", label=solver)
-        panels[1].loglog([1e3 * m.seconds for m in of_solver], [m.error for m in of_solver], "o-", label=solver)
+        panels[0].loglog(
+            [m.unknowns for m in of_solver], [m.error for m in of_solver], "o-", label=solver
+        )
+        panels[1].loglog(
+            [1e3 * m.seconds for m in of_solver], [m.error for m in of_solver], "o-", label=solver
+        )
     for order, style in ((2, ":"), (4, "--")):
         first = meshes[0]
         x = np.array([first.unknowns, 40.0 * first.unknowns])
-        panels[0].loglog(x, first.error * (x / x[0]) ** (-order / 2), style, color="0.6", label=f"order {order}")
+        panels[0].loglog(
+            x, first.error * (x / x[0]) ** (-order / 2), style, color="0.6", label=f"order {order}"
+        )
     panels[0].set_xlabel("unknowns")
     panels[1].set_xlabel("time of one film [ms]")
     panels[0].set_ylabel("relative error of the force")

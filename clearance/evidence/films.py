@@ -28,7 +28,8 @@ class Shot:
 
 
 def force_map(bearing: Bearing, nodes: int = 33) -> tuple[dict, Table]:
-    """Size of the force over P0 |V|, its angle against the motion, and the wet share of the shear, from a table.
+    """Size of the force over P0 |V|, its angle against the motion, and the wet share of the shear,
+    from a table.
 
     Arrays over y = -ln(1 - eps) and the direction of (d(eps)/dt, eps w / 2).
     """
@@ -52,26 +53,32 @@ def force_map(bearing: Bearing, nodes: int = 33) -> tuple[dict, Table]:
 
 
 def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=None) -> list[Shot]:
-    """Films of a lubricated joint at moments spread over the last turn (or the whole run) of a result file.
+    """Films of a lubricated joint at moments spread over the last turn (or the whole run) of a
+    result file.
 
-    The motion comes from the file alone: eccentricity from the joint, its rate from the bodies' velocities. Pressure
-    fields that the file holds are shown as they are, where no mesh is asked for. Else the film is solved anew, with
-    the bearing, cavitation, ambient pressure, grooves and flow factors of the run, at the nominal gap and the
-    temperature of the oil. The force that the run had stands beside it. Raises ValueError for a joint that has no
-    film or does not exist, for a film with a memory, which no file keeps, and for a count below 1.
+    The motion comes from the file alone: eccentricity from the joint, its rate from the bodies'
+    velocities. Pressure fields that the file holds are shown as they are, where no mesh is asked
+    for. Else the film is solved anew, with the bearing, cavitation, ambient pressure, grooves and
+    flow factors of the run, at the nominal gap and the temperature of the oil. The force that the
+    run had stands beside it. Raises ValueError for a joint that has no film or does not exist, for
+    a film with a memory, which no file keeps, and for a count below 1.
     """
     scene, name = result.scene, joint_with_film(result, joint)
     if count < 1:
         raise ValueError(f"count must be at least 1, got {count!r}")
     entry = next(j for j in scene["joints"] if j["name"] == name)
     if entry["film"]["law"].endswith(":conserving"):
-        raise ValueError(f"{result.path}: joint {name} has a film with a memory, which a file does not keep")
+        raise ValueError(
+            f"{result.path}: joint {name} has a film with a memory, which a file does not keep"
+        )
     states, oil = motion(result, entry).tolist(), viscosities(result, entry)
     forces = result.joint(name).film_radial, result.joint(name).film_tangential
     times = result.time
     begin = np.searchsorted(times, times[-1] - _turn(scene, times))
     fields = result.pressure_fields(name) if mesh is None else None
-    places = np.arange(begin, len(times)) if fields is None else fields.instant[fields.instant >= begin]
+    places = (
+        np.arange(begin, len(times)) if fields is None else fields.instant[fields.instant >= begin]
+    )
     chosen = places[np.unique(np.linspace(-1, len(places) - 1, count + 1).astype(int)[1:])]
 
     def film(i: int) -> FilmSolution:
@@ -85,7 +92,9 @@ def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=Non
 
 
 def _from_file(bearing: Bearing, fields: PressureFields, i: int) -> FilmSolution:
-    """A field of a file as a film in the frame of the line of centres; what no pressure tells is nan."""
+    """A field of a file as a film in the frame of the line of centres; what no pressure tells is
+    nan.
+    """
     theta = (fields.angle - fields.line_of_centres[i] + math.pi) % (2.0 * math.pi)
     order, half = np.argsort(theta), fields.axial >= -1e-9 * bearing.length
     pressure = fields.pressure[i].T
@@ -115,24 +124,32 @@ def joint_with_film(result: Result, joint: str | None) -> str:
     if not films:
         raise ValueError(f"{result.path}: this run has no joint with a film")
     if joint is not None and joint not in films:
-        raise ValueError(f"{result.path}: joint {joint!r} has no film; joints with one: {', '.join(films)}")
+        raise ValueError(
+            f"{result.path}: joint {joint!r} has no film; joints with one: {', '.join(films)}"
+        )
     return films[0] if joint is None else joint
 
 
 def _turn(scene: dict, times: np.ndarray) -> float:
-    speed = next((d["speed"] for d in scene["loads"] if isinstance(d.get("speed"), float) and d["speed"]), None)
+    speed = next(
+        (d["speed"] for d in scene["loads"] if isinstance(d.get("speed"), float) and d["speed"]),
+        None,
+    )
     return min(2.0 * math.pi / abs(speed), times[-1]) if speed else float(times[-1])
 
 
 # --- reports
 FACTS = (
-    ("load", "N", "size of the film force"), ("radial", "N", "force on the journal along the line of centres"),
-    ("tangential", "N", "force on the journal across it"), ("attitude_angle", "rad", "of the load it carries"),
-    ("centre_of_pressure", "rad", "from the widest gap"), ("peak_pressure", "Pa", "above ambient"),
+    ("load", "N", "size of the film force"),
+    ("radial", "N", "force on the journal along the line of centres"),
+    ("tangential", "N", "force on the journal across it"),
+    ("attitude_angle", "rad", "of the load it carries"),
+    ("centre_of_pressure", "rad", "from the widest gap"),
+    ("peak_pressure", "Pa", "above ambient"),
     ("shear", "1", "integral of 1/H over the wet area"),
     ("drag", "N m s", "friction torque over the difference of speeds"),
     ("side_flow", "m3/s", "oil that leaves at both ends"),
-)  # fmt: skip
+)
 
 
 def plain(solution: FilmSolution) -> dict:
@@ -143,7 +160,10 @@ def plain(solution: FilmSolution) -> dict:
 
 def report(solution: FilmSolution) -> list[str]:
     """Results of a film as text."""
-    lines = [f"{name:<20} {getattr(solution, name):>14.6g} {units:<5} {text}" for name, units, text in FACTS]
+    lines = [
+        f"{name:<20} {getattr(solution, name):>14.6g} {units:<5} {text}"
+        for name, units, text in FACTS
+    ]
     return [*lines, f"{solution.unknowns} unknowns, {solution.iterations} linear systems"]
 
 
@@ -158,19 +178,25 @@ def _fields(solution: FilmSolution) -> dict:
 
 def save(solution: FilmSolution, folder: str | Path) -> Path:
     """Fields and results of a film as HDF5."""
-    return save_tables(Path(folder) / "film_pressure.h5", "clearance-film", plain(solution),
-                       {"film": ({}, _fields(solution))})  # fmt: skip
+    return save_tables(
+        Path(folder) / "film_pressure.h5",
+        "clearance-film",
+        plain(solution),
+        {"film": ({}, _fields(solution))},
+    )
 
 
 def map_report(table: Table, title: str) -> list[str]:
     """Error of a table."""
     return [
-        title, f"largest relative force error where the journal closes in  {table.error_closing:.1e}",
-        f"largest of wet area, of side flow                         {table.error_shear:.1e}, {table.error_flow:.1e}",
+        title,
+        f"largest relative force error where the journal closes in  {table.error_closing:.1e}",
+        f"largest of wet area, of side flow                         {table.error_shear:.1e}, "
+        f"{table.error_flow:.1e}",
         f"median of all states                                      {table.error_median:.1e}",
         f"largest where it recedes (of a force that is small then)  {table.error_opening:.1e}",
         f"{table.numbers.size} numbers, {table.numbers.nbytes / 1024:.0f} kB",
-    ]  # fmt: skip
+    ]
 
 
 def save_map(values: dict, table: Table, folder: str | Path) -> Path:
@@ -179,10 +205,16 @@ def save_map(values: dict, table: Table, folder: str | Path) -> Path:
         "y": ("1", "-ln(1 - eccentricity ratio)", values["y"]),
         "angle": ("rad", "direction of the motion (d(eps)/dt, eps w / 2)", values["angle"]),
         "size": ("1", "force over mu L R^3 / c^2 |V| (y, angle)", values["size"]),
-        "direction": ("rad", "angle of the force against the motion (y, angle)", values["direction"]),
+        "direction": (
+            "rad",
+            "angle of the force against the motion (y, angle)",
+            values["direction"],
+        ),
         "shear": ("1", "wet share of the Couette drag (y, angle)", values["shear"]),
     }
-    return save_tables(Path(folder) / "film_map.h5", "clearance-film-map", table.facts(), {"map": ({}, columns)})
+    return save_tables(
+        Path(folder) / "film_map.h5", "clearance-film-map", table.facts(), {"map": ({}, columns)}
+    )
 
 
 def shot_plain(shot: Shot) -> dict:
@@ -193,12 +225,16 @@ def shot_plain(shot: Shot) -> dict:
 def shots_report(shots: list[Shot]) -> list[str]:
     """Snapshots as a table."""
     lines = [
-        "| time / ms | eps | d(eps)/dt [1/s] | w [rad/s] | load [N] | in the file [N] | peak pressure [MPa] |",
+        "| time / ms | eps | d(eps)/dt [1/s] | w [rad/s] | load [N] | in the file [N] | peak "
+        "pressure [MPa] |",
         "|---|---|---|---|---|---|---|",
     ]
     for s in shots:
         state = f"{s.time * 1e3:.5g} | {s.eccentricity_ratio:.4f} | {s.radial_rate:.4g} | {s.entrainment:.4g}"
-        lines.append(f"| {state} | {s.solution.load:.4g} | {s.recorded:.4g} | {s.solution.peak_pressure / 1e6:.4g} |")
+        lines.append(
+            f"| {state} | {s.solution.load:.4g} | {s.recorded:.4g} | "
+            f"{s.solution.peak_pressure / 1e6:.4g} |"
+        )
     return lines
 
 

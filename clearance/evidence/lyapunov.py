@@ -1,11 +1,12 @@
 """Largest Lyapunov exponent of a scene: how fast neighbouring motions part, with its error.
 
-Two-trajectory method of Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9: a companion runs beside the
-motion, is put back to a small distance along the line that joins them many times a turn, and the logarithms of its
-growth are added up. The state is the whole one: a contact law that looks at the impact speed remembers it while the
-contact lasts, so its difference belongs to the separation and is put back with it, until the contact has lasted so long
-that its impact speed is a number of the scene rather than a state. A second companion, further away by `WIDER` on the
-same motion, shows what the finite distance does.
+Two-trajectory method of Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9: a
+companion runs beside the motion, is put back to a small distance along the line that joins them
+many times a turn, and the logarithms of its growth are added up. The state is the whole one: a
+contact law that looks at the impact speed remembers it while the contact lasts, so its difference
+belongs to the separation and is put back with it, until the contact has lasted so long that its
+impact speed is a number of the scene rather than a state. A second companion, further away by
+`WIDER` on the same motion, shows what the finite distance does.
 """
 
 import math
@@ -29,9 +30,13 @@ from clearance.stepping.state import CONTACT, KIND, SINCE, TOUCHING
 
 STOPS = 24  # times a turn at which the companions are put back
 WIDER = 10.0  # distance of the second companion over that of the first
-LASTING = 5.0  # turns after which the impact speed of a contact is a constant, no direction to part in
-FAR = 1e-2  # a companion this far away takes over the contacts of the motion, whether or not it has met them itself
-STRETCH, STRETCHES = 8, 20  # turns (or a multiple of them) whose mean growth is one sample, samples wanted of long runs
+# turns after which the impact speed of a contact is a constant, no direction to part in
+LASTING = 5.0
+# a companion this far away takes over the contacts of the motion, whether or not it has met them
+# itself
+FAR = 1e-2
+# turns (or a multiple of them) whose mean growth is one sample, samples wanted of long runs
+STRETCH, STRETCHES = 8, 20
 SLIVER = 1e-6  # step over the largest that counts as one cut short by a stop
 FEWEST = 4  # stretches of which a sampling error is told
 SURE = 2.0  # errors by which an exponent must differ from zero
@@ -39,9 +44,10 @@ SURE = 2.0  # errors by which an exponent must differ from zero
 
 @dataclass(frozen=True)
 class Exponent:
-    """Largest Lyapunov exponent. growth: logarithm of the growth of the separation, turn by turn, without the transient
-    (shape turns); wider: the same of the second companion; turn [s]; distance and rtol as asked for; settle: turns left
-    out. Where the scene has no turn, the interval takes its place.
+    """Largest Lyapunov exponent. growth: logarithm of the growth of the separation, turn by turn,
+    without the transient (shape turns); wider: the same of the second companion; turn [s]; distance
+    and rtol as asked for; settle: turns left out. Where the scene has no turn, the interval takes
+    its place.
     """
 
     growth: np.ndarray
@@ -63,7 +69,9 @@ class Exponent:
 
     @property
     def sampling(self) -> float:
-        """Standard error of the exponent per turn that the scatter of the growth from turn to turn leaves."""
+        """Standard error of the exponent per turn that the scatter of the growth from turn to turn
+        leaves.
+        """
         return _sampling(self.growth)
 
     @property
@@ -88,8 +96,8 @@ class Exponent:
 
     @property
     def resolution(self) -> float:
-        """Exponent per turn that a run of this length cannot tell from zero: neighbours on a regular motion may part in
-        proportion to time, which looks like log(end / begin) / turns.
+        """Exponent per turn that a run of this length cannot tell from zero: neighbours on a
+        regular motion may part in proportion to time, which looks like log(end / begin) / turns.
         """
         return math.log1p(self.turns / max(self.settle, 1)) / self.turns
 
@@ -107,10 +115,14 @@ class Exponent:
 
     @property
     def band(self) -> np.ndarray:
-        """Error per turn after each number of turns (shape turns; nan for fewer than statistics allow)."""
+        """Error per turn after each number of turns (shape turns; nan for fewer than statistics
+        allow).
+        """
         errors = np.full(self.turns, math.nan)
         for n in range(FEWEST, self.turns + 1):
-            errors[n - 1] = math.hypot(_sampling(self.growth[:n]), (self.wider[:n] - self.growth[:n]).mean())
+            errors[n - 1] = math.hypot(
+                _sampling(self.growth[:n]), (self.wider[:n] - self.growth[:n]).mean()
+            )
         return errors
 
     def __str__(self) -> str:
@@ -118,8 +130,9 @@ class Exponent:
 
 
 def _sampling(growth: np.ndarray) -> float:
-    """Standard error of the mean growth, from the means of stretches of some turns: in a motion that repeats itself
-    after a few turns what grows in one of them shrinks in another, and single turns scatter far more than their mean.
+    """Standard error of the mean growth, from the means of stretches of some turns: in a motion
+    that repeats itself after a few turns what grows in one of them shrinks in another, and single
+    turns scatter far more than their mean.
     """
     length = STRETCH * max(len(growth) // (STRETCH * STRETCHES), 1)
     count = max(len(growth) // length, FEWEST)
@@ -138,29 +151,43 @@ def lyapunov(
 ) -> Exponent:
     """Largest Lyapunov exponent over `turns` turns of the drive, after `settle` turns left out.
 
-    distance: of the companion, in natural sizes of the states (the clearance for eccentricities); rtol must be well
-    below it. interval [s] takes the place of the turn, and must be given for scenes without a constant-speed drive.
-    progress: called with the done share. Raises ValueError for bad arguments and for scenes without freedom or with a
-    film that remembers more than its state, NotSolved where the motion cannot be continued.
+    distance: of the companion, in natural sizes of the states (the clearance for eccentricities);
+        rtol must be well below it. interval [s] takes the place of the turn, and must be given for
+        scenes without a constant-speed drive.
+    progress: called with the done share. Raises ValueError for bad arguments and for scenes without
+        freedom or with a film that remembers more than its state, NotSolved where the motion cannot
+        be continued.
     """
     turns, settle = _whole("turns", turns, FEWEST), _whole("settle", settle, 0)
     distance, rtol = checks.positive("distance", distance), checks.positive("rtol", rtol)
     if not WIDER * distance < FAR:
-        raise ValueError(f"distance must be below {FAR / WIDER:g} of the natural sizes, got {distance!r}")
+        raise ValueError(
+            f"distance must be below {FAR / WIDER:g} of the natural sizes, got {distance!r}"
+        )
     if not 1e-14 <= rtol <= 1e-3 * distance:
-        raise ValueError(f"rtol must lie in [1e-14, distance / 1000 = {1e-3 * distance:g}], got {rtol!r}")
+        raise ValueError(
+            f"rtol must lie in [1e-14, distance / 1000 = {1e-3 * distance:g}], got {rtol!r}"
+        )
     turn = scene.turn if interval is None else checks.positive("interval", interval)
     if turn is None:
-        raise ValueError("this scene has no drive of constant speed: give interval=SECONDS in place of its turn")
+        raise ValueError(
+            "this scene has no drive of constant speed: give interval=SECONDS in place of its turn"
+        )
     mechanism = build(scene, ledger=False)
     if mechanism.size == 0:
-        raise ValueError("this scene has no degree of freedom: its motion has no neighbours and no exponent")
+        raise ValueError(
+            "this scene has no degree of freedom: its motion has no neighbours and no exponent"
+        )
     if mechanism.layout.remembering:
-        raise ValueError("a film with a memory has more than its state to differ in: no exponent can be found")
+        raise ValueError(
+            "a film with a memory has more than its state to differ in: no exponent can be found"
+        )
     until = (settle + turns) * turn
     affordable(Demand(settle + turns, 3.0 * STOPS * (settle + turns)))
     motion = _Motion(mechanism, until, rtol)
-    companions = [_Companion(mechanism, until, rtol, d, LASTING * turn) for d in (distance, WIDER * distance)]
+    companions = [
+        _Companion(mechanism, until, rtol, d, LASTING * turn) for d in (distance, WIDER * distance)
+    ]
     growth = np.zeros((2, settle + turns))
     for n in range(settle + turns):
         for stop in range(1, STOPS + 1):
@@ -203,17 +230,21 @@ class _Motion:
 class _Companion(_Motion):
     """A neighbour of a motion."""
 
-    def __init__(self, mechanism: Mechanism, until: float, rtol: float, distance: float, lasting: float):
+    def __init__(
+        self, mechanism: Mechanism, until: float, rtol: float, distance: float, lasting: float
+    ):
         super().__init__(mechanism, until, rtol)
         self.distance = self.last = distance
         self.lasting = lasting
         self.scale = mechanism.scale
         self.speeds = mechanism.frequency * np.array([spot.reach for _, spot in mechanism.spots])
-        direction = np.random.default_rng(1980).standard_normal(self.scale.size)  # any direction will do
+        # any direction will do
+        direction = np.random.default_rng(1980).standard_normal(self.scale.size)
         self.run.state.y += distance * self.scale * direction / np.linalg.norm(direction)
 
     def put_back(self, motion: _Motion) -> float:
-        """Logarithm of the growth of the separation since the last call; the companion is put back along it.
+        """Logarithm of the growth of the separation since the last call; the companion is put back
+        along it.
 
         Not while only one of the two is in a contact that both are about to have or have had.
         """
@@ -224,7 +255,9 @@ class _Companion(_Motion):
         memory = np.where(both, mine.work[:joints] - other.work[:joints], 0.0)
         d = math.sqrt(np.sum((apart / self.scale) ** 2) + np.sum((memory / self.speeds) ** 2))
         if not 0.0 < d < math.inf:
-            raise NotSolved(f"at t = {mine.time:.6g} s: the companion is {d:g} away from the motion")
+            raise NotSolved(
+                f"at t = {mine.time:.6g} s: the companion is {d:g} away from the motion"
+            )
         grown, self.last = math.log(d / self.last), d
         if np.array_equal(self.touching, motion.touching) or d > FAR:
             factor = self.distance / d
@@ -245,10 +278,14 @@ class _Companion(_Motion):
 # --- showing
 def table(exponents: dict[str, Exponent]) -> list[str]:
     """Exponents by name, as Markdown."""
-    lines = ["| motion | exponent per turn | per second | sampling | distance | turns | verdict |", "|---" * 7 + "|"]
+    lines = [
+        "| motion | exponent per turn | per second | sampling | distance | turns | verdict |",
+        "|---" * 7 + "|",
+    ]
     for name, x in exponents.items():
         lines.append(
-            f"| {name} | {x.per_turn:.4g} +- {x.error:.2g} | {x.per_second:.4g} +- {x.error_per_second:.2g} | "
+            f"| {name} | {x.per_turn:.4g} +- {x.error:.2g} | {x.per_second:.4g} +- "
+            f"{x.error_per_second:.2g} | "
             f"{x.sampling:.2g} | {x.effect:+.2g} | {x.turns} | {x.verdict} |"
         )
     return lines
@@ -258,13 +295,23 @@ def plain(exponents: dict[str, Exponent]) -> dict:
     """Exponents by name, as one JSON document."""
     return {
         name: {
-            "per_turn": x.per_turn, "error": x.error, "per_second": x.per_second,
-            "error_per_second": x.error_per_second, "sampling_error": x.sampling, "distance_effect": x.effect,
-            "resolution": x.resolution, "verdict": x.verdict, "turn_s": x.turn, "turns": x.turns,
-            "settle": x.settle, "distance": x.distance, "rtol": x.rtol, "growth": x.growth.tolist(),
+            "per_turn": x.per_turn,
+            "error": x.error,
+            "per_second": x.per_second,
+            "error_per_second": x.error_per_second,
+            "sampling_error": x.sampling,
+            "distance_effect": x.effect,
+            "resolution": x.resolution,
+            "verdict": x.verdict,
+            "turn_s": x.turn,
+            "turns": x.turns,
+            "settle": x.settle,
+            "distance": x.distance,
+            "rtol": x.rtol,
+            "growth": x.growth.tolist(),
         }
         for name, x in exponents.items()
-    }  # fmt: skip
+    }
 
 
 def save(exponents: dict[str, Exponent], folder: str | Path) -> Path:
@@ -272,13 +319,26 @@ def save(exponents: dict[str, Exponent], folder: str | Path) -> Path:
     tables = {}
     for name, x in exponents.items():
         tables[name.replace("/", " ")] = (
-            {"per_turn": x.per_turn, "error": x.error, "sampling_error": x.sampling, "distance_effect": x.effect,
-             "verdict": x.verdict, "turn": x.turn, "settle": x.settle, "distance": x.distance, "rtol": x.rtol},
+            {
+                "per_turn": x.per_turn,
+                "error": x.error,
+                "sampling_error": x.sampling,
+                "distance_effect": x.effect,
+                "verdict": x.verdict,
+                "turn": x.turn,
+                "settle": x.settle,
+                "distance": x.distance,
+                "rtol": x.rtol,
+            },
             {
                 "growth": ("1", "logarithm of the growth of the separation, by turn", x.growth),
-                "growth_wider": ("1", f"the same of a companion {WIDER:g} times further away", x.wider),
+                "growth_wider": (
+                    "1",
+                    f"the same of a companion {WIDER:g} times further away",
+                    x.wider,
+                ),
                 "running": ("1", "exponent per turn over the turns so far", x.running),
                 "running_error": ("1", "its error (nan: too few turns)", x.band),
             },
-        )  # fmt: skip
+        )
     return save_tables(Path(folder) / "lyapunov.h5", "clearance-lyapunov", {}, tables)

@@ -1,8 +1,11 @@
-"""Other people's integrators on the same compiled right-hand side. All optional but scipy; imported when asked for.
+"""Other people's integrators on the same compiled right-hand side.
 
-A peer is prepared once (whatever it compiles then is reported apart) and then solves a problem at a tolerance. Peers
-get the same natural scales as absolute tolerances, and a dry law that remembers the impact speed is given to them as
-the phases between its contact events, located by their own root finding.
+All optional but scipy; imported when asked for.
+
+A peer is prepared once (whatever it compiles then is reported apart) and then solves a problem at a
+tolerance. Peers get the same natural scales as absolute tolerances, and a dry law that remembers
+the impact speed is given to them as the phases between its contact events, located by their own
+root finding.
 """
 
 import contextlib
@@ -18,7 +21,8 @@ from clearance import store
 from clearance.evidence.problem import NotSolved, Problem, Solution
 
 BIGGEST_STEP = 1.0 / 96.0  # of a turn, where contacts must not be jumped over
-FIRST_STEP = 1e-7  # of a turn, after a contact event: a longer one could jump over the whole contact
+# of a turn, after a contact event: a longer one could jump over the whole contact
+FIRST_STEP = 1e-7
 BUDGET = 20.0  # seconds a peer may spend on one solution
 PHASES = 100_000
 FREE = -1.0  # impact speed that stands for free flight, as in stepping/loop.py
@@ -29,13 +33,17 @@ class OverBudget(Exception):
 
 
 class Phase:
-    """The right-hand side and the contact events as plain Python callables, with the impact speeds frozen."""
+    """The right-hand side and the contact events as plain Python callables, with the impact speeds
+    frozen.
+    """
 
     def __init__(self, problem: Problem):
         m = problem.mechanism
         self.problem, self.par, self.work = problem, m.par, problem.work()
         self.rhs, self.f, self.y = m.kernel("rhs"), np.zeros(m.y0.size), np.zeros(m.y0.size)
-        self.joints = [i for i, j in enumerate(problem.scene.clearance_joints) if j.contact is not None]
+        self.joints = [
+            i for i, j in enumerate(problem.scene.clearance_joints) if j.contact is not None
+        ]
         self.count = len(problem.scene.clearance_joints)
         self.touching = [False] * self.count
         self.events = m.kernel("events") if self.joints else None
@@ -86,7 +94,10 @@ def timed(solve: Callable) -> Callable:
         except OverBudget:
             raise NotSolved(f"not done after {BUDGET:g} s") from None
         seconds = time.perf_counter() - began
-        if states.shape != (problem.times.size, problem.mechanism.y0.size) or not np.isfinite(states).all():
+        if (
+            states.shape != (problem.times.size, problem.mechanism.y0.size)
+            or not np.isfinite(states).all()
+        ):
             raise NotSolved("stopped before the end")
         return Solution(states, seconds, steps, phase.evaluations)
 
@@ -104,7 +115,9 @@ def _scipy(method: str, problem: Problem, phase: Phase, rtol: float):
         "max_step": biggest_step(problem),
     }
     if not problem.remembers:
-        solution = solve_ivp(phase, (0.0, problem.until), problem.start(), t_eval=problem.times, **options)
+        solution = solve_ivp(
+            phase, (0.0, problem.until), problem.start(), t_eval=problem.times, **options
+        )
         if not solution.success:
             raise NotSolved(solution.message)
         return solution.y.T, len(solution.t)
@@ -118,11 +131,16 @@ def _scipy(method: str, problem: Problem, phase: Phase, rtol: float):
     def leg(t, y, times):
         events = [event(j, -1.0 if phase.touching[j] else 1.0) for j in phase.joints]
         first = min(FIRST_STEP * (problem.scene.turn or problem.until), problem.until - t)
-        solution = solve_ivp(phase, (t, problem.until), y, t_eval=times, events=events, first_step=first, **options)
+        solution = solve_ivp(
+            phase, (t, problem.until), y, t_eval=times, events=events, first_step=first, **options
+        )
         if not solution.success:
             raise NotSolved(solution.message)
-        states = np.reshape(solution.y, (y.size, -1)).T  # an empty list where no output time was passed
-        hit = next((j for j, e in zip(phase.joints, solution.t_events, strict=True) if e.size), None)
+        # an empty list where no output time was passed
+        states = np.reshape(solution.y, (y.size, -1)).T
+        hit = next(
+            (j for j, e in zip(phase.joints, solution.t_events, strict=True) if e.size), None
+        )
         if hit is None:
             return problem.until, None, None, states
         index = phase.joints.index(hit)
@@ -132,7 +150,9 @@ def _scipy(method: str, problem: Problem, phase: Phase, rtol: float):
 
 
 def _legs(problem: Problem, phase: Phase, leg: Callable):
-    """Put phases between contact events together: leg(t, y, times) -> (t, y, joint or None, states at times)."""
+    """Put phases between contact events together: leg(t, y, times) -> (t, y, joint or None, states
+    at times).
+    """
     t, y, rows = 0.0, problem.start(), []
     phase.begin(t, y)
     for _ in range(PHASES):
@@ -152,7 +172,12 @@ def _cvode(method: str, problem: Problem, phase: Phase, rtol: float):
     def right(t, y, yp):
         yp[:] = phase(t, y)
 
-    options = {"method": method, "rtol": rtol, "atol": scales(problem, rtol), "max_num_steps": 10_000_000}
+    options = {
+        "method": method,
+        "rtol": rtol,
+        "atol": scales(problem, rtol),
+        "max_num_steps": 10_000_000,
+    }
     if problem.contacts:
         options["max_step"] = biggest_step(problem)
     if not problem.remembers:
@@ -169,7 +194,9 @@ def _cvode(method: str, problem: Problem, phase: Phase, rtol: float):
         roots.terminal = [True] * len(phase.joints)
         roots.direction = [-1 if phase.touching[j] else 1 for j in phase.joints]
         first = min(FIRST_STEP * (problem.scene.turn or problem.until), problem.until - t)
-        solver = CVODE(right, eventsfn=roots, num_events=len(phase.joints), first_step=first, **options)
+        solver = CVODE(
+            right, eventsfn=roots, num_events=len(phase.joints), first_step=first, **options
+        )
         grid = np.union1d([t], times)
         padded = grid if len(grid) > 2 else np.linspace(t, problem.until, 3)
         solution = solver.solve(padded, y)
@@ -215,7 +242,8 @@ class NumbaLsoda:
     def __init__(self, solver: str, problem: Problem):
         import numba
 
-        os.environ.setdefault("GFORTRAN_UNBUFFERED_ALL", "y")  # else its messages come out at the end of the process
+        # else its messages come out at the end of the process
+        os.environ.setdefault("GFORTRAN_UNBUFFERED_ALL", "y")
         import numbalsoda
 
         if problem.remembers:
@@ -250,7 +278,13 @@ class NumbaLsoda:
         with silent():
             began = time.perf_counter()
             states, success = self.solver(
-                self.right.address, start, problem.times, data=self.data, rtol=rtol, atol=rtol, **self.limit
+                self.right.address,
+                start,
+                problem.times,
+                data=self.data,
+                rtol=rtol,
+                atol=rtol,
+                **self.limit,
             )
             states = states * self.sizes
             seconds = time.perf_counter() - began

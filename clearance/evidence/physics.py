@@ -1,4 +1,6 @@
-"""Cost of choices of physics, and how far each is from the finest: models, film laws, contact laws of one case."""
+"""Cost of choices of physics, and how far each is from the finest: models, film laws, contact laws
+of one case.
+"""
 
 import math
 import statistics
@@ -55,13 +57,19 @@ def ladder(case: Case, values: dict, contacts: Iterable[str] = CONTACTS) -> list
     """Choices of the case, coarse to fine; all are compared with the last."""
     parameters = case.parameters
     if "model" not in parameters:
-        raise ValueError(f"case {case.name} has no parameter model: there is no choice of physics to compare")
+        raise ValueError(
+            f"case {case.name} has no parameter model: there is no choice of physics to compare"
+        )
     chosen = ("model", "contact", "film", "film_torques", "friction", "transition")
     free = {k: v for k, v in values.items() if k not in chosen}
     finest = list(FILMS)[-1]
 
     def choice(name: str, model: str, **more) -> Choice:
-        return Choice(name, model, {k: v for k, v in (free | {"model": model} | more).items() if k in parameters})
+        return Choice(
+            name,
+            model,
+            {k: v for k, v in (free | {"model": model} | more).items() if k in parameters},
+        )
 
     return [
         choice("ideal joints", "ideal"),
@@ -69,15 +77,23 @@ def ladder(case: Case, values: dict, contacts: Iterable[str] = CONTACTS) -> list
         *(choice(f"dry, friction {f}", "dry", friction=f) for f in FRICTIONS_SHOWN),
         *(choice(f"film, {f}", "lubricated", film=f) for f in FILMS),
         choice(f"film, {finest}, no drag torques", "lubricated", film=finest, film_torques=False),
-        *(choice(f"mixed, {finest}, transition {t}", "mixed", film=finest, transition=t) for t in TRANSITIONS),
+        *(
+            choice(f"mixed, {finest}, transition {t}", "mixed", film=finest, transition=t)
+            for t in TRANSITIONS
+        ),
     ]
 
 
 def compare(
-    case: Case, values: dict, turns: float | None, until: float | None,
-    progress: Callable[[str], None] = lambda text: None, contacts: Iterable[str] = CONTACTS,
-) -> Comparison:  # fmt: skip
-    """Run every choice at a tolerance that leaves only the physics, and measure its distance from the finest.
+    case: Case,
+    values: dict,
+    turns: float | None,
+    until: float | None,
+    progress: Callable[[str], None] = lambda text: None,
+    contacts: Iterable[str] = CONTACTS,
+) -> Comparison:
+    """Run every choice at a tolerance that leaves only the physics, and measure its distance from
+    the finest.
 
     contacts: names of the dry contact laws.
     """
@@ -103,12 +119,20 @@ def compare(
     size = np.sqrt((rows[finest] ** 2).mean())
     for choice in choices:
         if choice.name in rows:
-            choice.distance = float(np.sqrt(((rows[choice.name] - rows[finest]) ** 2).mean()) / size)
+            choice.distance = float(
+                np.sqrt(((rows[choice.name] - rows[finest]) ** 2).mean()) / size
+            )
             choice.peak = float(np.abs(rows[choice.name]).max())
-    given = " ".join(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items())
+    given = " ".join(
+        f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items()
+    )
     remarks = ["dry runs are chaotic: their distance is one sample of a statistical quantity"]
     return Comparison(
-        f"{case.name} {given}".strip(), "rms of the drive's effort over its rms", finest, choices, remarks
+        f"{case.name} {given}".strip(),
+        "rms of the drive's effort over its rms",
+        finest,
+        choices,
+        remarks,
     )
 
 
@@ -143,7 +167,11 @@ def table(study: Comparison) -> list[str]:
         "|---|---|---|---|",
     ]
     for c in study.choices:
-        cells = f"{c.seconds * 1e3:.3g} ms | {c.distance:.2g} | {c.peak:.4g}" if not c.note else "- | - | -"
+        cells = (
+            f"{c.seconds * 1e3:.3g} ms | {c.distance:.2g} | {c.peak:.4g}"
+            if not c.note
+            else "- | - | -"
+        )
         lines.append(f"| {c.name} | {cells} |")
     return lines
 
@@ -151,7 +179,8 @@ def table(study: Comparison) -> list[str]:
 def describe(study: Comparison) -> list[str]:
     """Notes to the table."""
     return [
-        f"distance = {study.measure}, from '{study.finest}', second half of the run, rtol {RTOL:g};",
+        f"distance = {study.measure}, from '{study.finest}', second half of the run, rtol "
+        f"{RTOL:g};",
         "run time of the integration with all outputs at rtol 1e-6, warm, median of repeats",
         *study.remarks,
         *(f"{c.name}: {c.note}" for c in study.choices if c.note),
@@ -161,17 +190,25 @@ def describe(study: Comparison) -> list[str]:
 def plain(study: Comparison) -> dict:
     """The comparison as one JSON document."""
     return {
-        "title": study.title, "measure": study.measure, "finest": study.finest,
+        "title": study.title,
+        "measure": study.measure,
+        "finest": study.finest,
         "choices": [{k: v for k, v in vars(c).items() if k != "parameters"} for c in study.choices],
-    }  # fmt: skip
+    }
 
 
 def save(study: Comparison, folder: str | Path) -> Path:
     """The comparison as HDF5."""
     columns = {
         "name": ("1", "choice", np.array([c.name for c in study.choices])),
-        "seconds": ("s", "run time of the integration, warm", np.array([c.seconds for c in study.choices])),
+        "seconds": (
+            "s",
+            "run time of the integration, warm",
+            np.array([c.seconds for c in study.choices]),
+        ),
         "distance": ("1", study.measure, np.array([c.distance for c in study.choices])),
     }
     attributes = {"title": study.title, "finest": study.finest}
-    return save_tables(Path(folder) / "physics.h5", "clearance-physics", attributes, {"choices": ({}, columns)})
+    return save_tables(
+        Path(folder) / "physics.h5", "clearance-physics", attributes, {"choices": ({}, columns)}
+    )

@@ -15,7 +15,18 @@ from clearance.results import replacing
 
 MARKERS = {"ideal": "D", "dry": "s", "lubricated": "o", "mixed": "^"}
 COLOURS = ("#0b3d91", "#c8102e", "#00843d", "#6a1b9a")
-GREYS = ("#7f7f7f", "#b58900", "#2aa198", "#d33682", "#586e75", "#cb4b16", "#6c71c4", "#859900", "#93a1a1", "#000000")
+GREYS = (
+    "#7f7f7f",
+    "#b58900",
+    "#2aa198",
+    "#d33682",
+    "#586e75",
+    "#cb4b16",
+    "#6c71c4",
+    "#859900",
+    "#93a1a1",
+    "#000000",
+)
 
 
 def sheet(width: float, height: float) -> Figure:
@@ -34,7 +45,9 @@ def saved(figure: Figure, path: str | Path) -> Path:
 
 
 def work_precision(study, path: str | Path) -> Path:
-    """Error against run time, both logarithmic: own methods as thick lines, others thin and dashed. Beside it stated
+    """Error against run time, both logarithmic: own methods as thick lines, others thin and dashed.
+
+    Beside it stated
     against true errors of the own methods: below the diagonal a statement would be too small.
     """
     figure = sheet(12.0, 5.2)
@@ -45,7 +58,13 @@ def work_precision(study, path: str | Path) -> Path:
             continue
         style = {"color": COLOURS[ours % 4], "lw": 2.2, "marker": "o", "ms": 4}
         if not c.own:
-            style = {"color": GREYS[other % 10], "lw": 1.0, "ls": "--", "marker": "sv^<>DPX*+"[other % 10], "ms": 4}
+            style = {
+                "color": GREYS[other % 10],
+                "lw": 1.0,
+                "ls": "--",
+                "marker": "sv^<>DPX*+"[other % 10],
+                "ms": 4,
+            }
         ours, other = ours + c.own, other + (not c.own)
         axes.loglog(c.error, [1e3 * s for s in c.seconds], label=c.name, **style)
         if c.own:
@@ -80,9 +99,17 @@ def stress(verdicts, path: str | Path) -> Path:
         level = (math.log10(max(v.energy, 1e-14)) + 14.0) / 14.0 if v.kind == "done" else 0.0
         colour = {"done": colours(0.9 * level), "named": "0.75", "fault": "black"}[v.kind]
         axes.add_patch(Rectangle((x - 0.5, y - 0.5), 1, 1, color=colour, lw=0))
-        text = f"{v.energy:.0e}" if v.kind == "done" else "stops, named" if v.kind == "named" else "FAULT"
+        text = (
+            f"{v.energy:.0e}"
+            if v.kind == "done"
+            else "stops, named"
+            if v.kind == "named"
+            else "FAULT"
+        )
         dark = v.kind == "fault" or v.kind == "done" and level > 0.55
-        axes.text(x, y, text, ha="center", va="center", fontsize=7, color="white" if dark else "black")
+        axes.text(
+            x, y, text, ha="center", va="center", fontsize=7, color="white" if dark else "black"
+        )
     axes.set_xticks(range(len(columns)), [c.replace(" ", "\n") for c in columns], fontsize=8)
     axes.set_yticks(range(len(rows)), rows, fontsize=8)
     axes.set_xlim(-0.5, len(columns) - 0.5)
@@ -95,7 +122,9 @@ def stress(verdicts, path: str | Path) -> Path:
 
 
 def physics(study, path: str | Path) -> Path:
-    """Distance from the finest choice of physics, and run time, a row for each choice; one colour a model."""
+    """Distance from the finest choice of physics, and run time, a row for each choice; one colour a
+    model.
+    """
     shown = [c for c in study.choices if math.isfinite(c.distance)]
     figure = sheet(10.0, 1.4 + 0.23 * len(shown))
     distance, time = figure.subplots(1, 2, sharey=True)
@@ -130,7 +159,8 @@ def lyapunov(exponents, path: str | Path) -> Path:
     axes.axhline(0.0, color="0.4", lw=0.8)
     ends = [v for x in exponents.values() for v in (x.running[-1], x.running[x.turns // 4])]
     room = 0.5 * (max(*ends, 0.0) - min(*ends, 0.0)) or 1.0
-    axes.set_ylim(min(*ends, 0.0) - room, max(*ends, 0.0) + room)  # the first turns may lie far outside
+    # the first turns may lie far outside
+    axes.set_ylim(min(*ends, 0.0) - room, max(*ends, 0.0) + room)
     axes.set_xlabel("turns after the transient")
     axes.set_ylabel("largest Lyapunov exponent per turn")
     axes.grid(True, which="major", color="0.9")
@@ -142,7 +172,8 @@ KINDS = {"trajectory": "trajectories", "extreme": "extremes", "mean": "means"}
 
 
 def stated_against_true(rows, path: str | Path) -> Path:
-    """Stated over true relative errors, a point a number; below the diagonal a statement would be too small.
+    """Stated over true relative errors, a point a number; below the diagonal a statement would be
+    too small.
 
     rows: with kind, stated and true.
     """
@@ -158,10 +189,21 @@ def stated_against_true(rows, path: str | Path) -> Path:
         axes.fill_between([low, high], [low, high], low, color="0.92", lw=0)
         axes.loglog([low, high], [low, high], color="0.4", lw=1.0)
         axes.plot(true, stated, ".", color=COLOURS[i % 4], ms=3, alpha=0.4, mew=0, rasterized=True)
-        axes.set_title(f"{KINDS.get(kind, kind)}: {np.mean(stated >= true):.1%} of {len(mine)} covered", fontsize=10)
+        axes.set_title(
+            f"{KINDS.get(kind, kind)}: {np.mean(stated >= true):.1%} of {len(mine)} covered",
+            fontsize=10,
+        )
         axes.set_xlabel("true error")
         axes.grid(True, which="major", color="0.9")
-        axes.text(0.97, 0.04, "stated too small", transform=axes.transAxes, ha="right", fontsize=8, color="0.35")
+        axes.text(
+            0.97,
+            0.04,
+            "stated too small",
+            transform=axes.transAxes,
+            ha="right",
+            fontsize=8,
+            color="0.35",
+        )
         if i:
             axes.tick_params(labelleft=False)
     first.set_xlim(low, high)

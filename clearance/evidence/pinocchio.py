@@ -1,7 +1,9 @@
-"""The same scene in Pinocchio: recursive Newton-Euler on a spanning tree, multipliers for the hinges cut out of loops.
+"""The same scene in Pinocchio: recursive Newton-Euler on a spanning tree, multipliers for the
+hinges cut out of loops.
 
-Pinocchio has no joint that rubs, so friction is left out here. The motion is taken as known (a record of inverse
-dynamics has it); from it come the efforts of the drives and all components of all reactions. Pinocchio is three-
+Pinocchio has no joint that rubs, so friction is left out here. The motion is taken as known (a
+record of inverse dynamics has it); from it come the efforts of the drives and all components of all
+reactions. Pinocchio is three-
 dimensional: axial forces and bending moments are its own, not a planar theory's.
 """
 
@@ -17,13 +19,16 @@ STATE = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha")
 
 
 def states(scene: Scene, record: Record) -> np.ndarray:
-    """Position, velocity and acceleration of the centres of mass along a record (samples, bodies and ground, 9)."""
+    """Position, velocity and acceleration of the centres of mass along a record (samples, bodies
+    and ground, 9).
+    """
     columns = [[record.values(f"bodies/{b.name}/{n}") for n in STATE] for b in scene.bodies]
     return np.array([*columns, np.zeros((len(STATE), record.time.size))]).transpose(2, 0, 1)
 
 
 def applied(scene: Scene, record: Record) -> np.ndarray:
-    """Wrenches of loads but gravity and drives on the bodies along a record (samples, bodies, 6) [N, N m].
+    """Wrenches of loads but gravity and drives on the bodies along a record (samples, bodies, 6)
+    [N, N m].
 
     Force x, y, z and moment x, y, z about the centre of mass, along the fixed axes.
     """
@@ -44,19 +49,26 @@ def applied(scene: Scene, record: Record) -> np.ndarray:
 
     for load in scene.loads:
         if isinstance(load, Force):
-            push(load.point, np.stack([amount(v, record.time) for v in (load.x, load.y, load.z)], axis=-1))
+            push(
+                load.point,
+                np.stack([amount(v, record.time) for v in (load.x, load.y, load.z)], axis=-1),
+            )
         elif isinstance(load, Torque):
             turn(load.body, amount(load.torque, record.time))
         elif isinstance(load, SpringDamper):
             ends = [state[:, place[p.body], :2] + arm(p)[:, :2] for p in (load.a, load.b)]
             apart = np.pad(ends[1] - ends[0], [(0, 0), (0, 1)])
             length = np.linalg.norm(apart, axis=1)
-            pull = record.values(f"springs/{load.name}/tension") / np.where(length > 0.0, length, 1.0)
+            pull = record.values(f"springs/{load.name}/tension") / np.where(
+                length > 0.0, length, 1.0
+            )
             push(load.a, pull[:, None] * apart)
             push(load.b, -pull[:, None] * apart)
         elif isinstance(load, TorsionSpring):
             twisted = state[:, place[load.b]] - state[:, place[load.a]]
-            moment = load.stiffness * (twisted[:, 2] - load.free_angle) + load.damping * twisted[:, 5]
+            moment = (
+                load.stiffness * (twisted[:, 2] - load.free_angle) + load.damping * twisted[:, 5]
+            )
             turn(load.a, moment)
             turn(load.b, -moment)
     return wrenches[:, :-1]
@@ -65,13 +77,15 @@ def applied(scene: Scene, record: Record) -> np.ndarray:
 def spanning_tree(scene: Scene) -> tuple[list[tuple], list]:
     """(joint, parent, child) from the ground outwards, and the hinges left over, which close loops.
 
-    Joints that carry loads out of the plane, driven joints and slides are in the tree; they never make a loop on their
-    own. Raises ValueError where self-aligning joints leave no such tree.
+    Joints that carry loads out of the plane, driven joints and slides are in the tree; they never
+    make a loop on their own. Raises ValueError where self-aligning joints leave no such tree.
     """
     driven = [d.target for d in scene.drives]
     islands = {body: {body} for body in (*scene.bodies, ground)}
     chosen, cuts = [], []
-    for joint in sorted(scene.joints, key=lambda j: (j.self_aligning, j not in driven, not isinstance(j, Prismatic))):
+    for joint in sorted(
+        scene.joints, key=lambda j: (j.self_aligning, j not in driven, not isinstance(j, Prismatic))
+    ):
         a, b = (islands[body] for body in joint.bodies())
         if a is b:
             cuts.append(joint)
@@ -80,7 +94,8 @@ def spanning_tree(scene: Scene) -> tuple[list[tuple], list]:
         islands |= dict.fromkeys(a | b, a | b)
     if wrong := [j for j in cuts if isinstance(j, Prismatic) or j in driven]:
         raise ValueError(
-            f"{wrong[0].label()} is self-aligning; for Pinocchio slides and driven joints of loops are not"
+            f"{wrong[0].label()} is self-aligning; for Pinocchio slides and driven joints of loops "
+            f"are not"
         )
     tree, placed = [], {ground}
     while chosen:
@@ -95,9 +110,9 @@ def spanning_tree(scene: Scene) -> tuple[list[tuple], list]:
 class Model:
     """A scene without clearance, whose drives prescribe all its motion, as a Pinocchio model.
 
-    tree: (joint, parent, child) in Pinocchio's order; cuts: hinges that close loops; drives; signs (tree,): of a
-    Pinocchio coordinate as our joint's (b against a); columns (tree, drives): efforts of drives on the coordinates.
-    Raises ValueError for scenes that are no such thing.
+    tree: (joint, parent, child) in Pinocchio's order; cuts: hinges that close loops; drives; signs
+        (tree,): of a Pinocchio coordinate as our joint's (b against a); columns (tree, drives):
+        efforts of drives on the coordinates. Raises ValueError for scenes that are no such thing.
     """
 
     def __init__(self, scene: Scene):
@@ -106,7 +121,10 @@ class Model:
         self.pin, self.scene = pinocchio, scene
         self.drives = scene.drives
         if scene.clearance_joints or not all(d.prescribes for d in self.drives):
-            raise ValueError(f"{scene.name}: Pinocchio gets scenes without clearance, all of whose drives prescribe")
+            raise ValueError(
+                f"{scene.name}: Pinocchio gets scenes without clearance, all of whose drives "
+                f"prescribe"
+            )
         self.tree, self.cuts = spanning_tree(scene)
         self.model = pinocchio.Model()
         self.model.gravity.linear = np.array((*scene.gravity, 0.0)[:3])
@@ -117,11 +135,15 @@ class Model:
         if len(self.tree) != 2 * len(self.cuts) + len(self.drives):
             raise ValueError(f"{scene.name}: its drives do not prescribe all its motion")
         self.columns = np.stack([self._column(d) for d in self.drives], axis=1)
-        self.ends = [[self._frame(p, f"{c.name} {p.body.name}") for p in (c.a, c.b)] for c in self.cuts]
+        self.ends = [
+            [self._frame(p, f"{c.name} {p.body.name}") for p in (c.a, c.b)] for c in self.cuts
+        ]
         self.data = self.model.createData()
 
     def _attach(self, i: int, joint, parent: Body, child: Body) -> None:
-        """The frame of a Pinocchio joint stands at the child's own joint point, along the child's axes."""
+        """The frame of a Pinocchio joint stands at the child's own joint point, along the child's
+        axes.
+        """
         forward = child is joint.b.body
         at, of_joint = (_place(p) for p in ((joint.a, joint.b) if forward else (joint.b, joint.a)))
         turn, kind = 0.0, self.pin.JointModelRZ()
@@ -157,7 +179,9 @@ class Model:
         return self.model.addFrame(frame)
 
     def coordinates(self, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Coordinates of the tree, their rates and accelerations (samples, tree), from the bodies' states."""
+        """Coordinates of the tree, their rates and accelerations (samples, tree), from the bodies'
+        states.
+        """
         place = {b: i for i, b in enumerate((*self.scene.bodies, ground))}
         values = np.empty((3, len(state), len(self.tree)))
         for i, (joint, *_) in enumerate(self.tree):
@@ -166,29 +190,44 @@ class Model:
                 values[:, :, i] = self.signs[i] * (b - a)[:, 2::3].T
                 continue
             axis = complex(*joint.axis) * np.exp(1j * a[:, 2])
-            apart, speed, change = (y - x for x, y in zip(_moved(a, joint.a), _moved(b, joint.b), strict=True))
+            apart, speed, change = (
+                y - x for x, y in zip(_moved(a, joint.a), _moved(b, joint.b), strict=True)
+            )
             slide = (axis.conj() * apart).real
-            values[:, :, i] = slide, (axis.conj() * speed).real, (axis.conj() * change).real + a[:, 5] ** 2 * slide
+            values[:, :, i] = (
+                slide,
+                (axis.conj() * speed).real,
+                (axis.conj() * change).real + a[:, 5] ** 2 * slide,
+            )
         return values[0], values[1], values[2]
 
     def outer(self, state: np.ndarray, wrenches: np.ndarray) -> np.ndarray:
-        """Wrenches about the centres of mass (samples, bodies, 6) as Pinocchio takes them, in frames of the joints."""
+        """Wrenches about the centres of mass (samples, bodies, 6) as Pinocchio takes them, in
+        frames of the joints.
+        """
         place = {b: i for i, b in enumerate(self.scene.bodies)}
         applied_ones = np.zeros((len(state), len(self.tree) + 1, 6))
         for _, _, body in self.tree:
-            force, moment = (turned(wrenches[:, place[body], k : k + 3], -state[:, place[body], 2]) for k in (0, 3))
+            force, moment = (
+                turned(wrenches[:, place[body], k : k + 3], -state[:, place[body], 2])
+                for k in (0, 3)
+            )
             arm = np.array((*body.com, 0.0)[:3]) - self.origins[body]
-            applied_ones[:, self.ids[body]] = np.concatenate([force, moment + np.cross(arm, force)], axis=1)
+            applied_ones[:, self.ids[body]] = np.concatenate(
+                [force, moment + np.cross(arm, force)], axis=1
+            )
         return applied_ones
 
 
 def inverse_in_loop(
     model: Model, q: np.ndarray, v: np.ndarray, a: np.ndarray, outer: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Efforts of drives (samples, drives) and forces x, y of the cuts on their bodies b (samples, cuts, 2).
+    """Efforts of drives (samples, drives) and forces x, y of the cuts on their bodies b (samples,
+    cuts, 2).
 
-    Pinocchio called from Python, sample by sample: rnea, and where there are loops also computeJointJacobians, the
-    Jacobians of the two points of each cut, and one dense solve of as many equations as the tree has joints.
+    Pinocchio called from Python, sample by sample: rnea, and where there are loops also
+    computeJointJacobians, the Jacobians of the two points of each cut, and one dense solve of as
+    many equations as the tree has joints.
     """
     pin, m, data, size = model.pin, model.model, model.data, 2 * len(model.cuts)
     efforts, matrix, loads = np.empty(q.shape), np.empty(q.shape[1:] * 2), _Loads(model, outer)
@@ -200,7 +239,9 @@ def inverse_in_loop(
             continue
         pin.computeJointJacobians(m, data, q[s])
         for k, ends in enumerate(model.ends):
-            on_a, on_b = (pin.getFrameJacobian(m, data, end, aligned)[:2].T if end else 0.0 for end in ends)
+            on_a, on_b = (
+                pin.getFrameJacobian(m, data, end, aligned)[:2].T if end else 0.0 for end in ends
+            )
             matrix[:, 2 * k : 2 * k + 2] = on_b - on_a
         efforts[s] = np.linalg.solve(matrix, tau)
     if not size:
@@ -208,10 +249,14 @@ def inverse_in_loop(
     return efforts[:, size:], efforts[:, :size].reshape(len(q), -1, 2)
 
 
-def reactions_in_loop(model: Model, q: np.ndarray, v: np.ndarray, a: np.ndarray, outer: np.ndarray) -> np.ndarray:
-    """Wrenches that the parents put on the children (samples, tree, 6), in the frames of the joints.
+def reactions_in_loop(
+    model: Model, q: np.ndarray, v: np.ndarray, a: np.ndarray, outer: np.ndarray
+) -> np.ndarray:
+    """Wrenches that the parents put on the children (samples, tree, 6), in the frames of the
+    joints.
 
-    Pinocchio called from Python, sample by sample: rnea with the forces of the cuts among the outer ones, and data.f.
+    Pinocchio called from Python, sample by sample: rnea with the forces of the cuts among the outer
+    ones, and data.f.
     """
     pin, m, data, loads = model.pin, model.model, model.data, _Loads(model, outer)
     reactions = np.empty((*q.shape, 6))
@@ -238,9 +283,11 @@ class _Loads:
 
 
 def inverse(scene: Scene, record: Record, model: Model | None = None) -> dict[str, np.ndarray]:
-    """Efforts of drives and all reactions of joints, all without friction, by the channels of a record.
+    """Efforts of drives and all reactions of joints, all without friction, by the channels of a
+    record.
 
-    record: of the same scene, whose motion is taken. Raises ValueError for scenes that `Model` cannot be.
+    record: of the same scene, whose motion is taken. Raises ValueError for scenes that `Model`
+        cannot be.
     """
     model = model or Model(scene)
     state, wrenches = states(scene, record), applied(scene, record)
@@ -255,14 +302,18 @@ def inverse(scene: Scene, record: Record, model: Model | None = None) -> dict[st
     for drive, effort in zip(model.drives, efforts.T, strict=True):
         channels[f"drives/{drive.name}/{drive.effort_kind}"] = effort
     for i, (joint, _, child) in enumerate(model.tree):
-        channels |= _channels(joint, child, state[:, scene.bodies.index(child), 2], q[:, i], carried[:, i])
+        channels |= _channels(
+            joint, child, state[:, scene.bodies.index(child), 2], q[:, i], carried[:, i]
+        )
     for joint, force in zip(model.cuts, forces.swapaxes(0, 1), strict=True):
         channels |= _named(joint, np.pad(force, [(0, 0), (0, 4)]))
     return channels
 
 
 def of_cuts(model: Model, state: np.ndarray, forces: np.ndarray) -> np.ndarray:
-    """Outer wrenches that stand for the forces of the cut hinges (samples, cuts, 2), in frames of the joints."""
+    """Outer wrenches that stand for the forces of the cut hinges (samples, cuts, 2), in frames of
+    the joints.
+    """
     wrenches = np.zeros((len(state), len(model.tree) + 1, 6))
     for k, joint in enumerate(model.cuts):
         for sign, point in ((-1.0, joint.a), (1.0, joint.b)):
@@ -270,12 +321,18 @@ def of_cuts(model: Model, state: np.ndarray, forces: np.ndarray) -> np.ndarray:
                 angle = state[:, model.scene.bodies.index(point.body), 2]
                 force = turned(sign * np.pad(forces[:, k], [(0, 0), (0, 1)]), -angle)
                 arm = _place(point) - model.origins[point.body]
-                wrenches[:, model.ids[point.body]] += np.concatenate([force, np.cross(arm, force)], axis=1)
+                wrenches[:, model.ids[point.body]] += np.concatenate(
+                    [force, np.cross(arm, force)], axis=1
+                )
     return wrenches
 
 
-def _channels(joint, child: Body, angle: np.ndarray, q: np.ndarray, carried: np.ndarray) -> dict[str, np.ndarray]:
-    """A wrench in the child's frame as the joint's channels: on body b about the joint's point b, along fixed axes."""
+def _channels(
+    joint, child: Body, angle: np.ndarray, q: np.ndarray, carried: np.ndarray
+) -> dict[str, np.ndarray]:
+    """A wrench in the child's frame as the joint's channels: on body b about the joint's point b,
+    along fixed axes.
+    """
     force, moment = (turned(carried[:, k : k + 3], angle) for k in (0, 3))
     if child is not joint.b.body:
         if isinstance(joint, Prismatic):  # the child's frame stands at point a
@@ -298,7 +355,11 @@ def _moved(state: np.ndarray, point: Point) -> tuple[np.ndarray, np.ndarray, np.
     """Position, velocity and acceleration x + i y of a point (samples,)."""
     x, y, angle, vx, vy, turning, ax, ay, alpha = state.T
     arm = from_centre(point)[0] * np.exp(1j * angle)
-    return x + 1j * y + arm, vx + 1j * vy + 1j * turning * arm, ax + 1j * ay + (1j * alpha - turning**2) * arm
+    return (
+        x + 1j * y + arm,
+        vx + 1j * vy + 1j * turning * arm,
+        ax + 1j * ay + (1j * alpha - turning**2) * arm,
+    )
 
 
 def turned(vectors, angle) -> np.ndarray:
@@ -309,9 +370,11 @@ def turned(vectors, angle) -> np.ndarray:
 
 
 def _inertia(body: Body) -> np.ndarray:
-    """Inertia about the centre of mass, in the body's axes; the part that planar motion does not feel is made up.
+    """Inertia about the centre of mass, in the body's axes; the part that planar motion does not
+    feel is made up.
 
-    Half of the moment of inertia goes to each axis of the plane, and enough along z to make the products possible.
+    Half of the moment of inertia goes to each axis of the plane, and enough along z to make the
+    products possible.
     """
     x, y = body.products
     along = 4.0 * (x * x + y * y) / body.inertia

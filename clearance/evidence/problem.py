@@ -1,4 +1,6 @@
-"""A scene as an initial value problem that any solver can be given: one compiled right-hand side, one error measure."""
+"""A scene as an initial value problem that any solver can be given: one compiled right-hand side,
+one error measure.
+"""
 
 import dis
 import math
@@ -15,8 +17,10 @@ from clearance.stepping import status
 
 REFERENCE_RTOL = 1e-13
 CHECK_RTOL = 1e-12
-DISPLACEMENT = 1e-12  # of the natural size of each state: how far apart neighbouring trajectories start
-PARTED = 1e-2  # of the clearance: trajectories this far apart have nothing to do with each other any more
+# of the natural size of each state: how far apart neighbouring trajectories start
+DISPLACEMENT = 1e-12
+# of the clearance: trajectories this far apart have nothing to do with each other any more
+PARTED = 1e-2
 
 
 class NotSolved(RuntimeError):
@@ -37,8 +41,8 @@ class Solution:
 class Problem:
     """A scene over a span, sampled at equal times, by default without the energy ledger.
 
-    The error of a solution is the largest deviation of the compared states (eccentricities over the clearance, else all
-    coordinates over their natural size) from the reference.
+    The error of a solution is the largest deviation of the compared states (eccentricities over the
+    clearance, else all coordinates over their natural size) from the reference.
     """
 
     def __init__(self, scene: Scene, until: float, samples: int = 201, ledger: bool = False):
@@ -46,7 +50,8 @@ class Problem:
         self.mechanism: Mechanism = build(scene, ledger=ledger)
         if self.mechanism.size == 0:
             raise ValueError(
-                "this scene has no degree of freedom: there is nothing to integrate and no error to measure"
+                "this scene has no degree of freedom: there is nothing to integrate and no error "
+                "to measure"
             )
         self.times = np.linspace(0.0, until, samples)
         free, moving = len(self.mechanism.plan.free), len(self.mechanism.eccentric)
@@ -63,9 +68,16 @@ class Problem:
 
     @property
     def remembers(self) -> bool:
-        """True where a contact law depends on the impact speed: such a law needs a solver that locates events."""
+        """True where a contact law depends on the impact speed: such a law needs a solver that
+        locates events.
+        """
         laws = [j.contact.law.function for j in self.scene.clearance_joints if j.impacts]
-        return any(i.argval == "impact_speed" for f in laws for i in dis.get_instructions(f) if "LOAD" in i.opname)
+        return any(
+            i.argval == "impact_speed"
+            for f in laws
+            for i in dis.get_instructions(f)
+            if "LOAD" in i.opname
+        )
 
     def start(self, displacement: float = 0.0) -> np.ndarray:
         y = self.mechanism.y0.copy()
@@ -75,7 +87,9 @@ class Problem:
     def work(self) -> np.ndarray:
         return np.append(self.mechanism.work0, 0.0)
 
-    def own(self, method: str, rtol: float, displacement: float = 0.0, max_steps: int | None = None) -> Solution:
+    def own(
+        self, method: str, rtol: float, displacement: float = 0.0, max_steps: int | None = None
+    ) -> Solution:
         """Solved by a stepper of this package, warm; seconds are those of the compiled loop."""
         span = Span(self.until, self.times.size)
         run = Run(self.mechanism, span, Solver(rtol, method, max_steps=max_steps), outputs=False)
@@ -83,7 +97,9 @@ class Problem:
         _, rows, code = run.trajectory()
         if code != status.DONE:
             raise NotSolved(f"at t = {run.state.time:.6g} s: {status.MESSAGES[code]}")
-        return Solution(rows, run.wall, int(run.state.steps), int(run.state.evaluations), run.contact_count)
+        return Solution(
+            rows, run.wall, int(run.state.steps), int(run.state.evaluations), run.contact_count
+        )
 
     def distance(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Largest deviation of the compared states at each time."""
@@ -103,7 +119,9 @@ class Problem:
 
     @cached_property
     def doubt(self) -> float:
-        """Deviation of a second method at its tightest from the reference: no error below this means anything."""
+        """Deviation of a second method at its tightest from the reference: no error below this
+        means anything.
+        """
         return self.error(self.own(self.reference_methods[1], CHECK_RTOL).states)
 
 
@@ -119,10 +137,14 @@ class Horizon:
         unit, length = ("turn", turn) if turn else ("s", 1.0)
         if self.time is None:
             return f"comparable throughout ({self.checked / length:.3g} {unit}{'s' if turn else ''} checked)"
-        parted = f"; neighbouring trajectories part by {self.growth * length:.2g} decades per {unit}"
+        parted = (
+            f"; neighbouring trajectories part by {self.growth * length:.2g} decades per {unit}"
+        )
         if not math.isfinite(self.growth):
             parted = ""
-        return f"comparable until {unit} {self.time / length:.3g}{parted}: beyond, compare statistics"
+        return (
+            f"comparable until {unit} {self.time / length:.3g}{parted}: beyond, compare statistics"
+        )
 
 
 def parting(problem: Problem, a: np.ndarray, b: np.ndarray, level: float = PARTED) -> float | None:
@@ -132,18 +154,25 @@ def parting(problem: Problem, a: np.ndarray, b: np.ndarray, level: float = PARTE
 
 
 def horizon(scene: Scene, until: float, rtol: float, method: str, longest: int = 64) -> Horizon:
-    """Time up to which a run at this tolerance can be compared with another: it and one at rtol / 10 have not parted
-    (at the tightest tolerances: one from a start displaced by 1e-12 of the clearance).
+    """Time up to which a run at this tolerance can be compared with another: it and one at
+    rtol / 10 have not parted (at the tightest tolerances: one from a start displaced by 1e-12 of
+    the clearance).
 
-    Looked for over 1, 2, 4 ... turns (of the drive, else sixteenths of the span), at most `longest`, at most `until`.
-    The growth comes from two runs at tight tolerance whose starts differ by 1e-12 of the clearance.
+    Looked for over 1, 2, 4 ... turns (of the drive, else sixteenths of the span), at most
+    `longest`, at most `until`. The growth comes from two runs at tight tolerance whose starts
+    differ by 1e-12 of the clearance.
     """
     unit = min(scene.turn or until / 16.0, until)
     count = 1
     while True:
         end = min(count * unit, until)
-        problem = Problem(scene, end, 200 * count + 1, ledger=True)  # the kernel that the run has compiled already
-        tighter = problem.own(method, rtol / 10.0) if rtol >= 1e-13 else problem.own(method, rtol, DISPLACEMENT)
+        # the kernel that the run has compiled already
+        problem = Problem(scene, end, 200 * count + 1, ledger=True)
+        tighter = (
+            problem.own(method, rtol / 10.0)
+            if rtol >= 1e-13
+            else problem.own(method, rtol, DISPLACEMENT)
+        )
         time = parting(problem, problem.own(method, rtol).states, tighter.states)
         if time is not None:
             return Horizon(time, growth(problem, method), end)
@@ -153,7 +182,9 @@ def horizon(scene: Scene, until: float, rtol: float, method: str, longest: int =
 
 
 def growth(problem: Problem, method: str) -> float:
-    """Decades per second at which trajectories from neighbouring starts part, by least squares on the logarithm."""
+    """Decades per second at which trajectories from neighbouring starts part, by least squares on
+    the logarithm.
+    """
     a, b = problem.own(method, 1e-11).states, problem.own(method, 1e-11, DISPLACEMENT).states
     apart = problem.distance(a, b)
     use = (apart > 0.0) & (np.maximum.accumulate(apart) < PARTED)

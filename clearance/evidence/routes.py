@@ -1,7 +1,7 @@
 """Routes of inverse dynamics side by side: run time, operations, agreement.
 
-All routes are exact, so there is no error to trade time for. They get the same times and, where they need it, the
-motion of the same record. What each computes differs and stands beside its time.
+All routes are exact, so there is no error to trade time for. They get the same times and, where
+they need it, the motion of the same record. What each computes differs and stands beside its time.
 """
 
 import importlib.util
@@ -37,7 +37,9 @@ KINDS = ("additions", "multiplications", "divisions", "functions")
 
 @dataclass(frozen=True)
 class Operations:
-    """Arithmetic of one sample; subtractions are additions, functions are roots, sines and the like."""
+    """Arithmetic of one sample; subtractions are additions, functions are roots, sines and the
+    like.
+    """
 
     additions: float
     multiplications: float
@@ -54,7 +56,10 @@ class Operations:
 
 @dataclass
 class Route:
-    """One way to the same forces. Differences are from the explicit route, over its largest value of the same unit."""
+    """One way to the same forces.
+
+    Differences are from the explicit route, over its largest value of the same unit.
+    """
 
     name: str
     computes: str
@@ -87,12 +92,17 @@ class RouteStudy:
 
 
 def compare(
-    scene: Scene, times: np.ndarray, peers: bool = False, title: str | None = None,
+    scene: Scene,
+    times: np.ndarray,
+    peers: bool = False,
+    title: str | None = None,
     progress: Callable[[str], None] = lambda text: None,
-) -> RouteStudy:  # fmt: skip
-    """Measure the routes of inverse dynamics at the same times [s]; `peers` adds Pinocchio where it is installed.
+) -> RouteStudy:
+    """Measure the routes of inverse dynamics at the same times [s]; `peers` adds Pinocchio where it
+    is installed.
 
-    Raises ValueError for scenes that inverse dynamics does not take, SimulationError where their motion ends.
+    Raises ValueError for scenes that inverse dynamics does not take, SimulationError where their
+    motion ends.
     """
     progress("explicit route")
     record, solver = inverse_dynamics(scene, time=times), Explicit(scene)
@@ -105,8 +115,13 @@ def compare(
         timings += _pinocchio(study, record, scene)
     if rubbing := [j.name for j in scene.rubbing_joints]:
         study.remarks.append(
-            f"friction in {', '.join(rubbing)}: the routes without friction are compared with the ideal efforts"
-            + ("" if _reactions_are_ideal(scene) else "; reactions, which friction changes here, are not compared")
+            f"friction in {', '.join(rubbing)}: the routes without friction are compared with the "
+            f"ideal efforts"
+            + (
+                ""
+                if _reactions_are_ideal(scene)
+                else "; reactions, which friction changes here, are not compared"
+            )
         )
     study.routes = [route for route, _ in timings]
     for repeat in range(REPEATS):  # in turn, so that all meet the same state of the machine
@@ -133,9 +148,12 @@ def _own(study: RouteStudy, solver: Explicit, record: Record) -> list[tuple]:
     everything = "motion, friction, all efforts and reactions, all channels"
     count, first = record.time.size, record.time[:COUNTED]
     needed, complete = (
-        counted_operations(solver, first, c) for c in (needed_channels(solver), range(len(solver.channels)))
+        counted_operations(solver, first, c)
+        for c in (needed_channels(solver), range(len(solver.channels)))
     )
-    study.remarks.append(f"explicit: operations are counted while its code runs the first {first.size} samples")
+    study.remarks.append(
+        f"explicit: operations are counted while its code runs the first {first.size} samples"
+    )
 
     def loop() -> float:
         solver.rows(record.time)
@@ -143,8 +161,16 @@ def _own(study: RouteStudy, solver: Explicit, record: Record) -> list[tuple]:
 
     call = _timed(lambda: inverse_dynamics(solver.scene, time=record.time))
     return [
-        (Route("explicit", f"{everything}; compiled loop", count, needed, complete, 0.0, 0.0), loop),
-        (Route("explicit, whole call", f"{everything}; inverse_dynamics, record in memory", count), call),
+        (
+            Route("explicit", f"{everything}; compiled loop", count, needed, complete, 0.0, 0.0),
+            loop,
+        ),
+        (
+            Route(
+                "explicit, whole call", f"{everything}; inverse_dynamics, record in memory", count
+            ),
+            call,
+        ),
     ]
 
 
@@ -153,15 +179,21 @@ def _multipliers(study: RouteStudy, record: Record, scene: Scene, progress) -> l
     progress("multipliers")
     poses = pinocchio.states(scene, record)[:, :-1, :3]
     formula = dense_operations(len(scene.bodies), len(scene.joints))
-    everything = Route("multipliers", "motion, friction, all efforts and reactions; numpy", record.time.size)
-    _agreement(everything, multipliers.inverse(scene, record.time, poses), record, scene, ideal=False)
+    everything = Route(
+        "multipliers", "motion, friction, all efforts and reactions; numpy", record.time.size
+    )
+    _agreement(
+        everything, multipliers.inverse(scene, record.time, poses), record, scene, ideal=False
+    )
     what = f"efforts and reactions in the plane of a known motion without friction: {study.equations} equations, LAPACK"
     solve = Route("multipliers, solve alone", what, record.time.size, formula)
     matrices, right, channels = dense_system(scene, record, poses)
     _agreement(solve, channels, record, scene)
     study.remarks.append(
-        f"multipliers: operations by formula, turning points and inertia, LU factors of n = {study.equations} and one "
-        "solution; the time of the solve is that of numpy.linalg.solve on matrices that are there already"
+        f"multipliers: operations by formula, turning points and inertia, LU factors of n = "
+        f"{study.equations} and one "
+        "solution; the time of the solve is that of numpy.linalg.solve on matrices that are there "
+        "already"
     )
     return [
         (everything, _timed(lambda: multipliers.inverse(scene, record.time, poses))),
@@ -183,24 +215,35 @@ def _pinocchio(study: RouteStudy, record: Record, scene: Scene) -> list[tuple]:
     solved = " frame Jacobians and a dense solve," if model.cuts else ""
     forces = " and cut forces" if model.cuts else ""
     short = Route(
-        "Pinocchio", f"efforts{forces} of a known motion without friction: rnea,{solved} a loop in Python", len(q)
+        "Pinocchio",
+        f"efforts{forces} of a known motion without friction: rnea,{solved} a loop in Python",
+        len(q),
     )
-    full = Route("Pinocchio, reactions", "the same, and with a second rnea a sample all reactions", len(q))
+    full = Route(
+        "Pinocchio, reactions", "the same, and with a second rnea a sample all reactions", len(q)
+    )
     channels = pinocchio.inverse(scene, record, model)
     for route in (short, full):
         _agreement(route, channels, record, scene)
     short.reactions = math.nan
-    cut = outer + pinocchio.of_cuts(model, state[part], pinocchio.inverse_in_loop(model, q, v, a, outer)[1])
+    cut = outer + pinocchio.of_cuts(
+        model, state[part], pinocchio.inverse_in_loop(model, q, v, a, outer)[1]
+    )
 
     def both() -> None:
         pinocchio.inverse_in_loop(model, q, v, a, outer)
         pinocchio.reactions_in_loop(model, q, v, a, cut)
 
     study.remarks.append(
-        f"Pinocchio {model.pin.__version__}: timed over {len(q)} samples; making its coordinates and outer forces is "
-        "left out of its time; much of that goes into the calls from Python, not into Pinocchio itself"
+        f"Pinocchio {model.pin.__version__}: timed over {len(q)} samples; making its coordinates "
+        f"and outer forces is "
+        "left out of its time; much of that goes into the calls from Python, not into Pinocchio "
+        "itself"
     )
-    return [(short, _timed(lambda: pinocchio.inverse_in_loop(model, q, v, a, outer))), (full, _timed(both))]
+    return [
+        (short, _timed(lambda: pinocchio.inverse_in_loop(model, q, v, a, outer))),
+        (full, _timed(both)),
+    ]
 
 
 # --- agreement
@@ -210,10 +253,22 @@ def _reactions_are_ideal(scene: Scene) -> bool:
     return all(j in driven for j in scene.rubbing_joints)
 
 
-def _agreement(route: Route, channels: dict, record: Record, scene: Scene, ideal: bool = True) -> None:
-    """Note the largest differences of efforts and reactions; ideal: what is found knows no friction."""
-    efforts = {p: v for p, v in channels.items() if p.startswith("drives/") and p.endswith(("/torque", "/force"))}
-    reactions = {p: v for p, v in channels.items() if p.startswith("joints/") and p.rpartition("/")[2] in REACTIONS}
+def _agreement(
+    route: Route, channels: dict, record: Record, scene: Scene, ideal: bool = True
+) -> None:
+    """Note the largest differences of efforts and reactions; ideal: what is found knows no
+    friction.
+    """
+    efforts = {
+        p: v
+        for p, v in channels.items()
+        if p.startswith("drives/") and p.endswith(("/torque", "/force"))
+    }
+    reactions = {
+        p: v
+        for p, v in channels.items()
+        if p.startswith("joints/") and p.rpartition("/")[2] in REACTIONS
+    }
     if ideal:
         efforts = {f"{p}_ideal" if f"{p}_ideal" in record else p: v for p, v in efforts.items()}
     route.efforts = largest_difference(efforts, record)
@@ -238,7 +293,8 @@ def largest_difference(channels: dict[str, np.ndarray], record: Record) -> float
 
 
 def power_residual(scene: Scene, record: Record) -> np.ndarray:
-    """Power of drives, gravity and all other loads that is neither inertia's nor lost in joints (samples,) [W].
+    """Power of drives, gravity and all other loads that is neither inertia's nor lost in joints
+    (samples,) [W].
 
     Everything stands in the record's channels; no difference quotient is taken.
     """
@@ -253,14 +309,20 @@ def _unbalanced(scene: Scene, record: Record, state: np.ndarray) -> np.ndarray:
     """Gravity and loads but drives, less inertia (samples, bodies, 3), in the plane."""
     resisting = np.array([(b.mass, b.mass, b.inertia) for b in scene.bodies])
     gravity = np.array([*scene.gravity[:2], 0.0])
-    return pinocchio.applied(scene, record)[..., [0, 1, 5]] - resisting * (state[..., 6:9] - gravity)
+    return pinocchio.applied(scene, record)[..., [0, 1, 5]] - resisting * (
+        state[..., 6:9] - gravity
+    )
 
 
 # --- multipliers
-def dense_system(scene: Scene, record: Record, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Matrices J^T (samples, n, n) and right sides (samples, n, 1) of the multipliers, and the forces they give.
+def dense_system(
+    scene: Scene, record: Record, poses: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, dict]:
+    """Matrices J^T (samples, n, n) and right sides (samples, n, 1) of the multipliers, and the
+    forces they give.
 
-    The motion is the record's, friction is left out. The forces by the paths of its channels, those in the plane only.
+    The motion is the record's, friction is left out. The forces by the paths of its channels, those
+    in the plane only.
     """
     pairs, state = Pairs(scene, assemble(scene)), pinocchio.states(scene, record)[:, :-1]
     geometry = Geometry(pairs, poses)
@@ -281,14 +343,20 @@ def dense_system(scene: Scene, record: Record, poses: np.ndarray) -> tuple[np.nd
 
 
 def dense_operations(bodies: int, joints: int) -> Operations:
-    """Of one solve for all multipliers of a known motion, n = 3 bodies equations, no zero of the matrix made use of.
+    """Of one solve for all multipliers of a known motion, n = 3 bodies equations, no zero of the
+    matrix made use of.
 
-    Of the assembly only a sine and a cosine a body, the turning of two points a joint, mass times acceleration less
-    gravity; Gaussian elimination with the right side, and back substitution.
+    Of the assembly only a sine and a cosine a body, the turning of two points a joint, mass times
+    acceleration less gravity; Gaussian elimination with the right side, and back substitution.
     """
     n = 3 * bodies
     pairs = (n - 1) * n * (2 * n - 1) // 6 + n * (n - 1)  # a multiplication and a subtraction each
-    return Operations(pairs + 4 * joints + 2 * bodies, pairs + 8 * joints + 3 * bodies, n * (n + 1) // 2, 2 * bodies)
+    return Operations(
+        pairs + 4 * joints + 2 * bodies,
+        pairs + 8 * joints + 3 * bodies,
+        n * (n + 1) // 2,
+        2 * bodies,
+    )
 
 
 # --- operations of the explicit route
@@ -300,18 +368,24 @@ def needed_channels(solver: Explicit) -> list[int]:
 
 
 def counted_operations(solver: Explicit, times: np.ndarray, channels: Iterable[int]) -> Operations:
-    """Operations a sample of the code for some channels, counted while it runs in Python at growing times [s].
+    """Operations a sample of the code for some channels, counted while it runs in Python at growing
+    times [s].
 
-    Iterations count as often as they are made; changes of sign, comparisons and copies do not count.
+    Iterations count as often as they are made; changes of sign, comparisons and copies do not
+    count.
     """
     structure, m, count = solver.structure, solver.mechanism, Counting()
     look = count.function("observe", observing(structure, channels))
     keep = count.function("commit", structure.texts["commit"])
-    state, par, work = ([count.number(v) for v in x] for x in (m.y0, m.par, np.append(m.work0, 0.0)))
+    state, par, work = (
+        [count.number(v) for v in x] for x in (m.y0, m.par, np.append(m.work0, 0.0))
+    )
     out = [0.0] * len(solver.channels)
     for i, time in enumerate(times):
         way = time - times[i - 1] if i else 0.0
-        stretches = max(math.ceil(way * m.frequency / STRETCH), 1) if structure.layout.commits else 0
+        stretches = (
+            max(math.ceil(way * m.frequency / STRETCH), 1) if structure.layout.commits else 0
+        )
         for k in range(1, stretches):
             keep(count.number(time - way + way * k / stretches), state, par, work, work)
         look(count.number(time), state, par, work, out)
@@ -331,16 +405,27 @@ class Counting:
 
     def __init__(self):
         self.tally: Counter = Counter()
-        names = {"add": "additions", "sub": "additions", "mul": "multiplications", "truediv": "divisions"}
+        names = {
+            "add": "additions",
+            "sub": "additions",
+            "mul": "multiplications",
+            "truediv": "divisions",
+        }
         methods = {
             f"__{side}{name}__": self._counted(kind, getattr(float, f"__{side}{name}__"))
             for name, kind in names.items()
             for side in ("", "r")
         }
         methods["__pow__"] = self._counted("functions", float.__pow__)
-        methods |= {f"__{name}__": self._counted(None, getattr(float, f"__{name}__")) for name in ("neg", "abs")}
+        methods |= {
+            f"__{name}__": self._counted(None, getattr(float, f"__{name}__"))
+            for name in ("neg", "abs")
+        }
         self.number = type("Number", (float,), methods)
-        tools = {n: f if isinstance(f, float) else self._counted("functions", f) for n, f in vars(math).items()}
+        tools = {
+            n: f if isinstance(f, float) else self._counted("functions", f)
+            for n, f in vars(math).items()
+        }
         self.math = SimpleNamespace(**{n: f for n, f in tools.items() if not n.startswith("_")})
 
     def _counted(self, kind: str | None, plain: Callable) -> Callable:
@@ -366,14 +451,19 @@ def table(study: RouteStudy) -> list[str]:
     """Time, operations and agreement of each route, as Markdown."""
     base = study.route("explicit")
     lines = [
-        f"| {study.title}, {study.samples} samples | us a sample | x explicit | operations a sample "
+        f"| {study.title}, {study.samples} samples | us a sample | x explicit | operations a "
+        f"sample "
         "| efforts | reactions |",
         "|---|---|---|---|---|---|",
     ]
     for r in study.routes:
         ratio = "" if r is base else f"{r.per_sample / base.per_sample:.3g}"
-        apart = " | ".join("-" if math.isnan(d) or r is base else f"{d:.0e}" for d in (r.efforts, r.reactions))
-        lines.append(f"| {r.name} | {1e6 * r.per_sample:.3g} | {ratio} | {r.operations or '-'} | {apart} |")
+        apart = " | ".join(
+            "-" if math.isnan(d) or r is base else f"{d:.0e}" for d in (r.efforts, r.reactions)
+        )
+        lines.append(
+            f"| {r.name} | {1e6 * r.per_sample:.3g} | {ratio} | {r.operations or '-'} | {apart} |"
+        )
     return lines
 
 
@@ -381,11 +471,14 @@ def describe(study: RouteStudy) -> list[str]:
     """Notes to the table."""
     base, dense = study.route("explicit"), study.route("multipliers, solve")
     return [
-        "Operations: additions + multiplications + divisions + functions (roots, sines) for efforts and reactions.",
+        "Operations: additions + multiplications + divisions + functions (roots, sines) for "
+        "efforts and reactions.",
         "Efforts, reactions: largest difference from the explicit route, over its largest value.",
-        f"The explicit route needs {base.operations.total:.0f} operations from the time to efforts and reactions "
+        f"The explicit route needs {base.operations.total:.0f} operations from the time to efforts "
+        f"and reactions "
         f"({base.output_operations.total:.0f} for all channels), one dense solve of a known motion "
-        f"{dense.operations.total:.0f}: {dense.operations.total / base.operations.total:.2g} times as many.",
+        f"{dense.operations.total:.0f}: {dense.operations.total / base.operations.total:.2g} times "
+        f"as many.",
         *(f"{r.name}: {r.computes}" for r in study.routes),
         *study.remarks,
     ]
@@ -394,36 +487,59 @@ def describe(study: RouteStudy) -> list[str]:
 def plain(study: RouteStudy) -> dict:
     """The study as one JSON document."""
     return {
-        "title": study.title, "samples": study.samples, "equations": study.equations, "remarks": study.remarks,
+        "title": study.title,
+        "samples": study.samples,
+        "equations": study.equations,
+        "remarks": study.remarks,
         "routes": [
             {
-                "name": r.name, "computes": r.computes, "samples": r.samples, "seconds_a_sample": r.per_sample,
-                "repeats": r.seconds, "operations": _listed(r.operations),
+                "name": r.name,
+                "computes": r.computes,
+                "samples": r.samples,
+                "seconds_a_sample": r.per_sample,
+                "repeats": r.seconds,
+                "operations": _listed(r.operations),
                 "output_operations": _listed(r.output_operations),
                 "efforts_difference": None if math.isnan(r.efforts) else r.efforts,
                 "reactions_difference": None if math.isnan(r.reactions) else r.reactions,
             }
             for r in study.routes
         ],
-    }  # fmt: skip
+    }
 
 
 def _listed(operations: Operations | None) -> dict | None:
-    return operations and {**{kind: getattr(operations, kind) for kind in KINDS}, "total": operations.total}
+    return operations and {
+        **{kind: getattr(operations, kind) for kind in KINDS},
+        "total": operations.total,
+    }
 
 
 def save(study: RouteStudy, folder: str | Path) -> Path:
     """Times of all repeats, operations and differences as HDF5, a group a route."""
     tables = {}
     for r in study.routes:
-        facts = {"computes": r.computes, "samples": r.samples, "efforts": r.efforts, "reactions": r.reactions}
-        for name, counts in (("operations", r.operations), ("output_operations", r.output_operations)):
+        facts = {
+            "computes": r.computes,
+            "samples": r.samples,
+            "efforts": r.efforts,
+            "reactions": r.reactions,
+        }
+        for name, counts in (
+            ("operations", r.operations),
+            ("output_operations", r.output_operations),
+        ):
             facts |= {f"{name}_{kind}": number for kind, number in (_listed(counts) or {}).items()}
-        tables[r.name] = (facts, {"seconds": ("s", "run time a sample, of each repeat", np.array(r.seconds))})
+        tables[r.name] = (
+            facts,
+            {"seconds": ("s", "run time a sample, of each repeat", np.array(r.seconds))},
+        )
     attributes = {
-        "title": study.title, "samples": study.samples, "equations": study.equations,
+        "title": study.title,
+        "samples": study.samples,
+        "equations": study.equations,
         "remarks": "; ".join(study.remarks),
-    }  # fmt: skip
+    }
     return save_tables(Path(folder) / "routes.h5", "clearance-inverse-routes", attributes, tables)
 
 
@@ -434,9 +550,13 @@ def picture(study: RouteStudy, path: str | Path) -> Path:
     figure = sheet(8.0, 1.2 + 0.45 * len(study.routes))
     axes = figure.add_subplot()
     names, times = [r.name for r in study.routes], [1e6 * r.per_sample for r in study.routes]
-    axes.barh(names, times, color=[COLOURS[0] if n.startswith("explicit") else GREYS[0] for n in names])
+    axes.barh(
+        names, times, color=[COLOURS[0] if n.startswith("explicit") else GREYS[0] for n in names]
+    )
     for i, r in enumerate(study.routes):
-        label = f" {times[i]:.3g} us" + (f", {r.operations.total:.0f} operations" if r.operations else "")
+        label = f" {times[i]:.3g} us" + (
+            f", {r.operations.total:.0f} operations" if r.operations else ""
+        )
         axes.annotate(label, (times[i], i), va="center", fontsize=8)
     axes.set_xscale("log")
     axes.set_xlim(0.3 * min(times), 30.0 * max(times))

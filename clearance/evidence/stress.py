@@ -1,7 +1,10 @@
-"""The stress matrix: extremes over the cases. Each cell is done, with residuals, or stops for a named reason.
+"""The stress matrix: extremes over the cases.
 
-A row is an extreme, a column a case with one model of its joints. Cells run in worker processes, with a budget of steps
-and of time; should one bring its process down, the others are run again without it.
+Each cell is done, with residuals, or stops for a named reason.
+
+A row is an extreme, a column a case with one model of its joints. Cells run in worker processes,
+with a budget of steps and of time; should one bring its process down, the others are run again
+without it.
 """
 
 import dataclasses
@@ -32,7 +35,8 @@ STEP_BUDGET = 10_000_000
 TIME_BUDGET = 60.0  # seconds a cell
 TURNS = 2.0
 RANDOM_SCENES = 12
-GOOD, LOST = 1e-3, 5e-2  # energy residual shares: fine below the first, beyond the second a run ends itself
+# energy residual shares: fine below the first, beyond the second a run ends itself
+GOOD, LOST = 1e-3, 5e-2
 
 MODELS = ("lubricated", "dry", "mixed")
 CASES = ("six_bar_feeder", "slider_crank", "four_bar")
@@ -48,7 +52,8 @@ class Cell:
     case: str
     model: str
     parameters: dict = field(default_factory=dict)
-    joint: dict = field(default_factory=dict)  # fields of every clearance joint; eccentricity as a ratio
+    # fields of every clearance joint; eccentricity as a ratio
+    joint: dict = field(default_factory=dict)
     laws: dict = field(default_factory=dict)  # parameters of every contact law
     masses: float = 1.0  # mass ratio of the lightest to the heaviest body
     gravity: tuple[float, float] | None = None
@@ -69,7 +74,9 @@ class Cell:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Outcome of a cell. kind: done, named (a stated reason), or fault (a crash, a NaN, a hang: never allowed)."""
+    """Outcome of a cell. kind: done, named (a stated reason), or fault (a crash, a NaN, a hang:
+    never allowed).
+    """
 
     row: str
     column: str
@@ -110,7 +117,12 @@ def _cells() -> Iterator[Cell]:
                 yield Cell(row, case, model, smoothed(model, parameters))
             if case in ALL_JOINTS:
                 yield Cell("all joints", case, model, {"joints": ALL_JOINTS[case]})
-                yield Cell("all joints, 12000 rpm", case, model, {"joints": ALL_JOINTS[case], "speed": rpm(12000)})
+                yield Cell(
+                    "all joints, 12000 rpm",
+                    case,
+                    model,
+                    {"joints": ALL_JOINTS[case], "speed": rpm(12000)},
+                )
             yield Cell("no gravity", case, model, gravity=(0.0, 0.0))
             yield Cell("mass ratio 1e4", case, model, masses=1e-4)
             yield Cell("rtol 1e-1", case, model, rtol=1e-1)
@@ -125,8 +137,12 @@ def _cells() -> Iterator[Cell]:
 def _oiled(case: str, model: str) -> Iterator[Cell]:
     yield Cell("viscosity 1e-4", case, model, {"viscosity": 1e-4})
     yield Cell("viscosity 10", case, model, {"viscosity": 10.0})
-    yield Cell("viscosity 1e-4, 12000 rpm, c 1 mm", case, model, {
-        "viscosity": 1e-4, "speed": rpm(12000), "clearance": 1e-3})  # fmt: skip
+    yield Cell(
+        "viscosity 1e-4, 12000 rpm, c 1 mm",
+        case,
+        model,
+        {"viscosity": 1e-4, "speed": rpm(12000), "clearance": 1e-3},
+    )
     narrow = {"viscosity": 10.0, "speed": rpm(30), "clearance": 1e-6}
     yield Cell("viscosity 10, 30 rpm, c 1 um", case, model, smoothed(model, narrow))
 
@@ -153,20 +169,25 @@ def _random_cells() -> Iterator[Cell]:
 def altered(scene: Scene, changes: dict, laws: dict, masses: float, gravity) -> Scene:
     """A scene with other numbers: bodies get masses from 1 down to `masses` of theirs.
 
-    `changes` are fields of clearance joints (eccentricity as a ratio), `laws` parameters of their contact laws.
+    `changes` are fields of clearance joints (eccentricity as a ratio), `laws` parameters of their
+    contact laws.
     """
     count = max(len(scene.bodies) - 1, 1)
     share = {b.name: masses ** (i / count) for i, b in enumerate(scene.bodies)}
 
     def body(b: Body) -> Body:
-        return dataclasses.replace(b, mass=b.mass * share[b.name], inertia=b.inertia * share[b.name])
+        return dataclasses.replace(
+            b, mass=b.mass * share[b.name], inertia=b.inertia * share[b.name]
+        )
 
     def joint(j: Joint) -> Joint:
         if not isinstance(j, ClearanceRevolute):
             return j
         values = dict(changes)
         if "eccentricity" in values:
-            values["eccentricity"] = tuple(k * values["eccentricity"] * j.clearance for k in (0.6, -0.8))
+            values["eccentricity"] = tuple(
+                k * values["eccentricity"] * j.clearance for k in (0.6, -0.8)
+            )
         if laws and j.contact is not None:
             values["contact"] = j.contact.law(**(j.contact.parameters | laws))
         return dataclasses.replace(j, **values)
@@ -175,7 +196,9 @@ def altered(scene: Scene, changes: dict, laws: dict, masses: float, gravity) -> 
 
 
 def random_scene(seed: int, model: str) -> Scene:
-    """A crank-rocker or slider-crank of random proportions, masses, clearances, speed and laws; always assemblable."""
+    """A crank-rocker or slider-crank of random proportions, masses, clearances, speed and laws;
+    always assemblable.
+    """
     from clearance.choices import joint_factory
 
     rng = np.random.default_rng(seed)
@@ -188,26 +211,48 @@ def random_scene(seed: int, model: str) -> Scene:
     mass = [spread(1e-2, 10.0) for _ in range(3)]
     crank, rod, last = (
         Body(
-            name, m, m * (size / 3.0) ** 2, points={"a": (0, 0), "b": (length, 0)}, com=(0.5 * length, 0.0), angle=angle
+            name,
+            m,
+            m * (size / 3.0) ** 2,
+            points={"a": (0, 0), "b": (length, 0)},
+            com=(0.5 * length, 0.0),
+            angle=angle,
         )
         for name, m, length, angle in zip(
-            ("crank", "rod", "last"), mass, (crank_length, size, 0.9 * size), (0.7, 0.1, 1.2), strict=True
+            ("crank", "rod", "last"),
+            mass,
+            (crank_length, size, 0.9 * size),
+            (0.7, 0.1, 1.2),
+            strict=True,
         )
     )
     names = [n for n in "BC" if rng.integers(2)] or ["C"]
     clearance = spread(2e-6, 5e-4)
     radius = max(0.05 * size, 3.0 * clearance)
     contact, friction = (
-        str(rng.choice(c)) for c in (("lankarani_nikravesh", "hunt_crossley_memoryless"), ("none", "coulomb"))
+        str(rng.choice(c))
+        for c in (("lankarani_nikravesh", "hunt_crossley_memoryless"), ("none", "coulomb"))
     )
     factory = joint_factory(
-        names, ("B", "C"), model=model, clearance=clearance, radius=radius, length=0.05 * size,
-        viscosity=spread(1e-3, 1.0), restitution=float(rng.uniform(0.0, 1.0)), contact=contact, friction=friction,
-        friction_coefficient=float(rng.uniform(0.0, 0.3)), film="pinkus_sternlicht", roughness=0.01 * clearance,
-    )  # fmt: skip
+        names,
+        ("B", "C"),
+        model=model,
+        clearance=clearance,
+        radius=radius,
+        length=0.05 * size,
+        viscosity=spread(1e-3, 1.0),
+        restitution=float(rng.uniform(0.0, 1.0)),
+        contact=contact,
+        friction=friction,
+        friction_coefficient=float(rng.uniform(0.0, 0.3)),
+        film="pinkus_sternlicht",
+        roughness=0.01 * clearance,
+    )
     joints = [
-        Revolute(ground, crank["a"], name="A"), factory("B", crank["b"], rod["a"]), factory("C", rod["b"], last["b"]),
-    ]  # fmt: skip
+        Revolute(ground, crank["a"], name="A"),
+        factory("B", crank["b"], rod["a"]),
+        factory("C", rod["b"], last["b"]),
+    ]
     if slides:
         joints.append(Prismatic(ground, last["b"], name="guide", angle=0.0))
     else:
@@ -229,11 +274,18 @@ def judge(cell: Cell) -> Verdict:
             raise OutOfTime(f"{share:.1%} of {cell.turns:g} turns done after {TIME_BUDGET:g} s")
 
     def verdict(kind: str, reason: str = "", **more) -> Verdict:
-        return Verdict(cell.row, cell.column, kind, reason, seconds=time.perf_counter() - began, **more)
+        return Verdict(
+            cell.row, cell.column, kind, reason, seconds=time.perf_counter() - began, **more
+        )
 
     try:
         result = simulate(
-            cell.scene(), turns=cell.turns, rtol=cell.rtol, max_steps=STEP_BUDGET, samples_per_turn=100, progress=watch,
+            cell.scene(),
+            turns=cell.turns,
+            rtol=cell.rtol,
+            max_steps=STEP_BUDGET,
+            samples_per_turn=100,
+            progress=watch,
             error=None,
         )
     except SimulationError as error:
@@ -265,9 +317,13 @@ def _numbers(result: Result | None) -> dict:
     result.file.visititems(look)
     solver = result.solver
     numbers = {
-        "energy": float(solver["energy_residual_share"]), "closure": closure(result), "steps": int(solver["steps"]),
-        "contacts": len(result.file["events/time"]), "warnings": tuple(result.warnings), "finite": finite,
-    }  # fmt: skip
+        "energy": float(solver["energy_residual_share"]),
+        "closure": closure(result),
+        "steps": int(solver["steps"]),
+        "contacts": len(result.file["events/time"]),
+        "warnings": tuple(result.warnings),
+        "finite": finite,
+    }
     if not result.complete:
         numbers.pop("finite")
     result.close()
@@ -275,7 +331,9 @@ def _numbers(result: Result | None) -> dict:
 
 
 def closure(result: Result) -> float:
-    """Largest distance of two points that a joint holds together (less its eccentricity), over the largest position."""
+    """Largest distance of two points that a joint holds together (less its eccentricity), over the
+    largest position.
+    """
     scene = result.scene
     centres = {b["name"]: b["com"] for b in scene["bodies"]} | {"ground": (0.0, 0.0)}
     worst, size = 0.0, 1e-300
@@ -303,9 +361,12 @@ def closure(result: Result) -> float:
 
 
 def stress(
-    case: str | None = None, *, quick: bool = False, workers: int | None = None,
+    case: str | None = None,
+    *,
+    quick: bool = False,
+    workers: int | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, name: None,
-) -> list[Verdict]:  # fmt: skip
+) -> list[Verdict]:
     """Run the matrix, each cell in one of `workers` processes; verdicts in the order of the cells."""
     cells = matrix(case, quick)
     verdicts: dict[int, Verdict] = {}
@@ -344,7 +405,9 @@ def _short(v: Verdict) -> str:
 
 
 def table(verdicts: list[Verdict]) -> list[str]:
-    """The matrix as Markdown: energy residual share of what was done, or the number of a reason below the table."""
+    """The matrix as Markdown: energy residual share of what was done, or the number of a reason
+    below the table.
+    """
     rows, columns = list(dict.fromkeys(v.row for v in verdicts if "random" not in v.row)), []
     columns = list(dict.fromkeys(v.column for v in verdicts if "random" not in v.row))
     cells = {(v.row, v.column): v for v in verdicts}
@@ -360,8 +423,13 @@ def table(verdicts: list[Verdict]) -> list[str]:
 
     lines = []
     if rows:
-        lines = ["| energy residual | " + " | ".join(columns) + " |", "|---" * (len(columns) + 1) + "|"]
-        lines += [f"| {r} | " + " | ".join(shown(cells.get((r, c))) for c in columns) + " |" for r in rows]
+        lines = [
+            "| energy residual | " + " | ".join(columns) + " |",
+            "|---" * (len(columns) + 1) + "|",
+        ]
+        lines += [
+            f"| {r} | " + " | ".join(shown(cells.get((r, c))) for c in columns) + " |" for r in rows
+        ]
     random = [v for v in verdicts if "random" in v.row]
     if random:
         lines += ["", "Random scenes: " + ", ".join(shown(v) for v in random)]
@@ -369,17 +437,27 @@ def table(verdicts: list[Verdict]) -> list[str]:
     done = sum(v.kind == "done" for v in verdicts)
     named, faults = (sum(v.kind == kind for v in verdicts) for kind in ("named", "fault"))
     closed = f"joints closed to {max(closures, default=0):.0e} of the mechanism's size"
-    lines += ["", f"{done} of {len(verdicts)} done, {named} with a named reason, {faults} faults; {closed}."]
+    lines += [
+        "",
+        f"{done} of {len(verdicts)} done, {named} with a named reason, {faults} faults; {closed}.",
+    ]
     return lines + [""] * bool(reasons) + [f"- {r}" for r in reasons]
 
 
 def save(verdicts: list[Verdict], folder: str | Path) -> Path:
     """All verdicts as one HDF5 table."""
     names = {
-        "row": ("1", "what is extreme"), "column": ("1", "case, model"), "kind": ("1", "done, named or fault"),
-        "reason": ("1", "why it stopped"), "energy": ("1", "largest residual over the energy turned over"),
-        "closure": ("1", "largest gap of a joint over the mechanism's size"), "seconds": ("s", "run time"),
-        "steps": ("1", "accepted steps"), "contacts": ("1", "contacts"),
-    }  # fmt: skip
-    columns = {n: (*meaning, np.array([getattr(v, n) for v in verdicts])) for n, meaning in names.items()}
+        "row": ("1", "what is extreme"),
+        "column": ("1", "case, model"),
+        "kind": ("1", "done, named or fault"),
+        "reason": ("1", "why it stopped"),
+        "energy": ("1", "largest residual over the energy turned over"),
+        "closure": ("1", "largest gap of a joint over the mechanism's size"),
+        "seconds": ("s", "run time"),
+        "steps": ("1", "accepted steps"),
+        "contacts": ("1", "contacts"),
+    }
+    columns = {
+        n: (*meaning, np.array([getattr(v, n) for v in verdicts])) for n, meaning in names.items()
+    }
     return save_tables(Path(folder) / "stress.h5", "clearance-stress", {}, {"cells": ({}, columns)})

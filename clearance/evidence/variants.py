@@ -8,7 +8,9 @@ from clearance.scene import Scene
 
 
 def reduced(scene: Scene) -> dict[str, Scene]:
-    """The scene, and what is left of it when parts are taken out, the smallest last: what each part costs."""
+    """The scene, and what is left of it when parts are taken out, the smallest last: what each part
+    costs.
+    """
     scenes = {"as it is": scene}
     clearances = scene.clearance_joints
     if any(j.friction is not None for j in scene.joints):
@@ -17,7 +19,9 @@ def reduced(scene: Scene) -> dict[str, Scene]:
         scenes["without film torques"] = scene.rebuilt(element=_without_film_torques)
     if len(clearances) > 1:
         first = clearances[0].name
-        scenes[f"clearance in {first} only"] = scene.rebuilt(element=lambda e: e if e.name == first else _ideal(e))
+        scenes[f"clearance in {first} only"] = scene.rebuilt(
+            element=lambda e: e if e.name == first else _ideal(e)
+        )
     if clearances:
         scenes["ideal joints"] = idealised(scene)
     return scenes
@@ -34,7 +38,11 @@ def _smooth(element: Element) -> Element:
 
 
 def _without_film_torques(element: Element) -> Element:
-    return dataclasses.replace(element, film_torques=False) if hasattr(element, "film_torques") else element
+    return (
+        dataclasses.replace(element, film_torques=False)
+        if hasattr(element, "film_torques")
+        else element
+    )
 
 
 def _ideal(element: Element) -> Element:

@@ -1,7 +1,8 @@
-"""Error against run time: all steppers of this package and, on the same compiled right-hand side, other people's.
+"""Error against run time: all steppers of this package and, on the same compiled right-hand side,
+other people's.
 
-Timings are warm and medians of repeats; what a solver compiles or sets up before its first solution is reported apart.
-The reference is this package's tightest run, checked by a second method.
+Timings are warm and medians of repeats; what a solver compiles or sets up before its first solution
+is reported apart. The reference is this package's tightest run, checked by a second method.
 """
 
 import importlib.util
@@ -42,7 +43,8 @@ FLOOR = 1e-9  # errors of a chaotic reference must stay below this where they ar
 class Curve:
     """One solver: its points, ordered by tolerance, and what it cost before the first one.
 
-    stated: errors that a run has by one at ten times the tolerance, as `simulate` states them; nan without such a run.
+    stated: errors that a run has by one at ten times the tolerance, as `simulate` states them; nan
+        without such a run.
     """
 
     name: str
@@ -55,7 +57,9 @@ class Curve:
     stated: list[float] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def add(self, rtol: float, error: float, seconds: float, evaluations: int, stated: float = math.nan) -> None:
+    def add(
+        self, rtol: float, error: float, seconds: float, evaluations: int, stated: float = math.nan
+    ) -> None:
         self.rtol.append(rtol)
         self.error.append(error)
         self.seconds.append(seconds)
@@ -64,7 +68,10 @@ class Curve:
 
     def cheapest(self, level: float) -> float:
         """Seconds of the cheapest run with an error of at most `level`; nan if there is none."""
-        return min((s for s, e in zip(self.seconds, self.error, strict=True) if e <= level), default=math.nan)
+        return min(
+            (s for s, e in zip(self.seconds, self.error, strict=True) if e <= level),
+            default=math.nan,
+        )
 
 
 @dataclass
@@ -79,19 +86,29 @@ class Study:
     doubt: float
     curves: list[Curve]
     remarks: list[str]
-    statistics: dict[float, dict[str, Mean]] = field(default_factory=dict)  # by rtol, beyond the horizon
+    # by rtol, beyond the horizon
+    statistics: dict[float, dict[str, Mean]] = field(default_factory=dict)
 
     def best(self, level: float) -> float:
         """Cheapest own run at an error level."""
-        return min((c.cheapest(level) for c in self.curves if c.own and c.cheapest(level) > 0.0), default=math.nan)
+        return min(
+            (c.cheapest(level) for c in self.curves if c.own and c.cheapest(level) > 0.0),
+            default=math.nan,
+        )
 
 
 def work_precision(
-    title: str, scene: Scene, *, turns: float | None = None, until: float | None = None, peers: bool = False,
+    title: str,
+    scene: Scene,
+    *,
+    turns: float | None = None,
+    until: float | None = None,
+    peers: bool = False,
     progress: Callable[[str], None] = lambda text: None,
-) -> Study:  # fmt: skip
-    """Measure all solvers on a scene, over `turns` of its drive or `until` seconds (default: two turns, or two
-    seconds), cut where neighbouring trajectories of a chaotic scene part. `peers` adds those that are installed.
+) -> Study:
+    """Measure all solvers on a scene, over `turns` of its drive or `until` seconds (default: two
+    turns, or two seconds), cut where neighbouring trajectories of a chaotic scene part. `peers`
+    adds those that are installed.
     """
     if turns is not None and until is not None:
         raise ValueError("give either turns or until, not both")
@@ -99,7 +116,8 @@ def work_precision(
         _moving(scene)
         if turns is not None and scene.turn is None:
             raise ValueError(
-                "turns needs a constant-speed rotating drive with speed != 0, or one with a nominal speed; "
+                "turns needs a constant-speed rotating drive with speed != 0, or one with a "
+                "nominal speed; "
                 "give until=SECONDS instead"
             )
         until = (2.0 if turns is None else checks.positive("turns", turns)) * (scene.turn or 1.0)
@@ -107,7 +125,9 @@ def work_precision(
     affordable(Demand(0, until / (scene.turn or until) / LARGEST_SHARE))
     problem, remarks = Problem(scene, until), []
     if problem.mechanism.layout.remembering:
-        raise ValueError("a film with a memory makes no initial value problem that solvers could share")
+        raise ValueError(
+            "a film with a memory makes no initial value problem that solvers could share"
+        )
     problem.own(problem.reference_methods[0], 1e-3, max_steps=STEP_LIMIT)
     shared = time.perf_counter() - began
     remarks.append(f"kernels and time loop: {shared:.2g} s; all solvers share the right-hand side")
@@ -119,9 +139,16 @@ def work_precision(
             statistics = _statistics(scene, progress)
     progress("reference")
     doubt = problem.doubt
-    solvers = [(m, True, _own(m)) for m in METHODS if m == "dop853" or not (problem.contacts and not problem.films)]
+    solvers = [
+        (m, True, _own(m))
+        for m in METHODS
+        if m == "dop853" or not (problem.contacts and not problem.films)
+    ]
     if len(solvers) == 1:
-        remarks.append("implicit methods are 5 to 100 times dearer in dry contact: only the explicit one is shown")
+        remarks.append(
+            "implicit methods are 5 to 100 times dearer in dry contact: only the "
+            "explicit one is shown"
+        )
     for name, (module, prepare) in PEERS.items():
         if module == "scipy" or peers:
             _add_peer(solvers, name, module, prepare, remarks)
@@ -129,20 +156,32 @@ def work_precision(
     if peers:
         curves += _exudyn(problem, remarks, progress)
     turn = scene.turn
-    chosen = ", ".join(f"{choose_method(problem.mechanism, 'auto', r)[0]} at {r:.0e}" for r in (1e-3, 1e-6, 1e-9))
+    chosen = ", ".join(
+        f"{choose_method(problem.mechanism, 'auto', r)[0]} at {r:.0e}" for r in (1e-3, 1e-6, 1e-9)
+    )
     remarks.append(f"simulate and run would choose {chosen}")
     return Study(
-        title, problem.measure, problem.until, problem.until / turn if turn else None, problem.reference_methods, doubt,
-        curves, remarks, statistics,
-    )  # fmt: skip
+        title,
+        problem.measure,
+        problem.until,
+        problem.until / turn if turn else None,
+        problem.reference_methods,
+        doubt,
+        curves,
+        remarks,
+        statistics,
+    )
 
 
 def _moving(scene: Scene) -> None:
-    """Raise ValueError for a scene whose drives all stand still: it has no error to measure over a default length."""
+    """Raise ValueError for a scene whose drives all stand still: it has no error to measure over a
+    default length.
+    """
     if scene.drives and all(d.speed == 0.0 for d in scene.drives):
         names = ", ".join(d.name for d in scene.drives)
         raise ValueError(
-            f"this scene does not move: the speed of drive {names} is 0; give it a speed, or give until=SECONDS where "
+            f"this scene does not move: the speed of drive {names} is 0; give it a speed, or give "
+            f"until=SECONDS where "
             "something else moves"
         )
 
@@ -171,7 +210,8 @@ def _comparable(problem: Problem, remarks: list[str]) -> Problem:
     if time_of_parting is None:
         return problem
     remarks.append(
-        f"chaotic: starts {DISPLACEMENT:g} of the clearance apart are {FLOOR:g} apart after {time_of_parting:.4g} s"
+        f"chaotic: starts {DISPLACEMENT:g} of the clearance apart are {FLOOR:g} apart after "
+        f"{time_of_parting:.4g} s"
         + (f" (turn {time_of_parting / problem.scene.turn:.3g})" if problem.scene.turn else "")
         + "; errors are measured up to there"
     )
@@ -189,7 +229,9 @@ def _add_peer(solvers: list, name: str, module: str, prepare: Callable, remarks:
         solvers.append((name, False, prepare))
 
 
-def _curve(problem: Problem, name: str, ours: bool, prepare: Callable, progress: Callable[[str], None]) -> Curve:
+def _curve(
+    problem: Problem, name: str, ours: bool, prepare: Callable, progress: Callable[[str], None]
+) -> Curve:
     curve = Curve(name, ours)
     began = time.perf_counter()
     try:
@@ -217,8 +259,12 @@ def _curve(problem: Problem, name: str, ours: bool, prepare: Callable, progress:
     return curve
 
 
-def _point(problem: Problem, curve: Curve, solve: Callable, rtol: float, looser: np.ndarray | None) -> np.ndarray:
-    """Add the point of a tolerance, and return its states; looser: those at ten times the tolerance, where known."""
+def _point(
+    problem: Problem, curve: Curve, solve: Callable, rtol: float, looser: np.ndarray | None
+) -> np.ndarray:
+    """Add the point of a tolerance, and return its states; looser: those at ten times the
+    tolerance, where known.
+    """
     points, began = [], time.perf_counter()
     while len(points) < REPEATS and (not points or time.perf_counter() - began < ENOUGH):
         points.append(solve(problem, rtol))
@@ -227,7 +273,9 @@ def _point(problem: Problem, curve: Curve, solve: Callable, rtol: float, looser:
     if not error < NONSENSE:
         raise NotSolved(f"its answer is {error:.2g} away, which is no answer")
     states = points[0].states
-    stated = math.nan if looser is None else THROUGHOUT * float(problem.distance(states, looser).max())
+    stated = (
+        math.nan if looser is None else THROUGHOUT * float(problem.distance(states, looser).max())
+    )
     curve.add(rtol, error, seconds, points[0].evaluations, stated)
     return states
 
@@ -260,17 +308,22 @@ def _exudyn(problem: Problem, remarks: list[str], progress: Callable[[str], None
 
 # --- showing
 def table(study: Study) -> list[str]:
-    """Milliseconds to reach an error, and how many times the fastest own method is faster, as Markdown."""
+    """Milliseconds to reach an error, and how many times the fastest own method is faster, as
+    Markdown.
+    """
     levels = [x for x in LEVELS if study.best(x) > 0.0]
     lines = [
-        f"| {study.title}: ms to an error of | " + " | ".join(f"{x:.0e}" for x in levels) + " | prepared |",
+        f"| {study.title}: ms to an error of | "
+        f"" + " | ".join(f"{x:.0e}" for x in levels) + " | prepared |",
         "|---" * (len(levels) + 2) + "|",
     ]
     for c in study.curves:
         cells = []
         for x in levels:
             cost = c.cheapest(x)
-            ratio = "" if c.own or math.isnan(cost) else f" ({float(f'{cost / study.best(x):.2g}'):g}x)"
+            ratio = (
+                "" if c.own or math.isnan(cost) else f" ({float(f'{cost / study.best(x):.2g}'):g}x)"
+            )
             cells.append("-" if math.isnan(cost) else f"{cost * 1e3:.3g}{ratio}")
         lines.append(
             f"| {'**' + c.name + '**' if c.own else c.name} | "
@@ -285,7 +338,8 @@ def describe(study: Study) -> list[str]:
     span = f"{study.until:.6g} s" + (f" ({study.turns:.3g} turns)" if study.turns else "")
     lines = [
         f"{study.title}: error = largest deviation of {study.measure} over {span};",
-        f"reference {study.reference[0]} at its tightest, {study.doubt:.1g} away from {study.reference[1]}",
+        f"reference {study.reference[0]} at its tightest, {study.doubt:.1g} away from "
+        f"{study.reference[1]}",
     ]
     lines += study.remarks + _stated(study)
     if study.statistics:
@@ -308,7 +362,10 @@ def statistics_table(study: Study) -> list[str]:
     """Means over turns at several tolerances: they should agree within their 95 % intervals."""
     tolerances = list(study.statistics)
     title = f"| mean over {STATISTICS_TURNS - 1} turns +- half its 95 % interval | "
-    lines = [title + " | ".join(f"rtol {r:.0e}" for r in tolerances) + " |", "|---" * (len(tolerances) + 1) + "|"]
+    lines = [
+        title + " | ".join(f"rtol {r:.0e}" for r in tolerances) + " |",
+        "|---" * (len(tolerances) + 1) + "|",
+    ]
     for name in next(iter(study.statistics.values())):
         cells = (str(study.statistics[r].get(name, "-")) for r in tolerances)
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
@@ -318,18 +375,32 @@ def statistics_table(study: Study) -> list[str]:
 def plain(study: Study) -> dict:
     """The study as one JSON document."""
     return {
-        "title": study.title, "measure": study.measure, "until_s": study.until, "turns": study.turns,
-        "reference": list(study.reference), "reference_doubt": study.doubt, "remarks": study.remarks,
+        "title": study.title,
+        "measure": study.measure,
+        "until_s": study.until,
+        "turns": study.turns,
+        "reference": list(study.reference),
+        "reference_doubt": study.doubt,
+        "remarks": study.remarks,
         "statistics": [
             {"rtol": r, "means": {n: m.plain() for n, m in row.items()}}
             for r, row in study.statistics.items()
         ],
         "curves": [
-            {"name": c.name, "own": c.own, "prepared_s": c.prepared_s, "rtol": c.rtol, "error": c.error,
-             "stated": c.stated, "seconds": c.seconds, "evaluations": c.evaluations, "notes": c.notes}
+            {
+                "name": c.name,
+                "own": c.own,
+                "prepared_s": c.prepared_s,
+                "rtol": c.rtol,
+                "error": c.error,
+                "stated": c.stated,
+                "seconds": c.seconds,
+                "evaluations": c.evaluations,
+                "notes": c.notes,
+            }
             for c in study.curves
         ],
-    }  # fmt: skip
+    }
 
 
 def save(study: Study, folder: str | Path) -> Path:
@@ -341,13 +412,26 @@ def save(study: Study, folder: str | Path) -> Path:
             {
                 "rtol": ("1", "tolerance asked for (Exudyn: step over turn)", np.array(c.rtol)),
                 "error": ("1", f"largest deviation of {study.measure}", np.array(c.error)),
-                "stated": ("1", "stated error, by the run at ten times the tolerance", np.array(c.stated)),
+                "stated": (
+                    "1",
+                    "stated error, by the run at ten times the tolerance",
+                    np.array(c.stated),
+                ),
                 "seconds": ("s", "median run time, warm", np.array(c.seconds)),
-                "evaluations": ("1", "right-hand sides (0: not counted)", np.array(c.evaluations, np.int64)),
+                "evaluations": (
+                    "1",
+                    "right-hand sides (0: not counted)",
+                    np.array(c.evaluations, np.int64),
+                ),
             },
         )
     attributes = {
-        "title": study.title, "until": study.until, "reference": " checked by ".join(study.reference),
-        "reference_doubt": study.doubt, "remarks": "; ".join(study.remarks),
-    }  # fmt: skip
-    return save_tables(Path(folder) / "work_precision.h5", "clearance-work-precision", attributes, tables)
+        "title": study.title,
+        "until": study.until,
+        "reference": " checked by ".join(study.reference),
+        "reference_doubt": study.doubt,
+        "remarks": "; ".join(study.remarks),
+    }
+    return save_tables(
+        Path(folder) / "work_precision.h5", "clearance-work-precision", attributes, tables
+    )

@@ -1,6 +1,8 @@
-"""Films of the Reynolds equation; called, it is the family `film`, to decorate a film law of yours with.
+"""Films of the Reynolds equation; called, it is the family `film`, to decorate a film law of yours
+with.
 
-The family and this subpackage have one name in `clearance`, so that both `@cl.film` and `cl.film.table` are right.
+The family and this subpackage have one name in `clearance`, so that both `@cl.film` and
+`cl.film.table` are right.
 """
 
 import sys

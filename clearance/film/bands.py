@@ -1,14 +1,17 @@
-"""The fast solver: finite volumes on a grid in Sommerfeld's angle, band Cholesky inside an active set, two grids.
+"""The fast solver: finite volumes on a grid in Sommerfeld's angle, band Cholesky inside an active
+set, two grids.
 
-Nodes are uniform in (1 - EVEN) g + EVEN theta with cos(theta) = (cos g - k) / (1 - k cos g). Nodes uniform in g alone,
-for k = eps, resolve the pressure's peak around the bearing at any eccentricity (along it the thin layers at the ends
-are not: 1 % of the force at contact). But near contact they leave few cells to the wide gap, and there the oil leaves.
-The second-order error is clean: (4 fine - coarse) / 3 gains a factor of 10 to 30. Edges of wide or short grooves are
-right to a cell only; finite elements meet them.
+Nodes are uniform in (1 - EVEN) g + EVEN theta with cos(theta) = (cos g - k) / (1 - k cos g). Nodes
+uniform in g alone, for k = eps, resolve the pressure's peak around the bearing at any eccentricity
+(along it the thin layers at the ends are not: 1 % of the force at contact). But near contact they
+leave few cells to the wide gap, and there the oil leaves. The second-order error is clean: (4
+fine - coarse) / 3 gains a factor of 10 to 30. Edges of wide or short grooves are right to a cell
+only; finite elements meet them.
 
-The ring of columns is cut where the pressure is known: on a full groove, or for a film without grooves that cavitates
-at ambient pressure where the infinitely long periodic film has its minimum (the finite film cavitates there over its
-whole length, by the comparison principle). Where nothing is known the ring is folded, which doubles the band.
+The ring of columns is cut where the pressure is known: on a full groove, or for a film without
+grooves that cavitates at ambient pressure where the infinitely long periodic film has its minimum
+(the finite film cavitates there over its whole length, by the comparison principle). Where nothing
+is known the ring is folded, which doubles the band.
 """
 
 import math
@@ -18,17 +21,21 @@ import numpy as np
 from clearance.film.bearing import CONTACT, Bearing, FilmSolution, check_mesh, check_state
 from clearance.store import njit
 
-SHARP = {"contract", "arcp", "nsz", "reassoc"}  # sums of a factorisation may be reordered, nothing else
+# sums of a factorisation may be reordered, nothing else
+SHARP = {"contract", "arcp", "nsz", "reassoc"}
 LEAST_AROUND, LEAST_ALONG = 24, 3  # cells of the coarsest grid that serves for extrapolation
-MOST_CHANGES, UNSETTLED = 300, 1_000_000  # linear systems of one active set; counted where even those were too few
+# linear systems of one active set; counted where even those were too few
+MOST_CHANGES, UNSETTLED = 300, 1_000_000
 EVEN = 0.4  # share of the nodes that are uniform in theta: force and side flow are about as right
 CORRECTIONS = 50  # of Newton's method, at most; five are usual
 DIFFERENCE = 1e-6  # steps of differences, over the sizes of what is moved
 #: Gauss-Legendre rule of 4 points on (0, 1)
 NODES = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263)
 WEIGHTS = (0.17392742256872692, 0.32607257743127305, 0.32607257743127305, 0.17392742256872692)
-CONDUCTANCE, CUBE, COS, SIN, RADIAL, TURNING, SHEAR = range(7)  # rows of a grid: integrals between nodes, over cells
-WET, DRY, GIVEN, CUT = range(4)  # what is known of a node: nothing; it cavitates; its pressure; it cavitates for ever
+# rows of a grid: integrals between nodes, over cells
+CONDUCTANCE, CUBE, COS, SIN, RADIAL, TURNING, SHEAR = range(7)
+# what is known of a node: nothing; it cavitates; its pressure; it cavitates for ever
+WET, DRY, GIVEN, CUT = range(4)
 REYNOLDS, GUMBEL, FULL = range(3)  # cavitation
 
 
@@ -87,8 +94,8 @@ def angles(count, clustering, first, even):
 
 @njit(cache=True, error_model="numpy")
 def around(places, eps, clustering, thickness):
-    """Integrals of a grid (7, count): 1 / integral of 1/(phi H^3) to the next node; over each cell those of phi H^3,
-    cos, sin, 12 psi cos, -12 psi sin, 1/H.
+    """Integrals of a grid (7, count): 1 / integral of 1/(phi H^3) to the next node; over each cell
+    those of phi H^3, cos, sin, 12 psi cos, -12 psi sin, 1/H.
 
     thickness: clearance over roughness, 0 for smooth surfaces.
     """
@@ -122,9 +129,11 @@ def around(places, eps, clustering, thickness):
 
 @njit(cache=True, error_model="numpy")
 def along(count, axial, eps):
-    """zeta of the nodes from the middle on (the end, 1/2, is not one), cell widths, conductances to the next node.
+    """zeta of the nodes from the middle on (the end, 1/2, is not one), cell widths, conductances to
+    the next node.
 
-    Denser towards the end, where near contact the pressure falls to ambient over a layer of sqrt(1 - eps) R.
+    Denser towards the end, where near contact the pressure falls to ambient over a layer of
+    sqrt(1 - eps) R.
     """
     zeta, width, link = np.empty(count), np.empty(count), np.empty(count)
     face = 0.0
@@ -159,7 +168,9 @@ def long_minimum(cells, source):
 
 @njit(cache=True, error_model="numpy")
 def order(count, cut):
-    """Block of each column and the reach of its couplings in blocks: cut at a column of known pressure, or folded."""
+    """Block of each column and the reach of its couplings in blocks: cut at a column of known
+    pressure, or folded.
+    """
     block = np.empty(count, np.int64)
     if cut >= 0:
         for j in range(count):
@@ -172,7 +183,9 @@ def order(count, cut):
 
 @njit(cache=True, error_model="numpy", fastmath=SHARP)
 def factor_and_solve(band, x, reach):
-    """Cholesky of a band matrix (a_ij at [i, reach + j - i], lower half) in place, and the solution in x."""
+    """Cholesky of a band matrix (a_ij at [i, reach + j - i], lower half) in place, and the solution
+    in x.
+    """
     for i in range(x.size):
         first = max(0, i - reach)
         for j in range(first, i):
@@ -227,7 +240,9 @@ def surplus(cells, width, link, source, pressure, j, k):
     """Flow that a dry node would have to push out; negative where the node fills."""
     count, rows = pressure.shape
     p, before, after = pressure[j, k], (j - 1) % count, (j + 1) % count
-    out = cells[CONDUCTANCE, j] * (p - pressure[after, k]) + cells[CONDUCTANCE, before] * (p - pressure[before, k])
+    out = cells[CONDUCTANCE, j] * (p - pressure[after, k]) + cells[CONDUCTANCE, before] * (
+        p - pressure[before, k]
+    )
     total = (out + source[j]) * width[k]
     if k > 0:
         total += cells[CUBE, j] * link[k - 1] * (p - pressure[j, k - 1])
@@ -282,9 +297,12 @@ def measures(cells, width, link, source, lowest, pressure, state):
             total += pressure[j, k] * width[k]
             if state[j, k] == WET or state[j, k] == GIVEN:
                 wet += width[k]
-        if lowest < 0.0 or state[j, last] == WET or state[j, last] == GIVEN:  # the end itself is at ambient pressure
+        # the end itself is at ambient pressure
+        if lowest < 0.0 or state[j, last] == WET or state[j, last] == GIVEN:
             wet += end
-            integrals[3] += max(cells[CUBE, j] * link[last] * pressure[j, last] - source[j] * end, 0.0)
+            integrals[3] += max(
+                cells[CUBE, j] * link[last] * pressure[j, last] - source[j] * end, 0.0
+            )
         integrals[0] += cells[COS, j] * total
         integrals[1] += cells[SIN, j] * total
         integrals[2] += cells[SHEAR, j] * wet
@@ -295,7 +313,9 @@ def measures(cells, width, link, source, lowest, pressure, state):
 
 @njit(cache=True, error_model="numpy")
 def mark(theta, zeta, grooves, pressure, state):
-    """Nodes inside grooves (rows: angle, width, length, P) are given; a line takes the column nearest to it."""
+    """Nodes inside grooves (rows: angle, width, length, P) are given; a line takes the column
+    nearest to it.
+    """
     for g in range(grooves.shape[0]):
         angle, width, length = grooves[g, 0], grooves[g, 1], grooves[g, 2]
         nearest, column = 1e9, 0
@@ -323,7 +343,9 @@ def full_groove(state):
 
 @njit(cache=True, error_model="numpy")
 def start(cells, source, lowest, pressure, state, coarse):
-    """A first guess of the cavity, from a coarser grid or from the sign of the source; the column of the cut, or -1."""
+    """A first guess of the cavity, from a coarser grid or from the sign of the source; the column
+    of the cut, or -1.
+    """
     count, rows = state.shape
     cut = full_groove(state)
     for j in range(count):
@@ -346,9 +368,20 @@ def start(cells, source, lowest, pressure, state, coarse):
 
 @njit(cache=True, error_model="numpy")
 def on_grid(
-    count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, clustering, grooves, coarse,
+    count,
+    rows,
+    eps,
+    axial,
+    vr,
+    vt,
+    lowest,
+    thickness,
+    cavitation,
+    clustering,
+    grooves,
+    coarse,
     even=EVEN,
-):  # fmt: skip
+):
     """A film on one grid: its measures, linear systems solved, P, state, theta, zeta."""
     first = grooves[0, 0] if grooves.shape[0] > 0 else 0.0
     theta, places = angles(count, clustering, first, even)
@@ -368,7 +401,14 @@ def on_grid(
                 if pressure[j, k] < lowest:
                     pressure[j, k], state[j, k] = lowest, DRY
     floor = lowest if cavitation != FULL else -math.inf
-    return measures(cells, width, link, source, floor, pressure, state), solutions, pressure, state, theta, zeta
+    return (
+        measures(cells, width, link, source, floor, pressure, state),
+        solutions,
+        pressure,
+        state,
+        theta,
+        zeta,
+    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -379,18 +419,20 @@ def opening_of(vr, vt):
 
 @njit(cache=True, error_model="numpy")
 def clustering_of(eps, vr, vt):
-    """Eccentricity of the grid's map: the film's own, less where the gap opens and the pressure lies beside it."""
+    """Eccentricity of the grid's map: the film's own, less where the gap opens and the pressure
+    lies beside it.
+    """
     opening = opening_of(vr, vt)
     return eps * (1.0 - 0.005 * opening if opening <= 50.0 else 0.75 - (opening - 50.0) / 120.0)
 
 
 @njit(cache=True, error_model="numpy")
-def film(
-    count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, grooves, even=EVEN
-):  # fmt: skip
-    """A film on a nest of grids, coarse to fine, extrapolated from the last two where there are two.
+def film(count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, grooves, even=EVEN):
+    """A film on a nest of grids, coarse to fine, extrapolated from the last two where there are
+    two.
 
-    W_r, W_t [1/s], integral of 1/H, side flow [1/s]; linear systems solved; P [1/s], state, theta, zeta of the finest.
+    W_r, W_t [1/s], integral of 1/H, side flow [1/s]; linear systems solved; P [1/s], state, theta,
+    zeta of the finest.
     """
     levels = 0
     while (
@@ -401,7 +443,8 @@ def film(
     ):
         levels += 1
     clustering = clustering_of(eps, vr, vt)
-    even *= max(1.0 - opening_of(vr, vt) / 20.0, 0.0)  # a milder map has cells enough in the wide gap
+    # a milder map has cells enough in the wide gap
+    even *= max(1.0 - opening_of(vr, vt) / 20.0, 0.0)
     coarse = np.zeros((1, 1), np.int64)
     last, total = np.zeros(4), 0
     for level in range(levels, -1, -1):
@@ -429,7 +472,9 @@ def film(
 def check_settled(solutions: int) -> None:
     """Raises RuntimeError where the active set of a film did not settle."""
     if solutions >= UNSETTLED:
-        raise RuntimeError(f"film: the cavitated region still changes after {MOST_CHANGES} linear systems")
+        raise RuntimeError(
+            f"film: the cavitated region still changes after {MOST_CHANGES} linear systems"
+        )
 
 
 CODES = {"reynolds": REYNOLDS, "gumbel": GUMBEL, "none": FULL}
@@ -438,15 +483,21 @@ CODES = {"reynolds": REYNOLDS, "gumbel": GUMBEL, "none": FULL}
 class FastFilm:
     """The film of one bearing on one nest of grids. mesh: cells around and over half the length.
 
-    Raises ValueError for a mesh too coarse and for mass-conserving cavitation, which this solver has not got.
+    Raises ValueError for a mesh too coarse and for mass-conserving cavitation, which this solver
+    has not got.
     """
 
     def __init__(self, bearing: Bearing, mesh: tuple[int, int] = (128, 16)):
         if bearing.cavitation not in CODES:
-            raise ValueError(f"the fast solver knows cavitation {', '.join(CODES)}, not {bearing.cavitation}")
+            raise ValueError(
+                f"the fast solver knows cavitation {', '.join(CODES)}, not {bearing.cavitation}"
+            )
         self.bearing, self.mesh = bearing, check_mesh(mesh)
         self._grooves = np.array(
-            [(g.angle, g.width, g.length, g.pressure / bearing.pressure_scale) for g in bearing.grooves]
+            [
+                (g.angle, g.width, g.length, g.pressure / bearing.pressure_scale)
+                for g in bearing.grooves
+            ]
         ).reshape(-1, 4)
         force = bearing.force_scale
         self._scales = np.array([force, force, 1.0, bearing.flow_scale])
@@ -454,48 +505,79 @@ class FastFilm:
     def _film(self, eccentricity_ratio: float, radial_rate: float, entrainment: float):
         eps, vr, vt = check_state(eccentricity_ratio, radial_rate, entrainment)
         b = self.bearing
-        solved = film(*self.mesh, eps, b.axial, vr, vt, b.lowest, b.thickness, CODES[b.cavitation], self._grooves)
+        solved = film(
+            *self.mesh,
+            eps,
+            b.axial,
+            vr,
+            vt,
+            b.lowest,
+            b.thickness,
+            CODES[b.cavitation],
+            self._grooves,
+        )
         check_settled(solved[1])
         return solved
 
-    def outputs(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
+    def outputs(
+        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
+    ) -> np.ndarray:
         """radial, tangential [N], shear, side flow [m3/s]."""
         return self._film(eccentricity_ratio, radial_rate, entrainment)[0] * self._scales
 
-    def linearised(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> np.ndarray:
+    def linearised(
+        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
+    ) -> np.ndarray:
         """Outputs and their slopes by the three arguments, (4, 4), from forward differences."""
         state = np.array([eccentricity_ratio, radial_rate, entrainment])
         speed = math.hypot(radial_rate, 0.5 * entrainment) + 1e-9
         here, columns = self.outputs(*state), []
-        for k, step in enumerate((min(DIFFERENCE, 0.5 * (CONTACT - state[0])), DIFFERENCE * speed, DIFFERENCE * speed)):
+        for k, step in enumerate(
+            (min(DIFFERENCE, 0.5 * (CONTACT - state[0])), DIFFERENCE * speed, DIFFERENCE * speed)
+        ):
             moved = state.copy()
             moved[k] += step
             columns.append((self.outputs(*moved) - here) / step)
         return np.column_stack([here, *columns])
 
-    def solve(self, eccentricity_ratio: float, radial_rate: float, entrainment: float) -> FilmSolution:
+    def solve(
+        self, eccentricity_ratio: float, radial_rate: float, entrainment: float
+    ) -> FilmSolution:
         """Fields and outputs in one state."""
-        best, solutions, pressure, state, theta, zeta = self._film(eccentricity_ratio, radial_rate, entrainment)
+        best, solutions, pressure, state, theta, zeta = self._film(
+            eccentricity_ratio, radial_rate, entrainment
+        )
         forward = np.argsort(theta % (2.0 * math.pi))
         end = np.zeros((len(theta), 1))
         pressure = np.hstack([pressure, end])[forward] * self.bearing.pressure_scale
         wet = ((state == WET) | (state == GIVEN))[forward]
         wet = np.hstack([wet, wet[:, -1:]])  # at ambient pressure an end cannot tell
         return FilmSolution(
-            self.bearing, (theta % (2.0 * math.pi))[forward], np.append(zeta, 0.5) * self.bearing.length, pressure,
-            wet.astype(float), *(float(x) for x in best * self._scales), solutions, state.size,
-        )  # fmt: skip
+            self.bearing,
+            (theta % (2.0 * math.pi))[forward],
+            np.append(zeta, 0.5) * self.bearing.length,
+            pressure,
+            wet.astype(float),
+            *(float(x) for x in best * self._scales),
+            solutions,
+            state.size,
+        )
 
 
 def solve(
-    bearing: Bearing, eccentricity_ratio: float, radial_rate: float, entrainment: float,
+    bearing: Bearing,
+    eccentricity_ratio: float,
+    radial_rate: float,
+    entrainment: float,
     mesh: tuple[int, int] = (128, 16),
-) -> FilmSolution:  # fmt: skip
-    """The film of a bearing in one state of motion (eps, d(eps)/dt [1/s], omega_J + omega_B - 2 gamma' [rad/s]).
+) -> FilmSolution:
+    """The film of a bearing in one state of motion (eps, d(eps)/dt [1/s], omega_J + omega_B - 2
+    gamma' [rad/s]).
 
     mesh: cells around and over half the length. The force of a closing film is right to 4e-3 (2e-4
     in the median) on (48, 6), which costs 0.1 ms, and to 7e-4 (1e-5) on (128, 16), 2 ms. There the
     side flow is right to 1e-3 up to an eccentricity ratio of 0.995, to 2e-3 at 0.999.
-    Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, or mass-conserving cavitation.
+    Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, or
+    mass-conserving cavitation.
     """
     return FastFilm(bearing, mesh).solve(eccentricity_ratio, radial_rate, entrainment)

@@ -1,19 +1,22 @@
 """Inputs and results of the film solvers.
 
-Reynolds equation of an aligned, rigid, isoviscous bearing, in the frame of the line of centres. theta runs from the
-*widest* gap in the sense of the attitude angle, so that the thinnest film is at theta = pi; zeta = z / L in
-[-1/2, 1/2]. With H = h / c = 1 + eps cos(theta), lambda = L/D and p = mu (R/c)^2 P:
+Reynolds equation of an aligned, rigid, isoviscous bearing, in the frame of the line of centres.
+theta runs from the *widest* gap in the sense of the attitude angle, so that the thinnest film is at
+theta = pi; zeta = z / L in [-1/2, 1/2]. With H = h / c = 1 + eps cos(theta), lambda = L/D and
+p = mu (R/c)^2 P:
 
-    d_theta(phi H^3 d_theta P) + (phi H^3 / (4 lambda^2)) d_zeta^2 P = 12 psi (v_r cos(theta) - v_t sin(theta))
-    v_r = d(eps)/dt,   v_t = eps w / 2,   w = omega_J + omega_B - 2 gamma'        (all 1/s; P is 1/s too)
+    d_theta(phi H^3 d_theta P) + (phi H^3 / (4 lambda^2)) d_zeta^2 P = 12 psi (v_r cos(theta) - v_t
+    sin(theta)) v_r = d(eps)/dt,   v_t = eps w / 2,   w = omega_J + omega_B - 2 gamma'        (all
+    1/s; P is 1/s too)
 
-phi and psi are Patir and Cheng's pressure flow factor and Wu and Zheng's contact factor, 1 for smooth surfaces.
-P = 0 is the ambient pressure: P = 0 at zeta = +-1/2. The force on the journal along n (towards the thinnest film) and
-t (n turned by +90 degrees) is
+phi and psi are Patir and Cheng's pressure flow factor and Wu and Zheng's contact factor, 1 for
+smooth surfaces. P = 0 is the ambient pressure: P = 0 at zeta = +-1/2. The force on the journal
+along n (towards the thinnest film) and t (n turned by +90 degrees) is
 
     F_r = mu L R^3 / c^2 W_r,  W_r = integral P cos(theta),    F_t likewise with W_t = integral P sin(theta).
 
-Source: Hamrock, Schmid and Jacobson, Fundamentals of Fluid Film Lubrication (2004), chapter 7; Patir and Cheng (1978).
+Source: Hamrock, Schmid and Jacobson, Fundamentals of Fluid Film Lubrication (2004), chapter 7;
+Patir and Cheng (1978).
 """
 
 from __future__ import annotations
@@ -28,13 +31,16 @@ from clearance.laws.law import FilmJoint
 if TYPE_CHECKING:
     import numpy as np
 
-#: how a film that would fall below the cavitation pressure is treated: Swift-Stieber (P and its slope vanish at the
-#: rupture), pressure cut off after the solution, not at all, Jakobsson-Floberg-Olsson (mass-conserving)
+#: how a film that would fall below the cavitation pressure is treated: Swift-Stieber (P and its
+#: slope vanish at the rupture), pressure cut off after the solution, not at all,
+#: Jakobsson-Floberg-Olsson (mass-conserving)
 CAVITATIONS = ("reynolds", "gumbel", "none", "mass_conserving")
-COARSEST, FINEST = (16, 2), (2048, 128)  # cells around and over half the length, at least and at most
+# cells around and over half the length, at least and at most
+COARSEST, FINEST = (16, 2), (2048, 128)
 LARGEST = 257  # nodes of a table each way
 THINNEST = 2.0  # clearance over roughness, at least, of flow factors
-TOO_COARSE, DOUBTFUL = 0.08, 0.01  # errors of the load that a mesh is refused for, that a run warns of
+# errors of the load that a mesh is refused for, that a run warns of
+TOO_COARSE, DOUBTFUL = 0.08, 0.01
 CONTACT = 1.0 - 1e-9  # eccentricity ratio a solver is not asked beyond
 
 
@@ -43,8 +49,9 @@ CONTACT = 1.0 - 1e-9  # eccentricity ratio a solver is not asked beyond
 class Groove:
     """Place of the oil supply, where the pressure is given.
 
-    angle: of its middle, from the widest gap [rad] (of a joint: from the bearing body's own x axis); width: its extent
-    around the bearing [rad], 0 for a line; length: its axial extent, centred, over the bearing's length (0 to 1);
+    angle: of its middle, from the widest gap [rad] (of a joint: from the bearing body's own x
+        axis); width: its extent around the bearing [rad], 0 for a line; length: its axial extent,
+        centred, over the bearing's length (0 to 1);
     pressure: above ambient [Pa].
     """
 
@@ -60,7 +67,8 @@ class Groove:
             raise ValueError(f"groove: width must lie in [0, pi) rad, got {self.width!r}")
         if not 0.0 < checks.finite("groove: length", self.length) <= 1.0:
             raise ValueError(
-                f"groove: length is relative to the bearing's and must lie in (0, 1], got {self.length!r}: "
+                f"groove: length is relative to the bearing's and must lie in (0, 1], got "
+                f"{self.length!r}: "
                 "the groove would lie outside the bearing"
             )
 
@@ -70,9 +78,10 @@ class Groove:
 class Bearing:
     """An aligned journal bearing and its oil. SI units.
 
-    radius, clearance, length [m]; viscosity [Pa s]; cavitation: one of CAVITATIONS; ambient: pressure at the ends
-    above the cavitation pressure [Pa], None where the film cavitates at ambient pressure; grooves: where oil is
-    supplied; roughness: composite rms [m] of the flow factors, 0 for smooth surfaces.
+    radius, clearance, length [m]; viscosity [Pa s]; cavitation: one of CAVITATIONS; ambient:
+    pressure at the ends above the cavitation pressure [Pa], None where the film cavitates at
+    ambient pressure; grooves: where oil is supplied; roughness: composite rms [m] of the flow
+    factors, 0 for smooth surfaces.
     """
 
     radius: float
@@ -88,14 +97,21 @@ class Bearing:
         for name in ("radius", "clearance", "length", "viscosity"):
             object.__setattr__(self, name, checks.positive(f"bearing: {name}", getattr(self, name)))
         if self.cavitation not in CAVITATIONS:
-            raise ValueError(f"bearing: cavitation must be one of {', '.join(CAVITATIONS)}; got {self.cavitation!r}")
+            raise ValueError(
+                f"bearing: cavitation must be one of {', '.join(CAVITATIONS)}; got "
+                f"{self.cavitation!r}"
+            )
         if self.ambient is not None:
             checks.non_negative("bearing: ambient", self.ambient)
         if self.clearance >= self.radius:
-            raise ValueError(f"bearing: clearance {self.clearance!r} m must be smaller than radius {self.radius!r} m")
+            raise ValueError(
+                f"bearing: clearance {self.clearance!r} m must be smaller than radius "
+                f"{self.radius!r} m"
+            )
         if checks.non_negative("bearing: roughness", self.roughness) * THINNEST > self.clearance:
             raise ValueError(
-                f"bearing: roughness {self.roughness!r} m: flow factors need a clearance of {THINNEST:g} times it"
+                f"bearing: roughness {self.roughness!r} m: flow factors need a clearance of "
+                f"{THINNEST:g} times it"
             )
         object.__setattr__(self, "grooves", tuple(self.grooves))
         for groove in self.grooves:
@@ -147,11 +163,13 @@ class Bearing:
 class FilmSolution:
     """A film in one state of motion.
 
-    theta: from the widest gap [rad], (n,); axial: z from the middle [m], (m,), 0 to L/2 (the film is symmetric);
-    pressure: above ambient [Pa], (n, m); content: share of the gap that holds oil, (n, m); radial, tangential: force on
-    the journal [N]; shear: integral of 1/H over the wet area, of the unit area (theta, zeta), so that the Couette
-    torque is mu R^3 L / c (omega_J - omega_B) shear (2 pi / sqrt(1 - eps^2) for a full film); side_flow: oil that
-    leaves at both ends [m3/s], what comes in there not counted; iterations: linear systems solved; unknowns.
+    theta: from the widest gap [rad], (n,); axial: z from the middle [m], (m,), 0 to L/2 (the film
+        is symmetric);
+    pressure: above ambient [Pa], (n, m); content: share of the gap that holds oil, (n, m); radial,
+        tangential: force on the journal [N]; shear: integral of 1/H over the wet area, of the unit
+        area (theta, zeta), so that the Couette torque is mu R^3 L / c (omega_J - omega_B) shear (2
+        pi / sqrt(1 - eps^2) for a full film); side_flow: oil that leaves at both ends [m3/s], what
+        comes in there not counted; iterations: linear systems solved; unknowns.
     """
 
     bearing: Bearing
@@ -173,9 +191,11 @@ class FilmSolution:
 
     @property
     def drag(self) -> float:
-        """Friction torque over the difference of speeds, mu R^3 L / c shear [N m s]: what has cavitated does not drag.
+        """Friction torque over the difference of speeds, mu R^3 L / c shear [N m s]: what has
+        cavitated does not drag.
 
-        Torque on the journal -(drag (omega_J - omega_B) + e F_t / 2), see laws.film.wet_film_torques.
+        Torque on the journal -(drag (omega_J - omega_B) + e F_t / 2), see
+        laws.film.wet_film_torques.
         """
         b = self.bearing
         return b.viscosity * b.radius**3 * b.length / b.clearance * self.shear
@@ -187,7 +207,9 @@ class FilmSolution:
 
     @property
     def centre_of_pressure(self) -> float:
-        """theta [rad] in [0, 2 pi) of the line on which the film presses the journal: against the force on it."""
+        """theta [rad] in [0, 2 pi) of the line on which the film presses the journal: against the
+        force on it.
+        """
         return math.atan2(self.tangential, self.radial) % (2.0 * math.pi)
 
     @property
@@ -196,11 +218,16 @@ class FilmSolution:
         return math.atan2(abs(self.tangential), -self.radial)
 
 
-def check_state(eccentricity_ratio: float, radial_rate: float, entrainment: float) -> tuple[float, float, float]:
+def check_state(
+    eccentricity_ratio: float, radial_rate: float, entrainment: float
+) -> tuple[float, float, float]:
     """The state as (eps, v_r, v_t). Raises ValueError for an eccentricity at or beyond contact."""
     eps = checks.non_negative("eccentricity_ratio", eccentricity_ratio)
     if eps > CONTACT:
-        raise ValueError(f"eccentricity_ratio {eccentricity_ratio!r} is at or beyond contact: a film needs one below 1")
+        raise ValueError(
+            f"eccentricity_ratio {eccentricity_ratio!r} is at or beyond contact: a film needs one "
+            f"below 1"
+        )
     rate = checks.finite("radial_rate", radial_rate)
     return eps, rate, 0.5 * eps * checks.finite("entrainment", entrainment)
 
@@ -208,7 +235,9 @@ def check_state(eccentricity_ratio: float, radial_rate: float, entrainment: floa
 def check_nodes(field: str, nodes: int) -> int:
     """Nodes of a table each way."""
     if not isinstance(nodes, int) or not 5 <= nodes <= LARGEST:
-        raise ValueError(f"{field}: nodes must be a whole number from 5 to {LARGEST}, got {nodes!r}")
+        raise ValueError(
+            f"{field}: nodes must be a whole number from 5 to {LARGEST}, got {nodes!r}"
+        )
     return nodes
 
 
@@ -241,10 +270,16 @@ def check_mesh(mesh: tuple[int, int]) -> tuple[int, int]:
     try:
         around, along = mesh
     except (TypeError, ValueError):
-        raise ValueError(f"mesh must be two numbers of cells (around, along half the length), got {mesh!r}") from None
-    for name, cells, least, most in zip(("around", "along"), (around, along), COARSEST, FINEST, strict=True):
+        raise ValueError(
+            f"mesh must be two numbers of cells (around, along half the length), got {mesh!r}"
+        ) from None
+    for name, cells, least, most in zip(
+        ("around", "along"), (around, along), COARSEST, FINEST, strict=True
+    ):
         if not isinstance(cells, int) or cells < least:
-            raise ValueError(f"mesh: needs at least {least} cells {name} the bearing, got {cells!r}: too coarse")
+            raise ValueError(
+                f"mesh: needs at least {least} cells {name} the bearing, got {cells!r}: too coarse"
+            )
         if cells > most:
             raise ValueError(f"mesh: takes at most {most} cells {name} the bearing, got {cells!r}")
     return around, along

@@ -1,26 +1,31 @@
-"""The film with memory: oil is conserved through cavitation, and the bearing may have an elastic liner.
+"""The film with memory: oil is conserved through cavitation, and the bearing may have an elastic
+liner.
 
-In the frame of the *bearing*, where cavitated oil stays where it is, with theta from the bearing's own x axis, the
-journal's centre at (ex, ey) c moving at (vx, vy) c, and p = mu (R/c)^2 P as in `clearance.film.bearing`:
+In the frame of the *bearing*, where cavitated oil stays where it is, with theta from the bearing's
+own x axis, the journal's centre at (ex, ey) c moving at (vx, vy) c, and p = mu (R/c)^2 P as in
+`clearance.film.bearing`:
 
     d_theta(H^3 d_theta P) + (R/L)^2 d_zeta(H^3 d_zeta P) = 6 spin d_theta(f H) + 12 d_t(f H)
     P >= lowest,  0 <= f <= 1,  (P - lowest) (1 - f) = 0
     H = 1 - ex cos(theta) - ey sin(theta) + h_B + h_J + kappa p / c
 
-spin = omega_J - omega_B; f is the content, the share of the gap that holds oil. At the ends and in the grooves the
-pressure is given and f = 1. The liner is a Winkler foundation: it yields in proportion to the pressure above ambient
-(kappa in m/Pa), so that H is the gap of the unloaded bearing at ambient pressure.
+spin = omega_J - omega_B; f is the content, the share of the gap that holds oil. At the ends and in
+the grooves the pressure is given and f = 1. The liner is a Winkler foundation: it yields in
+proportion to the pressure above ambient (kappa in m/Pa), so that H is the gap of the unloaded
+bearing at ambient pressure.
 
-h_B(theta) and h_J(theta - a) are worn depths over c of bearing and journal, a the angle of the journal against the
-bearing. The journal's turn on, d_t h_J = -spin h_J': with the drag of H they count with +6 spin h_B' and -6 spin h_J'.
+h_B(theta) and h_J(theta - a) are worn depths over c of bearing and journal, a the angle of the
+journal against the bearing. The journal's turn on, d_t h_J = -spin h_J': with the drag of H they
+count with +6 spin h_B' and -6 spin h_J'.
 
-Finite volumes on a uniform grid over half the length. A cell has one unknown, P - lowest where it is full and f where
-it is cavitated; a Newton step switches cells, and between switches the rigid problem is linear. Every matrix met has a
-positive diagonal that dominates its column (an M matrix), so a band LU needs no pivoting. The ring is folded, columns
-0, n-1, 1, n-2, ..., which keeps the band at twice the cells over the half length.
+Finite volumes on a uniform grid over half the length. A cell has one unknown, P - lowest where it
+is full and f where it is cavitated; a Newton step switches cells, and between switches the rigid
+problem is linear. Every matrix met has a positive diagonal that dominates its column (an M matrix),
+so a band LU needs no pivoting. The ring is folded, columns 0, n-1, 1, n-2, ..., which keeps the
+band at twice the cells over the half length.
 
-Sources: Jakobsson and Floberg (1957) and Olsson (1965), the condition; Elrod (1981), one unknown per cell; Woloszynski,
-Podsiadlo and Stachowiak, Tribology Letters 58 (2015), Newton steps for it.
+Sources: Jakobsson and Floberg (1957) and Olsson (1965), the condition; Elrod (1981), one unknown
+per cell; Woloszynski, Podsiadlo and Stachowiak, Tribology Letters 58 (2015), Newton steps for it.
 """
 
 import math
@@ -41,10 +46,12 @@ COND, GAP, DRAG = (
 AXIAL, VOLUME, SHEAR = 0, 4, 8  # in `cell`: each followed by d/d(ex, ey, this cell's P)
 LIMIT = 200  # linear systems before a film counts as unsettled
 EASY = 15  # linear systems after which the steps of a film with a liner are braked
-PATIENCE = 30  # linear systems after which only the worst cells of a rigid film switch, which ends a cycle
+# linear systems after which only the worst cells of a rigid film switch, which ends a cycle
+PATIENCE = 30
 LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
 NOISE = 1e-10  # of the sliding speed: a pressure that counts as none
-INSTANT = 1e-9  # shortest time since the last moment, in units of the time in which the motion changes the film
+# shortest time since the last moment, in units of the time in which the motion changes the film
+INSTANT = 1e-9
 
 compiled = njit(cache=True, error_model="numpy")
 inlined = njit(error_model="numpy", forceinline=True)
@@ -60,10 +67,12 @@ def floored(gap):
 
 @inlined
 def join(here, mid, far, own_slope, mid_slope, far_slope, sizes, face):
-    """Conductance and gap of one face: exact for a one-dimensional film between the middles of its two cells.
+    """Conductance and gap of one face: exact for a one-dimensional film between the middles of its
+    two cells.
 
-    With the flow q = 6 spin H - H^3 P' constant between them, q = 6 spin gap - conductance (P_next - P_this), where
-    conductance = 1 / I3, gap = I2 / I3 and I_k is the integral of H^-k (Simpson); both times the cells' axial size.
+    With the flow q = 6 spin H - H^3 P' constant between them, q = 6 spin gap - conductance
+    (P_next - P_this), where conductance = 1 / I3, gap = I2 / I3 and I_k is the integral of H^-k
+    (Simpson); both times the cells' axial size.
     """
     width, depth = sizes[0], sizes[1]
     (here, own_on), (mid, mid_on), (far, far_on) = floored(here), floored(mid), floored(far)
@@ -85,10 +94,12 @@ def join(here, mid, far, own_slope, mid_slope, far_slope, sizes, face):
 
 @inlined
 def stiffen(least, drag, face):
-    """Let the conductance not fall below least |drag|, smoothly: what a soft liner drags along counts upwind then.
+    """Let the conductance not fall below least |drag|, smoothly: what a soft liner drags along
+    counts upwind then.
 
-    Otherwise the gap that the pressure opens travels on central differences, which wiggle where the film is thin (cell
-    Peclet number above 1) and keep the Newton steps from settling. A second-order change of the resolved film.
+    Otherwise the gap that the pressure opens travels on central differences, which wiggle where the
+    film is thin (cell Peclet number above 1) and keep the Newton steps from settling. A
+    second-order change of the resolved film.
     """
     plain = face[COND]
     face[COND] = math.hypot(plain, least * drag)
@@ -98,10 +109,18 @@ def stiffen(least, drag, face):
 
 
 @inlined
-def fill(before, here, beyond, mean, before_slope, own_slope, beyond_slope, mean_slope, sizes, cell):
-    """Axial conductance (integral of H^3), volume and integral of 1 / H of one cell (Simpson over its width)."""
+def fill(
+    before, here, beyond, mean, before_slope, own_slope, beyond_slope, mean_slope, sizes, cell
+):
+    """Axial conductance (integral of H^3), volume and integral of 1 / H of one cell (Simpson over
+    its width).
+    """
     width, depth, weight = sizes[0], sizes[1], sizes[2]
-    (before, before_on), (here, own_on), (beyond, beyond_on) = floored(before), floored(here), floored(beyond)
+    (before, before_on), (here, own_on), (beyond, beyond_on) = (
+        floored(before),
+        floored(here),
+        floored(beyond),
+    )
     mean, mean_on = floored(mean)
     third, area = weight * width / (6.0 * depth), width * depth
     cell[AXIAL] = third * (before**3 + 4.0 * here**3 + beyond**3)
@@ -117,12 +136,16 @@ def fill(before, here, beyond, mean, before_slope, own_slope, beyond_slope, mean
 
 @compiled
 def measure(ex, ey, drag, soft, lowest, p, ring, worn, sizes, face, cell):
-    """All faces and cells of a film. A rigid bearing (soft = 0) is alike over its length: one layer, else one per row.
+    """All faces and cells of a film.
 
-    ring: cos, sin of each cell's middle, cos, sin of the face after it (n, 4); worn: depths over c at the middle, at
-    the face after it, their mean over the cell, and the journal's growth over the cell (n, 4); sizes: width and depth
-    of a cell, axial weight, mean of cos over a cell's width relative to its middle; soft: deflection per P [s];
-    p: P - lowest (n, nz); face (n, layers, 11), that between column i and the next; cell (n, layers, 12).
+    A rigid bearing (soft = 0) is alike over its length: one layer, else one per row.
+
+    ring: cos, sin of each cell's middle, cos, sin of the face after it (n, 4); worn: depths over c
+        at the middle, at the face after it, their mean over the cell, and the journal's growth over
+        the cell (n, 4); sizes: width and depth of a cell, axial weight, mean of cos over a cell's
+        width relative to its middle; soft: deflection per P [s];
+    p: P - lowest (n, nz); face (n, layers, 11), that between column i and the next; cell (n,
+        layers, 12).
     """
     n, mean = ring.shape[0], sizes[3]
     for i in range(n):
@@ -139,11 +162,30 @@ def measure(ex, ey, drag, soft, lowest, p, ring, worn, sizes, face, cell):
         average = 1.0 - mean * (ex * c + ey * s) + worn[i, 2]
         for k in range(face.shape[1]):
             y, z = soft * (p[i, k] + lowest), soft * (p[j, k] + lowest)
-            join(here + y, mid + 0.5 * (y + z), far + z, own_slope, mid_slope, far_slope, sizes, face[i, k])
+            join(
+                here + y,
+                mid + 0.5 * (y + z),
+                far + z,
+                own_slope,
+                mid_slope,
+                far_slope,
+                sizes,
+                face[i, k],
+            )
             if soft > 0.0:
                 stiffen(0.5 * soft * sizes[1], drag, face[i, k])
-            fill(before + y, here + y, mid + y, average + y,
-                 before_slope, own_slope[:3], beyond_slope, mean_slope, sizes, cell[i, k])  # fmt: skip
+            fill(
+                before + y,
+                here + y,
+                mid + y,
+                average + y,
+                before_slope,
+                own_slope[:3],
+                beyond_slope,
+                mean_slope,
+                sizes,
+                cell[i, k],
+            )
 
 
 @inlined
@@ -206,11 +248,13 @@ def assemble(kind, p, content, old, base, growth, flow, face, cell, place, matri
 
     The balance of a cell, flows out counted positive:
         hold V (f - old) + base + press old growth + sum of the flows = 0
-    kind, p = P - lowest, content f (n, nz): the state; old: content of the last moment; base: what the motion sweeps;
-    growth: that of the cells' volumes V (n, nz); flow: drag = 6 spin, hold, press [1/s], end pressure, end factor (the
-    conductance of the end over that between two cells), carried (1: the flow carries the content, 0: it carries full
-    gaps, the memoryless film), area of a cell, brake [1/s] on the liner's steps; place: position of each column (n,);
-    matrix (n nz, 2 w + 1): row i holds a_ij at w + j - i; rest (n nz, 1).
+    kind, p = P - lowest, content f (n, nz): the state; old: content of the last moment; base: what
+    the motion sweeps;
+    growth: that of the cells' volumes V (n, nz); flow: drag = 6 spin, hold, press [1/s], end
+        pressure, end factor (the conductance of the end over that between two cells), carried (1:
+        the flow carries the content, 0: it carries full gaps, the memoryless film), area of a cell,
+        brake [1/s] on the liner's steps; place: position of each column (n,); matrix (n nz, 2
+        w + 1): row i holds a_ij at w + j - i; rest (n nz, 1).
     Written in differences from the last moment so that hold -> infinity loses no digits.
     """
     (n, nz), w = kind.shape, matrix.shape[1] // 2
@@ -282,7 +326,8 @@ def substitute(matrix, rest):
 def move(kind, p, content, flow, cell, place, rest):
     """Take the step in `rest`. Returns the largest change of P over the largest P.
 
-    A liner's gap must not be stepped through zero nor far beyond its size: that is where its Newton step fails.
+    A liner's gap must not be stepped through zero nor far beyond its size: that is where its Newton
+    step fails.
     """
     n, nz = kind.shape
     most, change = 1e-300, 0.0
@@ -304,13 +349,16 @@ def move(kind, p, content, flow, cell, place, rest):
 
 @compiled
 def switch(kind, p, content, share, noise):
-    """Let cells change their kind that contradict it by more than `share` of the worst. Returns how many did.
+    """Let cells change their kind that contradict it by more than `share` of the worst.
+
+    Returns how many did.
 
     noise: a pressure [1/s] that is nothing against what the motion could raise.
     """
     n, nz = kind.shape
     most = p.max()
-    low, high = max(1e-13 * most, noise), 1e-12  # rounding: a cell that is just full must not change its kind for ever
+    # rounding: a cell that is just full must not change its kind for ever
+    low, high = max(1e-13 * most, noise), 1e-12
     for i in range(n):
         for k in range(nz):
             if kind[i, k] == FULL:
@@ -331,9 +379,11 @@ def switch(kind, p, content, share, noise):
 
 @compiled
 def step(kind, p, content, old, base, growth, flow, face, cell, place, matrix, rest, share):
-    """One Newton step, in place; arguments as in `assemble`. Returns (cells that switched, relative change of P).
+    """One Newton step, in place; arguments as in `assemble`. Returns (cells that switched, relative
+    change of P).
 
-    The ring also serves as a strip: fix the first and the last column and close the face between them (0).
+    The ring also serves as a strip: fix the first and the last column and close the face between
+    them (0).
     """
     assemble(kind, p, content, old, base, growth, flow, face, cell, place, matrix, rest)
     factor(matrix)
@@ -344,19 +394,26 @@ def step(kind, p, content, old, base, growth, flow, face, cell, place, matrix, r
 
 @compiled
 def grow(p, held, stored, follow, cell, growth):
-    """Growth of the cells' volumes: since `stored` (n, nz), or (follow) by the liner alone, which held P - lowest."""
+    """Growth of the cells' volumes: since `stored` (n, nz), or (follow) by the liner alone, which
+    held P - lowest.
+    """
     for i in range(p.shape[0]):
         for k in range(p.shape[1]):
             v = cell[i, k if cell.shape[1] > 1 else 0]
-            growth[i, k] = v[VOLUME + 3] * (p[i, k] - held[i, k]) if follow else v[VOLUME] - stored[i, k]
+            growth[i, k] = (
+                v[VOLUME + 3] * (p[i, k] - held[i, k]) if follow else v[VOLUME] - stored[i, k]
+            )
 
 
 @compiled
 def settle(motion, material, state, last, flow, grid, shape, work):
-    """Newton steps until no cell switches (with a liner: and P no longer moves). Returns how many, -1 if unsettled.
+    """Newton steps until no cell switches (with a liner: and P no longer moves).
 
-    motion: ex, ey; material: soft, lowest; state: kind, p, content; last: old, base, growth, held, stored, follow (see
-    `grow`); grid: ring, place, worn; shape: sizes; work: face, cell, matrix, rest.
+    Returns how many, -1 if unsettled.
+
+    motion: ex, ey; material: soft, lowest; state: kind, p, content; last: old, base, growth, held,
+        stored, follow (see `grow`); grid: ring, place, worn; shape: sizes; work: face, cell,
+        matrix, rest.
     """
     kind, p, content = state
     old, base, growth, held, stored, follow = last
@@ -370,8 +427,11 @@ def settle(motion, material, state, last, flow, grid, shape, work):
             grow(p, held, stored, follow, cell, growth)
         share = 0.0 if count < PATIENCE or soft > 0.0 else 0.9
         braked = (flow[0], flow[1], flow[2], flow[3], flow[4], flow[5], flow[6], brake)
-        switched, change = step(kind, p, content, old, base, growth, braked, face, cell, place, matrix, rest, share)
-        # steps in pseudo-time, longer as they calm down: plain Newton steps need not settle a liner far from its state
+        switched, change = step(
+            kind, p, content, old, base, growth, braked, face, cell, place, matrix, rest, share
+        )
+        # steps in pseudo-time, longer as they calm down: plain Newton steps need not settle a liner
+        # far from its state
         if count == EASY:
             brake = 100.0 * (abs(flow[0]) + np.abs(base).max() / flow[6])
         brake *= min(max(change / before, 0.5), 2.0)
@@ -380,7 +440,9 @@ def settle(motion, material, state, last, flow, grid, shape, work):
             return -1
         if switched == 0 and (soft == 0.0 or change < 1e-7 or p.max() < 1e3 * NOISE * abs(flow[0])):
             if soft > 0.0:
-                measure(motion[0], motion[1], flow[0], soft, lowest, p, ring, worn, shape, face, cell)
+                measure(
+                    motion[0], motion[1], flow[0], soft, lowest, p, ring, worn, shape, face, cell
+                )
                 grow(p, held, stored, follow, cell, growth)
             return count + 1
     return -1
@@ -388,7 +450,9 @@ def settle(motion, material, state, last, flow, grid, shape, work):
 
 @compiled
 def by_motion(kind, p, content, old, flow, face, cell, ring, place, worn, sizes, right):
-    """Minus the derivative of every balance by (ex, ey, vx, vy, spin), with every cell's kind held: right (n nz, 5)."""
+    """Minus the derivative of every balance by (ex, ey, vx, vy, spin), with every cell's kind held:
+    right (n nz, 5).
+    """
     n, nz = kind.shape
     layered = face.shape[1] > 1
     area = 12.0 * sizes[0] * sizes[1] * sizes[3]
@@ -425,14 +489,20 @@ def by_motion(kind, p, content, old, flow, face, cell, ring, place, worn, sizes,
 
 @compiled
 def gather(kind, p, content, lowest, flow, cell, ring, place, sizes, scales, right, out):
-    """Forces, shear and side flow with their derivatives: out (4, 6), from the solved right (n nz, 5)."""
+    """Forces, shear and side flow with their derivatives: out (4, 6), from the solved right (n nz,
+    5).
+    """
     n, nz = kind.shape
     area, carried = 2.0 * sizes[0] * sizes[1], flow[5]
     out[:] = 0.0
     for i in range(n):
         for k in range(nz):
             v = cell[i, k if cell.shape[1] > 1 else 0]
-            dry, fixed, slope = kind[i, k] == CAVITATED, kind[i, k] == FIXED, right[place[i] * nz + k]
+            dry, fixed, slope = (
+                kind[i, k] == CAVITATED,
+                kind[i, k] == FIXED,
+                right[place[i] * nz + k],
+            )
             wet = carried * max(content[i, k], 0.0) if dry else 1.0
             leak = flow[4] / 6.0 if k == nz - 1 and not fixed else 0.0
             fall = p[i, k] - flow[3]
@@ -456,7 +526,10 @@ def gather(kind, p, content, lowest, flow, cell, ring, place, sizes, scales, rig
 
 @compiled
 def respond(motion, material, state, last, flow, grid, shape, work, right, scales, out):
-    """Settle the film and gather its answer with derivatives. Returns the linear systems solved, -1 if unsettled."""
+    """Settle the film and gather its answer with derivatives.
+
+    Returns the linear systems solved, -1 if unsettled.
+    """
     kind, p, content = state
     ring, place, worn = grid
     face, cell, matrix, rest = work
@@ -481,7 +554,9 @@ def sweep(vx, vy, spin, old, ring, worn, sizes, base):
 
 @compiled
 def inflow(kind, p, content, flow, face, cell):
-    """Oil that enters the free cells from grooves and ends, 12 times its volume flow (dimensionless)."""
+    """Oil that enters the free cells from grooves and ends, 12 times its volume flow
+    (dimensionless).
+    """
     n, nz = kind.shape
     layered = face.shape[1] > 1
     total = 0.0
@@ -505,7 +580,9 @@ def inflow(kind, p, content, flow, face, cell):
 
 
 def _over(depths: Sequence[float] | None, clearance: float) -> np.ndarray | None:
-    """Worn depths over the clearance, the first once more behind the last; None where there is none."""
+    """Worn depths over the clearance, the first once more behind the last; None where there is
+    none.
+    """
     if depths is None or not any(depths):
         return None
     return np.append(depths, depths[0]) / clearance
@@ -518,20 +595,25 @@ def _at(depths: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 class MemoryFilm:
-    """One joint's film with memory: the content, and the liner's pressure, of the last accepted moment.
+    """One joint's film with memory: the content, and the liner's pressure, of the last accepted
+    moment.
 
-    bearing: its grooves are at angles from the bearing's own x axis; `cavitation` is not asked when conserving;
-    mesh: cells around and over half the length; liner: compliance [m/Pa], 0 for a rigid bearing; conserving: False
-    leaves the memory of the content out (P >= lowest where P and its slope vanish: Swift-Stieber); outline, journal:
-    worn depths [m] of bearing and journal at equal angles of their bodies' frames, None where unworn.
+    bearing: its grooves are at angles from the bearing's own x axis; `cavitation` is not asked when
+        conserving;
+    mesh: cells around and over half the length; liner: compliance [m/Pa], 0 for a rigid bearing;
+        conserving: False leaves the memory of the content out (P >= lowest where P and its slope
+        vanish: Swift-Stieber); outline, journal: worn depths [m] of bearing and journal at equal
+        angles of their bodies' frames, None where unworn.
 
-    Fields of the last accepted moment: content (n, m); pressure above ambient [Pa] (n, m); at theta [rad] (n,) and
-    axial, z from the middle [m] (m,). mass_defect: oil made or lost in the last commit, over the oil in the gap.
-    iterations: linear systems of the last call. The grid begins at the first groove, so that its line is met; other
-    grooves take the nearest columns, and a groove's width and length are rounded to whole cells.
+    Fields of the last accepted moment: content (n, m); pressure above ambient [Pa] (n, m); at theta
+    [rad] (n,) and axial, z from the middle [m] (m,). mass_defect: oil made or lost in the last
+    commit, over the oil in the gap.
+    iterations: linear systems of the last call. The grid begins at the first groove, so that its
+        line is met; other grooves take the nearest columns, and a groove's width and length are
+        rounded to whole cells.
 
-    Raises ValueError for a mesh that is too coarse, for flow factors (bearing.roughness), and for a film that is not
-    conserving with another condition than "reynolds".
+    Raises ValueError for a mesh that is too coarse, for flow factors (bearing.roughness), and for a
+    film that is not conserving with another condition than "reynolds".
     """
 
     def __init__(
@@ -546,12 +628,14 @@ class MemoryFilm:
         n, nz = check_mesh(mesh)
         if bearing.roughness > 0.0:
             raise ValueError(
-                f"bearing: roughness {bearing.roughness!r} is not supported by the film with memory: "
+                f"bearing: roughness {bearing.roughness!r} is not supported by the film with "
+                f"memory: "
                 "its flow factors are those of a film without"
             )
         if not conserving and bearing.cavitation in ("gumbel", "none"):
             raise ValueError(
-                f"bearing: cavitation {bearing.cavitation!r} is not supported by the film with memory: "
+                f"bearing: cavitation {bearing.cavitation!r} is not supported by the film with "
+                f"memory: "
                 "without conservation it must be 'reynolds'"
             )
         self.bearing, self.conserving = bearing, bool(conserving)
@@ -586,7 +670,8 @@ class MemoryFilm:
         )
         self._right = np.zeros((n * nz, 5))
         self._base, self._growth = np.zeros((n, nz)), np.zeros((n, nz))
-        # exact for the parabola of a short bearing (its cell means too), where 2 would be the plain half cell
+        # exact for the parabola of a short bearing (its cell means too), where 2 would be the plain
+        # half cell
         self._end = 2.0 / (1.0 - 2.0 * depth / 3.0)
         force = self.bearing.force_scale
         self._scales = np.array([force, force, 1.0, self.bearing.flow_scale])
@@ -629,7 +714,8 @@ class MemoryFilm:
         self._state = (kind, p, np.ones(kind.shape))
         self.content = np.ones(kind.shape)
         self._held = p.copy()
-        self._stored = np.zeros(kind.shape)  # the cells' volumes, not known before the first accepted moment
+        # the cells' volumes, not known before the first accepted moment
+        self._stored = np.zeros(kind.shape)
         self._begun = False
 
     @property
@@ -656,7 +742,8 @@ class MemoryFilm:
         p[:], content[:] = self._held, self.content
 
     def _settled(self, attempt, ex: float, ey: float, spin: float) -> None:
-        """Make the attempt, and again from the last accepted moment where the last answer is no good start.
+        """Make the attempt, and again from the last accepted moment where the last answer is no
+        good start.
 
         Raises RuntimeError if that does not settle the film either.
         """
@@ -673,19 +760,30 @@ class MemoryFilm:
         )
 
     def trial(
-        self, ex: float, ey: float, vx: float, vy: float, spin: float, elapsed: float, angle: float = 0.0
+        self,
+        ex: float,
+        ey: float,
+        vx: float,
+        vy: float,
+        spin: float,
+        elapsed: float,
+        angle: float = 0.0,
     ) -> np.ndarray:
-        """The film's answer `elapsed` seconds after the last accepted moment; the memory stays as it is.
+        """The film's answer `elapsed` seconds after the last accepted moment; the memory stays as
+        it is.
 
-        ex, ey: the journal's centre over c; vx, vy: its rate [1/s] as seen from the turning bearing; spin [rad/s];
-        angle of a worn journal against the bearing.
-        Returns (4, 6): rows force_x, force_y on the journal [N], shear (integral of 1/H over the wet area, out of
-        2 pi; a cavitated cell counts with its content: streamlets), side_flow out of the film at both ends [m3/s];
-        columns value and d/d(ex, ey, vx, vy, spin) with every cell kept full or cavitated as it is.
+        ex, ey: the journal's centre over c; vx, vy: its rate [1/s] as seen from the turning
+        bearing; spin [rad/s]; angle of a worn journal against the bearing.
+        Returns (4, 6): rows force_x, force_y on the journal [N], shear (integral of 1/H over the
+        wet area, out of 2 pi; a cavitated cell counts with its content: streamlets), side_flow out
+        of the film at both ends [m3/s]; columns value and d/d(ex, ey, vx, vy, spin) with every cell
+        kept full or cavitated as it is.
 
-        The content is stored at 12 (H (f - old) / elapsed + old dH/dt), the implicit Euler step of a straight path to
-        here: full cells depend on the rate alone as elapsed -> 0. A liner, by contrast, keeps its pressure then.
-        Anything that is not finite answers nan. Raises ValueError for elapsed < 0, RuntimeError for an unsettled film.
+        The content is stored at 12 (H (f - old) / elapsed + old dH/dt), the implicit Euler step of
+        a straight path to
+        here: full cells depend on the rate alone as elapsed -> 0. A liner, by contrast, keeps its
+            pressure then. Anything that is not finite answers nan. Raises ValueError for
+            elapsed < 0, RuntimeError for an unsettled film.
         """
         out = np.full((4, 6), math.nan)
         if not math.isfinite(ex + ey + vx + vy + spin + elapsed):
@@ -702,39 +800,68 @@ class MemoryFilm:
 
         def attempt():
             return respond(
-                motion, self._material, self._state, last, flow, self._grid, self._shape, self._work,
-                self._right, self._scales, out
-            )  # fmt: skip
+                motion,
+                self._material,
+                self._state,
+                last,
+                flow,
+                self._grid,
+                self._shape,
+                self._work,
+                self._right,
+                self._scales,
+                out,
+            )
 
         self._settled(attempt, *motion, spin)
 
     def steady(self, ex: float, ey: float, spin: float) -> np.ndarray:
         """force_x, force_y, shear, side_flow as in `trial`, (4,), of a film that no longer changes.
 
-        Raises ValueError where nothing determines the content: a conserving film without a groove; and for a worn
-        journal that turns.
+        Raises ValueError where nothing determines the content: a conserving film without a groove;
+        and for a worn journal that turns.
         """
         if self._outlines[1] is not None and spin != 0.0:
             raise ValueError("a film on a worn journal that turns is never steady")
         if self.conserving and not self.bearing.grooves:
-            raise ValueError("a steady film with memory needs a groove: without one its oil depends on the past")
+            raise ValueError(
+                "a steady film with memory needs a groove: without one its oil depends on the past"
+            )
         out = np.full((4, 6), math.nan)
         if math.isfinite(ex + ey + spin):
             self._base[:] = 0.0
             # oil that nothing moves counts as full; too weak to be seen where the flow carries it
             weak = 1e-9 * max(abs(spin), 1.0)
-            self._respond((ex, ey), self._flow(spin, weak, 0.0), np.ones(self.content.shape), out, spin)
+            self._respond(
+                (ex, ey), self._flow(spin, weak, 0.0), np.ones(self.content.shape), out, spin
+            )
         return out[:, 0]
 
     def commit(
-        self, ex: float, ey: float, vx: float, vy: float, spin: float, elapsed: float, angle: float = 0.0
+        self,
+        ex: float,
+        ey: float,
+        vx: float,
+        vy: float,
+        spin: float,
+        elapsed: float,
+        angle: float = 0.0,
     ) -> None:
-        """Accept a moment: the conservative step from the last one, then remember content, gap and pressure.
+        """Accept a moment: the conservative step from the last one, then remember content, gap and
+        pressure.
 
-        Arguments as in `trial`. The rate counts in the first step after `reset` alone (the gap before is not known).
-        Raises ValueError for what is not finite or elapsed < 0, RuntimeError for an unsettled film.
+        Arguments as in `trial`. The rate counts in the first step after `reset` alone (the gap
+        before is not known). Raises ValueError for what is not finite or elapsed < 0, RuntimeError
+        for an unsettled film.
         """
-        for name, value in (("ex", ex), ("ey", ey), ("vx", vx), ("vy", vy), ("spin", spin), ("elapsed", elapsed)):
+        for name, value in (
+            ("ex", ex),
+            ("ey", ey),
+            ("vx", vx),
+            ("vy", vy),
+            ("spin", spin),
+            ("elapsed", elapsed),
+        ):
             checks.finite(name, value)
         since = self._since(vx, vy, spin, elapsed)
         hold = 12.0 / since
@@ -747,7 +874,16 @@ class MemoryFilm:
         last = (self.content, self._base, self._growth, self._held, self._stored, first)
 
         def attempt():
-            return settle((ex, ey), self._material, self._state, last, flow, self._grid, self._shape, self._work)
+            return settle(
+                (ex, ey),
+                self._material,
+                self._state,
+                last,
+                flow,
+                self._grid,
+                self._shape,
+                self._work,
+            )
 
         self._settled(attempt, ex, ey, spin)
         self._remember(flow, hold, ex, ey)

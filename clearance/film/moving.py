@@ -1,37 +1,41 @@
 """Finite element films of a run: their mesh follows the gap, their force is smooth in the motion.
 
-The equation, its frame and its biquadratic elements are those of film/fem.py, on a tensor mesh; the element
-matrices come from scikit-fem. Three things differ, for a step of an integrator is as long as the force is smooth.
+The equation, its frame and its biquadratic elements are those of film/fem.py, on a tensor mesh; the
+element matrices come from scikit-fem. Three things differ, for a step of an integrator is as long
+as the force is smooth.
 
 The mesh moves. It is uniform in u, with
 
     theta = u + a sin(u),   a = 1 - sqrt(1 - eps),
 
-so that cells at the thinnest film are narrow in proportion to the length of the film there, sqrt(1 - eps), and the
-force does not jump as from one mesh to another. With grooves, whose edges are mesh lines, a = 0.
+so that cells at the thinnest film are narrow in proportion to the length of the film there,
+sqrt(1 - eps), and the force does not jump as from one mesh to another. With grooves, whose edges
+are mesh lines, a = 0.
 
-The rupture is smooth. Swift-Stieber's condition for the oil that a node of the cavity does not hold,
+The rupture is smooth. Swift-Stieber's condition for the oil that a node of the cavity does not
+hold,
 
     lambda = A P - b,   P >= P_cav,   lambda >= 0,   (P - P_cav) lambda = 0,
 
-lets the wet region jump node by node, and the derivatives of the force with it. Here it is, with the source s of the
-node per area, its smooth positive part s+ and the spacing d of the nodes,
+lets the wet region jump node by node, and the derivatives of the force with it. Here it is, with
+the source s of the node per area, its smooth positive part s+ and the spacing d of the nodes,
 
     lambda = s+ g((P - P_cav) / delta),   g(p) = ln(1 + exp(SHIFT - p)),   delta = WIDTH |s| d^2 / (phi H^3).
 
-delta is the pressure of a full film about one node away from its rupture. SHIFT lets the pressure of the wet side
-begin where the sharp one does: P_cav + SATURATED delta in the cavity makes up for it. Outputs are those of the
-pressure P - SATURATED delta g, which is P_cav there. A P - b - lambda is the gradient of a strictly convex function:
-there is one solution, an analytic function of the motion. "gumbel" cuts the full film off by a softplus of delta.
+delta is the pressure of a full film about one node away from its rupture. SHIFT lets the pressure
+of the wet side begin where the sharp one does: P_cav + SATURATED delta in the cavity makes up for
+it. Outputs are those of the pressure P - SATURATED delta g, which is P_cav there. A P - b - lambda
+is the gradient of a strictly convex function: there is one solution, an analytic function of the
+motion. "gumbel" cuts the full film off by a softplus of delta.
 
-Newton's method starts from the last solution with its factors, those of a band whose last column closes the ring;
-new factors are made where it converges slowly. Derivatives are exact, the movement of mesh and rupture in them:
-complex steps through the equations.
+Newton's method starts from the last solution with its factors, those of a band whose last column
+closes the ring; new factors are made where it converges slowly. Derivatives are exact, the movement
+of mesh and rupture in them: complex steps through the equations.
 
 Errors against fine meshes: see `error_of`.
 
-Source: Squire and Trapp, SIAM Review 40 (1998) 110, complex steps; Hintermueller, Ito and Kunisch, SIAM J. Optim. 13
-(2003) 865, the sharp condition, whose penalty is regularised here.
+Source: Squire and Trapp, SIAM Review 40 (1998) 110, complex steps; Hintermueller, Ito and Kunisch,
+SIAM J. Optim. 13 (2003) 865, the sharp condition, whose penalty is regularised here.
 """
 
 import math
@@ -53,27 +57,32 @@ from clearance.store import njit
 
 REORDERED = {"contract", "arcp", "nsz", "reassoc"}  # sums of a factorisation may be, nothing else
 WIDTH = 0.25  # of the rupture: its pressure is that at sqrt(2 WIDTH) nodes from a sharp one
-SHORT = 20.0  # where the length, not the spacing, bounds the width of the rupture: (R / L)^2 d^2 over 1 / SHORT
+# where the length, not the spacing, bounds the width of the rupture: (R / L)^2 d^2 over 1 / SHORT
+SHORT = 20.0
 LEAST = 0.01  # source at which a node counts as between source and sink, over 12 |V|
-SATURATED, SHIFT = -1.2775046341122474, -0.7361797794993293  # of g: where it is 1; with no bias, see `bias`
+# of g: where it is 1; with no bias, see `bias`
+SATURATED, SHIFT = -1.2775046341122474, -0.7361797794993293
 AT_REST = 1e-15  # speed [1/s] below which the width of the rupture no longer shrinks
 STEP = 1e-30  # of complex derivatives
 DONE = 1e-8  # correction over the largest pressure at which Newton's method ends
 LEAST_RATE = 0.01  # of convergence that is believed
 SLOW, FAR = 0.2, 0.1  # convergence, first correction of old factors that ask for fresh ones
-TARGET, EXPECTED, FEWEST = 3e-3, 0.98, 36  # error of the load, up to an eccentricity ratio; cells around at least
+# error of the load, up to an eccentricity ratio; cells around at least
+TARGET, EXPECTED, FEWEST = 3e-3, 0.98, 36
 MOST = 60  # corrections of one solution, at most
 REYNOLDS, GUMBEL, FULL = range(3)
 KINDS = {"reynolds": REYNOLDS, "gumbel": GUMBEL, "none": FULL}
 
-#: what does not depend on the motion. By cell around and quadrature point: u, weight and slopes of the shapes by u;
-#: shapes by point; along half the length: mass, stiffness (R/L)^2, load of the nodes; free: nodes without a pressure
-#: given, (columns, rows), the ends last; moves: whether the mesh does; thickness: clearance over roughness, 0: smooth
+#: what does not depend on the motion. By cell around and quadrature point: u, weight and slopes of
+#: the shapes by u; shapes by point; along half the length: mass, stiffness (R/L)^2, load of the
+#: nodes; free: nodes without a pressure given, (columns, rows), the ends last; moves: whether the
+#: mesh does; thickness: clearance over roughness, 0: smooth
 Grid = namedtuple(
-    "Grid", "places weights shapes slopes mass stiffness load free moves thickness axial lowest kind"
+    "Grid",
+    "places weights shapes slopes mass stiffness load free moves thickness axial lowest kind",
 )
-#: of one motion. Integrals of phi H^3 by cell and pair of shapes: of slopes, of values; by column: source, s+, |s|,
-#: delta, integrals of cos, sin and 1/H
+#: of one motion. Integrals of phi H^3 by cell and pair of shapes: of slopes, of values; by column:
+#: source, s+, |s|, delta, integrals of cos, sin and 1/H
 Terms = namedtuple("Terms", "along across source positive size delta cos sin shear")
 #: of Newton's matrix: upper band of all columns but the last, their couplings with it, its block
 Factors = namedtuple("Factors", "band border corner")
@@ -176,13 +185,17 @@ def imbalance(pressure, terms, grid):
         for k in range(pressure.shape[1]):
             flow[j, k] += terms.source[j] * grid.load[k]
             if grid.kind == REYNOLDS:
-                flow[j, k] -= terms.positive[j] * grid.load[k] * dryness(pressure, terms, grid, j, k)
+                flow[j, k] -= (
+                    terms.positive[j] * grid.load[k] * dryness(pressure, terms, grid, j, k)
+                )
     return flow
 
 
 @njit(cache=True, error_model="numpy")
 def seen(pressure, terms, grid):
-    """The pressure as the outputs have it, and the wet share of each node; an end is as wet as what is beside it."""
+    """The pressure as the outputs have it, and the wet share of each node; an end is as wet as what
+    is beside it.
+    """
     (columns, rows), above = pressure.shape, grid.lowest
     shown, wet = pressure.copy(), np.ones((columns, rows), np.int64) + 0.0 * pressure
     for j in range(columns):
@@ -204,7 +217,11 @@ def seen(pressure, terms, grid):
 def measures(pressure, terms, grid):
     """W_r, W_t, integral of 1/H over the wet area, side flow."""
     shown, wet = seen(pressure, terms, grid)
-    integrals, out, last = np.zeros(4, pressure.dtype), flows(shown, terms, grid), grid.load.size - 1
+    integrals, out, last = (
+        np.zeros(4, pressure.dtype),
+        flows(shown, terms, grid),
+        grid.load.size - 1,
+    )
     for j in range(pressure.shape[0]):
         for k in range(pressure.shape[1]):
             integrals[0] += 2.0 * grid.load[k] * terms.cos[j] * shown[j, k]
@@ -218,7 +235,10 @@ def measures(pressure, terms, grid):
 
 @njit(cache=True, error_model="numpy")
 def assemble(factors, pressure, terms, grid):
-    """Newton's matrix. Columns are in the order last, 0, 1, ...; the last but one closes the ring."""
+    """Newton's matrix.
+
+    Columns are in the order last, 0, 1, ...; the last but one closes the ring.
+    """
     columns, inner = pressure.shape[0], pressure.shape[1] - 1
     band, border, corner = factors
     band[:], border[:], corner[:] = 0.0, 0.0, 0.0
@@ -234,7 +254,9 @@ def assemble(factors, pressure, terms, grid):
                 along, across = terms.along[e, i, j], terms.across[e, i, j]
                 for k in range(inner):
                     for m in range(max(0, k - 2), min(inner, k + 3)):
-                        if first + k > second + m or not (grid.free[one, k] and grid.free[other, m]):
+                        if first + k > second + m or not (
+                            grid.free[one, k] and grid.free[other, m]
+                        ):
                             continue
                         value = along * grid.mass[k, m] + across * grid.stiffness[k, m]
                         if second < count:
@@ -292,7 +314,9 @@ def factorise(factors):
 
 @njit(cache=True, error_model="numpy", fastmath=REORDERED)
 def substitute(factors, x):
-    """Solve in place; x in the order of the factors, with room for a row of the band before the last column."""
+    """Solve in place; x in the order of the factors, with room for a row of the band before the
+    last column.
+    """
     band, border, corner = factors
     count, reach, inner = band.shape[0], band.shape[1] - 1, corner.shape[0]
     last = count + reach
@@ -369,7 +393,9 @@ def settle(pressure, terms, grid, factors, fresh):
 
 @njit(cache=True, error_model="numpy")
 def slopes_of(state, pressure, terms, grid, factors):
-    """Measures of a settled film and their slopes by eps, v_r and w, (4, 4); slopes of its pressure, (3, ...)."""
+    """Measures of a settled film and their slopes by eps, v_r and w, (4, 4); slopes of its
+    pressure, (3, ...).
+    """
     assemble(factors, pressure, terms, grid)
     factorise(factors)
     slopes = np.zeros((4, 4))
@@ -386,11 +412,13 @@ def slopes_of(state, pressure, terms, grid, factors):
 
 
 def error_of(cells: int, eccentricity_ratio: float, slenderness: float) -> float:
-    """Relative error of the load to expect of so many cells around that move, with as many along as `mesh_for` takes.
+    """Relative error of the load to expect of so many cells around that move, with as many along as
+    `mesh_for` takes.
 
-    Third order in the cells, second order and larger where the bearing is short, for the rupture is as wide as it is
-    long there; larger near contact, too. An upper bound of what fine meshes of the fast solver say, for L/D from 1/8
-    to 1 and eccentricity ratios up to 0.99, in rotation, in squeeze towards the wall and in both.
+    Third order in the cells, second order and larger where the bearing is short, for the rupture is
+    as wide as it is long there; larger near contact, too. An upper bound of what fine meshes of the
+    fast solver say, for L/D from 1/8 to 1 and eccentricity ratios up to 0.99, in rotation, in
+    squeeze towards the wall and in both.
     """
     near = (0.02 / max(1.0 - eccentricity_ratio, 1e-12)) ** 2
     short = max(0.5 / slenderness, 1.0) ** 1.2
@@ -411,7 +439,9 @@ def _clustering(eps: float) -> float:
     return 1.0 - math.sqrt(1.0 - eps)
 
 
-def _grid(bearing: Bearing, mesh: tuple[int, int]) -> tuple[Grid, np.ndarray, np.ndarray, np.ndarray]:
+def _grid(
+    bearing: Bearing, mesh: tuple[int, int]
+) -> tuple[Grid, np.ndarray, np.ndarray, np.ndarray]:
     """The Grid, u of its columns, zeta of its rows, given pressures [1/s] (0 where none is)."""
     around, along = tensor_lines(bearing, mesh)
     ring, line = quadratic_line(around), quadratic_line(along)
@@ -457,10 +487,12 @@ def _between(nodes: np.ndarray, values: np.ndarray, places: np.ndarray) -> np.nd
 
 
 class MovingFilm:
-    """The film of one bearing for a run: solutions start from the last one. A memoryless film with smooth rupture.
+    """The film of one bearing for a run: solutions start from the last one.
 
-    mesh: cells around and over half the length (default `mesh_for` the bearing). Raises ValueError for a mesh too
-    coarse, also for its grooves, and for mass-conserving cavitation.
+    A memoryless film with smooth rupture.
+
+    mesh: cells around and over half the length (default `mesh_for` the bearing). Raises ValueError
+        for a mesh too coarse, also for its grooves, and for mass-conserving cavitation.
     """
 
     def __init__(self, bearing: Bearing, mesh: tuple[int, int] | None = None):
@@ -557,7 +589,8 @@ class MovingFilm:
     def fields_at(
         self, theta: np.ndarray, axial: np.ndarray, state: tuple[float, float, float]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure above ambient [Pa] and wet share at angles and axial positions [m] in one state, (axial, theta).
+        """Pressure above ambient [Pa] and wet share at angles and axial positions [m] in one state,
+        (axial, theta).
 
         The elements' own quadratic functions between their nodes.
         """

@@ -1,9 +1,11 @@
-"""Film laws that solve the Reynolds equation as the run goes: for what no table holds, and to check the table.
+"""Film laws that solve the Reynolds equation as the run goes: for what no table holds, and to check
+the table.
 
-`solved` is memoryless and stands where any film law stands. `conserving` has a memory: the oil content of the gap, over
-the bearing, is kept from step to step (implicit Euler between accepted states), and its liner may be elastic. Both are
-answered in Python (tracing/asking.py), some 1e3 to 1e4 times dearer than the table. The finite elements of a run are
-those of film/moving.py, smooth in the motion; film/fem.py is their reference.
+`solved` is memoryless and stands where any film law stands. `conserving` has a memory: the oil
+content of the gap, over the bearing, is kept from step to step (implicit Euler between accepted
+states), and its liner may be elastic. Both are answered in Python (tracing/asking.py), some 1e3 to
+1e4 times dearer than the table. The finite elements of a run are those of film/moving.py, smooth in
+the motion; film/fem.py is their reference.
 """
 
 import time as clock_of_the_wall
@@ -14,7 +16,8 @@ from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh, coa
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
 from clearance.tracing.asking import KEEP, SLOPES, VALUE, Answerer, answered
 
-USUAL = {"fem": 5000, "fast": 16_000, "conserving": 100_000}  # solutions a turn at rtol 1e-6, of the feeder
+# solutions a turn at rtol 1e-6, of the feeder
+USUAL = {"fem": 5000, "fast": 16_000, "conserving": 100_000}
 VALUES = 15  # solutions without slopes for one with them, in usual runs
 APART = 0.01  # eccentricity ratios of the stages of a step
 NEAREST = 1.0 - 1e-4  # eccentricity ratio that a finite element mesh is asked for at most
@@ -23,8 +26,8 @@ NEAREST = 1.0 - 1e-4  # eccentricity ratio that a finite element mesh is asked f
 def solved(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     """Film of a finite bearing, its Reynolds equation solved at every call [N, N, 1].
 
-    The equation and its frame are those of film/bearing.py. Derivatives of finite elements are exact, the fast solver
-    takes differences. Eccentricity ratios above 0.9999 count as 0.9999.
+    The equation and its frame are those of film/bearing.py. Derivatives of finite elements are
+    exact, the fast solver takes differences. Eccentricity ratios above 0.9999 count as 0.9999.
     """
     return answered(data, start, VALUE, (eccentricity_ratio, radial_rate, entrainment), 3)
 
@@ -34,29 +37,41 @@ def solved_side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, 
     return answered(data, start, VALUE, (eccentricity_ratio, radial_rate, entrainment), 4)[3]
 
 
-def conserving(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start):
-    """Film that conserves its oil, on the bearing [N, N, 1]: force on the journal along the bearing's axes, shear.
+def conserving(
+    eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start
+):
+    """Film that conserves its oil, on the bearing [N, N, 1]: force on the journal along the
+    bearing's axes, shear.
 
-    Jakobsson, Floberg and Olsson's film (film/conserving.py) a time `time` minus that of the last accepted step after
-    it; eccentricity over clearance and its rate [1/s] in the bearing's frame, spin = omega_J - omega_B [rad/s]; angle
-    of a worn journal.
+    Jakobsson, Floberg and Olsson's film (film/conserving.py) a time `time` minus that of the last
+    accepted step after it; eccentricity over clearance and its rate [1/s] in the bearing's frame,
+    spin = omega_J - omega_B [rad/s]; angle of a worn journal.
     """
-    return answered(data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time), 3)
+    return answered(
+        data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time), 3
+    )
 
 
-def conserving_side_flow(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start):
+def conserving_side_flow(
+    eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start
+):
     """Oil that leaves the bearing at both ends [m3/s]."""
-    return answered(data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time), 4)[3]
+    return answered(
+        data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time), 4
+    )[3]
 
 
-def conserving_keep(eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start):
+def conserving_keep(
+    eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start
+):
     """Remember this state as the last accepted one; returns its time [s]."""
     state = eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time
     return time + answered(data, start, KEEP, state, 1)[0]
 
 
 def _usual(solve: Callable[[float, float], object]) -> float:
-    """Mean CPU time of solutions as a step of a run asks for them: values at some states apart, then slopes.
+    """Mean CPU time of solutions as a step of a run asks for them: values at some states apart,
+    then slopes.
 
     The first ones prepare what the others use and do not count.
     """
@@ -79,9 +94,12 @@ class FilmAnswer(Answerer):
         else:
             from clearance.film.bands import FastFilm as Film
         bearing = Bearing.of(
-            joint, cavitation=settings["cavitation"], ambient=settings["ambient"], grooves=settings["grooves"],
+            joint,
+            cavitation=settings["cavitation"],
+            ambient=settings["ambient"],
+            grooves=settings["grooves"],
             roughness=joint.roughness if settings["flow_factors"] else 0.0,
-        )  # fmt: skip
+        )
         self.film, self.usual = Film(bearing, settings["mesh"]), USUAL[settings["solver"]]
         self.asked, self.answered, self.found = None, VALUE, None
         super().__init__(3, 4, self._solve)
@@ -118,7 +136,9 @@ class MemoryAnswer(Answerer):
 
         bearing = Bearing.of(joint, ambient=settings["ambient"], grooves=settings["grooves"])
         depths = settings.get("bearing"), settings.get("journal")  # of a joint with worn outlines
-        self.film = MemoryFilm(bearing, settings["mesh"], settings["liner"], settings["memory"], *depths)
+        self.film = MemoryFilm(
+            bearing, settings["mesh"], settings["liner"], settings["memory"], *depths
+        )
         self.worn = any(map(bool, depths))
         super().__init__(7, 4, self._solve)
         self.reset()
@@ -138,7 +158,8 @@ class MemoryAnswer(Answerer):
             return None
         if state != self.asked:
             solved = self.film.trial(*motion, max(time - self.now, 0.0), angle)
-            self.found = [[*row, 0.0, 0.0] for row in solved]  # Newton's method moves neither angle nor time
+            # Newton's method moves neither angle nor time
+            self.found = [[*row, 0.0, 0.0] for row in solved]
             self.asked = list(state)
         return self.found
 
@@ -172,49 +193,82 @@ def _grooves_do_not_turn_so(joint, settings):
 _conserving = DataLaw(memory_film, conserving, {}, MemoryAnswer)
 _conserving.shown = {"side_flow": conserving_side_flow}
 _conserving.keep = conserving_keep
-_solved.linear_in_viscosity = _conserving.linear_in_viscosity = False  # they solve for the viscosity they began with
+# they solve for the viscosity they began with
+_solved.linear_in_viscosity = _conserving.linear_in_viscosity = False
 
 
-def _memoryless(solver: str, cavitation: str, ambient, grooves, flow_factors: bool, mesh) -> BoundLaw:
+def _memoryless(
+    solver: str, cavitation: str, ambient, grooves, flow_factors: bool, mesh
+) -> BoundLaw:
     if cavitation not in CAVITATIONS[:3]:
-        raise ValueError(f"{solver}_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got {cavitation!r}")
-    settings = {"solver": solver, "cavitation": cavitation, "ambient": ambient, "grooves": tuple(grooves)}
-    return _solved.bind(settings | {"flow_factors": bool(flow_factors), "mesh": mesh and check_mesh(mesh)})
+        raise ValueError(
+            f"{solver}_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got "
+            f"{cavitation!r}"
+        )
+    settings = {
+        "solver": solver,
+        "cavitation": cavitation,
+        "ambient": ambient,
+        "grooves": tuple(grooves),
+    }
+    return _solved.bind(
+        settings | {"flow_factors": bool(flow_factors), "mesh": mesh and check_mesh(mesh)}
+    )
 
 
 def fem_film(
-    *, cavitation: str = "reynolds", ambient: float | None = None, grooves: tuple[Groove, ...] = (),
-    flow_factors: bool = False, mesh: tuple[int, int] | None = None,
-) -> BoundLaw:  # fmt: skip
-    """The film of a finite bearing by finite elements at every call, on a mesh that follows the gap: film/moving.py.
+    *,
+    cavitation: str = "reynolds",
+    ambient: float | None = None,
+    grooves: tuple[Groove, ...] = (),
+    flow_factors: bool = False,
+    mesh: tuple[int, int] | None = None,
+) -> BoundLaw:
+    """The film of a finite bearing by finite elements at every call, on a mesh that follows the
+    gap: film/moving.py.
 
-    cavitation: "reynolds", "gumbel" or "none"; ambient: pressure at the ends above cavitation [Pa] or None; grooves
-    stand still against the *line of centres*; flow_factors: with those of the joint's roughness; mesh: cells around
-    and over half the length (default: 36 by 3 for L/D from 1/2 to 1, more around where the bearing is shorter, along
-    where it is longer), for a load within 0.3 % up to an eccentricity ratio of 0.98. A turn of the feeder takes some
-    5000 solutions of 0.4 ms.
+    cavitation: "reynolds", "gumbel" or "none"; ambient: pressure at the ends above cavitation [Pa]
+        or None; grooves stand still against the *line of centres*; flow_factors: with those of the
+        joint's roughness; mesh: cells around and over half the length (default: 36 by 3 for L/D
+        from 1/2 to 1, more around where the bearing is shorter, along where it is longer), for a
+        load within 0.3 % up to an eccentricity ratio of 0.98. A turn of the feeder takes some 5000
+        solutions of 0.4 ms.
     """
     return _memoryless("fem", cavitation, ambient, grooves, flow_factors, mesh)
 
 
 def fast_film(
-    *, cavitation: str = "reynolds", ambient: float | None = None, grooves: tuple[Groove, ...] = (),
-    flow_factors: bool = False, mesh: tuple[int, int] = (48, 6),
-) -> BoundLaw:  # fmt: skip
+    *,
+    cavitation: str = "reynolds",
+    ambient: float | None = None,
+    grooves: tuple[Groove, ...] = (),
+    flow_factors: bool = False,
+    mesh: tuple[int, int] = (48, 6),
+) -> BoundLaw:
     """As `fem_film`, by the fast solver that tables are made with."""
     return _memoryless("fast", cavitation, ambient, grooves, flow_factors, mesh)
 
 
 def conserving_film(
-    *, ambient: float | None = None, grooves: tuple[Groove, ...] = (), liner: float = 0.0, memory: bool = True,
+    *,
+    ambient: float | None = None,
+    grooves: tuple[Groove, ...] = (),
+    liner: float = 0.0,
+    memory: bool = True,
     mesh: tuple[int, int] = (64, 6),
-) -> BoundLaw:  # fmt: skip
+) -> BoundLaw:
     """The film that conserves its oil through cavitation, with a memory; see the law `conserving`.
 
-    ambient: pressure at the ends above cavitation [Pa] or None; grooves: on the bearing; liner: compliance [m/Pa] of an
-    elastic lining, 0 for rigid; memory: False leaves the memory of the oil out (for a liner alone); mesh: cells around
-    and over half the length. Starts full of oil. First order in the step, which is at most a 400th of a turn.
+    ambient: pressure at the ends above cavitation [Pa] or None; grooves: on the bearing; liner:
+        compliance [m/Pa] of an elastic lining, 0 for rigid; memory: False leaves the memory of the
+        oil out (for a liner alone); mesh: cells around and over half the length. Starts full of
+        oil. First order in the step, which is at most a 400th of a turn.
     """
     liner = checks.non_negative("conserving_film: liner", liner)
-    settings = {"ambient": ambient, "grooves": tuple(grooves), "liner": liner, "memory": bool(memory)}
+    settings = {
+        "ambient": ambient,
+        "grooves": tuple(grooves),
+        "liner": liner,
+        "memory": bool(memory),
+    }
     return _conserving.bind(settings | {"mesh": check_mesh(mesh)})

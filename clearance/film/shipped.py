@@ -1,7 +1,7 @@
 """The film tables that come with the package: `python -m clearance.film.shipped` makes them again.
 
-A table is asked for by its key and by the source of what makes it (see table.Key.name): after a change of the solver
-none of these is taken until they are made again.
+A table is asked for by its key and by the source of what makes it (see table.Key.name): after a
+change of the solver none of these is taken until they are made again.
 """
 
 from clearance.film import table as tables
@@ -9,7 +9,8 @@ from clearance.film.table import Key
 
 #: L/D of bearings: usual ones, among them those of all cases but the slider-crank
 USUAL = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
-#: L/D of the slider-crank of Flores et al. at its own clearance; a table of its neighbours serves others as well
+#: L/D of the slider-crank of Flores et al. at its own clearance; a table of its neighbours serves
+#: others as well
 SLIDER_CRANK = 40.0 / (2.0 * 9.5)
 
 

@@ -6,16 +6,24 @@ SOLVERS = ("fast", "fem")
 
 
 def solve_film(
-    bearing: Bearing, eccentricity_ratio: float, radial_rate: float, entrainment: float, *, solver: str = "auto",
+    bearing: Bearing,
+    eccentricity_ratio: float,
+    radial_rate: float,
+    entrainment: float,
+    *,
+    solver: str = "auto",
     mesh: tuple[int, int] | None = None,
-) -> FilmSolution:  # fmt: skip
+) -> FilmSolution:
     """Pressure, load, friction, side flow of a bearing's film from the Reynolds equation.
 
-    eccentricity_ratio eps; radial_rate d(eps)/dt [1/s]; entrainment w = omega_J + omega_B - 2 gamma' [rad/s].
-    solver: "fast" (finite volumes in Sommerfeld's angle), "fem" (biquadratic elements; also mass-conserving) or "auto":
-    the fast one but for mass conservation and for grooves with edges, which it meets only to a cell. mesh: cells
-    around and over half the length (default (128, 16), of fem (64, 8)).
-    Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, a condition the solver has not got.
+    eccentricity_ratio eps; radial_rate d(eps)/dt [1/s]; entrainment w = omega_J + omega_B - 2
+    gamma' [rad/s].
+    solver: "fast" (finite volumes in Sommerfeld's angle), "fem" (biquadratic elements; also
+        mass-conserving) or "auto": the fast one but for mass conservation and for grooves with
+        edges, which it meets only to a cell. mesh: cells around and over half the length (default
+        (128, 16), of fem (64, 8)).
+    Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, a condition the
+    solver has not got.
     """
     if solver == "auto":
         edged = any(g.width > 0.0 or g.length < 1.0 for g in bearing.grooves)

@@ -1,15 +1,17 @@
-"""The force table: the film of an aligned, rigid, isoviscous bearing, solved once and looked up ever after.
+"""The force table: the film of an aligned, rigid, isoviscous bearing, solved once and looked up
+ever after.
 
-The film with P >= 0 is homogeneous of degree one in V = (v_r, v_t) (see film/bearing.py). With s = sqrt(1 - eps^2),
-V' = (v_r, s v_t) and alpha' the angle of V' it is
+The film with P >= 0 is homogeneous of degree one in V = (v_r, v_t) (see film/bearing.py). With
+s = sqrt(1 - eps^2), V' = (v_r, s v_t) and alpha' the angle of V' it is
 
     W_r = |V'| s^-3 w_r(eps, alpha'),  W_t = |V'| s^-2 w_t(eps, alpha'),  shear = K(eps, alpha') / s
 
-and w_r, w_t, K stay bounded and smooth up to contact: near it the gap is a parabola of half-width sqrt(2 (1 - eps)).
-They are kept on a grid uniform in y = -ln(1 - eps) and alpha' as C2 cubic B-splines. Beyond the last y the force goes
-on (C1) to its limit, the film of a parabolic gap, from which it differs in proportion to s, that is to exp(-y / 2); K
-stays as it is. The film of the concentric bearing, -A (v_r, -v_t), is taken off before, so that the force and its
-derivatives are exact in the centre.
+and w_r, w_t, K stay bounded and smooth up to contact: near it the gap is a parabola of half-width
+sqrt(2 (1 - eps)). They are kept on a grid uniform in y = -ln(1 - eps) and alpha' as C2 cubic
+B-splines. Beyond the last y the force goes on (C1) to its limit, the film of a parabolic gap, from
+which it differs in proportion to s, that is to exp(-y / 2); K stays as it is. The film of the
+concentric bearing, -A (v_r, -v_t), is taken off before, so that the force and its derivatives are
+exact in the centre.
 
 The oil leaves through the wide gap, which does not scale like the film near contact. With alpha the
 true angle of V,
@@ -19,8 +21,9 @@ true angle of V,
 and q is the smooth one. It has a spline over y and alpha with about half the nodes, and beyond the
 last y it stays as it is. The grid that solves it has more nodes in the wide gap.
 
-An ambient pressure above the cavitation pressure adds a third axis tau = S / (S + 3), S = sigma |V| s^4 / |V'|, from
-cavitation at ambient pressure (0) to the full film (1); sigma |V| = p_ambient (c/R)^2 / mu.
+An ambient pressure above the cavitation pressure adds a third axis tau = S / (S + 3), S = sigma |V|
+s^4 / |V'|, from cavitation at ambient pressure (0) to the full film (1); sigma |V| = p_ambient
+(c/R)^2 / mu.
 """
 
 import hashlib
@@ -68,7 +71,8 @@ class Table(Tabulated):
 
     All are relative, and the largest of the states tested. error_closing: of the force where the
     journal comes closer, up to the last node; error_median: the median force error of all states;
-    error_shear, error_flow: of wet area and side flow; error_opening: of the force where the journal
+    error_shear, error_flow: of wet area and side flow; error_opening: of the force where the
+    journal
     recedes, which is small near contact.
     """
 
@@ -91,8 +95,9 @@ class Table(Tabulated):
 
 @dataclass(frozen=True)
 class Key:
-    """Inputs of a table. slenderness L/D; cavitation; thickness: clearance over roughness of the flow factors, 0
-    for smooth surfaces; nodes over y and alpha'; layers over tau, 1 without ambient pressure; mesh of the solver.
+    """Inputs of a table. slenderness L/D; cavitation; thickness: clearance over roughness of the
+    flow factors, 0 for smooth surfaces; nodes over y and alpha'; layers over tau, 1 without ambient
+    pressure; mesh of the solver.
     """
 
     slenderness: float
@@ -109,7 +114,10 @@ class Key:
     def __post_init__(self):
         checks.positive("film table: slenderness", self.slenderness)
         if self.cavitation not in bands.CODES:
-            raise ValueError(f"film table: cavitation must be one of {', '.join(bands.CODES)}; got {self.cavitation!r}")
+            raise ValueError(
+                f"film table: cavitation must be one of {', '.join(bands.CODES)}; got "
+                f"{self.cavitation!r}"
+            )
         check_nodes("film table", self.nodes)
         check_mesh(self.mesh)
 
@@ -137,7 +145,9 @@ class Key:
     def name(self) -> str:
         """Of the file: all of the key, and the text of what makes it and reads it."""
         text = [Path(f).read_text() for f in (__file__, bands.__file__, tabulated.__file__)]
-        return hashlib.sha256(json.dumps([vars(self), text], default=list).encode()).hexdigest()[:24]
+        return hashlib.sha256(json.dumps([vars(self), text], default=list).encode()).hexdigest()[
+            :24
+        ]
 
     def build(self) -> Table:
         """Solve all nodes, fit the splines, measure the error at states between them."""
@@ -179,11 +189,17 @@ def _film(key: Key, eps: float, motion, tau: float, scale: float, mesh, even: fl
 
 
 def centre(key: Key, tau: float, mesh: tuple[int, int]) -> tuple[float, float, float]:
-    """A of the concentric film, and a, b of its slope in eps: d(w_r) = -(a cos^2 + b sin^2), d(w_t) = (a-b) sin cos."""
-    size = np.mean([math.hypot(*scaled_film(key, 0.0, g, tau, mesh)[:2]) for g in (0.3, 0.9, 1.5, 2.1, 2.7)])
+    """A of the concentric film, and a, b of its slope in eps: d(w_r) = -(a cos^2 + b sin^2),
+    d(w_t) = (a-b) sin cos.
+    """
+    size = np.mean(
+        [math.hypot(*scaled_film(key, 0.0, g, tau, mesh)[:2]) for g in (0.3, 0.9, 1.5, 2.1, 2.7)]
+    )
 
     def slope(angle: float, part: int, there: float) -> float:
-        near, far = (scaled_film(key, -math.log1p(-k * SPEED_STEP), angle, tau, mesh)[part] for k in (1, 2))
+        near, far = (
+            scaled_film(key, -math.log1p(-k * SPEED_STEP), angle, tau, mesh)[part] for k in (1, 2)
+        )
         return (4.0 * (near - there) - (far - there)) / (2.0 * SPEED_STEP)
 
     b = -slope(0.5 * math.pi, 0, 0.0)
@@ -216,7 +232,11 @@ def layer(key: Key, tau: float, progress) -> tuple[float, np.ndarray]:
     for part in range(PARTS):
         mirror = "odd" if part == 1 else "even"
         across = spline(values[:, :, part].T, mirror, mirror)
-        begin = spline(slopes[part][:, None], mirror, mirror)[:, 0] * spacing if part in slopes else "free"
+        begin = (
+            spline(slopes[part][:, None], mirror, mirror)[:, 0] * spacing
+            if part in slopes
+            else "free"
+        )
         coefficients[:, :, part] = spline(across.T, begin, "free")
     return size, coefficients
 
@@ -236,14 +256,18 @@ def over_tau(layers: list[np.ndarray]) -> np.ndarray:
     """Coefficients (y, angle, tau, part) from those of each tau."""
     values = np.stack(layers)
     if len(layers) > 1:
-        values = spline(values.reshape(len(layers), -1), "free", "free").reshape(-1, *values.shape[1:])
+        values = spline(values.reshape(len(layers), -1), "free", "free").reshape(
+            -1, *values.shape[1:]
+        )
     return np.moveaxis(values, 0, 2)
 
 
 def spline(values: np.ndarray, begin, end) -> np.ndarray:
-    """Coefficients (n + 2, m) of the uniform cubic B-splines through values (n, m), along the first axis.
+    """Coefficients (n + 2, m) of the uniform cubic B-splines through values (n, m), along the first
+    axis.
 
-    begin, end: "even" or "odd" about the first or last node, "free" (not-a-knot), or the slopes (m) per spacing.
+    begin, end: "even" or "odd" about the first or last node, "free" (not-a-knot), or the slopes (m)
+    per spacing.
     """
     n = len(values)
     matrix, right = np.zeros((n + 2, n + 2)), np.zeros((n + 2, values.shape[1]))
@@ -272,7 +296,11 @@ def build(key: Key) -> Table:
     """Solve all nodes, fit the splines, measure the error at states between them."""
     from tqdm import tqdm
 
-    LOG.info("building the film table of L/D = %g, %s (kept for later runs)", key.slenderness, key.cavitation)
+    LOG.info(
+        "building the film table of L/D = %g, %s (kept for later runs)",
+        key.slenderness,
+        key.cavitation,
+    )
     rows = key.layers * key.nodes + key.flow_layers * key.flow_nodes
     with tqdm(total=rows, desc="film table", disable=None, leave=False) as bar:
         layers = [layer(key, tau, bar.update) for tau in taus(key.layers)]
@@ -350,11 +378,13 @@ def table(key: Key) -> Table:
 
 @lru_cache(maxsize=64)
 def between(key) -> Tabulated:
-    """The table of any key: of its own where its `blended` entries have at most three digits, else between neighbours.
+    """The table of any key: of its own where its `blended` entries have at most three digits, else
+    between neighbours.
 
-    Neighbours are BESIDE apart in ln(L/D), and in the logarithm of clearance over roughness where flow factors ask for
-    it, so that a sweep over clearances needs a few tables and not one a point. Linear in these logarithms: the film is
-    at most of degree two in L/D, so that this adds at most BESIDE^2 / 2 to the error.
+    Neighbours are BESIDE apart in ln(L/D), and in the logarithm of clearance over roughness where
+    flow factors ask for it, so that a sweep over clearances needs a few tables and not one a point.
+    Linear in these logarithms: the film is at most of degree two in L/D, so that this adds at most
+    BESIDE^2 / 2 to the error.
     """
     corners = [(1.0, key)]
     for name in key.blended:
@@ -364,11 +394,15 @@ def between(key) -> Tabulated:
         return made[0][1]
     numbers = sum(share * t.numbers for share, t in made)
     numbers[key.axes] = made[0][1].numbers[key.axes]
-    return key.made(numbers, *(max(e) + 0.5 * BESIDE**2 for e in zip(*(t.errors for _, t in made), strict=True)))
+    return key.made(
+        numbers, *(max(e) + 0.5 * BESIDE**2 for e in zip(*(t.errors for _, t in made), strict=True))
+    )
 
 
 def neighbours(share: float, key: Key, name: str) -> list[tuple[float, Key]]:
-    """One entry of a key on its grid: itself where it has three digits, else its two neighbours, with their shares."""
+    """One entry of a key on its grid: itself where it has three digits, else its two neighbours,
+    with their shares.
+    """
     value = getattr(key, name)
     if value == 0.0 or math.isclose(value, float(f"{value:.3g}"), rel_tol=1e-9):
         return [(share, key)]
@@ -379,7 +413,9 @@ def neighbours(share: float, key: Key, name: str) -> list[tuple[float, Key]]:
 
 
 def _read(path: Path, key: Key, warned: bool = False) -> Table | None:
-    """The table in a file, None where there is none or it is damaged (warned: with a warning before)."""
+    """The table in a file, None where there is none or it is damaged (warned: with a warning
+    before).
+    """
     if not path.exists():
         return None
     try:
@@ -391,7 +427,10 @@ def _read(path: Path, key: Key, warned: bool = False) -> Table | None:
         return made
     except Exception as reason:  # noqa: BLE001 - whatever is wrong with the file, it can be made again
         if not warned:
-            LOG.warning(f"film table {path} is damaged or of another film ({type(reason).__name__}); it is built again")
+            LOG.warning(
+                f"film table {path} is damaged or of another film "
+                f"({type(reason).__name__}); it is built again"
+            )
         return None
 
 
@@ -402,7 +441,10 @@ def digest(key: Key, made: Table) -> str:
 
 
 def _write(path: Path, key: Key, made: Table) -> None:
-    """Under a temporary name first, so that nobody ever reads half a table. A store that is full costs time only."""
+    """Under a temporary name first, so that nobody ever reads half a table.
+
+    A store that is full costs time only.
+    """
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

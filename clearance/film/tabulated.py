@@ -12,8 +12,8 @@ from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
 if TYPE_CHECKING:
     import numpy as np
 
-#: numbers before the coefficients: A; nodes over y and alpha', cells per y, per alpha', nodes over tau; values of A;
-#: where the side flow begins; the same four of the side flow, over y and alpha
+#: numbers before the coefficients: A; nodes over y and alpha', cells per y, per alpha', nodes over
+#: tau; values of A; where the side flow begins; the same four of the side flow, over y and alpha
 HEAD = 11
 TOP = 6.2  # largest y of the nodes
 LAST = 1.0 - math.exp(-TOP)  # its eccentricity ratio, 0.998
@@ -22,10 +22,12 @@ LAYERS = 25  # nodes over tau
 
 @dataclass(frozen=True)
 class Tabulated:
-    """Numbers that a film law reads from a table, and how far they are from the film they stand for.
+    """Numbers that a film law reads from a table, and how far they are from the film they stand
+    for.
 
-    Each kind has the fields of its errors, its `error` (the largest of the force where the film carries) and
-    `stronger(factor)`, its numbers with all forces and the friction of the film times a factor.
+    Each kind has the fields of its errors, its `error` (the largest of the force where the film
+    carries) and `stronger(factor)`, its numbers with all forces and the friction of the film times
+    a factor.
     """
 
     numbers: "np.ndarray"
@@ -36,7 +38,9 @@ class Tabulated:
 
     def facts(self) -> dict:
         """Facts of it in the report of a run."""
-        return {f"film_table_{name}": value for name, value in vars(self).items() if name != "numbers"}
+        return {
+            f"film_table_{name}": value for name, value in vars(self).items() if name != "numbers"
+        }
 
 
 def bump_0(t):
@@ -51,7 +55,9 @@ def bump_1(t):
 
 def row(data, at, step, w0, w1, w2, w3):
     """Sum of four coefficients."""
-    return data[at] * w0 + data[at + step] * w1 + data[at + 2 * step] * w2 + data[at + 3 * step] * w3
+    return (
+        data[at] * w0 + data[at + step] * w1 + data[at + 2 * step] * w2 + data[at + 3 * step] * w3
+    )
 
 
 def patch(data, at, line, step, p0, p1, p2, p3, w0, w1, w2, w3):
@@ -95,25 +101,42 @@ def looked_up_flow(data, start, y, angle):
     t, u = x - i, z - j
     at = start + int(data[start + 6]) + i * (nodes + 2) + j
     return patch(
-        data, at, nodes + 2, 1, bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t),
-        bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u),
-    )  # fmt: skip
+        data,
+        at,
+        nodes + 2,
+        1,
+        bump_0(t),
+        bump_1(t),
+        bump_1(1.0 - t),
+        bump_0(1.0 - t),
+        bump_0(u),
+        bump_1(u),
+        bump_1(1.0 - u),
+        bump_0(1.0 - u),
+    )
 
 
 def answering(eps, radial_rate, across):
-    """Eccentricity ratio that a film answers at: its own, but no more than LAST where the journal recedes straight.
+    """Eccentricity ratio that a film answers at: its own, but no more than LAST where the journal
+    recedes straight.
 
-    As alpha' nears 180 degrees (between 165 and 177) the film near the contact has nothing to say; the force is that of
-    the oil around it, which stays as it is, and what a table knows of the first is amplified by s^-3.
+    As alpha' nears 180 degrees (between 165 and 177) the film near the contact has nothing to say;
+    the force is that of the oil around it, which stays as it is, and what a table knows of the
+    first is amplified by s^-3.
     """
     if eps <= LAST or radial_rate >= 0.0:
         return eps
-    x = min(max((0.268 - math.sqrt(across * across + REST * REST) / (REST - radial_rate)) / 0.216, 0.0), 1.0)
+    x = min(
+        max((0.268 - math.sqrt(across * across + REST * REST) / (REST - radial_rate)) / 0.216, 0.0),
+        1.0,
+    )
     return eps - x * x * (3.0 - 2.0 * x) * (eps - LAST)
 
 
 def polar(radial_rate, turning):
-    """Size of a motion, its angle in [0, pi], and the size of the part across; the last is never quite 0."""
+    """Size of a motion, its angle in [0, pi], and the size of the part across; the last is never
+    quite 0.
+    """
     width = math.sqrt(turning * turning + REST * REST)
     speed = math.sqrt(radial_rate * radial_rate + width * width)
     return speed, math.atan2(width, radial_rate), width
@@ -125,7 +148,9 @@ def logarithm(eps):
 
 
 def scaled_motion(eps, radial_rate, turning):
-    """s^2, s, s v_t and its size (never quite 0), |V'|, y and alpha' of a motion; finite at contact too."""
+    """s^2, s, s v_t and its size (never quite 0), |V'|, y and alpha' of a motion; finite at contact
+    too.
+    """
     gap = max(1.0 - eps * eps, WALL)
     root = math.sqrt(gap)
     across = root * turning
@@ -139,10 +164,11 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     v_t = eps w / 2,  s = sqrt(1 - eps^2),  V' = (eps', s v_t),  P0 = mu L R^3 / c^2
     F_r = P0 |V'| s^-3 w_r(eps, alpha'),   F_t = P0 |V'| s^-2 w_t(eps, alpha'),   shear = K / s
 
-    C2 cubic splines over -ln(1 - eps) and alpha' = angle of V' (see film/table.py) up to eps = 0.998, continued (C1)
-    to contact (within 2 % for L/D down to 0.25); where the journal recedes straight the force stays what it is there,
-    small and right to some 20 %. The default table is within 1e-3 of the Reynolds equation where the journal closes in.
-    Rigid, aligned, isoviscous, cavitating at ambient pressure.
+    C2 cubic splines over -ln(1 - eps) and alpha' = angle of V' (see film/table.py) up to
+    eps = 0.998, continued (C1) to contact (within 2 % for L/D down to 0.25); where the journal
+    recedes straight the force stays what it is there, small and right to some 20 %. The default
+    table is within 1e-3 of the Reynolds equation where the journal closes in. Rigid, aligned,
+    isoviscous, cavitating at ambient pressure.
     """
     first = int(start)
     eps = min(eccentricity_ratio, 1.0)
@@ -157,7 +183,9 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
 
 
 def side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
-    """Oil that leaves the bearing at both ends [m3/s]: c R L |V| q(eps, alpha), V = (eps', eps w / 2)."""
+    """Oil that leaves the bearing at both ends [m3/s]: c R L |V| q(eps, alpha), V = (eps', eps
+    w / 2).
+    """
     eps = min(eccentricity_ratio, 1.0)
     speed, angle, _ = polar(radial_rate, 0.5 * eps * entrainment)
     flow = looked_up_flow(data, int(start), logarithm(eps), angle)
@@ -178,7 +206,11 @@ def looked_up_ambient(data, start, y, angle, tau):
     """A and the three splines (w_r + A cos, w_t - A sin, K) at y, alpha' and tau in [0, 1]."""
     nodes, layers = int(data[start + 1]), int(data[start + 4])
     top, roof = nodes - 1.0, layers - 1.0
-    x, z, c = min(y * data[start + 2], top), min(angle * data[start + 3], top), min(tau * roof, roof)
+    x, z, c = (
+        min(y * data[start + 2], top),
+        min(angle * data[start + 3], top),
+        min(tau * roof, roof),
+    )
     i, j, k = min(int(x), nodes - 2), min(int(z), nodes - 2), min(int(c), layers - 2)
     t, u, v = x - i, z - j, c - k
     p0, p1, p2, p3 = bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t)
@@ -203,23 +235,42 @@ def looked_up_flow_ambient(data, start, y, angle, tau):
     """The spline of the side flow, q, at y, alpha and tau."""
     nodes, layers = int(data[start + 7]), int(data[start + 10])
     top, roof = nodes - 1.0, layers - 1.0
-    x, z, c = min(y * data[start + 8], top), min(angle * data[start + 9], top), min(tau * roof, roof)
+    x, z, c = (
+        min(y * data[start + 8], top),
+        min(angle * data[start + 9], top),
+        min(tau * roof, roof),
+    )
     i, j, k = min(int(x), nodes - 2), min(int(z), nodes - 2), min(int(c), layers - 2)
     t, u, v = x - i, z - j, c - k
     line = layers + 2
     plane = line * (nodes + 2)
     return block(
-        data, start + int(data[start + 6]) + i * plane + j * line + k, plane, line, 1,
-        bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t), bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u),
-        bump_0(v), bump_1(v), bump_1(1.0 - v), bump_0(1.0 - v),
-    )  # fmt: skip
+        data,
+        start + int(data[start + 6]) + i * plane + j * line + k,
+        plane,
+        line,
+        1,
+        bump_0(t),
+        bump_1(t),
+        bump_1(1.0 - t),
+        bump_0(1.0 - t),
+        bump_0(u),
+        bump_1(u),
+        bump_1(1.0 - u),
+        bump_0(1.0 - u),
+        bump_0(v),
+        bump_1(v),
+        bump_1(1.0 - v),
+        bump_0(1.0 - v),
+    )
 
 
 def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, start, ambient):
-    """As `table`, for an ambient pressure [Pa] above the cavitation pressure: a third axis of the table.
+    """As `table`, for an ambient pressure [Pa] above the cavitation pressure: a third axis of the
+    table.
 
-    tau = S / (S + 3),  S = ambient / (mu (R/c)^2) s^4 / |V'|;  F_r = P0 s^-3 (|V'| w(eps, alpha', tau) - A(tau) eps').
-    Linear in the velocities about rest, where the film does not cavitate.
+    tau = S / (S + 3),  S = ambient / (mu (R/c)^2) s^4 / |V'|;  F_r = P0 s^-3 (|V'| w(eps, alpha',
+    tau) - A(tau) eps'). Linear in the velocities about rest, where the film does not cavitate.
     """
     first = int(start)
     eps = min(eccentricity_ratio, 1.0)
@@ -227,7 +278,9 @@ def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
     eps = answering(eps, radial_rate, math.sqrt(max(1.0 - eps * eps, WALL)) * turning)
     gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, turning)
     still = ambient * joint.clearance**2 * gap * gap / (3.0 * joint.viscosity * joint.radius**2)
-    size, rest_radial, rest_tangential, shear = looked_up_ambient(data, first, y, angle, still / (still + speed))
+    size, rest_radial, rest_tangential, shear = looked_up_ambient(
+        data, first, y, angle, still / (still + speed)
+    )
     scale = joint.viscosity * joint.length * joint.radius**3 / (joint.clearance**2 * gap)
     radial = (speed * rest_radial - size * radial_rate) * scale / root
     tangential = (speed * rest_tangential * across / width + size * across) * scale
@@ -235,7 +288,9 @@ def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
 
 
 def side_flow_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, start, ambient):
-    """Oil that leaves the bearing at both ends [m3/s]: c R L |V| q(eps, alpha, tau), S = sigma here."""
+    """Oil that leaves the bearing at both ends [m3/s]: c R L |V| q(eps, alpha, tau), S = sigma
+    here.
+    """
     eps = min(eccentricity_ratio, 1.0)
     speed, angle, _ = polar(radial_rate, 0.5 * eps * entrainment)
     still = ambient * joint.clearance**2 / (3.0 * joint.viscosity * joint.radius**2)
@@ -257,7 +312,9 @@ def key_of(joint: FilmJoint, settings: dict):
         thickness = float(f"{joint.clearance / joint.roughness:.9g}")
     slenderness = float(f"{joint.length / (2.0 * joint.radius):.9g}")
     layers = LAYERS if settings["ambient"] else 1
-    return Key(slenderness, settings["cavitation"], thickness, settings["nodes"], layers, settings["mesh"])
+    return Key(
+        slenderness, settings["cavitation"], thickness, settings["nodes"], layers, settings["mesh"]
+    )
 
 
 def _made(joint: FilmJoint, settings: dict):
@@ -274,23 +331,36 @@ _table_ambient.linear_in_viscosity = False
 
 
 def table_film(
-    *, cavitation: str = "reynolds", ambient: float | None = None, flow_factors: bool = False, nodes: int = 33,
+    *,
+    cavitation: str = "reynolds",
+    ambient: float | None = None,
+    flow_factors: bool = False,
+    nodes: int = 33,
     mesh: tuple[int, int] | None = None,
-) -> BoundLaw:  # fmt: skip
+) -> BoundLaw:
     """The film of a finite bearing from a table of its Reynolds equation: see the law `table`.
 
-    cavitation: "reynolds" (Swift-Stieber), "gumbel" or "none"; ambient: pressure at the bearing's ends above the
-    cavitation pressure [Pa], None where the film cavitates at ambient pressure; flow_factors: whether Patir and
-    Cheng's factors make the film that of the joint's rough surfaces; nodes of the table over -ln(1 - eps) and alpha';
-    mesh (around, along half the length; default 96 x 12, with ambient pressure 64 x 8) of the solver behind it. A table
-    is built once (a second or two, with ambient pressure some fifteen) and kept on disk by L/D and options.
-    Raises ValueError for options that do not go together.
+    cavitation: "reynolds" (Swift-Stieber), "gumbel" or "none"; ambient: pressure at the bearing's
+        ends above the cavitation pressure [Pa], None where the film cavitates at ambient pressure;
+        flow_factors: whether Patir and Cheng's factors make the film that of the joint's rough
+        surfaces; nodes of the table over -ln(1 - eps) and alpha'; mesh (around, along half the
+        length; default 96 x 12, with ambient pressure 64 x 8) of the solver behind it. A table is
+        built once (a second or two, with ambient pressure some fifteen) and kept on disk by L/D and
+        options. Raises ValueError for options that do not go together.
     """
     if cavitation not in CAVITATIONS[:3]:
-        raise ValueError(f"table_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got {cavitation!r}")
+        raise ValueError(
+            f"table_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got "
+            f"{cavitation!r}"
+        )
     check_nodes("table_film", nodes)
     mesh = check_mesh(mesh if mesh is not None else (96, 12) if ambient is None else (64, 8))
-    settings = {"cavitation": cavitation, "flow_factors": bool(flow_factors), "nodes": nodes, "mesh": mesh}
+    settings = {
+        "cavitation": cavitation,
+        "flow_factors": bool(flow_factors),
+        "nodes": nodes,
+        "mesh": mesh,
+    }
     if ambient is None:
         return _table.bind(settings | {"ambient": False})
     if cavitation != "reynolds":

@@ -1,8 +1,9 @@
 """Parameters of models of one's own: nonlinear least squares on central differences.
 
-Parameters whose bounds are positive are searched for in their logarithms, others over their range. Slopes are central
-differences, so any function of a record can be fitted that changes smoothly with its parameters, as a simulation does
-up to its error. Where a function cannot be computed on the way, that step is refused and a shorter one tried.
+Parameters whose bounds are positive are searched for in their logarithms, others over their range.
+Slopes are central differences, so any function of a record can be fitted that changes smoothly with
+its parameters, as a simulation does up to its error. Where a function cannot be computed on the
+way, that step is refused and a shorter one tried.
 """
 
 import math
@@ -17,30 +18,41 @@ from clearance.identify.own import FunctionError, Own
 
 FINISH = 1e-8  # relative change of the cost and of the parameters at which a fit ends
 MOST = 60  # steps of a fit
-COARSER, UNSMOOTH = 3.0, 0.2  # differences made larger; relative change of slopes by that from which they are doubted
+# differences made larger; relative change of slopes by that from which they are doubted
+COARSER, UNSMOOTH = 3.0, 0.2
 FAILS = ValueError, ArithmeticError, RuntimeError  # of a function: that point is refused
 
 
 class Search:
-    """Residuals (m,) of a model and their slopes (m, p) over coordinates: logarithms, or shares of a range."""
+    """Residuals (m,) of a model and their slopes (m, p) over coordinates: logarithms, or shares of
+    a range.
+    """
 
     def __init__(self, model: Own, trials: Sequence):
         self.model, self.trials, self.evaluations, self.refused = model, trials, 0, 0
-        moves = [np.any([t.rate[:, i].any() for t in trials]) for i in range(3)] if model.groups else ()
+        moves = (
+            [np.any([t.rate[:, i].any() for t in trials]) for i in range(3)] if model.groups else ()
+        )
         still = set(model.groups) - {g for g, m in zip(model.groups, moves, strict=True) if m}
         self.still = np.array([any(in_group(p.name, g) for g in still) for p in model.parameters])
-        low, high, typical = (np.array([getattr(p, w) for p in model.parameters]) for w in ("low", "high", "typical"))
+        low, high, typical = (
+            np.array([getattr(p, w) for p in model.parameters]) for w in ("low", "high", "typical")
+        )
         self.log, self.low, self.range = low > 0.0, low, high - low
         self.bounds = np.array([self.coordinates(low), self.coordinates(high)])
         self.typical = self.coordinates(typical)
         sizes = model.sizes(trials)
         self.sizes = [np.broadcast_to(sizes, model.observed(t).shape).ravel() for t in trials]
-        self.measured = np.concatenate([model.observed(t).ravel() / s for t, s in zip(trials, self.sizes, strict=True)])
+        self.measured = np.concatenate(
+            [model.observed(t).ravel() / s for t, s in zip(trials, self.sizes, strict=True)]
+        )
         self.last: tuple = ()
 
     def coordinates(self, values: np.ndarray) -> np.ndarray:
         """Of parameters (p,)."""
-        return np.where(self.log, np.log(np.where(self.log, values, 1.0)), (values - self.low) / self.range)
+        return np.where(
+            self.log, np.log(np.where(self.log, values, 1.0)), (values - self.low) / self.range
+        )
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Parameters at coordinates (p,)."""
@@ -54,7 +66,10 @@ class Search:
         """Prediction at coordinates, over the sizes of the measured columns."""
         self.evaluations += 1
         values = self.values(x)
-        parts = (self.model.predicted(values, t).ravel() / s for t, s in zip(self.trials, self.sizes, strict=True))
+        parts = (
+            self.model.predicted(values, t).ravel() / s
+            for t, s in zip(self.trials, self.sizes, strict=True)
+        )
         return np.concatenate(list(parts))
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
@@ -86,8 +101,13 @@ class Search:
         return np.stack(columns, axis=1)
 
 
-def estimate(model: Own, trials: Sequence, *, starts: int, seed: int, progress: Callable) -> Estimate:
-    """Parameters of a model of one's own. Raises ValueError where its function fails at the first start."""
+def estimate(
+    model: Own, trials: Sequence, *, starts: int, seed: int, progress: Callable
+) -> Estimate:
+    """Parameters of a model of one's own.
+
+    Raises ValueError where its function fails at the first start.
+    """
     search, random = Search(model, trials), np.random.default_rng(seed)
     search.predicted(search.typical)  # an error here is the user's to see
     begins = [search.typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
@@ -107,17 +127,23 @@ def estimate(model: Own, trials: Sequence, *, starts: int, seed: int, progress: 
     by = search.by_values(x)
     ends = (search.values(np.clip(e, *search.bounds)) for e in (x - wide, x + wide))
     facts = {
-        "noise": noise, "evaluations": search.evaluations, "refused": search.refused,
-        "converged": best.status > 0, "still": still,
-    }  # fmt: skip
+        "noise": noise,
+        "evaluations": search.evaluations,
+        "refused": search.refused,
+        "converged": best.status > 0,
+        "still": still,
+    }
     table = {
-        "cost": costs, "evaluations": np.array([f[0].nfev for f in solved]),
+        "cost": costs,
+        "evaluations": np.array([f[0].nfev for f in solved]),
         "values": np.array([search.values(f[0].x) for f in solved]),
-    }  # fmt: skip
+    }
     if not model.predicts and not model.lag:
         facts |= _delay(search, best, slopes, values, names, by)
     history = np.array(history)
-    return Estimate(values, *ends, covariance * np.outer(by, by), history, table, facts, tuple(doubts))
+    return Estimate(
+        values, *ends, covariance * np.outer(by, by), history, table, facts, tuple(doubts)
+    )
 
 
 def _solved(search: Search, begin: np.ndarray, start: int, starts: int, progress: Callable):
@@ -127,7 +153,9 @@ def _solved(search: Search, begin: np.ndarray, start: int, starts: int, progress
     def slopes(x):
         history.append(0.5 * float(np.sum(search.residuals(x) ** 2)))
         error = math.sqrt(2.0 * history[-1]) / (np.linalg.norm(search.measured) or 1.0)
-        progress(f"start {start + 1} of {starts}, {search.evaluations} evaluations, NRMSE {error:.3g}")
+        progress(
+            f"start {start + 1} of {starts}, {search.evaluations} evaluations, NRMSE {error:.3g}"
+        )
         return search.slopes(x)
 
     if not np.isfinite(search.residuals(begin)).all():
@@ -140,9 +168,17 @@ def _solved(search: Search, begin: np.ndarray, start: int, starts: int, progress
         return x
 
     solution = least_squares(
-        lambda y: search.residuals(complete(y)), begin[free], lambda y: slopes(complete(y))[:, free],
-        search.bounds[:, free], "trf", FINISH, FINISH, 1e-12, "jac", max_nfev=MOST,
-    )  # fmt: skip
+        lambda y: search.residuals(complete(y)),
+        begin[free],
+        lambda y: slopes(complete(y))[:, free],
+        search.bounds[:, free],
+        "trf",
+        FINISH,
+        FINISH,
+        1e-12,
+        "jac",
+        max_nfev=MOST,
+    )
     solution.x = complete(solution.x)
     return solution, history
 
@@ -153,7 +189,8 @@ def _unsmooth(search: Search, x: np.ndarray, slopes: np.ndarray, names: Sequence
     sizes = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
     change = np.linalg.norm(coarse - slopes, axis=0) / sizes
     return [
-        f"{n}: the model is not smooth in it (slopes change by {c:.0%} with the step of their differences): its "
+        f"{n}: the model is not smooth in it (slopes change by {c:.0%} with the step of their "
+        f"differences): its "
         "interval means little; a larger difference=..., or a model with less error"
         for n, c in zip(names, change, strict=True)
         if c > UNSMOOTH

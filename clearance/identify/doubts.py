@@ -1,4 +1,6 @@
-"""Doubts about a fit: records that no friction gives, errors as large as the torque, errors that hang together."""
+"""Doubts about a fit: records that no friction gives, errors as large as the torque, errors that
+hang together.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -29,7 +31,8 @@ def of_records(trials: Sequence) -> tuple[str, ...]:
         if giving:
             first, count = next(iter(giving)), f"{len(giving)} of {len(works)} trials"
             doubts.append(
-                f"torque_{axis}: the joint gives energy in {count} ({-giving[first]:.3g} J in {first}), which "
+                f"torque_{axis}: the joint gives energy in {count} ({-giving[first]:.3g} J in "
+                f"{first}), which "
                 f"friction cannot; is the sign of torque_{axis} or rate_{axis} flipped?"
             )
     return tuple(doubts)
@@ -42,8 +45,12 @@ def of_scores(scores: Mapping[str, float], trials: Sequence) -> tuple[str, ...]:
         return tuple(f"{r}: NRMSE {scores[r]:.3g}, no better than a model of zeros" for r in bad)
     squares = np.concatenate([(t.torque[:, np.array(t.measured)] ** 2).ravel() for t in trials])
     size = math.sqrt(float(squares.mean()))
-    faint = f"; the torques fitted are {size:.3g} N m (rms): are they in kN m?" if size < FAINT else ""
-    return tuple(f"{r}: NRMSE {scores[r]:.3g}, no better than a model without torque{faint}" for r in bad)
+    faint = (
+        f"; the torques fitted are {size:.3g} N m (rms): are they in kN m?" if size < FAINT else ""
+    )
+    return tuple(
+        f"{r}: NRMSE {scores[r]:.3g}, no better than a model without torque{faint}" for r in bad
+    )
 
 
 def of_loads(model, trials: Sequence) -> tuple[str, ...]:
@@ -52,15 +59,18 @@ def of_loads(model, trials: Sequence) -> tuple[str, ...]:
     if getattr(model, "load", "") != "fixed" or not loads or max(loads) < UNLIKE * min(loads):
         return ()
     return (
-        f"preloads lie between {min(loads):g} and {max(loads):g} N, and the model has one level for all: "
+        f"preloads lie between {min(loads):g} and {max(loads):g} N, and the model has one level "
+        f"for all: "
         "-p load=proportional or power lets it follow",
     )
 
 
 def correlation(errors: Sequence[np.ndarray]) -> float:
-    """Integrated autocorrelation time of series (n,) of errors, in samples: 1 where all are independent.
+    """Integrated autocorrelation time of series (n,) of errors, in samples: 1 where all are
+    independent.
 
-    tau = 1 + 2 sum_k rho_k up to the least lag that is `WINDOW` times tau (Sokal), rho of all series together.
+    tau = 1 + 2 sum_k rho_k up to the least lag that is `WINDOW` times tau (Sokal), rho of all
+    series together.
     """
     longest = max(len(e) for e in errors)
     products = np.zeros(longest)
@@ -75,9 +85,11 @@ def correlation(errors: Sequence[np.ndarray]) -> float:
 
 
 def of_short_damping(model, values: Mapping[str, float], trials: Sequence) -> tuple[str, ...]:
-    """Dampings of bristles that half a sample between torque and rate would change by more than themselves.
+    """Dampings of bristles that half a sample between torque and rate would change by more than
+    themselves.
 
-    In presliding a torque that comes a time t late is one with sigma1 - sigma0 t in place of sigma1.
+    In presliding a torque that comes a time t late is one with sigma1 - sigma0 t in place of
+    sigma1.
     """
     if not trials or getattr(model, "lag", True):
         return ()
@@ -87,8 +99,10 @@ def of_short_damping(model, values: Mapping[str, float], trials: Sequence) -> tu
         name, stiffness = f"{group}_damping", values.get(f"{group}_stiffness")
         if name in values and stiffness is not None and values[name] < half * stiffness:
             doubts.append(
-                f"{name}: {values[name]:.3g} N m s/rad is less than half a sample between torque and rate would make "
-                f"({half * stiffness:.3g}): it means nothing unless both are measured at the same time"
+                f"{name}: {values[name]:.3g} N m s/rad is less than half a sample between torque "
+                f"and rate would make "
+                f"({half * stiffness:.3g}): it means nothing unless both are measured at the same "
+                f"time"
             )
     return tuple(doubts)
 
@@ -101,8 +115,10 @@ def of_lag(facts: Mapping, trials: Sequence) -> tuple[str, ...]:
         return ()
     way = "after" if lag > 0.0 else "before"
     return (
-        f"the torque comes about {abs(lag):.1g} s ({abs(lag) / step:.1g} samples) {way} its rate, by the errors of the "
-        f"fit; that moves {facts['lag_moves']} most: is each rate measured at the time of its torque?",
+        f"the torque comes about {abs(lag):.1g} s ({abs(lag) / step:.1g} samples) {way} its rate, "
+        f"by the errors of the "
+        f"fit; that moves {facts['lag_moves']} most: is each rate measured at the time of its "
+        f"torque?",
     )
 
 
@@ -111,6 +127,7 @@ def of_intervals(widening: float, samples: int, independent: float) -> tuple[str
     if widening < WIDER:
         return ()
     return (
-        f"the 95 % intervals are too narrow by a factor of about {widening:.2g}: the errors hang together, {samples} "
+        f"the 95 % intervals are too narrow by a factor of about {widening:.2g}: the errors hang "
+        f"together, {samples} "
         f"samples say as much as {independent:.0f} independent ones",
     )

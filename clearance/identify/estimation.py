@@ -1,10 +1,11 @@
 """Estimation of the parameters of friction models.
 
-LuGre: nonlinear least squares (trust region, bounds, static torque not below the kinetic one) in the logarithms of the
-parameters, from analytic sensitivities. Axes that no trial couples are fitted each for itself; starts are compared on a
-part of the samples, the best are followed on all. After each pass over the samples the residuals r and slopes J are
-reduced to the triangle that has the same J^T J, J^T r and r^T r, so that scipy makes the very steps it would make with
-all rows, at no cost. Characteristic curve: linear least squares.
+LuGre: nonlinear least squares (trust region, bounds, static torque not below the kinetic one) in
+the logarithms of the parameters, from analytic sensitivities. Axes that no trial couples are fitted
+each for itself; starts are compared on a part of the samples, the best are followed on all. After
+each pass over the samples the residuals r and slopes J are reduced to the triangle that has the
+same J^T J, J^T r and r^T r, so that scipy makes the very steps it would make with all rows, at no
+cost. Characteristic curve: linear least squares.
 """
 
 import math
@@ -20,17 +21,23 @@ from clearance.identify.kernels import PADDING
 from clearance.identify.models import Curve, LuGre, Model
 
 CONFIDENCE = 0.95
-LOOK, FINISH = 1e-3, 1e-9  # relative change of the cost at which a start is judged, and the best one is finished
+# relative change of the cost at which a start is judged, and the best one is finished
+LOOK, FINISH = 1e-3, 1e-9
 FINISH_NETWORK = 1e-5  # the same of networks, whose weights make up for each other
 MOST_LOOKS, MOST = 25, 300  # passes over the samples of a start, and of the finish
-FEW, MOST_THINNED = 1000, 10  # samples of a trial that starts are judged by, at least; one in so many of them, at most
+# samples of a trial that starts are judged by, at least; one in so many of them, at most
+FEW, MOST_THINNED = 1000, 10
 FOLLOWED = 3  # starts that are followed on all samples
-NEAR, ENOUGH = 0.005, 0.2  # starts agree within this NRMSE; doubted where fewer than this share of them do
+# starts agree within this NRMSE; doubted where fewer than this share of them do
+NEAR, ENOUGH = 0.005, 0.2
 HUGE = 1e100  # N m, whose square is a number
-LEVEL = 1e-9  # weight of neighbouring knots being equal, over that of all samples: what holds knots without samples
+# weight of neighbouring knots being equal, over that of all samples: what holds knots without
+# samples
+LEVEL = 1e-9
 MOST_STARTS = 10_000
 STARTS = 20  # of a nonlinear fit, where nothing else is asked for
-ROUNDING = 1e-8  # of singular values of slopes whose columns have the norm 1, after their products were taken
+# of singular values of slopes whose columns have the norm 1, after their products were taken
+ROUNDING = 1e-8
 TINY = 1e-12  # of a value, below which its relative change is not compared
 BLIND = 1e-12  # share of a parameter in the cost's curvature below which the samples do not see it
 
@@ -39,8 +46,9 @@ BLIND = 1e-12  # share of a parameter in the cost's curvature below which the sa
 class Estimate:
     """Result of an estimation: values (p,), low and high (p,) of 95 % intervals, covariance (p, p).
 
-    history: cost over the iterations (of those on a part of the samples, in proportion); starts: columns of the table
-    of starts; facts, doubts. A model without intervals leaves low, high and covariance empty.
+    history: cost over the iterations (of those on a part of the samples, in proportion); starts:
+        columns of the table of starts; facts, doubts. A model without intervals leaves low, high
+        and covariance empty.
     """
 
     values: np.ndarray
@@ -59,7 +67,9 @@ def axes_of(trial) -> np.ndarray:
 
 # --- what estimations share
 def triangle(slopes: np.ndarray, residuals: np.ndarray) -> np.ndarray:
-    """(p + 1, p + 1): of the same products among columns as slopes (m, p) and residuals (m,) beside them."""
+    """(p + 1, p + 1): of the same products among columns as slopes (m, p) and residuals (m,) beside
+    them.
+    """
     p = slopes.shape[1]
     products = np.empty((p + 1, p + 1))
     products[:p, :p] = slopes.T @ slopes
@@ -68,14 +78,16 @@ def triangle(slopes: np.ndarray, residuals: np.ndarray) -> np.ndarray:
     sizes = np.sqrt(np.diag(products))
     scale = np.where(sizes > 0.0, sizes, 1.0)
     powers, directions = np.linalg.eigh(products / np.outer(scale, scale))
-    return np.sqrt(np.maximum(powers, 0.0))[:, None] * directions.T * sizes  # columns of zeros stay that
+    # columns of zeros stay that
+    return np.sqrt(np.maximum(powers, 0.0))[:, None] * directions.T * sizes
 
 
 def spread(slopes: np.ndarray, cost: float, samples: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """Covariance (p, p), half widths (p,) of 95 % intervals, and standard deviation of a sample's error.
+    """Covariance (p, p), half widths (p,) of 95 % intervals, and standard deviation of a sample's
+    error.
 
-    slopes (m, p) at the least cost, half the sum of squares, of so many samples. Directions that the samples do not see
-    come out very wide, not infinite.
+    slopes (m, p) at the least cost, half the sum of squares, of so many samples. Directions that
+    the samples do not see come out very wide, not infinite.
     """
     freedom = max(samples - slopes.shape[1], 1)
     variance = 2.0 * cost / freedom
@@ -89,7 +101,9 @@ def spread(slopes: np.ndarray, cost: float, samples: int) -> tuple[np.ndarray, n
 
 
 def still_axes(model: Model, names: list[str], sizes: np.ndarray) -> list[str]:
-    """Axes (spin, tilt ...) that never move: samples (slopes of these sizes) see none of their numbers."""
+    """Axes (spin, tilt ...) that never move: samples (slopes of these sizes) see none of their
+    numbers.
+    """
     seen = [n for n, size in zip(names, sizes, strict=True) if size > BLIND * sizes.max()]
     return [g for g in dict.fromkeys(model.groups) if not any(in_group(n, g) for n in seen)]
 
@@ -99,8 +113,12 @@ def in_group(name: str, group: str) -> bool:
     return name.startswith(f"{group}_")
 
 
-def bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray, still: Sequence[str]) -> tuple[str, ...]:
-    """Axes that never move; parameters that samples (slopes of these sizes) do not see, or that end at a bound."""
+def bound_doubts(
+    model: Model, values: np.ndarray, sizes: np.ndarray, still: Sequence[str]
+) -> tuple[str, ...]:
+    """Axes that never move; parameters that samples (slopes of these sizes) do not see, or that end
+    at a bound.
+    """
     doubts = [f"{group}: no trial moves it, its parameters are not fitted" for group in still]
     by_name = dict(zip((p.name for p in model.parameters), values, strict=True))
     for p, value, size in zip(model.parameters, values, sizes, strict=True):
@@ -118,27 +136,36 @@ def bound_doubts(model: Model, values: np.ndarray, sizes: np.ndarray, still: Seq
 
 # --- LuGre
 class Search:
-    """Coordinates of a nonlinear fit: logarithms of parameters whose bounds are positive, others as they are.
+    """Coordinates of a nonlinear fit: logarithms of parameters whose bounds are positive, others as
+    they are.
 
-    `natural` ones are those; `searched` ones have for a kinetic torque its place between its lower bound (0) and the
-    static torque (1), in the logarithm, so that a box of them holds what has static >= kinetic and keeps all bounds.
+    `natural` ones are those; `searched` ones have for a kinetic torque its place between its lower
+    bound (0) and the static torque (1), in the logarithm, so that a box of them holds what has
+    static >= kinetic and keeps all bounds.
     """
 
     def __init__(self, model: LuGre):
         parameters, names = model.parameters, [p.name for p in model.parameters]
         self.log = np.array([p.low > 0.0 for p in parameters])
         self.low, self.high, self.typical = (
-            np.array([math.log(v) if p.low > 0.0 else v for p in parameters for v in [getattr(p, which)]])
+            np.array(
+                [math.log(v) if p.low > 0.0 else v for p in parameters for v in [getattr(p, which)]]
+            )
             for which in ("low", "high", "typical")
         )
         kinetic = [n for n in names if n.endswith("_kinetic")]
-        self.pairs = [(names.index(n), names.index(n.replace("_kinetic", "_static"))) for n in kinetic]
+        self.pairs = [
+            (names.index(n), names.index(n.replace("_kinetic", "_static"))) for n in kinetic
+        ]
         self.bounds = np.array([self.low, self.high])
         for k, s in self.pairs:
             self.bounds[:, k] = 0.0, 1.0
             self.bounds[0, s] = max(self.low[s], self.low[k])
             if self.bounds[0, s] >= self.high[s]:
-                raise ValueError(f"bounds of {names[k]} and {names[s]} leave no static torque above the kinetic one")
+                raise ValueError(
+                    f"bounds of {names[k]} and {names[s]} leave no static torque above the kinetic "
+                    f"one"
+                )
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Parameters at natural coordinates (p,)."""
@@ -186,24 +213,35 @@ class Thinned(NamedTuple):
 def _thinned(trial) -> Thinned:
     every = min(max(trial.samples // FEW, 1), MOST_THINNED)
     rate, torque = (np.ascontiguousarray(a[::every]) for a in (trial.rate, trial.torque))
-    return Thinned(trial.name, rate, torque, trial.step * every, len(rate), getattr(trial, "facts", {}))
+    return Thinned(
+        trial.name, rate, torque, trial.step * every, len(rate), getattr(trial, "facts", {})
+    )
 
 
 class Passes:
-    """Residuals of axes (a list of them a trial) and slopes by natural coordinates, as triangles; counts its passes."""
+    """Residuals of axes (a list of them a trial) and slopes by natural coordinates, as triangles;
+    counts its passes.
+    """
 
     def __init__(self, model: LuGre, search: Search, trials: Sequence, axes: Sequence[np.ndarray]):
         self.model, self.search, self.trials, self.axes = model, search, trials, axes
         ends = np.cumsum([0, *(t.samples * a.size for t, a in zip(trials, axes, strict=True))])
         self.rows = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
-        self.measured = np.concatenate([t.torque[:, a].ravel() for t, a in zip(trials, axes, strict=True)])
-        self.torque, self.slopes = np.empty(ends[-1]), np.empty((ends[-1], len(model.parameters) + PADDING))
+        self.measured = np.concatenate(
+            [t.torque[:, a].ravel() for t, a in zip(trials, axes, strict=True)]
+        )
+        self.torque, self.slopes = (
+            np.empty(ends[-1]),
+            np.empty((ends[-1], len(model.parameters) + PADDING)),
+        )
         rows, wanted = model.roughness
         self.smooth = np.column_stack([rows, -wanted]) * np.linalg.norm(self.measured)
         self.evaluations, self.last = 0, None
 
     def reduced(self, x: np.ndarray) -> np.ndarray:
-        """Slopes and residuals at natural coordinates x: the samples' triangle, below it the smoothing."""
+        """Slopes and residuals at natural coordinates x: the samples' triangle, below it the
+        smoothing.
+        """
         if self.last is not None and np.array_equal(self.last[0], x):
             return self.last[1]
         values = self.search.values(x)
@@ -213,12 +251,18 @@ class Passes:
             slopes = self.slopes[rows].reshape(*shape, -1)
             self.model.sensitivities(packed, trial, axes, self.torque[rows].reshape(shape), slopes)
             if not abs(self.torque[rows]).max() < HUGE:
-                given = ", ".join(f"{p.name} {v:.4g}" for p, v in zip(self.model.parameters, values, strict=True))
-                raise ValueError(f"trial {trial.name!r}: the modelled torque is beyond all numbers at {given}")
+                given = ", ".join(
+                    f"{p.name} {v:.4g}" for p, v in zip(self.model.parameters, values, strict=True)
+                )
+                raise ValueError(
+                    f"trial {trial.name!r}: the modelled torque is beyond all numbers at {given}"
+                )
         self.evaluations += 1
         compressed = triangle(self.slopes[:, : values.size], self.torque - self.measured)
         compressed[:, :-1] *= self.search.slopes(x)
-        compressed = np.vstack([compressed, np.column_stack([self.smooth[:, :-1], self.smooth @ np.append(x, 1.0)])])
+        compressed = np.vstack(
+            [compressed, np.column_stack([self.smooth[:, :-1], self.smooth @ np.append(x, 1.0)])]
+        )
         self.last = x.copy(), compressed
         return compressed
 
@@ -226,7 +270,9 @@ class Passes:
         """Half the sum of squares at natural coordinates, without slopes."""
         values, squares = self.search.values(x), 0.0
         for trial, axes in zip(self.trials, self.axes, strict=True):
-            squares += float(np.sum((self.model.torque(values, trial) - trial.torque)[:, axes] ** 2))
+            squares += float(
+                np.sum((self.model.torque(values, trial) - trial.torque)[:, axes] ** 2)
+            )
         return 0.5 * (squares + float(np.sum((self.smooth @ np.append(x, 1.0)) ** 2)))
 
     def samples(self, x: np.ndarray) -> np.ndarray:
@@ -248,16 +294,27 @@ class Passes:
             return search.chained(slopes[:, :-1], y)[:, free]
 
         solution = least_squares(
-            lambda y: whole(y)[1][:, -1], begin[free], jacobian, search.bounds[:, free], "trf", change, change, 1e-12,
-            "jac", max_nfev=most,
-        )  # fmt: skip
+            lambda y: whole(y)[1][:, -1],
+            begin[free],
+            jacobian,
+            search.bounds[:, free],
+            "trf",
+            change,
+            change,
+            1e-12,
+            "jac",
+            max_nfev=most,
+        )
         point = begin.copy()
         point[free] = solution.x
-        return Solved(point, float(solution.cost), history, self.evaluations - before, solution.status > 0)
+        return Solved(
+            point, float(solution.cost), history, self.evaluations - before, solution.status > 0
+        )
 
 
 def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Time [s] by which the measured torque comes after its rate, its error, changes (p,) of values.
+    """Time [s] by which the measured torque comes after its rate, its error, changes (p,) of
+    values.
 
     Beside the parameters and to first order: least squares of the errors at natural coordinates x
     on the slopes by the parameters and on the rate of change of the torque.
@@ -273,9 +330,11 @@ def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
 def shifted(
     slopes: np.ndarray, rises: np.ndarray, errors: np.ndarray
 ) -> tuple[float, float, np.ndarray]:
-    """Time [s] by which measured values come late, its error, and changes (p,) of the parameters with it.
+    """Time [s] by which measured values come late, its error, and changes (p,) of the parameters
+    with it.
 
-    Least squares of the errors (m,), measured less modelled, on slopes (m, p) and rates of change (m,) [1/s].
+    Least squares of the errors (m,), measured less modelled, on slopes (m, p) and rates of change
+    (m,) [1/s].
     """
     samples = errors.size
     reduced = triangle(np.column_stack([slopes, -rises]), errors)
@@ -329,12 +388,17 @@ def parts(model: LuGre, search: Search, trials: Sequence) -> list[Part]:
     pieces = []
     for trial in trials:
         for axis in axes_of(trial):
-            slopes = Passes(model, search, [trial], [np.array([axis])]).samples(search.typical)[:, :-1]
+            slopes = Passes(model, search, [trial], [np.array([axis])]).samples(search.typical)[
+                :, :-1
+            ]
             seen = np.linalg.norm(slopes, axis=0) > 0.0
             _join(label, seen)
             pieces.append((trial, axis, seen))
     there = [(trial, axis, label[seen][0]) for trial, axis, seen in pieces if seen.any()]
-    by_axis = {name: [(t, a) for t, a, n in there if n == name] for name in dict.fromkeys(n for *_, n in there)}
+    by_axis = {
+        name: [(t, a) for t, a, n in there if n == name]
+        for name in dict.fromkeys(n for *_, n in there)
+    }
     return [Part(label == name, *_by_trial(units)) for name, units in by_axis.items()]
 
 
@@ -351,8 +415,8 @@ def _by_trial(units: list) -> tuple[list, list[np.ndarray]]:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Result of the fit of a part: its end, the cost's history, costs, passes and points of all starts; size: norm of
-    the measured torques.
+    """Result of the fit of a part: its end, the cost's history, costs, passes and points of all
+    starts; size: norm of the measured torques.
     """
 
     end: Solved
@@ -364,10 +428,18 @@ class Found:
     size: float
 
 
-def _solve(model: LuGre, search: Search, part: Part, begins: list[np.ndarray], tell: Callable[[], None]) -> Found:
-    """The best of several starts: all on few samples, the best of those on all, and the best one to the end."""
+def _solve(
+    model: LuGre, search: Search, part: Part, begins: list[np.ndarray], tell: Callable[[], None]
+) -> Found:
+    """The best of several starts: all on few samples, the best of those on all, and the best one to
+    the end.
+    """
     all_passes = Passes(model, search, part.trials, part.axes)
-    looks = all_passes if len(begins) == 1 else Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
+    looks = (
+        all_passes
+        if len(begins) == 1
+        else Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
+    )
     looked = []
     for begin in begins:
         looked.append(looks.solved(begin, part.free, LOOK, MOST_LOOKS))
@@ -382,14 +454,24 @@ def _solve(model: LuGre, search: Search, part: Part, begins: list[np.ndarray], t
         histories[n] += further.history
         passes[n] += further.evaluations
     best = int(np.argmin(costs))
-    end = all_passes.solved(points[best], part.free, FINISH_NETWORK if model.network else FINISH, MOST)
+    end = all_passes.solved(
+        points[best], part.free, FINISH_NETWORK if model.network else FINISH, MOST
+    )
     history = [*histories[best], *end.history[1:]]
     return Found(
-        end, history, costs, passes, points, int(passes.sum()) + end.evaluations, np.linalg.norm(all_passes.measured)
+        end,
+        history,
+        costs,
+        passes,
+        points,
+        int(passes.sum()) + end.evaluations,
+        np.linalg.norm(all_passes.measured),
     )
 
 
-def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, progress: Callable) -> Estimate:
+def _estimate_lugre(
+    model: LuGre, trials: Sequence, *, starts: int, seed: int, progress: Callable
+) -> Estimate:
     search, random = Search(model), np.random.default_rng(seed)
     typical = search.searched(search.typical)
     begins = [typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
@@ -404,7 +486,9 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
 
     solutions, points, end = [], np.tile(typical, (starts, 1)), typical.copy()
     for part in split:
-        solutions.append(_solve(model, search, part, [np.where(part.free, b, typical) for b in begins], tell))
+        solutions.append(
+            _solve(model, search, part, [np.where(part.free, b, typical) for b in begins], tell)
+        )
         end[part.free] = solutions[-1].end.point[part.free]
         points[:, part.free] = np.array(solutions[-1].points)[:, part.free]
         tell()
@@ -420,7 +504,9 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
     doubts = bound_doubts(model, values, sizes, still) + _start_doubts(solutions)
     delay = {} if model.lag else _delay(passes, x, values, names)
     longest = max(len(f.history) for f in solutions)
-    history = sum(np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in solutions)
+    history = sum(
+        np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in solutions
+    )
     blind = passes.cost(x) - sum(f.end.cost for f in solutions)  # of axes that no parameter moves
     return Estimate(
         values,
@@ -433,13 +519,15 @@ def _estimate_lugre(model: LuGre, trials: Sequence, *, starts: int, seed: int, p
             "values": np.array([search.values(search.natural(y)) for y in points]),
         },
         {
-            "noise": noise, "evaluations": sum(f.evaluations for f in solutions),
+            "noise": noise,
+            "evaluations": sum(f.evaluations for f in solutions),
             "agreeing": min(map(agreeing, solutions)),
-            "converged": all(f.end.converged for f in solutions), "still": still,
+            "converged": all(f.end.converged for f in solutions),
+            "still": still,
             **delay,
         },
         doubts,
-    )  # fmt: skip
+    )
 
 
 def agreeing(solutions: Found) -> int:
@@ -454,7 +542,8 @@ def _start_doubts(solutions: Sequence[Found]) -> tuple[str, ...]:
     fewest = min(map(agreeing, solutions))
     if starts >= 5 and fewest < ENOUGH * starts:
         doubts.append(
-            f"only {fewest} of {starts} starts came within an NRMSE of {NEAR:g} of the best one: a better one may "
+            f"only {fewest} of {starts} starts came within an NRMSE of {NEAR:g} of the best one: a "
+            f"better one may "
             "have been missed; try more starts or another seed"
         )
     if not all(f.end.converged for f in solutions):
@@ -463,13 +552,18 @@ def _start_doubts(solutions: Sequence[Found]) -> tuple[str, ...]:
 
 
 # --- characteristic curve
-def _estimate_curve(model: Curve, trials: Sequence, *, starts: int, seed: int, progress: Callable) -> Estimate:
+def _estimate_curve(
+    model: Curve, trials: Sequence, *, starts: int, seed: int, progress: Callable
+) -> Estimate:
     p = len(model.parameters)
     slopes = np.concatenate([model.hats(t.rate)[:, axes_of(t)].reshape(-1, p) for t in trials])
     measured = np.concatenate([t.torque[:, axes_of(t)].ravel() for t in trials])
     reduced = triangle(slopes, measured)
     count = len(model.knots)
-    level = np.array([[(c == k + 1) - (c == k) for c in range(p)] for k in range(p - 1) if (k + 1) % count], float)
+    level = np.array(
+        [[(c == k + 1) - (c == k) for c in range(p)] for k in range(p - 1) if (k + 1) % count],
+        float,
+    )
     held = np.vstack([reduced[:, :-1], level.reshape(-1, p) * math.sqrt(LEVEL * measured.size)])
     wanted = np.concatenate([reduced[:, -1], np.zeros(len(level))])
     bounds = [q.low for q in model.parameters], [q.high for q in model.parameters]

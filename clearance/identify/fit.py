@@ -1,7 +1,8 @@
-"""Parameters of a friction model from measured torques: one call, with errors, doubts and provenance.
+"""Parameters of a friction model from measured torques: one call, with errors, doubts and
+provenance.
 
-How they are found is in identify/estimation.py, of models of one's own in identify/differences.py. Other models bring
-`estimate(trials, starts, seed, progress)` themselves.
+How they are found is in identify/estimation.py, of models of one's own in identify/differences.py.
+Other models bring `estimate(trials, starts, seed, progress)` themselves.
 """
 
 import json
@@ -29,14 +30,18 @@ ESTIMATES = {**estimation.ESTIMATES, Own: differences.estimate}
 
 
 def nrmse(measured: np.ndarray, modelled: np.ndarray, over: str = "rms") -> float:
-    """Root mean square of the error over that of the measured values, all trials and measured axes together.
+    """Root mean square of the error over that of the measured values, all trials and measured axes
+    together.
 
-    over: "rms", or "std" and "range" for the standard deviation and the range (largest less smallest) of the measured
-    values in its place. Raises ValueError for another one, for shapes that differ, and where that size is zero.
+    over: "rms", or "std" and "range" for the standard deviation and the range (largest less
+        smallest) of the measured values in its place. Raises ValueError for another one, for shapes
+        that differ, and where that size is zero.
     """
     measured, modelled = np.asarray(measured, float), np.asarray(modelled, float)
     if measured.shape != modelled.shape or not measured.size:
-        raise ValueError(f"nrmse: shapes {measured.shape} and {modelled.shape} must be equal and not empty")
+        raise ValueError(
+            f"nrmse: shapes {measured.shape} and {modelled.shape} must be equal and not empty"
+        )
     sizes = {"rms": lambda x: np.sqrt(np.mean(x**2)), "std": np.std, "range": np.ptp}
     if over not in sizes:
         raise ValueError(f"nrmse: over must be one of {', '.join(sizes)}, got {over!r}")
@@ -50,12 +55,14 @@ def nrmse(measured: np.ndarray, modelled: np.ndarray, over: str = "rms") -> floa
 class Fit:
     """A model with the values found for it.
 
-    values: by the parameters' names; low, high: 95 % intervals, in the logarithms where a model is not linear, no wider
-    than the bounds; covariance (p, p) of the values, to first order. All three take the errors of samples as
-    independent: where the model is too simple they are not, and intervals are too narrow, see `widened`. nrmse: by
-    role, see `nrmse`; history: cost [(N m)^2] (half the sum of squares, of a table's roughness too) over the iterations
-    from the best start; starts: cost, evaluations and values of all starts; facts: samples, noise [N m], evaluations,
-    seconds ...; doubts: sentences.
+    values: by the parameters' names; low, high: 95 % intervals, in the logarithms where a model is
+        not linear, no wider than the bounds; covariance (p, p) of the values, to first order. All
+        three take the errors of samples as
+    independent: where the model is too simple they are not, and intervals are too narrow, see
+        `widened`. nrmse: by role, see `nrmse`; history: cost [(N m)^2] (half the sum of squares, of
+        a table's roughness too) over the iterations from the best start; starts: cost, evaluations
+        and values of all starts; facts: samples, noise [N m], evaluations, seconds ...; doubts:
+        sentences.
     """
 
     model: Model
@@ -73,7 +80,9 @@ class Fit:
     def fitted(self) -> dict[str, float]:
         """The values of axes that moved; those of the others are where the search began."""
         still = self.facts.get("still", [])
-        return {n: v for n, v in self.values.items() if not any(in_group(n, group) for group in still)}
+        return {
+            n: v for n, v in self.values.items() if not any(in_group(n, group) for group in still)
+        }
 
     def torque(self, trial) -> np.ndarray:
         """Torque (n, 3) [N m] that the model gives for a trial."""
@@ -84,10 +93,12 @@ class Fit:
         return _score(self.model, self.values, trials, over)
 
     def widened(self) -> tuple[dict[str, float], dict[str, float]]:
-        """Low and high ends of the intervals as wide as the correlation of the errors makes them, within the bounds.
+        """Low and high ends of the intervals as wide as the correlation of the errors makes them,
+        within the bounds.
 
-        By sqrt(tau), tau [samples] the integrated autocorrelation time of the errors along the motion; of all
-        parameters alike, an estimate. What differs from specimen to specimen is not in it.
+        By sqrt(tau), tau [samples] the integrated autocorrelation time of the errors along the
+        motion; of all parameters alike, an estimate. What differs from specimen to specimen is not
+        in it.
         """
         factor, low, high = self.facts.get("widening", 1.0), {}, {}
         for p in self.model.parameters if self.low else ():
@@ -106,25 +117,36 @@ class Fit:
         return not (model.knots or model.network or model.static)
 
     def law(self, axis: str = "spin", arm: float | None = None):
-        """The friction of one axis (spin, tilt; of models that tell them apart tilt_x, tilt_y) as `cl.joint_lugre`.
+        """The friction of one axis (spin, tilt; of models that tell them apart tilt_x, tilt_y) as
+        `cl.joint_lugre`.
 
-        Turned about that axis alone, the model is that law. Where the torque is proportional to the preload it is
-        `cl.joint_lugre_loaded`, whose load in the hinge is the preload times an arm [m]. Raises ValueError for an axis
-        that the model has not, a missing arm, and for models that are no LuGre law of constant parameters.
+        Turned about that axis alone, the model is that law. Where the torque is proportional to the
+        preload it is `cl.joint_lugre_loaded`, whose load in the hinge is the preload times an arm
+        [m]. Raises ValueError for an axis that the model has not, a missing arm, and for models
+        that are no LuGre law of constant parameters.
         """
         from clearance.laws import joint_lugre, joint_lugre_loaded
 
         if not self.has_law:
             raise ValueError(f"law: this {self.model.name} is no LuGre law of constant parameters")
         if axis not in self.model.groups:
-            raise ValueError(f"law: axis must be one of {', '.join(dict.fromkeys(self.model.groups))}, got {axis!r}")
-        numbers = {n: self.values[f"{axis}_{n}"] for n in ("static", "kinetic", "stiffness", "damping", "viscous")}
+            raise ValueError(
+                f"law: axis must be one of {', '.join(dict.fromkeys(self.model.groups))}, got "
+                f"{axis!r}"
+            )
+        numbers = {
+            n: self.values[f"{axis}_{n}"]
+            for n in ("static", "kinetic", "stiffness", "damping", "viscous")
+        }
         speed = self.values[f"{axis}_stribeck_speed"]
         more = {"stribeck_rate": speed, "exponent": self.model.exponent}
         if self.model.load == "fixed":
             return joint_lugre(**numbers, **more)
         if arm is None:
-            raise ValueError("law: the torque follows the preload: give arm [m], by which the preload makes the load")
+            raise ValueError(
+                "law: the torque follows the preload: give arm [m], by which the preload makes the "
+                "load"
+            )
         load = self.model.preload * positive("law: arm", arm)
         return joint_lugre_loaded(**{n: v / load for n, v in numbers.items()}, **more)
 
@@ -136,50 +158,107 @@ class Fit:
             "name": ("1", "parameter", names),
             "units": ("1", "its units", [p.units for p in columns]),
             "value": ("as units say", "value", np.array(list(self.values.values()))),
-            "lower_bound": ("as units say", "least value tried", np.array([p.low for p in columns])),
-            "upper_bound": ("as units say", "largest value tried", np.array([p.high for p in columns])),
+            "lower_bound": (
+                "as units say",
+                "least value tried",
+                np.array([p.low for p in columns]),
+            ),
+            "upper_bound": (
+                "as units say",
+                "largest value tried",
+                np.array([p.high for p in columns]),
+            ),
         }
         if self.low:
-            table["low"] = ("as units say", "lower end of the 95 % interval", np.array(list(self.low.values())))
-            table["high"] = ("as units say", "upper end of the 95 % interval", np.array(list(self.high.values())))
+            table["low"] = (
+                "as units say",
+                "lower end of the 95 % interval",
+                np.array(list(self.low.values())),
+            )
+            table["high"] = (
+                "as units say",
+                "upper end of the 95 % interval",
+                np.array(list(self.high.values())),
+            )
         tables = {
             "parameters": ({}, table),
-            "covariance": ({}, {"covariance": ("products of the parameters'", "of the values", self.covariance)}),
-            "history": ({}, {"cost": ("(N m)^2", "half the sum of squares, by iteration", self.history)}),
-            "starts": ({}, {name: ("see long_name", _STARTS.get(name, name), v) for name, v in self.starts.items()}),
-            "nrmse": ({}, {"role": ("1", "role of trials", list(self.nrmse)),
-                           "nrmse": ("1", "rms error over rms torque", np.array(list(self.nrmse.values())))}),
-        }  # fmt: skip
+            "covariance": (
+                {},
+                {"covariance": ("products of the parameters'", "of the values", self.covariance)},
+            ),
+            "history": (
+                {},
+                {"cost": ("(N m)^2", "half the sum of squares, by iteration", self.history)},
+            ),
+            "starts": (
+                {},
+                {
+                    name: ("see long_name", _STARTS.get(name, name), v)
+                    for name, v in self.starts.items()
+                },
+            ),
+            "nrmse": (
+                {},
+                {
+                    "role": ("1", "role of trials", list(self.nrmse)),
+                    "nrmse": (
+                        "1",
+                        "rms error over rms torque",
+                        np.array(list(self.nrmse.values())),
+                    ),
+                },
+            ),
+        }
         attributes = {
-            "format_version": FORMAT_VERSION, "model": self.model.name, "options": json.dumps(self.model.options),
+            "format_version": FORMAT_VERSION,
+            "model": self.model.name,
+            "options": json.dumps(self.model.options),
             "own_model": isinstance(self.model, Own),
             "synthetic": bool(self.facts.get("synthetic", False)),
-            "facts": json.dumps(self.facts), "doubts": json.dumps(self.doubts),
-        }  # fmt: skip
+            "facts": json.dumps(self.facts),
+            "doubts": json.dumps(self.doubts),
+        }
         return save_tables(path, FORMAT, attributes, tables)
 
 
-_STARTS = {"cost": "cost reached [(N m)^2]", "evaluations": "passes over the samples", "values": "values, by parameter"}
+_STARTS = {
+    "cost": "cost reached [(N m)^2]",
+    "evaluations": "passes over the samples",
+    "values": "values, by parameter",
+}
 
 
 def open_fit(path: str | Path, model: Model | None = None) -> Fit:
     """Read what `Fit.save` wrote.
 
-    model: that of the fit where it is one's own (`own.open_model("file.py:name")`): no file of a fit names code that
-    is run. Raises FileNotFoundError, or ValueError for other files.
+    model: that of the fit where it is one's own (`own.open_model("file.py:name")`): no file of a
+        fit names code that is run. Raises FileNotFoundError, or ValueError for other files.
     """
     with open_checked(Path(path), "clearance fit", FORMAT, FORMAT_VERSION) as file:
-        table = Entries(f"{path}: /parameters", {n: file.column(f"parameters/{n}") for n in file.names("parameters")})
+        table = Entries(
+            f"{path}: /parameters",
+            {n: file.column(f"parameters/{n}") for n in file.names("parameters")},
+        )
         names = table["name"].tolist()
         model = _model_of(file, model, names)
-        columns = {c: dict(zip(names, table[c].tolist(), strict=True)) for c in ("value", "low", "high") if c in table}
+        columns = {
+            c: dict(zip(names, table[c].tolist(), strict=True))
+            for c in ("value", "low", "high")
+            if c in table
+        }
         return Fit(
             model=model,
             values=columns["value"],
             low=columns.get("low", {}),
             high=columns.get("high", {}),
             covariance=file.column("covariance/covariance"),
-            nrmse=dict(zip(file.column("nrmse/role").tolist(), file.column("nrmse/nrmse").tolist(), strict=True)),
+            nrmse=dict(
+                zip(
+                    file.column("nrmse/role").tolist(),
+                    file.column("nrmse/nrmse").tolist(),
+                    strict=True,
+                )
+            ),
             history=file.column("history/cost"),
             starts={n: file.column(f"starts/{n}") for n in file.names("starts")},
             facts=file.document("", "facts"),
@@ -212,9 +291,10 @@ def fit(
 ) -> Fit:
     """Parameters of a model (or of one by its name) from the trials of these roles.
 
-    starts: how many points a nonlinear fit begins from (20; 1 of a model of one's own), the first at the typical
-    values, the others spread over the bounds by the seed. progress: called with the done share, of a model of one's own
-    with a text. Raises ValueError for roles that no trial has, a trial
+    starts: how many points a nonlinear fit begins from (20; 1 of a model of one's own), the first
+        at the typical values, the others spread over the bounds by the seed. progress: called with
+        the done share, of a model of one's own with a text. Raises ValueError for roles that no
+        trial has, a trial
     without motion or measured axis, a torque or rate that is not a number, and an unknown model.
     """
     model = models.model(model) if isinstance(model, str) else model
@@ -228,7 +308,8 @@ def fit(
     absent = [r for r in roles if r not in there]
     if absent or not trials:
         raise ValueError(
-            f"no trial has a role of {', '.join(absent) or 'none'}; there are {', '.join(there) or 'none'}"
+            f"no trial has a role of {', '.join(absent) or 'none'}; there are "
+            f"{', '.join(there) or 'none'}"
         )
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise ValueError(f"seed must be a whole number from 0 on, got {seed!r}")
@@ -238,47 +319,93 @@ def fit(
     began = time.perf_counter()
     how = {"starts": starts, "seed": seed, "progress": progress or (lambda share: None)}
     ours = type(model) in ESTIMATES
-    estimate = ESTIMATES[type(model)](model, trials, **how) if ours else model.estimate(trials, **how)
+    estimate = (
+        ESTIMATES[type(model)](model, trials, **how) if ours else model.estimate(trials, **how)
+    )
     took = time.perf_counter() - began
     names = [p.name for p in model.parameters]
     values, low, high = (
-        dict(zip(names, v.tolist(), strict=False)) for v in (estimate.values, estimate.low, estimate.high)
+        dict(zip(names, v.tolist(), strict=False))
+        for v in (estimate.values, estimate.low, estimate.high)
     )
-    scores = {r: _score(model, values, [t for t in measurement.trials if t.role == r]) for r in there}
+    scores = {
+        r: _score(model, values, [t for t in measurement.trials if t.role == r]) for r in there
+    }
     fastest = max((float(np.linalg.norm(t.rate, axis=1).max()) for t in driven), default=0.0)
     facts = {
-        "roles": list(roles), "trials": [t.name for t in trials], "samples": sum(t.samples for t in trials),
-        "starts": starts, "seed": int(seed), "seconds": took, "fastest": fastest,
-        "synthetic": bool(getattr(measurement, "facts", {}).get("synthetic", False)), **estimate.facts,
-    }  # fmt: skip
-    remarks = *doubts.of_records(driven), *doubts.of_scores(scores, driven), *doubts.of_loads(model, driven)
+        "roles": list(roles),
+        "trials": [t.name for t in trials],
+        "samples": sum(t.samples for t in trials),
+        "starts": starts,
+        "seed": int(seed),
+        "seconds": took,
+        "fastest": fastest,
+        "synthetic": bool(getattr(measurement, "facts", {}).get("synthetic", False)),
+        **estimate.facts,
+    }
+    remarks = (
+        *doubts.of_records(driven),
+        *doubts.of_scores(scores, driven),
+        *doubts.of_loads(model, driven),
+    )
     remarks = *remarks, *estimate.doubts, *model.doubts(values, fastest)
     if low:
         facts |= _correlated(model, values, trials)
         samples = sum(model.observed(t).size for t in trials)
-        remarks = *remarks, *doubts.of_lag(facts, trials), *doubts.of_short_damping(model, values, driven)
-        remarks = *remarks, *doubts.of_intervals(facts["widening"], samples, facts["independent_samples"])
-    return Fit(model, values, low, high, estimate.covariance, scores, estimate.history, estimate.starts, facts, remarks)
+        remarks = (
+            *remarks,
+            *doubts.of_lag(facts, trials),
+            *doubts.of_short_damping(model, values, driven),
+        )
+        remarks = (
+            *remarks,
+            *doubts.of_intervals(facts["widening"], samples, facts["independent_samples"]),
+        )
+    return Fit(
+        model,
+        values,
+        low,
+        high,
+        estimate.covariance,
+        scores,
+        estimate.history,
+        estimate.starts,
+        facts,
+        remarks,
+    )
 
 
 def _correlated(model: Model, values: dict[str, float], trials: Sequence) -> dict[str, float]:
     """Number of independent errors that the samples' errors are worth, and the factor on intervals."""
     errors, sizes = [], model.sizes(trials)
     for trial in trials:
-        along = (model.predicted(values, trial) - model.observed(trial)) / sizes * model.senses(trial)
+        along = (
+            (model.predicted(values, trial) - model.observed(trial)) / sizes * model.senses(trial)
+        )
         errors += list(along.T)
     time_of_one = doubts.correlation(errors)
-    return {"independent_samples": sum(map(len, errors)) / time_of_one, "widening": math.sqrt(time_of_one)}
+    return {
+        "independent_samples": sum(map(len, errors)) / time_of_one,
+        "widening": math.sqrt(time_of_one),
+    }
 
 
 def _check(trial) -> None:
     if not any(trial.measured):
         raise ValueError(f"trial {trial.name!r} has no measured axis")
-    for what, array in (("rate", trial.rate), ("torque", np.where(trial.measured, trial.torque, 0.0))):
+    for what, array in (
+        ("rate", trial.rate),
+        ("torque", np.where(trial.measured, trial.torque, 0.0)),
+    ):
         for row, axis in np.argwhere(~np.isfinite(array))[:1]:
-            raise ValueError(f"trial {trial.name!r}: {what}_{AXES[axis]} is {array[row, axis]} in row {row}")
+            raise ValueError(
+                f"trial {trial.name!r}: {what}_{AXES[axis]} is {array[row, axis]} in row {row}"
+            )
     if (way := float(abs(trial.rate).sum()) * trial.step) < STILL:
-        raise ValueError(f"trial {trial.name!r} never moves ({way:.2g} rad in all): it tells nothing about friction")
+        raise ValueError(
+            f"trial {trial.name!r} never moves ({way:.2g} rad in all): it tells nothing about "
+            f"friction"
+        )
 
 
 def _score(model: Model, values: dict[str, float], trials: Iterable, over: str = "rms") -> float:

@@ -1,20 +1,23 @@
 """Compiled LuGre friction of a ball joint, and its sensitivities carried along in the same loop.
 
-In the housing frame (x and y tilt, z spins the stud), with the relative angular velocity w [rad/s], the bristles'
-deflection z [rad] and M = diag(T_x, T_y, T_z)(|w|) [N m]:
+In the housing frame (x and y tilt, z spins the stud), with the relative angular velocity w [rad/s],
+the bristles' deflection z [rad] and M = diag(T_x, T_y, T_z)(|w|) [N m]:
 
     z' = w - |M w| M^-2 S0 z,   torque = S0 z + S1 z' + S2 w.
 
-Among the bristle torques of the ellipsoid y' M^-2 y <= 1 the one that dissipates most, y = M^2 w / |M w|, is where z
-comes to rest. Uncoupled, each axis has the law of its own rate, |M w| = T_i(|w_i|) |w_i|. Given w, the axes do not see
-each other's z, and over a step of constant w each is solved exactly with k = |M w| sigma0 / T^2:
+Among the bristle torques of the ellipsoid y' M^-2 y <= 1 the one that dissipates most, y = M^2
+w / |M w|, is where z comes to rest. Uncoupled, each axis has the law of its own rate, |M
+w| = T_i(|w_i|) |w_i|. Given w, the axes do not see each other's z, and over a step of constant w
+each is solved exactly with k = |M w| sigma0 / T^2:
 
     z <- z exp(-k dt) + w (1 - exp(-k dt)) / k,
 
-which no step makes unstable and which, with w taken as the mean over the step, is of second order in dt.
+which no step makes unstable and which, with w taken as the mean over the step, is of second order
+in dt.
 
-All functions take `values` as `LuGre.packed` gives them. Sources: Velenis, Tsiotras and Canudas-de-Wit, 2002 (two
-axes); Pfitzer et al., Lubricants 13 (2025) 436 (the ball joint); with a velocity-dependent ellipsoid of our own.
+All functions take `values` as `LuGre.packed` gives them. Sources: Velenis, Tsiotras and
+Canudas-de-Wit, 2002 (two axes); Pfitzer et al., Lubricants 13 (2025) 436 (the ball joint); with a
+velocity-dependent ellipsoid of our own.
 """
 
 import math
@@ -25,19 +28,24 @@ import numpy as np
 from clearance.store import njit
 
 TORQUE, STIFFNESS, DAMPING, VISCOUS = range(4)  # functions of the speed that an axis has
-PADDING = 4  # numbers behind the parameters: stiffness and damping of a static law; two that empty slopes fall on
+# numbers behind the parameters: stiffness and damping of a static law; two that empty slopes fall
+# on
+PADDING = 4
 ENDLESS = 1e150  # s, step after which bristles are at rest: what a static law takes
 FASTEST = 1e100  # rad/s, beyond which squares of rates are taken of smaller numbers
-UNIT = 0.01  # rad/s, around which a network's input log(1 + |w| / UNIT) goes over from linear to logarithmic
+# rad/s, around which a network's input log(1 + |w| / UNIT) goes over from linear to logarithmic
+UNIT = 0.01
 TINY, SMALL = 1e-8, 1e-2  # k dt below which the step, and its slope, are written as series
 
 
 class Layout(NamedTuple):
     """Places of a model's parameters in `values`.
 
-    places: of the first one of each axis and function, (3, 4); knots [rad/s] of the tables over the speed, none for a
-    Stribeck law; exponent d of that law; coupled: by the ellipsoid; static: no bristles, the torque of steady sliding;
-    hidden: units of a network over the speed, 0 for none; their rates and steepnesses stand before an axis' torque.
+    places: of the first one of each axis and function, (3, 4); knots [rad/s] of the tables over the
+        speed, none for a Stribeck law; exponent d of that law; coupled: by the ellipsoid; static:
+        no bristles, the torque of steady sliding;
+    hidden: units of a network over the speed, 0 for none; their rates and steepnesses stand before
+        an axis' torque.
     """
 
     places: np.ndarray
@@ -56,7 +64,9 @@ def compiled(function):
 # --- functions of the speed
 @compiled
 def cell(knots, speed):
-    """The cell of the table that a speed lies in and its share of it; beyond the ends the table goes on level."""
+    """The cell of the table that a speed lies in and its share of it; beyond the ends the table
+    goes on level.
+    """
     m = 0
     while m < knots.size - 2 and speed > knots[m + 1]:
         m += 1
@@ -66,9 +76,11 @@ def cell(knots, speed):
 
 @compiled
 def network(layout, values, axis, function, speed):
-    """A function of an axis as a network: level exp(sum_k weight_k tanh(steepness_k (s - s_k))), s = log(1 + |w| / u).
+    """A function of an axis as a network: level exp(sum_k weight_k tanh(steepness_k (s - s_k))),
+    s = log(1 + |w| / u).
 
-    s_k is that of the rate of unit k; the units are shared by the functions of an axis. Positive and bounded.
+    s_k is that of the rate of unit k; the units are shared by the functions of an axis. Positive
+    and bounded.
     """
     n, first, s, total = layout.hidden, layout.places[axis, function], math.log1p(speed / UNIT), 0.0
     inner = layout.places[axis, TORQUE] - 2 * n
@@ -80,14 +92,23 @@ def network(layout, values, axis, function, speed):
 
 @compiled
 def envelope(layout, values, axis, speed):
-    """T [N m] of an axis at a speed [rad/s]; where its three parameters stand and its slopes by them; the speed."""
+    """T [N m] of an axis at a speed [rad/s]; where its three parameters stand and its slopes by
+    them; the speed.
+    """
     first = layout.places[axis, TORQUE]
     if layout.hidden > 0:
         return network(layout, values, axis, TORQUE, speed), first, 0.0, 0.0, 0.0, speed
     if layout.knots.size > 0:
         m, share = cell(layout.knots, speed)
         first += m
-        return (1.0 - share) * values[first] + share * values[first + 1], first, 1.0 - share, share, 0.0, speed
+        return (
+            (1.0 - share) * values[first] + share * values[first + 1],
+            first,
+            1.0 - share,
+            share,
+            0.0,
+            speed,
+        )
     kinetic, static, scale = values[first], values[first + 1], values[first + 2]
     ratio = speed / scale
     power = ratio * ratio if layout.exponent == 2.0 else ratio**layout.exponent
@@ -99,7 +120,9 @@ def envelope(layout, values, axis, speed):
 
 @compiled
 def tabulated(layout, values, axis, function, speed):
-    """Stiffness, damping or viscosity of an axis at a speed; where its two parameters stand and its slopes by them."""
+    """Stiffness, damping or viscosity of an axis at a speed; where its two parameters stand and its
+    slopes by them.
+    """
     first = layout.places[axis, function]
     if layout.hidden > 0 and function != VISCOUS and not layout.static:
         return network(layout, values, axis, function, speed), first, 0.0, 0.0
@@ -184,9 +207,11 @@ def relaxed_slopes(z, w, k, dt):
 
 @compiled
 def step(layout, values, state, rate, dt, torque):
-    """One step dt [s] of constant rate (3,) [rad/s]: moves `state` (3,) [rad] and writes its end's `torque` (3,) [N m].
+    """One step dt [s] of constant rate (3,) [rad/s]: moves `state` (3,) [rad] and writes its end's
+    `torque` (3,) [N m].
 
-    state: deflections of the bristles. torque: what keeps the rate up. Exact for any dt; compiled code may call it.
+    state: deflections of the bristles. torque: what keeps the rate up. Exact for any dt; compiled
+        code may call it.
     """
     w = (rate[0], rate[1], rate[2])
     e = envelopes(layout, values, w)
@@ -199,7 +224,9 @@ def step(layout, values, state, rate, dt, torque):
 
 @compiled
 def curve_step(layout, values, state, rate, dt, torque):
-    """Torque (3,) [N m] of a characteristic curve at a rate (3,); called as `step` is, `state` is empty."""
+    """Torque (3,) [N m] of a characteristic curve at a rate (3,); called as `step` is, `state` is
+    empty.
+    """
     for i in range(3):
         m, share = cell(layout.knots, abs(rate[i]))
         first = layout.places[i, TORQUE] + m
@@ -209,7 +236,9 @@ def curve_step(layout, values, state, rate, dt, torque):
 
 @compiled
 def between(layout, rate, n):
-    """The rate that bristles see from sample n - 1 to n: the mean, and the last one where they have no memory."""
+    """The rate that bristles see from sample n - 1 to n: the mean, and the last one where they have
+    no memory.
+    """
     if layout.static:
         return rate[n, 0], rate[n, 1], rate[n, 2]
     return (
@@ -221,7 +250,9 @@ def between(layout, rate, n):
 
 @compiled
 def torques(layout, values, rate, dt, state, torque):
-    """Torque (n, 3) [N m] at samples of the rate (n, 3), a step apart; moves the deflections `state` (3,)."""
+    """Torque (n, 3) [N m] at samples of the rate (n, 3), a step apart; moves the deflections
+    `state` (3,).
+    """
     step_length = ENDLESS if layout.static else dt
     for n in range(rate.shape[0]):
         if n > 0 or layout.static:
@@ -298,7 +329,8 @@ def add_relaxation(layout, values, axis, w, e, k, stiffness, factor, row):
 
 @compiled
 def sensitivities(layout, values, rate, dt, axes, state, moved, torque, slopes):
-    """Torque (n, axes) [N m] of axes at samples of the rate (n, 3), and its slopes by the values, (n, axes, values).
+    """Torque (n, axes) [N m] of axes at samples of the rate (n, 3), and its slopes by the values,
+    (n, axes, values).
 
     state (3,) [rad] moves, and so does moved (3, values), its slopes.
     """

@@ -1,18 +1,20 @@
-"""A recurrent network as a model of ball-joint friction: one LSTM layer and a linear read-out, no physics.
+"""A recurrent network as a model of ball-joint friction: one LSTM layer and a linear read-out, no
+physics.
 
-It goes at an interval of its own, 4 ms: its inputs are the means of the three rates over the interval, compressed by
-asinh(w / softness) so that creeping and fast motion are both seen; its outputs are the three torques at the
-interval's end, which are held until the next one. With the inputs x, the outputs h and the cells c of the units
+It goes at an interval of its own, 4 ms: its inputs are the means of the three rates over the
+interval, compressed by asinh(w / softness) so that creeping and fast motion are both seen; its
+outputs are the three torques at the interval's end, which are held until the next one. With the
+inputs x, the outputs h and the cells c of the units
 
     i, f, g, o = W x + U h + b,   c <- sig(f) c + sig(i) tanh(g),   h <- sig(o) tanh(c),   torque = R h + r.
 
-Training: Adam on windows of the trials, in single precision. A window begins in the state to which the network of the
-last epoch comes along its trial, and is led in by intervals that do not count. JAX, equinox and optax do it, which the
-extra `learn` installs and which are imported only here and only to train. Trained networks run without them, in double
-precision.
+Training: Adam on windows of the trials, in single precision. A window begins in the state to which
+the network of the last epoch comes along its trial, and is led in by intervals that do not count.
+JAX, equinox and optax do it, which the extra `learn` installs and which are imported only here and
+only to train. Trained networks run without them, in double precision.
 
-It knows the rates it was shown and no others: beyond them its torque may be anything, also energy that friction
-cannot give.
+It knows the rates it was shown and no others: beyond them its torque may be anything, also energy
+that friction cannot give.
 """
 
 import importlib.util
@@ -31,7 +33,8 @@ from clearance.identify.models import AXES, Model, Parameter, Values
 from clearance.store import njit
 
 GATES = 4  # input, forget, candidate, output
-SINCE, TURNED, HELD, UNITS = 0, 1, 4, 7  # state: time [s] and angles [rad] since the last interval; torque; h and c
+# state: time [s] and angles [rad] since the last interval; torque; h and c
+SINCE, TURNED, HELD, UNITS = 0, 1, 4, 7
 PASSES = 3  # over the windows in an epoch, which begins with a run along whole trials
 CLIP = 1.0  # largest norm of a step's gradient
 RATE_LEFT = 0.01  # learning rate at the last epoch, over that at the first
@@ -39,9 +42,13 @@ PACKAGES = "jax", "equinox", "optax"
 
 
 def missing() -> str:
-    """Packages that the training of an lstm lacks here, and their installation; empty where none is missing."""
+    """Packages that the training of an lstm lacks here, and their installation; empty where none is
+    missing.
+    """
     absent = [p for p in PACKAGES if importlib.util.find_spec(p) is None]
-    return f"training the lstm needs {', '.join(absent)}; install clearance[learn]" if absent else ""
+    return (
+        f"training the lstm needs {', '.join(absent)}; install clearance[learn]" if absent else ""
+    )
 
 
 class Layout(NamedTuple):
@@ -85,7 +92,9 @@ def advance(layout, weights, state, rate):
 
 @njit(cache=True, error_model="numpy")
 def step(layout, weights, state, rate, dt, torque):
-    """One step [s] of constant rate (3,): moves the state, writes the torque (3,) [N m] that the last interval gave."""
+    """One step [s] of constant rate (3,): moves the state, writes the torque (3,) [N m] that the
+    last interval gave.
+    """
     left, mean = dt, np.empty(3)
     while state[SINCE] + left >= layout.interval * (1.0 - 1e-9):
         part = layout.interval - state[SINCE]
@@ -103,7 +112,9 @@ def step(layout, weights, state, rate, dt, torque):
 
 @njit(cache=True, error_model="numpy")
 def torques(layout, weights, rate, dt, state, torque):
-    """Torque (n, 3) [N m] at samples of the rate (n, 3), a step apart, between which it sees their mean."""
+    """Torque (n, 3) [N m] at samples of the rate (n, 3), a step apart, between which it sees their
+    mean.
+    """
     mean = np.empty(3)
     for n in range(1, rate.shape[0]):
         for axis in range(3):
@@ -115,12 +126,14 @@ def torques(layout, weights, rate, dt, state, torque):
 class LSTM(Model):
     """A recurrent network; see the module. Its parameters are its weights, for torques in N m.
 
-    hidden: units. interval [s]: between its steps. softness [rad/s]: rate around which inputs go over from linear to
-    logarithmic. An axis that no trial measured gets no torque.
+    hidden: units. interval [s]: between its steps. softness [rad/s]: rate around which inputs go
+        over from linear to logarithmic. An axis that no trial measured gets no torque.
 
-    Training: window, samples that count of a window, and lead, those before them, in intervals; batch, windows a step;
-    held_out, share of the windows that is not trained on; epochs, most of them, of three passes over the
-    others each; patience, epochs without a better score of the windows held out before it ends; rate, Adam's at first.
+    Training: window, samples that count of a window, and lead, those before them, in intervals;
+    batch, windows a step; held_out, share of the windows that is not trained on; epochs, most of
+    them, of three passes over the
+    others each; patience, epochs without a better score of the windows held out before it ends;
+    rate, Adam's at first.
     """
 
     hidden: int = 16
@@ -141,7 +154,9 @@ class LSTM(Model):
         for name in ("hidden", "window", "lead", "batch", "epochs", "patience"):
             value, least = getattr(self, name), 0 if name == "lead" else 1
             if not isinstance(value, int) or value < least:
-                raise ValueError(f"{name} of the lstm must be a whole number of at least {least}, got {value!r}")
+                raise ValueError(
+                    f"{name} of the lstm must be a whole number of at least {least}, got {value!r}"
+                )
         for name in ("interval", "softness", "rate"):
             positive(f"{name} of the lstm", getattr(self, name))
         if not 0.0 < finite("held_out of the lstm", self.held_out) <= 0.5:
@@ -160,21 +175,31 @@ class LSTM(Model):
         names = [f"{g}_from_{s}" for s in sources for g in gates]
         names += [f"torque_{a}_from_unit{n}" for a in AXES for n in range(self.hidden)]
         names += [f"torque_{a}_from_one" for a in AXES]
-        return tuple(Parameter(n, "N m" if n.startswith("torque") else "1", -math.inf, math.inf, 0.0) for n in names)
+        return tuple(
+            Parameter(n, "N m" if n.startswith("torque") else "1", -math.inf, math.inf, 0.0)
+            for n in names
+        )
 
     @cached_property
     def _names(self) -> list[str]:
         return [p.name for p in self.parameters]
 
     def array(self, values: Values) -> np.ndarray:
-        """Weights in the order of the parameters (p,). Raises ValueError for other names, numbers of them or values."""
+        """Weights in the order of the parameters (p,).
+
+        Raises ValueError for other names, numbers of them or values.
+        """
         if isinstance(values, Mapping):
             if values.keys() != set(self._names):
-                raise ValueError(f"values: not the {len(self._names)} weights of an lstm of {self.hidden} units")
+                raise ValueError(
+                    f"values: not the {len(self._names)} weights of an lstm of {self.hidden} units"
+                )
             values = [values[n] for n in self._names]
         values = np.asarray(values, float)
         if values.shape != (len(self._names),) or not np.isfinite(values).all():
-            raise ValueError(f"values: an lstm of {self.hidden} units has {len(self._names)} finite weights")
+            raise ValueError(
+                f"values: an lstm of {self.hidden} units has {len(self._names)} finite weights"
+            )
         return values
 
     def packed(self, values: Values) -> np.ndarray:
@@ -182,7 +207,9 @@ class LSTM(Model):
         return self.array(values)
 
     def start(self) -> np.ndarray:
-        """State at rest: time and angles since the last interval, torque, outputs and cells of the units."""
+        """State at rest: time and angles since the last interval, torque, outputs and cells of the
+        units.
+        """
         return np.zeros(UNITS + 2 * self.hidden)
 
     def torque(self, values: Values, trial) -> np.ndarray:
@@ -197,35 +224,59 @@ class LSTM(Model):
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
         """Doubts about the weights."""
-        return [f"lstm: knows only motions like those it was trained on, up to {fastest:.3g} rad/s; not passive"]
+        return [
+            f"lstm: knows only motions like those it was trained on, up to {fastest:.3g} rad/s; "
+            f"not passive"
+        ]
 
     def estimate(
-        self, trials: Sequence, starts: int = 1, seed: int = 0, progress: Callable[[float], None] = lambda share: None
+        self,
+        trials: Sequence,
+        starts: int = 1,
+        seed: int = 0,
+        progress: Callable[[float], None] = lambda share: None,
     ) -> Estimate:
-        """Train the weights on trials, once: starts is not used. The same weights for the same seed on one machine.
+        """Train the weights on trials, once: starts is not used.
 
-        Raises ValueError where the extra `learn` is missing, or trials give too few windows, no motion or no torque.
+        The same weights for the same seed on one machine.
+
+        Raises ValueError where the extra `learn` is missing, or trials give too few windows, no
+        motion or no torque.
         """
         windows = Windows.of(self, trials)
         trained = _train(self, windows, seed, progress)
         best, squares = int(np.argmin(trained.others)), trained.counted * windows.size**2
         facts = {
-            "starts": 1, "epochs": len(trained.losses), "best_epoch": best, "windows": len(windows.rate),
-            "windows_held_out": trained.held, "held_out_nrmse": [float(f"{math.sqrt(e):.4g}") for e in trained.others],
-            "squares": squares, "precision": "float32",
-        }  # fmt: skip
-        values, none, history = _exported(windows, trained), np.empty(0), 0.5 * np.array(trained.losses) * squares
-        table = {"cost": history[[best]], "evaluations": np.array([len(history)]), "values": values[None]}
+            "starts": 1,
+            "epochs": len(trained.losses),
+            "best_epoch": best,
+            "windows": len(windows.rate),
+            "windows_held_out": trained.held,
+            "held_out_nrmse": [float(f"{math.sqrt(e):.4g}") for e in trained.others],
+            "squares": squares,
+            "precision": "float32",
+        }
+        values, none, history = (
+            _exported(windows, trained),
+            np.empty(0),
+            0.5 * np.array(trained.losses) * squares,
+        )
+        table = {
+            "cost": history[[best]],
+            "evaluations": np.array([len(history)]),
+            "values": values[None],
+        }
         return Estimate(values, none, none, np.empty((0, 0)), history, table, facts)
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Pieces of trials, their lead before them: rate and torque (w, n, 3), without dimensions; begun (w, n), 0 before
-    the trial's start; counts (w, n, 3), 1 where the torque counts; largest input `reach`, rms torque `size` [N m].
+    """Pieces of trials, their lead before them: rate and torque (w, n, 3), without dimensions;
+    begun (w, n), 0 before the trial's start; counts (w, n, 3), 1 where the torque counts; largest
+    input `reach`, rms torque `size` [N m].
 
-    whole (t, m, 3): rates of all trials, zeros at their ends; owner, before (w,): a window's trial, and the interval
-    there that comes before it, negative where none does.
+    whole (t, m, 3): rates of all trials, zeros at their ends; owner, before (w,): a window's trial,
+    and the interval there that comes before it, negative where none does.
     """
 
     rate: np.ndarray
@@ -241,16 +292,23 @@ class Windows:
     @staticmethod
     def of(model: LSTM, trials: Sequence) -> "Windows":
         sampled = [_sampled(model, trial) for trial in trials]
-        pieces = [(*p, k) for k, s in enumerate(sampled) for p in _pieces(model, *s, trials[k].measured)]
+        pieces = [
+            (*p, k) for k, s in enumerate(sampled) for p in _pieces(model, *s, trials[k].measured)
+        ]
         if len(pieces) < 2:
             raise ValueError(
-                f"the trials give {len(pieces)} window of {model.window} intervals; the lstm needs 2 or more"
+                f"the trials give {len(pieces)} window of {model.window} intervals; the lstm needs "
+                f"2 or more"
             )
-        rate, torque, begun, counts, before, owner = (np.array(column) for column in zip(*pieces, strict=True))
+        rate, torque, begun, counts, before, owner = (
+            np.array(column) for column in zip(*pieces, strict=True)
+        )
         size = float(np.sqrt((torque**2 * counts).sum() / counts.sum()))
         reach = float(abs(rate).max())
         if not size or not reach:
-            raise ValueError(f"the lstm cannot learn from trials without {'motion' if size else 'torque'}")
+            raise ValueError(
+                f"the lstm cannot learn from trials without {'motion' if size else 'torque'}"
+            )
         series = np.zeros((len(trials), max(len(r) for r, _ in sampled), 3), np.float32)
         for row, (rates, _) in zip(series, sampled, strict=True):
             row[: len(rates)] = rates / reach
@@ -262,7 +320,10 @@ def _sampled(model: LSTM, trial) -> tuple[np.ndarray, np.ndarray]:
     """Compressed mean rates and torques at the ends (n, 3) of a trial's intervals."""
     time = trial.step * np.arange(trial.samples)
     ends = model.interval * np.arange(int(time[-1] / model.interval * (1.0 + 1e-9)) + 1)
-    angle, torque = (np.stack([np.interp(ends, time, c) for c in v.T], axis=1) for v in (trial.angle, trial.torque))
+    angle, torque = (
+        np.stack([np.interp(ends, time, c) for c in v.T], axis=1)
+        for v in (trial.angle, trial.torque)
+    )
     return np.arcsinh(np.diff(angle, axis=0) / model.interval / model.softness), torque[1:]
 
 
@@ -278,8 +339,9 @@ def _pieces(model: LSTM, rate: np.ndarray, torque: np.ndarray, measured):
 
 @dataclass(frozen=True, eq=False)
 class Trained:
-    """Weights of the best epoch, of inputs, units and read-out; mean squares over that of the torque by epoch, of the
-    windows trained on, and before it of the `held` others; how many torques count in the former.
+    """Weights of the best epoch, of inputs, units and read-out; mean squares over that of the
+    torque by epoch, of the windows trained on, and before it of the `held` others; how many torques
+    count in the former.
     """
 
     by_input: np.ndarray
@@ -309,7 +371,9 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
     used = len(training) // size * size
     rate = optax.cosine_decay_schedule(model.rate, model.epochs * PASSES * used // size, RATE_LEFT)
     adam = optax.chain(optax.clip_by_global_norm(CLIP), optax.adam(rate))
-    data = tuple(jax.numpy.asarray(d) for d in (windows.rate, windows.begun, windows.torque, windows.counts))
+    data = tuple(
+        jax.numpy.asarray(d) for d in (windows.rate, windows.begun, windows.torque, windows.counts)
+    )
 
     def learn(carried, batch):
         network, state, begin = carried
@@ -327,8 +391,13 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
 
     network = best = _network(model, jax.random.PRNGKey(seed))
     state, losses, others = adam.init(eqx.filter(network, eqx.is_array)), [], []
-    while len(losses) < model.epochs and len(losses) - int(np.argmin(others or [0.0])) <= model.patience:
-        batches = np.concatenate([random.permutation(training)[:used] for _ in range(PASSES)]).reshape(-1, size)
+    while (
+        len(losses) < model.epochs
+        and len(losses) - int(np.argmin(others or [0.0])) <= model.patience
+    ):
+        batches = np.concatenate(
+            [random.permutation(training)[:used] for _ in range(PASSES)]
+        ).reshape(-1, size)
         before = network
         network, state, error, other = epoch(network, state, batches)
         losses.append(float(error))
@@ -337,7 +406,10 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
             best = before
         progress(len(losses) / model.epochs)
     cell, out = best
-    weights = (np.asarray(w, float) for w in (cell.weight_ih, cell.weight_hh, cell.bias, out.weight, out.bias))
+    weights = (
+        np.asarray(w, float)
+        for w in (cell.weight_ih, cell.weight_hh, cell.bias, out.weight, out.bias)
+    )
     return Trained(*weights, losses, others, len(held), float(windows.counts[training].sum()))
 
 
@@ -349,11 +421,15 @@ def _network(model: LSTM, key):
     first, second = jax.random.split(key)
     cell = eqx.nn.LSTMCell(3, model.hidden, key=first)
     remembering = cell.bias.at[model.hidden : 2 * model.hidden].set(1.0)
-    return eqx.tree_at(lambda c: c.bias, cell, remembering), eqx.nn.Linear(model.hidden, 3, key=second)
+    return eqx.tree_at(lambda c: c.bias, cell, remembering), eqx.nn.Linear(
+        model.hidden, 3, key=second
+    )
 
 
 def _run(network, begin, rate, begun):
-    """Outputs (n, 3) and states (n, 2, hidden) of the network along one piece; zero until the trial has begun."""
+    """Outputs (n, 3) and states (n, 2, hidden) of the network along one piece; zero until the trial
+    has begun.
+    """
     import jax
 
     cell, out = network
@@ -369,7 +445,10 @@ def _begins(network, windows: Windows):
     """States (w, 2, hidden) in which windows begin, of the network as it is run along whole trials."""
     import jax
 
-    zero, begun = jax.numpy.zeros((2, network[0].hidden_size)), jax.numpy.ones(windows.whole.shape[1])
+    zero, begun = (
+        jax.numpy.zeros((2, network[0].hidden_size)),
+        jax.numpy.ones(windows.whole.shape[1]),
+    )
     states = jax.vmap(lambda rate: _run(network, zero, rate, begun)[1])(windows.whole)
     there = (windows.before >= 0)[:, None, None]
     return states[windows.owner, np.maximum(windows.before, 0)] * there
@@ -384,7 +463,9 @@ def _mean_square(network, begin, rate, begun, torque, counts):
 
 
 def _exported(windows: Windows, trained: Trained) -> np.ndarray:
-    """Weights for inputs and torques in SI, in the order of the parameters; no torque where none was measured."""
+    """Weights for inputs and torques in SI, in the order of the parameters; no torque where none
+    was measured.
+    """
     read_out, offset = trained.read_out * windows.size, trained.offset * windows.size
     unknown = windows.counts.sum(axis=(0, 1)) == 0
     read_out[unknown], offset[unknown] = 0.0, 0.0

@@ -1,7 +1,8 @@
-"""Models of ball-joint friction behind one interface: a rate goes in, the torque that keeps it up comes out.
+"""Models of ball-joint friction behind one interface: a rate goes in, the torque that keeps it up
+comes out.
 
-Frame of the housing, x and y tilt, z spins the stud; rates (n, 3) [rad/s], torques (n, 3) [N m]. A model has `name`,
-`parameters`, `options` (what made it), `linear`, and
+Frame of the housing, x and y tilt, z spins the stud; rates (n, 3) [rad/s], torques (n, 3) [N m]. A
+model has `name`, `parameters`, `options` (what made it), `linear`, and
 
     torque(values, trial)            from undeflected bristles, (n, 3)
     sensitivity(values, trial)       the torque and its slopes by the parameters, (n, 3, p)
@@ -31,8 +32,8 @@ Values = np.ndarray | Sequence[float] | Mapping[str, float]
 AXES = "x", "y", "z"
 #: rates at which passivity is looked at [rad/s], 0.6 % apart
 SPEEDS = np.geomspace(1e-6, 1e4, 4001)
-#: [rad/s], of the characteristic curve: below the slowest steady motion it is seen only while the motion turns, and
-#: comes out wild
+#: [rad/s], of the characteristic curve: below the slowest steady motion it is seen only while the
+#: motion turns, and comes out wild
 KNOTS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 
 
@@ -50,16 +51,23 @@ class Parameter:
         """The same with other bounds. Raises ValueError where these are none."""
         low, high = (finite(f"bounds of {self.name}", b) for b in bounds)
         if not least <= low < high:
-            raise ValueError(f"bounds of {self.name} must rise from above {least:g}, got {low:g} and {high:g}")
+            raise ValueError(
+                f"bounds of {self.name} must rise from above {least:g}, got {low:g} and {high:g}"
+            )
         middle = math.sqrt(low * high) if low > 0.0 else 0.5 * (low + high)
-        return replace(self, low=low, high=high, typical=self.typical if low < self.typical < high else middle)
+        return replace(
+            self, low=low, high=high, typical=self.typical if low < self.typical < high else middle
+        )
 
 
 #: bounds of stiffness and damping and the upper one of the torque as in the source
 KINETIC = Parameter("kinetic", "N m", 0.02, 10.0, 2.0)
 STATIC = Parameter("static", "N m", 0.02, 10.0, 2.5)
 SPEED = Parameter("stribeck_speed", "rad/s", 1e-3, 2.0, 0.05)
-BRISTLES = Parameter("stiffness", "N m/rad", 100.0, 1e4, 1000.0), Parameter("damping", "N m s/rad", 1e-3, 20.0, 1.0)
+BRISTLES = (
+    Parameter("stiffness", "N m/rad", 100.0, 1e4, 1000.0),
+    Parameter("damping", "N m s/rad", 1e-3, 20.0, 1.0),
+)
 WEIGHT = Parameter("weight", "1", -2.0, 2.0, 0.1)
 LOOSE = 0.1  # how firmly a network's units are held, beside its weights
 THICK = Parameter("viscous", "N m s/rad", 1e-3, 10.0, 0.05)
@@ -78,7 +86,8 @@ def preload_of(trial) -> float:
     if "preload" not in facts:
         name = getattr(trial, "name", "?")
         raise ValueError(
-            f"trial {name!r} has no fact preload [N]: in CSV '# preload = 5000' or '# {name}.preload = 5000'"
+            f"trial {name!r} has no fact preload [N]: in CSV '# preload = 5000' or '# "
+            f"{name}.preload = 5000'"
         )
     return positive(f"trial {trial.name!r}: preload", facts["preload"])
 
@@ -124,16 +133,23 @@ class Model:
         """Parameters with the bounds asked for."""
         self._check_names(self.bounds, [p.name for p in parameters], "bounds")
         return tuple(
-            p.within(self.bounds[p.name], least if p.low > 0.0 else p.low) if p.name in self.bounds else p
+            p.within(self.bounds[p.name], least if p.low > 0.0 else p.low)
+            if p.name in self.bounds
+            else p
             for p in parameters
         )
 
     def _check_names(self, given, names: Sequence[str], what: str) -> None:
         if unknown := [n for n in given if n not in names]:
-            raise ValueError(f"{what}: {self.name} has no parameter {unknown[0]!r}; it has {', '.join(names)}")
+            raise ValueError(
+                f"{what}: {self.name} has no parameter {unknown[0]!r}; it has {', '.join(names)}"
+            )
 
     def array(self, values: Values) -> np.ndarray:
-        """Values in the order of the parameters (p,). Raises ValueError for wrong names, numbers and values."""
+        """Values in the order of the parameters (p,).
+
+        Raises ValueError for wrong names, numbers and values.
+        """
         names = [p.name for p in self.parameters]
         if isinstance(values, Mapping):
             self._check_names(values, names, "values")
@@ -142,7 +158,10 @@ class Model:
             values = [values[n] for n in names]
         values = np.asarray(values, float)
         if values.shape != (len(names),):
-            raise ValueError(f"values: {self.name} has {len(names)} parameters, got an array of shape {values.shape}")
+            raise ValueError(
+                f"values: {self.name} has {len(names)} parameters, got an array of shape "
+                f"{values.shape}"
+            )
         for p, value in zip(self.parameters, values.tolist(), strict=True):
             (positive if p.low > 0.0 else finite)(p.name, value)
         return values
@@ -164,7 +183,9 @@ class Model:
         return trial.with_torque(self.torque(values, trial))
 
     def senses(self, trial) -> np.ndarray:
-        """Signs (n, k) of errors: along the motion, where a level that is too high is one error both ways."""
+        """Signs (n, k) of errors: along the motion, where a level that is too high is one error
+        both ways.
+        """
         return np.where(trial.rate[:, np.flatnonzero(trial.measured)] < 0.0, -1.0, 1.0)
 
     def sizes(self, trials) -> float | np.ndarray:
@@ -176,10 +197,11 @@ class Model:
         return np.zeros(0 if self.linear else 3)
 
     def step(self, values: Values, state: np.ndarray, rate: np.ndarray, dt: float) -> np.ndarray:
-        """Torque (3,) [N m] at the end of a step [s] of constant rate (3,) [rad/s]; moves the state.
+        """Torque (3,) [N m] at the end of a step [s] of constant rate (3,) [rad/s]; moves the
+        state.
 
-        Raises ValueError for rates that are not three numbers, and for a step that is negative; `compiled` looks at
-        neither.
+        Raises ValueError for rates that are not three numbers, and for a step that is negative;
+        `compiled` looks at neither.
         """
         torque, rate = np.empty(3), np.asarray(rate, float)
         if rate.shape != (3,) or not all(map(math.isfinite, rate.tolist())):
@@ -190,23 +212,28 @@ class Model:
 
 @dataclass(frozen=True)
 class LuGre(Model):
-    """LuGre friction of a ball joint, its axes coupled or not; equations, units and source in identify/kernels.py.
+    """LuGre friction of a ball joint, its axes coupled or not; equations, units and source in
+    identify/kernels.py.
 
-    Per axis (tilt, spin): kinetic T_c, static T_s [N m] and stribeck_speed w_s [rad/s] of T = T_c + (T_s - T_c)
-    exp(-(|w| / w_s)^exponent), stiffness sigma0 [N m/rad], damping sigma1, viscous sigma2 [N m s/rad].
+    Per axis (tilt, spin): kinetic T_c, static T_s [N m] and stribeck_speed w_s [rad/s] of
+    T = T_c + (T_s - T_c) exp(-(|w| / w_s)^exponent), stiffness sigma0 [N m/rad], damping sigma1,
+    viscous sigma2 [N m s/rad].
 
-    symmetric: both tilt axes have one set. knots [rad/s]: T, sigma0 and sigma1 are piecewise linear in |w| with values
-    at these instead, level beyond them. network: T, sigma0 and sigma1 are functions of |w| that a network of so many
-    tanh units shared by them gives, positive and bounded, see `kernels.network`. smoothing: what a factor of e between
-    neighbouring knots, or by a unit, costs a fit, as an NRMSE. static: the torque of steady sliding, without bristles;
-    at rest it keeps what it was. bounds: of parameters by name. |w| is the rate's norm where axes are coupled, else the
-    axis' own.
+    symmetric: both tilt axes have one set. knots [rad/s]: T, sigma0 and sigma1 are piecewise linear
+        in |w| with values at these instead, level beyond them. network: T, sigma0 and sigma1 are
+        functions of |w| that a network of so many tanh units shared by them gives, positive and
+        bounded, see `kernels.network`. smoothing: what a factor of e between neighbouring knots, or
+        by a unit, costs a fit, as an NRMSE. static: the torque of steady sliding, without bristles;
+        at rest it keeps what it was. bounds: of parameters by name. |w| is the rate's norm where
+        axes are coupled, else the axis' own.
 
-    load: how the whole torque follows the fact `preload` F of a trial: fixed (not), proportional or power,
-    (F / preload)^load_exponent; all other numbers are then those at `preload` [N]. lag: a parameter lag [s], by which
-    torques come after the rates they belong to, is fitted too.
+    load: how the whole torque follows the fact `preload` F of a trial: fixed (not), proportional or
+        power,
+    (F / preload)^load_exponent; all other numbers are then those at `preload` [N]. lag: a parameter
+    lag [s], by which torques come after the rates they belong to, is fitted too.
 
-    Valid for one temperature; sticks with the stiffness sigma0, creeps under a load that swings below T_s.
+    Valid for one temperature; sticks with the stiffness sigma0, creeps under a load that swings
+    below T_s.
     """
 
     coupled: bool = True
@@ -226,9 +253,13 @@ class LuGre(Model):
     def __post_init__(self):
         object.__setattr__(self, "knots", _checked_knots(self.knots, 2) if len(self.knots) else ())
         if isinstance(self.network, bool) or not isinstance(self.network, int) or self.network < 0:
-            raise ValueError(f"network must be a whole number of units, 0 for none, got {self.network!r}")
+            raise ValueError(
+                f"network must be a whole number of units, 0 for none, got {self.network!r}"
+            )
         if self.network and self.knots:
-            raise ValueError(f"knots {self.knots} and a network of {self.network} units exclude each other")
+            raise ValueError(
+                f"knots {self.knots} and a network of {self.network} units exclude each other"
+            )
         if self.load not in LOADS:
             raise ValueError(f"load must be one of {', '.join(LOADS)}, got {self.load!r}")
         positive("preload", self.preload)
@@ -238,7 +269,7 @@ class LuGre(Model):
 
     @property
     def name(self) -> str:
-        """"lugre3d" or "lugre1d"."""
+        """ "lugre3d" or "lugre1d"."""
         return "lugre3d" if self.coupled else "lugre1d"
 
     @property
@@ -251,29 +282,50 @@ class LuGre(Model):
         """Parameters of T, sigma0, sigma1, sigma2 of one axis."""
         bristles = [] if self.static else list(BRISTLES)
         if self.network:
-            outputs, count = [replace(KINETIC, name="torque"), *bristles], range(1, self.network + 1)
+            outputs, count = (
+                [replace(KINETIC, name="torque"), *bristles],
+                range(1, self.network + 1),
+            )
             return [
-                *([*(replace(WEIGHT, name=f"{p.name}_weight_{k}") for k in count), replace(p, name=f"{p.name}_level")]
-                  for p in outputs), [THICK],
-            ]  # fmt: skip
+                *(
+                    [
+                        *(replace(WEIGHT, name=f"{p.name}_weight_{k}") for k in count),
+                        replace(p, name=f"{p.name}_level"),
+                    ]
+                    for p in outputs
+                ),
+                [THICK],
+            ]
         if not self.knots:
             return [[KINETIC, STATIC, SPEED], *([p] for p in bristles), [THICK]]
         tables = [replace(KINETIC, name="torque"), *bristles]
-        return [*([replace(p, name=f"{p.name}_at_{k:g}") for k in self.knots] for p in tables), [THICK]]
+        return [
+            *([replace(p, name=f"{p.name}_at_{k:g}") for k in self.knots] for p in tables),
+            [THICK],
+        ]
 
     @cached_property
     def _units(self) -> list[Parameter]:
         """Rates and steepnesses of a network's units, of one axis."""
         rates = np.geomspace(0.02, 1.0, self.network + 2)[1:-1]
         return [
-            *(Parameter(f"unit_rate_{k}", "rad/s", 1e-3, 10.0, float(r)) for k, r in enumerate(rates, 1)),
-            *(Parameter(f"unit_steepness_{k}", "1", 0.2, 5.0, 1.0) for k in range(1, self.network + 1)),
+            *(
+                Parameter(f"unit_rate_{k}", "rad/s", 1e-3, 10.0, float(r))
+                for k, r in enumerate(rates, 1)
+            ),
+            *(
+                Parameter(f"unit_steepness_{k}", "1", 0.2, 5.0, 1.0)
+                for k in range(1, self.network + 1)
+            ),
         ]
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Fitted parameters, in the order of their vector."""
-        groups, functions = dict.fromkeys(self.groups), [*self._units, *itertools.chain(*self._functions)]
+        groups, functions = (
+            dict.fromkeys(self.groups),
+            [*self._units, *itertools.chain(*self._functions)],
+        )
         functions += [FOLLOWS] * (self.load == "power")
         parameters = [replace(p, name=f"{g}_{p.name}") for g in groups for p in functions]
         return self.bounded([*parameters, *([LAG] * self.lag)], 1e-12)
@@ -283,38 +335,58 @@ class LuGre(Model):
         """Places of the numbers in the values of the kernels."""
         sizes = [len(f) for f in self._functions]
         inner = len(self._units)
-        count, groups = inner + sum(sizes) + (self.load == "power"), list(dict.fromkeys(self.groups))
+        count, groups = (
+            inner + sum(sizes) + (self.load == "power"),
+            list(dict.fromkeys(self.groups)),
+        )
         places, behind = np.empty((3, 4), np.int64), count * len(groups) + self.lag
         for axis, group in enumerate(self.groups):
-            first = [count * groups.index(group) + inner + sum(sizes[:f]) for f in range(len(sizes))]
+            first = [
+                count * groups.index(group) + inner + sum(sizes[:f]) for f in range(len(sizes))
+            ]
             if self.static:
                 places[axis] = first[0], behind, behind + 1, first[1]
             else:
                 places[axis] = first
-        return Layout(places, np.array(self.knots), float(self.exponent), self.coupled, self.static, self.network)
+        return Layout(
+            places,
+            np.array(self.knots),
+            float(self.exponent),
+            self.coupled,
+            self.static,
+            self.network,
+        )
 
     @cached_property
     def neighbours(self) -> np.ndarray:
         """Parameters at neighbouring knots (pairs, 2)."""
-        functions = () if not self.knots else (TORQUE,) if self.static else (TORQUE, STIFFNESS, DAMPING)
+        functions = (
+            () if not self.knots else (TORQUE,) if self.static else (TORQUE, STIFFNESS, DAMPING)
+        )
         firsts = sorted({int(f) for f in self.layout.places[:, functions].ravel()})
-        return np.array([(f + k, f + k + 1) for f in firsts for k in range(len(self.knots) - 1)], int).reshape(-1, 2)
+        return np.array(
+            [(f + k, f + k + 1) for f in firsts for k in range(len(self.knots) - 1)], int
+        ).reshape(-1, 2)
 
     @cached_property
     def roughness(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows (k, p) and numbers (k,) whose difference, over the rms torque, a fit holds small.
 
-        Of the logarithms of parameters, and of weights: those at neighbouring knots are to be alike, a network's
-        weights small, its units less firmly where they were.
+        Of the logarithms of parameters, and of weights: those at neighbouring knots are to be
+        alike, a network's weights small, its units less firmly where they were.
         """
         eye, rows = np.eye(len(self.parameters)), [np.zeros((0, len(self.parameters)))]
-        rows += [self.smoothing * (eye[after] - eye[before])[None] for before, after in self.neighbours]
+        rows += [
+            self.smoothing * (eye[after] - eye[before])[None] for before, after in self.neighbours
+        ]
         wanted = [np.zeros(len(self.neighbours))]
         for n, p in enumerate(self.parameters if self.network else ()):
             share = 1.0 if "_weight_" in p.name else LOOSE if "_unit_" in p.name else 0.0
             if share:
                 rows.append(share * self.smoothing * eye[n][None])
-                wanted.append([0.0 if p.low <= 0.0 else share * self.smoothing * math.log(p.typical)])
+                wanted.append(
+                    [0.0 if p.low <= 0.0 else share * self.smoothing * math.log(p.typical)]
+                )
         return np.concatenate(rows), np.concatenate(wanted)
 
     def torque(self, values: Values, trial) -> np.ndarray:
@@ -328,7 +400,9 @@ class LuGre(Model):
         kernels.torques(self.layout, packed, rate, dt, np.zeros(3), torque)
         return torque[::every] * self.level(packed, trial)
 
-    def _driving(self, packed: np.ndarray, trial, later: float = 0.0) -> tuple[np.ndarray, float, int]:
+    def _driving(
+        self, packed: np.ndarray, trial, later: float = 0.0
+    ) -> tuple[np.ndarray, float, int]:
         """Rates that the bristles see, their step [s], and how many of them make a sample."""
         if not self.lag:
             return trial.rate, trial.step, 1
@@ -355,7 +429,9 @@ class LuGre(Model):
         self.sensitivities(packed, trial, np.arange(3), torque, slopes)
         return torque, slopes[:, :, :-PADDING]
 
-    def sensitivities(self, packed: np.ndarray, trial, axes: np.ndarray, torque: np.ndarray, slopes: np.ndarray):
+    def sensitivities(
+        self, packed: np.ndarray, trial, axes: np.ndarray, torque: np.ndarray, slopes: np.ndarray
+    ):
         """The same of some axes, into torque (n, axes) and slopes (n, axes, packed)."""
         rate, dt, every = self._driving(packed, trial)
         fine = torque, slopes
@@ -371,28 +447,38 @@ class LuGre(Model):
             slopes *= level[:, None]
         if self.load == "power":
             places = np.array(self._exponents)[axes]
-            slopes[:, np.arange(axes.size), places] = torque * math.log(preload_of(trial) / self.preload)
+            slopes[:, np.arange(axes.size), places] = torque * math.log(
+                preload_of(trial) / self.preload
+            )
         if self.lag:
             shift = SHIFT * trial.step
             later, earlier = (self._torque(packed, trial, way * shift) for way in (1.0, -1.0))
             slopes[:, :, len(self.parameters) - 1] = (later - earlier)[:, axes] / (2.0 * shift)
 
     def functions(self, values: Values, speeds: np.ndarray) -> np.ndarray:
-        """T [N m], sigma0 [N m/rad], sigma1, sigma2 [N m s/rad] of the axes at speeds (n,) [rad/s], (3, 4, n)."""
+        """T [N m], sigma0 [N m/rad], sigma1, sigma2 [N m s/rad] of the axes at speeds (n,) [rad/s],
+        (3, 4, n).
+        """
         speeds = np.ascontiguousarray(speeds, float)
         values_of = np.empty((3, 4, speeds.size))
         kernels.functions(self.layout, self.packed(values), speeds, values_of)
         return values_of
 
     def passive_rate(self, values: Values) -> float:
-        """Rate [rad/s] up to which no axis gives off more energy than its bristles hold, inf where that never happens.
+        """Rate [rad/s] up to which no axis gives off more energy than its bristles hold, inf where
+        that never happens.
 
-        With z' S0 z / 2 in the bristles that is so while |M w| / T_i^2 <= 4 (sigma1_i + sigma2_i) / sigma1_i^2,
-        whatever the deflection; uncoupled and started at rest (|sigma0 z| <= max T) also where sigma2 >= sigma1
-        (max T / T - 1). A stiffness that changes with the speed does work that is not counted. Rounded down by 0.6 %.
+        With z' S0 z / 2 in the bristles that is so while |M w| / T_i^2 <= 4
+        (sigma1_i + sigma2_i) / sigma1_i^2, whatever the deflection; uncoupled and started at rest
+        (|sigma0 z| <= max T) also where sigma2 >= sigma1 (max T / T - 1). A stiffness that changes
+        with the speed does work that is not counted. Rounded down by 0.6 %.
         """
         values_at = self.functions(values, SPEEDS)
-        torque, damping, viscous = values_at[:, TORQUE], values_at[:, DAMPING], values_at[:, VISCOUS]
+        torque, damping, viscous = (
+            values_at[:, TORQUE],
+            values_at[:, DAMPING],
+            values_at[:, VISCOUS],
+        )
         strongest = torque.max(axis=0) if self.coupled else torque
         fine = strongest * SPEEDS / torque**2 * damping**2 <= 4.0 * (damping + viscous)
         if not self.coupled:
@@ -406,15 +492,20 @@ class LuGre(Model):
         bound = self.passive_rate(values)
         if fastest <= bound:
             return []
-        return [f"{self.name}: passive up to {bound:.3g} rad/s only, for the data reach {fastest:.3g}; damping is high"]
+        return [
+            f"{self.name}: passive up to {bound:.3g} rad/s only, for the data reach {fastest:.3g}; "
+            f"damping is high"
+        ]
 
 
 @dataclass(frozen=True)
 class Curve(Model):
-    """Characteristic curve: each axis' torque is an odd, continuous, piecewise linear function of its own rate.
+    """Characteristic curve: each axis' torque is an odd, continuous, piecewise linear function of
+    its own rate.
 
-    Parameters: torques [N m] at the knots [rad/s]; zero at rest, level beyond the last knot. nonnegative: it brakes
-    everywhere. No memory: no presliding, so it is wrong where amplitudes are small, and steep at rest.
+    Parameters: torques [N m] at the knots [rad/s]; zero at rest, level beyond the last knot.
+    nonnegative: it brakes everywhere. No memory: no presliding, so it is wrong where amplitudes are
+    small, and steep at rest.
     """
 
     knots: tuple[float, ...] = KNOTS
@@ -480,7 +571,10 @@ class Curve(Model):
         bad = [f"{p.name} {v:.3g}" for p, v, rate in reached if v < 0.0 and rate < fastest]
         if not bad:
             return []
-        return [f"curve: drives the joint where its torque is negative: {', '.join(bad)}; nonnegative holds it at zero"]
+        return [
+            f"curve: drives the joint where its torque is negative: {', '.join(bad)}; nonnegative "
+            f"holds it at zero"
+        ]
 
 
 def lugre1d(**options) -> LuGre:
@@ -500,12 +594,17 @@ FURTHER = {"lstm": "clearance.identify.learn"}
 
 
 def model(name: str, **options) -> Model:
-    """A model by its name. Raises ValueError for an unknown one, naming those there are, and for options it has not."""
+    """A model by its name.
+
+    Raises ValueError for an unknown one, naming those there are, and for options it has not.
+    """
     if name in FURTHER and name not in MODELS:
         importlib.import_module(FURTHER[name])
     if name not in MODELS:
         names = dict.fromkeys([*MODELS, *FURTHER])
-        raise ValueError(f"model must be one of {', '.join(names)}, got {name!r}{meant(name, names)}")
+        raise ValueError(
+            f"model must be one of {', '.join(names)}, got {name!r}{meant(name, names)}"
+        )
     try:
         return MODELS[name](**options)
     except TypeError as error:

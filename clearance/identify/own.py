@@ -1,4 +1,5 @@
-"""Models of one's own: a function of a record and of numbers, which a fit compares with what was measured.
+"""Models of one's own: a function of a record and of numbers, which a fit compares with what was
+measured.
 
     from clearance.identify.own import between, model
 
@@ -9,9 +10,9 @@
         ...
         return np.stack([x, y], axis=1)
 
-A friction law of a joint (`cl.joint_friction`, `cl.joint_bristle`) is driven by the rate of each axis; any other
-function gets the record and its parameters by name, and returns what it predicts at `record.time`: the torque (n, 3)
-[N m], or the columns of `predicts` (n, k).
+A friction law of a joint (`cl.joint_friction`, `cl.joint_bristle`) is driven by the rate of each
+axis; any other function gets the record and its parameters by name, and returns what it predicts at
+`record.time`: the torque (n, 3) [N m], or the columns of `predicts` (n, k).
 """
 
 import inspect
@@ -34,15 +35,17 @@ from clearance.store import njit
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import compiled
 
-DIFFERENCE = 1e-4  # of a parameter (of its range where it may be negative), by which it is moved for slopes
+# of a parameter (of its range where it may be negative), by which it is moved for slopes
+DIFFERENCE = 1e-4
 GROUPS = "tilt", "tilt", "spin"  # whose parameters a law has about x, y, z
 
 
 def between(low: float, high: float, units: str = "1", start: float | None = None) -> Parameter:
     """A parameter to be fitted: its bounds, its SI unit, and where the search starts.
 
-    start: the geometric mean of the bounds unless told otherwise, their mean where one is not positive. Positive
-    parameters are searched for in their logarithms. Raises ValueError for bounds that do not rise and a start outside.
+    start: the geometric mean of the bounds unless told otherwise, their mean where one is not
+        positive. Positive parameters are searched for in their logarithms. Raises ValueError for
+        bounds that do not rise and a start outside.
     """
     low, high = finite("between: low", low), finite("between: high", high)
     if low >= high:
@@ -58,8 +61,9 @@ def between(low: float, high: float, units: str = "1", start: float | None = Non
 class Own(Model):
     """A model of one's own; made by `model`.
 
-    function(record, **numbers) -> (n, 3) [N m], or (n, k) where `predicts` names columns with their units; given:
-    parameters without the lag; difference: relative step of the slopes; lag: whether a lag of the torque is fitted.
+    function(record, **numbers) -> (n, 3) [N m], or (n, k) where `predicts` names columns with their
+    units; given: parameters without the lag; difference: relative step of the slopes; lag: whether
+    a lag of the torque is fitted.
     """
 
     function: Callable
@@ -94,14 +98,19 @@ class Own(Model):
         return replace(self, given=tuple(given))
 
     def with_lag(self) -> "Own":
-        """The same with a lag [s] of the torque. Raises ValueError for a model that predicts other columns."""
+        """The same with a lag [s] of the torque.
+
+        Raises ValueError for a model that predicts other columns.
+        """
         if self.predicts:
             raise ValueError(f"--lag: {self.name} predicts {', '.join(self.predicts)}, no torque")
         return replace(self, lag=True)
 
     def _called(self, values: Values, record) -> np.ndarray:
         """Result of the function, (n, 3) or (n, k). Raises ValueError for another shape."""
-        numbers = dict(zip((p.name for p in self.parameters), self.array(values).tolist(), strict=True))
+        numbers = dict(
+            zip((p.name for p in self.parameters), self.array(values).tolist(), strict=True)
+        )
         if self.lag:
             return self.function(_finer(record, numbers.pop(LAG.name)), **numbers)[::FINER]
         prediction = np.asarray(self.function(record, **numbers), float)
@@ -109,7 +118,9 @@ class Own(Model):
             prediction = prediction[:, None]
         wanted = record.samples, len(self.predicts) or 3
         if prediction.shape != wanted:
-            raise ValueError(f"{self.name} must return an array of shape {wanted}, got {prediction.shape}")
+            raise ValueError(
+                f"{self.name} must return an array of shape {wanted}, got {prediction.shape}"
+            )
         return prediction
 
     def torque(self, values: Values, trial) -> np.ndarray:
@@ -122,7 +133,9 @@ class Own(Model):
             return super().observed(trial)
         if isinstance(trial, Trial):
             reason = f"read(path, predicts={dict(self.predicts)}) has them"
-            raise ValueError(f"{self.name} predicts {', '.join(self.predicts)}, not torques: {reason}")
+            raise ValueError(
+                f"{self.name} predicts {', '.join(self.predicts)}, not torques: {reason}"
+            )
         return np.stack([trial[c] for c in self.predicts], axis=1)
 
     def predicted(self, values: Values, trial) -> np.ndarray:
@@ -141,7 +154,9 @@ class Own(Model):
         return 1.0 if self.predicts else super().senses(trial)
 
     def sizes(self, trials) -> float | np.ndarray:
-        """Rms of all columns of a unit together, (k,): so columns of different units are put together."""
+        """Rms of all columns of a unit together, (k,): so columns of different units are put
+        together.
+        """
         if not self.predicts:
             return 1.0
         units = list(self.predicts.values())
@@ -165,12 +180,14 @@ def model(
 ):
     """A model from a friction law of a joint, or (as a decorator) from a function of a record.
 
-    parameters: `between(low, high, units)` is fitted, a plain number is held. predicts: columns that the function
-    returns, with their SI units (else the torque). arm: of laws, what a preload [N] times is their load [m].
+    parameters: `between(low, high, units)` is fitted, a plain number is held. predicts: columns
+        that the function returns, with their SI units (else the torque). arm: of laws, what a
+        preload [N] times is their load [m].
     difference: relative step of central differences; a simulation needs more than its error.
 
-    A law's parameters are fitted about each axis by itself: tilt_stiffness, spin_stiffness. A bristle's deflection is
-    carried by the exponential step, which is exact where z' is linear in z, from rest.
+    A law's parameters are fitted about each axis by itself: tilt_stiffness, spin_stiffness. A
+    bristle's deflection is carried by the exponential step, which is exact where z' is linear in z,
+    from rest.
     Raises ValueError and TypeError for parameters that the function has not or that are missing.
     """
     if function is None:
@@ -180,14 +197,18 @@ def model(
     fitted = {n: p for n, p in parameters.items() if isinstance(p, Parameter)}
     held = {n: finite(f"{name}: {n}", p) for n, p in parameters.items() if n not in fitted}
     if not fitted:
-        raise ValueError(f"model {name}: no parameter to fit; give one as between(low, high, units)")
+        raise ValueError(
+            f"model {name}: no parameter to fit; give one as between(low, high, units)"
+        )
     for column in predicts:
         identifier(f"model {name}: predicts", column.replace("/", "_"))
     difference = positive(f"model {name}: difference", difference)
     if isinstance(function, Law):
         _check_parameters(name, function.given, function.needed, parameters)
         driven = _Driven(function, held, positive(f"model {name}: arm", arm))
-        given = [replace(p, name=f"{g}_{n}") for g in dict.fromkeys(GROUPS) for n, p in fitted.items()]
+        given = [
+            replace(p, name=f"{g}_{n}") for g in dict.fromkeys(GROUPS) for n, p in fitted.items()
+        ]
         return Own(driven, tuple(given), {}, difference, name, function)
     arguments = list(inspect.signature(function).parameters.values())[1:]
     needed = [a.name for a in arguments if a.default is a.empty]
@@ -204,11 +225,16 @@ def _finer(trial: Trial, lag: float) -> Trial:
 
 
 class FunctionError(ValueError):
-    """An error that a user's function raised, with its file, line and function; the cause is that error."""
+    """An error that a user's function raised, with its file, line and function; the cause is that
+    error.
+    """
 
 
 def _with(function: Callable, held: dict) -> Callable:
-    """The function with the parameters that are held. It raises FunctionError for whatever the function raises."""
+    """The function with the parameters that are held.
+
+    It raises FunctionError for whatever the function raises.
+    """
 
     def called(record, **numbers):
         try:
@@ -222,25 +248,40 @@ def _with(function: Callable, held: dict) -> Callable:
 def _check_parameters(name: str, names: list[str], needed: list[str], given: Mapping) -> None:
     if unknown := [n for n in given if n not in names]:
         hint = meant(unknown[0], names)
-        raise ValueError(f"model {name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(names)}")
+        raise ValueError(
+            f"model {name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(names)}"
+        )
     if missing := [n for n in needed if n not in given]:
-        raise ValueError(f"model {name}: give {missing[0]} as between(low, high, units), or as a number")
+        raise ValueError(
+            f"model {name}: give {missing[0]} as between(low, high, units), or as a number"
+        )
 
 
 # --- laws
 class _Driven:
-    """A friction law driven by the rates of a trial, about each axis by itself; called as a function of a record."""
+    """A friction law driven by the rates of a trial, about each axis by itself; called as a
+    function of a record.
+    """
 
     def __init__(self, law: Law, held: dict[str, float], arm: float):
         if law.family not in (joint_friction, joint_bristle):
             families = "joint_friction or joint_bristle"
-            raise ValueError(f"{law.name} is a {law.family.name} law; models are made of {families} laws and functions")
+            raise ValueError(
+                f"{law.name} is a {law.family.name} law; models are made of {families} laws and "
+                f"functions"
+            )
         self.law, self.held, self.arm = law, held, arm
 
     def numbers(self, group: str, values: Mapping[str, float]) -> dict[str, float]:
         """The law's parameters about an axis."""
-        fitted = {n.removeprefix(f"{group}_"): v for n, v in values.items() if n.startswith(f"{group}_")}
-        return {n: v for n, v in self.law.parameters.items() if n in self.law.given} | self.held | fitted
+        fitted = {
+            n.removeprefix(f"{group}_"): v for n, v in values.items() if n.startswith(f"{group}_")
+        }
+        return (
+            {n: v for n, v in self.law.parameters.items() if n in self.law.given}
+            | self.held
+            | fitted
+        )
 
     def __call__(self, record, **values) -> np.ndarray:
         torque = np.zeros((record.samples, 3))
@@ -253,7 +294,9 @@ class _Driven:
         if np.isnan(torque).any() and math.isnan(load):
             name = record.name
             reason = f"in CSV '# preload = 5000' or '# {name}.preload = 5000'"
-            raise ValueError(f"trial {name!r} has no fact preload [N], which {self.law.name} needs: {reason}")
+            raise ValueError(
+                f"trial {name!r} has no fact preload [N], which {self.law.name} needs: {reason}"
+            )
         return torque
 
 
@@ -307,7 +350,10 @@ def _with_numbers(text: str, value: Callable, slopes: Callable) -> Callable:
 
 def _of_law(fitted: Own, values: Values) -> list[str]:
     """Demands and doubts of a law about its numbers, for each axis."""
-    numbers, lines = dict(zip((p.name for p in fitted.parameters), fitted.array(values).tolist(), strict=True)), []
+    numbers, lines = (
+        dict(zip((p.name for p in fitted.parameters), fitted.array(values).tolist(), strict=True)),
+        [],
+    )
     for group in dict.fromkeys(GROUPS):
         bound = fitted.law(**fitted.function.numbers(group, numbers))
         for look in filter(None, (fitted.law.demand, fitted.law.doubt)):
@@ -318,9 +364,12 @@ def _of_law(fitted: Own, values: Values) -> list[str]:
 
 # --- files
 def open_model(reference: str) -> Own:
-    """A model of a file, "path/to/file.py:name"; runs the file. The name may be left out where the file has one model.
+    """A model of a file, "path/to/file.py:name"; runs the file.
 
-    Raises ValueError for a file or a model that is not there, naming the models and functions of the file.
+    The name may be left out where the file has one model.
+
+    Raises ValueError for a file or a model that is not there, naming the models and functions of
+    the file.
     """
     path, name = _path_and_name(reference)
     if not path or not Path(path).is_file():
@@ -346,11 +395,15 @@ def _path_and_name(reference: str) -> tuple[str, str]:
 def _no_model(name: str, models: Mapping, module: ModuleType) -> str:
     """The reason why a file has no model of a name, and the names that it has."""
     if models and not name:
-        return f"the name of a model is missing; give FILE.py:NAME, the file has {', '.join(models)}"
+        return (
+            f"the name of a model is missing; give FILE.py:NAME, the file has {', '.join(models)}"
+        )
     reason = f"the file has no model {name!r}" if name else "the file has no model"
     if models:
         return f"{reason}{meant(name, models)}; it has {', '.join(models)}"
-    here = {n: v for n, v in vars(module).items() if getattr(v, "__module__", None) == module.__name__}
+    here = {
+        n: v for n, v in vars(module).items() if getattr(v, "__module__", None) == module.__name__
+    }
     functions = [n for n, v in here.items() if callable(v)]
     there = f"; its functions are {', '.join(functions)}" if functions else ""
     return f"{reason}{there}; make one by clearance.identify.own.model"

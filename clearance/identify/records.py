@@ -1,25 +1,28 @@
-"""Measured joint friction: trials of a test bench, the files they are kept in, and what is checked of them.
+"""Measured joint friction: trials of a test bench, the files they are kept in, and what is checked
+of them.
 
 HDF5 (format "clearance-measurement"; SI, every dataset has `units` and `long_name`):
 
-    /                 attributes: format, format_version, versions, created; the facts of the measurement, such as
-                      bench, specimen, preload, recorded, recorded_by, sensor_torque, sensor_torque_range, seed
-    /trials/<name>/   attributes: kind, axis, role, order (place in the programme), and the facts of the trial
-        time                            [s], even steps
-        rate_x rate_y rate_z            [rad/s] relative angular velocity; an axis that is left out does not turn
-        torque_x torque_y torque_z      [N m] torque that keeps the motion up; an axis left out was not measured
+    /                 attributes: format, format_version, versions, created; the facts of the
+                      measurement, such as bench, specimen, preload, recorded, recorded_by,
+                      sensor_torque, sensor_torque_range, seed /trials/<name>/   attributes: kind,
+                      axis, role, order (place in the programme), and the facts of the trial time
+                      [s], even steps
+        rate_x rate_y rate_z            [rad/s] relative angular velocity; an axis that is left out
+        does not turn torque_x torque_y torque_z      [N m] torque that keeps the motion up; an axis
+        left out was not measured
 
-Frame: that of the housing; x and y tilt, z is the stud, about which the joint spins. A dataset whose `units` say ms,
-deg/s, N mm or kN m is converted.
+Frame: that of the housing; x and y tilt, z is the stud, about which the joint spins. A dataset
+whose `units` say ms, deg/s, N mm or kN m is converted.
 
-CSV: one line a sample, headed by the same names, and `trial` (else the whole file is one trial), `role` (else
-training), `kind`, `axis`. Other units are taken only where the name says so: time_ms, rate_z_deg_s, torque_z_N_mm. The
-cells of a torque that a trial did not measure stay empty. Commas, semicolons or tabs part cells, numbers have decimal
-points. Lines "# name = value" and "# trial.name = value" above the header are facts. Columns of other names are left
-aside.
+CSV: one line a sample, headed by the same names, and `trial` (else the whole file is one trial),
+`role` (else training), `kind`, `axis`. Other units are taken only where the name says so: time_ms,
+rate_z_deg_s, torque_z_N_mm. The cells of a torque that a trial did not measure stay empty. Commas,
+semicolons or tabs part cells, numbers have decimal points. Lines "# name = value" and "#
+trial.name = value" above the header are facts. Columns of other names are left aside.
 
-Columns that a model of one's own predicts may be any (`read(..., predicts={"x": "m"})`): HDF5 datasets with their
-`units`, CSV columns headed x or, in another unit, x [um].
+Columns that a model of one's own predicts may be any (`read(..., predicts={"x": "m"})`): HDF5
+datasets with their `units`, CSV columns headed x or, in another unit, x [um].
 
 Facts of trials are SI: preload [N], amplitude [rad], speed [rad/s], frequency [Hz].
 """
@@ -52,10 +55,15 @@ UNITS = {
     "rate": {"rad/s": 1.0, "deg/s": math.pi / 180.0},
     "torque": {"N m": 1.0, "N mm": 1e-3, "kN m": 1e3},
 }
-WHAT = {"time": "time", "rate": "relative angular velocity", "torque": "torque that keeps the motion up"}
+WHAT = {
+    "time": "time",
+    "rate": "relative angular velocity",
+    "torque": "torque that keeps the motion up",
+}
 #: fewest samples of a trial
 FEWEST = 50
-#: share of a step by which two samples may be nearer or farther than the others: rounded clocks, no gaps
+#: share of a step by which two samples may be nearer or farther than the others: rounded clocks, no
+#: gaps
 UNEVEN = 0.1
 #: what no test of a ball joint exceeds: degrees, N mm and ms taken for SI units do
 LONGEST_STEP = 0.05  # s
@@ -87,10 +95,12 @@ class Sampled:
 
 @dataclass(frozen=True, eq=False)
 class Trial(Sampled):
-    """One run of a test bench: time (n,) [s], rate (n, 3) [rad/s], torque (n, 3) [N m] in the frame of the housing.
+    """One run of a test bench: time (n,) [s], rate (n, 3) [rad/s], torque (n, 3) [N m] in the frame
+    of the housing.
 
-    measured: axes whose torque counts, the others are set to zero; facts: SI, such as preload, amplitude, speed,
-    frequency. Raises ValueError for shapes, labels and samples that cannot be, naming row and column.
+    measured: axes whose torque counts, the others are set to zero; facts: SI, such as preload,
+        amplitude, speed, frequency. Raises ValueError for shapes, labels and samples that cannot
+        be, naming row and column.
     """
 
     name: str
@@ -107,17 +117,28 @@ class Trial(Sampled):
         identifier("trial name", self.name)
         for label, choices in LABELS.items():
             if (value := getattr(self, label)) not in choices:
-                raise ValueError(f"trial {self.name!r}: {label} must be one of {', '.join(choices)}, got {value!r}")
+                raise ValueError(
+                    f"trial {self.name!r}: {label} must be one of {', '.join(choices)}, got "
+                    f"{value!r}"
+                )
         measured = tuple(map(bool, self.measured))
         if len(measured) != 3 or not any(measured):
-            raise ValueError(f"trial {self.name!r}: measured must be three flags, at least one of them set")
-        arrays = {n: np.array(getattr(self, n), float, order="C") for n in ("time", "rate", "torque")}
+            raise ValueError(
+                f"trial {self.name!r}: measured must be three flags, at least one of them set"
+            )
+        arrays = {
+            n: np.array(getattr(self, n), float, order="C") for n in ("time", "rate", "torque")
+        }
         n = arrays["time"].shape[:1]
         for name, shape in {"time": n, "rate": (*n, 3), "torque": (*n, 3)}.items():
             if arrays[name].shape != shape:
-                raise ValueError(f"trial {self.name!r}: {name} has shape {arrays[name].shape}, expected {shape}")
+                raise ValueError(
+                    f"trial {self.name!r}: {name} has shape {arrays[name].shape}, expected {shape}"
+                )
         arrays["torque"][:, ~np.array(measured)] = 0.0
-        columns = {f"{q}_{a}": arrays[q][:, i] for q in ("rate", "torque") for i, a in enumerate(AXES)}
+        columns = {
+            f"{q}_{a}": arrays[q][:, i] for q in ("rate", "torque") for i, a in enumerate(AXES)
+        }
         check(self.name, {"time": arrays["time"], **columns})
         for name, values in {**arrays, "measured": measured}.items():
             object.__setattr__(self, name, values)
@@ -137,8 +158,9 @@ class Trial(Sampled):
 class Series(Sampled):
     """Columns of any quantities over time, such as the path of a journal, for models of one's own.
 
-    time: (n,) [s], even steps; columns: (n,) each, by name; units: of the columns, SI; facts as of a `Trial`.
-    `series["x"]` is a column. Raises ValueError for shapes, roles and samples that cannot be, naming row and column.
+    time: (n,) [s], even steps; columns: (n,) each, by name; units: of the columns, SI; facts as of
+        a `Trial`. `series["x"]` is a column. Raises ValueError for shapes, roles and samples that
+        cannot be, naming row and column.
     """
 
     name: str
@@ -152,7 +174,9 @@ class Series(Sampled):
         identifier("trial name", self.name)
         if self.role not in LABELS["role"]:
             choices = ", ".join(LABELS["role"])
-            raise ValueError(f"trial {self.name!r}: role must be one of {choices}, got {self.role!r}")
+            raise ValueError(
+                f"trial {self.name!r}: role must be one of {choices}, got {self.role!r}"
+            )
         time = np.array(self.time, float)
         columns = {n: np.array(v, float) for n, v in self.columns.items()}
         for name, values in columns.items():
@@ -169,7 +193,8 @@ class Series(Sampled):
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """Trials of different names, and facts of them all; a preload [N] of them all is one of each trial.
+    """Trials of different names, and facts of them all; a preload [N] of them all is one of each
+    trial.
 
     Raises ValueError for none, and for a name that comes twice.
     """
@@ -189,14 +214,19 @@ class Measurement:
             raise ValueError("the measurement has no trials")
         names = [t.name for t in self.trials]
         if twice := [n for n in names if names.count(n) > 1]:
-            raise ValueError(f"trial {twice[0]!r} comes {names.count(twice[0])} times; names of trials must differ")
+            raise ValueError(
+                f"trial {twice[0]!r} comes {names.count(twice[0])} times; names of trials must "
+                f"differ"
+            )
 
     def of(self, *roles: str) -> "Measurement":
         """The trials of these roles. Raises ValueError where there is none."""
         trials = [t for t in self.trials if t.role in roles]
         if not trials:
             there = ", ".join(dict.fromkeys(t.role for t in self.trials))
-            raise ValueError(f"no trial has the role {' or '.join(map(repr, roles))}; there are {there}")
+            raise ValueError(
+                f"no trial has the role {' or '.join(map(repr, roles))}; there are {there}"
+            )
         return Measurement(tuple(trials), self.facts)
 
     def named(self, name: str) -> Trial:
@@ -219,7 +249,8 @@ class Measurement:
 
 # --- checks
 def check(trial: str, columns: dict[str, np.ndarray], row: Where = "row {}".format) -> None:
-    """Raises ValueError for columns (n,) of a trial that are too short, not finite, or whose time is uneven.
+    """Raises ValueError for columns (n,) of a trial that are too short, not finite, or whose time
+    is uneven.
 
     row: says where sample i stands; rows count from 0.
     """
@@ -229,50 +260,64 @@ def check(trial: str, columns: dict[str, np.ndarray], row: Where = "row {}".form
     for name, values in columns.items():
         if (bad := ~np.isfinite(values)).any():
             i = int(bad.argmax())
-            raise ValueError(f"trial {trial!r}, {row(i)}, column {name}: {values[i]} is not a finite number")
+            raise ValueError(
+                f"trial {trial!r}, {row(i)}, column {name}: {values[i]} is not a finite number"
+            )
     steps = np.diff(time)
     step = float(np.median(steps))
     if (bad := steps <= 0.0).any():
         i = int(bad.argmax()) + 1
         raise ValueError(
-            f"trial {trial!r}, {row(i)}, column time: {time[i]:.9g} s does not come after {time[i - 1]:.9g} s"
+            f"trial {trial!r}, {row(i)}, column time: {time[i]:.9g} s does not come after "
+            f"{time[i - 1]:.9g} s"
         )
     if (bad := abs(steps - step) > UNEVEN * step).any():
         i = int(bad.argmax()) + 1
         raise ValueError(
-            f"trial {trial!r}, {row(i)}, column time: {steps[i - 1]:.6g} s after the row before, others {step:.6g} s; "
+            f"trial {trial!r}, {row(i)}, column time: {steps[i - 1]:.6g} s after the row before, "
+            f"others {step:.6g} s; "
             "time must go in even steps"
         )
 
 
-def check_units(measurement: Measurement, row: Callable[[str], Where] = lambda trial: "row {}".format) -> None:
-    """Raises ValueError for numbers no test of a ball joint gives, which other units than SI would explain.
+def check_units(
+    measurement: Measurement, row: Callable[[str], Where] = lambda trial: "row {}".format
+) -> None:
+    """Raises ValueError for numbers no test of a ball joint gives, which other units than SI would
+    explain.
 
-    A time step over 0.05 s (ms), rates over 50 rad/s or angles of over half a turn of tilt or a turn of spin from end
-    to end (degrees), a largest torque over 200 N m (N mm) or under 0.001 N m (kN m), and a torque that never changes
-    about an axis that turns (a dead sensor). Small motions in degrees pass: they look like large ones in radians.
+    A time step over 0.05 s (ms), rates over 50 rad/s or angles of over half a turn of tilt or a
+    turn of spin from end to end (degrees), a largest torque over 200 N m (N mm) or under 0.001 N m
+    (kN m), and a torque that never changes about an axis that turns (a dead sensor). Small motions
+    in degrees pass: they look like large ones in radians.
     """
     for trial in measurement.trials:
         place = f"trial {trial.name!r}"
         if trial.step > LONGEST_STEP:
             raise ValueError(
-                f"{place}, column time: steps of {trial.step:g} s; is it in ms? {CALL.format('time_ms', 'ms')}"
+                f"{place}, column time: steps of {trial.step:g} s; is it in ms? "
+                f"{CALL.format('time_ms', 'ms')}"
             )
         for i, axis in enumerate(AXES):
             rate, angle = abs(trial.rate[:, i]), trial.angle[:, i]
             hint = f"is it in degrees? {CALL.format(f'rate_{axis}_deg_s', 'deg/s')}"
             if rate.max() > HIGHEST_RATE:
                 where = f"{place}, {row(trial.name)(int(rate.argmax()))}, column rate_{axis}"
-                raise ValueError(f"{where}: {rate.max():g} rad/s is more than {HIGHEST_RATE:g} rad/s; {hint}{TRUST}")
+                raise ValueError(
+                    f"{where}: {rate.max():g} rad/s is more than {HIGHEST_RATE:g} rad/s; "
+                    f"{hint}{TRUST}"
+                )
             widest = WIDEST_SPIN if axis == "z" else WIDEST_TILT
             if (swept := float(np.ptp(angle))) > widest:
                 where = f"{place}, {row(trial.name)(int(angle.argmax()))}, column rate_{axis}"
                 raise ValueError(
-                    f"{where}: it turns through {swept:.4g} rad, more than {widest:.4g} rad; {hint}{TRUST}"
+                    f"{where}: it turns through {swept:.4g} rad, more than {widest:.4g} rad; "
+                    f"{hint}{TRUST}"
                 )
             if trial.measured[i] and rate.any() and not np.ptp(trial.torque[:, i]):
                 raise ValueError(
-                    f"{place}, column torque_{axis}: {trial.torque[0, i]:g} N m in all rows; nothing measured?"
+                    f"{place}, column torque_{axis}: {trial.torque[0, i]:g} N m in all rows; "
+                    f"nothing measured?"
                 )
     peaks = [abs(t.torque).max() for t in measurement.trials]
     trial, peak = measurement.trials[int(np.argmax(peaks))], max(peaks)
@@ -281,7 +326,9 @@ def check_units(measurement: Measurement, row: Callable[[str], Where] = lambda t
         where = f"trial {trial.name!r}, {row(trial.name)(int(i))}, column torque_{AXES[k]}"
         units = "N mm" if peak > TORQUES[1] else "kN m"
         hint = f"in {units}? {CALL.format(f'torque_{AXES[k]}_{units}'.replace(' ', '_'), units)}"
-        raise ValueError(f"{where}: no ball joint has a largest torque of {peak:g} N m; is it {hint}")
+        raise ValueError(
+            f"{where}: no ball joint has a largest torque of {peak:g} N m; is it {hint}"
+        )
 
 
 # --- reading
@@ -290,9 +337,9 @@ def read(
 ) -> Measurement:
     """Read a measurement, CSV where the file's name ends so, else HDF5.
 
-    trusted: leave out `check_units`. predicts: columns that a model of one's own predicts, with their SI units; the
-    trials are `Series` of these and all other columns of numbers, else `Trial`. Raises FileNotFoundError, and
-    ValueError naming trial, row and column.
+    trusted: leave out `check_units`. predicts: columns that a model of one's own predicts, with
+        their SI units; the trials are `Series` of these and all other columns of numbers, else
+        `Trial`. Raises FileNotFoundError, and ValueError naming trial, row and column.
     """
     path = Path(path)
     trusted = trusted or bool(predicts)
@@ -304,7 +351,9 @@ def read(
         return _checked(path, trusted, lambda rows: _read_hdf5(file, predicts))
 
 
-def _checked(path: Path, trusted: bool, load: Callable[[dict[str, Where]], Measurement]) -> Measurement:
+def _checked(
+    path: Path, trusted: bool, load: Callable[[dict[str, Where]], Measurement]
+) -> Measurement:
     """The checked content that `load` reads from a file; all its errors name the file."""
     rows: dict[str, Where] = {}
     try:
@@ -318,26 +367,48 @@ def _checked(path: Path, trusted: bool, load: Callable[[dict[str, Where]], Measu
     return measurement
 
 
-def _trial(name: str, columns: dict[str, np.ndarray], labels: dict, facts: dict, row: Where = "row {}".format) -> Trial:
-    """A trial of SI columns (n,): those of rate that are missing are zero, those of torque were not measured."""
+def _trial(
+    name: str,
+    columns: dict[str, np.ndarray],
+    labels: dict,
+    facts: dict,
+    row: Where = "row {}".format,
+) -> Trial:
+    """A trial of SI columns (n,): those of rate that are missing are zero, those of torque were not
+    measured.
+    """
     time = columns.get("time")
     measured = tuple(f"torque_{a}" in columns for a in AXES)
     if time is None:
-        raise ValueError(f"trial {name!r} has no column time; it has {', '.join(columns) or 'none'}")
+        raise ValueError(
+            f"trial {name!r} has no column time; it has {', '.join(columns) or 'none'}"
+        )
     if not any(measured):
-        raise ValueError(f"trial {name!r} has no column torque_x, torque_y or torque_z that is filled")
+        raise ValueError(
+            f"trial {name!r} has no column torque_x, torque_y or torque_z that is filled"
+        )
     for axis, measured_here in zip(AXES, measured, strict=True):
         if measured_here and f"rate_{axis}" not in columns:
             raise ValueError(f"trial {name!r} has a column torque_{axis} but no column rate_{axis}")
     check(name, columns, row)
     still = np.zeros(len(time))
-    rate, torque = (np.stack([columns.get(f"{q}_{a}", still) for a in AXES], axis=1) for q in ("rate", "torque"))
+    rate, torque = (
+        np.stack([columns.get(f"{q}_{a}", still) for a in AXES], axis=1) for q in ("rate", "torque")
+    )
     spins, tilts = bool(rate[:, 2].any()), bool(rate[:, :2].any())
-    usual = {"kind": "other", "role": "training", "axis": "mixed" if spins and tilts else "spin" if spins else "tilt"}
-    return Trial(name, **usual | labels, time=time, rate=rate, torque=torque, measured=measured, facts=facts)
+    usual = {
+        "kind": "other",
+        "role": "training",
+        "axis": "mixed" if spins and tilts else "spin" if spins else "tilt",
+    }
+    return Trial(
+        name, **usual | labels, time=time, rate=rate, torque=torque, measured=measured, facts=facts
+    )
 
 
-def _series(name: str, columns: dict, units: dict, labels: dict, facts: dict, predicts: Mapping, row=None) -> Series:
+def _series(
+    name: str, columns: dict, units: dict, labels: dict, facts: dict, predicts: Mapping, row=None
+) -> Series:
     """A trial of SI columns (n,) that has time and all that is predicted, in its units."""
     if missing := [c for c in ("time", *predicts) if c not in columns]:
         there = ", ".join(columns) or "none"
@@ -354,7 +425,9 @@ def _series(name: str, columns: dict, units: dict, labels: dict, facts: dict, pr
 
 
 def _si(units: str) -> tuple[str, float]:
-    """The SI unit of a unit, and what a number in it is multiplied by; a unit that is not known stays."""
+    """The SI unit of a unit, and what a number in it is multiplied by; a unit that is not known
+    stays.
+    """
     kind, factor = KNOWN_UNITS.get(units.replace(" ", ""), (units, 1.0))
     return kind, factor
 
@@ -367,20 +440,29 @@ def _read_hdf5(file: Reader, predicts: Mapping[str, str] | None = None) -> Measu
     make = _hdf5_series if predicts else _hdf5_trial
     trials = [make(file, name, about[name], *([predicts] if predicts else [])) for name in names]
     ours = {*provenance(), "format"}
-    return Measurement(tuple(trials), {k: plain(v) for k, v in file.attributes().items() if k not in ours})
+    return Measurement(
+        tuple(trials), {k: plain(v) for k, v in file.attributes().items() if k not in ours}
+    )
 
 
 def _hdf5_trial(file: Reader, name: str, about: dict) -> Trial:
     """A trial of a group of datasets, in the units they say."""
     columns, present = {}, file.names(f"trials/{name}")
-    for column in (c for q in UNITS for c in ([q] if q == "time" else [f"{q}_{a}" for a in AXES]) if c in present):
+    for column in (
+        c
+        for q in UNITS
+        for c in ([q] if q == "time" else [f"{q}_{a}" for a in AXES])
+        if c in present
+    ):
         place, where = f"trials/{name}/{column}", f"trial {name!r}, column {column}"
         units, expected = file.attributes(place).get("units", ""), UNITS[column.partition("_")[0]]
         if units not in expected:
             raise ValueError(f"{where}: its units must be {' or '.join(expected)}, got {units!r}")
         values = file.column(place)
         if values.ndim != 1 or values.dtype.kind not in "iuf":
-            raise ValueError(f"{where} must be one row of numbers, got {values.dtype} of shape {values.shape}")
+            raise ValueError(
+                f"{where} must be one row of numbers, got {values.dtype} of shape {values.shape}"
+            )
         columns[column] = np.asarray(values, float) * expected[units]
     lengths = {c: len(v) for c, v in columns.items()}
     if len(set(lengths.values())) > 1:
@@ -412,7 +494,9 @@ def plain(value):
     return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
 
-def _read_csv(path: Path, rows: dict[str, Where], predicts: Mapping[str, str] | None = None) -> Measurement:
+def _read_csv(
+    path: Path, rows: dict[str, Where], predicts: Mapping[str, str] | None = None
+) -> Measurement:
     """Read a CSV file; `rows` is filled with what says the line of a trial's sample."""
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -457,30 +541,40 @@ def _csv_cells(texts: list[str], mark: str, numbers: Sequence[int]) -> list[list
 
 
 def _csv_columns(names: list[str]) -> dict[str, tuple[str, float]]:
-    """Columns of numbers by their heading: SI name, and factor to SI. Raises ValueError for those that cannot be."""
+    """Columns of numbers by their heading: SI name, and factor to SI. Raises ValueError for those
+    that cannot be.
+    """
     columns = {}
     for quantity, units in UNITS.items():
         for stem in ["time"] if quantity == "time" else [f"{quantity}_{a}" for a in AXES]:
             columns[stem] = stem, 1.0
-            columns |= {f"{stem}_{u.replace('/', '_').replace(' ', '_')}": (stem, f) for u, f in units.items()}
+            columns |= {
+                f"{stem}_{u.replace('/', '_').replace(' ', '_')}": (stem, f)
+                for u, f in units.items()
+            }
     if twice := [n for n in names if names.count(n) > 1]:
         raise ValueError(f"column {twice[0]!r} comes twice")
     for name in names:
         if name not in columns and name.lower().startswith(tuple(UNITS)):
-            raise ValueError(f"column {name!r} is not known; known are trial, {', '.join([*LABELS, *columns])}")
+            raise ValueError(
+                f"column {name!r} is not known; known are trial, {', '.join([*LABELS, *columns])}"
+            )
     present = {n: columns[n] for n in names if n in columns}
     stems = [stem for stem, _ in present.values()]
     if twice := [s for s in stems if stems.count(s) > 1]:
         raise ValueError(f"column {twice[0]} comes twice, in different units")
     for quantity in UNITS:
         if not any(s.startswith(quantity) for s in stems):
-            wanted = quantity if quantity == "time" else f"{quantity}_x, {quantity}_y or {quantity}_z"
+            wanted = (
+                quantity if quantity == "time" else f"{quantity}_x, {quantity}_y or {quantity}_z"
+            )
             raise ValueError(f"there is no column {wanted}; there are {', '.join(names)}")
     return present
 
 
 def _csv_series(names: list[str]) -> dict[str, tuple[str, float, str]]:
-    """Columns of numbers by their heading, such as x or x [um]: name, factor to SI, SI unit ("" where none is given).
+    """Columns of numbers by their heading, such as x or x [um]: name, factor to SI, SI unit (""
+    where none is given).
 
     Raises ValueError for a name that comes twice.
     """
@@ -541,7 +635,14 @@ def _parts(path: Path, table: dict, numbers: np.ndarray) -> list[tuple[str, slic
 
 
 def _csv_trial(
-    name: str, part: slice, table: dict, meaning: dict, numbers, by_trial: dict, rows: dict, predicts: Mapping | None
+    name: str,
+    part: slice,
+    table: dict,
+    meaning: dict,
+    numbers,
+    by_trial: dict,
+    rows: dict,
+    predicts: Mapping | None,
 ) -> Trial | Series:
     lines = numbers[part]
     rows[name] = lambda i: f"line {lines[i]}"
@@ -556,7 +657,9 @@ def _csv_trial(
         if label in table:
             values = {t.strip() for t in table[label][part]}
             if len(values) > 1:
-                raise ValueError(f"trial {name!r} has several {label}s: {', '.join(sorted(values))}")
+                raise ValueError(
+                    f"trial {name!r} has several {label}s: {', '.join(sorted(values))}"
+                )
             labels[label] = values.pop()
     if predicts:
         units = {stem: unit for stem, _, unit in meaning.values()}
@@ -574,7 +677,9 @@ def _numbers(trial: str, column: str, texts, lines: np.ndarray) -> np.ndarray:
                 float(text)
             except ValueError:
                 reason = "is empty" if not text.strip() else f"{text!r} is not a number"
-                raise ValueError(f"trial {trial!r}, line {line}, column {column}: {reason}") from None
+                raise ValueError(
+                    f"trial {trial!r}, line {line}, column {column}: {reason}"
+                ) from None
         raise
 
 
@@ -617,11 +722,15 @@ def _write_csv(path: Path, measurement: Measurement) -> Path:
     given = [label for label in LABELS if hasattr(measurement.trials[0], label)]
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {k} = {v}\n" for k, v in measurement.facts.items())
-        file.writelines(f"# {t.name}.{k} = {v}\n" for t in measurement.trials for k, v in t.facts.items())
+        file.writelines(
+            f"# {t.name}.{k} = {v}\n" for t in measurement.trials for k, v in t.facts.items()
+        )
         out = csv.writer(file)
         out.writerow(["trial", *given, *names])
         for t in measurement.trials:
             labels, columns = [t.name, *(getattr(t, label) for label in given)], _columns(t)
-            cells = [map(repr, columns[n].tolist()) if n in columns else [""] * t.samples for n in names]
+            cells = [
+                map(repr, columns[n].tolist()) if n in columns else [""] * t.samples for n in names
+            ]
             out.writerows([*labels, *row] for row in zip(*cells, strict=True))
     return path

@@ -1,7 +1,9 @@
-"""Studies of ball-joint friction models on the synthetic bench, after Pfitzer et al., Lubricants 13 (2025) 436.
+"""Studies of ball-joint friction models on the synthetic bench, after Pfitzer et al., Lubricants 13
+(2025) 436.
 
-How well the four models fit and predict; what they say beyond their data, against the bench's joint itself; what a
-fixed step does to them in a simulation; how the estimation went; whether known parameters come back; what a step costs.
+How well the four models fit and predict; what they say beyond their data, against the bench's joint
+itself; what a fixed step does to them in a simulation; how the estimation went; whether known
+parameters come back; what a step costs.
 """
 
 import math
@@ -29,9 +31,11 @@ STEP = 1e-3  # s, of the source's simulator
 INERTIA = 0.01  # kg m2, of a link about its ball joint: 2 kg at 7 cm
 LOAD = (1.0, 0.0, 1.0)  # N m about the axes, less than breaks the joint away: it has to stick
 STEPS = tuple(1e-3 * 2.0 ** (k / 2.0) for k in range(-14, 7))  # s
-SMALL, LARGE, GONE = 1e-9, 1e-5, 1e-100  # disturbance [rad/s], where it counts as grown, and as gone
+# disturbance [rad/s], where it counts as grown, and as gone
+SMALL, LARGE, GONE = 1e-9, 1e-5, 1e-100
 FOLLOWED = 0.4  # s, how long it is followed at most
-DRAWS = (0.16, range(10)), (0.0, range(3))  # scatter of runs and seeds of the bench, on which fast spin is looked at
+# scatter of runs and seeds of the bench, on which fast spin is looked at
+DRAWS = (0.16, range(10)), (0.0, range(3))
 TIMED, REPEATS = 200_000, 5  # steps of a timing, of which the fastest repeat counts
 
 Fits = Mapping[str, Fit]
@@ -46,7 +50,8 @@ def fitted(
     starts: int = STARTS,
     progress: Callable[[str], None] = lambda text: None,
 ) -> dict[str, Fit]:
-    """Fits of models by name, from the trials for training; the lstm is left out where the extra `learn` is missing.
+    """Fits of models by name, from the trials for training; the lstm is left out where the extra
+    `learn` is missing.
 
     progress: called with a sentence on each. Raises ValueError as `fit` does.
     """
@@ -62,8 +67,8 @@ def fitted(
 
 @dataclass(frozen=True)
 class Error:
-    """NRMSE of a model: rms error over rms torque, all trials of a role and measured axes together; also the source's,
-    and the same over the standard deviation and the range of the torque.
+    """NRMSE of a model: rms error over rms torque, all trials of a role and measured axes together;
+    also the source's, and the same over the standard deviation and the range of the torque.
     """
 
     model: str
@@ -78,10 +83,18 @@ class Error:
 
 
 def errors(fits: Fits, measurement: Measurement) -> list[Error]:
-    """Errors of each fit in training and test. Raises ValueError where trials of one of these roles are missing."""
+    """Errors of each fit in training and test.
+
+    Raises ValueError where trials of one of these roles are missing.
+    """
     roles = [measurement.of(role).trials for role in ("training", "test")]
-    scores = {n: [f.score(t, over) for over in ("rms", "std", "range") for t in roles] for n, f in fits.items()}
-    return [Error(n, *s[:2], *SOURCE.get(n, (math.nan, math.nan)), *s[2:]) for n, s in scores.items()]
+    scores = {
+        n: [f.score(t, over) for over in ("rms", "std", "range") for t in roles]
+        for n, f in fits.items()
+    }
+    return [
+        Error(n, *s[:2], *SOURCE.get(n, (math.nan, math.nan)), *s[2:]) for n, s in scores.items()
+    ]
 
 
 # --- beyond the data
@@ -89,9 +102,10 @@ def errors(fits: Fits, measurement: Measurement) -> list[Error]:
 class Extrapolation:
     """Predictions of models for a motion that they were not fitted to.
 
-    trial: motion and torque of the bench's joint, without noise or scatter; group: "fast", "small" or "mixed"; torque:
-    of the models (n, 3) [N m]; nrmse against the truth; peak: largest torque over the true one; energy: dissipated,
-    over the true one; asymmetry: rms of torque(w) + torque(-w) over that of torque(w), also of "truth".
+    trial: motion and torque of the bench's joint, without noise or scatter; group: "fast", "small"
+        or "mixed"; torque: of the models (n, 3) [N m]; nrmse against the truth; peak: largest
+        torque over the true one; energy: dissipated, over the true one; asymmetry: rms of
+        torque(w) + torque(-w) over that of torque(w), also of "truth".
     """
 
     trial: Trial
@@ -109,7 +123,9 @@ TINY, TINY_LONG = ((0.05, 20.0), (0.02, 40.0)), 0.5
 
 
 def extrapolations(fits: Fits, joint: Joint | None = None) -> list[Extrapolation]:
-    """The models in the bench's motions for extrapolation, and smaller ones, against the joint that the bench holds."""
+    """The models in the bench's motions for extrapolation, and smaller ones, against the joint that
+    the bench holds.
+    """
     joint = joint or Joint()
     trials = [*bench(scatter=0.0, noise=0.0, joint=joint).of("extrapolation").trials]
     trials += [_tiny(joint, *motion) for motion in TINY]
@@ -123,7 +139,17 @@ def _tiny(joint: Joint, amplitude: float, frequency: float) -> Trial:
     rate, amplitude = np.zeros((len(time), 3)), math.radians(amplitude)
     rate[:, 2] = sine(time, amplitude, frequency, 1)
     facts = {"amplitude": amplitude, "frequency": frequency}
-    trial = Trial(f"sine_{frequency:g}", "sine", "spin", "extrapolation", time, rate, rate, (False, False, True), facts)
+    trial = Trial(
+        f"sine_{frequency:g}",
+        "sine",
+        "spin",
+        "extrapolation",
+        time,
+        rate,
+        rate,
+        (False, False, True),
+        facts,
+    )
     return replace(trial, torque=joint.torques(trial.rate, trial.angle, step))
 
 
@@ -146,7 +172,9 @@ def _extrapolation(fits: Fits, joint: Joint, trial: Trial) -> Extrapolation:
 
 
 def asymmetry_of(torque: Callable[[Trial], np.ndarray], trial: Trial) -> float:
-    """Difference between the torque of the mirrored motion and the mirrored torque: 0 for an odd model."""
+    """Difference between the torque of the mirrored motion and the mirrored torque: 0 for an odd
+    model.
+    """
     mirrored = replace(trial, rate=-trial.rate)
     axes = np.flatnonzero(trial.measured)
     one, other = torque(trial)[:, axes], torque(mirrored)[:, axes]
@@ -157,12 +185,14 @@ def asymmetry_of(torque: Callable[[Trial], np.ndarray], trial: Trial) -> float:
 # --- in a simulation of fixed step
 @dataclass(frozen=True, eq=False)
 class FixedStep:
-    """A body on a ball joint, moved by explicit steps: the torque at the rate before a step changes the rate.
+    """A body on a ball joint, moved by explicit steps: the torque at the rate before a step changes
+    the rate.
 
-    Under a preload below break-away the joint has to come to rest. steps (k,) [s]; chatter (k,): rms rate over the last
-    half [rad/s]; growth (k,): factor a step by which a small disturbance of the unloaded joint grows; stable: largest
-    step up to which it does not grow [s] (0 where it always does); bound: what linear analysis gives for it [s], nan
-    where there is none; time (n,), rate (n, 3): under the preload, at 1 ms.
+    Under a preload below break-away the joint has to come to rest. steps (k,) [s]; chatter (k,):
+    rms rate over the last half [rad/s]; growth (k,): factor a step by which a small disturbance of
+    the unloaded joint grows; stable: largest step up to which it does not grow [s] (0 where it
+    always does); bound: what linear analysis gives for it [s], nan where there is none; time (n,),
+    rate (n, 3): under the preload, at 1 ms.
     """
 
     model: str
@@ -185,7 +215,9 @@ def free(function, layout, values, state, load, inertia, dt, rate):
             rate[n + 1, i] = rate[n, i] + dt / inertia * (load[i] - torque[i])
 
 
-def _free(model: models.Model, values, load, start, dt: float, count: int, inertia: float) -> np.ndarray:
+def _free(
+    model: models.Model, values, load, start, dt: float, count: int, inertia: float
+) -> np.ndarray:
     rate = np.zeros((count, 3))
     rate[0] = start
     free(model.compiled, model.layout, model.packed(values), model.start(), load, inertia, dt, rate)
@@ -200,15 +232,23 @@ def fixed_steps(
     load: Sequence[float] = LOAD,
     until: float = 1.0,
 ) -> list[FixedStep]:
-    """Every fit in simulations of fixed steps [s] until a time [s]; inertia [kg m2] about an axis, load (3,) [N m]."""
-    return [_fixed_step(f.model, f.values, np.array(steps), inertia, np.array(load), until) for f in fits.values()]
+    """Every fit in simulations of fixed steps [s] until a time [s]; inertia [kg m2] about an axis,
+    load (3,) [N m].
+    """
+    return [
+        _fixed_step(f.model, f.values, np.array(steps), inertia, np.array(load), until)
+        for f in fits.values()
+    ]
 
 
-def _fixed_step(model: models.Model, values, steps: np.ndarray, inertia: float, load, until: float) -> FixedStep:
+def _fixed_step(
+    model: models.Model, values, steps: np.ndarray, inertia: float, load, until: float
+) -> FixedStep:
     none, nudge = np.zeros(3), np.array([0.0, 0.0, SMALL])
     loaded = [_free(model, values, load, none, dt, int(until / dt), inertia) for dt in steps]
     nudged, still = (
-        [_free(model, values, none, w, dt, int(FOLLOWED / dt), inertia)[:, 2] for dt in steps] for w in (nudge, none)
+        [_free(model, values, none, w, dt, int(FOLLOWED / dt), inertia)[:, 2] for dt in steps]
+        for w in (nudge, none)
     )
     growth = np.array([_growth(a - b) for a, b in zip(nudged, still, strict=True)])
     grown = np.flatnonzero(growth > 1.0)
@@ -227,15 +267,18 @@ def _fixed_step(model: models.Model, values, steps: np.ndarray, inertia: float, 
 
 
 def _growth(disturbance: np.ndarray) -> float:
-    """Factor a step of a disturbance that starts at `SMALL`, until it is large or gone or was followed long enough."""
+    """Factor a step of a disturbance that starts at `SMALL`, until it is large or gone or was
+    followed long enough.
+    """
     size = abs(disturbance)
     n = int(np.argmax((size > LARGE) | (size < GONE))) or len(size) - 1
     return float(size[max(n - 10, 1) : n + 1].max() / SMALL) ** (1.0 / n)
 
 
 def stability_bound(model: models.Model, values, inertia: float) -> float:
-    """Largest stable step [s] about the spin axis at rest: 2 J over the slope of a curve; of bristles the positive root
-    of dt^2 sigma0 + 2 dt (sigma1 + sigma2) = 4 J, where the step's matrix has the eigenvalue -1; else nan.
+    """Largest stable step [s] about the spin axis at rest: 2 J over the slope of a curve; of
+    bristles the positive root of dt^2 sigma0 + 2 dt (sigma1 + sigma2) = 4 J, where the step's
+    matrix has the eigenvalue -1; else nan.
     """
     if isinstance(model, models.Curve):
         first = model.knots[0]
@@ -251,8 +294,8 @@ def stability_bound(model: models.Model, values, inertia: float) -> float:
 # --- how the estimation goes
 @dataclass(frozen=True, eq=False)
 class Progress:
-    """rms error over rms torque of the training after each iteration (epoch) of the fit; where each start ended, after
-    how many passes over the samples; of windows held out, where there are some.
+    """rms error over rms torque of the training after each iteration (epoch) of the fit; where each
+    start ended, after how many passes over the samples; of windows held out, where there are some.
     """
 
     model: str
@@ -271,15 +314,21 @@ def progress(fits: Fits, measurement: Measurement) -> list[Progress]:
 
 def _progress(result: Fit, squares: float) -> Progress:
     squares = result.facts.get("squares", squares)  # a network is not trained on all windows
-    error, ends = (np.sqrt(2.0 * np.asarray(c, float) / squares) for c in (result.history, result.starts["cost"]))
+    error, ends = (
+        np.sqrt(2.0 * np.asarray(c, float) / squares)
+        for c in (result.history, result.starts["cost"])
+    )
     held_out = np.array(result.facts.get("held_out_nrmse", ()))
-    return Progress(result.model.name, error, ends, np.asarray(result.starts["evaluations"]), held_out)
+    return Progress(
+        result.model.name, error, ends, np.asarray(result.starts["evaluations"]), held_out
+    )
 
 
 # --- known parameters
 @dataclass(frozen=True, eq=False)
 class Recovery:
-    """Parameters that made the data (p,), and those found from them for several draws of the noise (draws, p).
+    """Parameters that made the data (p,), and those found from them for several draws of the noise
+    (draws, p).
 
     roles: of the bench's trials that the fits saw.
     """
@@ -296,10 +345,18 @@ class Recovery:
         return self.found / self.true - 1.0
 
 
-#: trials that parameters are recovered from: those that the fits of the studies see, and all of one axis
+#: trials that parameters are recovered from: those that the fits of the studies see, and all of one
+#: axis
 SEEN = ("training",), ("training", "test", "other")
 #: a joint in the class of the LuGre models, by parts of the parameters' names
-KNOWN = {"kinetic": 2.0, "static": 2.7, "stribeck_speed": 0.06, "stiffness": 1200.0, "damping": 1.5, "viscous": 0.2}
+KNOWN = {
+    "kinetic": 2.0,
+    "static": 2.7,
+    "stribeck_speed": 0.06,
+    "stiffness": 1200.0,
+    "damping": 1.5,
+    "viscous": 0.2,
+}
 
 
 def recovery(
@@ -310,7 +367,8 @@ def recovery(
     seeds: Sequence[int] = range(5),
     starts: int = 3,
 ) -> Recovery:
-    """Fit a model to torques of its own with noise [N m], in the motions of the bench's trials of these roles.
+    """Fit a model to torques of its own with noise [N m], in the motions of the bench's trials of
+    these roles.
 
     The true values are those of `KNOWN`, about the spin axis 0.8 times as large.
     """
@@ -324,19 +382,32 @@ def recovery(
         trials = [_own(made, true, trial, noise, random) for trial in motions]
         values = fit(Measurement(tuple(trials)), made, starts=starts, seed=seed).values
         rows.append([values[p.name] for p in made.parameters])
-    return Recovery(made.name, tuple(roles), tuple(p.name for p in made.parameters), true, np.array(rows))
+    return Recovery(
+        made.name, tuple(roles), tuple(p.name for p in made.parameters), true, np.array(rows)
+    )
 
 
 def _own(model: models.Model, values, trial: Trial, noise: float, random) -> Trial:
     """A trial for training with the model's torque."""
     torque = model.torque(values, trial) + noise * random.standard_normal((trial.samples, 3))
-    return Trial(trial.name, trial.kind, trial.axis, "training", trial.time, trial.rate, torque, trial.measured)
+    return Trial(
+        trial.name,
+        trial.kind,
+        trial.axis,
+        "training",
+        trial.time,
+        trial.rate,
+        torque,
+        trial.measured,
+    )
 
 
 # --- what a step costs
 @dataclass(frozen=True)
 class Speed:
-    """Seconds that a step of 1 ms takes, in compiled code and from Python, and how much faster than time that is."""
+    """Seconds that a step of 1 ms takes, in compiled code and from Python, and how much faster than
+    time that is.
+    """
 
     model: str
     compiled: float
@@ -379,7 +450,9 @@ def _speed(model: models.Model, values, rate: np.ndarray, repeats: int) -> Speed
             model.step(array, state, row, STEP)
 
     compiled()
-    return Speed(model.name, _fastest(compiled, repeats) / len(rate), _fastest(python, repeats) / len(few))
+    return Speed(
+        model.name, _fastest(compiled, repeats) / len(rate), _fastest(python, repeats) / len(few)
+    )
 
 
 def _fastest(call: Callable[[], None], repeats: int) -> float:
@@ -408,9 +481,13 @@ class Study:
 
 
 def study(
-    seed: int = 0, names: Sequence[str] = tuple(SOURCE), progress_of: Callable[[str], None] = lambda text: None
+    seed: int = 0,
+    names: Sequence[str] = tuple(SOURCE),
+    progress_of: Callable[[str], None] = lambda text: None,
 ) -> Study:
-    """All studies of these models on the bench of this seed. progress_of: called with a sentence on each part."""
+    """All studies of these models on the bench of this seed. progress_of: called with a sentence on
+    each part.
+    """
     measurement = bench(seed)
     fits = fitted(measurement, names, seed=seed, progress=progress_of)
     fitted_ones = [n for n in ("lugre1d", "lugre3d") if n in fits]
@@ -429,19 +506,28 @@ def study(
 
 def tables(result: Study) -> list[str]:
     """The numbers of a study as lines of Markdown."""
-    parts = _error_table, _extrapolation_table, _spin_table, _fixed_step_table, _recovery_table, _speed_table
+    parts = (
+        _error_table,
+        _extrapolation_table,
+        _spin_table,
+        _fixed_step_table,
+        _recovery_table,
+        _speed_table,
+    )
     lines = [line for part in parts for line in (*part(result), "")][:-1]
     return [*lines, *(f"\nLeft out: {text}." for text in result.left_out)]
 
 
 def _error_table(result: Study) -> list[str]:
     lines = [
-        "| NRMSE | training | source | test | source | training, test over std | over range | fitted in |",
+        "| NRMSE | training | source | test | source | training, test over std | over range | "
+        "fitted in |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for e in result.errors:
         lines.append(
-            f"| {e.model} | {e.training:.4f} | {e.source_training:.4f} | {e.test:.4f} | {e.source_test:.4f} "
+            f"| {e.model} | {e.training:.4f} | {e.source_training:.4f} | {e.test:.4f} | "
+            f"{e.source_test:.4f} "
             f"| {e.training_over_std:.3f}, {e.test_over_std:.3f} "
             f"| {e.training_over_range:.3f}, {e.test_over_range:.3f} "
             f"| {result.fits[e.model].facts['seconds']:.1f} s |"
@@ -451,11 +537,17 @@ def _error_table(result: Study) -> list[str]:
 
 def _extrapolation_table(result: Study) -> list[str]:
     names = list(result.fits)
-    heads = ["beyond the training data: NRMSE, largest torque / true", *names, "asymmetry: truth, lstm"]
+    heads = [
+        "beyond the training data: NRMSE, largest torque / true",
+        *names,
+        "asymmetry: truth, lstm",
+    ]
     lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
     for e in result.extrapolations:
         cells = [f"{e.nrmse[n]:.2f}, {e.peak[n]:.2f}" for n in names]
-        odd = f"{e.asymmetry['truth']:.2f}, " + (f"{e.asymmetry['lstm']:.2f}" if "lstm" in names else "-")
+        odd = f"{e.asymmetry['truth']:.2f}, " + (
+            f"{e.asymmetry['lstm']:.2f}" if "lstm" in names else "-"
+        )
         lines.append(f"| {described(e.trial)} | " + " | ".join(cells) + f" | {odd} |")
     return lines
 
@@ -468,7 +560,11 @@ def described(trial: Trial) -> str:
     """A trial of the bench in words."""
     facts, how = trial.facts, {"speed": "deg/s", "frequency": "Hz"}
     amplitude = facts.get("amplitude")
-    paces = [f"{math.degrees(facts[n]) if n == 'speed' else facts[n]:g} {u}" for n, u in how.items() if n in facts]
+    paces = [
+        f"{math.degrees(facts[n]) if n == 'speed' else facts[n]:g} {u}"
+        for n, u in how.items()
+        if n in facts
+    ]
     if amplitude is None or not np.isscalar(amplitude) or not paces:
         return trial.name.partition("_")[2].replace("_", ", ", 1).replace("_", " ")
     return f"{trial.axis}, {trial.kind}, {math.degrees(amplitude):.2g} deg, {paces[0]}"
@@ -476,7 +572,8 @@ def described(trial: Trial) -> str:
 
 def _fixed_step_table(result: Study) -> list[str]:
     lines = [
-        f"| explicit steps, {INERTIA:g} kg m2 | growth a step at 1 ms | rate left at 1 ms under {LOAD[0]:g} N m "
+        f"| explicit steps, {INERTIA:g} kg m2 | growth a step at 1 ms | rate left at 1 ms under "
+        f"{LOAD[0]:g} N m "
         "| largest stable step | linear analysis |",
         "|---|---|---|---|---|",
     ]
@@ -484,21 +581,29 @@ def _fixed_step_table(result: Study) -> list[str]:
         i = int(np.argmin(abs(f.steps - STEP)))
         bound = "-" if math.isnan(f.bound) else f"{1e3 * f.bound:.3g} ms"
         stable = f"{1e3 * f.stable:.3g} ms" if f.stable else "none of these"
-        lines.append(f"| {f.model} | {f.growth[i]:.3g} | {f.chatter[i]:.1e} rad/s | {stable} | {bound} |")
+        lines.append(
+            f"| {f.model} | {f.growth[i]:.3g} | {f.chatter[i]:.1e} rad/s | {stable} | {bound} |"
+        )
     return lines
 
 
 def _recovery_table(result: Study) -> list[str]:
     lines = [
-        "| known parameters, 0.02 N m noise | trials fitted | draws | largest error | parameter | of the others |",
+        "| known parameters, 0.02 N m noise | trials fitted | draws | largest error | parameter | "
+        "of the others |",
         "|---|---|---|---|---|---|",
     ]
     for r in result.recoveries:
         worst = 100.0 * abs(r.errors).max(axis=0)
         name = r.names[int(worst.argmax())]
-        others = max(w for n, w in zip(r.names, worst, strict=True) if n.split("_", 1)[1] != name.split("_", 1)[1])
+        others = max(
+            w
+            for n, w in zip(r.names, worst, strict=True)
+            if n.split("_", 1)[1] != name.split("_", 1)[1]
+        )
         lines.append(
-            f"| {r.model} | {', '.join(r.roles)} | {len(r.found)} | {worst.max():.1f} % | {name} | {others:.1f} % |"
+            f"| {r.model} | {', '.join(r.roles)} | {len(r.found)} | {worst.max():.1f} % | {name} | "
+            f"{others:.1f} % |"
         )
     return lines
 

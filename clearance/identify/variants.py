@@ -1,7 +1,8 @@
-"""Studies of what a LuGre model leaves out: the preload, coefficients that depend on the speed, scatter of the runs.
+"""Studies of what a LuGre model leaves out: the preload, coefficients that depend on the speed,
+scatter of the runs.
 
-After appendices J and K of Pfitzer et al., Lubricants 13 (2025) 436, whose numbers were not at hand, and on why models
-overshoot in fast spin on the synthetic bench.
+After appendices J and K of Pfitzer et al., Lubricants 13 (2025) 436, whose numbers were not at
+hand, and on why models overshoot in fast spin on the synthetic bench.
 """
 
 import math
@@ -32,7 +33,9 @@ HELD, TURNED = 0.5, 0.25  # s and rad, for which a speed is held at least to see
 # --- the preload
 @dataclass(frozen=True, eq=False)
 class Load:
-    """Fit of a model with one choice of `load` to trials of several preloads: NRMSE of test trials by preload."""
+    """Fit of a model with one choice of `load` to trials of several preloads: NRMSE of test trials
+    by preload.
+    """
 
     load: str
     fit: Fit
@@ -40,16 +43,21 @@ class Load:
 
 
 def loads(starts: int = STARTS, scatter: float = 0.0, seed: int = 0) -> list[Load]:
-    """The three choices of LuGre's load, fitted to training trials at `SEEN`, tried on those of all `PRELOADS`.
+    """The three choices of LuGre's load, fitted to training trials at `SEEN`, tried on those of all
+    `PRELOADS`.
 
     scatter: of the level from run to run, which has nothing to do with the load.
     """
     measured = bench(seed, scatter=scatter, preloads=PRELOADS)
     seen = [t for t in measured.of("training").trials if t.facts["preload"] in SEEN]
-    tests = {p: [t for t in measured.of("test").trials if t.facts["preload"] == p] for p in PRELOADS}
+    tests = {
+        p: [t for t in measured.of("test").trials if t.facts["preload"] == p] for p in PRELOADS
+    }
     rows = []
     for load in models.LOADS:
-        fitted = fit(Measurement(tuple(seen), measured.facts), models.lugre3d(load=load), starts=starts)
+        fitted = fit(
+            Measurement(tuple(seen), measured.facts), models.lugre3d(load=load), starts=starts
+        )
         rows.append(Load(load, fitted, {p: fitted.score(trials) for p, trials in tests.items()}))
     return rows
 
@@ -57,7 +65,9 @@ def loads(starts: int = STARTS, scatter: float = 0.0, seed: int = 0) -> list[Loa
 # --- coefficients
 @dataclass(frozen=True, eq=False)
 class Coefficients:
-    """A choice for T, sigma0, sigma1: its fit, and NRMSE by group: training, test, fast, small, mixed."""
+    """A choice for T, sigma0, sigma1: its fit, and NRMSE by group: training, test, fast, small,
+    mixed.
+    """
 
     name: str
     fit: Fit
@@ -84,8 +94,8 @@ def coefficients(
 # --- fast spin
 @dataclass(frozen=True, eq=False)
 class Spin:
-    """Fits of spin from training trials: scatter and seeds (n,) of the bench, viscous coefficients (n,) [N m s/rad],
-    and largest torques at 400 deg/s over the true one (n,).
+    """Fits of spin from training trials: scatter and seeds (n,) of the bench, viscous coefficients
+    (n,) [N m s/rad], and largest torques at 400 deg/s over the true one (n,).
     """
 
     scatter: float
@@ -115,7 +125,9 @@ def steady(torque: Callable[[Trial], np.ndarray], speeds: Sequence[float]) -> np
             rate = np.zeros((time.size, 3))
             rate[:, 2] = way * speed
             facts = {"preload": PRELOAD}
-            trial = Trial("held", "other", "spin", "other", time, rate, rate, (False, False, True), facts)
+            trial = Trial(
+                "held", "other", "spin", "other", time, rate, rate, (False, False, True), facts
+            )
             ends.append(way * float(torque(trial)[-1, 2]))
         rows.append(np.mean(ends))
     return np.array(rows)
@@ -144,7 +156,9 @@ def load_table(rows: Sequence[Load]) -> list[str]:
     lines.append("|---" * (len(heads) + 3) + "|")
     for f in rows:
         scores = " | ".join(f"{f.test[p]:.3f}" for p in PRELOADS)
-        lines.append(f"| {f.load} | {scores} | {_exponent(f.fit, 'tilt')} | {_exponent(f.fit, 'spin')} |")
+        lines.append(
+            f"| {f.load} | {scores} | {_exponent(f.fit, 'tilt')} | {_exponent(f.fit, 'spin')} |"
+        )
     return lines
 
 
@@ -159,7 +173,10 @@ def _exponent(result: Fit, group: str) -> str:
 def coefficient_table(rows: Sequence[Coefficients]) -> list[str]:
     """NRMSE by group as lines of Markdown."""
     groups = list(rows[0].nrmse)
-    lines = ["| T, sigma0, sigma1 | parameters | " + " | ".join(groups) + " |", "|---" * (len(groups) + 2) + "|"]
+    lines = [
+        "| T, sigma0, sigma1 | parameters | " + " | ".join(groups) + " |",
+        "|---" * (len(groups) + 2) + "|",
+    ]
     for f in rows:
         scores = " | ".join(f"{f.nrmse[g]:.3f}" for g in groups)
         lines.append(f"| {f.name} | {len(f.fit.values)} | {scores} |")
@@ -169,11 +186,14 @@ def coefficient_table(rows: Sequence[Coefficients]) -> list[str]:
 def spin_table(rows: Sequence[Spin]) -> list[str]:
     """Table of fast spin over draws of the bench, as lines of Markdown."""
     lines = [
-        "| scatter from run to run | draws | viscous [N m s/rad], true 0.05 | torque at 400 deg/s over the true one |",
+        "| scatter from run to run | draws | viscous [N m s/rad], true 0.05 | torque at 400 deg/s "
+        "over the true one |",
         "|---|---|---|---|",
     ]
     for f in rows:
-        texts = (f"{np.median(v):.2f} ({v.min():.2f} to {v.max():.2f})" for v in (f.viscous, f.peak))
+        texts = (
+            f"{np.median(v):.2f} ({v.min():.2f} to {v.max():.2f})" for v in (f.viscous, f.peak)
+        )
         lines.append(f"| {100 * f.scatter:g} % | {len(f.seeds)} | " + " | ".join(texts) + " |")
     return lines
 

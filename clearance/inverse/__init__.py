@@ -1,1 +1,3 @@
-"""Inverse dynamics: prescribed motion in, efforts of drives, joint reactions and joint friction out."""
+"""Inverse dynamics: prescribed motion in, efforts of drives, joint reactions and joint friction
+out.
+"""

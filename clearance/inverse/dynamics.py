@@ -29,18 +29,25 @@ def inverse_dynamics(
     route: str = "explicit",
     path: str | Path | None = None,
 ) -> Record:
-    """Driving efforts, joint reactions and joint friction of a scene whose motion is prescribed; nothing is integrated.
+    """Driving efforts, joint reactions and joint friction of a scene whose motion is prescribed;
+    nothing is integrated.
 
-    until: seconds from t = 0, or turns of the constant-speed drive, in `samples` rows (default 400 a turn, or 401); or
-    time: growing times [s] of one's own. route: "explicit", the compiled kernel that goes through the mechanism group
-    by group; "multipliers", one linear solve over all bodies and constraints, an independent formulation for checking.
-    path: write an HDF5 file there (default: the record stays in memory). The channels are those of `simulate` without
-    the energy ledger, which is an integral.
-    Raises ValueError for bad arguments and scenes with something left to find (clearance, a free coordinate, a torque
-    drive); SimulationError, with what had been computed as `result`, where the motion leads into a singular position.
+    until: seconds from t = 0, or turns of the constant-speed drive, in `samples` rows (default 400
+        a turn, or 401); or
+    time: growing times [s] of one's own. route: "explicit", the compiled kernel that goes through
+        the mechanism group by group; "multipliers", one linear solve over all bodies and
+        constraints, an independent formulation for checking.
+    path: write an HDF5 file there (default: the record stays in memory). The channels are those of
+        `simulate` without the energy ledger, which is an integral.
+    Raises ValueError for bad arguments and scenes with something left to find (clearance, a free
+    coordinate, a torque drive); SimulationError, with what had been computed as `result`, where the
+    motion leads into a singular position.
     """
     if not isinstance(scene, Scene):
-        raise TypeError(f"inverse_dynamics needs a Scene, got {scene!r}; cl.load_case makes one from a case name")
+        raise TypeError(
+            f"inverse_dynamics needs a Scene, got {scene!r}; cl.load_case makes one from a case "
+            f"name"
+        )
     if route not in ROUTES:
         raise ValueError(f"route must be one of {', '.join(ROUTES)}; got {route!r}")
     times = _times(scene, until, turns, samples, time)
@@ -53,7 +60,11 @@ def inverse_dynamics(
             rows = _by_multipliers(solver, times, rows)
         except multipliers.SingularPosition as singular:
             done = next(iter(singular.done.values()), np.empty(0)).size
-            times, rows, failure = times[:done], _filled(solver, rows[:done], singular.done), str(singular)
+            times, rows, failure = (
+                times[:done],
+                _filled(solver, rows[:done], singular.done),
+                str(singular),
+            )
     record = _recorded(solver, times, rows, failure, route, clock.perf_counter() - began, path)
     if failure:
         raise SimulationError(failure, record)
@@ -61,13 +72,21 @@ def inverse_dynamics(
 
 
 def _by_multipliers(solver: Explicit, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The same channels by the other route; positions are its own, polished from those of the kernel.
+    """The same channels by the other route; positions are its own, polished from those of the
+    kernel.
 
     The kernel may know angles up to whole turns only: too little for a torsion spring.
     """
     place, poses = {c.path: i for i, c in enumerate(solver.channels)}, None
     if not any(isinstance(load, TorsionSpring) for load in solver.scene.loads):
-        poses = rows[:, [place[f"bodies/{b.name}/{n}"] for b in solver.scene.bodies for n in ("x", "y", "theta")]]
+        poses = rows[
+            :,
+            [
+                place[f"bodies/{b.name}/{n}"]
+                for b in solver.scene.bodies
+                for n in ("x", "y", "theta")
+            ],
+        ]
         poses = poses.reshape(times.size, -1, 3)
     return _filled(solver, rows, multipliers.inverse(solver.scene, times, poses))
 
@@ -97,7 +116,12 @@ def _recorded(solver: Explicit, times, rows, failure, route: str, wall: float, p
     except Unwritable:
         sink.abandon()
         raise
-    summary = {"method": f"inverse dynamics, {route}", "samples": times.size, "wall_s": wall, "loop_s": solver.loop_s}
+    summary = {
+        "method": f"inverse dynamics, {route}",
+        "samples": times.size,
+        "wall_s": wall,
+        "loop_s": solver.loop_s,
+    }
     writer.close(f"partial: {failure}" if failure else "complete", summary, [])
     return sink.record if path is None else Result(path)
 
@@ -107,7 +131,12 @@ def _times(scene: Scene, until, turns, samples, time) -> np.ndarray:
         raise ValueError("give exactly one of until=SECONDS, turns=N, time=[...]")
     if time is not None:
         times = np.asarray(time, dtype=float)
-        if times.ndim != 1 or times.size == 0 or not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
+        if (
+            times.ndim != 1
+            or times.size == 0
+            or not np.isfinite(times).all()
+            or (np.diff(times) <= 0.0).any()
+        ):
             raise ValueError("time must be growing finite times [s], one after the other")
         return times
     span = span_of(scene, turns=turns, until=until, samples=samples)

@@ -1,8 +1,10 @@
-"""Inverse dynamics by the compiled kernel: group by group, in the order in which the mechanism can be solved.
+"""Inverse dynamics by the compiled kernel: group by group, in the order in which the mechanism can
+be solved.
 
-What a scene prescribes fixes all positions, velocities and accelerations; each group of the plan (a single body, a
-dyad, a larger group) then gives its reactions to the groups before it, down to the drives. This is the route from
-subsystem to subsystem of Guo, Ju and Wang, Aerospace 11 (2024) 368, Algorithm 1, with the group as subsystem.
+What a scene prescribes fixes all positions, velocities and accelerations; each group of the plan (a
+single body, a dyad, a larger group) then gives its reactions to the groups before it, down to the
+drives. This is the route from subsystem to subsystem of Guo, Ju and Wang, Aerospace 11 (2024) 368,
+Algorithm 1, with the group as subsystem.
 """
 
 import time as clock
@@ -23,7 +25,9 @@ STRETCH = 0.1
 
 
 class Explicit:
-    """A scene whose motion is prescribed, compiled; `rows(time)` gives all channels at any growing times."""
+    """A scene whose motion is prescribed, compiled; `rows(time)` gives all channels at any growing
+    times.
+    """
 
     def __init__(self, scene: Scene):
         self.scene, self.mechanism = scene, _built(scene)
@@ -34,22 +38,35 @@ class Explicit:
         self.loop_s = 0.0  # time spent in compiled code
 
     def rows(self, time: Sequence[float]) -> tuple[np.ndarray, str]:
-        """Channels (columns) at each time [s] (rows) up to where the motion can be followed, and why no further."""
+        """Channels (columns) at each time [s] (rows) up to where the motion can be followed, and
+        why no further.
+        """
         times = np.ascontiguousarray(time, dtype=float)
         m, rows = self.mechanism, np.empty((times.size, len(self.channels)))
         work, began = np.append(m.work0, 0.0), clock.perf_counter()
         commits = self.structure.layout.commits
         done = tour(
-            *self.kernels, commits, times, m.y0, m.par, work, STRETCH / m.frequency, self._places(),
-            m.start.size, np.empty((2, rows.shape[1])), rows,
-        )  # fmt: skip
+            *self.kernels,
+            commits,
+            times,
+            m.y0,
+            m.par,
+            work,
+            STRETCH / m.frequency,
+            self._places(),
+            m.start.size,
+            np.empty((2, rows.shape[1])),
+            rows,
+        )
         self.loop_s = clock.perf_counter() - began
         return rows[:done], self._why(times, rows, work, done) if done < times.size else ""
 
     def _places(self) -> np.ndarray:
         """Columns of positions, speeds and accelerations, in turn, of the bodies that close loops."""
         place = {c.path: i for i, c in enumerate(self.channels)}
-        closing = [a.body.name for g in self.mechanism.plan.groups if g.closures for a in g.attachments]
+        closing = [
+            a.body.name for g in self.mechanism.plan.groups if g.closures for a in g.attachments
+        ]
         names = [f"bodies/{b}/{n}" for b in closing for x in "xy" for n in (x, "v" + x, "a" + x)]
         return np.array([place[n] for n in names], np.int64)
 
@@ -66,15 +83,26 @@ class Explicit:
 
 
 def _built(scene: Scene) -> Mechanism:
-    """The mechanism of a scene whose whole motion is prescribed. Raises ValueError naming what is free."""
+    """The mechanism of a scene whose whole motion is prescribed.
+
+    Raises ValueError naming what is free.
+    """
     if scene.clearance_joints:
         joint = scene.clearance_joints[0]
-        raise ValueError(f"{joint.label()} has clearance: its motion is found, not prescribed; use cl.simulate")
+        raise ValueError(
+            f"{joint.label()} has clearance: its motion is found, not prescribed; use cl.simulate"
+        )
     for drive in (d for d in scene.drives if not d.prescribes):
-        raise ValueError(f"{drive.label()} gives an effort, not a motion; inverse dynamics needs speed= or motion=")
+        raise ValueError(
+            f"{drive.label()} gives an effort, not a motion; inverse dynamics needs speed= or "
+            f"motion="
+        )
     if free := closed_plan(scene).free:
         names = ", ".join(f"{c.label()}" for c in free)
-        raise ValueError(f"no drive prescribes {names}: inverse dynamics needs a motion for every degree of freedom")
+        raise ValueError(
+            f"no drive prescribes {names}: inverse dynamics needs a motion for every degree of "
+            f"freedom"
+        )
     mechanism = build(scene, ledger=False)
     if names := mechanism.layout.first_order:
         element = next(e for e in scene.elements if names[0].startswith(f"{e.key}/"))

@@ -1,10 +1,12 @@
-"""Motion of a scene whose drives prescribe all of it: poses, velocities and accelerations of its bodies, all samples.
+"""Motion of a scene whose drives prescribe all of it: poses, velocities and accelerations of its
+bodies, all samples.
 
 The plane is that of complex numbers: a point is x + i y, a turn by theta the factor exp(i theta).
 
-Body b has three relative coordinates against body a at a kinematic pair: along, across and turn. A hinge measures the
-first two along the fixed axes, a slide along axes that turn with a. The joint holds two of them, a drive may prescribe
-the third. All that is held, as many coordinates phi as the poses q of the centres of mass have, gives the motion by
+Body b has three relative coordinates against body a at a kinematic pair: along, across and turn. A
+hinge measures the first two along the fixed axes, a slide along axes that turn with a. The joint
+holds two of them, a drive may prescribe the third. All that is held, as many coordinates phi as the
+poses q of the centres of mass have, gives the motion by
 
     phi(q) = r(t),   J q' = r',   J q'' = r'' - J' q'
 """
@@ -24,21 +26,27 @@ from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import evaluated
 
 TURN = 2.0 * math.pi
-#: closing errors [rad, sizes of the mechanism]: where Newton stops, and what is accepted where it gets no further
+#: closing errors [rad, sizes of the mechanism]: where Newton stops, and what is accepted where it
+#: gets no further
 CLOSED, CLOSURE = 1e-15, 1e-10
-#: condition number of the held coordinates from which a position is singular. It is 10 to 300 in common mechanisms;
-#: next to a dead centre poses are known to that many roundings, forces to the square of it
+#: condition number of the held coordinates from which a position is singular. It is 10 to 300 in
+#: common mechanisms; next to a dead centre poses are known to that many roundings, forces to the
+#: square of it
 SINGULAR = 1e7
-#: largest first correction of a predicted pose [rad, sizes], and shortest step over the last time, of a motion followed
+#: largest first correction of a predicted pose [rad, sizes], and shortest step over the last time,
+#: of a motion followed
 JUMP, SHORTEST = 0.05, 1e-10
 ITERATIONS = 50
 
 
-def prescribed(drive: Drive, time: np.ndarray, start: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coordinate, rate and acceleration of a driven coordinate, each (samples,): [rad] or [m], per s, per s2.
+def prescribed(
+    drive: Drive, time: np.ndarray, start: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coordinate, rate and acceleration of a driven coordinate, each (samples,): [rad] or [m], per
+    s, per s2.
 
-    time (samples,) [s]; start: the coordinate at t = 0 of a drive with a speed but no start value of its own. Raises
-    ValueError for a drive whose motion is found from its torque or force.
+    time (samples,) [s]; start: the coordinate at t = 0 of a drive with a speed but no start value
+    of its own. Raises ValueError for a drive whose motion is found from its torque or force.
     """
     time = np.asarray(time, dtype=float)
     if not drive.prescribes:
@@ -47,7 +55,9 @@ def prescribed(drive: Drive, time: np.ndarray, start: float = 0.0) -> tuple[np.n
         start = start if drive.start is None else drive.start
         return start + drive.speed * time, np.full_like(time, drive.speed), np.zeros_like(time)
     derivatives = _derivatives(drive.motion.law.function)
-    motion = np.array([derivatives(t, *drive.motion.numbers) for t in time.tolist()], dtype=float).reshape(-1, 4)
+    motion = np.array(
+        [derivatives(t, *drive.motion.numbers) for t in time.tolist()], dtype=float
+    ).reshape(-1, 4)
     return motion[:, 0], motion[:, 1], motion[:, 3]
 
 
@@ -58,12 +68,14 @@ def _derivatives(function: Callable) -> Callable:
 
 
 class Pairs:
-    """A scene as arrays over its kinematic pairs: its joints, then one with ground for each driven body.
+    """A scene as arrays over its kinematic pairs: its joints, then one with ground for each driven
+    body.
 
-    a, b: places of their bodies in (*bodies, ground); local_a, local_b: their points x + i y from the centres of mass,
-    in the bodies' frames, and height_a, height_b out of the plane [m]; slides: which turn with a, and axis (unit vector
-    in a's frame). Relative coordinates are numbered 3 p + (0 along, 1 across, 2 turn): free is the one no joint holds
-    (pairs,), driven (drives,), held (coordinates,) all that joints and drives hold, in this order.
+    a, b: places of their bodies in (*bodies, ground); local_a, local_b: their points x + i y from
+    the centres of mass, in the bodies' frames, and height_a, height_b out of the plane [m]; slides:
+    which turn with a, and axis (unit vector in a's frame). Relative coordinates are numbered 3
+    p + (0 along, 1 across, 2 turn): free is the one no joint holds (pairs,), driven (drives,), held
+    (coordinates,) all that joints and drives hold, in this order.
     """
 
     def __init__(self, scene: Scene, start: Start):
@@ -71,18 +83,26 @@ class Pairs:
         self.place = {b: i for i, b in enumerate((*scene.bodies, ground))}
         self.drives = scene.drives
         bodies = [d.target for d in self.drives if isinstance(d.target, Body)]
-        ends = [(j.a, j.b) for j in scene.joints] + [(as_point("drive", ground), as_point("drive", b)) for b in bodies]
+        ends = [(j.a, j.b) for j in scene.joints] + [
+            (as_point("drive", ground), as_point("drive", b)) for b in bodies
+        ]
         self.a, self.local_a, self.height_a = self._ends([a for a, _ in ends])
         self.b, self.local_b, self.height_b = self._ends([b for _, b in ends])
-        self.slides = np.array([isinstance(j, Prismatic) for j in scene.joints] + [False] * len(bodies))
-        self.axis = np.array([complex(*getattr(j, "axis", (1.0, 0.0))) for j in scene.joints] + [1.0] * len(bodies))
+        self.slides = np.array(
+            [isinstance(j, Prismatic) for j in scene.joints] + [False] * len(bodies)
+        )
+        self.axis = np.array(
+            [complex(*getattr(j, "axis", (1.0, 0.0))) for j in scene.joints] + [1.0] * len(bodies)
+        )
         coordinates = np.arange(3 * len(ends)).reshape(-1, 3)
         self.free = np.where(self.slides, coordinates[:, 0], coordinates[:, 2])
         targets = [*scene.joints, *bodies]
         self.driven = np.array([self.free[targets.index(d.target)] for d in self.drives], dtype=int)
         joints = [c for p in range(len(scene.joints)) for c in coordinates[p] if c != self.free[p]]
         self.held = np.array([*joints, *self.driven], dtype=int)
-        self.labels = [j.label() for j in scene.joints for _ in range(2)] + [d.label() for d in self.drives]
+        self.labels = [j.label() for j in scene.joints for _ in range(2)] + [
+            d.label() for d in self.drives
+        ]
         self.is_turn = self.held % 3 == 2
         #: makes what stays open of a held coordinate a share of the mechanism's size
         self.share = np.where(self.is_turn, 1.0, 1.0 / self.size)
@@ -113,11 +133,13 @@ class Pairs:
         a = solve(matrix, (accelerations - bias[:, self.held])[..., None])
         return v.reshape(time.size, -1, 3), a.reshape(time.size, -1, 3)
 
-    def closed(self, guess: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def closed(
+        self, guess: np.ndarray, values: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Newton's method on all that is held, all samples at once.
 
-        Returns the poses (samples, bodies, 3), what stays open of each held coordinate (samples, held) and the largest
-        first correction (samples,), both in rad and sizes of the mechanism.
+        Returns the poses (samples, bodies, 3), what stays open of each held coordinate (samples,
+        held) and the largest first correction (samples,), both in rad and sizes of the mechanism.
         """
         q, left, jump = guess.copy(), np.full(values.shape, np.inf), np.zeros(len(guess))
         active, trial = np.arange(len(guess)), guess
@@ -131,19 +153,25 @@ class Pairs:
             if not on.any():
                 break
             active = active[on]
-            correction = solve(geometry.rows[on][:, self.held], wrong[on][..., None]).reshape(-1, *q.shape[1:])
+            correction = solve(geometry.rows[on][:, self.held], wrong[on][..., None]).reshape(
+                -1, *q.shape[1:]
+            )
             if step == 0:
                 jump[active] = np.abs(correction / [self.size, self.size, 1.0]).max(axis=(1, 2))
             trial = trial[on] - correction
         return q, left, jump
 
     def whole_turns(self, q: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Whole turns [rad] that angles at these poses are away from what is prescribed (samples, held)."""
+        """Whole turns [rad] that angles at these poses are away from what is prescribed (samples,
+        held).
+        """
         away = Geometry(self, q).values[:, self.held] - values
         return np.where(self.is_turn, TURN * np.rint(away / TURN), 0.0)
 
     def polished(self, time: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, str]:
-        """Poses up to the first sample that does not close, and what stays open there ("" where all close)."""
+        """Poses up to the first sample that does not close, and what stays open there ("" where all
+        close).
+        """
         values = self.prescribed(time)[0]
         q, left, _ = self.closed(guess, values + self.whole_turns(guess, values))
         failed = np.abs(left).max(axis=1) > CLOSURE
@@ -153,11 +181,12 @@ class Pairs:
         return q[:first], self._opening(left[first])
 
     def followed(self, time: np.ndarray) -> tuple[np.ndarray, str]:
-        """Poses from the assembled start, up to the first sample out of reach, and what stays open there.
+        """Poses from the assembled start, up to the first sample out of reach, and what stays open
+        there.
 
-        A step predicts by velocity and acceleration and corrects all samples within it at once. It is accepted where no
-        first correction exceeds JUMP, so that the motion stays on its branch; a singular position between two samples
-        is passed the smooth way.
+        A step predicts by velocity and acceleration and corrects all samples within it at once. It
+        is accepted where no first correction exceeds JUMP, so that the motion stays on its branch;
+        a singular position between two samples is passed the smooth way.
         """
         node = np.array([[self.start.pose[b] for b in self.scene.bodies]])
         turns = self.whole_turns(node, self.prescribed(np.zeros(1))[0])
@@ -168,7 +197,9 @@ class Pairs:
             count = int(np.searchsorted(time, end, side="right"))
             moments = np.append(time[done:count], end)
             after = (moments - now)[:, None, None]
-            motion, left, jump = self.closed(node + after * (v + 0.5 * after * a), self.prescribed(moments)[0] + turns)
+            motion, left, jump = self.closed(
+                node + after * (v + 0.5 * after * a), self.prescribed(moments)[0] + turns
+            )
             if np.abs(left).max() <= CLOSURE and jump.max() <= JUMP:
                 q[done:count], node, done, now = motion[:-1], motion[-1:], count, end
                 v, a = self.motion(Geometry(self, node), moments[-1:])
@@ -187,51 +218,79 @@ class Pairs:
         return f"the motion ends here; {self.labels[worst]} stays {amount:.3g} {unit} open"
 
     def regular(self, geometry: "Geometry") -> tuple[int, str]:
-        """Number of samples before the first singular position, and what is singular there ("" where none is)."""
+        """Number of samples before the first singular position, and what is singular there (""
+        where none is).
+        """
         size = np.tile([self.size, self.size, 1.0], len(self.scene.bodies))
         scaled = geometry.rows[:, self.held] * self.share[:, None] * size
         failed = np.linalg.cond(scaled, 1) > SINGULAR
         if not failed.any():
             return len(failed), ""
         first = int(failed.argmax())
-        unlimited = np.abs(np.linalg.svd(scaled[first])[0][:, -1])  # forces that do no work in any motion
-        return first, f"singular position; the reaction of {self.labels[int(unlimited.argmax())]} has no unique answer"
+        # forces that do no work in any motion
+        unlimited = np.abs(np.linalg.svd(scaled[first])[0][:, -1])
+        return (
+            first,
+            f"singular position; the reaction of {self.labels[int(unlimited.argmax())]} has no "
+            f"unique answer",
+        )
 
 
 class Geometry:
     """Pairs at some poses q (samples, bodies, 3) of the centres of mass.
 
-    With ground (samples, bodies + 1): angle, turned = exp(i angle), centre x + i y. Of the pairs (samples, pairs): axis
-    of the coordinate along, arm_b to point b from b's centre, reach to where the joint acts on a (the sliding point of
-    a slide). values (samples, 3 pairs) of the relative coordinates, rows (samples, 3 pairs, 3 bodies) their gradients.
+    With ground (samples, bodies + 1): angle, turned = exp(i angle), centre x + i y. Of the pairs
+    (samples, pairs): axis of the coordinate along, arm_b to point b from b's centre, reach to where
+    the joint acts on a (the sliding point of a slide). values (samples, 3 pairs) of the relative
+    coordinates, rows (samples, 3 pairs, 3 bodies) their gradients.
     """
 
     def __init__(self, pairs: Pairs, q: np.ndarray):
         samples, bodies, count = len(q), q.shape[1], pairs.a.size
         q = np.concatenate([q, np.zeros((samples, 1, 3))], axis=1)
-        self.angle, self.turned, self.centre = q[..., 2], np.exp(1j * q[..., 2]), q[..., 0] + 1j * q[..., 1]
-        self.arm_b, arm_a = self.turned[:, pairs.b] * pairs.local_b, self.turned[:, pairs.a] * pairs.local_a
+        self.angle, self.turned, self.centre = (
+            q[..., 2],
+            np.exp(1j * q[..., 2]),
+            q[..., 0] + 1j * q[..., 1],
+        )
+        self.arm_b, arm_a = (
+            self.turned[:, pairs.b] * pairs.local_b,
+            self.turned[:, pairs.a] * pairs.local_a,
+        )
         apart = self.centre[:, pairs.b] + self.arm_b - self.centre[:, pairs.a] - arm_a
         self.axis = np.where(pairs.slides, self.turned[:, pairs.a], 1.0) * pairs.axis
         self.reach = arm_a + apart * pairs.slides
-        self.values = _flat(self.axis.conj() * apart, self.angle[:, pairs.b] - self.angle[:, pairs.a])
+        self.values = _flat(
+            self.axis.conj() * apart, self.angle[:, pairs.b] - self.angle[:, pairs.a]
+        )
         rows, p = np.zeros((samples, count, 3, bodies + 1, 3)), np.arange(count)
         for sign, body, arm in ((-1.0, pairs.a, self.reach), (1.0, pairs.b, self.arm_b)):
-            moved = np.stack([np.ones_like(arm), np.full_like(arm, 1j), 1j * arm], axis=-1)  # by x, y and angle
+            # by x, y and angle
+            moved = np.stack([np.ones_like(arm), np.full_like(arm, 1j), 1j * arm], axis=-1)
             slopes = sign * self.axis.conj()[..., None] * moved
-            rows[:, p, 0, body], rows[:, p, 1, body], rows[:, p, 2, body, 2] = slopes.real, slopes.imag, sign
+            rows[:, p, 0, body], rows[:, p, 1, body], rows[:, p, 2, body, 2] = (
+                slopes.real,
+                slopes.imag,
+                sign,
+            )
         self.rows = rows[..., :bodies, :].reshape(samples, 3 * count, 3 * bodies)
 
 
 def from_centre(point: Point) -> tuple[complex, float]:
-    """From the centre of mass to a point, in the body's frame [m]: x + i y in the plane, and height."""
+    """From the centre of mass to a point, in the body's frame [m]: x + i y in the plane, and
+    height.
+    """
     x, y, z = (*point.body.com, 0.0)[:3]
     return complex(point.x - x, point.y - y), point.z - z
 
 
 def amount(value: float | BoundLaw, time: np.ndarray) -> np.ndarray:
     """A number, or a signal, over time (samples,)."""
-    return np.array([value(t) for t in time.tolist()]) if isinstance(value, BoundLaw) else np.full(time.size, value)
+    return (
+        np.array([value(t) for t in time.tolist()])
+        if isinstance(value, BoundLaw)
+        else np.full(time.size, value)
+    )
 
 
 def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -243,5 +302,7 @@ def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def _flat(planar: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """(samples, pairs) along + i across, and turn, in the order of the relative coordinates (samples, 3 pairs)."""
+    """(samples, pairs) along + i across, and turn, in the order of the relative coordinates
+    (samples, 3 pairs).
+    """
     return np.stack([planar.real, planar.imag, turn], axis=-1).reshape(len(planar), -1)

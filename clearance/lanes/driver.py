@@ -1,7 +1,9 @@
-"""The driver of the lanes: takes points from a queue, calls the piece that most lanes wait for, keeps results.
+"""The driver of the lanes: takes points from a queue, calls the piece that most lanes wait for,
+keeps results.
 
-Every lane has its own time, step and phase; a piece changes the lanes that are in its phase. So a run does not depend,
-bit for bit, on which others run beside it. Places inside a step are searched for extremes as in stepping/locating.py.
+Every lane has its own time, step and phase; a piece changes the lanes that are in its phase. So a
+run does not depend, bit for bit, on which others run beside it. Places inside a step are searched
+for extremes as in stepping/locating.py.
 """
 
 import hashlib
@@ -136,7 +138,9 @@ def load(rows, at, lane, point, blank, where, points, spans, searches):
 
 @helper
 def arrive(rows, at, lane, quantities, span, energies, begun, extremes, search):
-    """Take in the end of a turn: its extremes, and that the window begins; False where the run is over."""
+    """Take in the end of a turn: its extremes, and that the window begins; False where the run is
+    over.
+    """
     if rows[at[STATUS], lane] != 0.0:
         return False
     turn, time = int(search[TURNS]), rows[at[TIME], lane]
@@ -158,7 +162,10 @@ def arrive(rows, at, lane, quantities, span, energies, begun, extremes, search):
 # --- places inside a step
 @helper
 def push(rows, at, lane, span, queue, search):
-    """Put the samples of the step made last into the lane's queue: index, time, state. True where it is full."""
+    """Put the samples of the step made last into the lane's queue: index, time, state.
+
+    True where it is full.
+    """
     h, room = rows[at[LAST_H], lane], queue.shape[0]
     while rows[at[DUE], lane] <= rows[at[TIME], lane] and search[WAITING] < room:
         due = rows[at[DUE], lane]
@@ -190,7 +197,9 @@ def flush(entry, table, rows, at, lane, side, common, means, span, given, queue,
             item = queue[min(first + k, count - 1)]
             side[at[SAMPLED], k] = 1.0 if first + k < count else 0.0
             half, begin, end = 0.5 * span[EVERY], span[BEGIN], span[UNTIL]
-            side[at[SHARE], k] = (min(item[1] + half, end) - max(item[1] - half, begin)) / (end - begin)
+            side[at[SHARE], k] = (min(item[1] + half, end) - max(item[1] - half, begin)) / (
+                end - begin
+            )
             side[at[SAMPLE_TIME], k] = item[1]
             for i in range(item.size - 2):
                 side[at[SAMPLE_STATE] + i, k] = item[2 + i]
@@ -243,7 +252,9 @@ def searched(rows, at, lane, quantities, search):
 def summit(search, best):
     """Summit of the parabola through three places; -1 where there is nothing to find."""
     slope = (search[AT_B] - search[AT_A]) / (search[B] - search[A])
-    bend = ((search[AT_C] - search[AT_B]) / (search[C] - search[B]) - slope) / (search[C] - search[A])
+    bend = ((search[AT_C] - search[AT_B]) / (search[C] - search[B]) - slope) / (
+        search[C] - search[A]
+    )
     if not bend < 0.0:
         return -1.0
     top = 0.5 * (search[A] + search[B]) - 0.5 * slope / bend
@@ -270,7 +281,11 @@ def take(rows, at, lane, quantities, search):
             search[QUANTITY] = -1.0
             return
         search[WIDTH] *= CLOSER
-        search[A], search[B], search[C] = max(0.0, theta - search[WIDTH]), theta, min(1.0, theta + search[WIDTH])
+        search[A], search[B], search[C] = (
+            max(0.0, theta - search[WIDTH]),
+            theta,
+            min(1.0, theta + search[WIDTH]),
+        )
         search[AT_B], search[ROUND] = value, search[ROUND] + 1.0
         search[STAGE] = LEFT
         if search[ROUND] >= ROUNDS:
@@ -324,7 +339,10 @@ def after(rows, at, lane, piece, quantities, span, energies, begun, extremes, se
         if not searched(rows, at, lane, quantities, search):
             over = rows[at[TIME], lane] >= rows[at[END], lane]
             rows[at[PHASE], lane] = ARRIVED if over else PREPARE
-    if rows[at[PHASE], lane] == PREPARE and rows[at[STEPS], lane] + rows[at[REJECTED], lane] >= limit:
+    if (
+        rows[at[PHASE], lane] == PREPARE
+        and rows[at[STEPS], lane] + rows[at[REJECTED], lane] >= limit
+    ):
         rows[at[STATUS], lane] = status.TOO_MANY_STEPS
         rows[at[PHASE], lane] = ARRIVED
     if rows[at[PHASE], lane] == ARRIVED:
@@ -333,9 +351,32 @@ def after(rows, at, lane, piece, quantities, span, energies, begun, extremes, se
 
 
 def run(
-    pieces, at, rows, data, blank, where, points, spans, given, waiting, quantities, gathered, energies, begun,
-    extremes, results, tracks, searches, queue, side, common, means, calls, counts, limit,
-):  # fmt: skip
+    pieces,
+    at,
+    rows,
+    data,
+    blank,
+    where,
+    points,
+    spans,
+    given,
+    waiting,
+    quantities,
+    gathered,
+    energies,
+    begun,
+    extremes,
+    results,
+    tracks,
+    searches,
+    queue,
+    side,
+    common,
+    means,
+    calls,
+    counts,
+    limit,
+):
     """Run the points that wait; returns how many.
 
     pieces: addresses; at: places of ROWS; rows: (rows, W), aligned; data: tables; blank: rows of a
@@ -376,18 +417,49 @@ def run(
             span = spans[point]
             while phase == LOOK and push(rows, at, lane, span, queue[lane], search):
                 flush(
-                    pieces[SAMPLE], table, rows, at, lane, side, common, means, span, given,
-                    queue[lane], tracks[point], search,
-                )  # fmt: skip
+                    pieces[SAMPLE],
+                    table,
+                    rows,
+                    at,
+                    lane,
+                    side,
+                    common,
+                    means,
+                    span,
+                    given,
+                    queue[lane],
+                    tracks[point],
+                    search,
+                )
             if after(
-                rows, at, lane, piece, quantities, span, energies, begun[point], extremes[point],
-                search, limit,
-            ):  # fmt: skip
+                rows,
+                at,
+                lane,
+                piece,
+                quantities,
+                span,
+                energies,
+                begun[point],
+                extremes[point],
+                search,
+                limit,
+            ):
                 continue
             flush(
-                pieces[SAMPLE], table, rows, at, lane, side, common, means, span, given,
-                queue[lane], tracks[point], search,
-            )  # fmt: skip
+                pieces[SAMPLE],
+                table,
+                rows,
+                at,
+                lane,
+                side,
+                common,
+                means,
+                span,
+                given,
+                queue[lane],
+                tracks[point],
+                search,
+            )
             keep(rows, at, lane, gathered, results[point])
             rows[at[PHASE], lane] = IDLE
             alive -= 1
@@ -400,9 +472,32 @@ def run(
 VECTOR, MATRIX, CUBE = types.float64[::1], types.float64[:, ::1], types.float64[:, :, ::1]
 INTEGERS = types.int64[::1]
 SIGNATURE = types.int64(
-    INTEGERS, INTEGERS, MATRIX, VECTOR, VECTOR, INTEGERS, MATRIX, MATRIX, MATRIX, INTEGERS, types.int64, INTEGERS,
-    INTEGERS, MATRIX, CUBE, MATRIX, CUBE, MATRIX, CUBE, MATRIX, INTEGERS, INTEGERS, INTEGERS, INTEGERS, types.int64,
-)  # fmt: skip
+    INTEGERS,
+    INTEGERS,
+    MATRIX,
+    VECTOR,
+    VECTOR,
+    INTEGERS,
+    MATRIX,
+    MATRIX,
+    MATRIX,
+    INTEGERS,
+    types.int64,
+    INTEGERS,
+    INTEGERS,
+    MATRIX,
+    CUBE,
+    MATRIX,
+    CUBE,
+    MATRIX,
+    CUBE,
+    MATRIX,
+    INTEGERS,
+    INTEGERS,
+    INTEGERS,
+    INTEGERS,
+    types.int64,
+)
 SOURCE = hashlib.sha256(Path(__file__).read_bytes() + DIGEST.encode()).hexdigest()[:12]
 run.__qualname__ = f"run_{SOURCE}"  # an edited source has a cache of its own
 run = cached(run, SIGNATURE, SOURCE, nogil=True, **OPTIONS)

@@ -1,10 +1,12 @@
-"""Sines, logarithms and powers of W numbers side by side, without branches, within two units in the last place.
+"""Sines, logarithms and powers of W numbers side by side, without branches, within two units in the
+last place.
 
-Where an argument is out of the ordinary (zero, not finite, a subnormal or very large number) the C library computes
-that lane. So a result never depends on the lanes beside it.
+Where an argument is out of the ordinary (zero, not finite, a subnormal or very large number) the C
+library computes that lane. So a result never depends on the lanes beside it.
 
-Sources: argument reduction of Cody and Waite (Software Manual for the Elementary Functions, 1980); polynomials of the
-Cephes library (S. L. Moshier) for sine, cosine and arctangent, of fdlibm (Sun Microsystems) for the logarithm.
+Sources: argument reduction of Cody and Waite (Software Manual for the Elementary Functions, 1980);
+polynomials of the Cephes library (S. L. Moshier) for sine, cosine and arctangent, of fdlibm (Sun
+Microsystems) for the logarithm.
 """
 
 import math

@@ -67,9 +67,10 @@ def shape_of(mechanism: Mechanism) -> Shape:
 class Points:
     """Numbers of many runs; the last axis goes over them.
 
-    y: start states with the ledger; scale: natural sizes of states; par: parameters, without tables; work: the work
-    vector and one more; clearance, pull, rate_x, rate_y: of films (films, points); longest: step [s]; begin, until:
-    of the window and of the run, turn: length of a turn [s]; own: numbers that reductions may read.
+    y: start states with the ledger; scale: natural sizes of states; par: parameters, without
+        tables; work: the work vector and one more; clearance, pull, rate_x, rate_y: of films
+        (films, points); longest: step [s]; begin, until: of the window and of the run, turn: length
+        of a turn [s]; own: numbers that reductions may read.
     """
 
     y: np.ndarray
@@ -93,7 +94,8 @@ class Points:
 class Answers:
     """Results of many runs: the last axis goes over the quantities, sums or states.
 
-    extremes: (points, turns, quantities); sums: reductions; begun, ended: energy integrals at the window's ends;
+    extremes: (points, turns, quantities); sums: reductions; begun, ended: energy integrals at the
+        window's ends;
     tracks: (points, outputs, samples); status; steps: taken.
     """
 
@@ -110,8 +112,8 @@ class Answers:
 class Group:
     """Runs of one structure with one method, tolerance and number of samples.
 
-    channels: outputs that are looked at, to which the watch refers; data: parameter vector of one of them, with the
-    tables behind; given: numbers of each sample (numbers, samples).
+    channels: outputs that are looked at, to which the watch refers; data: parameter vector of one
+        of them, with the tables behind; given: numbers of each sample (numbers, samples).
     """
 
     def __init__(
@@ -209,11 +211,32 @@ class Group:
         means = np.array([r.mean for r in self.watch.reductions], dtype=np.int64)
         calls, counts = np.zeros(2 * driver.PIECES, np.int64), np.zeros(PHASES, np.int64)
         driver.run(
-            self.engine.pieces, at, aligned(rows.total, width), self.data, self._blank(),
-            where, numbers, spans, given, waiting, len(self.watch.quantities), gathered, energies,
-            begun, extremes, results, tracks, searches, queue, side,
-            np.array(common, dtype=np.int64), means, calls, counts, limit,
-        )  # fmt: skip
+            self.engine.pieces,
+            at,
+            aligned(rows.total, width),
+            self.data,
+            self._blank(),
+            where,
+            numbers,
+            spans,
+            given,
+            waiting,
+            len(self.watch.quantities),
+            gathered,
+            energies,
+            begun,
+            extremes,
+            results,
+            tracks,
+            searches,
+            queue,
+            side,
+            np.array(common, dtype=np.int64),
+            means,
+            calls,
+            counts,
+            limit,
+        )
 
     def _answers(self, results: np.ndarray, begun, extremes, tracks: np.ndarray) -> Answers:
         sums = len(self.watch.reductions)

@@ -1,4 +1,6 @@
-"""Small dense LU of traced numbers, real or complex, with partial pivoting by selects: each lane pivots by itself."""
+"""Small dense LU of traced numbers, real or complex, with partial pivoting by selects: each lane
+pivots by itself.
+"""
 
 from dataclasses import dataclass
 
@@ -52,7 +54,9 @@ def swapped(piece, condition, a, b):
 
 
 def factor(piece, a: list[list]) -> tuple[list[list], list]:
-    """LU factors with inverse pivots on the diagonal, and the exchanges of rows in their order, as conditions."""
+    """LU factors with inverse pivots on the diagonal, and the exchanges of rows in their order, as
+    conditions.
+    """
     a, exchanges, n = [list(row) for row in a], [], len(a)
     for k in range(n):
         for i in range(k + 1, n):

@@ -94,7 +94,8 @@ class Lanes(Lowering):
         return self.values[node]
 
     def _columns(self, index: ir.Value, shift: int) -> list[ir.Value]:
-        """W neighbours in the table, from `shift` places before an index on: a vector of lanes for each.
+        """W neighbours in the table, from `shift` places before an index on: a vector of lanes for
+        each.
 
         A lane without a number, which is not to count, reads at the table's begin.
         """

@@ -1,4 +1,5 @@
-"""Radau IIA with three stages on traced numbers: the method of stepping/radau.py, a lane for each run.
+"""Radau IIA with three stages on traced numbers: the method of stepping/radau.py, a lane for each
+run.
 
 The Jacobian is that of every step. Lanes iterate Newton's method until enough of them are done.
 """

@@ -41,7 +41,8 @@ class Entry:
 class Piece:
     """A piece of a stepper on a trace: it reads rows and sets them.
 
-    It changes the lanes that are in its phase (None: that hold a sample); all others stay as they are.
+    It changes the lanes that are in its phase (None: that hold a sample); all others stay as they
+    are.
     """
 
     def __init__(self, rows: Rows, phase: float | None):

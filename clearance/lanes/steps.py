@@ -1,6 +1,8 @@
-"""Steps of all methods on traced numbers: first step, control of the step, films, advance of a lane.
+"""Steps of all methods on traced numbers: first step, control of the step, films, advance of a
+lane.
 
-The control is that of stepping/loop.py, so that a lane makes the steps that the ordinary loop makes.
+The control is that of stepping/loop.py, so that a lane makes the steps that the ordinary loop
+makes.
 """
 
 from dataclasses import dataclass
@@ -31,7 +33,8 @@ INACCURATE, UNSOLVED = 1, 2  # reasons of a refusal, beside DOMAIN_LEFT
 class Shape:
     """Sizes of a scene: coordinates, states, and energy integrals behind them.
 
-    films: (place of the first offset in the state, place among the spots) of each joint that only its film carries.
+    films: (place of the first offset in the state, place among the spots) of each joint that only
+        its film carries.
     """
 
     coordinates: int
@@ -52,7 +55,9 @@ class Shape:
 
 @dataclass(frozen=True)
 class Entries:
-    """Functions of the scene: y' with the powers of the ledger, Jacobian, penetrations of the films, outputs."""
+    """Functions of the scene: y' with the powers of the ledger, Jacobian, penetrations of the
+    films, outputs.
+    """
 
     rhs: Entry
     jacobian: Entry
@@ -135,8 +140,8 @@ def start(rows: Rows, shape: Shape, entries: Entries, order: float) -> Piece:
 
 
 def proposed(piece: Piece):
-    """The next step, stretched or halved so that the run does not end in a sliver; and a status other than 0 where it
-    is too small.
+    """The next step, stretched or halved so that the run does not end in a sliver; and a status
+    other than 0 where it is too small.
     """
     t, end = piece.one("t"), piece.one("end")
     h, left = piece.smallest(piece.one("step"), piece.one("longest")), end - t
@@ -154,7 +159,9 @@ def proposed(piece: Piece):
 
 @dataclass
 class Trial:
-    """A step tried: state and rates at its end, error over tolerance, whether the method worked at all."""
+    """A step tried: state and rates at its end, error over tolerance, whether the method worked at
+    all.
+    """
 
     y: list
     f: list

@@ -1,7 +1,8 @@
 """Outputs of the lanes: extremes located on the dense output, and sums over samples.
 
-The search is that of stepping/locating.py: a step is looked into where its ends and the end before let a larger value
-lie inside, at places that the driver asks for. Samples of one run are taken several at a time, one in each lane.
+The search is that of stepping/locating.py: a step is looked into where its ends and the end before
+let a larger value lie inside, at places that the driver asks for. Samples of one run are taken
+several at a time, one in each lane.
 """
 
 from collections.abc import Callable
@@ -15,7 +16,8 @@ from clearance.lanes.steps import ARRIVED, INSIDE, LOOK, PREPARE, Entries, Shape
 class Quantity:
     """A quantity whose largest value times its sign is located.
 
-    channel: its place among the outputs that lanes compute; paired: length of the vector of this one and the next;
+    channel: its place among the outputs that lanes compute; paired: length of the vector of this
+        one and the next;
     always: also before the window; searched: inside steps too, not only where they end.
     """
 
@@ -30,7 +32,8 @@ class Quantity:
 class Reduction:
     """Mean over time of samples, or their largest value.
 
-    value(piece, outputs, given, own): traced, from the outputs, what is given for the sample, and the point's numbers.
+    value(piece, outputs, given, own): traced, from the outputs, what is given for the sample, and
+    the point's numbers.
     """
 
     value: Callable
@@ -41,8 +44,8 @@ class Reduction:
 class Watch:
     """Outputs that are kept of a run.
 
-    quantities: see above; reductions: sums over samples; tracks: outputs kept at every sample; given: how many
-    numbers of each sample the reductions are given.
+    quantities: see above; reductions: sums over samples; tracks: outputs kept at every sample;
+        given: how many numbers of each sample the reductions are given.
     """
 
     quantities: tuple[Quantity, ...]

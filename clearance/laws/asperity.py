@@ -1,8 +1,8 @@
 """Rough surfaces: the load their asperities carry, and what roughness does to a film's flow.
 
-Heights are Gaussian; film_thickness_ratio lambda = h_0 / sigma with the nominal minimum film thickness h_0 and the
-composite rms roughness sigma = sqrt(R_q1^2 + R_q2^2) (`composite_roughness`). Pressures over the parabolic gap of a
-conformal joint are integrated in closed form with
+Heights are Gaussian; film_thickness_ratio lambda = h_0 / sigma with the nominal minimum film
+thickness h_0 and the composite rms roughness sigma = sqrt(R_q1^2 + R_q2^2) (`composite_roughness`).
+Pressures over the parabolic gap of a conformal joint are integrated in closed form with
 
     integral of F_n(lambda + u^2) du = B(1/2, n + 1) F_(n + 1/2)(lambda),   F_n(x) = integral_x^inf (s - x)^n phi(s) ds.
 
@@ -43,14 +43,18 @@ def second_moment(x):
 
 
 def third_moment(x):
-    """F_3(x) = (x^2 + 2) phi(x) - (x^3 + 3 x) (1 - Phi(x)); 0 beyond x = 12, where it is below 1e-34."""
+    """F_3(x) = (x^2 + 2) phi(x) - (x^3 + 3 x) (1 - Phi(x)); 0 beyond x = 12, where it is below
+    1e-34.
+    """
     if x > FAR:
         return 0.0
     return max((x * x + 2.0) * normal_density(x) - (x * x * x + 3.0 * x) * normal_tail(x), 0.0)
 
 
 def gaussian_moment(order: float, x: float) -> float:
-    """F_n(x) for any order n >= 0.5, by the trapezium rule in sqrt(s - x) (1e-9): for tables and checks."""
+    """F_n(x) for any order n >= 0.5, by the trapezium rule in sqrt(s - x) (1e-9): for tables and
+    checks.
+    """
     top = math.sqrt(max(-x, 0.0) + 9.0)
     count = 4000
     step = top / count
@@ -65,29 +69,47 @@ def gaussian_moment(order: float, x: float) -> float:
 def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3):
     """Load of the asperities of two rough surfaces in a conformal joint [N].
 
-    F = 5 pi / 16 K' E* R L sqrt(2 sigma / e) F_3(lambda),   K' = 16 sqrt(2) pi / 15 (eta beta sigma)^2 sqrt(sigma /
-    beta)
+    F = 5 pi / 16 K' E* R L sqrt(2 sigma / e) F_3(lambda),   K' = 16 sqrt(2) pi / 15 (eta beta
+    sigma)^2 sqrt(sigma / beta)
 
-    modulus E* [Pa] (`contact_modulus`, not 2 E*), roughness_group eta beta sigma (0.03 to 0.05), slope_ratio sigma /
-    beta (1e-4 to 1e-2), e = c - lambda sigma the eccentricity. From the pressure K' E* F_5/2. Smooth and monotone.
-    Source: Greenwood and Tripp, Proc. IMechE 185 (1970) 625; integrated over the arc.
+    modulus E* [Pa] (`contact_modulus`, not 2 E*), roughness_group eta beta sigma (0.03 to 0.05),
+    slope_ratio sigma / beta (1e-4 to 1e-2), e = c - lambda sigma the eccentricity. From the
+    pressure K' E* F_5/2. Smooth and monotone. Source: Greenwood and Tripp, Proc. IMechE 185 (1970)
+    625; integrated over the arc.
     """
-    strength = 16.0 * SQRT2 * math.pi / 15.0 * roughness_group * roughness_group * math.sqrt(slope_ratio)
-    eccentricity = max(joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance)
+    strength = (
+        16.0 * SQRT2 * math.pi / 15.0 * roughness_group * roughness_group * math.sqrt(slope_ratio)
+    )
+    eccentricity = max(
+        joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance
+    )
     arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
-    return 0.3125 * math.pi * strength * modulus * joint.length * arc * third_moment(film_thickness_ratio)
+    return (
+        0.3125
+        * math.pi
+        * strength
+        * modulus
+        * joint.length
+        * arc
+        * third_moment(film_thickness_ratio)
+    )
 
 
 @asperity(modulus=MODULUS, roughness_group=positive, slope_ratio=positive)
-def greenwood_williamson(film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3):
+def greenwood_williamson(
+    film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3
+):
     """Load of the asperities of a rough surface on a smooth one in a conformal joint [N].
 
     F = pi / 2 E* (eta beta sigma) sqrt(sigma / beta) R L sqrt(2 sigma / e) F_2(lambda)
 
-    parameters as in `greenwood_tripp`. From the pressure 4/3 eta E* sqrt(beta) sigma^1.5 F_3/2 over the arc.
-    Source: Greenwood and Williamson, Proc. R. Soc. A 295 (1966) 300; integrated over the arc.
+    parameters as in `greenwood_tripp`. From the pressure 4/3 eta E* sqrt(beta) sigma^1.5 F_3/2 over
+    the arc. Source: Greenwood and Williamson, Proc. R. Soc. A 295 (1966) 300; integrated over the
+    arc.
     """
-    eccentricity = max(joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance)
+    eccentricity = max(
+        joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance
+    )
     arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
     strength = 0.5 * math.pi * roughness_group * math.sqrt(slope_ratio)
     return strength * modulus * joint.length * arc * second_moment(film_thickness_ratio)
@@ -96,15 +118,23 @@ def greenwood_williamson(film_thickness_ratio, joint, modulus, roughness_group=0
 # --- flow factors, for film models that solve a Reynolds equation
 #: surface pattern gamma: (C, r, smallest valid ratio) and (A1, alpha1, alpha2, alpha3, A2)
 PRESSURE_FACTORS = {
-    1 / 9: (1.48, 0.42, 1.0), 1 / 6: (1.38, 0.42, 1.0), 1 / 3: (1.18, 0.42, 0.75), 1.0: (0.90, 0.56, 0.5),
-    3.0: (0.225, 1.5, 0.5), 6.0: (0.520, 1.5, 0.5), 9.0: (0.870, 1.5, 0.5),
-}  # fmt: skip
+    1 / 9: (1.48, 0.42, 1.0),
+    1 / 6: (1.38, 0.42, 1.0),
+    1 / 3: (1.18, 0.42, 0.75),
+    1.0: (0.90, 0.56, 0.5),
+    3.0: (0.225, 1.5, 0.5),
+    6.0: (0.520, 1.5, 0.5),
+    9.0: (0.870, 1.5, 0.5),
+}
 SHEAR_FACTORS = {
-    1 / 9: (2.046, 1.12, 0.78, 0.03, 1.856), 1 / 6: (1.962, 1.08, 0.77, 0.03, 1.754),
-    1 / 3: (1.858, 1.01, 0.76, 0.03, 1.561), 1.0: (1.899, 0.98, 0.92, 0.05, 1.126),
-    3.0: (1.560, 0.85, 1.13, 0.08, 0.556), 6.0: (1.290, 0.62, 1.09, 0.08, 0.388),
+    1 / 9: (2.046, 1.12, 0.78, 0.03, 1.856),
+    1 / 6: (1.962, 1.08, 0.77, 0.03, 1.754),
+    1 / 3: (1.858, 1.01, 0.76, 0.03, 1.561),
+    1.0: (1.899, 0.98, 0.92, 0.05, 1.126),
+    3.0: (1.560, 0.85, 1.13, 0.08, 0.556),
+    6.0: (1.290, 0.62, 1.09, 0.08, 0.388),
     9.0: (1.011, 0.54, 1.07, 0.08, 0.295),
-}  # fmt: skip
+}
 
 
 def _pattern(table: dict, pattern: float) -> tuple:
@@ -116,21 +146,27 @@ def _pattern(table: dict, pattern: float) -> tuple:
 
 
 def pressure_flow_factor(ratio: float, pattern: float = 1.0) -> float:
-    """Patir and Cheng's phi_p at film thickness ratio H = h / sigma: 1 - C exp(-r H), for patterns above 1: 1 + C H^-r.
+    """Patir and Cheng's phi_p at film thickness ratio H = h / sigma: 1 - C exp(-r H), for patterns
+    above 1: 1 + C H^-r.
 
-    Valid for H above 0.5 to 1; below, its value there. Raises ValueError for patterns without coefficients.
-    Source: Patir and Cheng, J. Lubrication Technology 100 (1978) 12.
+    Valid for H above 0.5 to 1; below, its value there. Raises ValueError for patterns without
+    coefficients. Source: Patir and Cheng, J. Lubrication Technology 100 (1978) 12.
     """
     strength, rate, lowest = _pattern(PRESSURE_FACTORS, pattern)
     ratio = max(ratio, lowest)
-    return 1.0 - strength * math.exp(-rate * ratio) if pattern <= 1.0 else 1.0 + strength * ratio**-rate
+    return (
+        1.0 - strength * math.exp(-rate * ratio)
+        if pattern <= 1.0
+        else 1.0 + strength * ratio**-rate
+    )
 
 
 def shear_flow_factor(ratio: float, pattern: float = 1.0) -> float:
-    """Patir and Cheng's phi_s of one surface: A1 H^a1 exp(-a2 H + a3 H^2) up to H = 5, A2 exp(-H / 4) beyond.
+    """Patir and Cheng's phi_s of one surface: A1 H^a1 exp(-a2 H + a3 H^2) up to H = 5, A2
+    exp(-H / 4) beyond.
 
-    Two surfaces: Phi_s = (sigma_1 / sigma)^2 phi_s1 - (sigma_2 / sigma)^2 phi_s2; equal surfaces give 0.
-    Source: Patir and Cheng, J. Lubrication Technology 101 (1979) 220.
+    Two surfaces: Phi_s = (sigma_1 / sigma)^2 phi_s1 - (sigma_2 / sigma)^2 phi_s2; equal surfaces
+    give 0. Source: Patir and Cheng, J. Lubrication Technology 101 (1979) 220.
     """
     a1, power, first, second, a2 = _pattern(SHEAR_FACTORS, pattern)
     if ratio > 5.0:

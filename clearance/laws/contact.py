@@ -4,18 +4,20 @@ Most laws are an elastic force times a hysteresis factor,
 
     F = F_elastic(delta) max(1 + chi delta' / max(delta'_0, v_g), 0)   for delta > 0, else 0,
 
-with penetration delta [m], its rate delta' [m/s], impact speed delta'_0 [m/s] (the rate at first touch, frozen while
-the contact lasts) and a damping factor chi that each author derives from the restitution e. Impact speeds below the
-grazing speed v_g count as v_g, so that the damping stays finite; the factor is cut at zero, so that a rebound is never
-pulled back. In joints with a transition model contact has no first touch and delta'_0 is a typical speed throughout,
-see transition.py.
+with penetration delta [m], its rate delta' [m/s], impact speed delta'_0 [m/s] (the rate at first
+touch, frozen while the contact lasts) and a damping factor chi that each author derives from the
+restitution e. Impact speeds below the grazing speed v_g count as v_g, so that the damping stays
+finite; the factor is cut at zero, so that a rebound is never pulled back. In joints with a
+transition model contact has no first touch and delta'_0 is a typical speed throughout, see
+transition.py.
 
-All of them are linear elasticity of small strains: whatever depth a formula allows, a run warns of penetrations beyond
-a twentieth of the journal radius (`regimes.depth_warning`).
+All of them are linear elasticity of small strains: whatever depth a formula allows, a run warns of
+penetrations beyond a twentieth of the journal radius (`regimes.depth_warning`).
 
 Stiffness, moduli and lengths that are not given are those of the joint that the law stands in.
 
-Which restitution a factor really delivers does not depend on the elastic force: see `delivered_restitution`.
+Which restitution a factor really delivers does not depend on the elastic force: see
+`delivered_restitution`.
 """
 
 import math
@@ -29,7 +31,9 @@ GRAZING_SPEED = 1e-3  # m/s
 
 # --- stiffness from material and geometry
 def contact_modulus(a: Material, b: Material) -> float:
-    """E* of two solids [Pa]: 1 / E* = (1 - nu_a^2) / E_a + (1 - nu_b^2) / E_b (Johnson, Contact Mechanics, 1985)."""
+    """E* of two solids [Pa]: 1 / E* = (1 - nu_a^2) / E_a + (1 - nu_b^2) / E_b (Johnson, Contact
+    Mechanics, 1985).
+    """
     return 1.0 / ((1.0 - a.poisson**2) / a.young + (1.0 - b.poisson**2) / b.young)
 
 
@@ -39,18 +43,25 @@ def oedometric_modulus(young: float, poisson: float) -> float:
 
 
 def layer_modulus(material: Material, thickness: float) -> float:
-    """Modulus K_w [Pa/m] of an elastic layer of that thickness [m] on a rigid base: the oedometric modulus over it.
+    """Modulus K_w [Pa/m] of an elastic layer of that thickness [m] on a rigid base: the oedometric
+    modulus over it.
 
     Raises ValueError for nu = 0.5, where it is infinite.
     Source: Johnson, Contact Mechanics (1985), section 4.3; Podra and Andersson, Wear 207 (1997) 79.
     """
     if material.poisson >= 0.5:
-        raise ValueError(f"material {material.name}: an incompressible layer (poisson 0.5) has no Winkler modulus")
+        raise ValueError(
+            f"material {material.name}: an incompressible layer (poisson 0.5) has no Winkler "
+            f"modulus"
+        )
     return oedometric_modulus(material.young, material.poisson) / positive("thickness", thickness)
 
 
 def hertz_stiffness(
-    radius: float, clearance: float, material: Material = steel, bearing_material: Material | None = None
+    radius: float,
+    clearance: float,
+    material: Material = steel,
+    bearing_material: Material | None = None,
 ) -> float:
     """Generalised Hertz stiffness K of a pin in a hole, F = K delta^1.5.
 
@@ -58,8 +69,8 @@ def hertz_stiffness(
 
     journal radius R_J and radial clearance c [m], material of the journal and of the bearing
     (default: the same); result in N/m^1.5. An infinite clearance makes the bore a plane.
-    The **minus** sign belongs to the internal (conformal) contact; the sphere formula behind it has no bearing length
-    and is soft for tight clearances.
+    The **minus** sign belongs to the internal (conformal) contact; the sphere formula behind it has
+    no bearing length and is soft for tight clearances.
     Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369; Flores et al. (2004 to 2009).
     Raises ValueError unless radius and clearance are positive.
     """
@@ -80,7 +91,9 @@ def _stiffness(joint, parameters: dict) -> float | None:
     """Hertz's, of the joint's radius, clearance and material."""
     if parameters["exponent"] != 1.5:
         exponent = parameters["exponent"]
-        raise ValueError(f"the joint determines a stiffness for exponent 1.5, not {exponent:g}: give it")
+        raise ValueError(
+            f"the joint determines a stiffness for exponent 1.5, not {exponent:g}: give it"
+        )
     if joint.radius is None:
         return None
     return hertz_stiffness(joint.radius, joint.clearance, joint.material)
@@ -88,23 +101,32 @@ def _stiffness(joint, parameters: dict) -> float | None:
 
 def _layer_modulus(joint) -> float | None:
     """Of the joint's layer and material."""
-    return None if joint.layer is joint.radius is None else layer_modulus(joint.material, layer_of(joint))
+    return (
+        None
+        if joint.layer is joint.radius is None
+        else layer_modulus(joint.material, layer_of(joint))
+    )
 
 
 STIFFNESS = OfJoint(positive, _stiffness)
-MODULUS = OfJoint(positive, lambda joint, parameters: contact_modulus(joint.material, joint.material))
+MODULUS = OfJoint(
+    positive, lambda joint, parameters: contact_modulus(joint.material, joint.material)
+)
 LAYER = OfJoint(positive, lambda joint, parameters: _layer_modulus(joint))
 LENGTH = OfJoint(positive, lambda joint, parameters: joint.length)
 RADIUS = OfJoint(positive, lambda joint, parameters: joint.radius)
-CLEARANCE = OfJoint(positive, lambda joint, parameters: None if joint.clearance == math.inf else joint.clearance)
+CLEARANCE = OfJoint(
+    positive, lambda joint, parameters: None if joint.clearance == math.inf else joint.clearance
+)
 
 
 # --- damping and restitution
 def delivered_restitution(damping: float) -> float:
-    """Restitution e that a damping factor chi really gives a free impact, for any elastic force and mass.
+    """Restitution e that a damping factor chi really gives a free impact, for any elastic force and
+    mass.
 
-    Solves chi (1 + e) = ln((1 + chi) / (1 - chi e)) for e by bisection (1e-12): dividing m v dv = -F ddelta by the
-    hysteresis factor makes both sides integrable.
+    Solves chi (1 + e) = ln((1 + chi) / (1 - chi e)) for e by bisection (1e-12): dividing m v
+    dv = -F ddelta by the hysteresis factor makes both sides integrable.
     """
     if damping < 1e-9:
         return 1.0
@@ -117,7 +139,9 @@ def delivered_restitution(damping: float) -> float:
 
 
 def exact_damping(restitution: float) -> float:
-    """Damping factor chi in (0, 1 / e) whose delivered restitution is e: `delivered_restitution` solved for chi."""
+    """Damping factor chi in (0, 1 / e) whose delivered restitution is e: `delivered_restitution`
+    solved for chi.
+    """
     if restitution >= 1.0:
         return 0.0
     low, high = 0.0, 1.0 / restitution
@@ -128,7 +152,9 @@ def exact_damping(restitution: float) -> float:
 
 
 def restitution_above_zero(field: str, value: object) -> float:
-    """A restitution in [0.01, 1]: below, the damping factor of the laws that divide by it grows beyond all bounds."""
+    """A restitution in [0.01, 1]: below, the damping factor of the laws that divide by it grows
+    beyond all bounds.
+    """
     number = finite(field, value)
     if not 0.01 <= number <= 1.0:
         raise ValueError(f"{field} must lie in [0.01, 1] for this law, got {value!r}")
@@ -147,7 +173,9 @@ def hysteresis(penetration_rate, impact_speed, damping, grazing_speed):
     return max(1.0 + damping * penetration_rate / max(impact_speed, grazing_speed), 0.0)
 
 
-def damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed):
+def damped_force(
+    penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
+):
     """K delta^n times the hysteresis factor in contact, else 0."""
     if penetration <= 0.0:
         return 0.0
@@ -164,7 +192,9 @@ def _warns_of_other_restitution(law, damping):
         wanted = parameters["restitution"]
         given = delivered_restitution(damping(wanted))
         if abs(given - wanted) > 0.05:
-            return f"{law.name} delivers a restitution of {given:.2f} where {wanted:.2f} is asked for"
+            return (
+                f"{law.name} delivers a restitution of {given:.2f} where {wanted:.2f} is asked for"
+            )
         return None
 
 
@@ -186,14 +216,16 @@ def _point_contact(joint, parameters):
     conformal = joint.radius is not None and joint.clearance < 0.1 * joint.radius
     if joint.length is not None and conformal:
         return (
-            "a point contact's law without dissipation; for a conformal joint with a length, liu or winkler are meant"
+            "a point contact's law without dissipation; for a conformal joint with a length, liu "
+            "or winkler are meant"
         )
     return None
 
 
 @contact(stiffness=positive, damping=non_negative)
 def kelvin_voigt(penetration, penetration_rate, impact_speed, stiffness, damping):
-    """Linear spring and damper, F = max(K delta + D delta', 0) [N]; stiffness K [N/m], damping D [N s/m].
+    """Linear spring and damper, F = max(K delta + D delta', 0) [N]; stiffness K [N/m], damping D
+    [N s/m].
 
     The force jumps at first touch. Source: Kelvin and Voigt; Goldsmith, Impact (1960).
     """
@@ -205,20 +237,29 @@ def kelvin_voigt(penetration, penetration_rate, impact_speed, stiffness, damping
 @kelvin_voigt.doubts
 def _undamped(joint, parameters):
     """A linear spring alone."""
-    return "without damping it is a linear spring: impacts are elastic" if parameters["damping"] == 0.0 else None
+    return (
+        "without damping it is a linear spring: impacts are elastic"
+        if parameters["damping"] == 0.0
+        else None
+    )
 
 
 @contact(stiffness=STIFFNESS, dissipation=non_negative, exponent=positive)
-def hunt_crossley_memoryless(penetration, penetration_rate, impact_speed, stiffness, dissipation, exponent=1.5):
+def hunt_crossley_memoryless(
+    penetration, penetration_rate, impact_speed, stiffness, dissipation, exponent=1.5
+):
     """F = K delta^n max(1 + 1.5 alpha delta', 0) [N]; it does not look at the impact speed.
 
-    stiffness K [N/m^n], dissipation alpha [s/m]. For slow impacts the restitution is 1 - alpha v: it falls with the
-    impact speed v. Valid for alpha v well below 1.
-    Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, eqs. 10 to 14; Marhefka and Orin (1999).
+    stiffness K [N/m^n], dissipation alpha [s/m]. For slow impacts the restitution is 1 - alpha v:
+    it falls with the impact speed v. Valid for alpha v well below 1.
+    Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, eqs. 10 to 14; Marhefka and Orin
+    (1999).
     """
     if penetration <= 0.0:
         return 0.0
-    return elastic_force(penetration, stiffness, exponent) * max(1.0 + 1.5 * dissipation * penetration_rate, 0.0)
+    return elastic_force(penetration, stiffness, exponent) * max(
+        1.0 + 1.5 * dissipation * penetration_rate, 0.0
+    )
 
 
 def hunt_crossley_damping(restitution):
@@ -228,14 +269,22 @@ def hunt_crossley_damping(restitution):
 
 @contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
 def hunt_crossley(
-    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+    penetration,
+    penetration_rate,
+    impact_speed,
+    stiffness,
+    restitution,
+    exponent=1.5,
+    grazing_speed=GRAZING_SPEED,
 ):
     """chi = 3 (1 - e) / 2 [N]. Valid for e close to 1: delivers .909 for .9, .663 for .5.
 
     Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, with alpha = (1 - e) / delta'_0.
     """
     damping = hunt_crossley_damping(restitution)
-    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+    return damped_force(
+        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
+    )
 
 
 def herbert_mcwhannell_damping(restitution):
@@ -245,14 +294,22 @@ def herbert_mcwhannell_damping(restitution):
 
 @contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
 def herbert_mcwhannell(
-    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+    penetration,
+    penetration_rate,
+    impact_speed,
+    stiffness,
+    restitution,
+    exponent=1.5,
+    grazing_speed=GRAZING_SPEED,
 ):
     """chi = 6 (1 - e) / ((2 e - 1)^2 + 3) [N]. Delivers .901 for .9, .594 for .5.
 
     Source: Herbert and McWhannell, J. Eng. for Industry 99 (1977) 688.
     """
     damping = herbert_mcwhannell_damping(restitution)
-    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+    return damped_force(
+        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
+    )
 
 
 def lee_wang_damping(restitution):
@@ -262,14 +319,22 @@ def lee_wang_damping(restitution):
 
 @contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
 def lee_wang(
-    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+    penetration,
+    penetration_rate,
+    impact_speed,
+    stiffness,
+    restitution,
+    exponent=1.5,
+    grazing_speed=GRAZING_SPEED,
 ):
     """chi = 3 (1 - e) / 4 [N]. Dissipates too little: delivers .952 for .9, .799 for .5.
 
     Source: Lee and Wang, J. Mech., Transmissions and Automation in Design 105 (1983) 534.
     """
     damping = lee_wang_damping(restitution)
-    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+    return damped_force(
+        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
+    )
 
 
 def lankarani_nikravesh_damping(restitution):
@@ -279,14 +344,22 @@ def lankarani_nikravesh_damping(restitution):
 
 @contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
 def lankarani_nikravesh(
-    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+    penetration,
+    penetration_rate,
+    impact_speed,
+    stiffness,
+    restitution,
+    exponent=1.5,
+    grazing_speed=GRAZING_SPEED,
 ):
     """chi = 3 (1 - e^2) / 4 [N]. Valid for e close to 1: delivers .913 for .9, but .725 for .5.
 
     Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369.
     """
     damping = lankarani_nikravesh_damping(restitution)
-    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+    return damped_force(
+        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
+    )
 
 
 def gonthier_damping(restitution):
@@ -294,16 +367,29 @@ def gonthier_damping(restitution):
     return (1.0 - restitution * restitution) / restitution
 
 
-@contact(stiffness=STIFFNESS, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
+@contact(
+    stiffness=STIFFNESS,
+    restitution=restitution_above_zero,
+    exponent=positive,
+    grazing_speed=positive,
+)
 def gonthier(
-    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+    penetration,
+    penetration_rate,
+    impact_speed,
+    stiffness,
+    restitution,
+    exponent=1.5,
+    grazing_speed=GRAZING_SPEED,
 ):
     """chi = (1 - e^2) / e [N]. Delivers .876 for .9, .488 for .5.
 
     Source: Gonthier, McPhee, Lange and Piedboeuf, Multibody Syst. Dyn. 11 (2004) 209.
     """
     damping = gonthier_damping(restitution)
-    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+    return damped_force(
+        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
+    )
 
 
 def zhiying_qishao_damping(restitution):
@@ -313,14 +399,23 @@ def zhiying_qishao_damping(restitution):
 
 @contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
 def zhiying_qishao(
-    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+    penetration,
+    penetration_rate,
+    impact_speed,
+    stiffness,
+    restitution,
+    exponent=1.5,
+    grazing_speed=GRAZING_SPEED,
 ):
     """chi = 3 (1 - e^2) exp(2 (1 - e)) / 4 [N]. Delivers .896 for .9, .483 for .5.
 
-    Source: Qin and Lu, Chinese J. Theor. Appl. Mech. (2006), as listed by Alves et al., Mech. Mach. Theory 85 (2015).
+    Source: Qin and Lu, Chinese J. Theor. Appl. Mech. (2006), as listed by Alves et al., Mech. Mach.
+    Theory 85 (2015).
     """
     damping = zhiying_qishao_damping(restitution)
-    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+    return damped_force(
+        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
+    )
 
 
 def flores_damping(restitution):
@@ -328,16 +423,29 @@ def flores_damping(restitution):
     return 1.6 * (1.0 - restitution) / restitution
 
 
-@contact(stiffness=STIFFNESS, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
+@contact(
+    stiffness=STIFFNESS,
+    restitution=restitution_above_zero,
+    exponent=positive,
+    grazing_speed=positive,
+)
 def flores(
-    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+    penetration,
+    penetration_rate,
+    impact_speed,
+    stiffness,
+    restitution,
+    exponent=1.5,
+    grazing_speed=GRAZING_SPEED,
 ):
     """chi = 8 (1 - e) / (5 e) [N]. For the whole range of e: delivers .894 for .9, .470 for .5.
 
     Source: Flores, Machado, Silva and Martins, Multibody Syst. Dyn. 25 (2011) 357.
     """
     damping = flores_damping(restitution)
-    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+    return damped_force(
+        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
+    )
 
 
 def hu_guo_damping(restitution):
@@ -345,16 +453,29 @@ def hu_guo_damping(restitution):
     return 1.5 * (1.0 - restitution) / restitution
 
 
-@contact(stiffness=STIFFNESS, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive)
+@contact(
+    stiffness=STIFFNESS,
+    restitution=restitution_above_zero,
+    exponent=positive,
+    grazing_speed=positive,
+)
 def hu_guo(
-    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED
+    penetration,
+    penetration_rate,
+    impact_speed,
+    stiffness,
+    restitution,
+    exponent=1.5,
+    grazing_speed=GRAZING_SPEED,
 ):
     """chi = 3 (1 - e) / (2 e) [N]. For the whole range of e: delivers .900 for .9, .488 for .5.
 
     Source: Hu and Guo, Nonlinear Dyn. 81 (2015) 1415.
     """
     damping = hu_guo_damping(restitution)
-    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+    return damped_force(
+        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
+    )
 
 
 for _law, _damping in (
@@ -374,22 +495,38 @@ EXACT = Derived(lambda parameters: exact_damping(parameters["restitution"]))
 
 
 @contact(
-    stiffness=STIFFNESS, restitution=restitution_above_zero, exponent=positive, grazing_speed=positive, damping=EXACT
+    stiffness=STIFFNESS,
+    restitution=restitution_above_zero,
+    exponent=positive,
+    grazing_speed=positive,
+    damping=EXACT,
 )
 def exact_restitution(
-    penetration, penetration_rate, impact_speed, stiffness, restitution, exponent=1.5, grazing_speed=GRAZING_SPEED,
+    penetration,
+    penetration_rate,
+    impact_speed,
+    stiffness,
+    restitution,
+    exponent=1.5,
+    grazing_speed=GRAZING_SPEED,
     damping=None,
-):  # fmt: skip
-    """The hysteresis factor that delivers exactly the restitution asked for [N]; chi is solved for once, when bound.
+):
+    """The hysteresis factor that delivers exactly the restitution asked for [N]; chi is solved for
+    once, when bound.
 
-    chi (1 + e) = ln((1 + chi) / (1 - chi e)), for every stiffness, exponent and mass; e in [0.01, 1].
-    Source: our solution of the impact with the damping of Hunt and Crossley (1975), integrated in closed form.
+    chi (1 + e) = ln((1 + chi) / (1 - chi e)), for every stiffness, exponent and mass; e in
+    [0.01, 1].
+    Source: our solution of the impact with the damping of Hunt and Crossley (1975), integrated in
+    closed form.
     """
-    return damped_force(penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed)
+    return damped_force(
+        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
+    )
 
 
 def lambert_w(x):
-    """Lower branch W_-1 of w e^w = x for -1/e <= x < 0 (w <= -1), by Halley's method from a series at the branch point.
+    """Lower branch W_-1 of w e^w = x for -1/e <= x < 0 (w <= -1), by Halley's method from a series
+    at the branch point.
 
     Source: Corless et al., Adv. Comput. Math. 5 (1996) 329.
     """
@@ -413,7 +550,9 @@ def lambert_w(x):
 
 
 def johnson_force(penetration, modulus, length, radius_difference):
-    """Load of Johnson's cylinders [N], solved for the load without iteration over it; see `johnson`."""
+    """Load of Johnson's cylinders [N], solved for the load without iteration over it; see
+    `johnson`.
+    """
     limit = 0.95 * 4.0 * radius_difference / math.e**2
     depth = min(penetration, limit)
     w = lambert_w(-0.25 * math.e * depth / radius_difference)
@@ -423,21 +562,35 @@ def johnson_force(penetration, modulus, length, radius_difference):
 
 
 @contact(
-    modulus=MODULUS, length=LENGTH, radius_difference=CLEARANCE, restitution=restitution_above_zero,
-    grazing_speed=positive, damping=EXACT,
-)  # fmt: skip
+    modulus=MODULUS,
+    length=LENGTH,
+    radius_difference=CLEARANCE,
+    restitution=restitution_above_zero,
+    grazing_speed=positive,
+    damping=EXACT,
+)
 def johnson(
-    penetration, penetration_rate, impact_speed, modulus, length, radius_difference, restitution=1.0,
-    grazing_speed=GRAZING_SPEED, damping=None,
-):  # fmt: skip
+    penetration,
+    penetration_rate,
+    impact_speed,
+    modulus,
+    length,
+    radius_difference,
+    restitution=1.0,
+    grazing_speed=GRAZING_SPEED,
+    damping=None,
+):
     """Johnson's cylinder in a cylinder [N], with the exact hysteresis factor.
 
-    delta = f / (pi E*) (ln(4 pi E* DR / f) - 1), f = F / L; solved: f = -pi E* delta / W_-1(-e delta / (4 DR))
+    delta = f / (pi E*) (ln(4 pi E* DR / f) - 1), f = F / L; solved: f = -pi E* delta / W_-1(-e
+    delta / (4 DR))
 
-    modulus E* [Pa] (`contact_modulus`), bearing length L [m], radius_difference DR = clearance [m], restitution.
-    Valid for delta < 4 DR / e^2 = 0.541 DR, where the compliance reaches zero; from 95 % of that on the force goes on
-    with its slope there, and the joint warns if it is ever taken there.
-    Source: Johnson, Contact Mechanics (1985), section 5.6; Lambert W form after Pereira, Ramalho and Ambrosio (2011).
+    modulus E* [Pa] (`contact_modulus`), bearing length L [m], radius_difference DR = clearance [m],
+    restitution. Valid for delta < 4 DR / e^2 = 0.541 DR, where the compliance reaches zero; from 95
+    % of that on the force goes on with its slope there, and the joint warns if it is ever taken
+    there.
+    Source: Johnson, Contact Mechanics (1985), section 5.6; Lambert W form after Pereira, Ramalho
+    and Ambrosio (2011).
     """
     if penetration <= 0.0:
         return 0.0
@@ -449,19 +602,30 @@ johnson.limit = lambda parameters: 0.95 * 4.0 * parameters["radius_difference"] 
 
 
 @contact(
-    modulus=MODULUS, length=LENGTH, radius_difference=CLEARANCE, restitution=restitution_above_zero,
-    grazing_speed=positive, damping=EXACT,
-)  # fmt: skip
+    modulus=MODULUS,
+    length=LENGTH,
+    radius_difference=CLEARANCE,
+    restitution=restitution_above_zero,
+    grazing_speed=positive,
+    damping=EXACT,
+)
 def liu(
-    penetration, penetration_rate, impact_speed, modulus, length, radius_difference, restitution=1.0,
-    grazing_speed=GRAZING_SPEED, damping=None,
-):  # fmt: skip
+    penetration,
+    penetration_rate,
+    impact_speed,
+    modulus,
+    length,
+    radius_difference,
+    restitution=1.0,
+    grazing_speed=GRAZING_SPEED,
+    damping=None,
+):
     """Liu's conformal cylinders [N], with the exact hysteresis factor.
 
     F = pi / 2 E* L delta sqrt(delta / (2 (DR + delta)))
 
-    modulus E* [Pa], bearing length L [m], radius_difference DR = clearance [m]. Explicit, for any penetration.
-    Source: Liu, Zhang and Yang, J. Mech. Design 129 (2007) 93.
+    modulus E* [Pa], bearing length L [m], radius_difference DR = clearance [m]. Explicit, for any
+    penetration. Source: Liu, Zhang and Yang, J. Mech. Design 129 (2007) 93.
     """
     if penetration <= 0.0:
         return 0.0
@@ -471,21 +635,37 @@ def liu(
 
 
 @contact(
-    layer_modulus=LAYER, length=LENGTH, radius=RADIUS, radius_difference=CLEARANCE,
-    restitution=restitution_above_zero, grazing_speed=positive, damping=EXACT,
-)  # fmt: skip
+    layer_modulus=LAYER,
+    length=LENGTH,
+    radius=RADIUS,
+    radius_difference=CLEARANCE,
+    restitution=restitution_above_zero,
+    grazing_speed=positive,
+    damping=EXACT,
+)
 def winkler(
-    penetration, penetration_rate, impact_speed, layer_modulus, length, radius, radius_difference, restitution=1.0,
-    grazing_speed=GRAZING_SPEED, damping=None,
-):  # fmt: skip
-    """Winkler (elastic foundation) contact of a journal in a bearing [N], with the exact hysteresis factor.
+    penetration,
+    penetration_rate,
+    impact_speed,
+    layer_modulus,
+    length,
+    radius,
+    radius_difference,
+    restitution=1.0,
+    grazing_speed=GRAZING_SPEED,
+    damping=None,
+):
+    """Winkler (elastic foundation) contact of a journal in a bearing [N], with the exact hysteresis
+    factor.
 
-    F = K_w L R (e arccos(c / e) - c / e sqrt(e^2 - c^2)) = K_w L R e (2 a - sin 2 a) / 2,  e = c + delta = c / cos a;
-    for small delta F = 4 sqrt(2) / 3 K_w L R delta^1.5 / sqrt(c)
+    F = K_w L R (e arccos(c / e) - c / e sqrt(e^2 - c^2)) = K_w L R e (2 a - sin 2 a) / 2,
+    e = c + delta = c / cos a; for small delta F = 4 sqrt(2) / 3 K_w L R delta^1.5 / sqrt(c)
 
-    layer_modulus K_w [Pa/m] (`layer_modulus`), length L, radius R, radius_difference c [m]. Conformal, knows L and c,
-    for any penetration up to half the bore; the layer's thickness is the modelling freedom.
-    Source: elastic foundation after Johnson, Contact Mechanics (1985), section 4.3; integrated over the conformal arc.
+    layer_modulus K_w [Pa/m] (`layer_modulus`), length L, radius R, radius_difference c [m].
+    Conformal, knows L and c, for any penetration up to half the bore; the layer's thickness is the
+    modelling freedom.
+    Source: elastic foundation after Johnson, Contact Mechanics (1985), section 4.3; integrated over
+    the conformal arc.
     """
     if penetration <= 0.0:
         return 0.0
@@ -502,17 +682,21 @@ def winkler(
 
 
 def adams_step(x, x0, h0, x1, h1):
-    """The STEP function of ADAMS: h0 below x0, h1 above x1, between them h0 + (h1 - h0) s^2 (3 - 2 s)."""
+    """The STEP function of ADAMS: h0 below x0, h1 above x1, between them h0 + (h1 - h0) s^2 (3 - 2
+    s).
+    """
     s = min(max((x - x0) / (x1 - x0), 0.0), 1.0)
     return h0 + (h1 - h0) * s * s * (3.0 - 2.0 * s)
 
 
 @contact(stiffness=STIFFNESS, exponent=positive, damping=non_negative, depth=positive)
-def impact(penetration, penetration_rate, impact_speed, stiffness, exponent=1.5, damping=10.0, depth=1e-5):
+def impact(
+    penetration, penetration_rate, impact_speed, stiffness, exponent=1.5, damping=10.0, depth=1e-5
+):
     """The IMPACT function of ADAMS [N]: F = max(K delta^n + STEP(delta, 0, 0, d, C) delta', 0).
 
-    stiffness K [N/m^n], exponent n, damping C [N s/m] reached at the depth d [m]. It does not look at the impact speed
-    and knows no restitution.
+    stiffness K [N/m^n], exponent n, damping C [N s/m] reached at the depth d [m]. It does not look
+    at the impact speed and knows no restitution.
     Source: MSC ADAMS/Solver manual, functions IMPACT and STEP.
     """
     if penetration <= 0.0:

@@ -1,40 +1,49 @@
 """Oil film forces of a journal bearing, in the frame of the line of centres.
 
-Conventions: the journal's centre is displaced from the bearing's by e = eps c along n (towards the thinnest film), t is
-n turned by +90 degrees. A film law returns the force *on the journal* along n (radial) and t (tangential).
-radial_rate = d(eps)/dt [1/s]; entrainment w = omega_J + omega_B - 2 gamma' [rad/s], with the **sum** of the absolute
-angular speeds and the absolute rate gamma' of the line of centres.
+Conventions: the journal's centre is displaced from the bearing's by e = eps c along n (towards the
+thinnest film), t is n turned by +90 degrees. A film law returns the force *on the journal* along n
+(radial) and t (tangential). radial_rate = d(eps)/dt [1/s]; entrainment w = omega_J + omega_B - 2
+gamma' [rad/s], with the **sum** of the absolute angular speeds and the absolute rate gamma' of the
+line of centres.
 """
 
 import math
 
 from clearance.laws.law import film
 
-ECCENTRICITY_FLOOR = 1e-9  # eccentricity ratio below which the journal counts as this far off centre
-WALL = 1e-9  # smallest 1 - eps^2 the film is evaluated at: trial states at and beyond the wall stay finite
+# eccentricity ratio below which the journal counts as this far off centre
+ECCENTRICITY_FLOOR = 1e-9
+# smallest 1 - eps^2 the film is evaluated at: trial states at and beyond the wall stay finite
+WALL = 1e-9
 REST = 1e-9  # rate [1/s] that keeps the square root smooth at rest
 
 
 @film
 def pinkus_sternlicht(eccentricity_ratio, radial_rate, entrainment, joint):
-    """Pinkus-Sternlicht force of a long bearing, half-Sommerfeld film, both branches in one form [N, N].
+    """Pinkus-Sternlicht force of a long bearing, half-Sommerfeld film, both branches in one form
+    [N, N].
 
-    S   = sqrt(1 - eps^2) sqrt((w/2)^2 + (eps'/eps)^2),   g = 1 + 1.5 eps' / (S + 1.5 |eps'|),   P0 = mu L R^3 / c^2
-    F_r = -6 P0 / ((2 + eps^2)(1 - eps^2)^1.5) (4 S eps^2 + (2 + eps^2) pi eps' g)
+    S   = sqrt(1 - eps^2) sqrt((w/2)^2 + (eps'/eps)^2),   g = 1 + 1.5 eps' / (S + 1.5 |eps'|),
+    P0 = mu L R^3 / c^2 F_r = -6 P0 / ((2 + eps^2)(1 - eps^2)^1.5) (4 S eps^2 + (2 + eps^2) pi eps'
+    g)
     F_t =  6 pi eps w P0 / ((2 + eps^2) sqrt(1 - eps^2)) g
 
-    Continuously differentiable in eps' for w != 0, tends to -6 pi eps' P0 for eps -> 0, finite for every state
-    (eps counts as at most 1, and 1 - eps^2 is kept above 1e-9). Rigid, aligned, isoviscous;
+    Continuously differentiable in eps' for w != 0, tends to -6 pi eps' P0 for eps -> 0, finite for
+    every state (eps counts as at most 1, and 1 - eps^2 is kept above 1e-9). Rigid, aligned,
+    isoviscous;
     meant for L/D > 2, far too large below.
-    Source: Pinkus and Sternlicht, Theory of Hydrodynamic Lubrication (1961), in the form used by Flores et al. (2006),
-    with k^2 = (1 - eps^2)((w / 2 eps')^2 + 1/eps^2) multiplied out; the receding branch carries the plus sign.
+    Source: Pinkus and Sternlicht, Theory of Hydrodynamic Lubrication (1961), in the form used by
+    Flores et al. (2006), with k^2 = (1 - eps^2)((w / 2 eps')^2 + 1/eps^2) multiplied out; the
+    receding branch carries the plus sign.
     """
     eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), 1.0)
     scale = joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
     gap = max(1.0 - eps * eps, WALL)
     root = math.sqrt(gap)
     thick = 2.0 + eps * eps
-    turning = root * math.sqrt(0.25 * entrainment * entrainment + (radial_rate / eps) ** 2 + REST * REST)
+    turning = root * math.sqrt(
+        0.25 * entrainment * entrainment + (radial_rate / eps) ** 2 + REST * REST
+    )
     share = 1.0 + 1.5 * radial_rate / (turning + 1.5 * abs(radial_rate))
     strength = 6.0 * scale / (thick * gap * root)
     radial = -strength * (4.0 * turning * eps * eps + thick * math.pi * radial_rate * share)
@@ -52,18 +61,36 @@ def _bearing_is_not_long(joint, parameters):
 
 
 # nodes in (0, 1) and weights of the Gauss-Legendre rule of 24 points on (-1, 1), symmetric about 0
-# fmt: off
+
 NODES = (
-    0.06405689286260563, 0.1911188674736163, 0.3150426796961634, 0.4337935076260451,
-    0.5454214713888396, 0.6480936519369755, 0.7401241915785544, 0.820001985973903,
-    0.8864155270044011, 0.9382745520027328, 0.9747285559713095, 0.9951872199970213,
+    0.06405689286260563,
+    0.1911188674736163,
+    0.3150426796961634,
+    0.4337935076260451,
+    0.5454214713888396,
+    0.6480936519369755,
+    0.7401241915785544,
+    0.820001985973903,
+    0.8864155270044011,
+    0.9382745520027328,
+    0.9747285559713095,
+    0.9951872199970213,
 )
 WEIGHTS = (
-    0.12793819534675202, 0.12583745634682825, 0.1216704729278033, 0.11550566805372552,
-    0.10744427011596556, 0.09761865210411393, 0.0861901615319532, 0.07334648141108016,
-    0.05929858491543636, 0.04427743881741941, 0.02853138862893356, 0.01234122979998869,
+    0.12793819534675202,
+    0.12583745634682825,
+    0.1216704729278033,
+    0.11550566805372552,
+    0.10744427011596556,
+    0.09761865210411393,
+    0.0861901615319532,
+    0.07334648141108016,
+    0.05929858491543636,
+    0.04427743881741941,
+    0.02853138862893356,
+    0.01234122979998869,
 )
-# fmt: on
+
 HALF = 12
 
 
@@ -71,8 +98,8 @@ HALF = 12
 def full_sommerfeld(eccentricity_ratio, radial_rate, entrainment, joint):
     """Full film of a long bearing [N, N], sub-ambient pressure and all.
 
-    F_r = -12 pi eps' P0 / (1 - eps^2)^1.5,   F_t = 12 pi eps w P0 / ((2 + eps^2) sqrt(1 - eps^2)),   P0 = mu L R^3 /
-    c^2
+    F_r = -12 pi eps' P0 / (1 - eps^2)^1.5,   F_t = 12 pi eps w P0 / ((2 + eps^2) sqrt(1 - eps^2)),
+    P0 = mu L R^3 / c^2
 
     Only for flooded, pressurised joints: it allows tension.
     Source: Sommerfeld, Z. Math. Phys. 50 (1904) 97; squeeze part: Pinkus and Sternlicht (1961).
@@ -81,28 +108,37 @@ def full_sommerfeld(eccentricity_ratio, radial_rate, entrainment, joint):
     gap = max(1.0 - eps * eps, WALL)
     root = math.sqrt(gap)
     scale = 12.0 * math.pi * joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
-    return -scale * radial_rate / (gap * root), scale * eps * entrainment / ((2.0 + eps * eps) * root)
+    return -scale * radial_rate / (gap * root), scale * eps * entrainment / (
+        (2.0 + eps * eps) * root
+    )
 
 
 def moving(radial_rate, wedge):
-    """(factor, radial rate, eps |w|) that a pi-film is evaluated at: its own motion, at rest as slow an approach."""
+    """(factor, radial rate, eps |w|) that a pi-film is evaluated at: its own motion, at rest as
+    slow an approach.
+    """
     if abs(radial_rate) + wedge < REST:
         return radial_rate / REST, REST, 0.0
     return 1.0, radial_rate, wedge
 
 
 def sommerfeld_angle(eps, theta):
-    """psi with tan(psi / 2) = sqrt((1 - eps) / (1 + eps)) tan(theta / 2), on the branch of theta in (-pi, 2 pi]."""
+    """psi with tan(psi / 2) = sqrt((1 - eps) / (1 + eps)) tan(theta / 2), on the branch of theta in
+    (-pi, 2 pi].
+    """
     return 2.0 * math.atan2(
-        math.sqrt(max(1.0 - eps, 0.5 * WALL)) * math.sin(0.5 * theta), math.sqrt(1.0 + eps) * math.cos(0.5 * theta)
+        math.sqrt(max(1.0 - eps, 0.5 * WALL)) * math.sin(0.5 * theta),
+        math.sqrt(1.0 + eps) * math.cos(0.5 * theta),
     )
 
 
 def arc_integrals(eps, gap, start):
-    """J_10, J_11, J_01, J_02, J_20 with J_ab = integral of sin^a cos^b / (1 + eps cos)^3 over [start, start + pi].
+    """J_10, J_11, J_01, J_02, J_20 with J_ab = integral of sin^a cos^b / (1 + eps cos)^3 over
+    [start, start + pi].
 
-    gap = 1 - eps^2. In Sommerfeld's angle psi the last three are trigonometric polynomials of degree 2, which the Gauss
-    points integrate to rounding; the usual closed forms cancel for small eps and near eps = 1.
+    gap = 1 - eps^2. In Sommerfeld's angle psi the last three are trigonometric polynomials of
+    degree 2, which the Gauss points integrate to rounding; the usual closed forms cancel for small
+    eps and near eps = 1.
     """
     sine, cosine = math.sin(start), math.cos(start)
     edge = gap + eps * eps * sine * sine
@@ -132,9 +168,10 @@ def long_film(eccentricity_ratio, radial_rate, entrainment, joint):
     tan theta_1 = (2 + eps^2) eps' / (eps w),   K = 3 w eps^2 / (2 + eps^2),   P0 = mu L R^3 / c^2
     F_r = -6 P0 (w eps J_11 + 2 eps' J_20 + K J_10),   F_t = 6 P0 (w eps J_02 + 2 eps' J_11 + K J_01)
 
-    with J_ab of `arc_integrals`. Rigid, aligned, isoviscous; for L/D > 2. What Pinkus and Sternlicht's fractions
-    stand for.
-    Source: Reynolds equation of the long bearing, Pinkus and Sternlicht (1961), integrated over the arc of pressure.
+    with J_ab of `arc_integrals`. Rigid, aligned, isoviscous; for L/D > 2. What Pinkus and
+    Sternlicht's fractions stand for.
+    Source: Reynolds equation of the long bearing, Pinkus and Sternlicht (1961), integrated over the
+    arc of pressure.
     """
     eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), 1.0)
     gap = max(1.0 - eps * eps, WALL)
@@ -166,19 +203,30 @@ def short_film(eccentricity_ratio, radial_rate, entrainment, joint):
     F_r = 2 P0 (L/D)^2 (w eps J_11 - 2 eps' J_02),   F_t = 2 P0 (L/D)^2 (w eps J_20 - 2 eps' J_11)
 
     with J_ab of `arc_integrals`. Rigid, aligned, isoviscous; for L/D < 0.25, far too stiff above.
-    Source: DuBois and Ocvirk, NACA TR 1157 (1953); with the squeeze term, Booker, J. Basic Eng. 87 (1965) 537.
+    Source: DuBois and Ocvirk, NACA TR 1157 (1953); with the squeeze term, Booker, J. Basic Eng. 87
+    (1965) 537.
     """
     eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), 1.0)
     gap = max(1.0 - eps * eps, WALL)
     slender = joint.length / (2.0 * joint.radius)
-    scale = 2.0 * slender * slender * joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
+    scale = (
+        2.0
+        * slender
+        * slender
+        * joint.viscosity
+        * joint.length
+        * joint.radius**3
+        / joint.clearance**2
+    )
     wedge = eps * abs(entrainment)  # turned around, F_t changes its sign
     factor, rate, wedge = moving(radial_rate, wedge)
     start = math.atan2(2.0 * rate, wedge)
     j10, j11, j01, j02, j20 = arc_integrals(eps, gap, start)
     factor *= scale
     tangential = wedge * j20 - 2.0 * rate * j11
-    return factor * (wedge * j11 - 2.0 * rate * j02), math.copysign(1.0, entrainment) * factor * tangential
+    return factor * (wedge * j11 - 2.0 * rate * j02), math.copysign(
+        1.0, entrainment
+    ) * factor * tangential
 
 
 @short_film.doubts
@@ -191,9 +239,11 @@ def _bearing_is_not_short(joint, parameters):
 
 
 def harmonic_share(x2):
-    """Axial mean of a long and a short pressure in harmonic sum, over the long one; x2 = p_s / (p_s + p_l) in (0, 1).
+    """Axial mean of a long and a short pressure in harmonic sum, over the long one;
+    x2 = p_s / (p_s + p_l) in (0, 1).
 
-    1 - r / sqrt(1 + r) artanh(1 / sqrt(1 + r)) with r = p_l / p_s, as a series where it would cancel.
+    1 - r / sqrt(1 + r) artanh(1 / sqrt(1 + r)) with r = p_l / p_s, as a series where it would
+    cancel.
     """
     if x2 < 0.1:
         total = 0.0
@@ -206,16 +256,18 @@ def harmonic_share(x2):
 
 @film
 def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
-    """Film of a bearing of finite length [N, N]: long and short pressure in harmonic sum at every angle.
+    """Film of a bearing of finite length [N, N]: long and short pressure in harmonic sum at every
+    angle.
 
     h = 1 + eps cos theta,   p_l = 6 [w eps (s(theta) - s(theta_l)) + eps' / eps (1 / h^2 - 1 / h_l^2)],
-    s = sin theta (2 + eps cos theta) / ((2 + eps^2) h^2),   p_s = 3 (L/D)^2 (w eps sin theta - 2 eps' cos theta) / h^3,
-    1 / p = 1 / p_l + 1 / (p_s (1 - z^2)), its axial mean in closed form (`harmonic_share`), positive arcs intersected:
-    [max(theta_l, theta_s), min(theta_l, theta_s) + pi],  F_r = P0 integral of p cos theta,  F_t of p sin theta
+    s = sin theta (2 + eps cos theta) / ((2 + eps^2) h^2),   p_s = 3 (L/D)^2 (w eps sin theta - 2
+    eps' cos theta) / h^3, 1 / p = 1 / p_l + 1 / (p_s (1 - z^2)), its axial mean in closed form
+    (`harmonic_share`), positive arcs intersected: [max(theta_l, theta_s), min(theta_l,
+    theta_s) + pi],  F_r = P0 integral of p cos theta,  F_t of p sin theta
 
-    by 24 Gauss points in the Sommerfeld angle (error below 1e-5 up to eps = 0.999). Rigid, aligned, isoviscous; mostly
-    within 7 % of the Reynolds equation for L/D <= 1 (22 % where the journal recedes at eps = 0.9), 3 to 25 % at L/D =
-    2.
+    by 24 Gauss points in the Sommerfeld angle (error below 1e-5 up to eps = 0.999). Rigid, aligned,
+    isoviscous; mostly within 7 % of the Reynolds equation for L/D <= 1 (22 % where the journal
+    recedes at eps = 0.9), 3 to 25 % at L/D = 2.
     Source: Reason and Narang, ASLE Trans. 25 (1982) 437, extended to squeeze.
     """
     eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), 1.0)
@@ -250,26 +302,52 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
     return factor * radial, math.copysign(1.0, entrainment) * factor * tangential
 
 
-def film_torques(eccentricity_ratio, tangential, journal_speed, bearing_speed, radius, clearance, length, viscosity):
+def film_torques(
+    eccentricity_ratio,
+    tangential,
+    journal_speed,
+    bearing_speed,
+    radius,
+    clearance,
+    length,
+    viscosity,
+):
     """Friction torques of the film on journal and bearing [N m, N m], about their own centres.
 
     T_J = -(T_c + e F_t / 2),  T_B = T_c - e F_t / 2,  T_c = 2 pi mu R^3 L (omega_J - omega_B) / (c sqrt(1 - eps^2))
 
-    so that T_J + T_B + e F_t = 0 balances the moment of the two centre forces; with the **difference** of the absolute
-    speeds [rad/s]; lengths in m, viscosity in Pa s. T_c assumes an oil-filled cavitated arc (upper bound); Petroff's
-    torque for eps -> 0.
-    Source: Pinkus and Sternlicht (1961); the same form stands in MBDyn's hydrodynamic plain bearing module.
+    so that T_J + T_B + e F_t = 0 balances the moment of the two centre forces; with the
+    **difference** of the absolute speeds [rad/s]; lengths in m, viscosity in Pa s. T_c assumes an
+    oil-filled cavitated arc (upper bound); Petroff's torque for eps -> 0.
+    Source: Pinkus and Sternlicht (1961); the same form stands in MBDyn's hydrodynamic plain bearing
+    module.
     """
     gap = max(1.0 - eccentricity_ratio * eccentricity_ratio, WALL)
     shear = 2.0 * math.pi / math.sqrt(gap)
     return wet_film_torques(
-        eccentricity_ratio, tangential, shear, journal_speed, bearing_speed, radius, clearance, length, viscosity
+        eccentricity_ratio,
+        tangential,
+        shear,
+        journal_speed,
+        bearing_speed,
+        radius,
+        clearance,
+        length,
+        viscosity,
     )
 
 
 def wet_film_torques(
-    eccentricity_ratio, tangential, shear, journal_speed, bearing_speed, radius, clearance, length, viscosity
-):  # fmt: skip
+    eccentricity_ratio,
+    tangential,
+    shear,
+    journal_speed,
+    bearing_speed,
+    radius,
+    clearance,
+    length,
+    viscosity,
+):
     """As `film_torques`, where only the wet area drags: T_c = mu R^3 L / c (omega_J - omega_B) K.
 
     shear K: the integral of 1/H over the wet area, at most 2 pi / sqrt(1 - eps^2).
@@ -280,10 +358,12 @@ def wet_film_torques(
 
 
 def peak_film_pressure(load, thickness, radius, clearance, length):
-    """Estimate of the largest pressure [Pa] of a film that carries `load` [N] at minimum thickness h [m].
+    """Estimate of the largest pressure [Pa] of a film that carries `load` [N] at minimum thickness
+    h [m].
 
-    p = F / (L R min(pi / 2 sqrt(2 h / e), 2)): the squeeze pressure of a parabolic gap, p ~ (1 + u^2)^-2, at most
-    spread over the diameter; e = c - h. Within a factor of two, for diagnostics.
+    p = F / (L R min(pi / 2 sqrt(2 h / e), 2)): the squeeze pressure of a parabolic gap,
+    p ~ (1 + u^2)^-2, at most spread over the diameter; e = c - h. Within a factor of two, for
+    diagnostics.
     """
     thin = max(thickness, 1e-9 * clearance)
     eccentricity = max(clearance - thin, 1e-3 * clearance)
@@ -292,9 +372,11 @@ def peak_film_pressure(load, thickness, radius, clearance, length):
 
 
 def thinning(warming, surroundings, vogel, vogel_zero):
-    """mu(T) / mu(T_0) of Vogel's law, for T = T_0 + warming [K]: exp(B / (T - theta) - B / (T_0 - theta)).
+    """mu(T) / mu(T_0) of Vogel's law, for T = T_0 + warming [K]:
+    exp(B / (T - theta) - B / (T_0 - theta)).
 
-    Temperatures below theta + B / 500 count as that. Source: Vogel, Physikalische Zeitschrift 22 (1921) 645.
+    Temperatures below theta + B / 500 count as that. Source: Vogel, Physikalische Zeitschrift 22
+    (1921) 645.
     """
     above = max(surroundings + warming - vogel_zero, 0.002 * vogel)
     return math.exp(vogel / above - vogel / (surroundings - vogel_zero))

@@ -1,8 +1,9 @@
 """Dry friction: tangential force as a function of sliding speed and normal force.
 
-A friction law returns the force on the body whose sliding speed v [m/s] it gets, opposed to v [N]; normal force
-F_n >= 0 [N]. Laws written with mu_eff(v) return -mu_eff F_n sgn v. Regularised laws creep instead of sticking; `lugre`
-sticks, and has the deflection of its bristles as a state of the joint.
+A friction law returns the force on the body whose sliding speed v [m/s] it gets, opposed to v [N];
+normal force F_n >= 0 [N]. Laws written with mu_eff(v) return -mu_eff F_n sgn v. Regularised laws
+creep instead of sticking; `lugre` sticks, and has the deflection of its bristles as a state of the
+joint.
 """
 
 import math
@@ -17,10 +18,17 @@ SMALL_FORCE = 1e-3  # N: normal force over which bristles come into touch
 def coulomb(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
     """Smooth Coulomb friction [N], algebraic: F = -mu F_n v / sqrt(v^2 + v_t^2).
 
-    coefficient mu, transition_speed v_t [m/s]. Infinitely smooth; reaches 99 % of mu F_n at v = 7 v_t.
-    Source: the usual algebraic regularisation of Coulomb's law; see Marques et al., Nonlinear Dyn. 86 (2016) 1407.
+    coefficient mu, transition_speed v_t [m/s]. Infinitely smooth; reaches 99 % of mu F_n at v = 7
+    v_t.
+    Source: the usual algebraic regularisation of Coulomb's law; see Marques et al., Nonlinear Dyn.
+    86 (2016) 1407.
     """
-    return -coefficient * normal_force * sliding_speed / math.sqrt(sliding_speed**2 + transition_speed**2)
+    return (
+        -coefficient
+        * normal_force
+        * sliding_speed
+        / math.sqrt(sliding_speed**2 + transition_speed**2)
+    )
 
 
 @friction(coefficient=non_negative, transition_speed=positive)
@@ -36,7 +44,8 @@ def coulomb_tanh(sliding_speed, normal_force, coefficient, transition_speed=1e-3
 def threlfall(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
     """Threlfall's friction [N]: mu_eff = mu (1 - exp(-3 |v| / v_0)) up to v_0, 0.95 mu beyond.
 
-    transition_speed v_0 [m/s]. Continuous to 2e-4 at v_0 only. Source: Threlfall, Mech. Mach. Theory 13 (1978) 475.
+    transition_speed v_0 [m/s]. Continuous to 2e-4 at v_0 only. Source: Threlfall, Mech. Mach.
+    Theory 13 (1978) 475.
     """
     speed = abs(sliding_speed)
     if speed <= transition_speed:
@@ -50,11 +59,13 @@ def threlfall(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
 def ambrosio(sliding_speed, normal_force, coefficient, dead_speed=1e-4, full_speed=1e-3):
     """Ambrosio's friction [N], with a ramp: -mu N sgn(v) r,  r = (|v| - v_0) / (v_1 - v_0) within [0, 1].
 
-    dead_speed v_0, full_speed v_1 > v_0 [m/s]. Continuous, no stiction; keeps the sign of v from chattering.
-    Source: Ambrosio, in Virtual Nonlinear Multibody Systems (2003), 57.
+    dead_speed v_0, full_speed v_1 > v_0 [m/s]. Continuous, no stiction; keeps the sign of v from
+    chattering. Source: Ambrosio, in Virtual Nonlinear Multibody Systems (2003), 57.
     """
     ramp = (abs(sliding_speed) - dead_speed) / (full_speed - dead_speed)
-    return -coefficient * min(max(ramp, 0.0), 1.0) * normal_force * math.copysign(1.0, sliding_speed)
+    return (
+        -coefficient * min(max(ramp, 0.0), 1.0) * normal_force * math.copysign(1.0, sliding_speed)
+    )
 
 
 @ambrosio.demands
@@ -67,10 +78,11 @@ def _ramp_exists(joint, parameters):
 
 @friction(static=non_negative, kinetic=non_negative, transition_speed=positive, decay=non_negative)
 def bengisu_akay(sliding_speed, normal_force, static, kinetic, transition_speed=1e-3, decay=100.0):
-    """Bengisu and Akay's friction [N]: a parabola up to mu_s at v_0, then an exponential fall to mu_k.
+    """Bengisu and Akay's friction [N]: a parabola up to mu_s at v_0, then an exponential fall to
+    mu_k.
 
-    mu_eff = mu_s (1 - (|v| / v_0 - 1)^2) for |v| < v_0, mu_k + (mu_s - mu_k) exp(-xi (|v| - v_0)) beyond.
-    transition_speed v_0 [m/s], decay xi [s/m].
+    mu_eff = mu_s (1 - (|v| / v_0 - 1)^2) for |v| < v_0, mu_k + (mu_s - mu_k) exp(-xi (|v| - v_0))
+    beyond. transition_speed v_0 [m/s], decay xi [s/m].
     Source: Bengisu and Akay, J. Vibration and Acoustics 116 (1994) 166.
     """
     speed = abs(sliding_speed)
@@ -82,58 +94,91 @@ def bengisu_akay(sliding_speed, normal_force, static, kinetic, transition_speed=
 
 
 @friction(
-    static=non_negative, kinetic=non_negative, stribeck_speed=positive, exponent=at_least_one, viscous=non_negative,
+    static=non_negative,
+    kinetic=non_negative,
+    stribeck_speed=positive,
+    exponent=at_least_one,
+    viscous=non_negative,
     transition_speed=positive,
-)  # fmt: skip
+)
 def stribeck(
-    sliding_speed, normal_force, static, kinetic, stribeck_speed=1e-2, exponent=2.0, viscous=0.0, transition_speed=1e-4
+    sliding_speed,
+    normal_force,
+    static,
+    kinetic,
+    stribeck_speed=1e-2,
+    exponent=2.0,
+    viscous=0.0,
+    transition_speed=1e-4,
 ):
-    """Stribeck friction [N], smoothed at rest: F = -F_n ((mu_k + (mu_s - mu_k) exp(-(|v| / v_s)^gamma)) s + sigma v).
+    """Stribeck friction [N], smoothed at rest: F = -F_n ((mu_k + (mu_s - mu_k)
+    exp(-(|v| / v_s)^gamma)) s + sigma v).
 
-    s = tanh(v / v_t); stribeck_speed v_s, transition_speed v_t << v_s [m/s], exponent gamma >= 1, viscous sigma per
-    unit of normal force [s/m].
-    Source: Bo and Pavelescu, Wear 82 (1982) 277; Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994).
+    s = tanh(v / v_t); stribeck_speed v_s, transition_speed v_t << v_s [m/s], exponent gamma >= 1,
+    viscous sigma per unit of normal force [s/m].
+    Source: Bo and Pavelescu, Wear 82 (1982) 277; Armstrong-Helouvry, Dupont and Canudas de Wit,
+    Automatica 30 (1994).
     """
     ratio = abs(sliding_speed) / stribeck_speed
     effective = kinetic + (static - kinetic) * math.exp(-(ratio**exponent))
-    return -normal_force * (effective * math.tanh(sliding_speed / transition_speed) + viscous * sliding_speed)
+    return -normal_force * (
+        effective * math.tanh(sliding_speed / transition_speed) + viscous * sliding_speed
+    )
 
 
 @friction(coefficient=non_negative, viscous=non_negative, transition_speed=positive)
 def coulomb_viscous(sliding_speed, normal_force, coefficient, viscous, transition_speed=1e-3):
     """Coulomb friction, smoothed, and a viscous part [N]: F = -F_n (mu tanh(v / v_t) + sigma v).
 
-    viscous sigma per unit of normal force [s/m], transition_speed v_t [m/s]. Source: see Marques et al., Nonlinear
-    Dyn. 86 (2016) 1407.
+    viscous sigma per unit of normal force [s/m], transition_speed v_t [m/s]. Source: see Marques et
+    al., Nonlinear Dyn. 86 (2016) 1407.
     """
-    return -normal_force * (coefficient * math.tanh(sliding_speed / transition_speed) + viscous * sliding_speed)
+    return -normal_force * (
+        coefficient * math.tanh(sliding_speed / transition_speed) + viscous * sliding_speed
+    )
 
 
 @bristle(
-    static=positive, kinetic=positive, stribeck_speed=positive, stiffness=positive, damping=positive,
+    static=positive,
+    kinetic=positive,
+    stribeck_speed=positive,
+    stiffness=positive,
+    damping=positive,
     viscous=non_negative,
-)  # fmt: skip
+)
 def lugre(
-    deflection, sliding_speed, normal_force, static, kinetic, stribeck_speed=1e-2, stiffness=1e5, damping=10.0,
+    deflection,
+    sliding_speed,
+    normal_force,
+    static,
+    kinetic,
+    stribeck_speed=1e-2,
+    stiffness=1e5,
+    damping=10.0,
     viscous=0.0,
-):  # fmt: skip
+):
     """LuGre friction: bristles that deflect by z [m]. Returns (z', force [N]).
 
     z' = v - sigma_0 |v| z / g(v),   g = mu_k + (mu_s - mu_k) exp(-(v / v_s)^2),
     F = -F_n (sigma_0 z + sigma_1 exp(-(v / v_s)^2) z' + sigma_2 v)
 
-    per unit of normal force: stiffness sigma_0 [1/m], damping sigma_1 [s/m], viscous sigma_2 [s/m]; stribeck_speed v_s
-    [m/s]. Without contact the bristles relax, z' = -sigma_0 z / sigma_1, blended over a normal force of 1 mN. Sliding
-    steadily it is the Stribeck law; it sticks with a stiffness sigma_0 F_n. The damping fades with the speed:
-    undiminished, fresh bristles of an impact would rub with sigma_1 v. Passive for sigma_1 v_s well below 10 mu_k.
-    Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419, scaled by F_n; with
-    fading damping, Olsson (1996).
+    per unit of normal force: stiffness sigma_0 [1/m], damping sigma_1 [s/m], viscous sigma_2 [s/m];
+    stribeck_speed v_s [m/s]. Without contact the bristles relax, z' = -sigma_0 z / sigma_1, blended
+    over a normal force of 1 mN. Sliding steadily it is the Stribeck law; it sticks with a stiffness
+    sigma_0 F_n. The damping fades with the speed: undiminished, fresh bristles of an impact would
+    rub with sigma_1 v. Passive for sigma_1 v_s well below 10 mu_k. Source: Canudas de Wit, Olsson,
+    Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419, scaled by F_n; with fading
+    damping, Olsson (1996).
     """
     slow = math.exp(-((sliding_speed / stribeck_speed) ** 2))
-    rate = sliding_speed - stiffness * abs(sliding_speed) * deflection / (kinetic + (static - kinetic) * slow)
+    rate = sliding_speed - stiffness * abs(sliding_speed) * deflection / (
+        kinetic + (static - kinetic) * slow
+    )
     free = math.exp(-max(normal_force, 0.0) / SMALL_FORCE)
     rate = (1.0 - free) * rate - free * stiffness * deflection / damping
-    force = -normal_force * (stiffness * deflection + damping * slow * rate + viscous * sliding_speed)
+    force = -normal_force * (
+        stiffness * deflection + damping * slow * rate + viscous * sliding_speed
+    )
     return rate, force
 
 

@@ -1,10 +1,12 @@
-"""Friction of hinges and slides without clearance: a torque or force against their motion, made by their reactions.
+"""Friction of hinges and slides without clearance: a torque or force against their motion, made by
+their reactions.
 
-A reaction comes to one number, the friction load Q, through the geometry of the joint: for a hinge Q is a torque [N m]
-and the rate an angular velocity [rad/s], for a slide Q is a force [N] and the rate a speed [m/s]. A law returns the
-torque on body b (the force on b along the axis), opposed to the rate of b against a. With transition_rate = 0 the sign
-function stands at rest (and 0 below 1e-14, which is rounding): right for prescribed motion. Where the motion is found
-from the forces, give a transition_rate, or a law that is smooth at rest. `joint_lugre` sticks: the deflection of its
+A reaction comes to one number, the friction load Q, through the geometry of the joint: for a hinge
+Q is a torque [N m] and the rate an angular velocity [rad/s], for a slide Q is a force [N] and the
+rate a speed [m/s]. A law returns the torque on body b (the force on b along the axis), opposed to
+the rate of b against a. With transition_rate = 0 the sign function stands at rest (and 0 below
+1e-14, which is rounding): right for prescribed motion. Where the motion is found from the forces,
+give a transition_rate, or a law that is smooth at rest. `joint_lugre` sticks: the deflection of its
 bristles is a state of the joint.
 """
 
@@ -17,26 +19,39 @@ REST = 1e-14  # rad/s, m/s: slower is rounding, which has no sign
 ROOT_2, ROOT_2E = math.sqrt(2.0), math.sqrt(2.0 * math.e)
 
 
-def pin_load(radial_x, radial_y, axial, bending_x, bending_y, pin_radius, friction_arm, bending_ratio):
+def pin_load(
+    radial_x, radial_y, axial, bending_x, bending_y, pin_radius, friction_arm, bending_ratio
+):
     """Friction load of a hinge [N m]: Q = R_p f_r + R_n |f_m| + (R_p / R_b) t_r.
 
-    f_r = |(radial_x, radial_y)| radial force, f_m axial force [N], t_r = |(bending_x, bending_y)| bending moment [N m];
-    pin_radius R_p, friction_arm R_n of the thrust face [m]; bending_ratio R_p / R_b, R_b the bending reaction arm.
-    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 47, in the form of the ADAMS joint friction.
+    f_r = |(radial_x, radial_y)| radial force, f_m axial force [N], t_r = |(bending_x, bending_y)|
+    bending moment [N m]; pin_radius R_p, friction_arm R_n of the thrust face [m]; bending_ratio
+    R_p / R_b, R_b the bending reaction arm. Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq.
+    47, in the form of the ADAMS joint friction.
     """
     radial = length(radial_x, radial_y)
-    return pin_radius * radial + friction_arm * abs(axial) + bending_ratio * length(bending_x, bending_y)
+    return (
+        pin_radius * radial
+        + friction_arm * abs(axial)
+        + bending_ratio * length(bending_x, bending_y)
+    )
 
 
 def slide_load(normal, axial, twist, tilt, bending, friction_arm_inverse, overlap_inverse):
     """Friction load of a slide [N]: Q = f_p + t_p / (s / 2) + |t_m| / R_n.
 
-    f_p = |(normal, axial)| force across the slide, in the plane and out of it [N]; t_p = |(tilt, bending)| moment about
-    the axes across the slide, t_m = twist about the slide itself [N m]; overlap s of slide and guide [m] as
-    overlap_inverse 1 / s, friction_arm R_n as friction_arm_inverse 1 / R_n [1/m].
-    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 47, in the form of the ADAMS joint friction.
+    f_p = |(normal, axial)| force across the slide, in the plane and out of it [N]; t_p = |(tilt,
+    bending)| moment about the axes across the slide, t_m = twist about the slide itself [N m];
+    overlap s of slide and guide [m] as overlap_inverse 1 / s, friction_arm R_n as
+    friction_arm_inverse 1 / R_n [1/m].
+    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 47, in the form of the ADAMS joint
+    friction.
     """
-    return length(normal, axial) + 2.0 * overlap_inverse * length(tilt, bending) + friction_arm_inverse * abs(twist)
+    return (
+        length(normal, axial)
+        + 2.0 * overlap_inverse * length(tilt, bending)
+        + friction_arm_inverse * abs(twist)
+    )
 
 
 def length(x, y):
@@ -58,58 +73,96 @@ def direction(rate, transition_rate):
     return 0.0
 
 
-@joint_friction(coefficient=non_negative, viscous=non_negative, load_viscous=non_negative, transition_rate=non_negative)
+@joint_friction(
+    coefficient=non_negative,
+    viscous=non_negative,
+    load_viscous=non_negative,
+    transition_rate=non_negative,
+)
 def joint_coulomb(rate, load, coefficient, viscous=0.0, load_viscous=0.0, transition_rate=0.0):
     """Coulomb-viscous friction of a joint [N m or N]: -(mu Q sgn(w) + c w + c_Q Q w).
 
-    coefficient mu; viscous c [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m]; transition_rate: of the
-    smoothed sign [rad/s or m/s].
-    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 42; the source does not say whether its viscous coefficient
-    is c or c_Q.
+    coefficient mu; viscous c [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m];
+    transition_rate: of the smoothed sign [rad/s or m/s].
+    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 42; the source does not say whether its
+    viscous coefficient is c or c_Q.
     """
-    return -(coefficient * load * direction(rate, transition_rate) + (viscous + load_viscous * load) * rate)
+    return -(
+        coefficient * load * direction(rate, transition_rate)
+        + (viscous + load_viscous * load) * rate
+    )
 
 
 @joint_friction(
-    static=non_negative, kinetic=non_negative, stribeck_rate=positive, exponent=at_least_one, viscous=non_negative,
-    load_viscous=non_negative, transition_rate=non_negative,
-)  # fmt: skip
+    static=non_negative,
+    kinetic=non_negative,
+    stribeck_rate=positive,
+    exponent=at_least_one,
+    viscous=non_negative,
+    load_viscous=non_negative,
+    transition_rate=non_negative,
+)
 def joint_stribeck(
-    rate, load, static, kinetic, stribeck_rate, exponent=2.0, viscous=0.0, load_viscous=0.0, transition_rate=0.0
+    rate,
+    load,
+    static,
+    kinetic,
+    stribeck_rate,
+    exponent=2.0,
+    viscous=0.0,
+    load_viscous=0.0,
+    transition_rate=0.0,
 ):
-    """Stribeck friction of a joint [N m or N]: -((mu_k + (mu_s - mu_k) exp(-|w / w_s|^d)) Q sgn(w) + c w + c_Q Q w).
+    """Stribeck friction of a joint [N m or N]: -((mu_k + (mu_s - mu_k) exp(-|w / w_s|^d)) Q
+    sgn(w) + c w + c_Q Q w).
 
-    static mu_s, kinetic mu_k; stribeck_rate w_s [rad/s or m/s]; exponent d: 2 (Gauss) or 1 (Tustin); viscous c
-    [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m]; transition_rate: of the smoothed sign.
-    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 52 (exponent not given there).
+    static mu_s, kinetic mu_k; stribeck_rate w_s [rad/s or m/s]; exponent d: 2 (Gauss) or 1
+    (Tustin); viscous c [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m];
+    transition_rate: of the smoothed sign. Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 52
+    (exponent not given there).
     """
     effective = kinetic + (static - kinetic) * math.exp(-(abs(rate / stribeck_rate) ** exponent))
-    return -(effective * load * direction(rate, transition_rate) + (viscous + load_viscous * load) * rate)
+    return -(
+        effective * load * direction(rate, transition_rate) + (viscous + load_viscous * load) * rate
+    )
 
 
 @joint_friction(
-    breakaway=non_negative, coulomb=non_negative, viscous=non_negative, decay=non_negative, threshold=positive
+    breakaway=non_negative,
+    coulomb=non_negative,
+    viscous=non_negative,
+    decay=non_negative,
+    threshold=positive,
 )
 def breakaway_linear(rate, load, breakaway, coulomb, viscous=0.0, decay=10.0, threshold=1e-4):
-    """Combined breakaway, Coulomb and viscous friction with a linear zone at rest [N m or N]; no load enters.
+    """Combined breakaway, Coulomb and viscous friction with a linear zone at rest [N m or N]; no
+    load enters.
 
-    -[F_C + (F_b - F_C) exp(-c |w|)] sgn(w) - f w from |w| = w_t on, below it the straight line through zero to the same
-    value: continuous. breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m]; decay c [s or s/m]; threshold
-    w_t [rad/s or m/s].
-    Source: Chacko and Khan, Tribology in Industry 39 (2017), Eqs. 14-17, the legacy friction block of Simscape; of the
-    printed equations two signs and a bracket are corrected (see the case mobile_manipulator).
+    -[F_C + (F_b - F_C) exp(-c |w|)] sgn(w) - f w from |w| = w_t on, below it the straight line
+    through zero to the same
+    value: continuous. breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m]; decay c
+        [s or s/m]; threshold w_t [rad/s or m/s].
+    Source: Chacko and Khan, Tribology in Industry 39 (2017), Eqs. 14-17, the legacy friction block
+    of Simscape; of the printed equations two signs and a bracket are corrected (see the case
+    mobile_manipulator).
     """
     speed = max(abs(rate), threshold)
-    return -(coulomb + (breakaway - coulomb) * math.exp(-decay * speed)) * rate / speed - viscous * rate
+    return (
+        -(coulomb + (breakaway - coulomb) * math.exp(-decay * speed)) * rate / speed
+        - viscous * rate
+    )
 
 
-@joint_friction(breakaway=non_negative, coulomb=non_negative, viscous=non_negative, breakaway_rate=positive)
+@joint_friction(
+    breakaway=non_negative, coulomb=non_negative, viscous=non_negative, breakaway_rate=positive
+)
 def breakaway_smooth(rate, load, breakaway, coulomb, viscous=0.0, breakaway_rate=0.1):
     """Combined breakaway, Coulomb and viscous friction, smooth at rest [N m or N]; no load enters.
 
-    -sqrt(2 e) (F_b - F_C) exp(-(w / w_S)^2) w / w_S - F_C tanh(w / w_C) - f w,  w_S = sqrt(2) w_b,  w_C = w_b / 10.
-    breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m]; breakaway_rate w_b [rad/s or m/s].
-    Source: the friction blocks of Simscape since R2017b (their documentation).
+    -sqrt(2 e) (F_b - F_C) exp(-(w / w_S)^2) w / w_S - F_C tanh(w / w_C) - f w,  w_S = sqrt(2) w_b,
+    w_C = w_b / 10. breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m];
+    breakaway_rate w_b [rad/s or m/s]. Source: the friction blocks of Simscape since R2017b (their
+    documentation).
     """
     ratio = rate / (ROOT_2 * breakaway_rate)
     hump = ROOT_2E * (breakaway - coulomb) * math.exp(-ratio * ratio) * ratio
@@ -117,22 +170,36 @@ def breakaway_smooth(rate, load, breakaway, coulomb, viscous=0.0, breakaway_rate
 
 
 @joint_bristle(
-    static=positive, kinetic=positive, stribeck_rate=positive, stiffness=positive, damping=non_negative,
-    viscous=non_negative, exponent=at_least_one,
-)  # fmt: skip
+    static=positive,
+    kinetic=positive,
+    stribeck_rate=positive,
+    stiffness=positive,
+    damping=non_negative,
+    viscous=non_negative,
+    exponent=at_least_one,
+)
 def joint_lugre(
-    deflection, rate, load, static, kinetic, stribeck_rate, stiffness, damping=0.0, viscous=0.0, exponent=2.0
+    deflection,
+    rate,
+    load,
+    static,
+    kinetic,
+    stribeck_rate,
+    stiffness,
+    damping=0.0,
+    viscous=0.0,
+    exponent=2.0,
 ):
     """LuGre friction of a joint at a fixed level, such as a preloaded ball joint; no load enters.
 
     z' = w - s_0 |w| z / g(w),   g = T_c + (T_s - T_c) exp(-|w / w_s|^d),   T = -(s_0 z + s_1 z' + s_2 w)
 
-    Returns (z', T). deflection z [rad or m]; static T_s, kinetic T_c [N m or N]; stribeck_rate w_s [rad/s or m/s];
-    stiffness s_0 [N m/rad or N/m], damping s_1 and viscous s_2 [N m s/rad or N s/m]; exponent d. It sticks with the
-    stiffness s_0, breaks away at T_s and slides steadily at g + s_2 |w|. Passive at all rates if and only if
-    s_2 >= s_1 (T_s - T_c) / T_c.
-    Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419; as joint friction
-    Pfitzer et al., Lubricants 13 (2025) 436 (1-D LuGre per axis).
+    Returns (z', T). deflection z [rad or m]; static T_s, kinetic T_c [N m or N]; stribeck_rate w_s
+    [rad/s or m/s]; stiffness s_0 [N m/rad or N/m], damping s_1 and viscous s_2 [N m s/rad or N
+    s/m]; exponent d. It sticks with the stiffness s_0, breaks away at T_s and slides steadily at
+    g + s_2 |w|. Passive at all rates if and only if s_2 >= s_1 (T_s - T_c) / T_c.
+    Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419;
+    as joint friction Pfitzer et al., Lubricants 13 (2025) 436 (1-D LuGre per axis).
     """
     level = kinetic + (static - kinetic) * math.exp(-(abs(rate / stribeck_rate) ** exponent))
     bending = rate - stiffness * abs(rate) * deflection / level
@@ -140,16 +207,31 @@ def joint_lugre(
 
 
 @joint_bristle(
-    static=positive, kinetic=positive, stribeck_rate=positive, stiffness=positive, damping=non_negative,
-    viscous=non_negative, exponent=at_least_one,
-)  # fmt: skip
+    static=positive,
+    kinetic=positive,
+    stribeck_rate=positive,
+    stiffness=positive,
+    damping=non_negative,
+    viscous=non_negative,
+    exponent=at_least_one,
+)
 def joint_lugre_loaded(
-    deflection, rate, load, static, kinetic, stribeck_rate, stiffness, damping=0.0, viscous=0.0, exponent=2.0
+    deflection,
+    rate,
+    load,
+    static,
+    kinetic,
+    stribeck_rate,
+    stiffness,
+    damping=0.0,
+    viscous=0.0,
+    exponent=2.0,
 ):
-    """LuGre friction of a joint made by its reaction: T = -Q (s_0 z + s_1 z' + s_2 w), otherwise as joint_lugre.
+    """LuGre friction of a joint made by its reaction: T = -Q (s_0 z + s_1 z' + s_2 w), otherwise as
+    joint_lugre.
 
-    Returns (z', T). static mu_s, kinetic mu_k; per unit of load: stiffness s_0 [1/rad or 1/m], damping s_1 and viscous
-    s_2 [s/rad or s/m].
+    Returns (z', T). static mu_s, kinetic mu_k; per unit of load: stiffness s_0 [1/rad or 1/m],
+    damping s_1 and viscous s_2 [s/rad or s/m].
     Source: as joint_lugre, scaled by the load.
     """
     level = kinetic + (static - kinetic) * math.exp(-(abs(rate / stribeck_rate) ** exponent))
@@ -191,7 +273,9 @@ joint_coulomb.smooth = joint_stribeck.smooth = _has_slope
 def _falls(joint, parameters):
     """Stribeck friction falls from the static to the kinetic level."""
     if parameters["static"] < parameters["kinetic"]:
-        return f"needs static >= kinetic, got {parameters['static']:g} and {parameters['kinetic']:g}"
+        return (
+            f"needs static >= kinetic, got {parameters['static']:g} and {parameters['kinetic']:g}"
+        )
     return None
 
 

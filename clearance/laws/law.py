@@ -1,7 +1,8 @@
 """A law is a plain function: its leading arguments are the state, the others its parameters.
 
-Decorating it with its family makes it a `Law`; calling the law with parameters gives a `BoundLaw`: frozen, checked,
-callable on floats and arrays. Nothing is registered anywhere: kernels take the function's own source.
+Decorating it with its family makes it a `Law`; calling the law with parameters gives a `BoundLaw`:
+frozen, checked, callable on floats and arrays. Nothing is registered anywhere: kernels take the
+function's own source.
 """
 
 import inspect
@@ -12,8 +13,8 @@ from functools import lru_cache
 
 from clearance.checks import Check, finite, meant
 
-#: what laws read of their joint: journal radius [m], radial clearance [m], bearing length [m], viscosity [Pa s],
-#: composite rms roughness [m]; zero where the joint has none
+#: what laws read of their joint: journal radius [m], radial clearance [m], bearing length [m],
+#: viscosity [Pa s], composite rms roughness [m]; zero where the joint has none
 FilmJoint = namedtuple("FilmJoint", "radius clearance length viscosity roughness", defaults=(0.0,))
 
 #: what pad laws read of a face of a block: half length and width [m], viscosity [Pa s]
@@ -23,16 +24,20 @@ TUPLES = {"joint": FilmJoint, "face": PadFace}
 
 
 class Derived:
-    """In place of a check: this parameter is not given but computed from the others, once, when the law is bound."""
+    """In place of a check: this parameter is not given but computed from the others, once, when the
+    law is bound.
+    """
 
     def __init__(self, function: Callable[[dict], float]):
         self.function = function
 
 
 class OfJoint:
-    """A check of a parameter that may be left out where the law stands in a joint, which determines it.
+    """A check of a parameter that may be left out where the law stands in a joint, which determines
+    it.
 
-    function(joint, parameters) -> its number, None where the joint has not got what it needs for that.
+    function(joint, parameters) -> its number, None where the joint has not got what it needs for
+    that.
     """
 
     def __init__(self, check: Check, function: Callable[[object, dict], float | None]):
@@ -45,7 +50,9 @@ class OfJoint:
 
 @dataclass(frozen=True)
 class Family:
-    """The contract of one kind of law: what its leading arguments are, and how many values it returns."""
+    """The contract of one kind of law: what its leading arguments are, and how many values it
+    returns.
+    """
 
     name: str
     state: tuple[str, ...]
@@ -66,29 +73,41 @@ class Law:
         leading = tuple(a.name for a in arguments[: len(family.state)])
         if leading != family.state:
             raise TypeError(
-                f"{family.name} law {function.__name__} must start with arguments {family.state}, got {leading}"
+                f"{family.name} law {function.__name__} must start with arguments {family.state}, "
+                f"got {leading}"
             )
         if any(a.kind is not a.POSITIONAL_OR_KEYWORD for a in arguments):
             raise TypeError(
-                f"{family.name} law {function.__name__} must have plain arguments, no *, ** or keyword-only ones"
+                f"{family.name} law {function.__name__} must have plain arguments, no *, ** or "
+                f"keyword-only ones"
             )
         parameters = {a.name: a.default for a in arguments[len(family.state) :]}
         if unknown := set(checks) - set(parameters):
             raise TypeError(f"{function.__name__} has no parameter {sorted(unknown)} to check")
-        self.family, self.function, self.parameters, self.checks = family, function, parameters, checks
+        self.family, self.function, self.parameters, self.checks = (
+            family,
+            function,
+            parameters,
+            checks,
+        )
         self.given = [n for n in parameters if not isinstance(checks.get(n), Derived)]
         self.name = self.__name__ = function.__name__
         self.doubt: Callable | None = None
         self.demand: Callable | None = None
-        self.size: Callable | None = None  # of laws with a state of their own: its natural size, from the parameters
-        self.own_state = "state", "rad", "state of the law"  # of drive_state: name, unit, description
+        # of laws with a state of their own: its natural size, from the parameters
+        self.size: Callable | None = None
+        # of drive_state: name, unit, description
+        self.own_state = "state", "rad", "state of the law"
         self.shown: dict[str, Callable] = {}  # outputs of its own: functions of the same arguments
         self.first_touch = False  # of transitions: contact starts at the wall, as an event
-        self.carries_roughness = False  # of transitions: rough surfaces share the load below full film
+        # of transitions: rough surfaces share the load below full film
+        self.carries_roughness = False
         self.linear_in_viscosity = True  # of films
         self.needs_load = True  # of joint friction: whether the reaction of the joint enters
-        self.smooth: Callable | None = None  # of joint friction: whether it has a slope at rest, by parameters
-        self.limit: Callable | None = None  # of contacts: penetration [m] up to which the law is meant, by parameters
+        # of joint friction: whether it has a slope at rest, by parameters
+        self.smooth: Callable | None = None
+        # of contacts: penetration [m] up to which the law is meant, by parameters
+        self.limit: Callable | None = None
         self.__doc__ = function.__doc__
         self.__module__ = function.__module__
 
@@ -114,7 +133,10 @@ class Law:
             parts += [f"unknown {', '.join(unknown)}{hint}"] if unknown else []
             raise TypeError(f"{self.name}({', '.join(self.given)}): {'; '.join(parts)}")
         numbers = {n: self._number(n, values) for n in self.given}
-        values_of_all = [self.checks[n].function(numbers) if n not in numbers else numbers[n] for n in self.parameters]
+        values_of_all = [
+            self.checks[n].function(numbers) if n not in numbers else numbers[n]
+            for n in self.parameters
+        ]
         return BoundLaw(self, tuple(values_of_all))
 
     def _number(self, name: str, values: dict) -> float | None:
@@ -128,12 +150,16 @@ class Law:
         return self.__name__
 
     def doubts(self, function: Callable) -> Callable:
-        """Decorate `function(joint, parameters) -> str or None`: what a user should know when a joint uses this law."""
+        """Decorate `function(joint, parameters) -> str or None`: what a user should know when a
+        joint uses this law.
+        """
         self.doubt = function
         return function
 
     def demands(self, function: Callable) -> Callable:
-        """Decorate `function(joint, parameters) -> str or None`: what makes a joint with this law impossible."""
+        """Decorate `function(joint, parameters) -> str or None`: what makes a joint with this law
+        impossible.
+        """
         self.demand = function
         return function
 
@@ -144,21 +170,31 @@ class Law:
 class DataLaw(Law):
     """A law that reads numbers made for its joint, such as a table of forces.
 
-    Its first parameters are `data`, a flat array, and `start`, where its numbers begin in it: in a kernel that is the
-    parameter vector, so that other numbers never mean another kernel. make(facts, settings) -> an object with those
-    `numbers`; facts are what the law reads of its joint; settings choose them and are no numbers of the kernel.
+    Its first parameters are `data`, a flat array, and `start`, where its numbers begin in it: in a
+    kernel that is the parameter vector, so that other numbers never mean another kernel.
+    make(facts, settings) -> an object with those `numbers`; facts are what the law reads of its
+    joint; settings choose them and are no numbers of the kernel.
     """
 
     def __init__(
-        self, family: Family, function: Callable, checks: dict[str, Check], make: Callable, name: str | None = None
+        self,
+        family: Family,
+        function: Callable,
+        checks: dict[str, Check],
+        make: Callable,
+        name: str | None = None,
     ):
         super().__init__(family, function, checks)
-        self.name = self.__name__ = name or self.name  # that users give it, where it is not the function's
+        # that users give it, where it is not the function's
+        self.name = self.__name__ = name or self.name
         if list(self.parameters)[:2] != ["data", "start"]:
-            raise TypeError(f"{family.name} law {self.name} must take data and start after its state")
+            raise TypeError(
+                f"{family.name} law {self.name} must take data and start after its state"
+            )
         self.make = make
         self.looked_at = lru_cache(maxsize=8)(lambda joint, settings: make(joint, dict(settings)))
-        self.keep: Callable | None = None  # of films with a memory: called with the law's arguments at each step's end
+        # of films with a memory: called with the law's arguments at each step's end
+        self.keep: Callable | None = None
         del self.parameters["data"]
         self.given = [n for n in self.given if n not in ("data", "start")]
         self.checks = checks | {"start": Derived(lambda given: 0.0)}
@@ -174,9 +210,11 @@ class DataLaw(Law):
 
 @dataclass(frozen=True)
 class BoundLaw:
-    """A law with its parameters. `law(*state)` evaluates it on floats or, element by element, on arrays.
+    """A law with its parameters. `law(*state)` evaluates it on floats or, element by element, on
+    arrays.
 
-    numbers: in the order of the law's parameters; None where a joint determines it, until the law is `of` one.
+    numbers: in the order of the law's parameters; None where a joint determines it, until the law
+        is `of` one.
     of_joint: parameters that the joint has determined, and would determine anew.
     """
 
@@ -196,7 +234,10 @@ class BoundLaw:
         return dict(self.settings) | {n: v for n, v in self.values.items() if n in self.law.given}
 
     def replaced(self, **changes: float) -> "BoundLaw":
-        """The law with some of its parameters changed. Raises TypeError for one that it has not got."""
+        """The law with some of its parameters changed.
+
+        Raises TypeError for one that it has not got.
+        """
         given = [n for n in self.law.given if n not in self.of_joint]
         numbers = {n: self.values[n] for n in given if self.values[n] is not None}
         if isinstance(self.law, DataLaw):
@@ -206,8 +247,8 @@ class BoundLaw:
     def of(self, joint) -> "BoundLaw":
         """The law in a joint, which determines the parameters that were not given.
 
-        joint: something with radius, clearance, length, material and layer, such as a ClearanceRevolute. Raises
-        ValueError for a parameter that the joint cannot determine.
+        joint: something with radius, clearance, length, material and layer, such as a
+            ClearanceRevolute. Raises ValueError for a parameter that the joint cannot determine.
         """
         left = tuple(n for n, v in self.values.items() if v is None or n in self.of_joint)
         if not left:
@@ -224,7 +265,10 @@ class BoundLaw:
 
     def __call__(self, *state):
         if len(state) != len(self.law.family.state):
-            raise TypeError(f"{self.law.name} takes {', '.join(self.law.family.state)}; got {len(state)} arguments")
+            raise TypeError(
+                f"{self.law.name} takes {', '.join(self.law.family.state)}; got {len(state)} "
+                f"arguments"
+            )
         if missing := [n for n, v in self.values.items() if v is None]:
             reason = f"give {', '.join(missing)}; without a joint nothing determines it"
             raise ValueError(f"{self.law.name}: {reason}")
@@ -236,38 +280,50 @@ class BoundLaw:
 
         fixed = {i for i, name in enumerate(self.law.family.state) if name in TUPLES}
         values = np.vectorize(
-            lambda *s: self.law.function(*s, *self.numbers), "d" * self.law.family.outputs, excluded=fixed
+            lambda *s: self.law.function(*s, *self.numbers),
+            "d" * self.law.family.outputs,
+            excluded=fixed,
         )
         return values(*state)
 
     def _of_data(self, *state):
         """As a law whose parameters are this joint's numbers."""
-        (facts,) = (s for s, name in zip(state, self.law.family.state, strict=True) if name in TUPLES)
+        (facts,) = (
+            s for s, name in zip(state, self.law.family.state, strict=True) if name in TUPLES
+        )
         source = self.law.looked_at(facts, self.settings)
         numbers = (source.numbers, 0.0, *self.numbers[1:])
         return BoundLaw(Law(self.law.family, self.law.function, {}), numbers)(*state)
 
     def __repr__(self) -> str:
-        given = (f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in self.parameters.items())
+        given = (
+            f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in self.parameters.items()
+        )
         return f"{self.law.name}({', '.join(given)})"
 
 
 contact = Family("contact", ("penetration", "penetration_rate", "impact_speed"), 1)
 friction = Family("friction", ("sliding_speed", "normal_force"), 1)
-#: friction of a hinge (rate [rad/s], load and result [N m]) or a slide (rate [m/s], load and result [N]); `load` is
-#: what the joint's reaction comes to through its geometry, see laws/joint_friction.py
+#: friction of a hinge (rate [rad/s], load and result [N m]) or a slide (rate [m/s], load and result
+#: [N]); `load` is what the joint's reaction comes to through its geometry, see
+#: laws/joint_friction.py
 joint_friction = Family("joint_friction", ("rate", "load"), 1)
-#: the same with a state of its own, the deflection of its bristles [rad or m]: returns (its rate, torque or force)
+#: the same with a state of its own, the deflection of its bristles [rad or m]: returns (its rate,
+#: torque or force)
 joint_bristle = Family("joint_bristle", ("deflection", "rate", "load"), 2)
-#: friction with a state of its own, the deflection of its bristles [m]: returns (its rate [m/s], force [N])
+#: friction with a state of its own, the deflection of its bristles [m]: returns (its rate [m/s],
+#: force [N])
 bristle = Family("bristle", ("deflection", "sliding_speed", "normal_force"), 2)
 film = Family("film", ("eccentricity_ratio", "radial_rate", "entrainment", "joint"), 2)
-#: a film that knows its wet area too: returns (radial, tangential, integral of 1/H over the wet area)
+#: a film that knows its wet area too: returns (radial, tangential, integral of 1/H over the wet
+#: area)
 wet_film = Family("film", film.state, 3)
-#: a film with a memory, in the bearing's frame: returns (force x, force y, integral of 1/H over the wet area)
-#: angle: of a worn journal against the bearing
+#: a film with a memory, in the bearing's frame: returns (force x, force y, integral of 1/H over the
+#: wet area) angle: of a worn journal against the bearing
 memory_film = Family(
-    "film", ("eccentricity_x", "eccentricity_y", "rate_x", "rate_y", "spin", "angle", "time", "joint"), 3
+    "film",
+    ("eccentricity_x", "eccentricity_y", "rate_x", "rate_y", "spin", "angle", "time", "joint"),
+    3,
 )
 #: load that the asperities of the joint's surfaces carry [N]
 asperity = Family("asperity", ("film_thickness_ratio", "joint"), 1)
@@ -275,22 +331,28 @@ asperity = Family("asperity", ("film_thickness_ratio", "joint"), 1)
 transition = Family("transition", ("gap", "joint"), 8)
 #: film of a flat pad over a flat wall: returns (load, its moment, drag), see laws/pad.py
 pad = Family("pad", ("gap", "slope", "gap_rate", "slope_rate", "speed", "face"), 3)
-#: wear of one surface: rate of its worn depth [m/s] from a pressure [Pa] and a speed [m/s], see laws/wear.py
+#: wear of one surface: rate of its worn depth [m/s] from a pressure [Pa] and a speed [m/s], see
+#: laws/wear.py
 surface_wear = Family("surface_wear", ("pressure", "sliding_speed"), 1)
-#: contact on worn outlines, in the bearing's frame, see laws/outline.py: force x, y, normal load, moment
+#: contact on worn outlines, in the bearing's frame, see laws/outline.py: force x, y, normal load,
+#: moment
 outline = Family("outline", ("eccentricity_x", "eccentricity_y", "angle", "joint"), 4)
 #: tension of a spring or damper [N] over its elongation [m] and its rate; of a twist [N m], [rad]
 spring = Family("spring", ("elongation", "rate"), 1)
 #: a function of time, for prescribed motion and time-varying loads
 signal = Family("signal", ("time",), 1)
-#: a torque or force that may depend on time and on the driven coordinate (angle, displacement) and its rate
+#: a torque or force that may depend on time and on the driven coordinate (angle, displacement) and
+#: its rate
 effort = Family("effort", ("time", "position", "rate"), 1)
-#: the same with a state of its own [rad or m], such as the integral of an error: returns (its rate, torque or force)
+#: the same with a state of its own [rad or m], such as the integral of an error: returns (its rate,
+#: torque or force)
 drive_state = Family("drive_state", ("state", *effort.state), 2)
 
 
 def bound(field: str, value: object, *families: Family) -> BoundLaw | None:
-    """Check that a physics slot holds a bound law of its families (or None); a law that needs nothing binds itself."""
+    """Check that a physics slot holds a bound law of its families (or None); a law that needs
+    nothing binds itself.
+    """
     if isinstance(value, Law) and not value.needed:
         value = value()
     if value is None or isinstance(value, BoundLaw) and value.law.family in families:

@@ -1,7 +1,9 @@
 """Contact of a journal and a bearing whose outlines are worn: an elastic foundation over the arc.
 
-Worn depths h_B(theta) of the bearing and h_J(theta') of the journal stand at NODES angles of each body's
-frame; theta' = theta - a, where the journal is turned by a against the bearing. In the bearing's frame
+Worn depths h_B(theta) of the bearing and h_J(theta') of the journal stand at NODES angles of each
+body's
+frame; theta' = theta - a, where the journal is turned by a against the bearing. In the bearing's
+frame
 
     overlap    g = e_x cos theta + e_y sin theta - c - h_B(theta) - h_J(theta - a)
     energy     W = K_w L R / 2 int_(g > 0) g^2 dtheta
@@ -10,10 +12,12 @@ frame; theta' = theta - a, where the journal is turned by a against the bearing.
 
 The overlap is a parabola over each cell of two nodes' width, and cosine and sine are theirs: the
 integrals over the part with g > 0 are closed forms, F and M derive from one energy, and their
-derivatives are exact. Unworn they are Winkler's closed form to 1e-4 for penetrations from c / 1000 on.
+derivatives are exact. Unworn they are Winkler's closed form to 1e-4 for penetrations from c / 1000
+on.
 h_J is read between its nodes by Catmull and Rom's cubic (C1).
 
-Source: elastic foundation after Johnson, Contact Mechanics (1985), section 4.3; Mukras, Kim, Mauntler,
+Source: elastic foundation after Johnson, Contact Mechanics (1985), section 4.3; Mukras, Kim,
+Mauntler,
 Schmitz and Sawyer, J. Tribology 132 (2010) 031604, for worn joints. First order in c / R.
 """
 
@@ -26,7 +30,8 @@ from clearance.checks import finite
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, outline
 
 NODES = 360  # of an outline, all around
-LINE = 2 * NODES + 4  # of a table over nodes -1, 0, ...: a walk around begins anywhere and never wraps
+# of a table over nodes -1, 0, ...: a walk around begins anywhere and never wraps
+LINE = 2 * NODES + 4
 STEP = 2.0 * math.pi / NODES
 COS = np.cos(STEP * (np.arange(LINE) - 1))
 SIN = np.sin(STEP * (np.arange(LINE) - 1))
@@ -61,11 +66,18 @@ def cubic_slope(t):
 def cubic_bend(t):
     """Second derivatives of `cubic` by the angle."""
     square = STEP * STEP
-    return (2.0 - 3.0 * t) / square, (9.0 * t - 5.0) / square, (4.0 - 9.0 * t) / square, (3.0 * t - 1.0) / square
+    return (
+        (2.0 - 3.0 * t) / square,
+        (9.0 * t - 5.0) / square,
+        (4.0 - 9.0 * t) / square,
+        (3.0 * t - 1.0) / square,
+    )
 
 
 def turned(angle):
-    """The journal's node before the bearing's node 0, of [0, NODES), and how far behind it that stands, in [0, 1]."""
+    """The journal's node before the bearing's node 0, of [0, NODES), and how far behind it that
+    stands, in [0, 1].
+    """
     shift = angle / STEP
     cells = math.floor(shift)
     return (-int(cells) - 1) % NODES, 1.0 - (shift - cells)
@@ -95,7 +107,9 @@ def powers(low, high):
 
 
 def wet(left, middle, right):
-    """Integrals of the powers of u over the part where the parabola through three values is positive."""
+    """Integrals of the powers of u over the part where the parabola through three values is
+    positive.
+    """
     slope, bend = 0.5 * (right - left), 0.5 * (left + right) - middle
     if left >= 0.0 and middle >= 0.0 and right >= 0.0 and bend <= 0.0:
         return FULL
@@ -132,7 +146,9 @@ def parabola(left, middle, right):
 
 
 def arc(eccentricity_x, eccentricity_y, clearance):
-    """First node, of [0, NODES), and number of cells of the arc where an unworn overlap is not below 0."""
+    """First node, of [0, NODES), and number of cells of the arc where an unworn overlap is not
+    below 0.
+    """
     e = math.sqrt(eccentricity_x * eccentricity_x + eccentricity_y * eccentricity_y)
     if e <= clearance:
         return 0, 0
@@ -144,15 +160,24 @@ def arc(eccentricity_x, eccentricity_y, clearance):
 
 
 def overlap(eccentricity_x, eccentricity_y, clearance, data, bearing, journal, node, weights):
-    """g at a node; bearing, journal: places of their depths at node 0, journal 0 where it is unworn."""
-    g = eccentricity_x * COS[node + 1] + eccentricity_y * SIN[node + 1] - clearance - data[bearing + node]
+    """g at a node; bearing, journal: places of their depths at node 0, journal 0 where it is
+    unworn.
+    """
+    g = (
+        eccentricity_x * COS[node + 1]
+        + eccentricity_y * SIN[node + 1]
+        - clearance
+        - data[bearing + node]
+    )
     if journal > 0:
         g -= four(data, journal + node, weights)
     return g
 
 
 def places(data, start, first, before):
-    """Places in the data of the depths of bearing and journal at node 0 of a walk that begins at node `first`."""
+    """Places in the data of the depths of bearing and journal at node 0 of a walk that begins at
+    node `first`.
+    """
     bearing = start + 2
     if data[start] == 0.0:
         return bearing, 0
@@ -161,8 +186,12 @@ def places(data, start, first, before):
 
 
 def slope_of_journal(data, place, weights):
-    """Parabola of the journal's slope, or of its bend, over the cell whose middle node stands at `place`."""
-    return parabola(four(data, place - 1, weights), four(data, place, weights), four(data, place + 1, weights))
+    """Parabola of the journal's slope, or of its bend, over the cell whose middle node stands at
+    `place`.
+    """
+    return parabola(
+        four(data, place - 1, weights), four(data, place, weights), four(data, place + 1, weights)
+    )
 
 
 def cell_force(b, r, k, c, d, s):
@@ -189,7 +218,9 @@ def cell_stiffness(c, d, s):
 
 
 def touching(eccentricity_x, eccentricity_y, angle, joint, data, start):
-    """Force x, y, normal load N and moment M on the journal over K_w L R [m, m, m, m^2], see the module."""
+    """Force x, y, normal load N and moment M on the journal over K_w L R [m, m, m, m^2], see the
+    module.
+    """
     first, cells = arc(eccentricity_x, eccentricity_y, joint.clearance)
     fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
     if cells == 0:
@@ -197,11 +228,24 @@ def touching(eccentricity_x, eccentricity_y, angle, joint, data, start):
     before, t = turned(angle)
     bearing, journal = places(data, int(start), first, before)
     weights, slopes = cubic(t), cubic_slope(t)
-    right = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, first, weights)
+    right = overlap(
+        eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, first, weights
+    )
     for cell in range(cells):
         node, left = first + 2 * cell + 1, right
-        middle = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node, weights)
-        right = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node + 1, weights)
+        middle = overlap(
+            eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node, weights
+        )
+        right = overlap(
+            eccentricity_x,
+            eccentricity_y,
+            joint.clearance,
+            data,
+            bearing,
+            journal,
+            node + 1,
+            weights,
+        )
         s = wet(left, middle, right)
         if s[0] > 0.0:
             b, r, k = parabola(left, middle, right)
@@ -214,7 +258,9 @@ def touching(eccentricity_x, eccentricity_y, angle, joint, data, start):
 
 
 def touching_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
-    """`touching`, then the derivatives of each of its values by eccentricity_x, eccentricity_y and angle."""
+    """`touching`, then the derivatives of each of its values by eccentricity_x, eccentricity_y and
+    angle.
+    """
     first, cells = arc(eccentricity_x, eccentricity_y, joint.clearance)
     before, t = turned(angle)
     bearing, journal = places(data, int(start), first, before)
@@ -222,11 +268,24 @@ def touching_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
     fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
     xx, xy, yy, x, y = 0.0, 0.0, 0.0, 0.0, 0.0
     xa, ya, na, aa = 0.0, 0.0, 0.0, 0.0
-    right = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, first, weights)
+    right = overlap(
+        eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, first, weights
+    )
     for cell in range(cells):
         node, left = first + 2 * cell + 1, right
-        middle = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node, weights)
-        right = overlap(eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node + 1, weights)
+        middle = overlap(
+            eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, node, weights
+        )
+        right = overlap(
+            eccentricity_x,
+            eccentricity_y,
+            joint.clearance,
+            data,
+            bearing,
+            journal,
+            node + 1,
+            weights,
+        )
         s = wet(left, middle, right)
         if s[0] > 0.0:
             c, d = COS[node + 1], SIN[node + 1]
@@ -245,12 +304,23 @@ def touching_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
                 aa += product(j0, j1, j2, j0, j1, j2, s) - product(b, r, k, k0, k1, k2, s)
     w = STEP
     return (
-        w * fx, w * fy, w * load, w * moment,
-        -w * xx, -w * xy, -w * xa,
-        -w * xy, -w * yy, -w * ya,
-        w * x, w * y, w * na,
-        -w * xa, -w * ya, -w * aa,
-    )  # fmt: skip
+        w * fx,
+        w * fy,
+        w * load,
+        w * moment,
+        -w * xx,
+        -w * xy,
+        -w * xa,
+        -w * xy,
+        -w * yy,
+        -w * ya,
+        w * x,
+        w * y,
+        w * na,
+        -w * xa,
+        -w * ya,
+        -w * aa,
+    )
 
 
 touching.slopes = touching_slopes
@@ -267,7 +337,9 @@ def peak(left, middle, right):
 
 
 def deepest(eccentricity_x, eccentricity_y, angle, joint, data, start):
-    """Penetration max g over all angles [m], negative in free flight, and its derivatives by e_x, e_y and angle."""
+    """Penetration max g over all angles [m], negative in free flight, and its derivatives by e_x,
+    e_y and angle.
+    """
     at, x, y, clearance = int(start), eccentricity_x, eccentricity_y, joint.clearance
     before, t = turned(angle)
     weights, slopes = cubic(t), cubic_slope(t)
@@ -307,7 +379,9 @@ deepest.slopes = deepest_slopes
 
 # --- worn outlines of one joint
 class Outline:
-    """Worn depths as kernels read them: 1 where the journal is worn too, then LINE depths of each [m]."""
+    """Worn depths as kernels read them: 1 where the journal is worn too, then LINE depths of each
+    [m].
+    """
 
     def __init__(self, joint: FilmJoint, settings: dict):
         bearing, journal = settings["bearing"], settings["journal"]
@@ -319,10 +393,14 @@ class Outline:
 _outline = DataLaw(outline, touching, {}, Outline, name="worn")
 
 
-def worn(*, bearing: Sequence[float] | None = None, journal: Sequence[float] | None = None) -> BoundLaw:
-    """Worn outlines of a joint: depths [m] at 360 angles of each body's frame, k degrees the k-th; None: unworn.
+def worn(
+    *, bearing: Sequence[float] | None = None, journal: Sequence[float] | None = None
+) -> BoundLaw:
+    """Worn outlines of a joint: depths [m] at 360 angles of each body's frame, k degrees the k-th;
+    None: unworn.
 
-    Raises ValueError for another number of depths, for negative ones, and for such as are not finite.
+    Raises ValueError for another number of depths, for negative ones, and for such as are not
+    finite.
     """
     depths = {"bearing": _depths("bearing", bearing), "journal": _depths("journal", journal)}
     return _outline.bind(depths)
@@ -335,5 +413,7 @@ def _depths(field: str, values: Sequence[float] | None) -> tuple[float, ...]:
         raise ValueError(f"worn: {field} needs {NODES} depths [m], one a degree, got {len(values)}")
     depths = tuple(finite(f"worn: {field}", float(v)) for v in values)
     if (least := min(depths)) < 0.0:
-        raise ValueError(f"worn: {field} must not be negative, got {least!r} m at {depths.index(least)} deg")
+        raise ValueError(
+            f"worn: {field} must not be negative, got {least!r} m at {depths.index(least)} deg"
+        )
     return depths

@@ -1,16 +1,18 @@
 """Shares of film and contact in a rough joint, from full film to dry contact.
 
-A transition law takes the nominal gap h_0 = c - e [m] (negative where the nominal circles overlap) and its joint, and
-returns what the joint is made of:
+A transition law takes the nominal gap h_0 = c - e [m] (negative where the nominal circles overlap)
+and its joint, and returns what the joint is made of:
 
-    film share, film gap [m] and its slope by h_0, contact share, penetration the contact law sees [m],
-    memberships in the states full film, mixed, dry (non-negative, sum 1).
+    film share, film gap [m] and its slope by h_0, contact share, penetration the contact law sees
+    [m], memberships in the states full film, mixed, dry (non-negative, sum 1).
 
-    F = film share F_film(film gap, slope eps') - (contact share F_contact(penetration) + F_asperity(lambda)) n
+    F = film share F_film(film gap, slope eps') - (contact share
+    F_contact(penetration) + F_asperity(lambda)) n
 
-lambda = h_0 / sigma with the composite roughness sigma. The film is never evaluated at or beyond the wall. Contact
-begins without an event in all but `flores_hybrid`: there, contact laws that look at the impact speed get a typical one,
-clearance times the mechanism's angular frequency or the start's speed if that is larger.
+lambda = h_0 / sigma with the composite roughness sigma. The film is never evaluated at or beyond
+the wall. Contact begins without an event in all but `flores_hybrid`: there, contact laws that look
+at the impact speed get a typical one, clearance times the mechanism's angular frequency or the
+start's speed if that is larger.
 """
 
 import math
@@ -24,17 +26,21 @@ from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, transition
 
 NARROW = 6.0  # clearance over roughness below which asperities touch around a centred journal
 FLOOR = 0.02  # smallest mean gap over the roughness
-ROW = 7  # numbers of a point of a table: ratio, full film, mixed, dry, and the slopes of these three
+# numbers of a point of a table: ratio, full film, mixed, dry, and the slopes of these three
+ROW = 7
 WHOLE = 1e-6  # by which the memberships of a point may miss a sum of 1
 
 
 def ramp(x):
-    """Half a cosine wave from 0 to 1 over x in (0, 1), with zero slope at both ends (the ridge distribution)."""
+    """Half a cosine wave from 0 to 1 over x in (0, 1), with zero slope at both ends (the ridge
+    distribution).
+    """
     return 0.5 - 0.5 * math.cos(math.pi * min(max(x, 0.0), 1.0))
 
 
 def memberships(ratio, dry, mixed, full):
-    """Memberships (full film, mixed, dry) of a film thickness ratio for thresholds dry < mixed < full; C1.
+    """Memberships (full film, mixed, dry) of a film thickness ratio for thresholds
+    dry < mixed < full; C1.
 
     w_H = S((lambda - l_m) / (l_f - l_m)),  w_D = 1 - S((lambda - l_d) / (l_m - l_d)),  w_E = 1 - w_H - w_D; S: `ramp`.
     """
@@ -58,7 +64,9 @@ def smooth_floor_slope(value, floor, width):
 
 
 def where(gap, roughness, dry, mixed, full):
-    """Memberships as a label: of the film thickness ratio; without roughness, inside or beyond the wall."""
+    """Memberships as a label: of the film thickness ratio; without roughness, inside or beyond the
+    wall.
+    """
     if roughness > 0.0:
         return memberships(gap / roughness, dry, mixed, full)
     inside = 1.0 if gap > 0.0 else 0.0
@@ -67,26 +75,32 @@ def where(gap, roughness, dry, mixed, full):
 
 @transition(smallest_gap=inner_fraction, dry=positive, mixed=positive, full=positive)
 def superposed(gap, joint, smallest_gap=1e-3, dry=0.4, mixed=1.0, full=3.0):
-    """No transition: F = F_film(max(h_0, smallest_gap c)) + F_contact(e - c) [N], the sum of both laws.
+    """No transition: F = F_film(max(h_0, smallest_gap c)) + F_contact(e - c) [N], the sum of both
+    laws.
 
-    The film is whole down to smallest_gap (over the clearance c), contact begins at the wall. The thresholds only label
-    the states in the output. Source: the plain sum, to compare the other transitions with.
+    The film is whole down to smallest_gap (over the clearance c), contact begins at the wall. The
+    thresholds only label the states in the output. Source: the plain sum, to compare the other
+    transitions with.
     """
     floor = smallest_gap * joint.clearance
     w_full, w_mixed, w_dry = where(gap, joint.roughness, dry, mixed, full)
     return 1.0, smooth_floor(gap, floor, 0.5 * floor), 1.0, 1.0, -gap, w_full, w_mixed, w_dry
 
 
-@transition(tolerance=positive, largest_ratio=inner_fraction, dry=positive, mixed=positive, full=positive)
+@transition(
+    tolerance=positive, largest_ratio=inner_fraction, dry=positive, mixed=positive, full=positive
+)
 def flores_hybrid(gap, joint, tolerance=0.05, largest_ratio=0.999, dry=0.4, mixed=1.0, full=3.0):
-    """Flores' hybrid: film inside the clearance, a linear blend over the tolerance e_0 beyond it, dry contact then [-].
+    """Flores' hybrid: film inside the clearance, a linear blend over the tolerance e_0 beyond it,
+    dry contact then [-].
 
     F = F_film for e < c;  ((c + e_0 - e) F_film + (e - c) F_dry) / e_0 for c <= e <= c + e_0;  F_dry beyond
 
-    tolerance e_0 over the clearance; largest_ratio: eccentricity ratio at which the film is frozen, for it diverges
-    before e = c. Continuous but with kinks at c and c + e_0; e_0 has no physical meaning. The thresholds only label the
-    states in the output.
-    Source: Flores, Ambrosio and Claro, Multibody Syst. Dyn. 12 (2004) 47; Flores et al. (2006, 2009).
+    tolerance e_0 over the clearance; largest_ratio: eccentricity ratio at which the film is frozen,
+    for it diverges before e = c. Continuous but with kinks at c and c + e_0; e_0 has no physical
+    meaning. The thresholds only label the states in the output.
+    Source: Flores, Ambrosio and Claro, Multibody Syst. Dyn. 12 (2004) 47; Flores et al. (2006,
+    2009).
     """
     beyond = min(max(-gap / (tolerance * joint.clearance), 0.0), 1.0)
     film_gap = max(gap, (1.0 - largest_ratio) * joint.clearance)
@@ -109,9 +123,11 @@ def weighted(gap, roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry
 
 @transition(dry=positive, mixed=positive, full=positive, datum=non_negative, squeeze=fraction)
 def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
-    """Fuzzy-weighted states of the film thickness ratio: full film H, mixed E, dry D, memberships as weights [N].
+    """Fuzzy-weighted states of the film thickness ratio: full film H, mixed E, dry D, memberships
+    as weights [N].
 
-    F = w_H F_film(h_0) + w_E F_film(max(h_0, l_m sigma)) + (1 - w_H) F_contact(max(0, datum l_m sigma - h_0))
+    F = w_H F_film(h_0) + w_E F_film(max(h_0, l_m sigma)) + (1 - w_H) F_contact(max(0, datum l_m
+    sigma - h_0))
 
     Thresholds dry < mixed < full of lambda (inputs: 0.4, 1, 3; after measurements of rough contacts
     0.05, 0.3, 1.2). The film is never thinner than l_m sigma. There it is blended over a tenth of
@@ -146,7 +162,8 @@ def _ordered(joint, parameters):
         return "needs the joint's roughness [m] for its film thickness ratio"
     if joint.clearance < NARROW * joint.roughness:
         return (
-            f"needs a clearance of at least {NARROW:g} times the roughness, got {joint.clearance!r} m and "
+            f"needs a clearance of at least {NARROW:g} times the roughness, got "
+            f"{joint.clearance!r} m and "
             f"{joint.roughness!r} m: a centred journal would touch all around"
         )
     return None
@@ -193,7 +210,9 @@ def hermite(ratio, low, high, value_low, value_high, slope_low, slope_high):
 
 
 def tabled(ratio, data, start):
-    """Memberships (full film, mixed, dry) of a film thickness ratio from a table; constant beyond its ends."""
+    """Memberships (full film, mixed, dry) of a film thickness ratio from a table; constant beyond
+    its ends.
+    """
     first, last = start + 1, start + 1 + ROW * (int(data[start]) - 1)
     x = min(max(ratio, data[first]), data[last])
     a = first
@@ -229,7 +248,8 @@ class Table:
 def _slopes(points: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
     """Slopes of the three memberships at each point.
 
-    Those of the parabola through a point and its neighbours, all three shortened by one factor until
+    Those of the parabola through a point and its neighbours, all three shortened by one factor
+    until
     every membership is monotone between points (Fritsch and Carlson): their sum stays 1 and each
     stays in [0, 1].
     """
@@ -251,7 +271,13 @@ def _slopes(points: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
 _fuzzy_table = DataLaw(
     transition,
     _weighted_by_table,
-    {"dry": finite, "mixed": positive, "full": positive, "datum": non_negative, "squeeze": fraction},
+    {
+        "dry": finite,
+        "mixed": positive,
+        "full": positive,
+        "datum": non_negative,
+        "squeeze": fraction,
+    },
     Table.of,
     name="fuzzy_table",
 )
@@ -265,7 +291,8 @@ def fuzzy_table(
 ) -> BoundLaw:
     """The transition `fuzzy` with memberships given as points; datum, squeeze: see there.
 
-    A point is (film thickness ratio, full film, mixed, dry). Ratios grow. The memberships of a point
+    A point is (film thickness ratio, full film, mixed, dry). Ratios grow. The memberships of a
+    point
     are at least 0 and have the sum 1; the last point is all full film. Between points each
     membership is a monotone cubic (C1), beyond them it is constant. The film is never thinner than
     at the ratio where `mixed` is largest, and contact starts there.
@@ -292,7 +319,9 @@ def _point(place: int, row: Sequence[float]) -> tuple[float, ...]:
     """A checked point of a table of memberships."""
     label = f"fuzzy_table: point {place}"
     if isinstance(row, str) or not hasattr(row, "__len__") or len(row) != 4:
-        raise ValueError(f"{label} must be (film thickness ratio, full film, mixed, dry), got {row!r}")
+        raise ValueError(
+            f"{label} must be (film thickness ratio, full film, mixed, dry), got {row!r}"
+        )
     states = zip(("full film", "mixed", "dry"), row[1:], strict=True)
     shares = [fraction(f"{label}: {state}", share) for state, share in states]
     if abs(sum(shares) - 1.0) > WHOLE:
@@ -302,13 +331,15 @@ def _point(place: int, row: Sequence[float]) -> tuple[float, ...]:
 
 @transition(dry=positive, mixed=positive, full=positive)
 def load_sharing(gap, joint, dry=0.4, mixed=1.0, full=3.0):
-    """Film, asperities and bulk carry together [N], each at the mean gap [m]: no threshold, smooth everywhere.
+    """Film, asperities and bulk carry together [N], each at the mean gap [m]: no threshold, smooth
+    everywhere.
 
-    h_T = sigma (lambda Phi(lambda) + phi(lambda)),  dh_T / dh_0 = Phi(lambda),  floored: sqrt(h_T^2 + (0.02 sigma)^2)
-    F = F_film(h_T, h_T') - (F_asperity(lambda) + F_contact(e - c)) n
+    h_T = sigma (lambda Phi(lambda) + phi(lambda)),  dh_T / dh_0 = Phi(lambda),  floored:
+    sqrt(h_T^2 + (0.02 sigma)^2) F = F_film(h_T, h_T') - (F_asperity(lambda) + F_contact(e - c)) n
 
-    Full film for lambda -> infinity (h_T = h_0 to 0.02 % at 3), dry contact for mu -> 0 and sigma -> 0. The
-    thresholds only label the states in the output. Source: mean gap of Gaussian surfaces, Patir and Cheng (1978).
+    Full film for lambda -> infinity (h_T = h_0 to 0.02 % at 3), dry contact for mu -> 0 and sigma
+    -> 0. The thresholds only label the states in the output. Source: mean gap of Gaussian surfaces,
+    Patir and Cheng (1978).
     """
     sigma = joint.roughness
     ratio = gap / sigma

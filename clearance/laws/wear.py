@@ -6,7 +6,8 @@ pressure p >= 0 of the solids [Pa] (the film's pressure wears nothing), sliding_
 Coefficients k [m2/N] are volumes over load and way: 1 mm3/(N m) = 1e-9 m2/N, and k = K / H with a
 dimensionless coefficient K and a hardness H [Pa]. Steel on steel, oiled: 1e-18 to 1e-16 m2/N; dry
 metals 1e-15 to 1e-13; PTFE on steel 1e-13 to 1e-12. The worn volume of a law that is linear in the
-pressure follows from the normal load alone, V' = w(N, |v|), and is integrated with the motion; that of
+pressure follows from the normal load alone, V' = w(N, |v|), and is integrated with the motion; that
+of
 another law is summed over the arc at each step.
 """
 
@@ -20,7 +21,10 @@ LEAST = 1e-22
 
 
 def coefficient_of_wear(field: str, value: object) -> float:
-    """A wear coefficient [m2/N], 0 or from 1e-22 to 1e-9. Raises ValueError for another, which has another unit."""
+    """A wear coefficient [m2/N], 0 or from 1e-22 to 1e-9.
+
+    Raises ValueError for another, which has another unit.
+    """
     number = non_negative(field, value)
     if number > LARGEST or 0.0 < number < LEAST:
         raise ValueError(
@@ -36,7 +40,8 @@ def archard(pressure, sliding_speed, coefficient):
 
     coefficient k [m2/N]. Valid as long as neither heat nor pressure changes the mechanism of wear.
     Raises ValueError for k outside [1e-22, 1e-9] m2/N.
-    Source: Archard, J. Applied Physics 24 (1953) 981; local form: Podra and Andersson, Wear 207 (1997) 79.
+    Source: Archard, J. Applied Physics 24 (1953) 981; local form: Podra and Andersson, Wear 207
+    (1997) 79.
     """
     return coefficient * pressure * sliding_speed
 
@@ -54,7 +59,8 @@ def archard_reye(pressure, sliding_speed, energy_coefficient, friction):
 
 @surface_wear(coefficient=coefficient_of_wear, friction=non_negative)
 def sarkar(pressure, sliding_speed, coefficient, friction):
-    """h' = k p v sqrt(1 + 3 mu^2) [m/s]: the shear of friction makes the real contact yield earlier.
+    """h' = k p v sqrt(1 + 3 mu^2) [m/s]: the shear of friction makes the real contact yield
+    earlier.
 
     coefficient k [m2/N] without friction; friction mu [-]. `archard` for mu = 0.
     Raises ValueError for k outside [1e-22, 1e-9] m2/N and mu < 0.

@@ -1,7 +1,9 @@
-"""The start of a run: bodies put together from a rough position, every loop closed, velocities from the drives.
+"""The start of a run: bodies put together from a rough position, every loop closed, velocities from
+the drives.
 
-The coordinates that the mechanism's plan leaves free (the angle of an undriven crank or of a pendulum) start where the
-scene says and the other bodies move to close the loops; only where no loop closes so do they give way as well.
+The coordinates that the mechanism's plan leaves free (the angle of an undriven crank or of a
+pendulum) start where the scene says and the other bodies move to close the loops; only where no
+loop closes so do they give way as well.
 
 Works on absolute coordinates of all bodies (numpy, once per run).
 """
@@ -28,17 +30,19 @@ ITERATIONS = 200
 LARGEST_TURN = 0.5  # rad a single correction may turn a body
 MOST_POSITIONS = 100  # that a process keeps
 
-#: closed positions and their measured joints, by all that they depend on: points of a sweep mostly share them
+#: closed positions and their measured joints, by all that they depend on: points of a sweep mostly
+#: share them
 _positions: dict[tuple, tuple[np.ndarray, list[str]]] = {}
 
 
 @dataclass(frozen=True)
 class Start:
-    """Assembled poses and velocities: body -> (x, y, angle) of the centre of mass; size of the mechanism [m].
+    """Assembled poses and velocities: body -> (x, y, angle) of the centre of mass; size of the
+    mechanism [m].
 
-    measured: clearance joints that would over-constrain the mechanism if they were closed (a third bearing of a bar, a
-    second coupler of a parallelogram); their eccentricity follows from the other coordinates. relative: value and rate
-    of each relative coordinate, by (joint, name).
+    measured: clearance joints that would over-constrain the mechanism if they were closed (a third
+        bearing of a bar, a second coupler of a parallelogram); their eccentricity follows from the
+        other coordinates. relative: value and rate of each relative coordinate, by (joint, name).
     """
 
     pose: dict[Body, tuple[float, float, float]]
@@ -48,7 +52,9 @@ class Start:
     relative: dict[tuple, tuple[float, float]]
 
     def value(self, place: tuple) -> tuple[float, float]:
-        """Value and rate of a coordinate: of a body ("x", "y", "angle"), or a relative one of a joint."""
+        """Value and rate of a coordinate: of a body ("x", "y", "angle"), or a relative one of a
+        joint.
+        """
         part, what = place
         if what not in ABSOLUTE:
             return self.relative[place]
@@ -79,8 +85,8 @@ def place_of(target: Body | Joint) -> tuple:
 def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     """Close all loops and find the start velocities.
 
-    Raises ValueError naming the joint for a loop that cannot close (and by how much), a locked mechanism or a redundant
-    loop, a drive that fights another.
+    Raises ValueError naming the joint for a loop that cannot close (and by how much), a locked
+    mechanism or a redundant loop, a drive that fights another.
     """
     numbers = numbers or Numbers(scene)
     system = _System(scene, numbers)
@@ -97,14 +103,22 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     poses = {b: tuple(map(float, q[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
     rates = {b: tuple(map(float, velocity[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
     values, slopes = system.geometry(q)
-    relative = dict(zip(system.geometry.places, zip(values, (slopes @ velocity).tolist(), strict=True), strict=True))
+    relative = dict(
+        zip(
+            system.geometry.places,
+            zip(values, (slopes @ velocity).tolist(), strict=True),
+            strict=True,
+        )
+    )
     still = {ground: (0.0, 0.0, 0.0)}
     return Start(poses | still, rates | still, system.size, tuple(system.measured), relative)
 
 
 @dataclass(frozen=True)
 class _Row:
-    """One constraint equation: of which part, its coordinate's place, its value, and the rate its start asks for."""
+    """One constraint equation: of which part, its coordinate's place, its value, and the rate its
+    start asks for.
+    """
 
     label: str
     place: tuple
@@ -113,7 +127,9 @@ class _Row:
 
 
 class _System:
-    """Constraint equations of a scene: joints first, then drives, then free coordinates that keep their start."""
+    """Constraint equations of a scene: joints first, then drives, then free coordinates that keep
+    their start.
+    """
 
     def __init__(self, scene: Scene, numbers: Numbers):
         self.scene = scene
@@ -158,7 +174,11 @@ class _System:
         """Body angles as given, positions as given or found by following the joints from ground."""
         q = np.zeros(3 * len(self.scene.bodies))
         placed = {ground}
-        given = {d.target: d.start for d in self.drives if d.start is not None and isinstance(d.target, Body)}
+        given = {
+            d.target: d.start
+            for d in self.drives
+            if d.start is not None and isinstance(d.target, Body)
+        }
         for body in self.scene.bodies:
             q[self.place[body] + 2] = given.get(body, body.angle)
             if body.position is not None:
@@ -182,7 +202,9 @@ class _System:
         old, new = (joint.a, joint.b) if joint.a.body in placed else (joint.b, joint.a)
         if TURN not in joint.free:
             angle = getattr(joint, joint.turn.number) if joint.turn.number else 0.0
-            q[self.place[new.body] + 2] = self._pose(q, old.body)[2] + (angle if new is joint.b else -angle)
+            q[self.place[new.body] + 2] = self._pose(q, old.body)[2] + (
+                angle if new is joint.b else -angle
+            )
         target = self._point(q, old)
         i = self.place[new.body]
         arm = _turned(q[i + 2], new.x - new.body.com[0], new.y - new.body.com[1])
@@ -190,7 +212,9 @@ class _System:
         placed.add(new.body)
 
     def take_start_values(self, q) -> None:
-        """Start value of each driven coordinate: as given, from its motion, or that of the rough start."""
+        """Start value of each driven coordinate: as given, from its motion, or that of the rough
+        start.
+        """
         for drive in self.drives:
             if drive.motion is not None:
                 self.start[drive] = float(drive.motion(0.0))
@@ -200,7 +224,9 @@ class _System:
                 self.start[drive] = self._value(q, place_of(drive.target))
 
     def hold(self, q) -> None:
-        """Free coordinates keep the values of the rough start, unless the start of a drive that pushes decides them."""
+        """Free coordinates keep the values of the rough start, unless the start of a drive that
+        pushes decides them.
+        """
         nearby, pushed = self.beside(q), any(not d.prescribes for d in self.start)
         for c in closed_plan(self.scene, tuple(self.measured)).free:
             self.held.append(_Row(f"start of {c.place[0].name}", c.place, self._value(q, c.place)))
@@ -224,7 +250,8 @@ class _System:
     def equations(self, q, starting: bool = True):
         """Labels, residuals and Jacobian of all constraints.
 
-        `starting` includes what only the start must meet: start values of effort drives and of held coordinates.
+        `starting` includes what only the start must meet: start values of effort drives and of held
+        coordinates.
         """
         drives = [d for d in self.drives if d in self.start and (starting or d.prescribes)]
         rows = self._rows(drives) + (self.held if starting else [])
@@ -240,11 +267,14 @@ class _System:
         """Of all joints, then of these drives."""
         rows = [row for joint in self.joints for row in self._joint_rows(joint)]
         return rows + [
-            _Row(d.label(), place_of(d.target), self.start.get(d, 0.0), _rate_at_start(d)) for d in drives
+            _Row(d.label(), place_of(d.target), self.start.get(d, 0.0), _rate_at_start(d))
+            for d in drives
         ]
 
     def _joint_rows(self, joint: Joint) -> list[_Row]:
-        """Equations of a joint: its states have their start values, other coordinates that it keeps are zero."""
+        """Equations of a joint: its states have their start values, other coordinates that it keeps
+        are zero.
+        """
         starts = {s.name: (s.start, s.start_rate) for s in joint.states()}
         coordinates = ((what, getattr(joint, what)) for what in RELATIVE)
         return [
@@ -255,13 +285,16 @@ class _System:
 
     # --- closing
     def closed(self, q: np.ndarray) -> np.ndarray:
-        """The closed position nearest to the rough start; held coordinates are let go where it closes only so."""
+        """The closed position nearest to the rough start; held coordinates are let go where it
+        closes only so.
+        """
         best, worst = self._nearest(q)
         if worst > CLOSURE * self.size and self.held:
             self.held.clear()
             best, worst = self._nearest(q)
         if worst > CLOSURE * self.size:
-            # too many equations for any position? (a stretched loop is singular too, so look beside it)
+            # too many equations for any position? (a stretched loop is singular too, so look beside
+            # it)
             self.report_dependent(*self._dependent(self.beside(best)))
             labels, residual, _ = self.equations(best)
             self._report_open(labels, residual)
@@ -296,7 +329,8 @@ class _System:
         label = max(totals, key=totals.get)
         raise ValueError(
             f"loop cannot close: {label} stays {totals[label]:.6g} m open "
-            f"(all together {float(np.linalg.norm(residual)):.6g}); check lengths and the rough start angles"
+            f"(all together {float(np.linalg.norm(residual)):.6g}); check lengths and the rough "
+            f"start angles"
         )
 
     def choose_measured(self, q: np.ndarray) -> tuple[list[str], int]:
@@ -313,12 +347,15 @@ class _System:
             self.measured.append(loose[-1])
 
     def check_measured(self, q: np.ndarray) -> None:
-        """A film joint whose eccentricity follows from the others must start inside its clearance circle."""
+        """A film joint whose eccentricity follows from the others must start inside its clearance
+        circle.
+        """
         for joint in self.measured:
             e = math.hypot(*(self._value(q, (joint, what)) for what in RELATIVE[:2]))
             if joint.contact is None and joint.outline is None and e >= joint.clearance:
                 raise ValueError(
-                    f"loop cannot close: {joint.label()} starts {e:.6g} m off centre, outside its clearance circle "
+                    f"loop cannot close: {joint.label()} starts {e:.6g} m off centre, outside its "
+                    f"clearance circle "
                     f"({joint.clearance:.6g} m); the other joints leave it no other place"
                 )
 
@@ -327,10 +364,14 @@ class _System:
         if not names:
             return
         if freedom == 0:
-            raise ValueError(f"locked: the joints leave no movement at all; too many equations in {', '.join(names)}")
+            raise ValueError(
+                f"locked: the joints leave no movement at all; too many equations in "
+                f"{', '.join(names)}"
+            )
         if any(not n.startswith("joint") for n in names):
             raise ValueError(
-                f"locked: {', '.join(names)} prescribe more than the mechanism's {freedom} free movement(s)"
+                f"locked: {', '.join(names)} prescribe more than the mechanism's {freedom} free "
+                f"movement(s)"
             )
         raise ValueError(
             f"redundant loop: {', '.join(names)} repeat each other's constraints "
@@ -338,12 +379,18 @@ class _System:
         )
 
     def _dependent(self, q: np.ndarray) -> tuple[list[str], int]:
-        """Labels of equations that repeat each other at q, and how many movements the joints alone leave."""
+        """Labels of equations that repeat each other at q, and how many movements the joints alone
+        leave.
+        """
         labels, _, matrix = self.equations(q, starting=False)
         scaled = matrix.copy()
         scaled[:, 2::3] /= self.size
         for i, label in enumerate(labels):
-            if not label.startswith("joint") or not np.any(scaled[i, 0::3]) and not np.any(scaled[i, 1::3]):
+            if (
+                not label.startswith("joint")
+                or not np.any(scaled[i, 0::3])
+                and not np.any(scaled[i, 1::3])
+            ):
                 scaled[i] *= self.size
         if not scaled.size:
             return [], scaled.shape[1]
@@ -356,12 +403,16 @@ class _System:
         names = list(dict.fromkeys(n for n, g in zip(labels, guilty, strict=True) if g))
         joints = [n for n in labels if n.startswith("joint")]
         alone = scaled[: len(joints)]
-        freedom = scaled.shape[1] - int((np.linalg.svd(alone, compute_uv=False) > RANK * values[0]).sum())
+        freedom = scaled.shape[1] - int(
+            (np.linalg.svd(alone, compute_uv=False) > RANK * values[0]).sum()
+        )
         return names, freedom
 
     # --- velocities
     def velocities(self, q: np.ndarray) -> np.ndarray:
-        """Rates that satisfy all joints and drives, nearest to those given with the bodies (others count little)."""
+        """Rates that satisfy all joints and drives, nearest to those given with the bodies (others
+        count little).
+        """
         rough, free = np.zeros(q.size), np.ones(q.size)
         for body, i in self.place.items():
             rough[i : i + 3] = (*body.velocity, body.angular_velocity)
@@ -387,8 +438,15 @@ def _rate_at_start(drive: Element) -> float:
 
 
 def _size(scene: Scene) -> float:
-    """A length of the mechanism: the farthest joint point from its body's centre of mass or the origin."""
-    points = [p for e in scene.elements for p in (getattr(e, "a", None), getattr(e, "b", None)) if hasattr(p, "x")]
+    """A length of the mechanism: the farthest joint point from its body's centre of mass or the
+    origin.
+    """
+    points = [
+        p
+        for e in scene.elements
+        for p in (getattr(e, "a", None), getattr(e, "b", None))
+        if hasattr(p, "x")
+    ]
     reach = [math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in points]
     reach += [spot.reach for _, spot in scene.spots]
     return max([r for r in reach if r > 0.0], default=1.0)

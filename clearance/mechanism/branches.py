@@ -107,7 +107,13 @@ def long_branches(plan: Plan) -> list[Attachment]:
     hanging = []
     for group in reversed(plan.groups):
         (first, *more) = group.attachments
-        if more or group.closures or first.joint is None or len(first.coordinates) != 1 or first.body in needed:
+        if (
+            more
+            or group.closures
+            or first.joint is None
+            or len(first.coordinates) != 1
+            or first.body in needed
+        ):
             needed |= {a.parent for a in group.attachments} | {
                 b for j in group.closures for b in j.bodies()
             }

@@ -36,7 +36,8 @@ class Mechanism:
     par: np.ndarray
     y0: np.ndarray
     work0: np.ndarray
-    sources: dict = field(default_factory=dict)  # joint -> what its film law reads (a table) or asks
+    # joint -> what its film law reads (a table) or asks
+    sources: dict = field(default_factory=dict)
 
     @property
     def layout(self) -> Layout:
@@ -110,8 +111,8 @@ class Mechanism:
 
     @cached_property
     def scale(self) -> np.ndarray:
-        """Natural size of each state: 1 rad for free angles, the size for lengths, what elements say of their own
-        states; rates times the frequency.
+        """Natural size of each state: 1 rad for free angles, the size for lengths, what elements
+        say of their own states; rates times the frequency.
         """
         sizes = {f"{e.key}/{s.name}": s.size for e in self.scene.elements for s in e.states()}
         sizes |= {c.key: 1.0 if c.turns else self.start.size for c in self.plan.free}
@@ -121,20 +122,26 @@ class Mechanism:
 
 
 def energy_of(mass: float, size: float, frequency: float) -> float:
-    """A typical energy [J] of bodies of a mass [kg] in a motion of a size [m] and angular frequency [rad/s]."""
+    """A typical energy [J] of bodies of a mass [kg] in a motion of a size [m] and angular frequency
+    [rad/s].
+    """
     return mass * (size * frequency) ** 2
 
 
 def acceleration_of(size: float, frequency: float, gravity: tuple[float, ...]) -> float:
-    """A typical acceleration [m/s2] of a motion of a size [m] and angular frequency [rad/s], under gravity."""
+    """A typical acceleration [m/s2] of a motion of a size [m] and angular frequency [rad/s], under
+    gravity.
+    """
     return size * frequency**2 + math.hypot(*gravity)
 
 
 def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Mechanism:
-    """Assemble a scene and find or make its structure. Raises ValueError with a clear reason for impossible scenes.
+    """Assemble a scene and find or make its structure.
 
-    opened: names of joints with clearance whose offsets are measured, and no coordinates: then places of bodies are.
-    A loop that is opened so has no dead centre.
+    Raises ValueError with a clear reason for impossible scenes.
+
+    opened: names of joints with clearance whose offsets are measured, and no coordinates: then
+        places of bodies are. A loop that is opened so has no dead centre.
     """
     numbers = Numbers(scene)
     start = assemble(scene, numbers)
@@ -148,19 +155,25 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     if signature not in _structures:
         if len(_structures) >= MOST_STRUCTURES:
             del _structures[next(iter(_structures))]  # the oldest
-        _structures[signature] = Tracing(scene, numbers, plan, cut, start.measured, ledger).structure()
+        _structures[signature] = Tracing(
+            scene, numbers, plan, cut, start.measured, ledger
+        ).structure()
     structure = _structures[signature]
     _check_friction(scene, structure)
     sources = _sources(scene)
     par = _parameters(structure, _values(scene, structure, plan, numbers, start), sources)
     y0 = _state(scene, plan, start, structure.layout)
-    mechanism = Mechanism(scene, structure, plan, start, par, y0, _work(scene, structure, start), _films(sources))
+    mechanism = Mechanism(
+        scene, structure, plan, start, par, y0, _work(scene, structure, start), _films(sources)
+    )
     mechanism.blend()
     return mechanism
 
 
 def _plans(scene: Scene, numbers: Numbers, measured: tuple) -> tuple[Plan, Plan]:
-    """Plans with the clearance joints closed and cut; scenes of one structure and the same lengths share them."""
+    """Plans with the clearance joints closed and cut; scenes of one structure and the same lengths
+    share them.
+    """
     lengths = tuple((p.x, p.y) for j in scene.joints for p in (j.a, j.b))
     key = numbers.signature, tuple(j.name for j in measured), lengths
     if key not in _planned:
@@ -175,7 +188,8 @@ def _plans(scene: Scene, numbers: Numbers, measured: tuple) -> tuple[Plan, Plan]
 
 
 def changed(mechanism: Mechanism, changes: dict[str, float], time: float = 0.0) -> Mechanism:
-    """The mechanism with other numbers and all that depends on them, in its structure; see Scene.replaced.
+    """The mechanism with other numbers and all that depends on them, in its structure; see
+    Scene.replaced.
 
     A drive whose speed changes goes on from where it stands at the given time [s].
     Raises ValueError for a number that the code has folded in, such as one that becomes 0.
@@ -183,7 +197,9 @@ def changed(mechanism: Mechanism, changes: dict[str, float], time: float = 0.0) 
     scene, layout = mechanism.scene.replaced(changes), mechanism.layout
     before, numbers = Numbers(mechanism.scene), Numbers(scene)
     if numbers.signature != before.signature:
-        raise ValueError(f"{', '.join(changes)}: the change needs another kernel; make another scene")
+        raise ValueError(
+            f"{', '.join(changes)}: the change needs another kernel; make another scene"
+        )
     values = list(mechanism.par[: len(layout.parameters)])
     old, new = np.array(before.values), np.array(numbers.values)
     for place in np.flatnonzero((old != new) & ~np.isnan(new)):
@@ -213,7 +229,9 @@ def _parameters(structure: Structure, values: list[float], sources: dict) -> np.
 
 
 def place_named(scene: Scene, what: str, name: str) -> tuple:
-    """The place of a coordinate that a step carries on, from its name and that of its body or joint."""
+    """The place of a coordinate that a step carries on, from its name and that of its body or
+    joint.
+    """
     parts = scene.bodies if what in ABSOLUTE else scene.joints
     return next(p for p in parts if p.name == name), what
 
@@ -224,7 +242,8 @@ def _check_friction(scene: Scene, structure: Structure) -> None:
         law = joint.friction
         if law.law.smooth and not law.law.smooth(law.values):
             raise ValueError(
-                f"{joint.label()}: friction {law.law.name} has a sign function at rest, but forces decide on the "
+                f"{joint.label()}: friction {law.law.name} has a sign function at rest, but forces "
+                f"decide on the "
                 "joint's motion here; give it transition_rate > 0"
             )
 
@@ -240,23 +259,34 @@ def _sources(scene: Scene) -> dict:
 
 
 def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.ndarray]:
-    """Numbers that laws read as a whole, such as film tables; they stand behind all others, shared ones once."""
+    """Numbers that laws read as a whole, such as film tables; they stand behind all others, shared
+    ones once.
+    """
     end, placed = len(values) + structure.layout.derived, {}
     for (joint, slot), source in sources.items():
         if id(source) not in placed:
             placed[id(source)] = (end, source.numbers)
             end += len(source.numbers)
-        values[structure.layout.parameters[f"{joint.key}/{slot}/start"]] = float(placed[id(source)][0])
+        values[structure.layout.parameters[f"{joint.key}/{slot}/start"]] = float(
+            placed[id(source)][0]
+        )
     return [numbers for _, numbers in placed.values()]
 
 
-def _values(scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, start: Start) -> list[float]:
+def _values(
+    scene: Scene, structure: Structure, plan: Plan, numbers: Numbers, start: Start
+) -> list[float]:
     """The scene's numbers, start values of drives, and the assembly modes of its dyads."""
     values = list(numbers.values)
     for drive in (d for d in scene.drives if f"{d.key}/start" in numbers.index):
         values[numbers.index[f"{drive.key}/start"]] = start.coordinate(drive.target)
     all_numbers = {**numbers.constants, **dict(zip(numbers.index, values, strict=True))}
-    state = {(j, s.name): (s.start, s.start_rate) for j in scene.joints for s in j.states() if j not in start.measured}
+    state = {
+        (j, s.name): (s.start, s.start_rate)
+        for j in scene.joints
+        for s in j.states()
+        if j not in start.measured
+    }
     k = Kinematics(Trace(), all_numbers.__getitem__, {}, state)
     for body, (x, y, angle) in start.pose.items():
         k.poses[body] = Pose(x, y, math.cos(angle), math.sin(angle), angle)
@@ -276,10 +306,14 @@ def _state(scene: Scene, plan: Plan, start: Start, layout: Layout) -> np.ndarray
 
 
 def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
-    """Impact speeds (from the start velocities), then the coordinates that kernels carry from step to step."""
+    """Impact speeds (from the start velocities), then the coordinates that kernels carry from step
+    to step.
+    """
     layout = structure.layout
     work = np.zeros(layout.work)
     speeds = [spot.speed for _, spot in scene.spots]
     work[: len(speeds)] = speeds
-    work[layout.carried_places] = [start.value(place_named(scene, *one))[0] for one in layout.carried]
+    work[layout.carried_places] = [
+        start.value(place_named(scene, *one))[0] for one in layout.carried
+    ]
     return work

@@ -1,4 +1,6 @@
-"""End of a mechanism that cannot go on: the time, the loop and its position, or the law that has no value there."""
+"""End of a mechanism that cannot go on: the time, the loop and its position, or the law that has no
+value there.
+"""
 
 import numpy as np
 
@@ -9,8 +11,11 @@ BISECTIONS = 60
 OF_LAWS = ("film_radial", "film_tangential", "contact_force", "asperity_force", "friction")
 
 
-def last_position(mechanism: Mechanism, work: np.ndarray, before: float, after: float) -> tuple[float, str] | None:
-    """Last time at which all outputs have values, and what is lost there; None unless that is between the two times.
+def last_position(
+    mechanism: Mechanism, work: np.ndarray, before: float, after: float
+) -> tuple[float, str] | None:
+    """Last time at which all outputs have values, and what is lost there; None unless that is
+    between the two times.
 
     work: what the last accepted place left for the next.
     """
@@ -36,7 +41,9 @@ def lost_at(mechanism: Mechanism, work: np.ndarray, time: float) -> str | None:
 
 
 def no_number(mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray) -> str | None:
-    """The clearance joint whose laws give no number at a state, though the journal's place is known; None for none."""
+    """The clearance joint whose laws give no number at a state, though the journal's place is
+    known; None for none.
+    """
     outputs = _outputs(mechanism, work, time, y)
     for joint in mechanism.scene.clearance_joints:
         here = f"joints/{joint.name}"
@@ -52,19 +59,27 @@ def _finite(outputs: dict[str, float]) -> bool:
     return all(map(np.isfinite, outputs.values()))
 
 
-def _outputs(mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray | None = None) -> dict[str, float]:
+def _outputs(
+    mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray | None = None
+) -> dict[str, float]:
     row = mechanism.outputs(time, mechanism.y0 if y is None else y, work)
     return dict(zip(mechanism.layout.output, row.tolist(), strict=True))
 
 
-def what_is_lost(mechanism: Mechanism, lost: dict[str, float], last: dict[str, float] | None = None) -> str:
-    """The first group that has no position any more, or what else has no value; known: outputs of the place before."""
+def what_is_lost(
+    mechanism: Mechanism, lost: dict[str, float], last: dict[str, float] | None = None
+) -> str:
+    """The first group that has no position any more, or what else has no value; known: outputs of
+    the place before.
+    """
     for group in mechanism.plan.groups:
         bodies = [a.body.name for a in group.attachments]
         if group.closures and not all(
             np.isfinite(lost[f"bodies/{b}/{n}"]) for b in bodies for n in ("x", "omega", "alpha")
         ):
-            angles = ", ".join(f"{b} at {last[f'bodies/{b}/theta']:.6g} rad" if last else b for b in bodies)
+            angles = ", ".join(
+                f"{b} at {last[f'bodies/{b}/theta']:.6g} rad" if last else b for b in bodies
+            )
             joints = ", ".join(j.name for j in group.closures)
             return f"the loop of {angles}, closed by joint {joints}, is in a singular position and cannot go on"
     first = next(path for path, value in lost.items() if not np.isfinite(value))

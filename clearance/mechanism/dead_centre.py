@@ -152,7 +152,9 @@ class DeadCentre:
 
     @property
     def soft_joints(self) -> tuple[str, ...]:
-        """Names of its joints with clearance: one of them measured, the loop is open and has no dead centre."""
+        """Names of its joints with clearance: one of them measured, the loop is open and has no
+        dead centre.
+        """
         joints = (*self.group.closures, *(a.joint for a in self.group.attachments))
         return tuple(j.name for j in joints if j is not None and j.soft)
 
@@ -169,7 +171,8 @@ def dead_centre(motion: SampledMotion) -> DeadCentre | None:
         if size is not None:
             text = (
                 f"loop {group.label()} came to its dead centre, where two branches meet: "
-                f"its closing determinant fell to {size:.1g} of its scale ({begun:.2g} at the start)"
+                f"its closing determinant fell to {size:.1g} of its scale ({begun:.2g} at the "
+                f"start)"
             )
             return DeadCentre(group, text)
     return None

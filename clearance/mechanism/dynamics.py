@@ -1,4 +1,6 @@
-"""Newton-Euler over traced scalars: islands projected on their independent speeds, reactions recovered on demand."""
+"""Newton-Euler over traced scalars: islands projected on their independent speeds, reactions
+recovered on demand.
+"""
 
 from dataclasses import dataclass, field, replace
 
@@ -19,9 +21,11 @@ from clearance.tracing.trace import Trace, is_zero
 class Reactions:
     """Reactions of joints without clearance and efforts of drives, which keep the motion."""
 
-    forces: dict = field(default_factory=dict)  # joint -> force x, y and moment about the joint's b point, on body b
+    # joint -> force x, y and moment about the joint's b point, on body b
+    forces: dict = field(default_factory=dict)
     efforts: dict = field(default_factory=dict)  # drive -> effort
-    across: dict = field(default_factory=dict)  # joint -> force z, moments x and y about the joint's point, on body b
+    # joint -> force z, moments x and y about the joint's point, on body b
+    across: dict = field(default_factory=dict)
 
 
 class Dynamics:
@@ -68,7 +72,8 @@ class Dynamics:
         return acceleration, self.reactions(work, acceleration)
 
     def accelerations(self, work: Work, driven: dict) -> dict:
-        """Acceleration of every body: per island M a = f, solved by an unrolled LDL^T, long branches folded before.
+        """Acceleration of every body: per island M a = f, solved by an unrolled LDL^T, long
+        branches folded before.
 
         driven: accelerations of prescribed coordinates, by their place.
         """
@@ -96,7 +101,8 @@ class Dynamics:
         result = {ground: ZERO}
         for body in branches.inertia:
             result[body] = tuple(
-                bias[body][axis] + self.trace.sum(c[body][axis] * s for c, s in zip(columns, speeds, strict=True))
+                bias[body][axis]
+                + self.trace.sum(c[body][axis] * s for c, s in zip(columns, speeds, strict=True))
                 for axis in range(3)
             )
         for link in reversed(branches.links):
@@ -104,7 +110,9 @@ class Dynamics:
         return result
 
     def inertia(self, body) -> list:
-        """Mass, mass, moment of inertia: what resists the three components of a body's acceleration."""
+        """Mass, mass, moment of inertia: what resists the three components of a body's
+        acceleration.
+        """
         number = self.kinematics.number
         return [number(f"{body.key}/mass")] * 2 + [number(f"{body.key}/inertia")]
 
@@ -113,7 +121,9 @@ class Dynamics:
         return {
             body: tuple(
                 w - m * a
-                for w, m, a in zip(work.wrench.get(body, ZERO), self.inertia(body), acceleration[body], strict=True)
+                for w, m, a in zip(
+                    work.wrench.get(body, ZERO), self.inertia(body), acceleration[body], strict=True
+                )
             )
             for body in self.scene.bodies
         }
@@ -130,8 +140,8 @@ class Dynamics:
     def reactions(self, work: Work, acceleration: dict) -> Reactions:
         """Reactions of joints without clearance, and drive efforts.
 
-        Groups are walked backwards: closing forces from virtual work, then each body's balance gives the joint to its
-        parent.
+        Groups are walked backwards: closing forces from virtual work, then each body's balance
+        gives the joint to its parent.
         """
         rest = Work(self.kinematics, self._unbalanced(work, acceleration), dict(work.across))
         result = Reactions(efforts=dict(work.efforts))
@@ -144,7 +154,9 @@ class Dynamics:
                 self._balance(attachment, rest, result)
         self.trace.section = "reactions out of the plane"
         for body in self.scene.bodies:
-            moments = inertia_across(self.kinematics, body, acceleration[body], self.velocities[body][2])
+            moments = inertia_across(
+                self.kinematics, body, acceleration[body], self.velocities[body][2]
+            )
             rest.add_across(body, 0.0, *moments)
         result.across = reactions_across(self.scene, self._flat_arms, rest.across)
         return result
@@ -159,7 +171,11 @@ class Dynamics:
         """Forces of closing joints, from the work that the open loops' bodies would do."""
         effects = self.propagation.effects(index, group)
         loads = [
-            -self.trace.sum(t * w for b, twist in effect.items() for t, w in zip(twist, rest.wrench[b], strict=True))
+            -self.trace.sum(
+                t * w
+                for b, twist in effect.items()
+                for t, w in zip(twist, rest.wrench[b], strict=True)
+            )
             for _, effect in effects
         ]
         multipliers = iter(self.propagation.transposed(index, group, loads))
@@ -168,11 +184,15 @@ class Dynamics:
             result.forces[joint] = self._closing_force(joint, mine, rest)
 
     def _closing_force(self, joint, multipliers: dict, rest: Work) -> tuple:
-        """A closing joint's force on body b; both bodies take the gradient of its equations times the multipliers."""
+        """A closing joint's force on body b; both bodies take the gradient of its equations times
+        the multipliers.
+        """
         wrench = {}
         for body in joint.bodies():
             columns = [Rates(self.kinematics, {body: unit}).residual(joint) for unit in UNITS]
-            wrench[body] = tuple(self._along([r.a for r in column], multipliers.values()) for column in columns)
+            wrench[body] = tuple(
+                self._along([r.a for r in column], multipliers.values()) for column in columns
+            )
             rest.add(body, *wrench[body])
         a, b = joint.bodies()
         fx, fy = wrench[b][:2] if b is not ground else (-v for v in wrench[a][:2])
@@ -186,7 +206,9 @@ class Dynamics:
         rest.add_across(joint.a.body, 0.0, height_a * fy, -(height_a * fx))
 
     def _balance(self, attachment, rest: Work, result: Reactions) -> None:
-        """The parent joint takes what is left of a body's wrench; a driven coordinate's share is the drive's effort."""
+        """The parent joint takes what is left of a body's wrench; a driven coordinate's share is
+        the drive's effort.
+        """
         body, joint, parent = attachment.body, attachment.joint, attachment.parent
         load = rest.wrench[body]
         turn = None
@@ -213,9 +235,11 @@ class Dynamics:
 
 
 def solve_blocks(trace: Trace, matrix: dict, right: list) -> list:
-    """Solve a symmetric positive system of traced scalars by LDL^T; structural zeros are never touched.
+    """Solve a symmetric positive system of traced scalars by LDL^T; structural zeros are never
+    touched.
 
-    matrix: entries (i, j), j <= i. The solution is differentiated as one: A dx = db - dA x, with the same factors.
+    matrix: entries (i, j), j <= i. The solution is differentiated as one: A dx = db - dA x, with
+        the same factors.
     """
     lower, inverse = _factors(matrix, len(right))
     solution = _backwards(lower, inverse, right)

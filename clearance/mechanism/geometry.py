@@ -1,4 +1,5 @@
-"""Relative coordinates of all joints of a scene over absolute coordinates of its bodies, with their slopes.
+"""Relative coordinates of all joints of a scene over absolute coordinates of its bodies, with their
+slopes.
 
 The joints' one statement is traced and written as plain Python, once for all scenes of a structure.
 """
@@ -25,8 +26,9 @@ _traced: dict[tuple, tuple] = {}
 class Geometry:
     """Values and slopes of coordinates at positions q, (x, y, angle) of each body.
 
-    places: (joint, name) of the relative coordinates, known ones less the numbers that joints keep them at,
-    then (body, "x"), (body, "y"), (body, "angle"). read: the scene's numbers that they depend on.
+    places: (joint, name) of the relative coordinates, known ones less the numbers that joints keep
+        them at, then (body, "x"), (body, "y"), (body, "angle"). read: the scene's numbers that they
+        depend on.
     """
 
     def __init__(self, scene: Scene, values: list[float], traced: tuple):
@@ -61,7 +63,9 @@ class Geometry:
 
 
 def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.ndarray, list[int]]:
-    """Function of q and the scene's numbers: values, then slopes at the places rows, columns; numbers that it reads."""
+    """Function of q and the scene's numbers: values, then slopes at the places rows, columns;
+    numbers that it reads.
+    """
     function = Function("geometry")
     q = [function.argument() for _ in range(3 * len(scene.bodies))]
     free = {name: function.argument() for name in numbers.index}
@@ -82,7 +86,12 @@ def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.nda
     exec(function_text(function), scope)  # noqa: S102
     rows, columns = np.array(places, dtype=int).reshape(-1, 2).T
     alive = set(live(function.outputs))
-    return scope[function.name], rows, columns, [i for i, leaf in enumerate(free.values()) if leaf in alive]
+    return (
+        scope[function.name],
+        rows,
+        columns,
+        [i for i, leaf in enumerate(free.values()) if leaf in alive],
+    )
 
 
 def _relative(k: Kinematics, joint) -> list:

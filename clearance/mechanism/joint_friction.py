@@ -1,10 +1,13 @@
-"""Friction of hinges and slides without clearance: what their reactions make of it, and it of their reactions.
+"""Friction of hinges and slides without clearance: what their reactions make of it, and it of their
+reactions.
 
-The reactions are linear in the friction efforts s: R = R_0 + G s, and friction is s = law(rate, Q(R)). Where no
-friction reaches a reaction that friction depends on, G has structural zeros only and s is explicit; that is so as long
-as only driven joints rub in a mechanism whose motion is prescribed. Elsewhere the kernel solves
-s = law(rate, Q(R_0 + G s)) by fixed point, and where that contracts slowly by Newton's method along a growing share of
-the friction: strong friction can have several solutions, and this is the one that grows out of none.
+The reactions are linear in the friction efforts s: R = R_0 + G s, and friction is s = law(rate,
+Q(R)). Where no friction reaches a reaction that friction depends on, G has structural zeros only
+and s is explicit; that is so as long as only driven joints rub in a mechanism whose motion is
+prescribed. Elsewhere the kernel solves
+s = law(rate, Q(R_0 + G s)) by fixed point, and where that contracts slowly by Newton's method along
+a growing share of the friction: strong friction can have several solutions, and this is the one
+that grows out of none.
 """
 
 import math
@@ -17,20 +20,25 @@ from clearance.tracing.trace import Trace
 
 #: change of the friction efforts over their sum at which they are found
 TOLERANCE = 1e-13
-#: contraction of the fixed point from which Newton's method takes over, and steps before that is judged
+#: contraction of the fixed point from which Newton's method takes over, and steps before that is
+#: judged
 SLOW, PATIENCE = 0.5, 4
 LIMIT = 60
-#: share of the friction that Newton's method takes up at first, least share before the mechanism counts as jammed,
-#: corrections for a share, the last of them over the efforts, and the largest change of these with a share
+#: share of the friction that Newton's method takes up at first, least share before the mechanism
+#: counts as jammed, corrections for a share, the last of them over the efforts, and the largest
+#: change of these with a share
 STRIDE, SHORTEST, CORRECTIONS, CLOSED, FURTHEST = 0.0625, 1e-4, 6, 1e-12, 0.3
 
 
 @dataclass
 class Friction:
-    """Friction of the joints that have some: efforts on body b, loads behind them, rates of b against a."""
+    """Friction of the joints that have some: efforts on body b, loads behind them, rates of b
+    against a.
+    """
 
     efforts: dict = field(default_factory=dict)  # joint -> torque [N m] or force along the axis [N]
-    loads: dict = field(default_factory=dict)  # joint -> friction load [N m or N], where the law needs it
+    # joint -> friction load [N m or N], where the law needs it
+    loads: dict = field(default_factory=dict)
     rates: dict = field(default_factory=dict)
     bristle_rates: dict = field(default_factory=dict)  # of joints whose law has bristles
     ideal: dict = field(default_factory=dict)  # drive -> effort without any joint friction
@@ -52,7 +60,11 @@ def joint_friction(dynamics, work, driven: dict) -> Friction:
     if loaded := [j for j in joints if j.rubs_by_load]:
         base = d.solution(d.with_friction(work, result.efforts), driven) if result.efforts else bare
         _of_reactions(
-            d, loaded, base, lambda marks: d.solution(d.with_friction(work, result.efforts | marks), driven), result
+            d,
+            loaded,
+            base,
+            lambda marks: d.solution(d.with_friction(work, result.efforts | marks), driven),
+            result,
         )
     return result
 
@@ -66,10 +78,13 @@ def _of_reactions(d, joints: list, base, solution, result: Friction) -> None:
     start = {j: components(d, j, base) for j in joints}
     slopes = {j: trace.tangent(components(d, j, marked), seeds) for j in joints}
     coupled = sorted({k for j in joints for slope in slopes[j] for k in slope})
-    values = _coupled(d, [joints[k] for k in coupled], coupled, start, slopes, result) if coupled else []
+    values = (
+        _coupled(d, [joints[k] for k in coupled], coupled, start, slopes, result) if coupled else []
+    )
     for joint in joints:
         reached = [
-            value + trace.sum(slope[k] * s for k, s in zip(coupled, values, strict=True) if k in slope)
+            value
+            + trace.sum(slope[k] * s for k, s in zip(coupled, values, strict=True) if k in slope)
             for value, slope in zip(start[joint], slopes[joint], strict=True)
         ]
         result.loads[joint] = _load(calls, joint, reached)
@@ -80,7 +95,9 @@ def _of_reactions(d, joints: list, base, solution, result: Friction) -> None:
 def components(d, joint, solution) -> list:
     """Components of a joint's reaction that rub."""
     reactions = solution[1]
-    return joint.components(d.motion, reactions.forces[joint], reactions.across.get(joint, (0.0, 0.0, 0.0)))
+    return joint.components(
+        d.motion, reactions.forces[joint], reactions.across.get(joint, (0.0, 0.0, 0.0))
+    )
 
 
 def _load(calls: Calls, joint, reached: list):
@@ -90,7 +107,9 @@ def _load(calls: Calls, joint, reached: list):
 
 
 def _effort(motion, calls: Calls, joint, result: Friction, load, value=lambda outer: outer):
-    """Friction effort of a joint; the rate of its bristles is noted. value: what stands for a value in these calls."""
+    """Friction effort of a joint; the rate of its bristles is noted. value: what stands for a value
+    in these calls.
+    """
     bristles = [motion.state(joint, state.name).v for state in joint.states()]
     state = [value(v) for v in (*bristles, result.rates[joint])]
     *rate, effort = calls.law(joint, "friction", [*state, load])
@@ -99,7 +118,9 @@ def _effort(motion, calls: Calls, joint, result: Friction, load, value=lambda ou
     return effort
 
 
-def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, result: Friction) -> list:
+def _coupled(
+    d, joints: list, places: list[int], start: dict, slopes: dict, result: Friction
+) -> list:
     """Efforts of joints whose friction acts back on their own loads."""
     trace, size, outer = d.trace, len(joints), d.motion.calls
     inside = Inside("rub")
@@ -108,7 +129,9 @@ def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, resu
     for joint in joints:
         reached = [
             inside.value(v)
-            + inside.trace.sum(inside.value(s[k]) * z for k, z in zip(places, unknowns, strict=True) if k in s)
+            + inside.trace.sum(
+                inside.value(s[k]) * z for k, z in zip(places, unknowns, strict=True) if k in s
+            )
             for v, s in zip(start[joint], slopes[joint], strict=True)
         ]
         load = _load(calls, joint, reached)
@@ -126,24 +149,39 @@ def _coupled(d, joints: list, places: list[int], start: dict, slopes: dict, resu
     return items[:size]
 
 
-# --- solution of s = friction(s, given): functions of (arms, given), before these what they carry on
+# --- solution of s = friction(s, given): functions of (arms, given), before these what they carry
+# on
 def coupled(friction: Function, size: int) -> Function:
-    """Efforts s = friction(s), evaluations after the first, contraction: a fixed point, or Newton's method.
+    """Efforts s = friction(s), evaluations after the first, contraction: a fixed point, or Newton's
+    method.
 
-    Arms make torques of hinges and forces of slides comparable. Not a number where the mechanism jams.
+    Arms make torques of hinges and forces of slides comparable. Not a number where the mechanism
+    jams.
     """
 
     def build(trace, arguments):
         arms, given = arguments[:size], arguments[size:]
         *z, count, contraction, closed, _, _ = trace.call(
-            Loop("rub_fixed_point", _fixed_point(friction, size)), [1.0, *[0.0] * (size + 5), *arms, *given]
+            Loop("rub_fixed_point", _fixed_point(friction, size)),
+            [1.0, *[0.0] * (size + 5), *arms, *given],
         )
         *other, _, _, more, finished = trace.call(
             Loop("rub_continuation", _continuation(friction, size)),
-            [trace.negation(trace.truth(closed)), *[0.0] * size, 0.0, STRIDE, float(PATIENCE), 0.0, *arms, *given],
+            [
+                trace.negation(trace.truth(closed)),
+                *[0.0] * size,
+                0.0,
+                STRIDE,
+                float(PATIENCE),
+                0.0,
+                *arms,
+                *given,
+            ],
         )
         other = [trace.select(finished, v, math.nan) for v in (*other, more, contraction)]
-        return [trace.select(closed, a, b) for a, b in zip((*z, count, contraction), other, strict=True)]
+        return [
+            trace.select(closed, a, b) for a, b in zip((*z, count, contraction), other, strict=True)
+        ]
 
     return Function.of("rub_coupled", len(friction.arguments), build)
 
@@ -154,7 +192,9 @@ def _forces(trace: Trace, efforts: list, arms: list):
 
 
 def _fixed_point(friction: Function, size: int) -> Function:
-    """One evaluation: state z, evaluations after the first, contraction, closed, the last two changes."""
+    """One evaluation: state z, evaluations after the first, contraction, closed, the last two
+    changes.
+    """
 
     def build(trace, arguments):
         z, (count, contraction, _, before, last) = arguments[:size], arguments[size : size + 5]
@@ -164,21 +204,34 @@ def _fixed_point(friction: Function, size: int) -> Function:
         sum_of_all = _forces(trace, new, arms)
         closed = trace.compare("le", change, TOLERANCE * sum_of_all)
         clear = trace.compare("gt", change, 1e3 * TOLERANCE * sum_of_all)
-        judged = trace.both(trace.both(trace.compare("gt", count, 1.0), clear), trace.negation(closed))
+        judged = trace.both(
+            trace.both(trace.compare("gt", count, 1.0), clear), trace.negation(closed)
+        )
         contraction = trace.select(judged, trace.sqrt(change / before), contraction)
-        slow = trace.both(trace.compare("ge", count, float(PATIENCE)), trace.compare("gt", contraction, SLOW))
+        slow = trace.both(
+            trace.compare("ge", count, float(PATIENCE)), trace.compare("gt", contraction, SLOW)
+        )
         again = trace.negation(trace.either(closed, slow))
         again = trace.both(again, trace.compare("lt", count + 1.0, float(LIMIT)))
-        return [again, *new, trace.select(closed, count, count + 1.0), contraction, trace.numeric(closed), last, change]
+        return [
+            again,
+            *new,
+            trace.select(closed, count, count + 1.0),
+            contraction,
+            trace.numeric(closed),
+            last,
+            change,
+        ]
 
     return Function.of("rub_evaluated", len(friction.arguments) + size + 5, build)
 
 
 def _continuation(friction: Function, size: int) -> Function:
-    """One stride from no friction to all of it, by Newton's method: state z, share, stride, corrections, finished.
+    """One stride from no friction to all of it, by Newton's method: state z, share, stride,
+    corrections, finished.
 
-    Strong friction can have several solutions; this is the one that grows out of none. Where it ends, the mechanism
-    jams.
+    Strong friction can have several solutions; this is the one that grows out of none. Where it
+    ends, the mechanism jams.
     """
 
     def build(trace, arguments):
@@ -186,7 +239,8 @@ def _continuation(friction: Function, size: int) -> Function:
         arms, given = arguments[size + 4 : 2 * size + 4], arguments[2 * size + 4 :]
         goal = trace.select(trace.compare("lt", share + stride, 1.0), share + stride, 1.0)
         *new, made, closed = trace.call(
-            Loop("rub_corrections", _correction(friction, size)), [1.0, *z, 0.0, 0.0, goal, *arms, *given]
+            Loop("rub_corrections", _correction(friction, size)),
+            [1.0, *z, 0.0, 0.0, goal, *arms, *given],
         )
         moved = _forces(trace, [a - b for a, b in zip(new, z, strict=True)], arms)
         far = trace.compare("gt", moved, FURTHEST * _forces(trace, new, arms))
@@ -196,7 +250,14 @@ def _continuation(friction: Function, size: int) -> Function:
         stride = trace.select(closed, 2.0 * stride, 0.5 * stride)
         again = trace.both(trace.negation(finished), trace.compare("gt", stride, SHORTEST))
         z = [trace.select(closed, a, b) for a, b in zip(new, z, strict=True)]
-        return [again, *z, trace.select(closed, goal, share), stride, count + made, trace.numeric(finished)]
+        return [
+            again,
+            *z,
+            trace.select(closed, goal, share),
+            stride,
+            count + made,
+            trace.numeric(finished),
+        ]
 
     return Function.of("rub_stride", len(friction.arguments) + size + 4, build)
 
@@ -209,12 +270,15 @@ def _correction(friction: Function, size: int) -> Function:
         arms, given = arguments[size + 3 : 2 * size + 3], arguments[2 * size + 3 :]
         values = trace.call(friction.slopes(tuple(range(size))), [*z, *given])
         rows = [
-            [float(i == j) - goal * values[size + i * size + j] for j in range(size)] for i in range(size)
-        ]  # fmt: skip
+            [float(i == j) - goal * values[size + i * size + j] for j in range(size)]
+            for i in range(size)
+        ]
         step = solve(trace, rows, [a - goal * b for a, b in zip(z, values, strict=False)])
         new = [a - b for a, b in zip(z, step, strict=True)]
         closed = trace.compare("le", _forces(trace, step, arms), CLOSED * _forces(trace, new, arms))
-        again = trace.both(trace.negation(closed), trace.compare("lt", count + 1.0, float(CORRECTIONS)))
+        again = trace.both(
+            trace.negation(closed), trace.compare("lt", count + 1.0, float(CORRECTIONS))
+        )
         return [again, *new, count + 1.0, trace.numeric(closed)]
 
     return Function.of("rub_correction", len(friction.arguments) + size + 3, build)

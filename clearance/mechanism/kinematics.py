@@ -1,8 +1,8 @@
 """Planar kinematics along a plan, written once over traced scalars.
 
-Poses are of centres of mass. A *field* gives each body a planar twist (x, y, turning): real velocities, velocities per
-unit of one independent speed (columns), or accelerations; all three follow the same linear rules, accelerations with
-the quadratic terms added.
+Poses are of centres of mass. A *field* gives each body a planar twist (x, y, turning): real
+velocities, velocities per unit of one independent speed (columns), or accelerations; all three
+follow the same linear rules, accelerations with the quadratic terms added.
 """
 
 from dataclasses import dataclass
@@ -36,9 +36,10 @@ class Pose:
 class Kinematics:
     """Poses, and fields over them.
 
-    number(name) reads a scene number. coordinate: values of coordinates by their place; rate: of those
-    that the real motion has; state: (element, name) -> value and rate of states that are coordinates.
-    memory(i): work slot i, for what is carried from step to step.
+    number(name) reads a scene number. coordinate: values of coordinates by their place; rate: of
+    those
+    that the real motion has; state: (element, name) -> value and rate of states that are
+    coordinates. memory(i): work slot i, for what is carried from step to step.
     """
 
     def __init__(self, trace: Trace, number, coordinate: dict, state: dict, memory=None):
@@ -101,7 +102,9 @@ class Kinematics:
         return self.number(f"{joint.key}/axis/x"), self.number(f"{joint.key}/axis/y")
 
     def axis(self, joint: Joint, base: Body) -> Vector:
-        """Direction of a joint's axis along the fixed axes, from the orientation of one of its bodies."""
+        """Direction of a joint's axis along the fixed axes, from the orientation of one of its
+        bodies.
+        """
         x, y = self.local_axis(joint)
         if base is joint.b.body:
             c, s = self.relative(joint)
@@ -126,7 +129,9 @@ class Kinematics:
             parts.append(rates.step(joint, rates.relative(joint)))
         x, y = rates.vector(joint.a.body, *parts)
         heights = (self.number(f"{joint.key}/{side}/z") for side in "ab")
-        return tuple((*arm, z) for arm, z in zip(((x.v, y.v), self.arm(joint, "b")), heights, strict=True))
+        return tuple(
+            (*arm, z) for arm, z in zip(((x.v, y.v), self.arm(joint, "b")), heights, strict=True)
+        )
 
     # --- positions
     def place(self, plan: Plan) -> None:
@@ -173,7 +178,9 @@ class Kinematics:
         return base.cosine * c - base.sine * s, base.sine * c + base.cosine * s, angle
 
     def place_by(self, attachment: Attachment, orientation: tuple, along=None, across=None) -> None:
-        """Place a body of a given orientation on its parent; along, across: where the joint leaves them free."""
+        """Place a body of a given orientation on its parent; along, across: where the joint leaves
+        them free.
+        """
         body, joint = attachment.body, attachment.joint
         along, across = (
             self.given(joint, what)[0] if value is None else value
@@ -202,7 +209,9 @@ class Kinematics:
         return self.memory(len(self.remembered) - 1)
 
     def whole_angle(self, body: Body) -> Value:
-        """Orientation without jumps: counted on from the last accepted step where only cosine and sine are known."""
+        """Orientation without jumps: counted on from the last accepted step where only cosine and
+        sine are known.
+        """
         pose = self.poses[body]
         if pose.angle is not None:
             return pose.angle
@@ -217,7 +226,8 @@ class Kinematics:
 
 
 class Columns:
-    """Tangents of poses and of turning vectors along the coordinates of a plan: columns solved once for all.
+    """Tangents of poses and of turning vectors along the coordinates of a plan: columns solved once
+    for all.
 
     values: of the coordinates and of states that are coordinates, by their place.
     """
@@ -238,12 +248,18 @@ class Columns:
         """Differentiate all poses by columns."""
         for body, pose in self.k.poses.items():
             if body is not ground:
-                self.k.trace.follow([pose.x, pose.y], self._inputs(body), partial(self._moved, body))
+                self.k.trace.follow(
+                    [pose.x, pose.y], self._inputs(body), partial(self._moved, body)
+                )
                 self.turn(body, (pose.cosine, pose.sine), (1.0, 0.0))
 
     def turn(self, body: Body, vector: Vector, local: Vector) -> None:
-        """Differentiate a vector that turns with a body, and whose parts in the body's frame may change."""
-        self.k.trace.follow(list(vector), [*self._inputs(body), *local], partial(self._turned, body, vector))
+        """Differentiate a vector that turns with a body, and whose parts in the body's frame may
+        change.
+        """
+        self.k.trace.follow(
+            list(vector), [*self._inputs(body), *local], partial(self._turned, body, vector)
+        )
 
     def _moved(self, body: Body, given: list) -> list:
         return [self._rate(body, axis, given) for axis in (0, 1)]
@@ -273,7 +289,11 @@ def _moving(plan: Plan, places: dict) -> dict[Body, list]:
         together: dict = {}
         for attachment in group.attachments:
             joints = {attachment.joint, *group.closures}
-            mine = [p for p in places if p[0] in joints or p in (c.place for c in attachment.coordinates)]
+            mine = [
+                p
+                for p in places
+                if p[0] in joints or p in (c.place for c in attachment.coordinates)
+            ]
             together |= moving.get(attachment.parent, {}) | dict.fromkeys(mine)
             for body in (b for j in group.closures for b in j.bodies()):
                 together |= moving.get(body, {})
@@ -284,7 +304,9 @@ def _moving(plan: Plan, places: dict) -> dict[Body, list]:
 
 
 class Propagation:
-    """Spreads rates over the groups of a plan; the loops' linear equations are set up once per group."""
+    """Spreads rates over the groups of a plan; the loops' linear equations are set up once per
+    group.
+    """
 
     def __init__(self, kinematics: Kinematics, plan: Plan):
         self.kinematics, self.plan = kinematics, plan
@@ -293,14 +315,17 @@ class Propagation:
     def field(self, second: dict, real: dict | None = None) -> dict:
         """Field for given rates of coordinates and of states by their place (absent: zero).
 
-        With `real`, the field of velocities, they are second rates, and the result includes the quadratic terms.
+        With `real`, the field of velocities, they are second rates, and the result includes the
+        quadratic terms.
         """
         return self._spread(Rates(self.kinematics, {ground: ZERO}, real, second), {})
 
     def velocities(self, rates: dict) -> dict:
         """The field of the real motion; the rates of all coordinates of the plan are noted."""
         self.kinematics.rate.update(rates)
-        return self._spread(Rates(self.kinematics, {ground: ZERO}, None, rates), self.kinematics.rate)
+        return self._spread(
+            Rates(self.kinematics, {ground: ZERO}, None, rates), self.kinematics.rate
+        )
 
     def _spread(self, rates: Rates, noted: dict) -> dict:
         for number, group in enumerate(self.plan.groups):
@@ -311,7 +336,9 @@ class Propagation:
         return rates.field
 
     def _loop(self, number: int, group: Group):
-        """Effect of each unknown rate on the group's bodies, and the matrix of the closing equations."""
+        """Effect of each unknown rate on the group's bodies, and the matrix of the closing
+        equations.
+        """
         if number not in self._loops:
             effects = []
             for unknown in group.unknowns:
@@ -319,7 +346,9 @@ class Propagation:
                 for attachment in group.attachments:
                     rates.carried(attachment)
                 effects.append((unknown, rates))
-            columns = [[r.a for j in group.closures for r in rates.residual(j)] for _, rates in effects]
+            columns = [
+                [r.a for j in group.closures for r in rates.residual(j)] for _, rates in effects
+            ]
             matrix = [list(row) for row in zip(*columns, strict=True)]
             self._loops[number] = [(c, rates.field) for c, rates in effects], matrix
         return self._loops[number]
@@ -330,14 +359,20 @@ class Propagation:
         if all(map(is_zero, residual)):
             values = [0.0] * len(residual)
         else:
-            values = loops.solve(self.kinematics.trace, self.matrix(number, group), [-r for r in residual])
+            values = loops.solve(
+                self.kinematics.trace, self.matrix(number, group), [-r for r in residual]
+            )
         for (_, effect), value in zip(self.effects(number, group), values, strict=True):
             for body, twist in effect.items():
-                rates.field[body] = tuple(o + value * t for o, t in zip(rates.field[body], twist, strict=True))
+                rates.field[body] = tuple(
+                    o + value * t for o, t in zip(rates.field[body], twist, strict=True)
+                )
         return {c.place: value for c, value in zip(group.unknowns, values, strict=True)}
 
     def transposed(self, number: int, group: Group, load: list) -> list:
-        """Forces of the closing equations that balance generalised loads of the group's unknown coordinates."""
+        """Forces of the closing equations that balance generalised loads of the group's unknown
+        coordinates.
+        """
         columns = zip(*self.matrix(number, group), strict=True)
         return loops.solve(self.kinematics.trace, [list(c) for c in columns], load)
 

@@ -24,7 +24,8 @@ class Layout:
     State: coordinates, their rates, states of first order, the energy put in, what each of
     `dissipated` has taken out, and the integrals `sums` (all where there is a ledger). Work: the
     impact speed of each spot, negative in free flight; the coordinates that a step carries to the
-    next, (name, of what); the times up to which elements with a memory remember. Parameters: those of
+    next, (name, of what); the times up to which elements with a memory remember. Parameters: those
+    of
     the scene by name, then derived ones.
     followed: numbers that a run hands on step by step.
     """
@@ -70,7 +71,11 @@ class Layout:
     @property
     def names(self) -> list[str]:
         """Names of the states without the ledger, in their order."""
-        return [*self.coordinates, *(f"rate of {name}" for name in self.coordinates), *self.first_order]
+        return [
+            *self.coordinates,
+            *(f"rate of {name}" for name in self.coordinates),
+            *self.first_order,
+        ]
 
     @cached_property
     def state(self) -> dict[str, int]:

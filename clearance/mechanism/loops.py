@@ -49,18 +49,24 @@ def solver(size: int) -> Function:
     """The solution of a system: matrix, row by row, and right side."""
 
     def build(trace, arguments):
-        rows = [[*arguments[i * size : (i + 1) * size], arguments[size * size + i]] for i in range(size)]
+        rows = [
+            [*arguments[i * size : (i + 1) * size], arguments[size * size + i]] for i in range(size)
+        ]
         return eliminated(trace, rows)
 
     return Function.of(f"solve_{size}", size * (size + 1), build)
 
 
 def eliminated(trace: Trace, rows: list[list]) -> list:
-    """Gaussian elimination of rows (matrix, right side); the largest of a column comes up as rows are compared."""
+    """Gaussian elimination of rows (matrix, right side); the largest of a column comes up as rows
+    are compared.
+    """
     size = len(rows)
     for k in range(size):
         for i in range(k + 1, size):
-            swap = trace.compare("gt", trace.function("fabs", rows[i][k]), trace.function("fabs", rows[k][k]))
+            swap = trace.compare(
+                "gt", trace.function("fabs", rows[i][k]), trace.function("fabs", rows[k][k])
+            )
             pairs = list(zip(rows[k], rows[i], strict=True))
             rows[k] = [trace.select(swap, b, a) for a, b in pairs]
             rows[i] = [trace.select(swap, a, b) for a, b in pairs]
@@ -75,9 +81,11 @@ def eliminated(trace: Trace, rows: list[list]) -> list:
 
 
 def newton(residual: Function, size: int, tolerance: float, limit: int) -> Function:
-    """The first `size` arguments for which a function of as many values is zero, by Newton's method.
+    """The first `size` arguments for which a function of as many values is zero, by Newton's
+    method.
 
-    They are where it begins; not a number where the last correction, the sum of sizes, is not below the tolerance.
+    They are where it begins; not a number where the last correction, the sum of sizes, is not below
+    the tolerance.
     """
 
     def step(trace, arguments):
@@ -86,7 +94,9 @@ def newton(residual: Function, size: int, tolerance: float, limit: int) -> Funct
         rows = [values[size + i * size :][:size] for i in range(size)]
         change = solve(trace, rows, values[:size])
         miss = trace.sum(trace.function("fabs", d) for d in change)
-        again = trace.both(trace.compare("ge", miss, tolerance), trace.compare("lt", count + 1.0, float(limit)))
+        again = trace.both(
+            trace.compare("ge", miss, tolerance), trace.compare("lt", count + 1.0, float(limit))
+        )
         return [again, *(a - d for a, d in zip(z, change, strict=True)), count + 1.0, miss]
 
     def build(trace, arguments):
@@ -99,34 +109,46 @@ def newton(residual: Function, size: int, tolerance: float, limit: int) -> Funct
     return Function.of(f"{residual.name}_solved", len(residual.arguments), build)
 
 
-def implicit(trace: Trace, residual: Function, solution: list, given: list, tangents: list[dict]) -> list[dict]:
-    """Tangents of the solution of residual(solution, given) = 0 from those of what is given: J_z dz = -J_x dx."""
+def implicit(
+    trace: Trace, residual: Function, solution: list, given: list, tangents: list[dict]
+) -> list[dict]:
+    """Tangents of the solution of residual(solution, given) = 0 from those of what is given: J_z
+    dz = -J_x dx.
+    """
     size = len(solution)
     active = [i for i, t in enumerate(tangents) if t]
     along = _along(residual, size, active)
     results: list[dict] = [{} for _ in range(size)]
     for column in sorted({c for i in active for c in tangents[i]}):
         directions = [tangents[i].get(column, 0.0) for i in active]
-        for result, value in zip(results, trace.call(along, [*solution, *given, *directions]), strict=True):
+        for result, value in zip(
+            results, trace.call(along, [*solution, *given, *directions]), strict=True
+        ):
             result[column] = value
     return results
 
 
 def _along(residual: Function, size: int, active: list[int]) -> Function:
-    """Change of a solution with what is given: arguments of the residual, then the change of those that move."""
+    """Change of a solution with what is given: arguments of the residual, then the change of those
+    that move.
+    """
     trace, arguments = residual.trace, residual.arguments
     moves = [trace.load(f"x{len(arguments) + i}") for i in range(len(active))]
     seeds = {arguments[size + i]: {0: move} for i, move in zip(active, moves, strict=True)}
     right = [-slope.get(0, 0.0) for slope in trace.tangent(residual.outputs, seeds)]
     slopes = trace.tangent(residual.outputs, {z: {i: 1.0} for i, z in enumerate(arguments[:size])})
     function = Function(f"{residual.name}_along", trace, [*arguments, *moves])
-    function.outputs = solve(trace, [[row.get(i, 0.0) for i in range(size)] for row in slopes], right)
+    function.outputs = solve(
+        trace, [[row.get(i, 0.0) for i in range(size)] for row in slopes], right
+    )
     return function
 
 
 # --- dyads
 def place_rrr(k, group) -> None:
-    """Two hinged bodies with a common pin: intersection of two circles; the assembly mode is a number, +1 or -1."""
+    """Two hinged bodies with a common pin: intersection of two circles; the assembly mode is a
+    number, +1 or -1.
+    """
     first, second = group.attachments
     (pin,) = group.closures
     p, q = (k.pin(a.joint, a.joint.side(a.body)) for a in (first, second))
@@ -197,7 +219,9 @@ def place_rpr(k, group) -> None:
 
 
 def check_reach(group, size: float) -> None:
-    """The hinged bodies of RRR and RRP need some length between their two pins (numbers of the scene, m)."""
+    """The hinged bodies of RRR and RRP need some length between their two pins (numbers of the
+    scene, m).
+    """
     if group.form not in ("RRR", "RRP"):
         return
     (pin,) = group.closures
@@ -206,7 +230,8 @@ def check_reach(group, size: float) -> None:
         near, far = (j.b if j.b.body is body else j.a for j in (attachment.joint, pin))
         if math.hypot(far.x - near.x, far.y - near.y) < 1e-9 * size:
             raise ValueError(
-                f"body {body.name}: its pins of {attachment.joint.label()} and {pin.label()} lie in one point, so "
+                f"body {body.name}: its pins of {attachment.joint.label()} and {pin.label()} lie "
+                f"in one point, so "
                 "nothing determines its angle"
             )
 
@@ -225,7 +250,10 @@ def mode(k, group) -> float:
         hinge, slide = _hinge_and_slide(group)
         sign = slide.joint.sign(slide.body)
         dx, dy = k.axis(slide.joint, slide.parent)
-        p, t = k.pin(hinge.joint, hinge.joint.side(hinge.body)), k.joint_point(pin, pin.side(hinge.body))
+        p, t = (
+            k.pin(hinge.joint, hinge.joint.side(hinge.body)),
+            k.joint_point(pin, pin.side(hinge.body)),
+        )
         value = sign * (dx * (t[0] - p[0]) + dy * (t[1] - p[1]))
     else:
         hinge, slide = group.attachments
@@ -258,7 +286,9 @@ def _square(vector):
 
 
 def _direction(local, square, x, y):
-    """Cosine and sine of the rotation that takes a local vector (of the given squared length) to (x, y)."""
+    """Cosine and sine of the rotation that takes a local vector (of the given squared length) to
+    (x, y).
+    """
     inverse = 1.0 / square
     return (x * local[0] + y * local[1]) * inverse, (y * local[0] - x * local[1]) * inverse
 
@@ -303,11 +333,19 @@ def _residuals(k, group, inside: Inside, unknowns: list) -> list:
 
 
 def closing_errors(k, joint) -> list:
-    """Closing errors of a joint: offsets, and the sine of a wrong turn, of each coordinate that is not free."""
+    """Closing errors of a joint: offsets, and the sine of a wrong turn, of each coordinate that is
+    not free.
+    """
     along, across = offsets(k, joint)
-    errors = {ALONG: along, ACROSS: across, TURN: None if TURN in joint.free else wrong_turn(k, joint)[0]}
+    errors = {
+        ALONG: along,
+        ACROSS: across,
+        TURN: None if TURN in joint.free else wrong_turn(k, joint)[0],
+    }
     state = {what: k.state[joint, name][0] for what, name in joint.soft_coordinates if what != TURN}
-    return [error - state.get(what, 0.0) for what, error in errors.items() if what not in joint.free]
+    return [
+        error - state.get(what, 0.0) for what, error in errors.items() if what not in joint.free
+    ]
 
 
 def offsets(k, joint) -> tuple:

@@ -1,4 +1,6 @@
-"""View that elements have of a mechanism: numbers, laws, states, places and their rates along the real motion."""
+"""View that elements have of a mechanism: numbers, laws, states, places and their rates along the
+real motion.
+"""
 
 from clearance.body import Body
 from clearance.elements.joint import ALONG, RELATIVE, Joint
@@ -10,7 +12,9 @@ from clearance.tracing.trace import Trace, Value
 
 
 class Calls:
-    """Calls of laws and other plain functions inside a trace. functions: those that have been traced already."""
+    """Calls of laws and other plain functions inside a trace. functions: those that have been
+    traced already.
+    """
 
     def __init__(self, trace: Trace, number, functions: dict | None = None):
         self.trace, self.number = trace, number
@@ -22,12 +26,15 @@ class Calls:
         values = self.of(element, slot, law.function, state, facts)
         if len(values) != law.family.outputs:
             raise ValueError(
-                f"{law.family.name} law {law.name} must return {law.family.outputs} value(s), not {len(values)}"
+                f"{law.family.name} law {law.name} must return {law.family.outputs} value(s), not "
+                f"{len(values)}"
             )
         return values
 
     def of(self, element, slot: str, function, state: list, facts: tuple = ()) -> list:
-        """A function of a law's arguments; what a law with data reads stands in the parameter vector."""
+        """A function of a law's arguments; what a law with data reads stands in the parameter
+        vector.
+        """
         law = getattr(element, slot).law
         numbers = [self.number(f"{element.key}/{slot}/{p}") for p in law.parameters]
         return self.function(function, [*state, *facts, *numbers], law.kinds)
@@ -46,11 +53,14 @@ class Calls:
 class Motion:
     """The mechanism at one moment, as elements see it.
 
-    velocities: twists of all bodies; impact_speeds: element -> one of each spot; first_order: (element, name) -> state
-    that is no coordinate. reactions and friction are there once they are solved for, for outputs.
+    velocities: twists of all bodies; impact_speeds: element -> one of each spot; first_order:
+        (element, name) -> state that is no coordinate. reactions and friction are there once they
+        are solved for, for outputs.
     """
 
-    def __init__(self, k: Kinematics, calls: Calls, time: Value, first_order: dict, impact_speeds: dict):
+    def __init__(
+        self, k: Kinematics, calls: Calls, time: Value, first_order: dict, impact_speeds: dict
+    ):
         self.k, self.calls, self.time, self.trace = k, calls, time, k.trace
         self.first_order, self.impact_speeds = first_order, impact_speeds
         self.reactions = self.friction = None
@@ -121,10 +131,12 @@ class Motion:
         return self.impact_speeds[element][spot]
 
     def contact(self, element, depth: Value, spot: int = 0) -> tuple[Value, Value]:
-        """Penetration that the contact law of a spot with a first touch feels, and its impact speed.
+        """Penetration that the contact law of a spot with a first touch feels, and its impact
+        speed.
 
-        In free flight (a negative impact speed, see stepping/loop.py) the law feels no penetration: a trial step may
-        cross the wall and stays smooth, so that the contact's start can be found on it.
+        In free flight (a negative impact speed, see stepping/loop.py) the law feels no penetration:
+        a trial step may cross the wall and stays smooth, so that the contact's start can be found
+        on it.
         """
         speed = self.impact_speed(element, spot)
         touching = speed + 0.5
@@ -162,7 +174,9 @@ class Motion:
         return Jet(self.turned(b) - self.turned(a), self.rate(target))
 
     def rate(self, joint: Joint) -> Value:
-        """Rate of the free coordinate of a joint; an angle itself would have to be carried from step to step."""
+        """Rate of the free coordinate of a joint; an angle itself would have to be carried from
+        step to step.
+        """
         if joint.slides:
             return self.k.free(joint, ALONG, self.velocities)[1]
         a, b = joint.bodies()
@@ -174,7 +188,9 @@ class Motion:
         return self.reactions.forces[joint]
 
     def reaction_across(self, joint: Joint) -> tuple:
-        """Force z and moments x, y about the joint's point, on body b; nothing where no load is out of the plane."""
+        """Force z and moments x, y about the joint's point, on body b; nothing where no load is out
+        of the plane.
+        """
         return self.reactions.across.get(joint, (0.0,) * 3) if self.reactions.across else ()
 
     def effort(self, drive) -> Value:
@@ -182,7 +198,9 @@ class Motion:
         return self.reactions.efforts[drive]
 
     def effort_without_friction(self, drive) -> Value | None:
-        """Effort of a drive that prescribes, without any joint friction; None where no joint has some."""
+        """Effort of a drive that prescribes, without any joint friction; None where no joint has
+        some.
+        """
         return self.friction.ideal.get(drive)
 
     def drives_of(self, target) -> list:

@@ -1,7 +1,9 @@
-"""Every number of a scene in one flat vector, so that a sweep changes numbers and never the compiled code.
+"""Every number of a scene in one flat vector, so that a sweep changes numbers and never the
+compiled code.
 
-Structure is what the vector leaves out: kinds, laws, connectivity, and which geometric numbers are exactly 0 (for a
-slide's direction also +-1): those are folded into the code, because most mechanisms are full of them.
+Structure is what the vector leaves out: kinds, laws, connectivity, and which geometric numbers are
+exactly 0 (for a slide's direction also +-1): those are folded into the code, because most
+mechanisms are full of them.
 """
 
 from collections.abc import Iterator
@@ -16,7 +18,9 @@ from clearance.tracing.interpreter import fingerprint
 
 
 class Numbers:
-    """Names, values and foldability of all numbers of a scene. `signature` is equal for scenes that share kernels."""
+    """Names, values and foldability of all numbers of a scene. `signature` is equal for scenes that
+    share kernels.
+    """
 
     def __init__(self, scene: Scene):
         rows = list(_rows(scene))

@@ -1,7 +1,9 @@
 """Rates of points and directions of a mechanism, from one statement of each joint.
 
-A jet is a value with its rate along the real motion and a second rate. Vectors that turn with a body keep
-a rule of their own, a = alpha x v - w^2 v + 2 w x r + q: differentiating cosine and sine would cost more.
+A jet is a value with its rate along the real motion and a second rate. Vectors that turn with a
+body keep
+a rule of their own, a = alpha x v - w^2 v + 2 w x r + q: differentiating cosine and sine would cost
+more.
 """
 
 from clearance.body import Body
@@ -38,12 +40,15 @@ class Jet:
 class Rates:
     """Jets along fields of twists (body -> twist).
 
-    field: twists that second rates a are linear in: velocities, columns, or accelerations. real: twists
-    of the real motion, for rates d and for the quadratic terms of a; without it d is 0. second: a of
-    coordinates by their place (joint or body, name), 0 where none is given.
+    field: twists that second rates a are linear in: velocities, columns, or accelerations. real:
+        twists
+    of the real motion, for rates d and for the quadratic terms of a; without it d is 0. second: a
+    of coordinates by their place (joint or body, name), 0 where none is given.
     """
 
-    def __init__(self, k, field: dict | None = None, real: dict | None = None, second: dict | None = None):
+    def __init__(
+        self, k, field: dict | None = None, real: dict | None = None, second: dict | None = None
+    ):
         self.k, self.field, self.real, self.second = k, field or {}, real or {}, second or {}
 
     def spin(self, body: Body) -> Jet:
@@ -56,30 +61,51 @@ class Rates:
 
     def point(self, body: Body, *parts: tuple[Jet, Jet]) -> tuple[Jet, Jet]:
         """A point of a body, given from its centre of mass."""
-        pose, (u, v, _), (x, y, _) = self.k.poses[body], self.real.get(body, ZERO), self.field.get(body, ZERO)
+        pose, (u, v, _), (x, y, _) = (
+            self.k.poses[body],
+            self.real.get(body, ZERO),
+            self.field.get(body, ZERO),
+        )
         return self._turned(body, parts, (Jet(pose.x, u, x), Jet(pose.y, v, y)))
 
     def _turned(self, body: Body, parts: tuple, start: tuple[Jet, Jet]) -> tuple[Jet, Jet]:
         """Vectors of a body's frame, added to a start."""
         turned, add = self.k.turned, self.k.trace.sum
         v, r, q = (
-            [add(c) for c in zip(*(turned(body, getattr(x, n), getattr(y, n)) for x, y in parts), strict=True)]
+            [
+                add(c)
+                for c in zip(
+                    *(turned(body, getattr(x, n), getattr(y, n)) for x, y in parts), strict=True
+                )
+            ]
             for n in "vda"
         )
         (x, y), spin = start, self.spin(body)
         w, alpha = spin.d, spin.a
         square, tx, ty = w * w, w * r[0], w * r[1]
         return (
-            Jet(x.v + v[0], (x.d + r[0]) - w * v[1], (x.a + q[0] - alpha * v[1]) - (square * v[0] + (ty + ty))),
-            Jet(y.v + v[1], (y.d + r[1]) + w * v[0], (y.a + q[1] + alpha * v[0]) - (square * v[1] - (tx + tx))),
+            Jet(
+                x.v + v[0],
+                (x.d + r[0]) - w * v[1],
+                (x.a + q[0] - alpha * v[1]) - (square * v[0] + (ty + ty)),
+            ),
+            Jet(
+                y.v + v[1],
+                (y.d + r[1]) + w * v[0],
+                (y.a + q[1] + alpha * v[0]) - (square * v[1] - (tx + tx)),
+            ),
         )
 
     def local(self, element, side: str) -> tuple[Jet, Jet]:
         """A point of an element, in the frame of its body."""
         return tuple(map(Jet, self.k.local(element, side)))
 
-    def seen_from(self, joint: Joint, vector: tuple[Jet, Jet], given: dict[str, Jet]) -> tuple[Jet, Jet]:
-        """Components of a vector along and across a joint's axis; given: those that the joint gives."""
+    def seen_from(
+        self, joint: Joint, vector: tuple[Jet, Jet], given: dict[str, Jet]
+    ) -> tuple[Jet, Jet]:
+        """Components of a vector along and across a joint's axis; given: those that the joint
+        gives.
+        """
         dx, dy = self.k.axis(joint, joint.a.body)
         spin, (x, y) = self.spin(joint.a.body), vector
         w, alpha = spin.d, spin.a
@@ -88,7 +114,10 @@ class Rates:
             for combine in (lambda a, b: dx * a + dy * b, lambda a, b: dx * b - dy * a)
         )
         lx, ly = given.get(ALONG, Jet(along[0])).v, given.get(ACROSS, Jet(across[0])).v
-        jx, jy = Jet(lx, along[1], along[2] + alpha * ly), Jet(ly, across[1], across[2] - alpha * lx)
+        jx, jy = (
+            Jet(lx, along[1], along[2] + alpha * ly),
+            Jet(ly, across[1], across[2] - alpha * lx),
+        )
         if not is_zero(w):
             jx.d = given[ALONG].d if ALONG in given else along[1] + w * ly
             jy.d = given[ACROSS].d if ACROSS in given else across[1] - w * lx
@@ -103,7 +132,9 @@ class Rates:
         for what in RELATIVE:
             if getattr(joint, what) is not FREE:
                 value, rate = self.k.given(joint, what)
-                result[what] = Jet(value, rate if self.real else 0.0, self.second.get((joint, what), 0.0))
+                result[what] = Jet(
+                    value, rate if self.real else 0.0, self.second.get((joint, what), 0.0)
+                )
         return result
 
     def measured(self, joint: Joint, given: dict[str, Jet]) -> dict[str, Jet]:
@@ -111,10 +142,16 @@ class Rates:
 
         given: of a joint that is closed, which shortens the rates.
         """
-        (ax, ay), (bx, by) = (self.point(p.body, self.local(joint, s)) for s, p in (("a", joint.a), ("b", joint.b)))
+        (ax, ay), (bx, by) = (
+            self.point(p.body, self.local(joint, s)) for s, p in (("a", joint.a), ("b", joint.b))
+        )
         gap = bx - ax, by - ay
         along, across = self.seen_from(joint, gap, given) if joint.turns else gap
-        return {ALONG: along, ACROSS: across, TURN: self.spin(joint.b.body) - self.spin(joint.a.body)}
+        return {
+            ALONG: along,
+            ACROSS: across,
+            TURN: self.spin(joint.b.body) - self.spin(joint.a.body),
+        }
 
     def residual(self, joint: Joint) -> list[Jet]:
         """Rates of what closes a joint: measured minus given, of each coordinate that is not free."""
@@ -123,7 +160,9 @@ class Rates:
         return [measured[what] - value for what, value in given.items()]
 
     def carried(self, attachment) -> Twist:
-        """Twist of an attached body from its parent's and its coordinates' rates; the field takes it up."""
+        """Twist of an attached body from its parent's and its coordinates' rates; the field takes
+        it up.
+        """
         if attachment.joint is None:
             twist = tuple(self.second.get(c.place, 0.0) for c in attachment.coordinates)
         else:
@@ -136,7 +175,11 @@ class Rates:
         side, sign = joint.side(body), joint.sign(body)
         jets = self.relative(joint)
         absolute = any(c.what == "angle" for c in attachment.coordinates)
-        turn = self.second.get((body, "angle"), 0.0) if absolute else self.spin(parent).a + sign * jets[TURN].a
+        turn = (
+            self.second.get((body, "angle"), 0.0)
+            if absolute
+            else self.spin(parent).a + sign * jets[TURN].a
+        )
         self.field[body] = (0.0, 0.0, turn)  # what turns with the body needs its spin only
         local = {end: [self.local(joint, end)] for end in "ab"}
         if joint.turns:

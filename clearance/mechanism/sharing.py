@@ -2,7 +2,8 @@
 
 Every equation (two of a joint, one of a drive) is given to one of the bodies that it constrains,
 three to a body at most, as a body has three coordinates. Where all equations find a place, a set of
-bodies is determined if each of them holds three that constrain no body outside the set. The smallest
+bodies is determined if each of them holds three that constrain no body outside the set. The
+smallest
 such set around a body is what can be reached from it along the equations that bodies hold, whatever
 the matching (Dulmage and Mendelsohn, Canadian J. Math. 10 (1958) 517).
 """
@@ -15,7 +16,8 @@ COORDINATES = 3  # of a body in the plane
 class Sharing:
     """Bodies and the equations given to them.
 
-    equations: the bodies that each one constrains, one or two; bodies: all, in the order that decides
+    equations: the bodies that each one constrains, one or two; bodies: all, in the order that
+        decides
     between sets of one size. visits counts the bodies looked at.
     """
 
@@ -41,7 +43,8 @@ class Sharing:
 
         One that repeats others finds no body and is left out.
         """
-        moving = dict.fromkeys(self._left(equation), (equation, None))  # what would come, where from
+        # what would come, where from
+        moving = dict.fromkeys(self._left(equation), (equation, None))
         waiting = list(moving)
         for body in waiting:
             self.visits += 1
@@ -68,7 +71,9 @@ class Sharing:
             reached = self._around(body, len(self.held) if best is None else len(best[1]))
             if reached is not None:
                 places = len(reached), sorted(self.order[b] for b in reached)
-                best = min(best, (places, reached), key=lambda b: b[0]) if best else (places, reached)
+                best = (
+                    min(best, (places, reached), key=lambda b: b[0]) if best else (places, reached)
+                )
         return frozenset(best[1]) if best else None
 
     def _around(self, body: Hashable, most: int) -> set | None:

@@ -1,7 +1,8 @@
 """Loads of a planar motion out of its plane: axial forces and bending moments of the joints.
 
-Each body is balanced along z and about x and y. The loads are gravity and forces along z, offsets of points and centres
-of mass in z, and products of inertia; a joint answers with an axial force and two bending moments at its point.
+Each body is balanced along z and about x and y. The loads are gravity and forces along z, offsets
+of points and centres of mass in z, and products of inertia; a joint answers with an axial force and
+two bending moments at its point.
 """
 
 from clearance.body import ground
@@ -10,18 +11,22 @@ from clearance.tracing.trace import is_zero
 
 
 def inertia_across(k, body, acceleration, turning) -> tuple:
-    """Moments x, y of a body's inertia [N m]: minus the rate of its angular momentum (-P_xz w, -P_yz w)."""
+    """Moments x, y of a body's inertia [N m]: minus the rate of its angular momentum (-P_xz w,
+    -P_yz w).
+    """
     px, py = k.poses[body].turned(*(k.number(f"{body.key}/products/{n}") for n in ("xz", "yz")))
     alpha, square = acceleration[2], turning * turning
     return alpha * px - square * py, alpha * py + square * px
 
 
 def reactions_across(scene, arms, loads: dict) -> dict:
-    """Axial force and bending moments (z, x, y) on body b about the joint's point, of every joint that carries them.
+    """Axial force and bending moments (z, x, y) on body b about the joint's point, of every joint
+    that carries them.
 
-    loads: body -> (force z, moment x, moment y) about its centre of mass; arms(joint): arms (x, y) of bodies a and b to
-    the joint's point. Empty where nothing acts out of the plane. Bodies are taken off from the ends: each leaves its
-    load to its only joint. Raises ValueError where that leaves a loop with loads, or a body that nothing carries.
+    loads: body -> (force z, moment x, moment y) about its centre of mass; arms(joint): arms (x, y)
+        of bodies a and b to the joint's point. Empty where nothing acts out of the plane. Bodies
+        are taken off from the ends: each leaves its load to its only joint. Raises ValueError where
+        that leaves a loop with loads, or a body that nothing carries.
     """
     loads = {b: loads.get(b, ZERO) for b in scene.bodies}
     if not any(_acts(v) for v in loads.values()):
@@ -61,9 +66,13 @@ def _end(loads: dict, joints: list):
 
 def _refuse(body, joints: list) -> None:
     if not joints:
-        raise ValueError(f"body {body.name}: loads out of the plane act on it, and no joint carries them to ground")
+        raise ValueError(
+            f"body {body.name}: loads out of the plane act on it, and no joint carries them to "
+            f"ground"
+        )
     names = ", ".join(j.name for j in joints)
     raise ValueError(
-        f"body {body.name}: loads out of the plane have no unique answer in a closed loop (joints {names}); say "
+        f"body {body.name}: loads out of the plane have no unique answer in a closed loop (joints "
+        f"{names}); say "
         "self_aligning=True on the joints of the loop that leave them to the others"
     )

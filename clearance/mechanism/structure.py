@@ -2,8 +2,8 @@
 
 Kernels share one signature, (t, y, par, work, out):
   rhs       out = dy/dt                                    observe   out = one row of output channels
-  jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried to the next step
-  events    out = penetration, its rate, contact force for each spot
+  jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried to the
+  next step events    out = penetration, its rate, contact force for each spot
   follow    out = what the run follows of elements that wear; only where some do
 What stands where in them says the layout.
 """
@@ -74,7 +74,9 @@ class Structure:
         observe = replace(program, outputs={k: program.outputs[i] for k, i in enumerate(places)})
         layout = replace(self.layout, channels=tuple(self.layout.channels[i] for i in places))
         other = replace(self, programs=self.programs | {"observe": observe}, layout=layout)
-        vars(other)["compiled"] = Compiled({r: k for r, k in self.compiled.items() if r != "observe"})
+        vars(other)["compiled"] = Compiled(
+            {r: k for r, k in self.compiled.items() if r != "observe"}
+        )
         return other
 
     @cached_property
@@ -100,17 +102,23 @@ class Structure:
 class Tracing:
     """Traces the mechanics of a scene and writes the kernels of its structure."""
 
-    def __init__(self, scene: Scene, numbers: Numbers, plan: Plan, cut: Plan, measured: tuple, ledger: bool):
+    def __init__(
+        self, scene: Scene, numbers: Numbers, plan: Plan, cut: Plan, measured: tuple, ledger: bool
+    ):
         self.scene, self.plan, self.cut, self.ledger = scene, plan, cut, ledger
         self.modes = [f"mode.{g.label()}" for g in plan.groups if g.form in DYADS]
-        self.index = numbers.index | {name: len(numbers.index) + i for i, name in enumerate(self.modes)}
+        self.index = numbers.index | {
+            name: len(numbers.index) + i for i, name in enumerate(self.modes)
+        }
         self.constants = numbers.constants
         self.trace = Trace()
         self.calls = Calls(self.trace, self.number)
         free = [c.place for c in plan.free]
         soft = [j for j in scene.clearance_joints if j not in measured]
         self.places = free + [(j, what) for j in soft for what, _ in j.soft_coordinates]
-        self.names = [c.key for c in plan.free] + [f"{j.key}/{name}" for j in soft for _, name in j.soft_coordinates]
+        self.names = [c.key for c in plan.free] + [
+            f"{j.key}/{name}" for j in soft for _, name in j.soft_coordinates
+        ]
         self.soft = {(j, name): (j, what) for j in soft for what, name in j.soft_coordinates}
         self.first_order = [(e, s.name) for e in scene.elements for s in e.states() if s.order == 1]
         self.spots = scene.spots
@@ -132,7 +140,9 @@ class Tracing:
             derived=len(self.slots.place),
             channels=tuple(self.channels),
             sums=tuple(f"{element.key}/{name}" for element, name in self.sums),
-            followed=tuple(f"{e.key}/{name}" for e, values in self.work.followed.items() for name in values),
+            followed=tuple(
+                f"{e.key}/{name}" for e, values in self.work.followed.items() for name in values
+            ),
         )
         return Structure(
             programs=self.programs,
@@ -166,12 +176,18 @@ class Tracing:
         second = [dynamics.second_rate(place, self.acceleration) for place in self.places]
         states = {trace.load(f"y[{i}]"): {i: 1.0} for i in range(2 * size)}
         slopes = trace.tangent(self.friction.rates.values(), states)
-        self.forced = {j.name for j, slope in zip(self.friction.rates, slopes, strict=True) if slope}
+        self.forced = {
+            j.name for j, slope in zip(self.friction.rates, slopes, strict=True) if slope
+        }
         for joint, bristle_rate in self.friction.bristle_rates.items():
             self.work.rate(joint, "bristle_deflection", bristle_rate)
         for joint, effort in self.friction.efforts.items():
             self.work.lose(joint, -effort * self.friction.rates[joint])
-        self.state_rate = [*rate.values(), *second, *(self.work.rates[place] for place in self.first_order)]
+        self.state_rate = [
+            *rate.values(),
+            *second,
+            *(self.work.rates[place] for place in self.first_order),
+        ]
         self.states = len(self.state_rate)
         losses = self.work.losses if self.ledger else {}
         self.dissipated = {e: trace.load(f"y[{self.states + 1 + i}]") for i, e in enumerate(losses)}
@@ -179,7 +195,11 @@ class Tracing:
         first = self.states + 1 + len(losses)
         self.sums = {key: trace.load(f"y[{first + i}]") for i, key in enumerate(sums)}
         if self.ledger:
-            self.state_rate += [self._input_power(), *losses.values(), *(rate for _, _, rate in sums.values())]
+            self.state_rate += [
+                self._input_power(),
+                *losses.values(),
+                *(rate for _, _, rate in sums.values()),
+            ]
 
     def _moving(self, position: dict, rate: dict) -> Motion:
         """Poses and velocities from coordinates and their rates, by place."""
@@ -189,7 +209,10 @@ class Tracing:
         self.kinematics = k = Kinematics(
             trace, self.number, dict(position), state, lambda i: trace.load(f"work[{first + i}]")
         )
-        first_order = {place: trace.load(f"y[{2 * len(position) + i}]") for i, place in enumerate(self.first_order)}
+        first_order = {
+            place: trace.load(f"y[{2 * len(position) + i}]")
+            for i, place in enumerate(self.first_order)
+        }
         speeds: dict = {}
         for i, (element, _) in enumerate(self.spots):
             speeds.setdefault(element, []).append(trace.load(f"work[{i}]"))
@@ -199,7 +222,9 @@ class Tracing:
         k.coordinate |= self._driven(self.plan, 0)
         k.place(self.plan)
         places = {c.place for g in self.plan.groups for c in g.given} | set(position)
-        values = {place: value for place, value in (position | k.coordinate).items() if place in places}
+        values = {
+            place: value for place, value in (position | k.coordinate).items() if place in places
+        }
         k.columns = Columns(k, self.plan, values)
         k.columns.poses()
         trace.section = "velocities"
@@ -208,7 +233,13 @@ class Tracing:
 
     def _driven(self, plan: Plan, order: int) -> dict:
         """Value (0), rate (1) or second rate (2) of each prescribed coordinate of a plan, by place."""
-        coordinates = [c for g in plan.groups for a in g.attachments for c in a.coordinates if c.source == "drive"]
+        coordinates = [
+            c
+            for g in plan.groups
+            for a in g.attachments
+            for c in a.coordinates
+            if c.source == "drive"
+        ]
         return {c.place: self.driven[c.drive][order] for c in coordinates}
 
     def _input_power(self):
@@ -226,7 +257,9 @@ class Tracing:
         roles = {
             "rhs": dict(enumerate(self.state_rate)),
             "jacobian": jacobian,
-            "events": dict(enumerate(v for e in self.work.spots.values() for spot in e for v in spot)),
+            "events": dict(
+                enumerate(v for e in self.work.spots.values() for spot in e for v in spot)
+            ),
             "commit": dict(enumerate(carried, len(self.spots))),
             "observe": dict(enumerate(observed)),
         }
@@ -241,26 +274,42 @@ class Tracing:
             self.slots.claim(outputs)
         self.programs = {
             r: Program(
-                r, dict(zip(places[r], values[r], strict=True)), self.slots.place, columns if r == "jacobian" else 0
+                r,
+                dict(zip(places[r], values[r], strict=True)),
+                self.slots.place,
+                columns if r == "jacobian" else 0,
             )
             for r in roles
         }
         self.derive = kernels.plain(derive_text(self.slots.place))["derive"]
 
     def _jacobian(self) -> tuple[dict[int, object], int]:
-        """Entries of the Jacobian by place, and 0; where they are very many, a column of it and the number of these."""
+        """Entries of the Jacobian by place, and 0; where they are very many, a column of it and the
+        number of these.
+        """
         trace, states = self.trace, self.states
         leaves = [trace.load(f"y[{i}]") for i in range(states)]
         rates = self.state_rate[:states]
         if trace.spread(rates, leaves) > MOST_DERIVATIVES:
             along = {leaf: {0: trace.load(f"dy[{i}]")} for i, leaf in enumerate(leaves)}
-            return {row: slope.get(0, 0.0) for row, slope in enumerate(trace.tangent(rates, along))}, states
+            return {
+                row: slope.get(0, 0.0) for row, slope in enumerate(trace.tangent(rates, along))
+            }, states
         slopes = trace.tangent(rates, {leaf: {i: 1.0} for i, leaf in enumerate(leaves)})
-        return {row * states + column: v for row, s in enumerate(slopes) for column, v in s.items()}, 0
+        return {
+            row * states + column: v for row, s in enumerate(slopes) for column, v in s.items()
+        }, 0
 
     def _channels(self) -> tuple[list[Channel], list]:
-        rows = [*self._body_channels(), *self._element_channels(), *self._friction_channels(), *self._energy_channels()]
-        wrapped = {f"{b.key}/theta" for b in self.scene.bodies if self.kinematics.poses[b].angle is None}
+        rows = [
+            *self._body_channels(),
+            *self._element_channels(),
+            *self._friction_channels(),
+            *self._energy_channels(),
+        ]
+        wrapped = {
+            f"{b.key}/theta" for b in self.scene.bodies if self.kinematics.poses[b].angle is None
+        }
         return [Channel(*row[:3], row[0] in wrapped) for row in rows], [row[3] for row in rows]
 
     def _body_channels(self):
@@ -285,7 +334,10 @@ class Tracing:
     def _element_channels(self):
         for element in self.scene.elements:
             self.trace.section = f"outputs of {element.label()}"
-            for name, units, text, value in (*self.work.shown.get(element, ()), *element.outputs(self.motion)):
+            for name, units, text, value in (
+                *self.work.shown.get(element, ()),
+                *element.outputs(self.motion),
+            ):
                 yield f"{element.key}/{name}", units, text, value
             if element in self.dissipated:
                 yield f"{element.key}/dissipated", "J", element.lost, self.dissipated[element]
@@ -305,8 +357,21 @@ class Tracing:
         yield "energy/kinetic", "J", "kinetic energy", work.kinetic
         yield "energy/potential", "J", "potential energy of gravity and springs", work.potential
         if self.ledger:
-            given, lost = self.trace.load(f"y[{self.states}]"), self.trace.sum(self.dissipated.values())
+            given, lost = (
+                self.trace.load(f"y[{self.states}]"),
+                self.trace.sum(self.dissipated.values()),
+            )
             yield "energy/input", "J", "work done by drives and loads", given
-            yield "energy/dissipated", "J", "work taken out by joints and dampers (contact: stored and lost)", lost
+            yield (
+                "energy/dissipated",
+                "J",
+                "work taken out by joints and dampers (contact: stored and lost)",
+                lost,
+            )
             balance = work.kinetic + work.potential - given + lost
-            yield "energy/residual", "J", "kinetic + potential - input + dissipated, minus its start value", balance
+            yield (
+                "energy/residual",
+                "J",
+                "kinetic + potential - input + dissipated, minus its start value",
+                balance,
+            )

@@ -1,7 +1,9 @@
-"""In which order a mechanism can be solved: a plan of groups, each attached to what is already known.
+"""In which order a mechanism can be solved: a plan of groups, each attached to what is already
+known.
 
-A group is a smallest set of bodies whose joints determine them: a single driven body, a dyad, or a larger Assur group.
-Where no such set exists, one joint coordinate becomes an independent coordinate of the mechanism.
+A group is a smallest set of bodies whose joints determine them: a single driven body, a dyad, or a
+larger Assur group. Where no such set exists, one joint coordinate becomes an independent coordinate
+of the mechanism.
 """
 
 import math
@@ -17,7 +19,8 @@ from clearance.scene import Scene
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One scalar of the plan. source: "free" (independent), "drive" (prescribed) or "unknown" (solved by its group).
+    """One scalar of the plan. source: "free" (independent), "drive" (prescribed) or "unknown"
+    (solved by its group).
 
     what: "x", "y", "angle" of the body, or a relative coordinate of the joint.
     """
@@ -48,7 +51,9 @@ class Coordinate:
 
     def followed(self, new: Mapping) -> "Coordinate":
         """The same coordinate of other parts, see `Plan.followed`."""
-        return Coordinate(self.source, new[self.body], self.what, new.get(self.joint), new.get(self.drive))
+        return Coordinate(
+            self.source, new[self.body], self.what, new.get(self.joint), new.get(self.drive)
+        )
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,9 @@ class Attachment:
 
 @dataclass(frozen=True)
 class Group:
-    """Bodies attached as a tree, and the joints that close their loops. form names the closed-form solution."""
+    """Bodies attached as a tree, and the joints that close their loops. form names the closed-form
+    solution.
+    """
 
     attachments: tuple[Attachment, ...]
     closures: tuple[object, ...] = ()
@@ -104,7 +111,10 @@ class Plan:
         return tuple(
             (
                 group.form,
-                tuple((a.body.name, a.parent.name, getattr(a.joint, "name", None)) for a in group.attachments),
+                tuple(
+                    (a.body.name, a.parent.name, getattr(a.joint, "name", None))
+                    for a in group.attachments
+                ),
                 tuple((c.source, c.key) for a in group.attachments for c in a.coordinates),
                 tuple(j.name for j in group.closures),
             )
@@ -112,16 +122,26 @@ class Plan:
         )
 
     def followed(self, new: Mapping) -> "Plan":
-        """The same plan for a scene whose parts are others; new: the part of that scene for each of this one."""
+        """The same plan for a scene whose parts are others; new: the part of that scene for each of
+        this one.
+        """
         return Plan([group.followed(new) for group in self.groups])
 
     @property
     def free(self) -> list[Coordinate]:
-        return [c for g in self.groups for a in g.attachments for c in a.coordinates if c.source == "free"]
+        return [
+            c
+            for g in self.groups
+            for a in g.attachments
+            for c in a.coordinates
+            if c.source == "free"
+        ]
 
 
 def closed_plan(scene: Scene, measured: tuple = ()) -> Plan:
-    """The plan with every clearance joint closed (its eccentricity counts as a known offset), but for the measured."""
+    """The plan with every clearance joint closed (its eccentricity counts as a known offset), but
+    for the measured.
+    """
     return _Planner(scene, [j for j in scene.joints if j not in measured]).run()
 
 
@@ -154,16 +174,20 @@ class _Planner:
         for drive in (*self.angle_of.values(), *self.driven.values()):
             if drive not in used:
                 raise ValueError(
-                    f"{drive.label()}: other drives and slides already fix what it prescribes; drive a joint"
+                    f"{drive.label()}: other drives and slides already fix what it prescribes; "
+                    f"drive a joint"
                 )
         return plan
 
     def _check_joints(self, plan: Plan) -> None:
         """Every joint places a body or closes a loop."""
-        used = {a.joint for g in plan.groups for a in g.attachments} | {j for g in plan.groups for j in g.closures}
+        used = {a.joint for g in plan.groups for a in g.attachments} | {
+            j for g in plan.groups for j in g.closures
+        }
         if left := [j for j in self.joints if j not in used]:
             raise ValueError(
-                f"{left[0].label()}: no order of solution has a place for it beside joints that leave two coordinates "
+                f"{left[0].label()}: no order of solution has a place for it beside joints that "
+                f"leave two coordinates "
                 "free; drive a body, or give one of them a sliding block of its own"
             )
 
@@ -172,7 +196,9 @@ class _Planner:
 
     # --- groups that their joints determine
     def _equations(self) -> list[tuple[Body, ...]]:
-        """The bodies that each equation constrains: one for each coordinate that a joint or a drive decides."""
+        """The bodies that each equation constrains: one for each coordinate that a joint or a drive
+        decides.
+        """
         closed = (bodies for j in self.joints for bodies in (3 - len(j.free)) * [j.bodies()])
         driven = (j.bodies() for j in self.joints if j in self.driven)
         return [*closed, *driven, *((body,) for body in self.angle_of)]
@@ -196,9 +222,16 @@ class _Planner:
         return Group(attachments, closures, self._form(attachments, closures))
 
     def _rank(self, joint) -> tuple:
-        """Order in which joints enter the tree of a group: driven ones, hinges of driven bodies, slides, others."""
+        """Order in which joints enter the tree of a group: driven ones, hinges of driven bodies,
+        slides, others.
+        """
         angled = _hinge(joint) and any(b in self.angle_of for b in joint.bodies())
-        return joint not in self.driven, not angled, _hinge(joint), not set(joint.bodies()) & self.known
+        return (
+            joint not in self.driven,
+            not angled,
+            _hinge(joint),
+            not set(joint.bodies()) & self.known,
+        )
 
     def _ordered(self, tree: list, bodies: frozenset) -> tuple[Attachment, ...]:
         placed, attachments, left = set(self.known), [], list(tree)
@@ -207,20 +240,30 @@ class _Planner:
             if joint is None:
                 break
             left.remove(joint)
-            body, parent = joint.bodies() if joint.bodies()[0] not in placed else joint.bodies()[::-1]
-            attachments.append(Attachment(body, parent, joint, self._coordinates(body, joint, "unknown")))
+            body, parent = (
+                joint.bodies() if joint.bodies()[0] not in placed else joint.bodies()[::-1]
+            )
+            attachments.append(
+                Attachment(body, parent, joint, self._coordinates(body, joint, "unknown"))
+            )
             placed.add(body)
         for body in (b for b in self.scene.bodies if b in bodies and b not in placed):
-            raise ValueError(f"body {body.name} is over-determined: its drives and joints leave it no place in a loop")
+            raise ValueError(
+                f"body {body.name} is over-determined: its drives and joints leave it no place in "
+                f"a loop"
+            )
         return tuple(attachments)
 
     def _coordinates(self, body: Body, joint: Joint, source: str) -> tuple[Coordinate, ...]:
-        """The joint's free coordinates; an angle that no drive prescribes against the parent is the body's."""
+        """The joint's free coordinates; an angle that no drive prescribes against the parent is the
+        body's.
+        """
         drive = self.driven.get(joint)
         if drive is not None:
             return (Coordinate("drive", body, joint.free[0], joint, drive),)
         return tuple(
-            self._angle(body, source) if what == TURN else Coordinate(source, body, what, joint) for what in joint.free
+            self._angle(body, source) if what == TURN else Coordinate(source, body, what, joint)
+            for what in joint.free
         )
 
     def _angle(self, body: Body, source: str) -> Coordinate:
@@ -234,7 +277,9 @@ class _Planner:
             return "newton"
         first, second = attachments
         coordinates = [c for a in attachments for c in a.coordinates]
-        if any(c.source != "unknown" for c in coordinates) or not all(_simple(a.joint) for a in attachments):
+        if any(c.source != "unknown" for c in coordinates) or not all(
+            _simple(a.joint) for a in attachments
+        ):
             return "newton"
         kinds = "".join("R" if _hinge(a.joint) else "P" for a in attachments)
         both_known = first.parent in self.known and second.parent in self.known
@@ -245,7 +290,9 @@ class _Planner:
 
     # --- independent coordinates
     def _length(self, joint) -> float:
-        """Shortest way on the free body from a joint to its other hinges; endless for a slide or the end of a chain."""
+        """Shortest way on the free body from a joint to its other hinges; endless for a slide or
+        the end of a chain.
+        """
         body = next(b for b in joint.bodies() if b not in self.known)
         here = _own_point(joint, body)
         joints = [j for j in self.joints if body in j.bodies() and j is not joint]
@@ -255,15 +302,18 @@ class _Planner:
         return min((math.hypot(p.x - here.x, p.y - here.y) for p in others), default=math.inf)
 
     def _free_group(self) -> Group:
-        """Attach one body by a free joint coordinate: a hinge before a slide, the shortest body first.
+        """Attach one body by a free joint coordinate: a hinge before a slide, the shortest body
+        first.
 
-        The shortest link of a loop is the one that can turn all the way; a slide or a long rocker as the coordinate
-        would be singular at its dead centres.
+        The shortest link of a loop is the one that can turn all the way; a slide or a long rocker
+        as the coordinate would be singular at its dead centres.
         """
         reachable = [j for j in self.joints if len(set(j.bodies()) & self.known) == 1]
         if reachable:
             joint = min(reachable, key=lambda j: (not _hinge(j), self._length(j)))
-            body, parent = joint.bodies() if joint.bodies()[0] not in self.known else joint.bodies()[::-1]
+            body, parent = (
+                joint.bodies() if joint.bodies()[0] not in self.known else joint.bodies()[::-1]
+            )
             return Group((Attachment(body, parent, joint, self._coordinates(body, joint, "free")),))
         body = self._unknown()[0]
         place = Coordinate("free", body, "x"), Coordinate("free", body, "y")
@@ -280,7 +330,9 @@ def _hinge(joint) -> bool:
 
 
 def _simple(joint) -> bool:
-    """True for the joints that closed forms are for: a hinge along fixed axes, or a slide along its axis."""
+    """True for the joints that closed forms are for: a hinge along fixed axes, or a slide along its
+    axis.
+    """
     if joint.turns:
         return joint.free == (ALONG,)
     return _hinge(joint)

@@ -1,4 +1,6 @@
-"""All that elements apply to a mechanism: wrenches, energies and powers, rates of their states, contacts, outputs."""
+"""All that elements apply to a mechanism: wrenches, energies and powers, rates of their states,
+contacts, outputs.
+"""
 
 from dataclasses import dataclass, field
 
@@ -11,8 +13,9 @@ from clearance.tracing.trace import Value, is_zero
 class Work:
     """Takes up what `Element.act` says; k: kinematics, rates: along the real motion.
 
-    wrench: (x, y, moment) on bodies about their centres of mass; across: what acts out of the plane, (force z, moment
-    x, moment y). kinetic, potential [J]; input_power [W] of drives and loads; losses [W] by element.
+    wrench: (x, y, moment) on bodies about their centres of mass; across: what acts out of the
+        plane, (force z, moment x, moment y). kinetic, potential [J]; input_power [W] of drives and
+        loads; losses [W] by element.
     """
 
     k: object
@@ -23,10 +26,13 @@ class Work:
     input_power: Value = 0.0
     losses: dict = field(default_factory=dict)
     efforts: dict = field(default_factory=dict)  # of drives that push
-    rates: dict = field(default_factory=dict)  # (element, state) -> rate of a state of first order, a sum
+    # (element, state) -> rate of a state of first order, a sum
+    rates: dict = field(default_factory=dict)
     commits: dict = field(default_factory=dict)  # element -> asks it to remember this state
-    sums: dict = field(default_factory=dict)  # (element, name) -> (unit, description, rate) of an integral
-    followed: dict = field(default_factory=dict)  # element -> {name: value} that a run follows step by step
+    # (element, name) -> (unit, description, rate) of an integral
+    sums: dict = field(default_factory=dict)
+    # element -> {name: value} that a run follows step by step
+    followed: dict = field(default_factory=dict)
     spots: dict = field(default_factory=dict)  # element -> [(penetration, its rate, contact force)]
     shown: dict = field(default_factory=dict)  # element -> [(name, unit, description, value)]
 
@@ -54,7 +60,9 @@ class Work:
         self.add_at(getattr(element, side).body, arm, x, y, z)
 
     def pair(self, joint, x, y, moment=0.0) -> None:
-        """A force at a joint's point b and a moment on body b, the opposite at the same place on body a."""
+        """A force at a joint's point b and a moment on body b, the opposite at the same place on
+        body a.
+        """
         arm_a, arm_b = self.k.arms(joint)
         for body, arm, sign in ((joint.b.body, arm_b, 1.0), (joint.a.body, arm_a, -1.0)):
             self.add_at(body, arm, sign * x, sign * y)
@@ -104,7 +112,9 @@ class Work:
         self.sums[element, name] = unit, text, rate
 
     def follow(self, element, values: dict) -> None:
-        """Numbers of an element that a run hands on at the start, middle and end of each step that touches."""
+        """Numbers of an element that a run hands on at the start, middle and end of each step that
+        touches.
+        """
         self.followed[element] = values
 
     def spot(self, element, penetration, rate, force) -> None:

@@ -146,9 +146,19 @@ class Follower:
         values = multipliers(matrix[:, :-1] + np.eye(change.size))
         outputs = section.outputs(place, self.channels)
         return Point(
-            value, self.turns, duration, values, float(tangent[-1]), contacts, outputs,
-            self.phase, place, tangent, matrix, kind,
-        )  # fmt: skip
+            value,
+            self.turns,
+            duration,
+            values,
+            float(tangent[-1]),
+            contacts,
+            outputs,
+            self.phase,
+            place,
+            tangent,
+            matrix,
+            kind,
+        )
 
     def unknowns(self, point: Point) -> np.ndarray:
         """Coordinates and parameter of a point."""

@@ -191,7 +191,13 @@ def follow(
 
     def branch(reason: str) -> Branch:
         return Branch(
-            the_case.name, parameter, the_case.parameters[parameter].units, fixed, shown, met, reason
+            the_case.name,
+            parameter,
+            the_case.parameters[parameter].units,
+            fixed,
+            shown,
+            met,
+            reason,
         )
 
     first = follower.start(low, high, most_turns, report)
@@ -220,7 +226,9 @@ def _check(case, parameter: str, fixed: dict, low: float, high: float) -> None:
     parameters = case.parameters
     for name in (parameter, *fixed):
         if name not in parameters:
-            raise ValueError(f"{case.name} has no parameter {name!r}{checks.meant(name, parameters)}")
+            raise ValueError(
+                f"{case.name} has no parameter {name!r}{checks.meant(name, parameters)}"
+            )
     if parameters[parameter].kind is not float:
         raise ValueError(f"{parameter} is no number that changes gradually")
     if parameter in fixed:

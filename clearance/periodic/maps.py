@@ -42,7 +42,8 @@ class NotPeriodic(RuntimeError):
 
 @dataclass(frozen=True)
 class Place:
-    """Place of a motion in its phase space. y: states; carried: what Newton's method in the kernel begins with;
+    """Place of a motion in its phase space. y: states; carried: what Newton's method in the kernel
+    begins with;
     touching: which spots are in a contact that began with a touch; speeds: the impact speeds
     that they remember [m/s]; ages: how long their contacts have lasted [s].
     """

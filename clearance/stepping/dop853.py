@@ -1,4 +1,6 @@
-"""DOP853: explicit Runge-Kutta of order 8 with an error estimate of orders 5 and 3 and dense output of order 7."""
+"""DOP853: explicit Runge-Kutta of order 8 with an error estimate of orders 5 and 3 and dense output
+of order 7.
+"""
 
 import math
 
@@ -9,9 +11,9 @@ from clearance.stepping.types import STEP_SIGNATURE, compiled, pasted
 A, B, C, D, E3, E5 = tableaus.A, tableaus.B, tableaus.C, tableaus.D, tableaus.E3, tableaus.E5
 ORDER = 8
 STAGES = 12
-#: error of the fifth order over tolerance, times rtol^(3/8), in a step whose estimate can be believed. Smooth steps and
-#: contacts at the tolerance have 0.15 at most, from 1e-3 to 1e-12. A step over a jump of friction may have any estimate
-#: by chance, and has more.
+#: error of the fifth order over tolerance, times rtol^(3/8), in a step whose estimate can be
+#: believed. Smooth steps and contacts at the tolerance have 0.15 at most, from 1e-3 to 1e-12. A
+#: step over a jump of friction may have any estimate by chance, and has more.
 FIFTH = 0.15
 #: scratch this stepper needs per state: rows of `matrix`
 ROWS = 17
@@ -19,7 +21,9 @@ ROWS = 17
 
 @pasted
 def stages(rhs, t, h, y, par, work, k, first, last, states):
-    """Slopes k[first] to k[last - 1] from those before them; none reads the ledger, so trial states leave it out."""
+    """Slopes k[first] to k[last - 1] from those before them; none reads the ledger, so trial states
+    leave it out.
+    """
     trial = k[16]
     for s in range(first, last):
         for i in range(states):
@@ -32,13 +36,16 @@ def stages(rhs, t, h, y, par, work, k, first, last, states):
 
 @compiled(STEP_SIGNATURE)
 def step(address, t, h):
-    """One step from y with f = y' to y_new with f_new; the error over tolerance goes to `s.error`. 0 if finite.
+    """One step from y with f = y' to y_new with f_new; the error over tolerance goes to `s.error`.
+    0 if finite.
 
-    The estimate is the product of those of orders 5 and 3 that Hairer, Norsett and Wanner (1993, II.10) take. Where a
-    step hides a steep change between its stages it can be small by chance: that of order 5 is bounded by itself.
+    The estimate is the product of those of orders 5 and 3 that Hairer, Norsett and Wanner (1993,
+    II.10) take. Where a step hides a steep change between its stages it can be small by chance:
+    that of order 5 is bounded by itself.
 
-    `s.stiffness`: step times the largest eigenvalue felt, from the last two slopes (Hairer and Wanner, Solving
-    Ordinary Differential Equations II (1996), IV.2); the method is unstable above about 6.1.
+    `s.stiffness`: step times the largest eigenvalue felt, from the last two slopes (Hairer and
+    Wanner, Solving Ordinary Differential Equations II (1996), IV.2); the method is unstable above
+    about 6.1.
     """
     s = state_at(address)
     rhs = s.rhs

@@ -1,6 +1,7 @@
 """Small dense LU with partial pivoting, real and complex.
 
-The diagonal holds the inverse pivots: a division costs as much as a whole row. The pivot rows are kept as numbers.
+The diagonal holds the inverse pivots: a division costs as much as a whole row. The pivot rows are
+kept as numbers.
 """
 
 from clearance.stepping.types import shared
@@ -8,7 +9,8 @@ from clearance.stepping.types import shared
 
 @shared
 def rate_matrix(a, vector, g, p, n):
-    """Rows of a become g - J_u - J_q / g: the matrix of the rates u of n - p states, for q' = u and the Jacobian J.
+    """Rows of a become g - J_u - J_q / g: the matrix of the rates u of n - p states, for q' = u and
+    the Jacobian J.
 
     vector: J row by row, n x n, the p coordinates q first.
     """

@@ -1,10 +1,12 @@
-"""Extremes of a run's outputs, located on the dense output of its steps, and angles followed from step to step.
+"""Extremes of a run's outputs, located on the dense output of its steps, and angles followed from
+step to step.
 
-A row of `peaks` follows one quantity, a channel or the length of a vector of two, times a sign: always its largest
-value is looked for. Each step's end is one look. A step is looked into only where its ends and the end before let a
-larger value lie inside: once in the middle, then at the summits of parabolas through three places ever closer to it.
-Rows of a joint belong to its contact going on. The others begin anew with each stretch of the run, whose values and
-times go to `best` and `when`.
+A row of `peaks` follows one quantity, a channel or the length of a vector of two, times a sign:
+always its largest value is looked for. Each step's end is one look. A step is looked into only
+where its ends and the end before let a larger value lie inside: once in the middle, then at the
+summits of parabolas through three places ever closer to it. Rows of a joint belong to its contact
+going on. The others begin anew with each stretch of the run, whose values and times go to `best`
+and `when`.
 """
 
 import math
@@ -30,7 +32,8 @@ from clearance.stepping.types import inline, shared
 
 ROUNDS = 3  # parabolas for one extreme, at most
 CLOSER = 0.1  # half the width of a parabola over that of the one before
-SETTLED = 0.03  # share of a parabola's half width: a summit that moved by less since the one before stays
+# share of a parabola's half width: a summit that moved by less since the one before stays
+SETTLED = 0.03
 REACH = 0.6  # of the interval: a first summit further than this from its middle is outside
 EDGE = 1e-3  # of the interval: how near to its ends a summit is looked for
 SLIVER = 1e-9  # of a step: parts of it that are not looked into
@@ -39,7 +42,9 @@ SLIVER = 1e-9  # of a step: parts of it that are not looked into
 # --- angles
 @inline
 def unwind(s, row, ahead):
-    """Make the angles of a row continuous: whole turns by the mean of the rates here and at the last step's end."""
+    """Make the angles of a row continuous: whole turns by the mean of the rates here and at the
+    last step's end.
+    """
     for k in range(s.angles.shape[0]):
         angle = s.angles[k, 0]
         expected = s.turned[k, 0] + 0.5 * ahead * (s.turned[k, 1] + row[s.angles[k, 1]])
@@ -95,25 +100,32 @@ def seen_inside(s, t, h, k, theta):
 
 @inline
 def may_peak(s, k, per_width, per_back, curving):
-    """A larger value may lie inside an interval: not where it rises or falls throughout, nor where it bends too little.
+    """A larger value may lie inside an interval: not where it rises or falls throughout, nor where
+    it bends too little.
 
-    The slope's change over the interval is taken as four times that of the chords, of this interval and of the last.
-    In the first interval of a phase only the values at its ends tell it; a contact may be over within that.
+    The slope's change over the interval is taken as four times that of the chords, of this interval
+    and of the last. In the first interval of a phase only the values at its ends tell it; a contact
+    may be over within that.
 
-    per_width, per_back: 1 over the lengths of both intervals, the second 0 in the first interval; curving: their share
-    of the change, 4 width / (width + back).
+    per_width, per_back: 1 over the lengths of both intervals, the second 0 in the first interval;
+    curving: their share of the change, 4 width / (width + back).
     """
     last, now = s.peaks[k, LAST], s.peaks[k, NEXT]
     if per_back == 0.0:
         return s.peaks[k, JOINT] >= 0.0 or max(last, now) + abs(now - last) > s.peaks[k, VALUE]
     slope = (now - last) * per_width
     change = curving * abs(slope - (last - s.peaks[k, EARLIER]) * per_back)
-    return abs(slope) <= change and (max(last, now) - s.peaks[k, VALUE]) * per_width + 0.25 * change > 0.0
+    return (
+        abs(slope) <= change
+        and (max(last, now) - s.peaks[k, VALUE]) * per_width + 0.25 * change > 0.0
+    )
 
 
 @shared
 def refine(s, t, h, k, low, high):
-    """Largest value inside [low, high] of a step: summits of parabolas through three places ever closer to it."""
+    """Largest value inside [low, high] of a step: summits of parabolas through three places ever
+    closer to it.
+    """
     width = high - low
     a, b, c = low, low + 0.5 * width, high
     at_a, at_b, at_c = s.peaks[k, LAST], s.peaks[k, MIDDLE], s.peaks[k, NEXT]
@@ -221,7 +233,9 @@ def begin_looking(s, t):
 # --- contacts
 @shared
 def contact_peak(s, joint, which):
-    """Largest normal force (which = 0) or penetration (1) of the contact that ends; the next one begins with none."""
+    """Largest normal force (which = 0) or penetration (1) of the contact that ends; the next one
+    begins with none.
+    """
     row = int(s.contacts[joint, PEAKS])
     if row < 0:
         return 0.0

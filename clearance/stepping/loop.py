@@ -1,8 +1,11 @@
-"""The compiled time loop: step control, contact events, sampling. Any stepper, any kernel, compiled once.
+"""The compiled time loop: step control, contact events, sampling.
 
-The loop runs until its step budget or a buffer is used up and can be called again where it stopped; all its state lives
-in the arrays it is given. Contacts start and end exactly at step ends, so that no step crosses the kink and the
-stepper keeps its order; the impact speed is frozen in `work` when a contact starts.
+Any stepper, any kernel, compiled once.
+
+The loop runs until its step budget or a buffer is used up and can be called again where it stopped;
+all its state lives in the arrays it is given. Contacts start and end exactly at step ends, so that
+no step crosses the kink and the stepper keeps its order; the impact speed is frozen in `work` when
+a contact starts.
 """
 
 import math
@@ -36,23 +39,31 @@ from clearance.stepping.types import KERNEL, compiled, inline, int64, pasted, sh
 PROBES = 8  # interior places where a step is searched for contact
 FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
 SQUEEZE = 0.05  # smallest part of a film that a step may leave
-FILM_ERROR = 0.05  # error of an eccentricity, at most this share of the film left; likewise of its rate
+# error of an eccentricity, at most this share of the film left; likewise of its rate
+FILM_ERROR = 0.05
 FORGET = 0.3  # what of a film's damping is remembered from one step to the next
 DOMAIN_LEFT = 3  # refusal of a step that takes a journal out of its film
 ALIGNMENTS = 60  # steps made to end one on an event, at most
 RESOLVED = 1e-15  # share of the time below which two events are one
 FREE = -1.0  # in the place of the impact speed: this joint is not in contact
 BAND = 1e-13  # dead band of a touch, relative to the clearance
-SMALLEST = 4e-16  # step over time that still advances the clock; the layer a film forms at the start needs short ones
+# step over time that still advances the clock; the layer a film forms at the start needs short ones
+SMALLEST = 4e-16
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
-DOUBTED = 0.3  # power of the error that a step refused again goes by: solutions are less smooth at a contact's ends
+# power of the error that a step refused again goes by: solutions are less smooth at a contact's
+# ends
+DOUBTED = 0.3
 NEWTON_FAILED = 0.5  # the step after one whose equations could not be solved
-UNSTABLE, STIFF_ENOUGH = 6.1, 200  # stiffness at DOP853's stability limit, and steps there that call for a change
+# stiffness at DOP853's stability limit, and steps there that call for a change
+UNSTABLE, STIFF_ENOUGH = 6.1, 200
 GOOD_RATE = 0.2  # a rate of convergence that Newton's method should not exceed in the next step
+
 
 @shared
 def probe(s, t, h, theta):
-    """Penetration, its rate and the contact force of every joint at theta of the last step, into s.inside."""
+    """Penetration, its rate and the contact force of every joint at theta of the last step, into
+    s.inside.
+    """
     evaluate(s, theta)
     s.events(t + theta * h, s.trial, s.par, s.work, s.inside)
 
@@ -60,7 +71,9 @@ def probe(s, t, h, theta):
 # --- contact events
 @shared
 def summit(s, t, h, joint, low, high, wanted):
-    """theta of the deepest (for wanted < 0: the shallowest) place between two probes: the rate changes its sign."""
+    """theta of the deepest (for wanted < 0: the shallowest) place between two probes: the rate
+    changes its sign.
+    """
     for _ in range(50):
         middle = 0.5 * (low + high)
         probe(s, t, h, middle)
@@ -73,7 +86,9 @@ def summit(s, t, h, joint, low, high, wanted):
 
 @shared
 def crossing(s, t, h, joint, low, high, wanted):
-    """theta between low and high where the penetration of a joint changes its sign (wanted: the sign at high)."""
+    """theta between low and high where the penetration of a joint changes its sign (wanted: the
+    sign at high).
+    """
     for _ in range(60):
         if high - low < 1e-15:
             break
@@ -106,12 +121,17 @@ def near_contact(s, h):
 def event_of(s, t, h, joint, low, high):
     """theta of the first start or end of one joint's contact between two probes, 2.0 if none.
 
-    s.probed holds the values at low. A touch that begins and ends between the probes shows by its rate changing sign.
+    s.probed holds the values at low. A touch that begins and ends between the probes shows by its
+    rate changing sign.
     """
     wanted = -1.0 if s.contacts[joint, TOUCHING] > 0.0 else 1.0
     probe(s, t, h, high)
     value, end = s.inside[3 * joint] * wanted, high
-    if value <= s.band[joint] and s.probed[3 * joint + 1] * wanted > 0.0 and s.inside[3 * joint + 1] * wanted < 0.0:
+    if (
+        value <= s.band[joint]
+        and s.probed[3 * joint + 1] * wanted > 0.0
+        and s.inside[3 * joint + 1] * wanted < 0.0
+    ):
         end = summit(s, t, h, joint, low, high, wanted)
         probe(s, t, h, end)
         value = s.inside[3 * joint] * wanted
@@ -122,7 +142,9 @@ def event_of(s, t, h, joint, low, high):
 
 @shared
 def first_event(s, t, h):
-    """(joint, theta) of the first contact start or end inside the last step; joint -1 if there is none."""
+    """(joint, theta) of the first contact start or end inside the last step; joint -1 if there is
+    none.
+    """
     joints = s.contacts.shape[0]
     probe(s, t, h, 0.0)
     copy(s.inside, s.probed)
@@ -152,11 +174,14 @@ def nudge(s, t, shift):
 
 @shared
 def aligned(s, t, h, event, theta):
-    """Make the step again so that it ends on the event. Returns (its size, whether the event is at its end).
+    """Make the step again so that it ends on the event.
 
-    The size is that of the step made last, moved by no more than `nudge` can: clock and state never part. It is 0 where
-    the event is at the very start, negative where the step failed. Newton's method on the penetration at the end, or
-    bisection where that leaves the bracket; a step that does not reach the event, as at a graze, ends without one.
+    Returns (its size, whether the event is at its end).
+
+    The size is that of the step made last, moved by no more than `nudge` can: clock and state never
+    part. It is 0 where the event is at the very start, negative where the step failed. Newton's
+    method on the penetration at the end, or bisection where that leaves the bracket; a step that
+    does not reach the event, as at a graze, ends without one.
     """
     wanted = -1.0 if s.contacts[event, TOUCHING] > 0.0 else 1.0
     size, low, high, passed = theta * h, 0.0, h, False
@@ -225,7 +250,9 @@ def next_sample(s):
 
 @shared
 def sample(s, t, h):
-    """Observe at every grid time up to the end of the last step (h = 0: at the start); False if the buffer is full."""
+    """Observe at every grid time up to the end of the last step (h = 0: at the start); False if the
+    buffer is full.
+    """
     while s.sample < s.samples:
         at = next_sample(s)
         if at > t + h:
@@ -250,12 +277,14 @@ def sample(s, t, h):
 # --- step sizes
 @shared
 def weigh_films(s, values):
-    """Natural sizes of the eccentricity of pure film joints and of its rate: less than usual where the film is thin.
+    """Natural sizes of the eccentricity of pure film joints and of its rate: less than usual where
+    the film is thin.
 
-    rtol (size + |y|) is at most a share of the film left: a larger error could take the journal through the wall, or
-    throw it back from it. And rtol size of the rate is at most that share of what the film gives way under the
-    mechanism's own acceleration, for a larger error would turn approach into recession. Damping: the Jacobian's,
-    remembered for a few steps, because a receding film has hardly any.
+    rtol (size + |y|) is at most a share of the film left: a larger error could take the journal
+    through the wall, or throw it back from it. And rtol size of the rate is at most that share of
+    what the film gives way under the mechanism's own acceleration, for a larger error would turn
+    approach into recession. Damping: the Jacobian's, remembered for a few steps, because a receding
+    film has hardly any.
     """
     p, n, rtol = s.coordinates, s.states, s.rtol
     for j in range(s.contacts.shape[0]):
@@ -266,7 +295,9 @@ def weigh_films(s, values):
         contact[DAMPING] *= FORGET
         for k in range(2):
             i = first + k
-            s.scale[i] = min(contact[CLEARANCE] + abs(s.y[i]), FILM_ERROR * left / rtol) - abs(s.y[i])
+            s.scale[i] = min(contact[CLEARANCE] + abs(s.y[i]), FILM_ERROR * left / rtol) - abs(
+                s.y[i]
+            )
             contact[DAMPING] = max(contact[DAMPING], abs(s.jacobian_rows[(p + i) * n + p + i]))
         for k in range(2):
             usual, damping = contact[RATE_X + k], max(contact[DAMPING], 1e-300)
@@ -321,7 +352,7 @@ def refuse(s, t, h):
     Where a contact ends inside the step, the next one ends about there.
     """
     power = 1.0 / s.order if s.refusals == 0 else DOUBTED
-    factor = max(SHRINK, SAFETY * s.error ** -power)
+    factor = max(SHRINK, SAFETY * s.error**-power)
     if in_contact(s):
         s.events(t, s.y, s.par, s.work, s.before)
         s.events(t + h, s.y_new, s.par, s.work, s.after)
@@ -334,10 +365,11 @@ def refuse(s, t, h):
 
 @shared
 def grow(s, h):
-    """The step after an accepted one, from its error and from how the error grew since the step before.
+    """The step after an accepted one, from its error and from how the error grew since the step
+    before.
 
-    The second is Gustafsson's predictive control (ACM Trans. Math. Softw. 20, 1994): it sees a stiffer stretch coming.
-    Small changes are not worth a new factorisation.
+    The second is Gustafsson's predictive control (ACM Trans. Math. Softw. 20, 1994): it sees a
+    stiffer stretch coming. Small changes are not worth a new factorisation.
     """
     error, power, factor = max(s.error, 1e-10), 1.0 / s.order, s.effort
     wanted = factor * error**-power
@@ -356,7 +388,9 @@ def grow(s, h):
 
 @inline
 def stiff(s):
-    """True where the method has been held up by stability for many steps; six milder ones in a row clear it."""
+    """True where the method has been held up by stability for many steps; six milder ones in a row
+    clear it.
+    """
     if s.stiffness > UNSTABLE:
         s.stiff_steps += 1
         s.mild_steps = 0
@@ -369,9 +403,11 @@ def stiff(s):
 
 @shared
 def change_phase(s, event, t):
-    """Switch a contact and choose the next step: the one the last such phase began with, or a fresh first step.
+    """Switch a contact and choose the next step: the one the last such phase began with, or a fresh
+    first step.
 
-    All others that cross their wall at this very moment switch with it: a level block touches with two corners.
+    All others that cross their wall at this very moment switch with it: a level block touches with
+    two corners.
     """
     switch(s, event, t, s.after)
     for j in range(s.contacts.shape[0]):
@@ -459,7 +495,8 @@ def accept(s, t, h, cut):
     s.time = s.end if t + h >= s.end else t + h
     if s.watched == 1:
         look(s, t, h)
-    if s.last_step == 0.0 and not cut:  # the first step of a phase: where the next such phase starts
+    # the first step of a phase: where the next such phase starts
+    if s.last_step == 0.0 and not cut:
         if in_contact(s):
             s.contact_step = h
         else:
@@ -485,9 +522,11 @@ def accept(s, t, h, cut):
 
 @inline
 def outside(s):
-    """A joint whose journal has left its film with nothing to carry it, or come too near to the wall at once; or -1.
+    """A joint whose journal has left its film with nothing to carry it, or come too near to the
+    wall at once; or -1.
 
-    The error of a step may exceed the film left: without the second a step could end anywhere next to the wall.
+    The error of a step may exceed the film left: without the second a step could end anywhere next
+    to the wall.
     """
     for j in range(s.contacts.shape[0]):
         if s.contacts[j, KIND] == FILM and s.after[3 * j] >= SQUEEZE * s.before[3 * j]:
@@ -497,7 +536,10 @@ def outside(s):
 
 @pasted
 def advance(s):
-    """One trial step: rejected, or accepted up to its first contact event. Returns a status code."""
+    """One trial step: rejected, or accepted up to its first contact event.
+
+    Returns a status code.
+    """
     t = s.time
     h = proposed(s, t)
     if h <= SMALLEST * max(abs(t), 1e-6 * s.end) and s.end - t > h:
@@ -558,7 +600,9 @@ def copy_state(t, y, par, work, out):
 
 @compiled(int64(int64, int64))
 def run(address, budget):
-    """Advance until done, failed, a buffer is full or `budget` trial steps are spent. Returns a status code.
+    """Advance until done, failed, a buffer is full or `budget` trial steps are spent.
+
+    Returns a status code.
 
     address: of the run's state, see state.words.
     """

@@ -1,4 +1,5 @@
-"""Numba's compiler for functions made of many helpers: each is optimised and made machine code once, in its callers.
+"""Numba's compiler for functions made of many helpers: each is optimised and made machine code
+once, in its callers.
 
 Numba itself does both for every helper, and again for each of its callers and for theirs.
 """
@@ -10,7 +11,9 @@ from numba.core.targetconfig import ConfigStack
 
 
 class Options(Flags):
-    """Numba's options of a function, compared by identity: it looks them up at every operation, one by one."""
+    """Numba's options of a function, compared by identity: it looks them up at every operation, one
+    by one.
+    """
 
     __hash__ = object.__hash__
 
@@ -53,7 +56,9 @@ class Part(Whole):
 
 
 class Code(JITCodeLibrary):
-    """The code of a helper and of the helpers that it calls, as the front end wrote it, for its callers to take in."""
+    """The code of a helper and of the helpers that it calls, as the front end wrote it, for its
+    callers to take in.
+    """
 
     @property
     def codegen(self) -> "Code":

@@ -1,11 +1,13 @@
-"""Radau IIA with three and five stages: implicit, of order 5 and 9, stiffly accurate; simplified Newton.
+"""Radau IIA with three and five stages: implicit, of order 5 and 9, stiffly accurate; simplified
+Newton.
 
-Follows Hairer and Wanner, Solving Ordinary Differential Equations II (1996), section IV.8, with two changes that
-mechanics allows. The rates of the coordinates are themselves states, so the stages of the coordinates follow from those
-of the rates exactly, and Newton only works on the rates: half the unknowns. And the kernel's Jacobian is exact and as
-cheap as a few right-hand sides, so it is renewed nearly every step. Starting values come from the last step's
-collocation polynomial. The ledger (energy input and dissipated) does not feed back: it is integrated by the same
-collocation, afterwards.
+Follows Hairer and Wanner, Solving Ordinary Differential Equations II (1996), section IV.8, with two
+changes that mechanics allows. The rates of the coordinates are themselves states, so the stages of
+the coordinates follow from those of the rates exactly, and Newton only works on the rates: half the
+unknowns. And the kernel's Jacobian is exact and as cheap as a few right-hand sides, so it is
+renewed nearly every step. Starting values come from the last step's collocation polynomial. The
+ledger (energy input and dissipated) does not feed back: it is integrated by the same collocation,
+afterwards.
 
 `radau5` and `radau9` are the steppers; a scheme's tables are compile-time constants of each.
 """
@@ -21,13 +23,16 @@ constant(Collocation)  # a scheme's tables are known where its stepper is compil
 ITERATIONS = 10
 SAFETY = 0.9  # of the error tolerance
 
-# rows of `matrix` after the stages, their derivatives, the transformed stages and the predictor polynomial
+# rows of `matrix` after the stages, their derivatives, the transformed stages and the predictor
+# polynomial
 TRIAL, CORRECTION, WEIGHT, PIVOTS, LU = range(5)
 
 
 @inline
 def predict(k, run, m, h, y, n):
-    """Stages of the rates from the last collocation polynomial, or zero; those of the coordinates follow."""
+    """Stages of the rates from the last collocation polynomial, or zero; those of the coordinates
+    follow.
+    """
     stages, p = k.c.size, run.coordinates
     polynomial = 3 * stages
     ratio = h / run.last_h if run.has_predictor == 1 else 0.0
@@ -63,9 +68,11 @@ def follow(k, m, h, y, p):
 
 @inline
 def factorise(k, run, vector, m, complexes, h, n):
-    """LU of the Newton matrices of the rates, one real and one complex for each pair of eigenvalues.
+    """LU of the Newton matrices of the rates, one real and one complex for each pair of
+    eigenvalues.
 
-    With q' = u and J the Jacobian, (g - J) (dq, du) = (0, r) is (g - J_u - J_q / g) du = r, dq = du / g.
+    With q' = u and J the Jacobian, (g - J) (dq, du) = (0, r) is (g - J_u - J_q / g) du = r,
+    dq = du / g.
     """
     p, real = run.coordinates, 4 * k.c.size + LU
     size = n - p
@@ -120,7 +127,9 @@ def correct(k, m, complexes, h, p, n):
 
 @inline
 def newton(k, run, rhs, t, h, y, par, work, m, complexes, n):
-    """Simplified Newton on the transformed stages. 0 converged, 1 not, 2 not finite; and the rate of convergence."""
+    """Simplified Newton on the transformed stages. 0 converged, 1 not, 2 not finite; and the rate
+    of convergence.
+    """
     stages, p = k.c.size, run.coordinates
     trial = m[4 * stages + TRIAL]
     tolerance = max(2e-15 / run.rtol, run.newton_tolerance)
@@ -138,7 +147,10 @@ def newton(k, run, rhs, t, h, y, par, work, m, complexes, n):
             return 2, 1.0
         if iteration > 0:
             rate = norm / old if old > 0.0 else 0.0
-            if rate >= 1.0 or rate ** (ITERATIONS - 1 - iteration) / (1.0 - rate) * norm > tolerance:
+            if (
+                rate >= 1.0
+                or rate ** (ITERATIONS - 1 - iteration) / (1.0 - rate) * norm > tolerance
+            ):
                 return 1, rate
             factor_of_rate = rate / (1.0 - rate)
         for s in range(stages):
@@ -226,7 +238,9 @@ def collocate(k, m, size):
 
 @inline
 def slopes(k, h, f_new, m, size):
-    """y' at the end of the step: that of the collocation polynomial, which is f(y_new) once Newton has converged."""
+    """y' at the end of the step: that of the collocation polynomial, which is f(y_new) once Newton
+    has converged.
+    """
     stages = k.c.size
     for i in range(size):
         total = 0.0
@@ -237,7 +251,9 @@ def slopes(k, h, f_new, m, size):
 
 @pasted
 def advance(k, run, t, h):
-    """One step from y with f = y' to y_new with f_new; error over tolerance in `run.error`. 0 if it worked."""
+    """One step from y with f = y' to y_new with f_new; error over tolerance in `run.error`. 0 if it
+    worked.
+    """
     rhs = run.rhs
     y, f, par, work = run.y, run.f, run.par, run.work
     y_new, f_new, scale, vector = run.y_new, run.f_new, run.scale, run.jacobian_rows

@@ -1,7 +1,8 @@
 """Records of arrays and functions that compiled code reads where they stand, one field at a time.
 
-Compiled functions take a named tuple of arrays word by word: seven words an array, hundreds in all, at every call and
-at every mention. Of a record they take the address, and read of it what they mention.
+Compiled functions take a named tuple of arrays word by word: seven words an array, hundreds in all,
+at every call and at every mention. Of a record they take the address, and read of it what they
+mention.
 """
 
 import sys
@@ -13,7 +14,14 @@ from numba.core.cgutils import create_struct_proxy
 from numba.core.imputils import lower_constant, lower_setattr_generic
 from numba.core.typing.templates import AttributeTemplate
 from numba.core.typing.typeof import Purpose, typeof
-from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model, typeof_impl
+from numba.extending import (
+    infer_getattr,
+    intrinsic,
+    lower_getattr_generic,
+    models,
+    register_model,
+    typeof_impl,
+)
 from numba.np import linalg
 from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
@@ -22,7 +30,8 @@ from clearance.store import COMPILED
 
 
 def _load_array_functions() -> None:
-    """Load numba's array functions without scipy.linalg, a tenth of a start: nothing here multiplies matrices.
+    """Load numba's array functions without scipy.linalg, a tenth of a start: nothing here
+    multiplies matrices.
 
     They look whether scipy brings a BLAS, which it does; each use of it looks once more.
     """
@@ -40,13 +49,16 @@ if "scipy.linalg" not in sys.modules:
 class Record(types.Type):
     """The type of a record.
 
-    fields: name -> an array in C order, or a function. memory: layout of the memory that belongs to it, of which the
-    places of numbers and the dimensions of arrays count. Compiled code may set the numbers.
+    fields: name -> an array in C order, or a function. memory: layout of the memory that belongs to
+        it, of which the places of numbers and the dimensions of arrays count. Compiled code may set
+        the numbers.
     """
 
     def __init__(self, name: str, fields: dict, memory: np.dtype):
         kinds = {n: (from_dtype(memory[n].base), len(memory[n].shape)) for n in memory.names}
-        self.numbers = {n: (kind, memory.fields[n][1]) for n, (kind, axes) in kinds.items() if not axes}
+        self.numbers = {
+            n: (kind, memory.fields[n][1]) for n, (kind, axes) in kinds.items() if not axes
+        }
         arrays = {n: types.Array(kind, axes, "C") for n, (kind, axes) in kinds.items() if axes}
         self.fields, self.places, words = {**fields, **arrays, "memory": types.int64}, {}, 0
         for field, kind in self.fields.items():
@@ -127,7 +139,8 @@ def field(context, builder, record, value, name):
 
 
 def packed(record: Record, values) -> np.ndarray:
-    """The words of a record, from an object with its fields as attributes: arrays and addresses of functions.
+    """The words of a record, from an object with its fields as attributes: arrays and addresses of
+    functions.
 
     They hold no array alive. Raises ValueError for an array that is not in C order.
     """

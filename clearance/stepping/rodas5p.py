@@ -1,9 +1,12 @@
-"""Rodas5P: linearly implicit (Rosenbrock), order 5(4), stiffly accurate, dense output of order 4. No Newton iteration.
+"""Rodas5P: linearly implicit (Rosenbrock), order 5(4), stiffly accurate, dense output of order 4.
 
-Every stage solves one linear system with the same matrix, so no step is lost because an iteration diverges: the
-cheapest way to loose tolerances in thin films. As in radau.py the systems are halved by q' = u, and the ledger is
-integrated afterwards, at three points of the dense output.
-Source: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P, BIT Numer. Math. 63, 27 (2023).
+No Newton iteration.
+
+Every stage solves one linear system with the same matrix, so no step is lost because an iteration
+diverges: the cheapest way to loose tolerances in thin films. As in radau.py the systems are halved
+by q' = u, and the ledger is integrated afterwards, at three points of the dense output.
+Source: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P, BIT Numer. Math. 63, 27
+(2023).
 """
 
 import math
@@ -15,7 +18,11 @@ from clearance.stepping.types import STEP_SIGNATURE, compiled, pasted
 
 A, C, NODES = tableaus.RODAS_A, tableaus.RODAS_C, tableaus.RODAS_NODES
 D, H, GAMMA = tableaus.RODAS_D, tableaus.RODAS_H, tableaus.RODAS_GAMMA
-LEDGER_NODES, LEDGER_WEIGHTS, LEDGER_BASIS = tableaus.RADAU5.c, tableaus.RADAU5.a, tableaus.RADAU5.basis
+LEDGER_NODES, LEDGER_WEIGHTS, LEDGER_BASIS = (
+    tableaus.RADAU5.c,
+    tableaus.RADAU5.a,
+    tableaus.RADAU5.basis,
+)
 STAGES = 8
 ORDER = 5
 DIFFERENCE = 1e-4  # of the step: increment of the derivative by time
@@ -50,7 +57,9 @@ def solved(vector, m, s, g, p, n):
 
 @pasted
 def stages(rhs, t, h, y, f, par, work, vector, m, p, n):
-    """All stages; the last is the error estimate, the trial state and the last stage make the new state."""
+    """All stages; the last is the error estimate, the trial state and the last stage make the new
+    state.
+    """
     g, trial = 1.0 / (GAMMA * h), m[TRIAL]
     for i in range(y.size):
         trial[i] = y[i]
@@ -87,13 +96,16 @@ def dense_output(y, y_new, dense, m, n):
 
 @pasted
 def ledger(rhs, t, h, y, y_new, par, work, dense, m, n):
-    """The energy integrals and their dense output, from the powers at three places of the dense output of the rest."""
+    """The energy integrals and their dense output, from the powers at three places of the dense
+    output of the rest.
+    """
     trial = m[TRIAL]
     for s in range(3):
         x = LEDGER_NODES[s]
         for i in range(n):
             trial[i] = y[i] + x * (
-                dense[1, i] + (1.0 - x) * (dense[2, i] + x * (dense[3, i] + (1.0 - x) * dense[4, i]))
+                dense[1, i]
+                + (1.0 - x) * (dense[2, i] + x * (dense[3, i] + (1.0 - x) * dense[4, i]))
             )
         for i in range(n, y.size):
             trial[i] = y[i]
@@ -113,7 +125,9 @@ def ledger(rhs, t, h, y, y_new, par, work, dense, m, n):
 
 @compiled(STEP_SIGNATURE)
 def step(address, t, h):
-    """One step from y with f = y' to y_new with f_new; error over tolerance in `s.error`. 0 if finite."""
+    """One step from y with f = y' to y_new with f_new; error over tolerance in `s.error`. 0 if
+    finite.
+    """
     s = state_at(address)
     rhs = s.rhs
     y, f, par, work, y_new, f_new = s.y, s.f, s.par, s.work, s.y_new, s.f_new

@@ -1,6 +1,7 @@
 """The state of a run, declared once: numbers and arrays by name, in one piece of memory.
 
-Compiled code and Python read and set them alike: `s.time`, `s.contacts[j, KIND]`. One step and its dense output.
+Compiled code and Python read and set them alike: `s.time`, `s.contacts[j, KIND]`. One step and its
+dense output.
 """
 
 from inspect import signature
@@ -13,12 +14,15 @@ from clearance.store import COMPILED
 
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
 TOUCHING, SINCE, IMPACT_SPEED, KIND, COORDINATE, CLEARANCE = range(6)
-RATE_X, RATE_Y, PULL, DAMPING = range(6, 10)  # natural rates, natural acceleration, largest damping of late [1/s]
-PEAKS = 10  # row of `peaks` of the contact's largest force, that of its penetration follows; -1: none
+# natural rates, natural acceleration, largest damping of late [1/s]
+RATE_X, RATE_Y, PULL, DAMPING = range(6, 10)
+# row of `peaks` of the contact's largest force, that of its penetration follows; -1: none
+PEAKS = 10
 CONTACT_COLUMNS = 11
 FILM, CONTACT, BLENDED = range(3)  # kinds: never beyond the wall; with a first touch; with neither
 IMPACT_COLUMNS = 7  # joint, time, impact speed, peak force, penetration, duration, separation speed
-LOG_COLUMNS = 3  # time at the end, step, error over tolerance; energies follow, where there is a ledger
+# time at the end, step, error over tolerance; energies follow, where there is a ledger
+LOG_COLUMNS = 3
 TRAIL_PLACES = 3  # of a step at which it is followed: start, middle and end
 # columns of `peaks`, see locating.py
 CHANNEL, PAIRED, SIGN, JOINT, VALUE, WHEN, EARLIER, LAST, NEXT, MIDDLE, SEARCHED = range(11)
@@ -41,7 +45,8 @@ FLOATS = (
     "last_error",  # its error over tolerance
     "contact_step",  # first step of the last phase with a contact [s]
     "free_step",  # first step of the last phase without one [s]
-    "interval",  # from the last look but one at the outputs to the last [s]; 0: their slopes have jumped since
+    # from the last look but one at the outputs to the last [s]; 0: their slopes have jumped since
+    "interval",
     "error",  # of the last trial step, over tolerance
     "last_h",  # step that the stepper's factors and predictor belong to [s]
     "convergence",  # of Newton's method: rate / (1 - rate) of its last step
@@ -85,12 +90,28 @@ INTEGERS = (
 
 
 def layout(
-    *, size, states, work, spots, outputs, ledger, angles, peaks, stretches, scratch, rows, log, impacts, followed
+    *,
+    size,
+    states,
+    work,
+    spots,
+    outputs,
+    ledger,
+    angles,
+    peaks,
+    stretches,
+    scratch,
+    rows,
+    log,
+    impacts,
+    followed,
 ) -> np.dtype:
     """All numbers and arrays of a run, as they stand in memory one after another.
 
-    size: states and energy integrals; ledger: energies logged at the end of each step; peaks: watched quantities;
-    scratch: rows of the stepper's scratch; rows, log, impacts: samples, steps and contacts of one piece of output.
+    size: states and energy integrals; ledger: energies logged at the end of each step; peaks:
+        watched quantities;
+    scratch: rows of the stepper's scratch; rows, log, impacts: samples, steps and contacts of one
+        piece of output.
     followed: numbers handed on at the start, middle and end of each step.
     """
     events = (3 * spots,)
@@ -112,7 +133,8 @@ def layout(
         ("y_new", float, (size,)),
         ("f_new", float, (size,)),
         ("trial", float, (size,)),
-        ("before", float, events),  # penetration, its rate and force of all spots where a step begins
+        # penetration, its rate and force of all spots where a step begins
+        ("before", float, events),
         ("after", float, events),
         ("probed", float, events),
         ("inside", float, events),
@@ -127,27 +149,39 @@ def layout(
         ("followed", float, (followed,)),
         ("trail", float, (log if followed else 0, TRAIL_PLACES, followed)),  # of each step in `log`
     ]
-    return np.dtype([(name, float) for name in FLOATS] + [(name, int) for name in INTEGERS] + arrays)
+    return np.dtype(
+        [(name, float) for name in FLOATS] + [(name, int) for name in INTEGERS] + arrays
+    )
 
 
 #: number of rows in use -> arrays of output that have so many
 BUFFERS = {"rows_filled": ("times", "rows"), "log_filled": ("log",), "impacts_filled": ("impacts",)}
 NUMBERS = {*FLOATS, *INTEGERS}
-STEPPER, KERNELS = ("step", "interpolant"), ("rhs", "jacobian", "events", "commit", "observe", "follow")
+STEPPER, KERNELS = (
+    ("step", "interpolant"),
+    ("rhs", "jacobian", "events", "commit", "observe", "follow"),
+)
 FUNCTIONS = dict.fromkeys(STEPPER, STEP) | dict.fromkeys(KERNELS, KERNEL)
-STATE = Record("of a run", FUNCTIONS | {"par": VECTOR}, layout(**dict.fromkeys(signature(layout).parameters, 1)))
+STATE = Record(
+    "of a run",
+    FUNCTIONS | {"par": VECTOR},
+    layout(**dict.fromkeys(signature(layout).parameters, 1)),
+)
 state_at = reader(STATE)
 
 
 class State:
-    """The state of a run, all zero at first; beside it the functions it calls and the mechanism's numbers.
+    """The state of a run, all zero at first; beside it the functions it calls and the mechanism's
+    numbers.
 
     memory: all numbers and arrays in one piece; each is an attribute too.
     """
 
     def __init__(self, **sizes: int):
         self.sizes, self.memory = sizes, np.zeros((), layout(**sizes))
-        vars(self).update({name: self.memory[name] for name in self.memory.dtype.names if name not in NUMBERS})
+        vars(self).update(
+            {name: self.memory[name] for name in self.memory.dtype.names if name not in NUMBERS}
+        )
 
     def __getattr__(self, name: str):
         if name not in NUMBERS:
@@ -161,7 +195,9 @@ class State:
             super().__setattr__(name, value)
 
     def resized(self, **sizes: int) -> "State":
-        """The same numbers and arrays; those that change their size, and output that is in use nowhere, all zero."""
+        """The same numbers and arrays; those that change their size, and output that is in use
+        nowhere, all zero.
+        """
         other = State(**self.sizes | sizes)
         empty = [n for filled, names in BUFFERS.items() if not getattr(self, filled) for n in names]
         for name in other.memory.dtype.names:
@@ -194,7 +230,9 @@ def copy(source, target):
 # --- one step and its dense output
 @inline
 def attempt(s, t, h):
-    """One step of the method from the present state; 0 if it worked (its error may still be too large)."""
+    """One step of the method from the present state; 0 if it worked (its error may still be too
+    large).
+    """
     s.interpolated = 0
     return s.step(s.address, t, h)
 

@@ -11,11 +11,13 @@ STIFF = 7  # an explicit method is held up by stability; an implicit one may go 
 
 MESSAGES = {
     STEP_TOO_SMALL: (
-        "the step size fell below what the clock resolves: a loop at its dead centre, a contact that is stuck, or "
+        "the step size fell below what the clock resolves: a loop at its dead centre, a contact "
+        "that is stuck, or "
         "equations too stiff or discontinuous here"
     ),
     NOT_FINITE: (
-        "no trial step gives finite numbers: a loop cannot close beyond this position, or a law is not finite here"
+        "no trial step gives finite numbers: a loop cannot close beyond this position, or a law is "
+        "not finite here"
     ),
     FILM_LEFT: "the journal reached the bearing wall and the joint has no contact law to carry it",
     LEDGER_BROKEN: ("the energy ledger does not close and the rows are not to be trusted"),

@@ -1,11 +1,22 @@
-"""The compiled walk through given times: outputs of a mechanism whose motion is prescribed, without any integration."""
+"""The compiled walk through given times: outputs of a mechanism whose motion is prescribed, without
+any integration.
+"""
 
 import math
 
-from clearance.stepping.types import INTEGERS, MATRIX, VECTOR, compiled, float64, inline, int64, kernel_at
+from clearance.stepping.types import (
+    INTEGERS,
+    MATRIX,
+    VECTOR,
+    compiled,
+    float64,
+    inline,
+    int64,
+    kernel_at,
+)
 
-#: what need not be explained: of a way by speeds, over the mechanism's size; of a speed's change by accelerations, over
-#: the speed
+#: what need not be explained: of a way by speeds, over the mechanism's size; of a speed's change by
+#: accelerations, over the speed
 WAY, CHANGE = 0.05, 0.5
 
 
@@ -18,9 +29,11 @@ def put(source, i, target, k):
 
 @inline
 def jumped(pair, places, step, size):
-    """True where a position is not where its speed takes it, or a speed not where its acceleration does.
+    """True where a position is not where its speed takes it, or a speed not where its acceleration
+    does.
 
-    Beside twice what is explained a position may move by a share WAY of the size [m], a speed by CHANGE of itself.
+    Beside twice what is explained a position may move by a share WAY of the size [m], a speed by
+    CHANGE of itself.
     """
     for j in range(0, places.size, 3):
         at, speed, rate = places[j], places[j + 1], places[j + 2]
@@ -33,15 +46,32 @@ def jumped(pair, places, step, size):
     return False
 
 
-@compiled(int64(int64, int64, int64, VECTOR, VECTOR, VECTOR, VECTOR, float64, INTEGERS, float64, MATRIX, MATRIX))
+@compiled(
+    int64(
+        int64,
+        int64,
+        int64,
+        VECTOR,
+        VECTOR,
+        VECTOR,
+        VECTOR,
+        float64,
+        INTEGERS,
+        float64,
+        MATRIX,
+        MATRIX,
+    )
+)
 def tour(observe, commit, commits, times, y, par, work, longest, places, size, pair, rows):
-    """Fill a row for each time; returns how many are good: the next has values that are not finite, or a jump.
+    """Fill a row for each time; returns how many are good: the next has values that are not finite,
+    or a jump.
 
-    observe, commit: addresses of the kernels; commits: how many values an accepted place leaves for the next (0: none,
-    commit is not called). Between two times the mechanism is followed in stretches of at most `longest` [s], so that
-    what is solved by iteration stays on its branch. places: columns of positions, speeds and accelerations, in turn,
-    that must not jump from one place followed to the next, as they do where a loop changes its branch; size: of the
-    mechanism [m]; pair: two rows for these places.
+    observe, commit: addresses of the kernels; commits: how many values an accepted place leaves for
+    the next (0: none, commit is not called). Between two times the mechanism is followed in
+    stretches of at most `longest` [s], so that what is solved by iteration stays on its branch.
+    places: columns of positions, speeds and accelerations, in turn, that must not jump from one
+    place followed to the next, as they do where a loop changes its branch; size: of the mechanism
+    [m]; pair: two rows for these places.
     """
     look, keep = kernel_at(observe), kernel_at(commit)
     followed = commits > 0 or places.size > 0

@@ -1,4 +1,6 @@
-"""Types the steppers share: one signature a role, so every stepper takes every kernel and the loop every stepper."""
+"""Types the steppers share: one signature a role, so every stepper takes every kernel and the loop
+every stepper.
+"""
 
 import hashlib
 from pathlib import Path
@@ -20,13 +22,16 @@ kernel_at = caller(KERNEL)
 DENSE_ROWS = 8
 
 #: of all sources that steppers are compiled from: numba's cache looks at a function's own file only
-DIGEST = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()[:12]
+DIGEST = hashlib.sha256(
+    b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.glob("*.py")))
+).hexdigest()[:12]
 
 
 def compiled(signature):
     """Compile for the whole package, once (plain Python when numba is switched off).
 
-    Without numba's runtime: nothing in here may allocate, and no array is counted; counting took half of the time.
+    Without numba's runtime: nothing in here may allocate, and no array is counted; counting took
+    half of the time.
 
     The digest in the qualified name gives an edited helper, tableau or constant a cache of its own.
     """
@@ -50,12 +55,17 @@ def shared(function):
 
 
 def inline(function):
-    """A helper that becomes part of its callers, with their constants. It is put in by LLVM: numba takes far longer."""
+    """A helper that becomes part of its callers, with their constants.
+
+    It is put in by LLVM: numba takes far longer.
+    """
     return njit(forceinline=True, **HELPER)(function)
 
 
 def pasted(function):
-    """A helper that numba puts into its callers, before anything is compiled: for few callers, or for constants."""
+    """A helper that numba puts into its callers, before anything is compiled: for few callers, or
+    for constants.
+    """
     return njit(inline="always", **OPTIONS)(function)
 
 

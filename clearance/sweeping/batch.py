@@ -1,9 +1,10 @@
 """Points of one structure, one after another in one memory, without a scene for each.
 
-The numbers of their starts come as arrays (spread.py). One point is run the ordinary way, and what its metrics look at
-is noted: the others have no other outputs. They take the same steps by the same loop, and their metrics come from the
-same functions: they are those of the ordinary way bit for bit. A point that fails, is in doubt, needs more than its
-family has or comes to where models end for other reasons than the family's joints is `Apart`: run the ordinary way.
+The numbers of their starts come as arrays (spread.py). One point is run the ordinary way, and what
+its metrics look at is noted: the others have no other outputs. They take the same steps by the same
+loop, and their metrics come from the same functions: they are those of the ordinary way bit for
+bit. A point that fails, is in doubt, needs more than its family has or comes to where models end
+for other reasons than the family's joints is `Apart`: run the ordinary way.
 """
 
 import copy
@@ -61,8 +62,19 @@ class Part(MemoryRecord):
 
     attributes = {"status": "complete"}
 
-    def __init__(self, groups: dict, channels: dict, scene: dict, times, rows, events: dict, located: Extremes):
-        vars(self).update(_groups=groups, _channels_by_path=channels, scene=scene, _times=times, _rows=rows)
+    def __init__(
+        self,
+        groups: dict,
+        channels: dict,
+        scene: dict,
+        times,
+        rows,
+        events: dict,
+        located: Extremes,
+    ):
+        vars(self).update(
+            _groups=groups, _channels_by_path=channels, scene=scene, _times=times, _rows=rows
+        )
         self.events, self.located = events, located
         self._between_times: dict[tuple, tuple] = {}
 
@@ -75,14 +87,20 @@ class Part(MemoryRecord):
         place, sampled = self.located.columns.get(name), None
         if place is None or first == last:
             return super().extreme(name, begin, end)
-        located = Extreme(float(values[place]), float(times[place])) if math.isfinite(values[place]) else None
+        located = (
+            Extreme(float(values[place]), float(times[place]))
+            if math.isfinite(values[place])
+            else None
+        )
         sizes = self._sizes(path)[first:last]
         i = int(sizes.argmin() if which == "min" else sizes.argmax())
         sampled = Extreme(float(sizes[i]), float(self._times[first + i]))
         return better(name, [sampled, located])
 
     def _window(self, begin: float, end: float) -> tuple:
-        """First and last sample between two times, and the outermost extremes there with their times."""
+        """First and last sample between two times, and the outermost extremes there with their
+        times.
+        """
         inside = np.flatnonzero(self._between(begin, end))
         first, last = (inside[0], inside[-1] + 1) if inside.size else (0, 0)
         values, times = self.located.outermost(begin, end)
@@ -114,7 +132,9 @@ class Ended:
 
 @dataclass(frozen=True)
 class Found:
-    """Numbers of one point: metrics by name, warnings, steps, seconds in the compiled loop, digest of its structure."""
+    """Numbers of one point: metrics by name, warnings, steps, seconds in the compiled loop, digest
+    of its structure.
+    """
 
     metrics: dict[str, Metric]
     warnings: int
@@ -126,12 +146,16 @@ class Found:
 class Family:
     """Runs of one structure in one memory. Raises Irregular where they cannot be had.
 
-    scene: gives the scene of swept values; columns: all values of the swept numbers by name; options: of the runs, as
-    of `prepare`; settle: as of `of_point`.
+    scene: gives the scene of swept values; columns: all values of the swept numbers by name;
+        options: of the runs, as of `prepare`; settle: as of `of_point`.
     """
 
     def __init__(
-        self, scene: Callable[[dict], Scene], columns: dict[str, np.ndarray], options: dict, settle: float | None
+        self,
+        scene: Callable[[dict], Scene],
+        columns: dict[str, np.ndarray],
+        options: dict,
+        settle: float | None,
     ):
         self.scene_of, self.turns, self.settle = scene, options.get("turns"), settle
         self.judged: list[tuple] = []
@@ -151,7 +175,9 @@ class Family:
         record = _recorded(first)
         structure = first.mechanism.structure
         part = structure.observing(self._looked_at(record) | _watched(first))
-        mechanism = Mechanism(**{n: getattr(first.mechanism, n) for n in Mechanism.__dataclass_fields__})
+        mechanism = Mechanism(
+            **{n: getattr(first.mechanism, n) for n in Mechanism.__dataclass_fields__}
+        )
         mechanism.structure, mechanism.par = part, mechanism.par.copy()
         self.mechanism, self.groups, self.digest = mechanism, record._groups, structure.digest
         self.run = Run(mechanism, first.span, first.solver)
@@ -178,12 +204,16 @@ class Family:
 
     # --- points
     def found(self, columns: dict[str, np.ndarray]) -> list[Found | None]:
-        """Numbers of points, from their swept numbers; None for those that must be run the ordinary way."""
+        """Numbers of points, from their swept numbers; None for those that must be run the ordinary
+        way.
+        """
         starts, points = self.spread.starts(columns), []
         for i in range(len(starts["state"])):
             start = {n: v[i] for n, v in starts.items()}
             try:
-                points.append(self._found(start, {n: column[i].item() for n, column in columns.items()}))
+                points.append(
+                    self._found(start, {n: column[i].item() for n, column in columns.items()})
+                )
             except Exception:  # noqa: BLE001 - whatever it is, the ordinary way tells of it
                 points.append(None)
         return points
@@ -199,7 +229,9 @@ class Family:
         if not np.isfinite(rows).all():
             raise Apart
         extremes = run.watched.extremes(state)
-        record = Part(self.groups, self.channels, self.scene, times, rows, self._events(impacts), extremes)
+        record = Part(
+            self.groups, self.channels, self.scene, times, rows, self._events(impacts), extremes
+        )
         warnings = self._warnings(extremes, (times[-1], rows[-1]), values)
         made = of_point(record, self.settle, stretched(self.motion, rate_of(self.scene)))
         return Found(made, warnings, int(state.steps), loop, self.digest)
@@ -215,11 +247,14 @@ class Family:
         turn, until, frequency, size, mass = start["scalars"].tolist()
         sizes, p = start["sizes"], mechanism.coordinates
         vars(mechanism).update(
-            y0=start["state"], work0=start["work"], reach=start["reach"], frequency=frequency,
+            y0=start["state"],
+            work0=start["work"],
+            reach=start["reach"],
+            frequency=frequency,
             energy=energy_of(mass, size, frequency),
             acceleration=acceleration_of(size, frequency, mechanism.scene.gravity),
             scale=np.concatenate([sizes[:p], sizes[:p] * frequency, sizes[p:]]),
-        )  # fmt: skip
+        )
         mechanism.blend()
         run.span = Span(self.turns * turn if turn else until, run.span.samples)
         run.take_numbers()
@@ -236,9 +271,13 @@ class Family:
             code = run.loop.run(state.address, run.budget)
             rows = state.rows_filled
             pieces.append(
-                (state.times[:rows].copy(), state.rows[:rows].copy(), state.impacts[: state.impacts_filled].copy(),
-                 state.log[: state.log_filled].copy())
-            )  # fmt: skip
+                (
+                    state.times[:rows].copy(),
+                    state.rows[:rows].copy(),
+                    state.impacts[: state.impacts_filled].copy(),
+                    state.log[: state.log_filled].copy(),
+                )
+            )
             state.rows_filled = state.impacts_filled = state.log_filled = 0
         if code != status.DONE:
             raise Apart
@@ -247,7 +286,8 @@ class Family:
     def _check_ledger(self, first: np.ndarray, log: np.ndarray, rows: np.ndarray) -> None:
         """Raise Apart unless the energy ledger closes for certain.
 
-        No stretch of a run that is judged turns over less than the range of the kinetic energy in the first piece.
+        No stretch of a run that is judged turns over less than the range of the kinetic energy in
+        the first piece.
         """
         if log.shape[1] == LOG_COLUMNS:
             return
@@ -269,16 +309,22 @@ class Family:
         return events
 
     def _warnings(self, extremes: Extremes, last: tuple, values: dict[str, float]) -> int:
-        """Number of warnings of the run; its scene is made only where they may depend on more than all share."""
+        """Number of warnings of the run; its scene is made only where they may depend on more than
+        all share.
+        """
         mechanism = self.mechanism
-        if not self.alike or any(self._near_a_limit(j, extremes) for j in mechanism.scene.clearance_joints):
+        if not self.alike or any(
+            self._near_a_limit(j, extremes) for j in mechanism.scene.clearance_joints
+        ):
             mechanism = copy.copy(mechanism)
             mechanism.scene = self.scene_of(values)
         ended = Ended(self.run, mechanism, extremes, last)
         return len(Diagnosis(ended, ended).warnings())
 
     def _near_a_limit(self, joint: Joint, extremes: Extremes) -> bool:
-        """True where surfaces come so near or so deep that numbers of the joint decide on a warning."""
+        """True where surfaces come so near or so deep that numbers of the joint decide on a
+        warning.
+        """
         gap = extremes.of(f"{joint.key}/gap_min").value
         rough = joint.transition is not None and gap < FULL_FILM * (joint.roughness or 0.0)
         return rough or -gap > self.deepest[joint.key]
@@ -293,7 +339,12 @@ def _limits(run: Run) -> tuple[tuple, dict[str, float]]:
             continue
         if joint.film is not None and joint.film_joint is not None:
             modulus = oedometric_modulus(joint.material.young, min(joint.material.poisson, 0.49))
-            shared += [layer_of(joint), modulus, joint.lubricant.pressure_viscosity, joint.roughness]
+            shared += [
+                layer_of(joint),
+                modulus,
+                joint.lubricant.pressure_viscosity,
+                joint.roughness,
+            ]
         depths[joint.key] = math.inf
         if joint.contact is not None:
             limit = joint.contact.law.limit
@@ -305,7 +356,10 @@ def _limits(run: Run) -> tuple[tuple, dict[str, float]]:
 def _check(run: Run, turns: float | None) -> None:
     """Raise Irregular for runs that cannot share a memory."""
     mechanism, layout = run.mechanism, run.mechanism.layout
-    if any(isinstance(source, Answerer) for source in mechanism.sources.values()) or layout.remembering:
+    if (
+        any(isinstance(source, Answerer) for source in mechanism.sources.values())
+        or layout.remembering
+    ):
         raise Irregular("a film is solved as the run goes or remembers")
     if (turns is None) == (mechanism.scene.turn is not None):
         raise Irregular("its runs are not so many turns long")
@@ -328,7 +382,9 @@ def _recorded(run: Run) -> MemoryRecord:
 
 
 def _watched(run: Run) -> set[str]:
-    """Paths of the channels that the loop looks at where steps end, and of those that every run is judged by."""
+    """Paths of the channels that the loop looks at where steps end, and of those that every run is
+    judged by.
+    """
     channels = run.mechanism.layout.channels
     places = {place for row in run.watched.rows for place in (row[0], row[0] + row[1])}
     judged = {c.path for c in channels if any(part in c.path for part in JUDGED)}

@@ -31,10 +31,11 @@ FIELDS = {
 class Definition:
     """All that the results of a sweep depend on.
 
-    case: name, or path to a case file; source: digest of its text; fixed: parameters that all points share; options:
-    keywords of `simulate` (turns, rtol, ...); keep: patterns of the channels kept in run files, () for no files, None
-    for all; compression: gzip level; settle: turns left out of the metrics; own: a user's metrics, each
-    "file.py:name" and the digest of the file; units: of the parameters.
+    case: name, or path to a case file; source: digest of its text; fixed: parameters that all
+        points share; options: keywords of `simulate` (turns, rtol, ...); keep: patterns of the
+        channels kept in run files, () for no files, None for all; compression: gzip level; settle:
+        turns left out of the metrics; own: a user's metrics, each "file.py:name" and the digest of
+        the file; units: of the parameters.
     """
 
     case: str
@@ -74,7 +75,9 @@ class Definition:
     def spread(self) -> tuple[str, ...]:
         """Names of the swept numbers that are no whole numbers."""
         columns = self.points.columns.items()
-        return tuple(n for n, v in columns if isinstance(v[0], float) and any(one != v[0] for one in v))
+        return tuple(
+            n for n, v in columns if isinstance(v[0], float) and any(one != v[0] for one in v)
+        )
 
     def _common(self) -> dict:
         return {n: getattr(self, n) for n in ("case", "source", "fixed", "options")}
@@ -86,11 +89,17 @@ class Definition:
     @property
     def used(self) -> set:
         """All values of case parameters."""
-        return {*self.fixed.values(), *(v for values in self.points.columns.values() for v in values)}
+        return {
+            *self.fixed.values(),
+            *(v for values in self.points.columns.values() for v in values),
+        }
 
     def says(self, index: int) -> str:
         """A point in words: "speed=31.4159, clearance=0.0001"."""
-        shown = (f"{n}={v:.6g}" if isinstance(v, float) else f"{n}={v}" for n, v in self.points[index].items())
+        shown = (
+            f"{n}={v:.6g}" if isinstance(v, float) else f"{n}={v}"
+            for n, v in self.points[index].items()
+        )
         return ", ".join(shown) or "the only point"
 
     def to_json(self) -> str:
@@ -102,7 +111,9 @@ class Definition:
         differences = []
         mine, theirs = json.loads(self.to_json()), json.loads(other.to_json())
         for document in (mine, theirs):  # a directory may be moved
-            document["own"] = [[reference.rpartition("/")[2], digest] for reference, digest in document["own"]]
+            document["own"] = [
+                [reference.rpartition("/")[2], digest] for reference, digest in document["own"]
+            ]
         for name in ("case", "fixed", "options", "keep", "compression", "settle", "own"):
             if mine[name] != theirs[name]:
                 differences.append(f"{name} {_short(theirs[name])} instead of {_short(mine[name])}")
@@ -111,7 +122,9 @@ class Definition:
         one, two = self.points.columns, other.points.columns
         for name in dict.fromkeys([*one, *two]):
             if sorted(map(str, one.get(name, ()))) != sorted(map(str, two.get(name, ()))):
-                differences.append(f"{name} {_range(two.get(name))} instead of {_range(one.get(name))}")
+                differences.append(
+                    f"{name} {_range(two.get(name))} instead of {_range(one.get(name))}"
+                )
         if not differences and mine["points"] != theirs["points"]:
             differences.append("the order of its points")
         return differences
@@ -175,13 +188,20 @@ def _definition(document: dict) -> Definition:
     _check(points, {"axes": list, "columns": dict, "sampled": bool})
     _check(points["columns"], dict.fromkeys(points["columns"], list))
     metrics, keep = document["own"], document["keep"]
-    if not all(_is_row(axis, list, int) and _is_row(axis[0], *[str] * len(axis[0])) for axis in points["axes"]):
+    if not all(
+        _is_row(axis, list, int) and _is_row(axis[0], *[str] * len(axis[0]))
+        for axis in points["axes"]
+    ):
         raise ValueError("axes must be pairs of names and a number")
     if not all(_is_row(metric, str, str) for metric in metrics):
         raise ValueError("own must be pairs of texts")
     if keep is not None and not all(isinstance(pattern, str) for pattern in keep):
         raise ValueError("keep must be texts")
-    if any(isinstance(v, dict | list | type(None)) for values in points["columns"].values() for v in values):
+    if any(
+        isinstance(v, dict | list | type(None))
+        for values in points["columns"].values()
+        for v in values
+    ):
         raise ValueError("columns must be numbers and texts")
     axes = tuple((tuple(names), count) for names, count in points["axes"])
     columns = {n: tuple(v) for n, v in points["columns"].items()}
@@ -206,4 +226,6 @@ def _check(document: object, kinds: dict) -> None:
 
 def _is_row(value: object, *kinds: type) -> bool:
     """The value is a list of entries of these kinds."""
-    return isinstance(value, list) and len(value) == len(kinds) and all(map(isinstance, value, kinds))
+    return (
+        isinstance(value, list) and len(value) == len(kinds) and all(map(isinstance, value, kinds))
+    )

@@ -1,4 +1,6 @@
-"""The one sweep call: points in, a directory of results out; what is done already is not done again."""
+"""The one sweep call: points in, a directory of results out; what is done already is not done
+again.
+"""
 
 import json
 import logging
@@ -23,7 +25,14 @@ from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import Sweep, outcomes, verified
 from clearance.sweeping.journal import ALONE, DONE, FAILED, LOST, WAITING, Journal, Outcome
-from clearance.sweeping.made import common, common_differences, files_named, made, modules_of, point_differences
+from clearance.sweeping.made import (
+    common,
+    common_differences,
+    files_named,
+    made,
+    modules_of,
+    point_differences,
+)
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.points import Points, plain
 from clearance.sweeping.stating import STATE
@@ -56,7 +65,8 @@ class SweepError(RuntimeError):
 class Progress:
     """Progress of a sweep: numbers of points, runs a second and seconds left (None: not known yet).
 
-    before: points that were done before this call; news: points that failed since the last report, in words.
+    before: points that were done before this call; news: points that failed since the last report,
+        in words.
     """
 
     total: int
@@ -90,25 +100,32 @@ def sweep(
 ) -> Sweep:
     """Run a case at every point and return the sweep, as `open_sweep(folder)` does.
 
-    case: name of a case or path to a case file; points: `grid(speed=[...], clearance=[...])`, `zipped(...)`,
-    `sampled(...)` or products of these, SI units; fixed: case parameters that all points share; options: keywords of
-    `simulate` (turns, until, rtol, method, samples_per_turn, samples, energy, max_step, max_steps, error). error:
-    "state" adds a metric <metric>_error for each metric, of integration and film table together; 1e-3 or errors by name
-    choose the tolerance of each point, and a point that cannot reach them fails with the reason; default: no errors.
-    channels: what run files keep (None: all; an empty list: no files, summaries only); compression: gzip level; settle:
-    turns (seconds, without a turn) left out of the metrics, default the first where there is a second; metrics: your
-    own, functions at the top level of a file, or "file.py:name" (see metrics.py).
-    workers: processes, default one a core; scheduler: address of a Dask scheduler instead. The same call again runs
-    only what is missing; retry_failed: also what failed. Where points are missing and the package, a law, a module that
-    the case imports or the scene's numbers have changed since the others were run, it is refused; accept_changes: go on
-    all the same. force: begin although a run needs more than 2^31 rows or a day, or all files more than the free disk.
+    case: name of a case or path to a case file; points: `grid(speed=[...], clearance=[...])`,
+        `zipped(...)`, `sampled(...)` or products of these, SI units; fixed: case parameters that
+        all points share; options: keywords of `simulate` (turns, until, rtol, method,
+        samples_per_turn, samples, energy, max_step, max_steps, error). error: "state" adds a metric
+        <metric>_error for each metric, of integration and film table together; 1e-3 or errors by
+        name choose the tolerance of each point, and a point that cannot reach them fails with the
+        reason; default: no errors.
+    channels: what run files keep (None: all; an empty list: no files, summaries only); compression:
+        gzip level; settle: turns (seconds, without a turn) left out of the metrics, default the
+        first where there is a second; metrics: your own, functions at the top level of a file, or
+        "file.py:name" (see metrics.py).
+    workers: processes, default one a core; scheduler: address of a Dask scheduler instead. The same
+        call again runs only what is missing; retry_failed: also what failed. Where points are
+        missing and the package, a law, a module that the case imports or the scene's numbers have
+        changed since the others were run, it is refused; accept_changes: go on all the same. force:
+        begin although a run needs more than 2^31 rows or a day, or all files more than the free
+        disk.
     progress: called with a `Progress` now and then.
-    Raises ValueError or TypeError for wrong input before anything runs, also where the folder holds another sweep or
-    is in use; SweepError where it cannot go on (a full disk, workers that all die). A point that fails is no error:
-    see `status` and `reason` of the sweep.
+    Raises ValueError or TypeError for wrong input before anything runs, also where the folder holds
+    another sweep or is in use; SweepError where it cannot go on (a full disk, workers that all
+    die). A point that fails is no error: see `status` and `reason` of the sweep.
     """
     definition = define(case, points, fixed or {}, channels, compression, settle, metrics, options)
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+    if workers is not None and (
+        isinstance(workers, bool) or not isinstance(workers, int) or workers < 1
+    ):
         raise ValueError(f"workers must be a positive whole number, got {workers!r}")
     if workers is not None and scheduler is not None:
         raise ValueError("give workers (processes here) or a scheduler (a cluster's), not both")
@@ -122,11 +139,12 @@ def sweep(
         if existing != definition:  # there is none, or its files have moved
             definitions.write(definition, folder)
         (folder / "runs").mkdir(exist_ok=True)
-        for half in (folder / "runs").glob("*.h5.*.partial"):  # of workers that were killed as they wrote
+        # of workers that were killed as they wrote
+        for half in (folder / "runs").glob("*.h5.*.partial"):
             half.unlink(missing_ok=True)
         return _Driver(definition, folder, progress).run(
             workers, scheduler, retry_failed, accept_changes
-        )  # fmt: skip
+        )
 
 
 def _existing(folder: Path, definition: Definition) -> Definition | None:
@@ -137,10 +155,17 @@ def _existing(folder: Path, definition: Definition) -> Definition | None:
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"{folder} is a file; give a directory")
     before = definitions.read(folder)
-    if before is None and (other := [n for n in ("journal.jsonl", "runs", "sweep.h5") if (folder / n).exists()]):
-        raise ValueError(f"{folder} has {', '.join(other)} but no sweep.json that says of what; give another directory")
+    if before is None and (
+        other := [n for n in ("journal.jsonl", "runs", "sweep.h5") if (folder / n).exists()]
+    ):
+        raise ValueError(
+            f"{folder} has {', '.join(other)} but no sweep.json that says of what; give another "
+            f"directory"
+        )
     if before is not None and (different := definition.differences(before)):
-        raise ValueError(f"{folder} holds another sweep: {'; '.join(different)}; give another directory")
+        raise ValueError(
+            f"{folder} holds another sweep: {'; '.join(different)}; give another directory"
+        )
     return before
 
 
@@ -152,11 +177,15 @@ def define(case, points, fixed, channels, compression, settle, metrics, options)
     parameters = chosen.parameters
     for name in (*points.columns, *fixed):
         if name not in parameters:
-            raise ValueError(f"case {chosen.name} has no parameter {name!r}; it has {', '.join(parameters)}")
+            raise ValueError(
+                f"case {chosen.name} has no parameter {name!r}; it has {', '.join(parameters)}"
+            )
     if twice := [n for n in fixed if n in points.columns]:
         raise ValueError(f"{twice[0]} is both swept and fixed")
     if unknown := [n for n in options if n not in OPTIONS]:
-        raise TypeError(f"sweep has no option {unknown[0]!r}; of simulate it takes {', '.join(OPTIONS)}")
+        raise TypeError(
+            f"sweep has no option {unknown[0]!r}; of simulate it takes {', '.join(OPTIONS)}"
+        )
     if options.get("error") not in (None, STATE):
         Request.of(options["error"])
     filters(compression)
@@ -167,13 +196,18 @@ def define(case, points, fixed, channels, compression, settle, metrics, options)
         settle = checks.non_negative("settle", settle)
     own_case = chosen.path.parent != library()
     return Definition(
-        case=chosen.name, path=str(chosen.path.resolve()) if own_case else chosen.name,
-        source=definitions.digest(chosen.path), points=points.typed(kinds),
+        case=chosen.name,
+        path=str(chosen.path.resolve()) if own_case else chosen.name,
+        source=definitions.digest(chosen.path),
+        points=points.typed(kinds),
         fixed={n: plain(n, v, kinds[n]) for n, v in fixed.items()},
         options={n: _option(n, v) for n, v in options.items() if v is not None},
-        keep=None if channels is None else tuple(channels), compression=compression, settle=settle,
-        own=tuple(_reference(f) for f in metrics), units={n: parameters[n].units for n in (*points.columns, *fixed)},
-    )  # fmt: skip
+        keep=None if channels is None else tuple(channels),
+        compression=compression,
+        settle=settle,
+        own=tuple(_reference(f) for f in metrics),
+        units={n: parameters[n].units for n in (*points.columns, *fixed)},
+    )
 
 
 def _option(name: str, value: object) -> object:
@@ -185,25 +219,35 @@ def _reference(function: Callable | str) -> tuple[str, str]:
     """A metric as "file.py:name", which every worker can find, and the digest of the file."""
     if not isinstance(function, str):
         path = getattr(getattr(function, "__code__", None), "co_filename", "")
-        if not Path(path).is_file() or function.__qualname__ != function.__name__ or function.__name__ == "<lambda>":
+        if (
+            not Path(path).is_file()
+            or function.__qualname__ != function.__name__
+            or function.__name__ == "<lambda>"
+        ):
             raise ValueError(
-                f"metric {function!r} must be a function at the top level of a file, so that workers can load it"
+                f"metric {function!r} must be a function at the top level of a file, so that "
+                f"workers can load it"
             )
         if function.__module__ == "__main__":
             raise ValueError(
-                f"metric {function.__name__} stands in the script that is running; put it into a file of its own"
+                f"metric {function.__name__} stands in the script that is running; put it into a "
+                f"file of its own"
             )
         return f"{Path(path).resolve()}:{function.__name__}", definitions.digest(Path(path))
     path, _, name = function.rpartition(":")
     if not Path(path).is_file():
-        raise ValueError(f"metric {function!r}: expected FILE.py:FUNCTION, and there is no file {path!r}")
+        raise ValueError(
+            f"metric {function!r}: expected FILE.py:FUNCTION, and there is no file {path!r}"
+        )
     reference = f"{Path(path).resolve()}:{name}", definitions.digest(Path(path))
     load_function(*reference)
     return reference
 
 
 def _affordable(definition: Definition, folder: Path, mechanism: Mechanism, demand: Demand) -> None:
-    """Raise ValueError where a run takes too long, or the files of all need more than the free disk."""
+    """Raise ValueError where a run takes too long, or the files of all need more than the free
+    disk.
+    """
     channels, count = mechanism.layout.channels, len(definition.points)
     if definition.files:
         columns = 1 + len(chosen(channels, definition.keep))
@@ -214,18 +258,23 @@ def _affordable(definition: Definition, folder: Path, mechanism: Mechanism, dema
 
 
 def _try_first(definition: Definition, demanded: Callable | None) -> None:
-    """Build and compile what the first points need: wrong input shows here, before anything is written.
+    """Build and compile what the first points need: wrong input shows here, before anything is
+    written.
 
-    A point that cannot be built will be recorded as failed; where none of some points all over can, the input is wrong.
+    A point that cannot be built will be recorded as failed; where none of some points all over can,
+    the input is wrong.
     """
     case, failure = find_case(definition.path), None
     first = dict.fromkeys([0, *shuffled(list(range(len(definition.points))))[:TRIED]])
     for index in first:
         try:
-            run = prepare(case.scene(**definition.values(index)), demanded, **definition.run_options)
+            run = prepare(
+                case.scene(**definition.values(index)), demanded, **definition.run_options
+            )
             chosen(run.mechanism.layout.channels, definition.keep or None)
             _check_settle(definition, run)
-            ideal_motion(run.mechanism.scene, run.span, json.loads(run.attributes()["scene"]))  # compiled here, once
+            # compiled here, once
+            ideal_motion(run.mechanism.scene, run.span, json.loads(run.attributes()["scene"]))
             return
         except ValueError as error:
             failure = failure or error
@@ -236,7 +285,10 @@ def _check_settle(definition: Definition, run) -> None:
     turn = run.mechanism.scene.turn
     if definition.settle is not None and definition.settle * (turn or 1.0) >= run.span.until:
         unit = "turns" if turn else "s"
-        raise ValueError(f"settle = {definition.settle:g} {unit} leaves nothing of a run of {run.span.until:.6g} s")
+        raise ValueError(
+            f"settle = {definition.settle:g} {unit} leaves nothing of a run of "
+            f"{run.span.until:.6g} s"
+        )
 
 
 @contextmanager
@@ -282,18 +334,26 @@ class _Driver:
         self.blocks = not (definition.files or definition.own or apart)
         self.alone: set[int] = set()  # points that share no block again
         self.in_lanes = 0  # runs side by side
-        self.usual, self.together = 0.0, 0  # wall time of a recent run [s]; runs in the memory of others
+        # wall time of a recent run [s]; runs in the memory of others
+        self.usual, self.together = 0.0, 0
         self.reasons: set[str] = set()  # for which runs were not
         self.stop = ""
 
-    def run(self, workers: int | None, scheduler: str | None, retry_failed: bool, accept_changes: bool) -> Sweep:
+    def run(
+        self, workers: int | None, scheduler: str | None, retry_failed: bool, accept_changes: bool
+    ) -> Sweep:
         done, pending = self._pending(retry_failed)
         recovered = [o for o in done if o.recovered]
         modules = modules_of(files_of(self.definition.path, self.definition.own))
         self.now = common(modules, files_named(self.definition.used))
         self._compare([o for o in done if o.status == DONE], accept_changes or not pending)
         self.before = len(self.definition.points) - len(pending)
-        LOG.info("%s: %d points, %d to run", self.definition.case, len(self.definition.points), len(pending))
+        LOG.info(
+            "%s: %d points, %d to run",
+            self.definition.case,
+            len(self.definition.points),
+            len(pending),
+        )
         interrupted = True  # until the work has ended
         self.journal = Journal(self.folder)
         try:
@@ -315,8 +375,9 @@ class _Driver:
     def _compare(self, done: list[Outcome], accept_changes: bool) -> None:
         """Finished points and those to come must be of one physics.
 
-        Version and modules of every outcome are compared; some points, one of each structure among them, are built
-        again. Raises ValueError that names the changes; where they are accepted, or nothing is to come, warns.
+        Version and modules of every outcome are compared; some points, one of each structure among
+        them, are built again. Raises ValueError that names the changes; where they are accepted, or
+        nothing is to come, warns.
         """
         changed = dict.fromkeys(c for o in done for c in common_differences(o.made, self.now))
         for outcome in _examples([o for o in done if "numbers" in o.made]):
@@ -326,7 +387,9 @@ class _Driver:
                 break
         if not changed:
             return
-        words = f"{self.folder} has {len(done)} finished points, and since then: {'; '.join(changed)}"
+        words = (
+            f"{self.folder} has {len(done)} finished points, and since then: {'; '.join(changed)}"
+        )
         if not accept_changes:
             more = "with --accept-changes (accept_changes=True) the rest is run all the same"
             raise ValueError(f"{words}. Give another directory; {more}")
@@ -336,14 +399,19 @@ class _Driver:
         """Differences between the inputs of a finished point then and now."""
         case, index = find_case(self.definition.path), outcome.index
         try:
-            mechanism = build(case.scene(**self.definition.values(index)), self.definition.options.get("energy", True))
+            mechanism = build(
+                case.scene(**self.definition.values(index)),
+                self.definition.options.get("energy", True),
+            )
         except (ValueError, TypeError) as error:
             return [f"the scene can no longer be built: {error}"]
         scene, path = None, self.folder / "runs" / f"{outcome.key}.h5"
         if self.definition.files and path.exists():
             with open_result(path) as run:
                 scene = str(run.file.attrs["scene"])
-        return point_differences(outcome.made, made(mechanism, {}, {}), scene, mechanism.scene.to_json())
+        return point_differences(
+            outcome.made, made(mechanism, {}, {}), scene, mechanism.scene.to_json()
+        )
 
     def _pending(self, retry_failed: bool) -> tuple[list[Outcome], list[int]]:
         """Outcomes that are known, and points that are to be run."""
@@ -354,14 +422,20 @@ class _Driver:
             if outcome.status != LOST:
                 self.counts[outcome.status] += 1
         again = (LOST, FAILED) if retry_failed else (LOST,)
-        pending = [i for i in range(len(self.definition.points)) if i not in done or done[i].status in again]
+        pending = [
+            i
+            for i in range(len(self.definition.points))
+            if i not in done or done[i].status in again
+        ]
         for i in pending:
             if i in done and done[i].status != LOST:
                 self.counts[done[i].status] -= 1
         return list(done.values()), pending
 
     def _in_lanes(self, pending: list[int], workers: int | None) -> list[int]:
-        """Run the points that suit side by side, threads in place of workers; returns those that are left."""
+        """Run the points that suit side by side, threads in place of workers; returns those that
+        are left.
+        """
         from clearance.sweeping.together import Lanes
 
         definition, done = self.definition, set()
@@ -401,14 +475,18 @@ class _Driver:
             team.close()
 
     def _block(self, queue: Queue, places: int) -> int:
-        """Number of the next points that a worker gets at once: as many as take it a while, never too many."""
+        """Number of the next points that a worker gets at once: as many as take it a while, never
+        too many.
+        """
         if not self.blocks or not self.usual:
             return 1
         room = min(MOST_BLOCK, len(queue) // (2 * places), int(BLOCK / self.usual))
         return max(next((n for n, i in enumerate(queue.ahead(room)) if i in self.alone), room), 1)
 
     def _ended(self, outcome: Outcome, queue: Queue) -> bool:
-        """True for an outcome that is to be kept; a point that was lost with its worker is tried again."""
+        """True for an outcome that is to be kept; a point that was lost with its worker is tried
+        again.
+        """
         index = outcome.index
         if outcome.made and (changed := common_differences(outcome.made, self.now)):
             self.stop = f"a worker runs something else than the driver: {'; '.join(changed)}"
@@ -423,7 +501,9 @@ class _Driver:
             self.in_a_row += outcome.died
             self.deaths[index] = self.deaths.get(index, 0) + 1
             if outcome.reason == NO_SPACE:
-                self.stop = f"no space left in {self.folder}: make room and give the same command again"
+                self.stop = (
+                    f"no space left in {self.folder}: make room and give the same command again"
+                )
             elif self.in_a_row > ATTEMPTS * 4:
                 self.stop = f"{self.in_a_row} workers died one after the other ({outcome.reason})"
             elif self.deaths[index] < ATTEMPTS:
@@ -478,7 +558,17 @@ class _Driver:
         rate = self.ended / seconds if seconds > 0.0 else 0.0
         left = (total - self.before - self.ended) / rate if rate > 0.0 else None
         failed = self.counts[FAILED] + self.counts[LOST]
-        return Progress(total, self.before, self.counts[DONE], failed, running, seconds, rate, left, tuple(self.news))
+        return Progress(
+            total,
+            self.before,
+            self.counts[DONE],
+            failed,
+            running,
+            seconds,
+            rate,
+            left,
+            tuple(self.news),
+        )
 
     def _ways(self) -> str:
         """The ways in which the points of this call were run, and the reasons."""
@@ -488,7 +578,10 @@ class _Driver:
         if not self.blocks:
             return f"{alone} points each by itself: their metrics or their start need whole runs"
         reasons = "; ".join(sorted(self.reasons - {""})) or "the first ones, and those at the end"
-        return f"{self.together} points together in one memory, {alone} each by itself" + f": {reasons}" * (alone > 0)
+        return (
+            f"{self.together} points together in one memory, {alone} each by itself"
+            + f": {reasons}" * (alone > 0)
+        )
 
     def _save(self) -> Sweep:
         """Bring the index up to date."""

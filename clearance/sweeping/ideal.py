@@ -17,11 +17,12 @@ _made: dict[tuple, dict | None] = {}
 
 
 def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
-    """Position [m] and acceleration [m/s2] along its guide of each body that slides on the ground, at the samples of
-    a run; None where nothing slides or ideal joints leave a freedom, so that there is no one ideal motion.
+    """Position [m] and acceleration [m/s2] along its guide of each body that slides on the ground,
+    at the samples of a run; None where nothing slides or ideal joints leave a freedom, so that
+    there is no one ideal motion.
 
-    Where one drive at constant speed moves everything the motion is that at unit speed, stretched: it is worked out
-    once for all speeds.
+    Where one drive at constant speed moves everything the motion is that at unit speed, stretched:
+    it is worked out once for all speeds.
     """
     return stretched(unit_motion(scene, span, described), rate_of(described))
 
@@ -32,13 +33,17 @@ def stretched(motion: dict | None, rate: float) -> dict | None:
 
 
 def rate_of(described: dict) -> float:
-    """Speed of the one drive at constant speed that moves a scene [rad/s or m/s]; 1 where it is not so."""
+    """Speed of the one drive at constant speed that moves a scene [rad/s or m/s]; 1 where it is not
+    so.
+    """
     drives = [d for d in described["loads"] if d["type"] == "Drive"]
     return abs(drives[0]["speed"]) if len(drives) == 1 and drives[0]["speed"] else 1.0
 
 
 def unit_motion(scene: Scene, span: Span, described: dict) -> dict | None:
-    """The ideal motion at unit speed where one drive moves everything, else as it is; see `ideal_motion`."""
+    """The ideal motion at unit speed where one drive moves everything, else as it is; see
+    `ideal_motion`.
+    """
     slides = guides(described)
     if not slides:
         return None
@@ -58,11 +63,20 @@ def unit_motion(scene: Scene, span: Span, described: dict) -> dict | None:
 def _kinematics(scene: dict, steady: bool) -> tuple:
     """Parts of a scene's description on which the ideal motion depends."""
     bodies = tuple(
-        (b["name"], str(b["points"]), str(b["com"]), b["angle"], str(b["position"])) for b in scene["bodies"]
+        (b["name"], str(b["points"]), str(b["com"]), b["angle"], str(b["position"]))
+        for b in scene["bodies"]
     )
-    joints = tuple((j["name"], str(j["a"]), str(j["b"]), str(j.get("axis")), j.get("angle")) for j in scene["joints"])
+    joints = tuple(
+        (j["name"], str(j["a"]), str(j["b"]), str(j.get("axis")), j.get("angle"))
+        for j in scene["joints"]
+    )
     drives = tuple(
-        (str(d["target"]), d["speed"] > 0.0 if steady else d["speed"], str(d["motion"]), str(d["start"]))
+        (
+            str(d["target"]),
+            d["speed"] > 0.0 if steady else d["speed"],
+            str(d["motion"]),
+            str(d["start"]),
+        )
         for d in scene["loads"]
         if d["type"] == "Drive"
     )
@@ -70,10 +84,17 @@ def _kinematics(scene: dict, steady: bool) -> tuple:
 
 
 def moves(place: tuple) -> bool:
-    """True where the ideal motion depends on a number of a scene's description, the speed of a drive left out."""
+    """True where the ideal motion depends on a number of a scene's description, the speed of a
+    drive left out.
+    """
     part, _, field, *_ = (*place, None, None)
-    numbers = {"bodies": ("points", "com", "angle", "position"), "joints": ("a", "b", "axis", "angle")}
-    return field in numbers.get(part, ()) or part == "loads" and field in ("target", "motion", "start")
+    numbers = {
+        "bodies": ("points", "com", "angle", "position"),
+        "joints": ("a", "b", "axis", "angle"),
+    }
+    return (
+        field in numbers.get(part, ()) or part == "loads" and field in ("target", "motion", "start")
+    )
 
 
 def _moving(scene: Scene, rate: float) -> Scene:

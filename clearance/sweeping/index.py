@@ -1,6 +1,9 @@
-"""Reading a sweep: its metrics as one table or labelled array, its runs one by one. Needs files only.
+"""Reading a sweep: its metrics as one table or labelled array, its runs one by one.
 
-The index `sweep.h5` is made from the journal, and where there is none from the runs: nothing is lost with it.
+Needs files only.
+
+The index `sweep.h5` is made from the journal, and where there is none from the runs: nothing is
+lost with it.
 """
 
 import json
@@ -31,10 +34,11 @@ RUN_COLUMNS = {
 
 
 class Sweep(Drawn):
-    """A sweep directory: `dataset` (xarray), `table` (pandas), `run(speed=..., clearance=...)`, `columns` and `metrics`
-    as plain arrays over the points.
+    """A sweep directory: `dataset` (xarray), `table` (pandas), `run(speed=..., clearance=...)`,
+    `columns` and `metrics` as plain arrays over the points.
 
-    Raises FileNotFoundError where there is no sweep, ValueError for one of a newer format or another kind of file.
+    Raises FileNotFoundError where there is no sweep, ValueError for one of a newer format or
+    another kind of file.
     """
 
     def __init__(self, folder: str | Path):
@@ -46,7 +50,9 @@ class Sweep(Drawn):
             raise FileNotFoundError(f"no sweep in {self.folder}: it has no sweep.json{hint}")
         self.definition = definition
         self.count = len(definition.points)
-        numbers = _from_index(self.folder, definition) or _from_outcomes(self.count, *outcomes(self.folder, definition))
+        numbers = _from_index(self.folder, definition) or _from_outcomes(
+            self.count, *outcomes(self.folder, definition)
+        )
         self.status, self.reason, self.costs, self.metrics, self.known = numbers
 
     def write(self) -> Path:
@@ -62,14 +68,25 @@ class Sweep(Drawn):
         for i, (names, _) in enumerate(definition.points.axes):
             runs[f"place_{i}"] = "1", f"place along axis {'_'.join(names)}", places[i]
         attributes = {
-            "format_version": definitions.FORMAT_VERSION, "definition": definition.to_json(), "case": definition.case,
+            "format_version": definitions.FORMAT_VERSION,
+            "definition": definition.to_json(),
+            "case": definition.case,
             "journal_bytes": _size(self.folder / "journal.jsonl"),
-        }  # fmt: skip
+        }
         units = definition.units
         tables: dict[str, tuple[dict, Table]] = {
-            "parameters": ({}, {n: (units.get(n, "?"), n, np.array(v)) for n, v in definition.points.columns.items()}),
+            "parameters": (
+                {},
+                {
+                    n: (units.get(n, "?"), n, np.array(v))
+                    for n, v in definition.points.columns.items()
+                },
+            ),
             "runs": ({}, runs),
-            "metrics": ({}, {n: (*self.known.get(n, ("?", n)), v) for n, v in self.metrics.items()}),
+            "metrics": (
+                {},
+                {n: (*self.known.get(n, ("?", n)), v) for n, v in self.metrics.items()},
+            ),
         }
         return save_tables(self.folder / "sweep.h5", definitions.FORMAT, attributes, tables)
 
@@ -98,14 +115,16 @@ class Sweep(Drawn):
     def table(self):
         """Parameters, status and metrics, a row a point, as a pandas DataFrame."""
         pandas = extra("pandas")
-        frame = pandas.DataFrame(self.columns | {"status": self.status, "reason": self.reason} | self.metrics)
+        frame = pandas.DataFrame(
+            self.columns | {"status": self.status, "reason": self.reason} | self.metrics
+        )
         frame.attrs["units"] = self.definition.units | {n: u for n, (u, _) in self.known.items()}
         return frame
 
     @cached_property
     def dataset(self):
-        """Metrics over the swept parameters, as an xarray Dataset: a grid has a dimension for each parameter, lists
-        that go together share one, samples have the dimension `run`.
+        """Metrics over the swept parameters, as an xarray Dataset: a grid has a dimension for each
+        parameter, lists that go together share one, samples have the dimension `run`.
         """
         xarray = extra("xarray")
         dims, coordinates = [], {}
@@ -115,15 +134,22 @@ class Sweep(Drawn):
             stride = int(np.prod(self.shape[i + 1 :], dtype=int))
             at = np.arange(count) * stride
             for name in self.definition.points.varying(names):
-                coordinates[name] = (dims[-1], self.columns[name][at], {"units": self.definition.units.get(name, "?")})
+                coordinates[name] = (
+                    dims[-1],
+                    self.columns[name][at],
+                    {"units": self.definition.units.get(name, "?")},
+                )
         data = {}
         for name, values in {"status": self.status, "reason": self.reason, **self.metrics}.items():
             units, text = self.known.get(name, ("", name))
             data[name] = (dims, values.reshape(self.shape), {"units": units, "long_name": text})
-        return xarray.Dataset(data, coordinates, {"case": self.definition.case, "folder": str(self.folder)})
+        return xarray.Dataset(
+            data, coordinates, {"case": self.definition.case, "folder": str(self.folder)}
+        )
 
     def select(self, nearest: bool = False, **values) -> np.ndarray:
-        """Places of the points where parameters have these values, numbers to six digits, or those nearest to them.
+        """Places of the points where parameters have these values, numbers to six digits, or those
+        nearest to them.
 
         Raises ValueError for a parameter that is not swept, and for a value that was not.
         """
@@ -139,7 +165,9 @@ class Sweep(Drawn):
                 fits = column == wanted
             if not np.any(fits):
                 near = list(dict.fromkeys(column.tolist()))
-                raise ValueError(f"{name}={wanted!r} was not swept; there are {', '.join(map(str, near[:20]))}")
+                raise ValueError(
+                    f"{name}={wanted!r} was not swept; there are {', '.join(map(str, near[:20]))}"
+                )
             chosen &= fits
         return np.flatnonzero(chosen)
 
@@ -156,7 +184,8 @@ class Sweep(Drawn):
             chosen = self.select(nearest=method == "nearest", **values)
             if len(chosen) != 1:
                 raise ValueError(
-                    f"{len(chosen)} points fit {values}; name a value of each of {', '.join(self.columns)}"
+                    f"{len(chosen)} points fit {values}; name a value of each of "
+                    f"{', '.join(self.columns)}"
                 )
             index = int(chosen[0])
         if not 0 <= index < self.count:
@@ -165,7 +194,9 @@ class Sweep(Drawn):
             raise ValueError(f"{self.folder} keeps no run files: it was made with summaries only")
         path = self.path(index)
         if not path.exists():
-            why = self.reason[index] or ("it is lost; sweep again" if self.done[index] else "it has not been run")
+            why = self.reason[index] or (
+                "it is lost; sweep again" if self.done[index] else "it has not been run"
+            )
             raise ValueError(f"point {index} ({self.definition.says(index)}) has no file: {why}")
         return open_result(path)
 
@@ -177,7 +208,9 @@ class Sweep(Drawn):
         return self.count
 
     def __repr__(self) -> str:
-        swept = " x ".join(f"{'_'.join(names)} ({count})" for names, count in self.definition.points.axes)
+        swept = " x ".join(
+            f"{'_'.join(names)} ({count})" for names, count in self.definition.points.axes
+        )
         counts = dict(zip(*np.unique(self.status, return_counts=True), strict=True))
         return f"<Sweep of {self.definition.case} over {swept}: {', '.join(f'{c} {s}' for s, c in counts.items())}>"
 
@@ -187,7 +220,9 @@ def _size(path: Path) -> int:
 
 
 #: status, reason, costs, metrics, and units and text of each metric
-Numbers = tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray], dict[str, tuple[str, str]]]
+Numbers = tuple[
+    np.ndarray, np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray], dict[str, tuple[str, str]]
+]
 
 
 def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | None:
@@ -196,20 +231,32 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
     if not path.exists():
         return None
     try:
-        with open_checked(path, "sweep index", definitions.FORMAT, definitions.FORMAT_VERSION) as file:
+        with open_checked(
+            path, "sweep index", definitions.FORMAT, definitions.FORMAT_VERSION
+        ) as file:
             about, names = file.attributes(), file.names("metrics")
-            if journal and about["journal_bytes"] != journal or about["definition"] != definition.to_json():
+            if (
+                journal
+                and about["journal_bytes"] != journal
+                or about["definition"] != definition.to_json()
+            ):
                 return None
             status, reason = (file.column(f"runs/{n}") for n in ("status", "reason"))
             costs = {n: file.column(f"runs/{n}") for n in RUN_COLUMNS}
             metrics = {n: file.column(f"metrics/{n}") for n in names}
             described = {
-                n: tuple(file.attribute(f"metrics/{n}", what) for what in ("units", "long_name")) for n in names
+                n: tuple(file.attribute(f"metrics/{n}", what) for what in ("units", "long_name"))
+                for n in names
             }
             numbers = [*costs.values(), *metrics.values()]
-            if any(v.shape != (len(definition.points),) or v.dtype.kind not in "iuf" for v in numbers):
+            if any(
+                v.shape != (len(definition.points),) or v.dtype.kind not in "iuf" for v in numbers
+            ):
                 raise Damaged(f"{path}: its columns do not have a number for each point")
-            if any(v.shape != (len(definition.points),) or v.dtype.kind != "U" for v in (status, reason)):
+            if any(
+                v.shape != (len(definition.points),) or v.dtype.kind != "U"
+                for v in (status, reason)
+            ):
                 raise Damaged(f"{path}: its columns do not have a text for each point")
     except NewerFormat:
         raise
@@ -219,7 +266,9 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
     return status, reason, costs, metrics, described
 
 
-def _from_outcomes(count: int, outcomes: Iterable[Outcome], described: dict[str, tuple[str, str]]) -> Numbers:
+def _from_outcomes(
+    count: int, outcomes: Iterable[Outcome], described: dict[str, tuple[str, str]]
+) -> Numbers:
     status, reason = np.full(count, MISSING, dtype=object), np.full(count, "", dtype=object)
     costs = {n: np.zeros(count) for n in RUN_COLUMNS}
     metrics: dict[str, np.ndarray] = {}
@@ -235,9 +284,11 @@ def _from_outcomes(count: int, outcomes: Iterable[Outcome], described: dict[str,
     return status.astype(str), reason.astype(str), costs, metrics, described
 
 
-def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Outcome], dict[str, tuple[str, str]]]:
-    """The last outcome of each point, of the journal and of run files that it does not know; units and text of each
-    metric.
+def outcomes(
+    folder: Path, definition: definitions.Definition
+) -> tuple[list[Outcome], dict[str, tuple[str, str]]]:
+    """The last outcome of each point, of the journal and of run files that it does not know; units
+    and text of each metric.
     """
     by_point: dict[int, Outcome] = {}
     described: dict[str, tuple[str, str]] = {}
@@ -256,8 +307,12 @@ def outcomes(folder: Path, definition: definitions.Definition) -> tuple[list[Out
     return list(by_point.values()), described
 
 
-def _index_outcomes(folder: Path, definition: definitions.Definition) -> tuple[dict[int, Outcome], dict]:
-    """Outcomes from the index of a sweep without its journal; none where runs have files, which are read instead."""
+def _index_outcomes(
+    folder: Path, definition: definitions.Definition
+) -> tuple[dict[int, Outcome], dict]:
+    """Outcomes from the index of a sweep without its journal; none where runs have files, which are
+    read instead.
+    """
     if definition.files or (numbers := _from_index(folder, definition)) is None:
         return {}, {}
     status, reason, costs, metrics, described = numbers
@@ -266,8 +321,15 @@ def _index_outcomes(folder: Path, definition: definitions.Definition) -> tuple[d
         values = {n: float(v[i]) for n, v in metrics.items()}
         cost = {n: v[i].item() for n, v in costs.items()}
         by_point[i] = Outcome(
-            i, definition.keys[i], str(status[i]), str(reason[i]), values, described, recovered=True, **cost
-        )  # fmt: skip
+            i,
+            definition.keys[i],
+            str(status[i]),
+            str(reason[i]),
+            values,
+            described,
+            recovered=True,
+            **cost,
+        )
     return by_point, described
 
 
@@ -280,13 +342,24 @@ def from_file(path: Path, index: int, key: str) -> Outcome | None:
                 return None
             says = json.loads(about["known"])
             solver = run.solver
-            reason = about.get("missing", "") if run.complete else run.status.removeprefix("partial: ")
+            reason = (
+                about.get("missing", "") if run.complete else run.status.removeprefix("partial: ")
+            )
             return Outcome(
-                index, key, DONE if run.complete else FAILED, reason,
-                {n: float(v) for n, v in facts.items()}, {n: tuple(k) for n, k in says.items()}, len(run.warnings),
-                float(solver["wall_s"]), float(solver["loop_s"]), int(solver["steps"]), *checked(path),
-                made=json.loads(about.get("made", "{}")), recovered=True,
-            )  # fmt: skip
+                index,
+                key,
+                DONE if run.complete else FAILED,
+                reason,
+                {n: float(v) for n, v in facts.items()},
+                {n: tuple(k) for n, k in says.items()},
+                len(run.warnings),
+                float(solver["wall_s"]),
+                float(solver["loop_s"]),
+                int(solver["steps"]),
+                *checked(path),
+                made=json.loads(about.get("made", "{}")),
+                recovered=True,
+            )
     except (OSError, ValueError, TypeError):
         return None
 
@@ -300,7 +373,9 @@ def checked(path: Path) -> tuple[int, int]:
     return size, check
 
 
-def verified(folder: Path, definition: definitions.Definition, listed: list[Outcome]) -> Iterator[Outcome]:
+def verified(
+    folder: Path, definition: definitions.Definition, listed: list[Outcome]
+) -> Iterator[Outcome]:
     """Outcomes whose files are what they were when they were written; a broken file is put aside."""
     for outcome in listed:
         path = folder / "runs" / f"{outcome.key}.h5"
@@ -314,5 +389,8 @@ def verified(folder: Path, definition: definitions.Definition, listed: list[Outc
 
 
 def open_sweep(folder: str | Path) -> Sweep:
-    """Open a sweep directory for reading. Raises FileNotFoundError or ValueError with a clear reason."""
+    """Open a sweep directory for reading.
+
+    Raises FileNotFoundError or ValueError with a clear reason.
+    """
     return Sweep(folder)

@@ -1,7 +1,8 @@
 """Finished points of a sweep, a line of JSON each or a block of them, only ever appended to.
 
-Points that ran together in one memory share a line: {"block": columns by name, metrics among them, "made": ..., ...}.
-Only the driver writes it. A line that a kill or a full disk cut short is taken off before the next is appended.
+Points that ran together in one memory share a line: {"block": columns by name, metrics among them,
+"made": ..., ...}. Only the driver writes it. A line that a kill or a full disk cut short is taken
+off before the next is appended.
 """
 
 import json
@@ -23,12 +24,15 @@ ALONE = "alone"  # the reason of one that must not share a block again: its bloc
 class Outcome:
     """Outcome of one point.
 
-    key: the point's name, "" where no worker tells but its team. status: done; failed (the run itself, which will fail
-    again); lost (a worker died, a disk was full: try again). reason: why, or which own metrics of a run are missing.
+    key: the point's name, "" where no worker tells but its team. status: done; failed (the run
+        itself, which will fail again); lost (a worker died, a disk was full: try again). reason:
+        why, or which own metrics of a run are missing.
     metrics: values by name; known: units and text of metrics
-    that this journal has not named before. wall: seconds in all, loop: of these in the compiled loop; size and check:
-    bytes and CRC-32 of the run's file; made: what it was run with, see made.py;
-    recovered: told by the run's file or the index, the journal does not know it; together: run in the memory of others;
+    that this journal has not named before. wall: seconds in all, loop: of these in the compiled
+    loop; size and check: bytes and CRC-32 of the run's file; made: what it was run with, see
+    made.py;
+    recovered: told by the run's file or the index, the journal does not know it; together: run in
+        the memory of others;
     alone: why it was not, for the driver only.
     """
 
@@ -69,7 +73,9 @@ class Journal:
             self.named.update(outcome.known)
 
     def add(self, *outcomes: Outcome) -> None:
-        """Append outcomes; they are out of this process's hands when this returns, a block of them on the disk."""
+        """Append outcomes; they are out of this process's hands when this returns, a block of them
+        on the disk.
+        """
         block = [o for o in outcomes if o.together and o.status == DONE and not o.reason]
         lines = [self._line(o) for o in outcomes if o not in block]
         lines += [self._block(list(alike)) for _, alike in groupby(block, _shared)]
@@ -103,7 +109,9 @@ class Journal:
         return fresh
 
     def _take_back(self, place: int) -> None:
-        """Nothing of a line that could not be written whole stays, neither in the file nor waiting to be written."""
+        """Nothing of a line that could not be written whole stays, neither in the file nor waiting
+        to be written.
+        """
         raw = self.file.detach()
         raw.truncate(place)
         raw.close()
@@ -153,7 +161,9 @@ def _outcomes(document: dict) -> list[Outcome]:
         raise ValueError
     outcomes = []
     for i, row in enumerate(zip(*rest.values(), strict=True)):
-        entry = dict(zip(rest, row, strict=True)) | {"metrics": {n: v[i] for n, v in metrics.items()}}
+        entry = dict(zip(rest, row, strict=True)) | {
+            "metrics": {n: v[i] for n, v in metrics.items()}
+        }
         outcomes.append(_outcome(about | entry | {"status": DONE, "together": True}))
     return outcomes
 
@@ -170,12 +180,20 @@ def _outcome(document: dict) -> Outcome:
     plain = ("index", "warnings", "steps", "size", "check")
     counts: dict[str, Any] = {name: _count(getattr(outcome, name)) for name in plain}
     return replace(
-        outcome, known=described, metrics=metrics, wall=float(outcome.wall), loop=float(outcome.loop), **counts
+        outcome,
+        known=described,
+        metrics=metrics,
+        wall=float(outcome.wall),
+        loop=float(outcome.loop),
+        **counts,
     )
 
 
 def _count(value) -> int:
-    """A whole number from 0 on, also one that was kept as 3.0. Raises ValueError or TypeError for what is none."""
+    """A whole number from 0 on, also one that was kept as 3.0.
+
+    Raises ValueError or TypeError for what is none.
+    """
     if isinstance(value, str | bool) or value != int(value) or value < 0:
         raise ValueError
     return int(value)

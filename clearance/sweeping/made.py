@@ -1,7 +1,9 @@
-"""Inputs of a point's run: version, files the case imports or names, text of its kernels, numbers of its scene.
+"""Inputs of a point's run: version, files the case imports or names, text of its kernels, numbers
+of its scene.
 
-The definition of a sweep says what was asked for. Each outcome says what was run, so that a sweep that goes on after an
-imported file, a law or the package has changed does not put two physics in one table.
+The definition of a sweep says what was asked for. Each outcome says what was run, so that a sweep
+that goes on after an imported file, a law or the package has changed does not put two physics in
+one table.
 """
 
 import ast
@@ -23,7 +25,9 @@ FOREIGN += (Path(__file__).resolve().parent.parent,)
 
 
 def made(mechanism: Mechanism, modules: dict[str, str], files: dict[str, str]) -> dict:
-    """Inputs of the runs of a mechanism, as plain data; modules, files: see `modules_of`, `files_named`."""
+    """Inputs of the runs of a mechanism, as plain data; modules, files: see `modules_of`,
+    `files_named`.
+    """
     scene = json.dumps(sorted(numbers(mechanism.scene.to_json()).items()))
     return common(modules, files) | {"text": mechanism.structure.digest, "numbers": _digest(scene)}
 
@@ -35,7 +39,9 @@ def common(modules: dict[str, str], files: dict[str, str] | None = None) -> dict
 
 
 def files_named(values: Iterable[object]) -> dict[str, str]:
-    """Digests of the files that values of a case's parameters name, such as `memberships=points.csv`."""
+    """Digests of the files that values of a case's parameters name, such as
+    `memberships=points.csv`.
+    """
     texts = {v for v in values if isinstance(v, str) and Path(v).suffix}
     return {text: digest(Path(text)) for text in sorted(texts) if Path(text).is_file()}
 
@@ -45,7 +51,9 @@ def _digest(text: str) -> str:
 
 
 def numbers(scene: str) -> dict[str, str]:
-    """All values of a scene's JSON by name: "joints C contact restitution" -> "0.9", numbers to nine digits."""
+    """All values of a scene's JSON by name: "joints C contact restitution" -> "0.9", numbers to
+    nine digits.
+    """
     numbers: dict[str, str] = {}
     for key, value in json.loads(scene).items():
         if key != "sources":  # the text of the kernels has the laws
@@ -59,7 +67,9 @@ def _name(numbers: dict[str, str], name: str, value: object) -> None:
             _name(numbers, f"{name} {key}", entry)
     elif isinstance(value, list):
         for i, entry in enumerate(value):
-            _name(numbers, f"{name} {entry.get('name', i) if isinstance(entry, dict) else i}", entry)
+            _name(
+                numbers, f"{name} {entry.get('name', i) if isinstance(entry, dict) else i}", entry
+            )
     elif name.endswith(" law"):  # a case file's module is called otherwise in each process
         numbers[name] = str(value).rpartition(":")[2]
     else:
@@ -78,26 +88,39 @@ def common_differences(before: dict, now: dict) -> list[str]:
     differences += [f"the imported module {n} has been changed" for n in changed]
     there = now.get("files", {})
     return differences + [
-        f"the file {n} has been changed" for n, d in before.get("files", {}).items() if there.get(n) != d
+        f"the file {n} has been changed"
+        for n, d in before.get("files", {}).items()
+        if there.get(n) != d
     ]
 
 
 def point_differences(before: dict, now: dict, before_scene: str | None, scene: str) -> list[str]:
-    """Changes of a point's inputs, in words; kept: JSON of the scene that was run, where its file says it."""
-    differences = ["the law or kernel text has been changed"] if before.get("text") != now["text"] else []
+    """Changes of a point's inputs, in words; kept: JSON of the scene that was run, where its file
+    says it.
+    """
+    differences = (
+        ["the law or kernel text has been changed"] if before.get("text") != now["text"] else []
+    )
     if before.get("numbers") == now["numbers"]:
         return differences
     one, two = numbers(before_scene) if before_scene else {}, numbers(scene)
-    changed = [n for n in dict.fromkeys([*one, *two]) if one.get(n) != two.get(n)] if before_scene else []
+    changed = (
+        [n for n in dict.fromkeys([*one, *two]) if one.get(n) != two.get(n)] if before_scene else []
+    )
     if not changed:
         return [*differences, "the scene's numbers have been changed"]
     first = changed[0]
     more = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
-    return [*differences, f"{first} was {one.get(first, 'not there')}, is now {two.get(first, 'not there')}{more}"]
+    return [
+        *differences,
+        f"{first} was {one.get(first, 'not there')}, is now {two.get(first, 'not there')}{more}",
+    ]
 
 
 def modules_of(paths: Iterable[Path]) -> dict[str, str]:
-    """Digests of the user's own modules that files import, directly or not, by name; the files themselves left out."""
+    """Digests of the user's own modules that files import, directly or not, by name; the files
+    themselves left out.
+    """
     digests: dict[str, str] = {}
     todo = [(Path(path), "") for path in paths]
     while todo:
@@ -106,7 +129,9 @@ def modules_of(paths: Iterable[Path]) -> dict[str, str]:
             place = None if name in digests else _own_file(name)
             if place is not None:
                 digests[name] = digest(place)
-                todo.append((place, name if place.name == "__init__.py" else name.rpartition(".")[0]))
+                todo.append(
+                    (place, name if place.name == "__init__.py" else name.rpartition(".")[0])
+                )
     return dict(sorted(digests.items()))
 
 

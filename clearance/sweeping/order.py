@@ -1,7 +1,7 @@
 """Order of the points: the longest first, so that no long run is left to the end alone.
 
-How long a run takes is guessed from its neighbours: points far apart are tried first, and each time the number of
-finished runs has doubled the rest is sorted by what the nearest finished point took.
+How long a run takes is guessed from its neighbours: points far apart are tried first, and each time
+the number of finished runs has doubled the rest is sorted by what the nearest finished point took.
 """
 
 from collections import deque
@@ -49,8 +49,12 @@ class Queue:
         cost = np.array([self.wall[i] for i in done])
         rest = np.array(self.waiting)
         guess = np.empty(len(rest))
-        for part in np.array_split(np.arange(len(rest)), max(len(rest) * len(done) // 1_000_000, 1)):
-            distance = ((self.place[rest[part], None, :] - self.place[None, done, :]) ** 2).sum(axis=2)
+        for part in np.array_split(
+            np.arange(len(rest)), max(len(rest) * len(done) // 1_000_000, 1)
+        ):
+            distance = ((self.place[rest[part], None, :] - self.place[None, done, :]) ** 2).sum(
+                axis=2
+            )
             guess[part] = cost[distance.argmin(axis=1)]
         self.waiting = deque(rest[np.argsort(-guess, kind="stable")].tolist())
 
@@ -61,7 +65,9 @@ def _places(points: Points) -> np.ndarray:
     for values in points.columns.values():
         distinct = sorted(set(values), key=lambda v: (isinstance(v, str), v))
         rank = {v: i for i, v in enumerate(distinct)}
-        scale = 1.0 if any(isinstance(v, str) for v in distinct) else 1.0 / max(len(distinct) - 1, 1)
+        scale = (
+            1.0 if any(isinstance(v, str) for v in distinct) else 1.0 / max(len(distinct) - 1, 1)
+        )
         columns.append(np.array([rank[v] * scale for v in values]))
     return np.stack(columns, axis=1)
 

@@ -1,16 +1,19 @@
-"""Metrics of a point of a sweep: those of a run, but in place of extremes that grow with its length means over turns.
+"""Metrics of a point of a sweep: those of a run, but in place of extremes that grow with its length
+means over turns.
 
-The largest value of a dry run grows with the number of its turns, 2.65 times the mean of turn peaks after 10 turns of a
-slider-crank, 3.56 times after 500. Where some joint is dry the extremes are therefore left out, and there are
+The largest value of a dry run grows with the number of its turns, 2.65 times the mean of turn peaks
+after 10 turns of a slider-crank, 3.56 times after 500. Where some joint is dry the extremes are
+therefore left out, and there are
 
-  <name>_peak_mean                of a quantity of turns.py: mean over turns of its largest value in a turn
-  <name>_peak_mean_half_width     half of the 95 % interval of that mean, of eight turns or more
+  <name>_peak_mean                of a quantity of turns.py: mean over turns of its largest value in
+  a turn <name>_peak_mean_half_width     half of the 95 % interval of that mean, of eight turns or
+  more
   <name>_peak_q90, _q99           exceeded in one turn of 10, of 100; of 50 and 500 turns or more
   <body>_position_deviation_peak_mean   from the mechanism with ideal joints, as above [m]
   <metric>_half_width             of rms efforts, impacts and energy in a turn
 
-Other scenes have their extremes, and `<name>_peak_mean` of forces, efforts and accelerations beside them, which can be
-compared with those of dry points.
+Other scenes have their extremes, and `<name>_peak_mean` of forces, efforts and accelerations beside
+them, which can be compared with those of dry points.
 """
 
 import math
@@ -30,7 +33,9 @@ PEAK = "_peak"
 RATES = ("_per_turn", "_rms")
 
 
-def of_point(record: Record, settle: float | None = None, ideal: dict | None = None) -> dict[str, Metric]:
+def of_point(
+    record: Record, settle: float | None = None, ideal: dict | None = None
+) -> dict[str, Metric]:
     """Metrics of a run that do not depend on its length; arguments as those of `metrics`."""
     values, window = metrics(record, settle, ideal), Window.of(record, settle)
     if window is None or window.turns is None:
@@ -39,7 +44,9 @@ def of_point(record: Record, settle: float | None = None, ideal: dict | None = N
     last = begin + window.turns + ROUNDING
     if not is_dry(record.scene):
         peaks = by_turn(record, begin, last, forces=True)
-        return values | {f"{n}_mean": Metric(_mean(s), s.units, _words(s)) for n, s in peaks.items()}
+        return values | {
+            f"{n}_mean": Metric(_mean(s), s.units, _words(s)) for n, s in peaks.items()
+        }
     by_name = by_turn(record, begin, last)
     if not by_name:
         return values
@@ -49,7 +56,9 @@ def of_point(record: Record, settle: float | None = None, ideal: dict | None = N
 
 
 def is_dry(scene: dict) -> bool:
-    """True for a scene's description with a joint whose surfaces touch and have no film between them."""
+    """True for a scene's description with a joint whose surfaces touch and have no film between
+    them.
+    """
     return any(j.get("contact") and not j.get("film") for j in scene["joints"])
 
 
@@ -65,14 +74,24 @@ def statistics(by_name: dict[str, Series], beside: dict[str, Metric]) -> Found:
             yield from _quantiles(name, one)
         elif interval and name in beside:
             half = _of_rms(one) if name.endswith("_rms") else interval.half_width
-            yield f"{name}_half_width", half, one.units, f"half of the 95 % interval: {beside[name].text}"
+            yield (
+                f"{name}_half_width",
+                half,
+                one.units,
+                f"half of the 95 % interval: {beside[name].text}",
+            )
 
 
 def _quantiles(name: str, one: Series) -> Iterator[tuple]:
     for share in SHARES:
         if series.told(one.values.size, share):
             text = f"exceeded in one turn of {round(1.0 / (1.0 - share))}: {one.text.removesuffix(' in a turn')}"
-            yield f"{name}_q{round(100 * share)}", float(np.quantile(one.values, share)), one.units, text
+            yield (
+                f"{name}_q{round(100 * share)}",
+                float(np.quantile(one.values, share)),
+                one.units,
+                text,
+            )
 
 
 def _of_rms(one: Series) -> float:

@@ -12,15 +12,16 @@ from clearance import checks
 
 KINDS = ("latin", "random")
 Axis = tuple[str, ...]
-OUTER_COMMA = re.compile(r",(?![^(]*\))")  # not in the brackets of a law such as impact(damping=1,depth=2)
+# not in the brackets of a law such as impact(damping=1,depth=2)
+OUTER_COMMA = re.compile(r",(?![^(]*\))")
 
 
 @dataclass(frozen=True)
 class Points:
     """Values of the swept parameters, point by point.
 
-    columns: name -> one value a point; axes: what varies together, with its number of values: (("speed",), 20),
-    (("clearance",), 10) for a grid of 200 points, the last axis fastest.
+    columns: name -> one value a point; axes: what varies together, with its number of values:
+        (("speed",), 20), (("clearance",), 10) for a grid of 200 points, the last axis fastest.
     """
 
     columns: dict[str, tuple]
@@ -45,7 +46,9 @@ class Points:
         return tuple(n for n in self.columns if n not in named)
 
     def varying(self, names: Axis) -> Axis:
-        """Parameters that vary along an axis: those it is named after, or of samples those that were drawn."""
+        """Parameters that vary along an axis: those it is named after, or of samples those that
+        were drawn.
+        """
         return self.drawn or names if names == ("run",) else names
 
     def __mul__(self, other: "Points") -> "Points":
@@ -56,7 +59,10 @@ class Points:
             raise ValueError("points: draw all parameters in one call of sampled")
         if (count := len(self) * len(other)) > MOST:
             raise ValueError(f"points: {count} are too many, a sweep has at most {MOST}")
-        columns = {n: tuple(v for v in values for _ in range(len(other))) for n, values in self.columns.items()}
+        columns = {
+            n: tuple(v for v in values for _ in range(len(other)))
+            for n, values in self.columns.items()
+        }
         columns |= {n: tuple(values) * len(self) for n, values in other.columns.items()}
         return Points(columns, self.axes + other.axes, self.sampled or other.sampled)
 
@@ -65,12 +71,17 @@ class Points:
 
         Raises ValueError for what is no such value.
         """
-        columns = {n: tuple(plain(n, v, kinds[n], self.sampled) for v in vs) for n, vs in self.columns.items()}
+        columns = {
+            n: tuple(plain(n, v, kinds[n], self.sampled) for v in vs)
+            for n, vs in self.columns.items()
+        }
         return Points(columns, self.axes, self.sampled)
 
 
 def plain(name: str, value: Any, kind: type, drawn: bool = False) -> Any:
-    """A value of this kind: 10 for a float is 10.0, so that it is the same point however it was written."""
+    """A value of this kind: 10 for a float is 10.0, so that it is the same point however it was
+    written.
+    """
     value = value.item() if hasattr(value, "item") else value
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if kind is float and number:
@@ -109,7 +120,8 @@ def _values(name: str, given: object, distinct: bool = True) -> tuple:
 
 
 def grid(**values) -> Points:
-    """Every combination of the values of each parameter, SI units: `grid(speed=[20, 30], clearance=np.geomspace(...))`.
+    """Every combination of the values of each parameter, SI units: `grid(speed=[20, 30],
+    clearance=np.geomspace(...))`.
 
     Raises ValueError for an empty range, a value that stands twice or is not finite.
     """
@@ -130,7 +142,10 @@ def zipped(**values) -> Points:
     columns = {n: _values(n, given, distinct=False) for n, given in values.items()}
     lengths = {n: len(v) for n, v in columns.items()}
     if len(set(lengths.values())) > 1:
-        raise ValueError(f"zipped: lists of different lengths: {', '.join(f'{n} {k}' for n, k in lengths.items())}")
+        raise ValueError(
+            f"zipped: lists of different lengths: "
+            f"{', '.join(f'{n} {k}' for n, k in lengths.items())}"
+        )
     rows = list(zip(*columns.values(), strict=True))
     if len(set(rows)) != len(rows):
         raise ValueError("zipped: a point stands twice")
@@ -138,10 +153,12 @@ def zipped(**values) -> Points:
 
 
 def sampled(count: int, *, kind: str = "latin", seed: int = 0, **ranges) -> Points:
-    """Points drawn from a box, for each parameter its (low, high), or (low, high, "log") for a logarithmic one.
+    """Points drawn from a box, for each parameter its (low, high), or (low, high, "log") for a
+    logarithmic one.
 
-    kind: "latin" (Latin hypercube: each parameter is spread evenly) or "random"; seed: the same seed, the same points.
-    A list in place of a range is drawn from evenly. Raises ValueError for bad ranges.
+    kind: "latin" (Latin hypercube: each parameter is spread evenly) or "random"; seed: the same
+        seed, the same points. A list in place of a range is drawn from evenly. Raises ValueError
+        for bad ranges.
     """
     from scipy.stats import qmc
 
@@ -154,7 +171,9 @@ def sampled(count: int, *, kind: str = "latin", seed: int = 0, **ranges) -> Poin
     box = {name: _Range.of(name, given) for name, given in ranges.items()}
     random = np.random.default_rng(seed)
     unit = (
-        qmc.LatinHypercube(len(box), rng=random).random(count) if kind == "latin" else random.random((count, len(box)))
+        qmc.LatinHypercube(len(box), rng=random).random(count)
+        if kind == "latin"
+        else random.random((count, len(box)))
     )
     columns = {name: tuple(map(r, unit[:, i])) for i, (name, r) in enumerate(box.items())}
     return Points(columns, ((("run",), count),), sampled=True)
@@ -173,7 +192,11 @@ class _Range:
     def of(cls, name: str, given) -> "_Range":
         if isinstance(given, list | np.ndarray):
             return cls(choice=_values(name, given))
-        if not isinstance(given, tuple) or len(given) not in (2, 3) or (len(given) == 3 and given[2] != "log"):
+        if (
+            not isinstance(given, tuple)
+            or len(given) not in (2, 3)
+            or (len(given) == 3 and given[2] != "log")
+        ):
             raise ValueError(
                 f'{name}: expected (low, high) or (low, high, "log") or a list to draw from, got {given!r}'
             )
@@ -181,7 +204,9 @@ class _Range:
         if not low < high:
             raise ValueError(f"{name}: the range from {low:g} to {high:g} is empty")
         if len(given) == 3 and low <= 0.0:
-            raise ValueError(f"{name}: a logarithmic range must be positive, got {low:g} to {high:g}")
+            raise ValueError(
+                f"{name}: a logarithmic range must be positive, got {low:g} to {high:g}"
+            )
         return cls(low, high, len(given) == 3)
 
     def __call__(self, share: float):
@@ -193,9 +218,11 @@ class _Range:
 
 
 def from_words(parameter, text: str) -> list:
-    """Values of a case parameter from the command line: LO:HI:N, LO:HI:N:log, or a list with commas or semicolons.
+    """Values of a case parameter from the command line: LO:HI:N, LO:HI:N:log, or a list with commas
+    or semicolons.
 
-    parameter: a catalogue.Parameter, which knows the units. Raises ValueError naming the parameter and what was given.
+    parameter: a catalogue.Parameter, which knows the units. Raises ValueError naming the parameter
+        and what was given.
     """
     if ":" in text and parameter.kind in (float, int):
         return _spread(parameter, text)
@@ -212,7 +239,9 @@ def range_from_words(parameter, text: str):
     if len(parts) == 1:
         return from_words(parameter, text)
     if len(parts) > 3 or (len(parts) == 3 and parts[2] != "log"):
-        raise ValueError(f"{parameter.name}: a range to draw from is LO:HI or LO:HI:log, got {text!r}")
+        raise ValueError(
+            f"{parameter.name}: a range to draw from is LO:HI or LO:HI:log, got {text!r}"
+        )
     return (parameter.value(parts[0]), parameter.value(parts[1]), *parts[2:])
 
 
@@ -222,14 +251,20 @@ def _spread(parameter, text: str) -> list:
         raise ValueError(f"{parameter.name}: a range is LO:HI:N or LO:HI:N:log, got {text!r}")
     low, high = (float(parameter.value(p)) for p in parts[:2])
     if not parts[2].isdigit() or int(parts[2]) < 1:
-        raise ValueError(f"{parameter.name}: the range {text!r} is empty; N must be a whole number of at least 1")
+        raise ValueError(
+            f"{parameter.name}: the range {text!r} is empty; N must be a whole number of at least 1"
+        )
     count, log = int(parts[2]), len(parts) == 4
     if count > MOST:
-        raise ValueError(f"{parameter.name}: {count} values are too many, at most {MOST} stand in a range")
+        raise ValueError(
+            f"{parameter.name}: {count} values are too many, at most {MOST} stand in a range"
+        )
     if log and min(low, high) <= 0.0:
         raise ValueError(f"{parameter.name}: a logarithmic range must be positive, got {text!r}")
     if count == 1 and low != high:
-        raise ValueError(f"{parameter.name}: a range of one value must begin where it ends, got {text!r}")
+        raise ValueError(
+            f"{parameter.name}: a range of one value must begin where it ends, got {text!r}"
+        )
     values = np.geomspace(low, high, count) if log else np.linspace(low, high, count)
     spread = [round(v) if parameter.kind is int else float(v) for v in values]
     if len(set(spread)) < count > 1:

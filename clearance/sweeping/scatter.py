@@ -1,9 +1,11 @@
-"""Scatter: the spread of metrics under parameters that vary by chance, and the share of each parameter in it.
+"""Scatter: the spread of metrics under parameters that vary by chance, and the share of each
+parameter in it.
 
-Runs at scrambled Sobol' points, in a sweep directory: two independent samples A and B of n points each, and for every
-parameter the points of A with that one of B (Saltelli, Comput. Phys. Commun. 145 (2002) 280, and 181 (2010) 259). A and
-B give quantiles and probabilities, all together first and total Sobol' indices. Intervals are those of independent
-points (95 %); Sobol' points lie more evenly, so that they are on the safe side.
+Runs at scrambled Sobol' points, in a sweep directory: two independent samples A and B of n points
+each, and for every parameter the points of A with that one of B (Saltelli, Comput. Phys. Commun.
+145 (2002) 280, and 181 (2010) 259). A and B give quantiles and probabilities, all together first
+and total Sobol' indices. Intervals are those of independent points (95 %); Sobol' points lie more
+evenly, so that they are on the safe side.
 """
 
 import json
@@ -40,9 +42,9 @@ _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*$")
 
 @dataclass(frozen=True)
 class Distribution:
-    """The distribution of a parameter: normal(mean, deviation), truncated(mean, deviation, low, high), uniform(low,
-    high), triangular(low, mode, high), or lognormal(median, factor), whose logarithm is normal: 68 % of it lie within a
-    factor of the median.
+    """The distribution of a parameter: normal(mean, deviation), truncated(mean, deviation, low,
+    high), uniform(low, high), triangular(low, mode, high), or lognormal(median, factor), whose
+    logarithm is normal: 68 % of it lie within a factor of the median.
 
     Raises ValueError naming what is wrong.
     """
@@ -53,14 +55,25 @@ class Distribution:
     def __post_init__(self):
         names = DISTRIBUTIONS.get(self.kind)
         if names is None:
-            raise ValueError(f"unknown distribution {self.kind!r}{checks.meant(self.kind, DISTRIBUTIONS)}")
+            raise ValueError(
+                f"unknown distribution {self.kind!r}{checks.meant(self.kind, DISTRIBUTIONS)}"
+            )
         if len(self.numbers) != len(names):
-            raise ValueError(f"{self.kind} has the numbers {', '.join(names)}; got {len(self.numbers)}")
-        given = {n: checks.finite(f"{self.kind}: {n}", v) for n, v in zip(names, self.numbers, strict=True)}
+            raise ValueError(
+                f"{self.kind} has the numbers {', '.join(names)}; got {len(self.numbers)}"
+            )
+        given = {
+            n: checks.finite(f"{self.kind}: {n}", v)
+            for n, v in zip(names, self.numbers, strict=True)
+        }
         if given.get("deviation", 1.0) <= 0.0:
-            raise ValueError(f"{self.kind}: the deviation must be positive, got {given['deviation']!r}")
+            raise ValueError(
+                f"{self.kind}: the deviation must be positive, got {given['deviation']!r}"
+            )
         if given.get("factor", 2.0) <= 1.0 or given.get("median", 1.0) <= 0.0:
-            raise ValueError(f"{self.kind}: the median must be positive and the factor above 1, got {self}")
+            raise ValueError(
+                f"{self.kind}: the median must be positive and the factor above 1, got {self}"
+            )
         if not given.get("low", 0.0) < given.get("high", 1.0):
             raise ValueError(f"{self.kind}: low must be below high, got {self}")
         if "mode" in given and not given["low"] <= given["mode"] <= given["high"]:
@@ -107,20 +120,27 @@ def from_words(text: str, number: Callable[[str], float] = float) -> Distributio
 
 
 def design(spread: Mapping[str, Distribution], points: int, seed: int = 0) -> tuple[Points, int]:
-    """At most so many points, and the number n of those in each sample, a power of two: A, B, then A with one of B.
+    """At most so many points, and the number n of those in each sample, a power of two: A, B, then
+    A with one of B.
 
     Raises ValueError for too few points.
     """
     from scipy.stats import qmc
 
     if not spread:
-        raise ValueError("scatter: give at least one distribution, such as clearance=normal(100um,5um)")
+        raise ValueError(
+            "scatter: give at least one distribution, such as clearance=normal(100um,5um)"
+        )
     each = points // (len(spread) + 2)
     if each < 8:
         least = 8 * (len(spread) + 2)
-        raise ValueError(f"points: {len(spread)} distributions need at least {least} points, got {points}")
+        raise ValueError(
+            f"points: {len(spread)} distributions need at least {least} points, got {points}"
+        )
     n = 2 ** int(math.log2(each))
-    shares = qmc.Sobol(2 * len(spread), rng=np.random.default_rng(seed)).random_base2(int(math.log2(n)))
+    shares = qmc.Sobol(2 * len(spread), rng=np.random.default_rng(seed)).random_base2(
+        int(math.log2(n))
+    )
     shares = np.clip(shares, 1e-12, 1.0 - 1e-12)
     first, second = np.split(shares, 2, axis=1)
     rows = [first, second]
@@ -143,7 +163,9 @@ class Estimate:
 
 
 def quantile(values: np.ndarray, share: float) -> Estimate:
-    """A quantile of independent values; its interval from the order of the values alone, infinite beyond the last."""
+    """A quantile of independent values; its interval from the order of the values alone, infinite
+    beyond the last.
+    """
     from scipy.stats import binom
 
     ranked, count = np.sort(values), len(values)
@@ -155,7 +177,9 @@ def quantile(values: np.ndarray, share: float) -> Estimate:
 
 
 def probability(beyond: np.ndarray) -> Estimate:
-    """Probability of an event from whether it came about in independent trials (Clopper and Pearson's interval)."""
+    """Probability of an event from whether it came about in independent trials (Clopper and
+    Pearson's interval).
+    """
     from scipy.stats import binomtest
 
     count, trials = int(np.sum(beyond)), len(beyond)
@@ -165,18 +189,21 @@ def probability(beyond: np.ndarray) -> Estimate:
 
 @dataclass(frozen=True)
 class Indices:
-    """Sobol' indices of one parameter: of its variation alone (first), and with all interactions (total)."""
+    """Sobol' indices of one parameter: of its variation alone (first), and with all interactions
+    (total).
+    """
 
     first: Estimate
     total: Estimate
 
 
 def indices(values: np.ndarray, names: list[str], seed: int = 0) -> dict[str, Indices]:
-    """Sobol' indices of each parameter, from values at the points of `design`, (points,), rows of NaN left out.
+    """Sobol' indices of each parameter, from values at the points of `design`, (points,), rows of
+    NaN left out.
 
-    First: mean of f_B (f_AB - f_A), total: half the mean of (f_A - f_AB)^2, both over the variance (Saltelli et al.
-    2010, table 2 b and f); intervals by the bootstrap. Empty where the values do not vary, or fewer than eight rows are
-    whole.
+    First: mean of f_B (f_AB - f_A), total: half the mean of (f_A - f_AB)^2, both over the variance
+    (Saltelli et al. 2010, table 2 b and f); intervals by the bootstrap. Empty where the values do
+    not vary, or fewer than eight rows are whole.
     """
     rows = values.reshape(len(names) + 2, -1)
     rows = rows[:, np.isfinite(rows).all(axis=0)]
@@ -184,40 +211,57 @@ def indices(values: np.ndarray, names: list[str], seed: int = 0) -> dict[str, In
         return {}
     rows = rows - rows[:2].mean()
     random, count = np.random.default_rng(seed), rows.shape[1]
-    again = np.array([_indices(rows[:, random.integers(0, count, count)]) for _ in range(RESAMPLED)])
+    again = np.array(
+        [_indices(rows[:, random.integers(0, count, count)]) for _ in range(RESAMPLED)]
+    )
     tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = np.quantile(again, [tail, 1.0 - tail], axis=0)
     estimates = np.stack([_indices(rows), low, high], axis=-1)
-    return {n: Indices(*(Estimate(*map(float, part[j])) for part in estimates)) for j, n in enumerate(names)}
+    return {
+        n: Indices(*(Estimate(*map(float, part[j])) for part in estimates))
+        for j, n in enumerate(names)
+    }
 
 
 def _indices(rows: np.ndarray) -> np.ndarray:
     """First and total indices, (2, parameters), from values at A, B and the mixed samples."""
     (a, b), mixed = rows[:2], rows[2:]
     variance = rows[:2].var()
-    return np.array([(b * (mixed - a)).mean(axis=1), 0.5 * ((a - mixed) ** 2).mean(axis=1)]) / variance
+    return (
+        np.array([(b * (mixed - a)).mean(axis=1), 0.5 * ((a - mixed) ** 2).mean(axis=1)]) / variance
+    )
 
 
 class Scatter:
-    """Runs at random points: `sweep`, their sweep; `spread`, the distributions by parameter; `limits` of metrics.
+    """Runs at random points: `sweep`, their sweep; `spread`, the distributions by parameter;
+    `limits` of metrics.
 
-    Numbers of a metric that stays finite: `values` (2 n,), `quantile`, `beyond` a limit, `indices` by parameter.
+    Numbers of a metric that stays finite: `values` (2 n,), `quantile`, `beyond` a limit, `indices`
+    by parameter.
     """
 
-    def __init__(self, swept: Sweep, spread: dict[str, Distribution], n: int, limits: dict[str, float]):
+    def __init__(
+        self, swept: Sweep, spread: dict[str, Distribution], n: int, limits: dict[str, float]
+    ):
         self.sweep, self.spread, self.n, self.limits = swept, spread, n, limits
 
     @property
     def metrics(self) -> list[str]:
         """Metrics that vary, those with a limit first."""
-        varying = [n for n in self.sweep.metrics if self.values(n).size > 1 and np.ptp(self.values(n)) > 0.0]
+        varying = [
+            n
+            for n in self.sweep.metrics
+            if self.values(n).size > 1 and np.ptp(self.values(n)) > 0.0
+        ]
         return [*(n for n in self.limits), *(n for n in varying if n not in self.limits)]
 
     def values(self, metric: str) -> np.ndarray:
         """Finite values at the points of A and B. Raises ValueError for a metric that there is not."""
         if metric not in self.sweep.metrics:
             names = ", ".join(self.sweep.metrics) or "none, for no run ended"
-            raise ValueError(f"no metric {metric!r}{checks.meant(metric, self.sweep.metrics)}; there are {names}")
+            raise ValueError(
+                f"no metric {metric!r}{checks.meant(metric, self.sweep.metrics)}; there are {names}"
+            )
         values = self.sweep.metrics[metric][: 2 * self.n]
         return values[np.isfinite(values)]
 
@@ -226,12 +270,16 @@ class Scatter:
         return quantile(self.values(metric), share)
 
     def beyond(self, metric: str, limit: float | None = None) -> Estimate:
-        """Probability that a metric exceeds a limit (of minima, falls below it); default: its own limit."""
+        """Probability that a metric exceeds a limit (of minima, falls below it); default: its own
+        limit.
+        """
         limit, values = self.limits[metric] if limit is None else limit, self.values(metric)
         return probability(values < limit if is_least(metric) else values > limit)
 
     def indices(self, metric: str) -> dict[str, Indices]:
-        """First and total Sobol' indices of each parameter; empty where the metric hardly has finite values."""
+        """First and total Sobol' indices of each parameter; empty where the metric hardly has
+        finite values.
+        """
         self.values(metric)
         return indices(self.sweep.metrics[metric], list(self.spread))
 
@@ -239,13 +287,16 @@ class Scatter:
         """All of it as plain data."""
         values = self.values(metric)
         summary = {
-            "units": self.sweep.known.get(metric, ("?",))[0], "points": len(values),
-            "mean": float(values.mean()), "deviation": float(values.std(ddof=1)),
+            "units": self.sweep.known.get(metric, ("?",))[0],
+            "points": len(values),
+            "mean": float(values.mean()),
+            "deviation": float(values.std(ddof=1)),
             "quantiles": {f"{share:g}": vars(quantile(values, share)) for share in QUANTILES},
             "indices": {
-                n: {"first": vars(i.first), "total": vars(i.total)} for n, i in self.indices(metric).items()
+                n: {"first": vars(i.first), "total": vars(i.total)}
+                for n, i in self.indices(metric).items()
             },
-        }  # fmt: skip
+        }
         if metric in self.limits:
             summary |= {"limit": self.limits[metric], "beyond": vars(self.beyond(metric))}
         return summary
@@ -257,9 +308,18 @@ def is_least(metric: str) -> bool:
 
 
 def write(result: Scatter, folder: Path) -> None:
-    """Keep distributions, limits and the number of points in each sample beside the sweep, as `scatter.json`."""
-    spread = {name: {"kind": law.kind, "numbers": law.numbers} for name, law in result.spread.items()}
-    document = {"format_version": FORMAT_VERSION, "spread": spread, "n": result.n, "limits": result.limits}
+    """Keep distributions, limits and the number of points in each sample beside the sweep, as
+    `scatter.json`.
+    """
+    spread = {
+        name: {"kind": law.kind, "numbers": law.numbers} for name, law in result.spread.items()
+    }
+    document = {
+        "format_version": FORMAT_VERSION,
+        "spread": spread,
+        "n": result.n,
+        "limits": result.limits,
+    }
     with replacing(folder / "scatter.json") as temporary:
         temporary.write_text(json.dumps(document, indent=1))
 
@@ -270,5 +330,7 @@ def open_scatter(folder: str | Path) -> Scatter:
     if not path.exists():
         raise FileNotFoundError(f"no scatter in {folder}: it has no scatter.json")
     document = json.loads(path.read_text())
-    spread = {n: Distribution(law["kind"], tuple(law["numbers"])) for n, law in document["spread"].items()}
+    spread = {
+        n: Distribution(law["kind"], tuple(law["numbers"])) for n, law in document["spread"].items()
+    }
     return Scatter(open_sweep(folder), spread, document["n"], document["limits"])

@@ -1,10 +1,11 @@
 """The numbers of many points of one structure as arrays, without a scene for each.
 
-Runs are prepared at some points all over the sweep: its corners, and points between. Each number of their starts turns
-out to be the same everywhere, to be a swept parameter (or its size, or the time of a turn at this speed), or to follow
-from one of them, which is then prepared at each of its values. All else is put together from these by the formulas of
-the ordinary way; the numbers must be equal to those prepared, bit for bit. Where they are not, the points of a sweep
-are run one by one (`Irregular`).
+Runs are prepared at some points all over the sweep: its corners, and points between. Each number of
+their starts turns out to be the same everywhere, to be a swept parameter (or its size, or the time
+of a turn at this speed), or to follow from one of them, which is then prepared at each of its
+values. All else is put together from these by the formulas of the ordinary way; the numbers must be
+equal to those prepared, bit for bit. Where they are not, the points of a sweep are run one by one
+(`Irregular`).
 """
 
 import itertools
@@ -44,7 +45,8 @@ class Start:
 
 
 PARTS = ("numbers", "state", "work", "sizes", "reach", "scalars", "leaves")
-#: turn of the drive [s] (0: none turns), length of runs without turns [s], frequency [rad/s], size [m], mass [kg]
+#: turn of the drive [s] (0: none turns), length of runs without turns [s], frequency [rad/s], size
+#: [m], mass [kg]
 SCALARS = ("turn", "until", "frequency", "size", "mass")
 #: forms in which a parameter may be a number: itself, its size, the time of a turn at this speed
 FORMS = (lambda v: v, np.abs, lambda v: 2.0 * np.pi / np.abs(v))
@@ -87,7 +89,8 @@ def start_of(run: Run) -> Start:
 class Spread:
     """Starts of points as arrays.
 
-    prepared: gives the run of swept values, not begun; columns: values of the swept numbers by name, (points,).
+    prepared: gives the run of swept values, not begun; columns: values of the swept numbers by
+        name, (points,).
     at: of each number, how it follows from them. Raises Irregular.
     """
 
@@ -102,7 +105,9 @@ class Spread:
         rows = np.array([self._row(trial) for trial in trials])
         self._classify(trials, rows)
         for trial, row in zip(trials, rows, strict=True):
-            if not np.array_equal(self.vectors({n: np.array([v]) for n, v in trial.items()})[0], row):
+            if not np.array_equal(
+                self.vectors({n: np.array([v]) for n, v in trial.items()})[0], row
+            ):
                 raise Irregular("its numbers depend on several parameters at once")
 
     def _tried(self, values: dict) -> Run:
@@ -131,7 +136,15 @@ class Spread:
         texts = [(place, type(v) if type(v) is float else v) for place, v in described]
         tables = [id(source) for source in mechanism.sources.values()]
         starts = mechanism.par[len(layout.parameters) + layout.derived :]
-        return mechanism.structure, texts, tables, len(starts), run.span.samples, run.watched.sizes, run.method
+        return (
+            mechanism.structure,
+            texts,
+            tables,
+            len(starts),
+            run.span.samples,
+            run.watched.sizes,
+            run.method,
+        )
 
     def _row(self, trial: dict) -> np.ndarray:
         run = self._tried(trial)
@@ -140,7 +153,9 @@ class Spread:
         return start_of(run).vector
 
     def _classify(self, trials: list[dict], rows: np.ndarray) -> None:
-        """Tell numbers that are the same everywhere, those that are a parameter, and those that follow from one."""
+        """Tell numbers that are the same everywhere, those that are a parameter, and those that
+        follow from one.
+        """
         self.fixed = start_of(self.run).vector
         varying = np.flatnonzero(~((rows == rows[0]).all(axis=0) & (rows[0] == self.fixed)))
         given = {n: np.array([trial[n] for trial in trials], dtype=float) for n in self.columns}
@@ -148,7 +163,11 @@ class Spread:
         for (n, v), form in itertools.product(given.items(), range(len(FORMS))):
             taken = {j for places in self.same.values() for j in places}
             with np.errstate(divide="ignore"):
-                same = [j for j in varying if j not in taken and np.array_equal(rows[:, j], FORMS[form](v))]
+                same = [
+                    j
+                    for j in varying
+                    if j not in taken and np.array_equal(rows[:, j], FORMS[form](v))
+                ]
             self.same[n, form] = same
         equal = {j for places in self.same.values() for j in places}
         following: dict[str, list[int]] = {n: [] for n in self.columns}
@@ -160,7 +179,9 @@ class Spread:
         needed = sum(len(self.values[n]) for n, places in following.items() if places)
         if needed > max(SCANNED * len(next(iter(self.columns.values()))), 1.0):
             raise Irregular("a number that follows from a parameter has too many values")
-        self.following = {n: (places, self._scan(n)[:, places]) for n, places in following.items() if places}
+        self.following = {
+            n: (places, self._scan(n)[:, places]) for n, places in following.items() if places
+        }
 
     def _scan(self, name: str) -> np.ndarray:
         """Starts at all values of one parameter."""
@@ -170,7 +191,10 @@ class Spread:
         """Places of the numbers of a part that are not the same everywhere."""
         k = PARTS.index(part)
         begin, end = sum(self.sizes[:k]), sum(self.sizes[: k + 1])
-        places = [*(j for p in self.same.values() for j in p), *(j for p, _ in self.following.values() for j in p)]
+        places = [
+            *(j for p in self.same.values() for j in p),
+            *(j for p, _ in self.following.values() for j in p),
+        ]
         return sorted(j - begin for j in places if begin <= j < end)
 
     def vectors(self, columns: dict[str, np.ndarray]) -> np.ndarray:
@@ -185,7 +209,13 @@ class Spread:
 
     def starts(self, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Parts of the starts of points, (points, numbers) each."""
-        return dict(zip(PARTS, np.split(self.vectors(columns), np.cumsum(self.sizes)[:-1], axis=1), strict=True))
+        return dict(
+            zip(
+                PARTS,
+                np.split(self.vectors(columns), np.cumsum(self.sizes)[:-1], axis=1),
+                strict=True,
+            )
+        )
 
 
 def _follows(given: np.ndarray, values: np.ndarray) -> bool:

@@ -1,4 +1,6 @@
-"""Stated errors of the points of a sweep: a metric <metric>_error for each metric, of integration and film table."""
+"""Stated errors of the points of a sweep: a metric <metric>_error for each metric, of integration
+and film table.
+"""
 
 from clearance.companion import Parted, Start, paired, reason_without, size_of, stated
 from clearance.errors import Errors
@@ -36,7 +38,9 @@ class Stating:
         return answer.cannot or None
 
     def columns(self, record: MemoryRecord, values: dict[str, Metric], summed) -> dict[str, Metric]:
-        """Errors of the metrics of a run that has come to its end; none where they cannot be stated."""
+        """Errors of the metrics of a run that has come to its end; none where they cannot be
+        stated.
+        """
         if self.start is not None and record.complete:
             try:
                 pair = paired(self.run, self.start, record)
@@ -46,5 +50,6 @@ class Stating:
         errors = self.errors or {}
         return {
             f"{n}_error": Metric(errors[n].total, m.units, f"stated error: {m.text}")
-            for n, m in values.items() if n in errors and not n.startswith("period")
-        }  # fmt: skip
+            for n, m in values.items()
+            if n in errors and not n.startswith("period")
+        }

@@ -1,7 +1,8 @@
 """Workers of a sweep: processes on this machine, or the workers of a Dask scheduler.
 
-A team takes blocks of points (`give`), tells of those that ended (`wait`), and says how many blocks it wants to have in
-hand (`places`, of them `held`). It survives the death of a worker and tells which point the worker was at.
+A team takes blocks of points (`give`), tells of those that ended (`wait`), and says how many blocks
+it wants to have in hand (`places`, of them `held`). It survives the death of a worker and tells
+which point the worker was at.
 """
 
 import logging
@@ -23,7 +24,8 @@ from clearance.sweeping.journal import ALONE, LOST, WAITING, Outcome
 from clearance.sweeping.worker import run_block, stay_quiet
 
 LOG = logging.getLogger("clearance.sweep")
-#: where another process is started from: a small server that has the modules loaded, where the system can
+#: where another process is started from: a small server that has the modules loaded, where the
+#: system can
 METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 PRELOADED = ["clearance.sweeping.worker", "clearance.stepping.radau5", "clearance.stepping.dop853"]
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -32,7 +34,9 @@ QUEUED = 2  # blocks a worker holds: one it runs and one to go on with at once
 
 
 def prepare_start() -> None:
-    """Have the server that processes are started from load its modules while the driver does other things."""
+    """Have the server that processes are started from load its modules while the driver does other
+    things.
+    """
     if METHOD == "forkserver":
         with _surroundings():
             multiprocessing.get_context(METHOD).set_forkserver_preload(PRELOADED)
@@ -64,7 +68,11 @@ class Processes:
 
     def wait(self, seconds: float) -> list[Outcome]:
         """Outcomes that have come, waiting for the first at most so long."""
-        ready = set(wait([w.pipe for w in self.workers] + [w.process.sentinel for w in self.workers], seconds))
+        ready = set(
+            wait(
+                [w.pipe for w in self.workers] + [w.process.sentinel for w in self.workers], seconds
+            )
+        )
         done: list[Outcome] = []
         for i, worker in enumerate(self.workers):
             if worker.pipe in ready or worker.process.sentinel in ready:
@@ -111,13 +119,18 @@ class _Process:
         return done, self.process.is_alive() or self.pipe.poll()
 
     def last_words(self) -> list[Outcome]:
-        """Outcomes of the points that a dead worker held: the begun one is lost, the others wait again.
+        """Outcomes of the points that a dead worker held: the begun one is lost, the others wait
+        again.
 
         Which one of a begun block it was at nobody can tell: all are to be run alone.
         """
         self.process.join()
         code = self.process.exitcode
-        how = f"killed by {signal.Signals(-code).name}" if code and code < 0 else f"it ended with status {code}"
+        how = (
+            f"killed by {signal.Signals(-code).name}"
+            if code and code < 0
+            else f"it ended with status {code}"
+        )
         begun, *waiting = [*self.hand, ()][:1] + list(self.hand)[1:]
         if len(begun) == 1:
             lost = [Outcome(begun[0], "", LOST, f"its worker died: {how}")]
@@ -136,7 +149,8 @@ class _Process:
 
 @contextmanager
 def _surroundings():
-    """Environment in which workers start: without the user's script, and with one thread each for linear algebra.
+    """Environment in which workers start: without the user's script, and with one thread each for
+    linear algebra.
 
     The script need not be one that can be imported twice.
     """

@@ -1,9 +1,11 @@
 """Points of a sweep run side by side in lanes, with the metrics of the ordinary way.
 
-One point is run the ordinary way; it tells which metrics there are, their units and texts. The others differ from it in
-numbers: their parameters are worked out with all values at once, and those of some points compared with what building
-these one by one gives. Where that differs, or a scene, an option or a metric does not suit lanes, the points are left
-to the ordinary way, and `Unsuited` says why. So is a point that fails or whose energy does not add up.
+One point is run the ordinary way; it tells which metrics there are, their units and texts. The
+others differ from it in
+numbers: their parameters are worked out with all values at once, and those of some points compared
+with what building these one by one gives. Where that differs, or a scene, an option or a metric
+does not suit lanes, the points are left to the ordinary way, and `Unsuited` says why. So is a point
+that fails or whose energy does not add up.
 """
 
 import math
@@ -51,7 +53,9 @@ class Unsuited(Exception):
 
 @dataclass
 class Wanted:
-    """Quantities and reductions that metrics look at, with the outputs that they are made of, by name."""
+    """Quantities and reductions that metrics look at, with the outputs that they are made of, by
+    name.
+    """
 
     layout: object
     channels: list[int] = field(default_factory=list)
@@ -102,8 +106,8 @@ class Wanted:
 class Together:
     """Points of one structure in lanes.
 
-    run: of the first, not begun; scene: that of all of them, its numbers columns; count: how many points.
-    Raises Unsuited.
+    run: of the first, not begun; scene: that of all of them, its numbers columns; count: how many
+        points. Raises Unsuited.
     """
 
     def __init__(self, first: Scene, scene: Scene, count: int, options: dict, settle: float | None):
@@ -206,9 +210,14 @@ class Together:
         if len(drives) == 1 == len(self.scene.drives):
             self.faster = self._all(drives[0].speed) / self.mechanism.scene.drives[0].speed
         self.group = Group(
-            self.mechanism, self.run.method, self.run.solver.rtol, span.samples, watch, self.wanted.channels,
+            self.mechanism,
+            self.run.method,
+            self.run.solver.rtol,
+            span.samples,
+            watch,
+            self.wanted.channels,
             np.array(given).reshape(len(given), -1),
-        )  # fmt: skip
+        )
         self.points = self._points()
         self._film_rates()
 
@@ -265,7 +274,9 @@ class Together:
         return np.broadcast_to(np.asarray(row, float), (self.count,))
 
     def _frequencies(self) -> np.ndarray:
-        """Typical angular frequencies, see Mechanism.frequency: motions of the start are those of the drive's speed."""
+        """Typical angular frequencies, see Mechanism.frequency: motions of the start are those of
+        the drive's speed.
+        """
         start, gravity = self.mechanism.start, math.hypot(*self.mechanism.scene.gravity)
         rates = [abs(v[2]) for v in start.velocity.values()]
         rates += [abs(v[0]) / start.size for v in start.velocity.values()]
@@ -300,7 +311,10 @@ class Together:
                 points.scale[k] = films[name][row] = rate
 
     def compare(self, place: int, scene: Scene) -> None:
-        """Compare the numbers of a point with those of its scene built alone. Raises Unsuited where they differ."""
+        """Compare the numbers of a point with those of its scene built alone.
+
+        Raises Unsuited where they differ.
+        """
         run = prepare(scene, **self.options)
         mechanism, points, n = run.mechanism, self.points, self.group.shape.states
         if mechanism.structure is not self.mechanism.structure:
@@ -394,7 +408,10 @@ class Together:
         return values.min(axis=1) if name.endswith("_min") else values.max(axis=1)
 
     def metrics(self, answers: Answers, places: np.ndarray) -> dict[str, np.ndarray]:
-        """Metrics of the points by name, as the first point has them. Raises Unsuited for others."""
+        """Metrics of the points by name, as the first point has them.
+
+        Raises Unsuited for others.
+        """
         made = {name: values for part in self._parts(answers, places) for name, values in part}
         if missing := [name for name in self.first if name not in made]:
             raise Unsuited(f"metric {missing[0]} is not made in lanes")
@@ -557,7 +574,8 @@ class Tracked:
 class Lanes:
     """Points of a sweep in lanes, as far as they suit.
 
-    case: of the definition; about: what all its points are made from. reasons: why points are left to the ordinary way.
+    case: of the definition; about: what all its points are made from. reasons: why points are left
+        to the ordinary way.
     """
 
     def __init__(self, definition: Definition, case: Case, about: dict):
@@ -665,7 +683,7 @@ class Lanes:
                         wall,
                         steps,
                         made=about,
-                    )  # fmt: skip
+                    )
                 )
         return made
 

@@ -44,19 +44,35 @@ class Keeper:
     """A sink that keeps a run in memory for its metrics, and in a file where one is wanted."""
 
     def __init__(
-        self, run: Run, definition: Definition, key: str, path: Path | None, made: dict, stating: Stating
-    ):  # fmt: skip
+        self,
+        run: Run,
+        definition: Definition,
+        key: str,
+        path: Path | None,
+        made: dict,
+        stating: Stating,
+    ):
         channels, attributes = run.mechanism.layout.channels, run.attributes()
-        self.run, self.definition, self.key, self.made, self.stating = run, definition, key, made, stating
+        self.run, self.definition, self.key, self.made, self.stating = (
+            run,
+            definition,
+            key,
+            made,
+            stating,
+        )
         self.memory = MemorySink(channels, attributes)
         sink = ImageSink if run.span.samples * len(channels) < LARGE else FileSink
-        self.file = path and sink(path, channels, attributes, definition.keep, definition.compression, run.span.samples)
+        self.file = path and sink(
+            path, channels, attributes, definition.keep, definition.compression, run.span.samples
+        )
         self.found: dict[str, Metric] = {}
         self.missing: list[str] = []  # metrics of the user's own that failed, and why
         self.flush = self.memory.flush
 
     def _own(self, results: dict[str, Metric]) -> dict[str, Metric]:
-        taken = [n for n in results if n in self.found or n in RESERVED or n in self.definition.units]
+        taken = [
+            n for n in results if n in self.found or n in RESERVED or n in self.definition.units
+        ]
         if taken:
             raise ValueError(f"metric {taken[0]!r}: the name is taken; choose another")
         return results
@@ -71,7 +87,11 @@ class Keeper:
         """Bytes and CRC-32 of the file."""
         if self.file is None:
             return 0, 0
-        return (self.file.size, self.file.check) if isinstance(self.file, ImageSink) else checked(self.file.path)
+        return (
+            (self.file.size, self.file.check)
+            if isinstance(self.file, ImageSink)
+            else checked(self.file.path)
+        )
 
     def rows(self, times, rows) -> None:
         self.memory.rows(times, rows)
@@ -98,13 +118,18 @@ class Keeper:
                 self.found |= self._own(own(function, record))
             except BaseException as error:  # noqa: BLE001 - a metric does not cost the run, whatever it does
                 words = _explained(error)
-                self.missing.append(words if words.startswith("metric ") else f"metric {function.__name__}: {words}")
+                self.missing.append(
+                    words if words.startswith("metric ") else f"metric {function.__name__}: {words}"
+                )
         if self.file:
             described = json.dumps({n: (m.units, m.text) for n, m in self.found.items()})
             about = {"metrics": {n: m.value for n, m in self.found.items()}}
             about["sweep"] = {
-                "key": self.key, "known": described, "made": json.dumps(self.made), "missing": "; ".join(self.missing),
-            }  # fmt: skip
+                "key": self.key,
+                "known": described,
+                "made": json.dumps(self.made),
+                "missing": "; ".join(self.missing),
+            }
             self.file.close(status, solver, warnings, facts | about, ranges)
 
 
@@ -114,10 +139,15 @@ class Changed(ValueError):
 
 @lru_cache(maxsize=8)
 def load_function(reference: str, source: str) -> Callable:
-    """A user's metric: "path/to/file.py:name", of a file with this digest. Raises ValueError for what is not there."""
+    """A user's metric: "path/to/file.py:name", of a file with this digest.
+
+    Raises ValueError for what is not there.
+    """
     path, _, name = reference.rpartition(":")
     if not path or not Path(path).is_file():
-        raise ValueError(f"metric {reference!r}: expected FILE.py:FUNCTION, and there is no file {path!r}")
+        raise ValueError(
+            f"metric {reference!r}: expected FILE.py:FUNCTION, and there is no file {path!r}"
+        )
     if definitions.digest(Path(path)) != source:
         raise Changed(f"metric {reference!r}: its file has been changed since the sweep began")
     module = module_of(path, "metric", f"metric {reference!r}")
@@ -131,7 +161,9 @@ def load_function(reference: str, source: str) -> Callable:
 def _definition(folder: str, stamp: str) -> Definition:
     definition = definitions.read(Path(folder))
     if definition is None:
-        raise FileNotFoundError(f"{folder} is not seen from here: a cluster's workers need the sweep's directory")
+        raise FileNotFoundError(
+            f"{folder} is not seen from here: a cluster's workers need the sweep's directory"
+        )
     return definition
 
 
@@ -146,7 +178,9 @@ def _case(path: str, source: str) -> Case:
 
 @lru_cache(maxsize=8)
 def _modules(definition_path: str, source: str, metrics: tuple) -> dict[str, str]:
-    """Modules that the case file and the metrics import, as they were when this process loaded them."""
+    """Modules that the case file and the metrics import, as they were when this process loaded
+    them.
+    """
     return modules_of(files_of(definition_path, metrics))
 
 
@@ -156,16 +190,22 @@ def files_of(path: str, metrics: tuple) -> list[Path]:
 
 
 def run_block(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome]:
-    """Run some points, see `run_point`: together in one memory where that can be, else one after another."""
-    together, alone = ({}, "") if len(indices) == 1 else _together(_definition(folder, stamp), stamp, indices)
+    """Run some points, see `run_point`: together in one memory where that can be, else one after
+    another.
+    """
+    together, alone = (
+        ({}, "") if len(indices) == 1 else _together(_definition(folder, stamp), stamp, indices)
+    )
     return [together.get(i) or replace(run_point(folder, stamp, i), alone=alone) for i in indices]
 
 
 def run_point(folder: str, stamp: str, index: int) -> Outcome:
-    """Run one point and tell how it ended; nothing is raised but what says that no point can be run at all.
+    """Run one point and tell how it ended; nothing is raised but what says that no point can be run
+    at all.
 
-    folder: the sweep's directory; stamp: changes with its definition, which is read once. Raises FileNotFoundError
-    where the directory is not seen, Changed where a file is not the one that the sweep was defined with.
+    folder: the sweep's directory; stamp: changes with its definition, which is read once. Raises
+        FileNotFoundError where the directory is not seen, Changed where a file is not the one that
+        the sweep was defined with.
     """
     began = time.perf_counter()
     definition = _definition(folder, stamp)
@@ -185,13 +225,17 @@ def run_point(folder: str, stamp: str, index: int) -> Outcome:
 
 
 def _explained(error: BaseException) -> str:
-    """An error in one line: its kind where the text alone may not say, and where in a user's file it came from."""
+    """An error in one line: its kind where the text alone may not say, and where in a user's file
+    it came from.
+    """
     try:
         text = " ".join(str(error).split())
     except Exception:  # noqa: BLE001 - a user's exception
         text = "(its text cannot be read)"
     package = str(Path(__file__).parent.parent)
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(package)]
+    frames = [
+        f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(package)
+    ]
     expected = isinstance(error, ValueError) or not frames
     where = "" if expected else f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})"
     return f"{'' if isinstance(error, ValueError) else type(error).__name__ + ': '}{text}{where}"
@@ -200,22 +244,32 @@ def _explained(error: BaseException) -> str:
 def _is_full(error: BaseException) -> bool:
     """True for a full disk; the errors of HDF5 state it only in words."""
     text = str(error)
-    return getattr(error, "errno", None) in FULL or any(f"errno = {number}" in text for number in FULL)
+    return getattr(error, "errno", None) in FULL or any(
+        f"errno = {number}" in text for number in FULL
+    )
 
 
-def _together(definition: Definition, stamp: str, indices: tuple[int, ...]) -> tuple[dict[int, Outcome], str]:
+def _together(
+    definition: Definition, stamp: str, indices: tuple[int, ...]
+) -> tuple[dict[int, Outcome], str]:
     """Outcomes of the points that ran in one memory, by index; why others did not."""
     began, points, alone = time.perf_counter(), {}, APART
     names, kinds = definition.spread, {}
     for index in indices:
-        kinds.setdefault(tuple(v for n, v in definition.points[index].items() if n not in names), []).append(index)
+        kinds.setdefault(
+            tuple(v for n, v in definition.points[index].items() if n not in names), []
+        ).append(index)
     for kind, members in kinds.items():
         family = _family(definition, stamp, kind)
         if isinstance(family, str):
             alone = family
             continue
         columns = {n: np.array([definition.points.columns[n][i] for i in members]) for n in names}
-        points |= {i: point for i, point in zip(members, family.found(columns), strict=True) if point is not None}
+        points |= {
+            i: point
+            for i, point in zip(members, family.found(columns), strict=True)
+            if point is not None
+        }
     wall = (time.perf_counter() - began) / max(len(points), 1)
     return {i: _outcome(definition, i, point, wall) for i, point in points.items()}, alone
 
@@ -224,14 +278,25 @@ def _outcome(definition: Definition, index: int, results: Found, wall: float) ->
     files = files_named(definition.values(index).values())
     modules = _modules(definition.path, definition.source, definition.own)
     return Outcome(
-        index, definition.keys[index], DONE, "", {n: float(m.value) for n, m in results.metrics.items()},
-        {n: (m.units, m.text) for n, m in results.metrics.items()}, results.warnings, wall, results.loop, results.steps,
-        made=common(modules, files) | {"text": results.text}, together=True,
-    )  # fmt: skip
+        index,
+        definition.keys[index],
+        DONE,
+        "",
+        {n: float(m.value) for n, m in results.metrics.items()},
+        {n: (m.units, m.text) for n, m in results.metrics.items()},
+        results.warnings,
+        wall,
+        results.loop,
+        results.steps,
+        made=common(modules, files) | {"text": results.text},
+        together=True,
+    )
 
 
 def _family(definition: Definition, stamp: str, kind: tuple) -> Family | str:
-    """Runs of the points with these other values in one memory, made once; the reason where that cannot be."""
+    """Runs of the points with these other values in one memory, made once; the reason where that
+    cannot be.
+    """
     if (stamp, kind) not in _families:
         while len(_families) >= MOST_FAMILIES:
             del _families[next(iter(_families))]
@@ -249,14 +314,18 @@ def _new_family(definition: Definition, kind: tuple) -> Family | str:
     rest = definition.fixed | {n: v for n, v in points[members[0]].items() if n not in names}
     columns = {n: np.array(points.columns[n])[members] for n in names}
     try:
-        return Family(lambda v: case.scene(**rest, **v), columns, definition.options, definition.settle)
+        return Family(
+            lambda v: case.scene(**rest, **v), columns, definition.options, definition.settle
+        )
     except Irregular as error:
         return str(error)
     except Exception as error:  # noqa: BLE001 - a sweep goes on, whatever a user's scene or law does
         return _explained(error)
 
 
-def _attempt(definition: Definition, index: int, key: str, path: Path | None, began: float) -> Outcome:
+def _attempt(
+    definition: Definition, index: int, key: str, path: Path | None, began: float
+) -> Outcome:
     values = definition.values(index)
     files = files_named(values.values())  # before the scene reads them
     scene: Scene = _case(definition.path, definition.source).scene(**values)
@@ -265,14 +334,24 @@ def _attempt(definition: Definition, index: int, key: str, path: Path | None, be
     modules = _modules(definition.path, definition.source, definition.own)
     keeper = Keeper(run, definition, key, path, made(run.mechanism, modules, files), stating)
     failure = stating.made(keeper, keeper.summed)
-    run, words = keeper.run, [*keeper.missing, *([f"no stated errors: {stating.left_out}"] if stating.left_out else [])]
+    run, words = (
+        keeper.run,
+        [*keeper.missing, *([f"no stated errors: {stating.left_out}"] if stating.left_out else [])],
+    )
     return Outcome(
-        index, key, DONE if failure is None else FAILED, failure or "; ".join(words),
+        index,
+        key,
+        DONE if failure is None else FAILED,
+        failure or "; ".join(words),
         {n: float(m.value) for n, m in keeper.found.items()},
         {n: (m.units, m.text) for n, m in keeper.found.items()},
-        len(keeper.memory.record.warnings), time.perf_counter() - began, run.wall,
-        int(keeper.memory.record.solver["steps"]), *keeper.written, keeper.made,
-    )  # fmt: skip
+        len(keeper.memory.record.warnings),
+        time.perf_counter() - began,
+        run.wall,
+        int(keeper.memory.record.solver["steps"]),
+        *keeper.written,
+        keeper.made,
+    )
 
 
 def stay_quiet() -> None:

@@ -1,7 +1,8 @@
 """Calls from a kernel into Python, for a film that no formula and no table holds.
 
-A block of the parameter vector is the letter: [address of the answerer, what is wanted, inputs..., answer...]. The
-kernel fills in the inputs and calls; the answer stands in the same block. Only scenes with such a film carry a block.
+A block of the parameter vector is the letter: [address of the answerer, what is wanted, inputs...,
+answer...]. The kernel fills in the inputs and calls; the answer stands in the same block. Only
+scenes with such a film carry a block.
 """
 
 import ctypes
@@ -9,15 +10,18 @@ import math
 import weakref
 from collections.abc import Callable
 
-VALUE, SLOPES, KEEP = 1.0, 2.0, 3.0  # wanted: outputs; their derivatives by the inputs too; remember this state
+# wanted: outputs; their derivatives by the inputs too; remember this state
+VALUE, SLOPES, KEEP = 1.0, 2.0, 3.0
 _answerers: "weakref.WeakValueDictionary[int, Answerer]" = weakref.WeakValueDictionary()
 
 
 class Answerer:
-    """Stands behind one block. answer(wanted, inputs) -> array (outputs, 1 + inputs): values, then derivatives.
+    """Stands behind one block. answer(wanted, inputs) -> array (outputs, 1 + inputs): values, then
+    derivatives.
 
-    numbers: the block as it starts. failure: what went wrong inside the last answer, which was nan then: a run tries a
-    shorter step. over: nothing more will come, after an interrupt or where a state could not be remembered.
+    numbers: the block as it starts. failure: what went wrong inside the last answer, which was nan
+        then: a run tries a shorter step. over: nothing more will come, after an interrupt or where
+        a state could not be remembered.
     """
 
     def __init__(self, inputs: int, outputs: int, answer: Callable):
@@ -62,10 +66,11 @@ class Answerer:
 
 
 def answered(data, start, wanted, inputs, outputs):
-    """Values of the block at data[start] for some inputs, a tuple; zeros where it is to remember them.
+    """Values of the block at data[start] for some inputs, a tuple; zeros where it is to remember
+    them.
 
-    outputs: how many of the values, or the places in the block of what is wanted. Kernels have a compiled form of
-    this, with its derivatives (`mechanism.function.Answer`).
+    outputs: how many of the values, or the places in the block of what is wanted. Kernels have a
+        compiled form of this, with its derivatives (`mechanism.function.Answer`).
     """
     block = data[int(start) :]
     block[1] = wanted

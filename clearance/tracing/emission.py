@@ -188,7 +188,11 @@ class Writer:
             inner = [a.args[0] for a in function.step.arguments]
             step = f"{self.called[function.step]}({', '.join(['par', *inner])})"
             state = ", ".join(inner[: function.count])
-            lines = ["    while again:", f"        again, {state} = {step}", f"    return ({state},)"]
+            lines = [
+                "    while again:",
+                f"        again, {state} = {step}",
+                f"    return ({state},)",
+            ]
             names = ["again", *inner]
         else:
             names = [a.args[0] for a in function.arguments]

@@ -112,7 +112,8 @@ class Inside(Function):
 
 
 class Loop(Differentiable):
-    """A function that repeats a step while it is to go on: (again, state...) = step(state..., given...).
+    """A function that repeats a step while it is to go on: (again, state...) = step(state...,
+    given...).
 
     It takes whether to begin, a state and what the step is given, and returns the state of the end.
     """
@@ -136,7 +137,8 @@ class Loop(Differentiable):
         step, count, width = self.step, self.count, len(active)
         size = len(step.arguments)
         carried = [
-            [step.trace.load(f"x{size + i * width + a}") for a in range(width)] for i in range(count)
+            [step.trace.load(f"x{size + i * width + a}") for a in range(width)]
+            for i in range(count)
         ]
         seeds = {x: dict(enumerate(row)) for x, row in zip(step.arguments, carried, strict=False)}
         seeds |= {step.arguments[i - 1]: {a: 1.0} for a, i in enumerate(active) if i > count}

@@ -167,7 +167,9 @@ def definition(function: Callable) -> ast.FunctionDef:
     """The syntax tree of a function."""
     name = getattr(function, "__name__", repr(function))
     if hasattr(function, "__wrapped__"):
-        raise ValueError(f"law {name}: a decorator wraps it, so its source is not what runs; leave it out")
+        raise ValueError(
+            f"law {name}: a decorator wraps it, so its source is not what runs; leave it out"
+        )
     try:
         node = parsed(textwrap.dedent(inspect.getsource(function))).body[0]
     except (OSError, TypeError, SyntaxError):
@@ -591,7 +593,9 @@ class Execution:
     def _traced(self, function: Callable, arguments: list) -> tuple[Function, bool]:
         made = Function(_name(function))
         inner = Execution(made.trace, function, self.helpers, (*self.callers, self.function))
-        made.outputs = list(inner.returned([_mapped(a, lambda v: made.argument()) for a in arguments]))
+        made.outputs = list(
+            inner.returned([_mapped(a, lambda v: made.argument()) for a in arguments])
+        )
         returned = [n.value for n in ast.walk(inner.tree) if isinstance(n, ast.Return)]
         return made, len(made.outputs) == 1 and not any(isinstance(v, ast.Tuple) for v in returned)
 

@@ -190,7 +190,9 @@ class Lowering:
     def function(self, op: str, args: list[ir.Value]) -> ir.Value:
         """A function of the C library."""
         name = f"llvm.{op}.f64" if op in LIBRARY else op
-        return self.lanes(lambda *one: self.builder.call(self.external(name, DOUBLE, len(one)), one), args)
+        return self.lanes(
+            lambda *one: self.builder.call(self.external(name, DOUBLE, len(one)), one), args
+        )
 
     @property
     def suffix(self) -> str:
@@ -215,7 +217,9 @@ class Lowering:
             if value.op in INDEXING and value not in self.slots and all(map(_is_whole, value.args)):
                 made = getattr(self.builder, value.op)(*map(self.integer, value.args))
             else:
-                made = self.builder.fptosi(self.value(value), self.splat(ir.Constant(INT64, 0)).type)
+                made = self.builder.fptosi(
+                    self.value(value), self.splat(ir.Constant(INT64, 0)).type
+                )
             self.values[key] = made
         return self.values[key]
 
@@ -246,7 +250,11 @@ class Lowering:
         """A function of the module: what several places call, or what is long."""
         if isinstance(function, Opaque | Answer):
             return
-        count = 1 + len(function.step.arguments) if isinstance(function, Loop) else len(function.arguments)
+        count = (
+            1 + len(function.step.arguments)
+            if isinstance(function, Loop)
+            else len(function.arguments)
+        )
         kind = ir.FunctionType(
             self.structure(function.count), [POINTER, POINTER, *[self.kind] * count]
         )
@@ -296,7 +304,9 @@ class Lowering:
         pairs = zip(new, args, strict=False)
         self.returned([self.joined(value, done, start, begun) for value, start in pairs])
 
-    def joined(self, value: ir.Value, behind: ir.Block, other: ir.Value, begun: ir.Block) -> ir.Value:
+    def joined(
+        self, value: ir.Value, behind: ir.Block, other: ir.Value, begun: ir.Block
+    ) -> ir.Value:
         """A value of a side that was entered, and another one where it was not."""
         phi = self.builder.phi(value.type)
         phi.add_incoming(value, behind)

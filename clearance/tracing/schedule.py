@@ -78,8 +78,7 @@ def cost(node: Scalar) -> int:
 
 
 def _paths(nodes: list[Scalar], outputs: list, cut: Callable) -> dict[Scalar, Path]:
-    """Conditions under which each node is needed, outermost first, those that save little left out.
-    """
+    """Conditions under which each node is needed, outermost first, those that save little left out."""
     paths: dict[Scalar, Path] = {o: () for o in outputs if isinstance(o, Scalar)}
     wanted = set(nodes)
 
@@ -124,7 +123,9 @@ class _Ordered:
         self.done: set[Scalar] = set(given)
 
     def block(self, prefix: Path, members: list[Scalar]) -> tuple[list, list[Scalar]]:
-        """Steps of the members, whose paths begin with the prefix, and the members that no step needs yet."""
+        """Steps of the members, whose paths begin with the prefix, and the members that no step
+        needs yet.
+        """
         depth, steps = len(prefix), []
         waiting: dict[Scalar, list[Scalar]] = {}
         for node in members:

@@ -112,8 +112,7 @@ def is_zero(value) -> bool:
 
 
 def defined(function: Callable, *numbers):
-    """A function of numbers, not a number where Python raises: a condition may leave the value out.
-    """
+    """A function of numbers, not a number where Python raises: a condition may leave the value out."""
     try:
         value = function(*numbers)
     except (ArithmeticError, ValueError):
@@ -125,7 +124,8 @@ def defined(function: Callable, *numbers):
 class Rule:
     """Differentiates values that follow from inputs in another way than by a chain of operations.
 
-    tangents(tangents of inputs) -> tangents of values. The inputs hold all that the values depend on.
+    tangents(tangents of inputs) -> tangents of values. The inputs hold all that the values depend
+    on.
     """
 
     inputs: list
@@ -133,7 +133,7 @@ class Rule:
 
     def of(self, tangents: list[Tangents]) -> list[Tangents]:
         """Tangents of the values, sparse."""
-        return [_without_zeros(row) for row in self.tangents(tangents)] 
+        return [_without_zeros(row) for row in self.tangents(tangents)]
 
 
 class Trace:
@@ -144,7 +144,8 @@ class Trace:
         self.nodes: list[Scalar] = []
         self.section = ""
         self._nodes: dict[tuple, Scalar] = {}
-        self.rules: dict[Scalar, tuple[Rule, int, float]] = {}  # with the place and sign of the value
+        # with the place and sign of the value
+        self.rules: dict[Scalar, tuple[Rule, int, float]] = {}
 
     def node(self, op, *args) -> Scalar:
         """The one node of an operation on operands."""
@@ -325,8 +326,7 @@ class Trace:
         return self.numeric(a) if isinstance(a, Scalar) else float(a)
 
     def select(self, condition, a, b):
-        """a where the condition holds, else b; a number for a condition holds where it is positive.
-        """
+        """a where the condition holds, else b; a number for a condition holds where it is positive."""
         if is_number(condition):
             return a if condition > 0.0 else b
         condition = condition if condition.boolean else self.compare("gt", condition, 0.0)
@@ -509,7 +509,11 @@ def _key(operand):
     """Equal for operands that are the same; zeros of either sign are two."""
     if isinstance(operand, Scalar):
         return "v", operand.index
-    return "-0" if isinstance(operand, float) and operand == 0.0 and math.copysign(1.0, operand) < 0.0 else operand
+    return (
+        "-0"
+        if isinstance(operand, float) and operand == 0.0 and math.copysign(1.0, operand) < 0.0
+        else operand
+    )
 
 
 def _without_zeros(row: Tangents) -> Tangents:

@@ -1,6 +1,8 @@
-"""A life: stages of settled turns on outlines that stay as they are, and jumps over many turns between them.
+"""A life: stages of settled turns on outlines that stay as they are, and jumps over many turns
+between them.
 
-A stage runs the scene on its outlines and measures wear and load path of a turn. A jump replays that
+A stage runs the scene on its outlines and measures wear and load path of a turn. A jump replays
+that
 path (wearing/replay.py) until a depth has grown by a share of the clearance. The stage at its end
 measures anew: where its wear of a turn differs from what the replay ends with by more than the
 tolerance, the loads have changed, and half the jump is made instead. Half that difference times the
@@ -60,7 +62,9 @@ class Plan:
         checks.positive("tolerance", self.tolerance)
         if not 0.0 < checks.finite("share", self.share) <= 1.0:
             reason = "a jump that deepens a scar by more than the clearance swallows it"
-            raise ValueError(f"share must lie in (0, 1] of the clearance, got {self.share!r}: {reason}")
+            raise ValueError(
+                f"share must lie in (0, 1] of the clearance, got {self.share!r}: {reason}"
+            )
         if self.jump not in JUMPS:
             raise ValueError(f"jump must be one of {', '.join(JUMPS)}, got {self.jump!r}")
         if self.jump_turns is not None:
@@ -68,13 +72,15 @@ class Plan:
         for name, least in (("settle", 0), ("average", 1)):
             value = getattr(self, name)
             if not isinstance(value, int) or value < least:
-                raise ValueError(f"{name} must be a whole number of turns from {least} on, got {value!r}")
+                raise ValueError(
+                    f"{name} must be a whole number of turns from {least} on, got {value!r}"
+                )
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Measurement of one joint in a stage: wear of a turn [m] by surface, its standard error as a share, and the
-    load path of a turn.
+    """Measurement of one joint in a stage: wear of a turn [m] by surface, its standard error as a
+    share, and the load path of a turn.
     """
 
     rate: dict[str, np.ndarray]
@@ -111,19 +117,23 @@ def wear(
     progress: Callable[[float], None] | None = None,
     **parameters,
 ) -> Life:
-    """The life of a mechanism whose joints wear, in a directory that can be killed and gone on with.
+    """The life of a mechanism whose joints wear, in a directory that can be killed and gone on
+    with.
 
-    case: name or file of a case with its parameters, or a scene; turns: how many it shall do. share: of the clearance,
-    by which a depth grows in a jump at most; tolerance: of wear of a turn, by which it may differ from that predicted.
-    settle, average: turns of a stage before it is measured, and over which; more, up to 50, where wear scatters from
-    turn to turn (dry clearance is chaotic). jump: "replay" (implicit, of the load path), or "linear" (wear of a turn
-    times turns, as in the literature), which is refused beyond its stability. jump_turns: longest jump.
+    case: name or file of a case with its parameters, or a scene; turns: how many it shall do.
+        share: of the clearance, by which a depth grows in a jump at most; tolerance: of wear of a
+        turn, by which it may differ from that predicted.
+    settle, average: turns of a stage before it is measured, and over which; more, up to 50, where
+    wear scatters from turn to turn (dry clearance is chaotic). jump: "replay" (implicit, of the
+    load path), or "linear" (wear of a turn times turns, as in the literature), which is refused
+    beyond its stability. jump_turns: longest jump.
     progress: called with the share of the turns that is done.
-    Raises ValueError for bad input, for a directory of another life, and where a joint is worn through.
+    Raises ValueError for bad input, for a directory of another life, and where a joint is worn
+    through.
     """
     plan = Plan(
         float(turns), share, tolerance, settle, average, jump, jump_turns, rtol, samples_per_turn
-    )  # fmt: skip
+    )
     scene = case if isinstance(case, Scene) else load_case(case, **parameters)
     if isinstance(case, Scene) and parameters:
         raise ValueError(f"a scene takes no parameters of a case, got {', '.join(parameters)}")
@@ -141,7 +151,10 @@ class Driver:
         self.joints = {j.name: j for j in scene.clearance_joints if j.wear or j.wear_journal}
         if not self.joints:
             names = ", ".join(j.name for j in scene.clearance_joints) or "none with clearance"
-            raise ValueError(f"no joint of {scene.name} wears (joints: {names}); give wear, such as wear=1e-4mm3/Nm")
+            raise ValueError(
+                f"no joint of {scene.name} wears (joints: {names}); give wear, such as "
+                f"wear=1e-4mm3/Nm"
+            )
         if scene.turn is None:
             raise ValueError(f"{scene.name}: a life counts turns, and nothing turns evenly in it")
         self.scene, self.turn = scene, scene.turn
@@ -152,7 +165,12 @@ class Driver:
     def _begin(self) -> None:
         """Take up the life of the directory, or begin one."""
         sizes = {
-            n: {"radius": j.radius, "length": j.contact_length, "clearance": j.clearance, "wears": _wears(j)}
+            n: {
+                "radius": j.radius,
+                "length": j.contact_length,
+                "clearance": j.clearance,
+                "wears": _wears(j),
+            }
             for n, j in self.joints.items()
         }
         asked = {**asdict(self.plan), "scene": self.scene.description(), "joints": sizes}
@@ -162,7 +180,10 @@ class Driver:
             before = json.loads(path.read_text())
             other = [n for n in asked if n != "turns" and before.get(n) != asked[n]]
             if other:
-                raise ValueError(f"{self.folder} holds another life (other {', '.join(other)}); take another directory")
+                raise ValueError(
+                    f"{self.folder} holds another life (other {', '.join(other)}); take another "
+                    f"directory"
+                )
         _write(path, json.dumps(asked).encode())
         self.journal = list(lines(self.folder / "journal.jsonl"))
         text = b"".join(json.dumps(e).encode() + b"\n" for e in self.journal)
@@ -172,7 +193,10 @@ class Driver:
         """The scene on outlines."""
 
         def element(one):
-            if getattr(one, "name", None) not in self.joints or one.key != self.joints[one.name].key:
+            if (
+                getattr(one, "name", None) not in self.joints
+                or one.key != self.joints[one.name].key
+            ):
                 return one
             depths = outlines[one.name]
             return replace(one, outline=worn(bearing=depths.bearing, journal=depths.journal))
@@ -180,7 +204,9 @@ class Driver:
         return self.scene.rebuilt(element=element)
 
     # --- a stage
-    def run(self, stage: int, outlines: dict[str, Worn], average: int) -> tuple[dict[str, Measured], dict]:
+    def run(
+        self, stage: int, outlines: dict[str, Worn], average: int
+    ) -> tuple[dict[str, Measured], dict]:
         """The run of a stage: what it has measured, and its metrics."""
         start = self.folder / f"stage-{stage - 1:04d}.h5" if stage else None
         path = self.folder / f"stage-{stage:04d}.h5"
@@ -196,10 +222,14 @@ class Driver:
         values = metrics(result, float(self.settle), ideal)
         result.close()
         turns = {name: t[self.settle :] for name, t in run.wearing.turns.items()}
-        return {n: Measured.of(t) for n, t in turns.items()}, {n: m.value for n, m in values.items()}
+        return {n: Measured.of(t) for n, t in turns.items()}, {
+            n: m.value for n, m in values.items()
+        }
 
     def _settle(self, run, before: int) -> None:
-        """Put journals that touched at the end of the stage before where the new outline carries the same force."""
+        """Put journals that touched at the end of the stage before where the new outline carries
+        the same force.
+        """
         row, place = run.outputs_here(), run.mechanism.layout.output
         with np.load(self.folder / f"stage-{before:04d}.npz") as old:
             for joint in (j for j in run.mechanism.places if j.name in self.joints):
@@ -208,7 +238,10 @@ class Driver:
                 x, y = run.state.y[first : first + 2]
                 cos, sin = math.cos(turn[0]), math.sin(turn[0])
                 here = cos * x + sin * y, cos * y - sin * x
-                outlines = [{s: old[f"{joint.name}/{s}"] for s in SURFACES}, joint.outline.parameters]
+                outlines = [
+                    {s: old[f"{joint.name}/{s}"] for s in SURFACES},
+                    joint.outline.parameters,
+                ]
                 numbers = [Outline(None, depths).numbers for depths in outlines]
                 x, y = moved(*here, turn[1] - turn[0], joint.clearance, *numbers)
                 run.state.y[first : first + 2] = cos * x - sin * y, cos * y + sin * x
@@ -231,7 +264,9 @@ class Driver:
     def jump(
         self, outlines: dict[str, Worn], measured: dict[str, Measured], turns: float
     ) -> tuple[dict[str, Worn], float, float]:
-        """Outlines after a jump, its turns (of the joint whose depth grows fastest), and the error of the replay."""
+        """Outlines after a jump, its turns (of the joint whose depth grows fastest), and the error
+        of the replay.
+        """
         most = self.plan.share * min(j.clearance for j in self.joints.values())
         limits = [self._over(n, outlines[n], measured[n], turns, most) for n in self.joints]
         turns = min(done for _, done, _ in limits)
@@ -255,11 +290,17 @@ class Driver:
         return Replay(measured.path, stiffness, joint.radius * joint.contact_length)
 
     def _straight(self, name: str, outline: Worn, measured: Measured, turns: float, most: float):
-        """Wear of a turn times turns. Raises ValueError for a jump that is asked for and unstable."""
+        """Wear of a turn times turns.
+
+        Raises ValueError for a jump that is asked for and unstable.
+        """
         stable = 2.0 / max(self._replay(name, measured).stiff, 1e-300)
         if self.plan.jump_turns is not None and self.plan.jump_turns > stable:
             asked = f"jump_turns={self.plan.jump_turns:g} of linear jumps"
-            raise ValueError(f"joint {name}: {asked}: beyond {stable:.3g} turns they are unstable; take jump=replay")
+            raise ValueError(
+                f"joint {name}: {asked}: beyond {stable:.3g} turns they are unstable; take "
+                f"jump=replay"
+            )
         fastest = max(float(rate.max()) for rate in measured.rate.values())
         turns = min(turns, stable, most / fastest if fastest > 0.0 else math.inf)
         new = outline.copy()
@@ -267,14 +308,18 @@ class Driver:
         new.data = Outline(None, depths).numbers
         return new, turns, 0.0
 
-    def predicted(self, outlines: dict[str, Worn], measured: dict[str, Measured]) -> dict[str, dict[str, np.ndarray]]:
+    def predicted(
+        self, outlines: dict[str, Worn], measured: dict[str, Measured]
+    ) -> dict[str, dict[str, np.ndarray]]:
         """Wear of the next turn that the load paths give."""
         rates = {}
         for name, one in measured.items():
             if not len(one.path):
                 rates[name] = one.rate
                 continue
-            begin = Worn.of(outlines[name].data, one.path, self.joints[name].wear_journal is not None)
+            begin = Worn.of(
+                outlines[name].data, one.path, self.joints[name].wear_journal is not None
+            )
             end = self._replay(name, one).step(begin, 1.0)
             rates[name] = {s: _depths(end)[s] - _depths(begin)[s] for s in one.rate}
         return rates
@@ -289,7 +334,9 @@ class Driver:
         while turns < self.plan.turns:
             self.progress(turns / self.plan.turns)
             left = self.plan.turns - turns
-            new, done, off = self.jump(outlines, measured, max(LEAST, min(size, left, self.plan.jump_turns or left)))
+            new, done, off = self.jump(
+                outlines, measured, max(LEAST, min(size, left, self.plan.jump_turns or left))
+            )
             predicted = self.predicted(new, measured)
             self._check_walls(new, turns + done)
             after, values = self.stage(stage + 1, new)
@@ -297,7 +344,12 @@ class Driver:
             allowed = max(self.plan.tolerance, 2.0 * max(m.scatter for m in after.values()))
             if miss > allowed and done > LEAST:
                 size = max(LEAST, SHRINK * done)
-                LOG.info("wear of a turn has changed by %.2g within %.4g turns: %.4g instead", miss, done, size)
+                LOG.info(
+                    "wear of a turn has changed by %.2g within %.4g turns: %.4g instead",
+                    miss,
+                    done,
+                    size,
+                )
                 continue
             outlines, measured, turns, stage = new, after, turns + done, stage + 1
             error += off + 0.5 * done * apart
@@ -309,8 +361,14 @@ class Driver:
     def _first(self, outlines: dict[str, Worn]) -> dict[str, Measured]:
         measured, values = self.stage(0, outlines)
         for name, one in measured.items():
-            if self.plan.jump == "replay" and not len(one.path) and any(r.any() for r in one.rate.values()):
-                raise ValueError(f"joint {name}: its law of wear is not linear in the pressure; take jump=linear")
+            if (
+                self.plan.jump == "replay"
+                and not len(one.path)
+                and any(r.any() for r in one.rate.values())
+            ):
+                raise ValueError(
+                    f"joint {name}: its law of wear is not linear in the pressure; take jump=linear"
+                )
         self._keep(0, outlines, measured, 0.0, 0.0, self.plan.turns * FIRST, values, 0.0)
         return measured
 
@@ -319,7 +377,10 @@ class Driver:
         empty = np.zeros((0, 6))
         if not self.journal:
             made = {n: Outline(None, j.outline.parameters).numbers for n, j in self.joints.items()}
-            outlines = {n: Worn.of(m, empty, self.joints[n].wear_journal is not None) for n, m in made.items()}
+            outlines = {
+                n: Worn.of(m, empty, self.joints[n].wear_journal is not None)
+                for n, m in made.items()
+            }
             return outlines, 0.0, 0.0, self.plan.turns, -1
         last = self.journal[-1]
         arrays = np.load(self.folder / f"stage-{last['stage']:04d}.npz")
@@ -336,7 +397,9 @@ class Driver:
         arrays = np.load(self.folder / f"stage-{stage:04d}.npz")
         scatter = self.journal[-1]["scatter"]
         return {
-            n: Measured({s: arrays[f"{n}/{s}/turn"] for s in _wears(j)}, scatter[n], arrays[f"{n}/path"])
+            n: Measured(
+                {s: arrays[f"{n}/{s}/turn"] for s in _wears(j)}, scatter[n], arrays[f"{n}/path"]
+            )
             for n, j in self.joints.items()
         }
 
@@ -351,9 +414,15 @@ class Driver:
         np.savez_compressed(temporary, **arrays)
         os.replace(temporary, self.folder / f"stage-{stage:04d}.npz")
         entry = {
-            "stage": stage, "turns": turns, "error": error, "jump": size, "changed": miss, "average": self.average,
-            "scatter": {n: m.scatter for n, m in measured.items()}, "metrics": values,
-        }  # fmt: skip
+            "stage": stage,
+            "turns": turns,
+            "error": error,
+            "jump": size,
+            "changed": miss,
+            "average": self.average,
+            "scatter": {n: m.scatter for n, m in measured.items()},
+            "metrics": values,
+        }
         with open(self.folder / "journal.jsonl", "ab") as file:
             file.write(json.dumps(entry).encode() + b"\n")
             file.flush()
@@ -366,13 +435,19 @@ class Driver:
             for surface, depth in _depths(outline).items():
                 if depth.max() > wall:
                     deep = f"its {surface} is worn {depth.max():.4g} m deep after {turns:.6g} turns"
-                    through = f"through its wall of {wall:.4g} m (layer, default half the journal radius)"
+                    through = (
+                        f"through its wall of {wall:.4g} m (layer, default half the journal radius)"
+                    )
                     raise ValueError(f"joint {name}: {deep}, {through}")
 
 
 def _wears(joint) -> list[str]:
     """Surfaces of a joint that wear."""
-    return [s for s, law in zip(SURFACES, (joint.wear, joint.wear_journal), strict=True) if law is not None]
+    return [
+        s
+        for s, law in zip(SURFACES, (joint.wear, joint.wear_journal), strict=True)
+        if law is not None
+    ]
 
 
 def _angle_of(body, row: np.ndarray, place: dict[str, int]) -> float:
@@ -396,7 +471,9 @@ def _missed(predicted: dict, measured: dict[str, Measured]) -> tuple[float, floa
     for name, one in measured.items():
         for surface, rate in one.rate.items():
             apart = float(np.abs(_smoothed(rate) - _smoothed(predicted[name][surface])).max())
-            share = max(share, apart / max(float(_smoothed(rate).max()), 1e-300) if apart > 0.0 else 0.0)
+            share = max(
+                share, apart / max(float(_smoothed(rate).max()), 1e-300) if apart > 0.0 else 0.0
+            )
             most = max(most, apart)
     return share, most
 

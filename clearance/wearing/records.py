@@ -1,9 +1,9 @@
 """A life read from its directory: no solver is needed for that.
 
-    worn/life.json          what was asked for
-    worn/journal.jsonl      one line for each stage, appended once its files are whole
-    worn/stage-0007.h5      the run of a stage, on outlines that stay as they are
-    worn/stage-0007.npz     its outlines, wear of a turn and load paths
+worn/life.json          what was asked for
+worn/journal.jsonl      one line for each stage, appended once its files are whole
+worn/stage-0007.h5      the run of a stage, on outlines that stay as they are
+worn/stage-0007.npz     its outlines, wear of a turn and load paths
 """
 
 import json
@@ -76,7 +76,9 @@ class Life:
         return columns
 
     def depth(self, joint: str, surface: str = "bearing") -> np.ndarray:
-        """Worn depth [m] over the angle of the surface's body, one a degree, at each stage: (stages, 360)."""
+        """Worn depth [m] over the angle of the surface's body, one a degree, at each stage:
+        (stages, 360).
+        """
         return np.array([a[f"{joint}/{surface}"] for a in self._arrays])
 
     def rate(self, joint: str, surface: str = "bearing") -> np.ndarray:
@@ -90,17 +92,24 @@ class Life:
     def volume(self, joint: str, surface: str = "bearing") -> np.ndarray:
         """Worn volume at each stage [m3]."""
         size = self.asked["joints"][joint]
-        return self.depth(joint, surface).sum(axis=1) * size["radius"] * size["length"] * math.radians(1.0)
+        return (
+            self.depth(joint, surface).sum(axis=1)
+            * size["radius"]
+            * size["length"]
+            * math.radians(1.0)
+        )
 
     def metric(self, name: str) -> np.ndarray:
         """A metric of the stages' runs, such as "joint_B_force_max"; nan where a run has it not."""
         return np.array([s["metrics"].get(name, math.nan) for s in self.stages], dtype=float)
 
     def closed_form(self, joint: str) -> np.ndarray:
-        """Depth [m] of a rigid journal whose load stands still in the bearing, from the first load path alone.
+        """Depth [m] of a rigid journal whose load stands still in the bearing, from the first load
+        path alone.
 
-        L c (a / cos a - sin a) = sum(F w) / R n after n turns, depth c / cos a - c: Dufrane's arc grows with a. For
-        a bearing that wears under loads of one direction, it is what a designer needs no code for.
+        L c (a / cos a - sin a) = sum(F w) / R n after n turns, depth c / cos a - c: Dufrane's arc
+        grows with a. For a bearing that wears under loads of one direction, it is what a designer
+        needs no code for.
         """
         size = self.asked["joints"][joint]
         force_x, force_y, _, over, _, _ = self.load_path(joint).T

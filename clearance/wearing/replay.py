@@ -39,9 +39,11 @@ ENOUGH = 0.7  # of the slope at the start of a step that may stand at its end, b
 
 
 def rest(force_x, force_y, angle, joint, data, scale, x, y):
-    """Place where the foundation, `scale` stiff, puts a force on the journal, from (x, y): x, y and normal load.
+    """Place where the foundation, `scale` stiff, puts a force on the journal, from (x, y): x, y and
+    normal load.
 
-    Newton's method on a convex energy, steps that overshoot are halved. The load is nan where it fails.
+    Newton's method on a convex energy, steps that overshoot are halved. The load is nan where it
+    fails.
     """
     size = math.sqrt(force_x * force_x + force_y * force_y)
     f = touching_slopes(x, y, angle, joint, data, 0.0)
@@ -81,7 +83,9 @@ def put(data, line, node, depth):
 
 
 def wear_off(x, y, angle, joint, data, stiffness, over, load, area, pressure):
-    """Wear both surfaces at a place: depths over pressure `over` (bearing, journal), scaled to the normal load."""
+    """Wear both surfaces at a place: depths over pressure `over` (bearing, journal), scaled to the
+    normal load.
+    """
     first, cells = arc(x, y, joint.clearance)
     before, behind = turned(angle)
     bearing, journal = places(data, 0, first, before)
@@ -104,16 +108,21 @@ def wear_off(x, y, angle, joint, data, stiffness, over, load, area, pressure):
 
 
 def replay(path, turns, data, stiffness, surface, place, pressure, volumes):
-    """Replay a load path with `turns` times its wear; data and places of rest go on in place. False where it fails.
+    """Replay a load path with `turns` times its wear; data and places of rest go on in place.
 
-    path: rows of `summing.PATH`; surface: R L [m2]; place: (x, y) of each row; volumes: worn off both, added to.
+    False where it fails.
+
+    path: rows of `summing.PATH`; surface: R L [m2]; place: (x, y) of each row; volumes: worn off
+        both, added to.
     """
     for q in range(path.shape[0]):
         over = (turns * path[q, 3], turns * path[q, 4])
         soft = stiffness / (1.0 + stiffness * (over[0] + over[1]))
         joint = FilmJoint(0.0, path[q, 5], 0.0, 0.0, 0.0)
         force_x, force_y, angle = path[q, 0], path[q, 1], path[q, 2]
-        x, y, load = rest(force_x, force_y, angle, joint, data, soft * surface, place[q, 0], place[q, 1])
+        x, y, load = rest(
+            force_x, force_y, angle, joint, data, soft * surface, place[q, 0], place[q, 1]
+        )
         if not math.isfinite(load):
             return False
         place[q, 0], place[q, 1] = x, y
@@ -123,8 +132,12 @@ def replay(path, turns, data, stiffness, surface, place, pressure, volumes):
     return True
 
 
-def moved(x: float, y: float, angle: float, clearance: float, old: np.ndarray, new: np.ndarray) -> tuple[float, float]:
-    """Place in a new outline with the force that the old one has at (x, y); the same place in free flight."""
+def moved(
+    x: float, y: float, angle: float, clearance: float, old: np.ndarray, new: np.ndarray
+) -> tuple[float, float]:
+    """Place in a new outline with the force that the old one has at (x, y); the same place in free
+    flight.
+    """
     joint = FilmJoint(0.0, clearance, 0.0, 0.0, 0.0)
     force_x, force_y, load, _ = touching(x, y, angle, joint, old, 0.0)
     if load <= 0.0:
@@ -135,7 +148,9 @@ def moved(x: float, y: float, angle: float, clearance: float, old: np.ndarray, n
 
 @dataclass
 class Worn:
-    """Outlines as the replay wears them: their numbers (see `laws.outline.Outline`), places of rest, volumes [m3]."""
+    """Outlines as the replay wears them: their numbers (see `laws.outline.Outline`), places of
+    rest, volumes [m3].
+    """
 
     data: np.ndarray
     place: np.ndarray
@@ -180,14 +195,26 @@ class Replay:
 
     @property
     def stiff(self) -> float:
-        """Wear of a turn over what the foundation yields, K_w sum(w): explicit jumps end at 2 over it."""
+        """Wear of a turn over what the foundation yields, K_w sum(w): explicit jumps end at 2 over
+        it.
+        """
         return self.stiffness * float(self.path[:, 3:5].sum())
 
     def step(self, worn: Worn, turns: float) -> Worn:
-        """Outlines after so many turns at once. Raises RuntimeError where no place of rest is found."""
+        """Outlines after so many turns at once.
+
+        Raises RuntimeError where no place of rest is found.
+        """
         new = worn.copy()
         done = Replay._compiled(
-            self.path, float(turns), new.data, self.stiffness, self.surface, new.place, self.pressure, new.volumes
+            self.path,
+            float(turns),
+            new.data,
+            self.stiffness,
+            self.surface,
+            new.place,
+            self.pressure,
+            new.volumes,
         )
         if not done:
             raise RuntimeError(f"no place of rest was found when {turns:g} turns were replayed")
@@ -201,8 +228,11 @@ class Replay:
         half.volumes += half.volumes - full.volumes
         return half, float(np.abs(change[1:]).max())
 
-    def over(self, worn: Worn, turns: float, tolerance: float, most: float = math.inf) -> tuple[Worn, float, float]:
-        """Outlines after `turns` turns, or where a depth has grown by `most` [m]: outlines, turns, error [m].
+    def over(
+        self, worn: Worn, turns: float, tolerance: float, most: float = math.inf
+    ) -> tuple[Worn, float, float]:
+        """Outlines after `turns` turns, or where a depth has grown by `most` [m]: outlines, turns,
+        error [m].
 
         A step's error is at most `tolerance` of the largest depth that it adds.
         """

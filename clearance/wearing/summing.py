@@ -1,7 +1,9 @@
 """Sums the wear of a run over its accepted steps, surface by surface.
 
-At start, middle and end of each step (Lobatto's weights 1/6, 4/6, 1/6) the pressure of the foundation
-p = K_w g over the nodes of both outlines becomes depth, w(p, |v|) dt. Where the law is linear in the
+At start, middle and end of each step (Lobatto's weights 1/6, 4/6, 1/6) the pressure of the
+foundation
+p = K_w g over the nodes of both outlines becomes depth, w(p, |v|) dt. Where the law is linear in
+the
 pressure, the depths are then scaled to the worn volume that was integrated with the motion.
 """
 
@@ -27,8 +29,9 @@ AROUND_COS, AROUND_SIN = COS[1 : NODES + 1], SIN[1 : NODES + 1]
 class Turn:
     """Wear of one turn, or of a whole run.
 
-    depths, volumes: worn off each surface, by "bearing" and "journal" [m], [m3]; error: share by which the sum over
-    the bins missed the volume. rubbing: int N |v| dt [J]. path: rows of PATH, equal parts of the wear.
+    depths, volumes: worn off each surface, by "bearing" and "journal" [m], [m3]; error: share by
+    which the sum over the bins missed the volume. rubbing: int N |v| dt [J]. path: rows of PATH,
+    equal parts of the wear.
     """
 
     depths: dict[str, np.ndarray]
@@ -38,8 +41,8 @@ class Turn:
     path: np.ndarray
 
 
-#: columns of a load path: force on the journal in the bearing's frame [N], its angle, depth over pressure [m/Pa] of
-#: both surfaces, clearance of the contact [m]
+#: columns of a load path: force on the journal in the bearing's frame [N], its angle, depth over
+#: pressure [m/Pa] of both surfaces, clearance of the contact [m]
 PATH = ("force_x", "force_y", "angle", "bearing", "journal", "clearance")
 
 
@@ -80,7 +83,12 @@ class Sums:
     def _spread(self, flat: np.ndarray, weights: np.ndarray) -> None:
         x, y, angle, clearance, stiffness, speed, fx, fy, load = flat.T
         before, behind = _turned(angle)
-        overlap = x[:, None] * AROUND_COS + y[:, None] * AROUND_SIN - clearance[:, None] - self.outline["bearing"]
+        overlap = (
+            x[:, None] * AROUND_COS
+            + y[:, None] * AROUND_SIN
+            - clearance[:, None]
+            - self.outline["bearing"]
+        )
         if self.outline["journal"].any():
             places, shares = before[:, None] + NODE, np.array(cubic(behind))
             overlap -= sum(
@@ -97,8 +105,12 @@ class Sums:
             else:
                 rates = law(pressure, np.broadcast_to(speed[:, None], pressure.shape))
                 depth = weights[:, None] * rates
-            self.depths[body] += _on_journal(depth, before, behind) if body == "journal" else depth.sum(axis=0)
-        self.rows.append(np.column_stack([fx, fy, angle, over["bearing"], over["journal"], clearance, load]))
+            self.depths[body] += (
+                _on_journal(depth, before, behind) if body == "journal" else depth.sum(axis=0)
+            )
+        self.rows.append(
+            np.column_stack([fx, fy, angle, over["bearing"], over["journal"], clearance, load])
+        )
 
     def finish(self, volumes: dict[str, float]) -> Turn:
         """The wear since the start; volumes: exact ones of the surfaces whose law is linear [m3]."""
@@ -131,7 +143,9 @@ def _on_journal(depth: np.ndarray, before: np.ndarray, behind: np.ndarray) -> np
 
 
 def grouped(rows: np.ndarray) -> np.ndarray:
-    """A load path put together to GROUPS of equal wear, rows of PATH; rows: these columns and the normal load."""
+    """A load path put together to GROUPS of equal wear, rows of PATH; rows: these columns and the
+    normal load.
+    """
     share = (rows[:, 3] + rows[:, 4]) * rows[:, 6]
     if not share.sum() > 0.0:
         return np.zeros((0, len(PATH)))
@@ -162,7 +176,9 @@ class Wearing(Observer):
         self.turns: dict[str, list[Turn]] = {name: [] for name in self.sums}
         layout = run.mechanism.layout
         first = layout.length - len(layout.sums)
-        self.place = {path: first + i for i, path in enumerate(layout.sums)} if layout.ledger else {}
+        self.place = (
+            {path: first + i for i, path in enumerate(layout.sums)} if layout.ledger else {}
+        )
         self.before = dict.fromkeys(self.place, 0.0)
 
     def follow(self, log, trail):
@@ -195,5 +211,8 @@ class Wearing(Observer):
             for body in sums.laws:
                 facts[f"worn_{body}"] = sum((t.depths[body] for t in turns), np.zeros(NODES))
                 facts[f"volumes_{body}"] = np.array([t.volumes[body] for t in turns])
-            facts |= {"rubbing": sum(t.rubbing for t in turns), "bins_error": max(t.error for t in turns)}
+            facts |= {
+                "rubbing": sum(t.rubbing for t in turns),
+                "bins_error": max(t.error for t in turns),
+            }
             recorder.know(f"joints/{name}/wear", **facts)

@@ -8,9 +8,7 @@ the run locates where each one begins and ends.
 
 import clearance as cl
 
-scene = cl.load_case(
-    "slider_crank", model="dry", speed=cl.rpm(2000), clearance=5e-4
-)
+scene = cl.load_case("slider_crank", model="dry", speed=cl.rpm(2000), clearance=5e-4)
 run = cl.simulate(scene, turns=4)
 print(
     len(run.events["time"]),

@@ -8,9 +8,7 @@ reactions and the friction that they make in the joints.
 
 import clearance as cl
 
-run = cl.inverse_dynamics(
-    cl.load_case("five_axis_chain", friction="stribeck"), until=5.0
-)
+run = cl.inverse_dynamics(cl.load_case("five_axis_chain", friction="stribeck"), until=5.0)
 run.plot.efforts()
 
 # %%

@@ -8,9 +8,7 @@ carries most of the turn; the solids carry where the load turns round.
 
 import clearance as cl
 
-run = cl.simulate(
-    cl.load_case("six_bar_feeder", model="mixed", speed=cl.rpm(300)), turns=4
-)
+run = cl.simulate(cl.load_case("six_bar_feeder", model="mixed", speed=cl.rpm(300)), turns=4)
 run.plot.orbit("B")
 
 # %%

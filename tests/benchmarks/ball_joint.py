@@ -1,7 +1,8 @@
-"""Models of ball-joint friction beside their source: `python tests/benchmarks/ball_joint.py [--update]`.
+"""Models of ball-joint friction beside their source: `python tests/benchmarks/ball_joint.py
+[--update]`.
 
-Prints the tables of `clearance.identify.studies` on the synthetic bench; with the extra `learn` also of the lstm.
-Times are of whatever machine runs this, in one process.
+Prints the tables of `clearance.identify.studies` on the synthetic bench; with the extra `learn`
+also of the lstm. Times are of whatever machine runs this, in one process.
 """
 
 from publishing import publish

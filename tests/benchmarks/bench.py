@@ -1,7 +1,8 @@
 """Costs of the parts: `python tests/benchmarks/bench.py [--update]`.
 
-Prints a table of the page beside this file. Times are medians of repeats on whatever machine runs this; ratios compare
-two things measured in turn in one run. CPU seconds are of whole fresh processes.
+Prints a table of the page beside this file. Times are medians of repeats on whatever machine runs
+this; ratios compare two things measured in turn in one run. CPU seconds are of whole fresh
+processes.
 """
 
 import json
@@ -79,7 +80,9 @@ def state_of(scene):
 
 
 def right_hand_sides():
-    """One evaluation against a dense augmented (multiplier) evaluation of the same scene, LAPACK in numba."""
+    """One evaluation against a dense augmented (multiplier) evaluation of the same scene, LAPACK in
+    numba.
+    """
     yield "| six-bar feeder, lubricated joints | one right-hand side | dense multipliers | ratio | largest difference |"
     yield "|---|---|---|---|---|"
     for joints in JOINTS:
@@ -100,7 +103,10 @@ def right_hand_sides():
         mine, theirs = (statistics.median(p[i] for p in pairs) for i in range(2))
         ratio = statistics.median(b / m for m, b in pairs)
         yield f"| {joints} | {mine:.0f} ns | {theirs:.0f} ns | {ratio:.0f} | {difference:.0e} |"
-        require(ratio >= 20.0 or "," in joints, f"{joints}: only {ratio:.0f} times cheaper than dense multipliers")
+        require(
+            ratio >= 20.0 or "," in joints,
+            f"{joints}: only {ratio:.0f} times cheaper than dense multipliers",
+        )
         require(difference <= 1e-12, f"{joints}: {difference:.0e} away from dense multipliers")
 
 
@@ -125,20 +131,39 @@ def starts():
     }
     with tempfile.TemporaryDirectory() as folder:
         for name, options in cases.items():
-            command = [sys.executable, "-m", "clearance.cli", "run", "six_bar_feeder", *options, "--turns", "0.1"]
+            command = [
+                sys.executable,
+                "-m",
+                "clearance.cli",
+                "run",
+                "six_bar_feeder",
+                *options,
+                "--turns",
+                "0.1",
+            ]
             command += ["--json", "-o", f"{folder}/run.h5"]
-            news = [cpu(command, CLEARANCE_STORE=f"{folder}/{name}{i}".replace(" ", "")) for i in range(3)]
-            known = [cpu(command, CLEARANCE_STORE=f"{folder}/{name}0".replace(" ", "")) for _ in range(3)]
+            news = [
+                cpu(command, CLEARANCE_STORE=f"{folder}/{name}{i}".replace(" ", ""))
+                for i in range(3)
+            ]
+            known = [
+                cpu(command, CLEARANCE_STORE=f"{folder}/{name}0".replace(" ", "")) for _ in range(3)
+            ]
             new, old = statistics.median(news), statistics.median(known)
             yield f"| {name} | {new:.1f} s | {old:.1f} s | {new - old:.1f} s |"
             require(old < 2.0, f"{name}: a known structure needs {old:.1f} s of CPU")
-            require(new - old < 4.0 or "table" in name, f"{name}: a new structure compiles {new - old:.1f} s")
+            require(
+                new - old < 4.0 or "table" in name,
+                f"{name}: a new structure compiles {new - old:.1f} s",
+            )
 
 
 def eccentricities(result):
     """Eccentricity ratios of all clearance joints along a run."""
     scene = json.loads(result.attributes["scene"])
-    joints = {j["name"]: j["clearance"] for j in scene["joints"] if j["type"] == "ClearanceRevolute"}
+    joints = {
+        j["name"]: j["clearance"] for j in scene["joints"] if j["type"] == "ClearanceRevolute"
+    }
     return np.stack([result.joint(n).eccentricity / c for n, c in joints.items()])
 
 
@@ -149,22 +174,38 @@ def runs():
     cases = {
         "feeder, lubricated B": ("six_bar_feeder", {"joints": "B"}),
         "feeder, lubricated B, C, E": ("six_bar_feeder", {"joints": "B,C,E"}),
-        "feeder, dry B, frictionless": ("six_bar_feeder", {"joints": "B", "model": "dry", "friction": "none"}),
-        "slider-crank, lubricated, 0.04 Pa s": ("slider_crank", {"model": "lubricated", "viscosity": 0.04}),
+        "feeder, dry B, frictionless": (
+            "six_bar_feeder",
+            {"joints": "B", "model": "dry", "friction": "none"},
+        ),
+        "slider-crank, lubricated, 0.04 Pa s": (
+            "slider_crank",
+            {"model": "lubricated", "viscosity": 0.04},
+        ),
     }
     for name, (case, options) in cases.items():
         film = options.get("model") != "dry"
-        truth = eccentricities(cl.simulate(cl.load_case(case, **options), turns=2, rtol=1e-12, samples_per_turn=100))
+        truth = eccentricities(
+            cl.simulate(cl.load_case(case, **options), turns=2, rtol=1e-12, samples_per_turn=100)
+        )
         for rtol in (1e-4, 1e-6, 1e-8, 1e-10):
             found = []
             for _ in range(REPEATS):
-                result = cl.simulate(cl.load_case(case, **options), turns=2, rtol=rtol, samples_per_turn=100)
+                result = cl.simulate(
+                    cl.load_case(case, **options), turns=2, rtol=rtol, samples_per_turn=100
+                )
                 found.append(result.solver["wall_s"] * 1e3)
-                residual = np.abs(result.energy.residual).max() / result.file["energy"].attrs["turned_over"]
+                residual = (
+                    np.abs(result.energy.residual).max()
+                    / result.file["energy"].attrs["turned_over"]
+                )
                 steps = result.solver["steps"]
                 error = np.abs(eccentricities(result) - truth).max()
                 result.close()
-            require(rtol > 1e-9 or residual < 1e-8, f"{name}: energy residual {residual:.0e} at rtol {rtol:.0e}")
+            require(
+                rtol > 1e-9 or residual < 1e-8,
+                f"{name}: energy residual {residual:.0e} at rtol {rtol:.0e}",
+            )
             shown = f"{error:.0e}" if film else "-"
             cost = f"{statistics.median(found):.1f} ms"
             yield f"| {name} | {rtol:.0e} | {cost} | {steps} | {shown} | {residual:.0e} |"
@@ -177,7 +218,9 @@ def compiled_law(law, active, state):
     for one in (function, function.slopes(tuple(range(active)))):
         called = compiled(one)
         source = "def calls(count, first, others):\n    total, par = 0.0, others\n    for i in range(count):\n"
-        arguments = ", ".join(["par", "first * (1.0 + 1e-9 * i)", *(f"others[{k}]" for k in range(len(numbers)))])
+        arguments = ", ".join(
+            ["par", "first * (1.0 + 1e-9 * i)", *(f"others[{k}]" for k in range(len(numbers)))]
+        )
         arguments += "".join(f", {v!r}" for v in law.numbers)
         parts = [f"found[{k}]" for k in range(one.count)]  # all are used: none is left out
         source += f"        found = called({arguments})\n        total += {' + '.join(parts)}"
@@ -188,14 +231,30 @@ def compiled_law(law, active, state):
 
 
 def law_costs():
-    """Time of one evaluation of each law, and of its values with the exact Jacobian, at a state of the feeder."""
+    """Time of one evaluation of each law, and of its values with the exact Jacobian, at a state of
+    the feeder.
+    """
     facts = cl.laws.FilmJoint(0.01, 1e-4, 0.02, 0.05, 0.8e-6)
     pair = choices.Pair(0.01, 1e-4, 0.02, cl.steel)
-    cases = {f"film {n}": (law(), (0.7, 20.0, 40.0, facts), 3) for n, law in choices.FILMS.items() if n != "table"}
-    cases |= {f"contact {n}": (make(pair, 0.9), (2e-6, 0.01, 0.1), 2) for n, make in choices.CONTACTS.items()}
-    cases |= {f"friction {n}": (make(0.1), (0.02, 50.0), 2) for n, make in choices.FRICTIONS.items() if n != "lugre"}
+    cases = {
+        f"film {n}": (law(), (0.7, 20.0, 40.0, facts), 3)
+        for n, law in choices.FILMS.items()
+        if n != "table"
+    }
+    cases |= {
+        f"contact {n}": (make(pair, 0.9), (2e-6, 0.01, 0.1), 2)
+        for n, make in choices.CONTACTS.items()
+    }
+    cases |= {
+        f"friction {n}": (make(0.1), (0.02, 50.0), 2)
+        for n, make in choices.FRICTIONS.items()
+        if n != "lugre"
+    }
     cases["friction lugre"] = (choices.FRICTIONS["lugre"](0.1), (1e-7, 0.02, 50.0), 3)
-    cases |= {f"asperity {n}": (law(modulus=1e11), (1.2, facts), 1) for n, law in choices.ASPERITIES.items()}
+    cases |= {
+        f"asperity {n}": (law(modulus=1e11), (1.2, facts), 1)
+        for n, law in choices.ASPERITIES.items()
+    }
     thresholds = {"dry": 0.4, "mixed": 1.0, "full": 3.0}
     for name, law in choices.TRANSITIONS.items():
         cases[f"transition {name}"] = (law(**thresholds), (1e-6, facts), 1)
@@ -207,10 +266,17 @@ def law_costs():
         for calls, first, others in compiled_law(law, active, state):
             calls(10, first, others)
             once = partial(calls, first=first, others=others)
-            times.append(statistics.median(per_call(lambda n, once=once: once(n), 20_000) for _ in range(5)))
+            times.append(
+                statistics.median(per_call(lambda n, once=once: once(n), 20_000) for _ in range(5))
+            )
         cost[name] = times
         yield f"| {name} | {times[0]:.1f} ns | {times[1]:.1f} ns |"
-    names = ("transition load_sharing", "film pinkus_sternlicht", "asperity greenwood_tripp", "contact winkler")
+    names = (
+        "transition load_sharing",
+        "film pinkus_sternlicht",
+        "asperity greenwood_tripp",
+        "contact winkler",
+    )
     shared = [sum(cost[n][k] for n in names) for k in range(2)]
     together = ", ".join(n.partition(" ")[2] for n in names)
     yield f"| load sharing in all: {together} | {shared[0]:.1f} ns | {shared[1]:.1f} ns |"
@@ -220,7 +286,9 @@ def law_costs():
 
 
 def film_costs():
-    """The film table: a force, its build, finite elements no more accurate, a step of the feeder beside a formula's."""
+    """The film table: a force, its build, finite elements no more accurate, a step of the feeder
+    beside a formula's.
+    """
     states = film_ladder.path()
     bearing = Bearing.of(film_ladder.JOINT)
     finest = bands.FastFilm(bearing, film_ladder.REFERENCE)
@@ -246,8 +314,14 @@ def film_costs():
     require(table.seconds < 100e-9, "a table's force above 100 ns")
     require(table.slopes_seconds < 200e-9, "a table's force with Jacobian above 200 ns")
     require(built < 5.0, "a table's build above 5 s")
-    require(ratio > 1000.0 and table.error_closing < elements.error_closing, "FEM within 1000 times of the table")
-    require(steps["table"] < 2.0 * steps["pinkus_sternlicht"], "a step with the table above twice a formula's")
+    require(
+        ratio > 1000.0 and table.error_closing < elements.error_closing,
+        "FEM within 1000 times of the table",
+    )
+    require(
+        steps["table"] < 2.0 * steps["pinkus_sternlicht"],
+        "a step with the table above twice a formula's",
+    )
 
 
 def parts():
@@ -261,7 +335,9 @@ def parts():
         "lubricated B, C, E": {"joints": "B,C,E"},
         "lubricated A to F": {"joints": "A,B,C,D,E,F"},
     }
-    rows = ablation.costs({name: cl.load_case("six_bar_feeder", **options) for name, options in cases.items()})
+    rows = ablation.costs(
+        {name: cl.load_case("six_bar_feeder", **options) for name, options in cases.items()}
+    )
     yield from ablation.table(rows, "six-bar feeder, one turn")
     one, six = (next(r for r in rows if r.name == n) for n in ("lubricated B", "lubricated A to F"))
     ratio = six.step * six.steps / (one.step * one.steps)
@@ -295,7 +371,9 @@ def long_runs():
         steps = int(run.state.steps)
         yield f"| {name} | {steps} | {first * 1e3:.3f} ms | {last * 1e3:.3f} ms | {last / first:.2f} |"
         require(code == status.DONE, f"{name}: 1000 turns ended with {code}")
-        require(last < 1.2 * first, f"{name}: a turn costs {last / first:.2f} times more at the end")
+        require(
+            last < 1.2 * first, f"{name}: a turn costs {last / first:.2f} times more at the end"
+        )
 
 
 def memory():
@@ -303,13 +381,26 @@ def memory():
     yield "| 10,000 turns, feeder, lubricated B, 40 samples a turn | wall | peak memory | file |"
     yield "|---|---|---|---|"
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "clearance.cli", "run", "six_bar_feeder", "--turns", "10000"]
+        command = [
+            sys.executable,
+            "-m",
+            "clearance.cli",
+            "run",
+            "six_bar_feeder",
+            "--turns",
+            "10000",
+        ]
         command += ["--samples-per-turn", "40", "--json", "-o", f"{folder}/long.h5"]
         code = f"import subprocess, resource; subprocess.run({command!r}, check=True, capture_output=True)"
         code += "; print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
         began = time.perf_counter()
         peak = (
-            int(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout) / 1024
+            int(
+                subprocess.run(
+                    [sys.executable, "-c", code], check=True, capture_output=True, text=True
+                ).stdout
+            )
+            / 1024
         )
         wall, size = time.perf_counter() - began, Path(folder, "long.h5").stat().st_size / 2**20
         yield f"| | {wall:.0f} s | {peak:.0f} MB | {size:.0f} MB |"

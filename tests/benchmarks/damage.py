@@ -2,9 +2,10 @@
 
     python -m tests.benchmarks.damage [--cases 400] [--seed 0]
 
-damages copies of a small result file, a sweep and measurements (flipped bits, cut short, parts missing or of another
-kind) and has every command that reads such files look at them. A command must say in one line what is wrong, or do its
-work; nothing may raise. No number may be read that was not written. The exit status is 1 where something failed.
+damages copies of a small result file, a sweep and measurements (flipped bits, cut short, parts
+missing or of another kind) and has every command that reads such files look at them. A command must
+say in one line what is wrong, or do its work; nothing may raise. No number may be read that was not
+written. The exit status is 1 where something failed.
 """
 
 import argparse
@@ -234,7 +235,9 @@ OF_HDF5 = (*OF_BYTES, less_attributes, other_attribute, less_items, other_item, 
 
 # --- what is damaged
 def sources(folder: Path) -> dict[str, tuple[Path, str, tuple[Damage, ...], tuple]]:
-    """Name -> file or folder to copy, file in it to damage, ways to damage it, commands that read it."""
+    """Name -> file or folder to copy, file in it to damage, ways to damage it, commands that read
+    it.
+    """
     dry, wet = folder / "dry.h5", folder / "wet.h5"
     few = {"turns": 1.0, "samples_per_turn": 40}
     cl.simulate(cl.load_case("slider_crank", friction="coulomb"), path=dry, **few).close()
@@ -387,7 +390,8 @@ def parsed(arguments: list[str] | None = None) -> int:
                     failed += 1
                     print(f"FAILED {label}\n{wrong}", flush=True)
     print(
-        f"{sum(counts.values())} cases, {failed} failed: {', '.join(f'{n} {c}' for n, c in counts.items())}"
+        f"{sum(counts.values())} cases, {failed} failed: "
+        f"{', '.join(f'{n} {c}' for n, c in counts.items())}"
     )
     return int(failed > 0)
 

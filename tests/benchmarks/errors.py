@@ -1,9 +1,11 @@
-"""Stated against true errors, and errors that are asked for: `python tests/benchmarks/errors.py [--update]`.
+"""Stated against true errors, and errors that are asked for: `python tests/benchmarks/errors.py
+[--update]`.
 
-Scenes of varied parameters, three turns each, settled numbers of the last two. True errors are against rtol 1e-12.
-Statements: runs at 1e-4 ... 1e-8, each with its companion at ten times the tolerance. Requests: the integration of all
-printed numbers, 1e-2 ... 1e-6; their time is that of all compiled loops of the ladder over that of the cheapest run of
-whole decades whose true errors are small enough, known only afterwards. With --update also draws the picture
+Scenes of varied parameters, three turns each, settled numbers of the last two. True errors are
+against rtol 1e-12. Statements: runs at 1e-4 ... 1e-8, each with its companion at ten times the
+tolerance. Requests: the integration of all printed numbers, 1e-2 ... 1e-6; their time is that of
+all compiled loops of the ladder over that of the cheapest run of whole decades whose true errors
+are small enough, known only afterwards. With --update also draws the picture
 paper_figures/stated_errors.png. Some minutes.
 """
 
@@ -31,48 +33,107 @@ TURNS, SETTLE, SAMPLES = 3, 1.0, 200
 EXACT, DECADES, STATED = 12, range(2, 10), range(4, 9)  # tolerances 10^-k
 ASKED = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 FLOOR = 1e-11  # relative errors below it are those of the reference
-#: what is asked for: shares covered, median factor too large, median time of a request over the cheapest run
+#: what is asked for: shares covered, median factor too large, median time of a request over the
+#: cheapest run
 METRICS_COVERED, TOO_LARGE, SLOWER = 0.97, 40.0, 5.0
 rpm = cl.rpm
 #: for each group: case, its parameters
 SCENES = {
     "lubricated": [
-        *(("six_bar_feeder", {"speed": rpm(s), "clearance": c}) for s in (100, 300, 600) for c in (5e-5, 1e-4, 3e-4)),
+        *(
+            ("six_bar_feeder", {"speed": rpm(s), "clearance": c})
+            for s in (100, 300, 600)
+            for c in (5e-5, 1e-4, 3e-4)
+        ),
         *(("six_bar_feeder", {"speed": rpm(s), "film": "pinkus_sternlicht"}) for s in (150, 450)),
         *(("six_bar_feeder", {"speed": rpm(s), "joints": "B,C,E"}) for s in (200, 400)),
-        *(("slider_crank", {"model": "lubricated", "speed": rpm(s), "viscosity": v})
-          for s in (1500, 3000, 5000) for v in (0.4, 0.04)),
-        *(("slider_crank", {"model": "lubricated", "film": f, "speed": rpm(2500)}) for f in ("short", "harmonic")),
-        *(("four_bar", {"model": "lubricated", "speed": rpm(s), "joints": j})
-          for s in (200, 500) for j in ("C", "B,C")),
-        *(("slider_crank", {"model": "lubricated", "speed": rpm(s), "clearance": 2e-4, "viscosity": 0.1})
-          for s in (1000, 4000)),
+        *(
+            ("slider_crank", {"model": "lubricated", "speed": rpm(s), "viscosity": v})
+            for s in (1500, 3000, 5000)
+            for v in (0.4, 0.04)
+        ),
+        *(
+            ("slider_crank", {"model": "lubricated", "film": f, "speed": rpm(2500)})
+            for f in ("short", "harmonic")
+        ),
+        *(
+            ("four_bar", {"model": "lubricated", "speed": rpm(s), "joints": j})
+            for s in (200, 500)
+            for j in ("C", "B,C")
+        ),
+        *(
+            (
+                "slider_crank",
+                {"model": "lubricated", "speed": rpm(s), "clearance": 2e-4, "viscosity": 0.1},
+            )
+            for s in (1000, 4000)
+        ),
         ("four_bar", {"model": "lubricated", "speed": rpm(1000), "joints": "C", "viscosity": 0.02}),
         ("six_bar_feeder", {"film": "short"}),
     ],
     "mixed": [
-        *(("six_bar_feeder", {"model": "mixed", "speed": rpm(s), "transition": t})
-          for s in (100, 300, 600) for t in ("fuzzy", "load_sharing", "flores")),
-        *(("slider_crank", {"model": "mixed", "viscosity": 0.02, "clearance": 1e-4, "speed": rpm(s), "transition": t})
-          for s in (1500, 3000) for t in ("fuzzy", "load_sharing", "flores")),
-        *(("four_bar", {"model": "mixed", "speed": rpm(s), "viscosity": 0.005}) for s in (100, 300)),
-        *(("six_bar_feeder", {"model": "mixed", "speed": rpm(200), "clearance": c}) for c in (5e-5, 2e-4)),
-        ("slider_crank", {"model": "mixed", "viscosity": 0.05, "clearance": 1e-4, "speed": rpm(4500)}),
+        *(
+            ("six_bar_feeder", {"model": "mixed", "speed": rpm(s), "transition": t})
+            for s in (100, 300, 600)
+            for t in ("fuzzy", "load_sharing", "flores")
+        ),
+        *(
+            (
+                "slider_crank",
+                {
+                    "model": "mixed",
+                    "viscosity": 0.02,
+                    "clearance": 1e-4,
+                    "speed": rpm(s),
+                    "transition": t,
+                },
+            )
+            for s in (1500, 3000)
+            for t in ("fuzzy", "load_sharing", "flores")
+        ),
+        *(
+            ("four_bar", {"model": "mixed", "speed": rpm(s), "viscosity": 0.005})
+            for s in (100, 300)
+        ),
+        *(
+            ("six_bar_feeder", {"model": "mixed", "speed": rpm(200), "clearance": c})
+            for c in (5e-5, 2e-4)
+        ),
+        (
+            "slider_crank",
+            {"model": "mixed", "viscosity": 0.05, "clearance": 1e-4, "speed": rpm(4500)},
+        ),
     ],
     "thin": [
-        *(("six_bar_feeder", {"model": "mixed", "speed": rpm(s), "viscosity": v, "transition": t})
-          for s, v in ((60, 0.002), (300, 0.001)) for t in ("fuzzy", "load_sharing", "flores")),
-        *(("slider_crank", {"model": "lubricated", "viscosity": 0.004, "speed": rpm(s)}) for s in (2000, 4000)),
+        *(
+            ("six_bar_feeder", {"model": "mixed", "speed": rpm(s), "viscosity": v, "transition": t})
+            for s, v in ((60, 0.002), (300, 0.001))
+            for t in ("fuzzy", "load_sharing", "flores")
+        ),
+        *(
+            ("slider_crank", {"model": "lubricated", "viscosity": 0.004, "speed": rpm(s)})
+            for s in (2000, 4000)
+        ),
     ],
     "friction": [
-        *(("three_loop_chain", {"drive": "torque", "friction": f, "speed": s})
-          for f, s in (("coulomb", 0.5), ("stribeck", 0.5), ("coulomb", 0.3))),
-        ("four_bar", {"model": "mixed", "speed": rpm(200), "viscosity": 0.005, "friction": "stribeck"}),
-        *(("slider_crank", {"model": "mixed", "viscosity": 0.02, "clearance": 1e-4, "friction": f})
-          for f in ("coulomb", "stribeck")),
+        *(
+            ("three_loop_chain", {"drive": "torque", "friction": f, "speed": s})
+            for f, s in (("coulomb", 0.5), ("stribeck", 0.5), ("coulomb", 0.3))
+        ),
+        (
+            "four_bar",
+            {"model": "mixed", "speed": rpm(200), "viscosity": 0.005, "friction": "stribeck"},
+        ),
+        *(
+            (
+                "slider_crank",
+                {"model": "mixed", "viscosity": 0.02, "clearance": 1e-4, "friction": f},
+            )
+            for f in ("coulomb", "stribeck")
+        ),
         *(("double_pendulum", {"damping": d}) for d in (0.0, 0.02)),
     ],
-}  # fmt: skip
+}
 
 
 class Cpu:
@@ -130,7 +191,10 @@ class Scene:
         exact, begin = self.records[EXACT], self.begin
         if name == "trajectory":
             pair = Pair(record, exact, (1.0, 1.0))
-            return stated(pair, self.summed, self.settle, size_of(self.run.mechanism))[name].stated / THROUGHOUT
+            return (
+                stated(pair, self.summed, self.settle, size_of(self.run.mechanism))[name].stated
+                / THROUGHOUT
+            )
         if "/" in name:
             return abs(record.located.of(name, begin).value - exact.located.of(name, begin).value)
         return abs(self.summed(record)[name].value - self.summed(exact)[name].value)
@@ -145,7 +209,9 @@ def scenes() -> Iterator[Scene]:
     """All scenes, with the reference and the runs of whole decades."""
     for group, entries in SCENES.items():
         for case, values in entries:
-            told = (f"{n}={v:.4g}" if isinstance(v, float) else f"{n}={v}" for n, v in values.items())
+            told = (
+                f"{n}={v:.4g}" if isinstance(v, float) else f"{n}={v}" for n, v in values.items()
+            )
             name = " ".join([case, *told])
             scene = cl.load_case(case, **values)
             length = {"turns": TURNS} if scene.turn else {"until": 2.0}
@@ -183,12 +249,21 @@ def statements(one: Scene) -> Iterator[Row]:
             size = 1.0 if kind == "trajectory" else abs(error.value)
             true = one.true(one.records[k], name)
             if size > 0.0 and true > FLOOR * size:
-                yield Row(one.group, kind, 10.0**-k, error.stated / size, true / size, f"{one.name}: {name}")
+                yield Row(
+                    one.group,
+                    kind,
+                    10.0**-k,
+                    error.stated / size,
+                    true / size,
+                    f"{one.name}: {name}",
+                )
 
 
 @dataclass(frozen=True)
 class Asked:
-    """Outcome of a request: reached, refused or wrong; time of its runs over the cheapest sufficient one."""
+    """Outcome of a request: reached, refused or wrong; time of its runs over the cheapest
+    sufficient one.
+    """
 
     eps: float
     result: str
@@ -202,10 +277,21 @@ def requests(one: Scene) -> Iterator[Asked]:
         ladder = Ladder(one.run, Request.of({"integration": eps}), one.settle)
         with Cpu() as cpu:
             answer = ladder.climb()
-        sufficient = [one.cpu[k] for k in DECADES if k in one.records and good(one, one.records[k], eps)]
-        result = "refused" if answer.cannot else "reached" if good(one, answer.attempt.record, eps) else "wrong"
+        sufficient = [
+            one.cpu[k] for k in DECADES if k in one.records and good(one, one.records[k], eps)
+        ]
+        result = (
+            "refused"
+            if answer.cannot
+            else "reached"
+            if good(one, answer.attempt.record, eps)
+            else "wrong"
+        )
         if result != "reached":
-            print(f"   {eps:g} {result}: {answer.cannot or ladder.reached} {ladder.runs}", file=sys.stderr)
+            print(
+                f"   {eps:g} {result}: {answer.cannot or ladder.reached} {ladder.runs}",
+                file=sys.stderr,
+            )
         plain = one.records.get(round(-math.log10(eps)))
         slower = cpu.seconds / min(sufficient, default=math.nan)
         yield Asked(eps, result, slower, plain is not None and good(one, plain, eps))
@@ -220,25 +306,41 @@ def good(one: Scene, record: MemoryRecord, eps: float) -> bool:
 
 def table(rows: list[Row]) -> list[str]:
     """Shares covered and factors too large, by group and kind."""
-    lines = ["| stated errors | kind | n | covered | too large by: median | 5 % | 95 % |", "|---|---|" + "---|" * 5]
+    lines = [
+        "| stated errors | kind | n | covered | too large by: median | 5 % | 95 % |",
+        "|---|---|" + "---|" * 5,
+    ]
     for group in [*SCENES, "all"]:
         for kind in ("trajectory", "extreme", "mean"):
             mine = [r for r in rows if group in (r.group, "all") and r.kind == kind]
             if not mine:
                 continue
             factor = np.array([r.stated / r.true for r in mine])
-            covered, (low, median, high) = np.mean(factor >= 1.0), np.percentile(factor, (5, 50, 95))
-            lines.append(f"| {group} | {kind} | {len(mine)} | {covered:.1%} | {median:.2g} | {low:.2g} | {high:.2g} |")
+            covered, (low, median, high) = (
+                np.mean(factor >= 1.0),
+                np.percentile(factor, (5, 50, 95)),
+            )
+            lines.append(
+                f"| {group} | {kind} | {len(mine)} | {covered:.1%} | {median:.2g} | "
+                f"{low:.2g} | {high:.2g} |"
+            )
             if group == "all":
                 wanted = 1.0 if kind == "trajectory" else METRICS_COVERED
-                require(covered >= wanted, f"{covered:.2%} of {kind} errors are covered, {wanted:.0%} asked for")
-                require(median <= TOO_LARGE, f"{kind} errors are {median:.0f} times too large in the median")
+                require(
+                    covered >= wanted,
+                    f"{covered:.2%} of {kind} errors are covered, {wanted:.0%} asked for",
+                )
+                require(
+                    median <= TOO_LARGE,
+                    f"{kind} errors are {median:.0f} times too large in the median",
+                )
     return lines
 
 
 def asked_table(asked: list[Asked]) -> list[str]:
     lines = [
-        "| asked | n | reached | refused | wrong | time over the cheapest: median | 95 % | worst | rtol = asked does |",
+        "| asked | n | reached | refused | wrong | time over the cheapest: median | 95 % | worst | "
+        "rtol = asked does |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for eps in ASKED:
@@ -247,9 +349,19 @@ def asked_table(asked: list[Asked]) -> list[str]:
         slower = [a.slower for a in mine if a.result == "reached" and math.isfinite(a.slower)]
         median, high, worst = np.percentile(slower, (50, 95, 100))
         plain = np.mean([a.plain for a in mine])
-        cells = [f"{eps:g}", len(mine), *counts, f"{median:.2g}", f"{high:.2g}", f"{worst:.2g}", f"{plain:.0%}"]
+        cells = [
+            f"{eps:g}",
+            len(mine),
+            *counts,
+            f"{median:.2g}",
+            f"{high:.2g}",
+            f"{worst:.2g}",
+            f"{plain:.0%}",
+        ]
         lines.append(f"| {' | '.join(map(str, cells))} |")
-        require(counts[2] == 0, f"{counts[2]} requests of {eps:g} are stated as reached and are not")
+        require(
+            counts[2] == 0, f"{counts[2]} requests of {eps:g} are stated as reached and are not"
+        )
         require(median <= SLOWER, f"requests of {eps:g} take {median:.1f} times the cheapest run")
     return lines
 

@@ -1,8 +1,9 @@
-"""Error against run time, extremes, the price of physics: `python tests/benchmarks/evidence.py [--update]`.
+"""Error against run time, extremes, the price of physics: `python tests/benchmarks/evidence.py
+[--update]`.
 
-Runs the commands of the page beside this file with all peers (install the extra `peers`), keeps their folders in
-`--folder` (a study whose folder is there is not run again), puts tables into that page at their marks, one also into
-the front page, and pictures into paper_figures.
+Runs the commands of the page beside this file with all peers (install the extra `peers`), keeps
+their folders in `--folder` (a study whose folder is there is not run again), puts tables into that
+page at their marks, one also into the front page, and pictures into paper_figures.
 """
 
 import argparse
@@ -23,7 +24,8 @@ STUDIES = {
     "slider_crank": "slider_crank -p model=lubricated -p film=pinkus_sternlicht",
     "six_bar_feeder": "six_bar_feeder -p film=pinkus_sternlicht",
     "feeder_table": "six_bar_feeder",
-    "slider_crank_thin": "slider_crank -p model=lubricated -p viscosity=0.04 -p film=pinkus_sternlicht",
+    "slider_crank_thin": "slider_crank -p model=lubricated -p viscosity=0.04 -p "
+    "film=pinkus_sternlicht",
     "feeder_600": "six_bar_feeder -p speed=600rpm",
     "feeder_300_BCE": "six_bar_feeder -p joints=B,C,E",
     "feeder_600_BCE": "six_bar_feeder -p joints=B,C,E -p speed=600rpm -p film=pinkus_sternlicht",
@@ -31,15 +33,25 @@ STUDIES = {
     "dry_memoryless": "slider_crank -p model=dry -p contact=hunt_crossley_memoryless",
 }
 SHOWN = ("slider_crank", "six_bar_feeder")
-PEERS = ("scipy Radau", "scipy LSODA", "scipy DOP853", "numbalsoda LSODA", "numbalsoda DOP853", "CVODE BDF", "IDA",
-         "Exudyn generalized-alpha")  # fmt: skip
+PEERS = (
+    "scipy Radau",
+    "scipy LSODA",
+    "scipy DOP853",
+    "numbalsoda LSODA",
+    "numbalsoda DOP853",
+    "CVODE BDF",
+    "IDA",
+    "Exudyn generalized-alpha",
+)
 LEVELS = (1e-3, 1e-4, 1e-6, 1e-8)
 
 
 def command(folder: Path, *arguments: str) -> Path:
     """Run one command into its folder, unless it is there; the folder."""
     if not (folder.is_dir() and any(folder.glob("*.md"))):
-        subprocess.run([sys.executable, "-m", "clearance.cli", *arguments, "-o", str(folder)], check=True)
+        subprocess.run(
+            [sys.executable, "-m", "clearance.cli", *arguments, "-o", str(folder)], check=True
+        )
     return folder
 
 
@@ -51,7 +63,9 @@ def cheapest(file: h5py.File, curve: str, level: float) -> float:
 
 
 def summary(folders: dict[str, Path], levels=LEVELS) -> list[str]:
-    """A row for each scene and error level: the fastest own method, and how many times longer others need."""
+    """A row for each scene and error level: the fastest own method, and how many times longer
+    others need.
+    """
     short = [p.replace(" generalized-alpha", "") for p in PEERS]
     lines = [
         "| `work-precision` of | error | own | " + " | ".join(short) + " |",
@@ -77,7 +91,9 @@ def sections(folder: Path) -> dict[str, list[str]]:
         for name, arguments in STUDIES.items()
     }
     stress = command(folder / "stress", "stress")
-    physics = command(folder / "physics", "work-precision", "six_bar_feeder", "-p", "viscosity=5cP", "--physics")
+    physics = command(
+        folder / "physics", "work-precision", "six_bar_feeder", "-p", "viscosity=5cP", "--physics"
+    )
     found = {"front": summary(folders, (1e-6,)), "summary": summary(folders)}
     for name in SHOWN:
         found[name] = (folders[name] / "work_precision.md").read_text().splitlines()
@@ -88,7 +104,17 @@ def sections(folder: Path) -> dict[str, list[str]]:
         shutil.copy(films / f"film_{what}.png", PICTURES / f"film_{what}.png")
     run = folder / "run.h5"
     if not run.exists():
-        job = ["run", "six_bar_feeder", "-p", "model=lubricated", "-p", "joints=B", "--turns", "6", "-o"]
+        job = [
+            "run",
+            "six_bar_feeder",
+            "-p",
+            "model=lubricated",
+            "-p",
+            "joints=B",
+            "--turns",
+            "6",
+            "-o",
+        ]
         subprocess.run([sys.executable, "-m", "clearance.cli", *job, str(run)], check=True)
     shots = command(folder / "film_snapshots", "film", "snapshots", str(run), "--joint", "B")
     shutil.copy(shots / "film_snapshots.png", PICTURES / "film_snapshots.png")
@@ -100,8 +126,12 @@ def sections(folder: Path) -> dict[str, list[str]]:
 
 def main():
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--update", action="store_true", help=f"put the tables into {RESULTS} and the front page")
-    options.add_argument("--folder", default="evidence", help="where results are kept (default evidence)")
+    options.add_argument(
+        "--update", action="store_true", help=f"put the tables into {RESULTS} and the front page"
+    )
+    options.add_argument(
+        "--folder", default="evidence", help="where results are kept (default evidence)"
+    )
     options = options.parse_args()
     found = sections(Path(options.folder))
     for name, lines in found.items():

@@ -1,8 +1,8 @@
 """CPU seconds of starting: `python tests/benchmarks/first_run.py [--before CHECKOUT] [--update]`.
 
-Fresh processes, their children counted, with a store and a numba cache of their own. --before: another checkout, an
-older commit say, which is measured first; without it the numbers that stand in the table stay. --repeats: of all but
-the first run and the new structures, which are measured once.
+Fresh processes, their children counted, with a store and a numba cache of their own. --before:
+another checkout, an older commit say, which is measured first; without it the numbers that stand in
+the table stay. --repeats: of all but the first run and the new structures, which are measured once.
 """
 
 import argparse
@@ -55,7 +55,11 @@ class Checkout:
 
     def __init__(self, root: Path, folder: str, repeats: int):
         self.root, self.folder, self.repeats = root, Path(folder), repeats
-        paths = {"PYTHONPATH": str(root), "CLEARANCE_STORE": f"{folder}/store", "NUMBA_CACHE_DIR": f"{folder}/numba"}
+        paths = {
+            "PYTHONPATH": str(root),
+            "CLEARANCE_STORE": f"{folder}/store",
+            "NUMBA_CACHE_DIR": f"{folder}/numba",
+        }
         self.environment = os.environ | paths
         compileall.compile_dir(root / "clearance", quiet=2)  # as pip does where it installs
 
@@ -63,7 +67,11 @@ class Checkout:
         """User and system CPU seconds of a fresh process and its children."""
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run(
-            [sys.executable, *command], check=True, capture_output=True, env=self.environment, cwd=self.folder
+            [sys.executable, *command],
+            check=True,
+            capture_output=True,
+            env=self.environment,
+            cwd=self.folder,
         )
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -71,7 +79,9 @@ class Checkout:
     def run(self, words: list[str]) -> float:
         """`clearance run` of a tenth of a turn, if not as given."""
         span = [] if "--turns" in words else SPAN.get(words[0], ["--turns", "0.1"])
-        return self.cpu("-m", "clearance.cli", "run", *words, *span, "-o", str(self.folder / "run.h5"))
+        return self.cpu(
+            "-m", "clearance.cli", "run", *words, *span, "-o", str(self.folder / "run.h5")
+        )
 
     def median(self, measure) -> float:
         return statistics.median(measure() for _ in range(self.repeats))
@@ -80,13 +90,20 @@ class Checkout:
         """Of a structure met before in the process, with other numbers [s]."""
         command = [sys.executable, "-c", SECOND, case, repr(more)]
         done = subprocess.run(
-            command, check=True, capture_output=True, text=True, env=self.environment, cwd=self.folder
+            command,
+            check=True,
+            capture_output=True,
+            text=True,
+            env=self.environment,
+            cwd=self.folder,
         )
         return float(done.stdout)
 
     def numbers(self) -> dict[str, str]:
         """All rows."""
-        found = {"`import clearance`": f"{self.median(lambda: self.cpu('-c', 'import clearance')):.2f} s"}
+        found = {
+            "`import clearance`": f"{self.median(lambda: self.cpu('-c', 'import clearance')):.2f} s"
+        }
         found["first run of the README, empty store"] = f"{self.run(README):.1f} s"
         found["the same again"] = f"{self.median(lambda: self.run(README)):.2f} s"
         found["the same without `--plot`"] = f"{self.median(lambda: self.run(README[:-1])):.2f} s"
@@ -95,7 +112,9 @@ class Checkout:
         for name, words in NEW.items():
             found[f"new structure: {name}"] = f"{self.run(words):.2f} s"
         for name, (case, more) in CALLED.items():
-            found[f"later `build` in one process: {name}"] = f"{1e3 * self.second(case, more):.2f} ms"
+            found[f"later `build` in one process: {name}"] = (
+                f"{1e3 * self.second(case, more):.2f} ms"
+            )
         return found
 
 
@@ -115,11 +134,16 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--before", type=Path, help="a checkout to measure beside this one")
     options.add_argument("--repeats", type=int, default=3)
-    options.add_argument("--update", action="store_true", help=f"put the table into {RESULTS}, at the mark {MARK}")
+    options.add_argument(
+        "--update", action="store_true", help=f"put the table into {RESULTS}, at the mark {MARK}"
+    )
     chosen = options.parse_args()
     before = measured(chosen.before.resolve(), chosen.repeats) if chosen.before else standing()
     lines = ["| CPU of fresh processes | before (0c252a5) | now |", "|---|---|---|"]
-    lines += [f"| {name} | {before.get(name, '-')} | {now} |" for name, now in measured(HERE, chosen.repeats).items()]
+    lines += [
+        f"| {name} | {before.get(name, '-')} | {now} |"
+        for name, now in measured(HERE, chosen.repeats).items()
+    ]
     print("\n".join(lines))
     if chosen.update:
         put(RESULTS, lines, MARK, END)

@@ -1,7 +1,8 @@
 """Cost of inverse dynamics: `python tests/benchmarks/inverse.py [--update]`.
 
-The routes of `clearance inverse --compare --peers` over 10,000 samples (install the extra `peers`), warm, medians of
-repeats taken in turn in one run. Loops in Python are timed over 1000 samples and told for 10,000.
+The routes of `clearance inverse --compare --peers` over 10,000 samples (install the extra `peers`),
+warm, medians of repeats taken in turn in one run. Loops in Python are timed over 1000 samples and
+told for 10,000.
 """
 
 import math
@@ -22,7 +23,13 @@ CASES = {
     "mobile manipulator, all twelve joints rub": ("mobile_manipulator", {}, 40.0),
     "mobile manipulator, no friction": ("mobile_manipulator", {"friction": "none"}, 40.0),
 }
-SHOWN = ("explicit, whole call", "multipliers", "multipliers, solve", "Pinocchio", "Pinocchio, reactions")
+SHOWN = (
+    "explicit, whole call",
+    "multipliers",
+    "multipliers, solve",
+    "Pinocchio",
+    "Pinocchio, reactions",
+)
 
 
 def milliseconds(study: routes.RouteStudy, name: str) -> float:
@@ -31,16 +38,27 @@ def milliseconds(study: routes.RouteStudy, name: str) -> float:
 
 def row(name: str, study: routes.RouteStudy) -> str:
     """Times for all samples, ratios to the whole call, agreement and operations of one scene."""
-    loop, (whole, *others) = milliseconds(study, "explicit"), (milliseconds(study, n) for n in SHOWN)
-    times = [f"{loop:.1f} ms", f"**{whole:.1f} ms**", *(f"{t:.0f} ms ({t / whole:.1f}x)" for t in others)]
+    loop, (whole, *others) = (
+        milliseconds(study, "explicit"),
+        (milliseconds(study, n) for n in SHOWN),
+    )
+    times = [
+        f"{loop:.1f} ms",
+        f"**{whole:.1f} ms**",
+        *(f"{t:.0f} ms ({t / whole:.1f}x)" for t in others),
+    ]
     apart = [d for r in study.routes[2:] for d in (r.efforts, r.reactions) if not math.isnan(d)]
-    own, dense = study.route("explicit").operations.total, study.route("multipliers, solve").operations.total
+    own, dense = (
+        study.route("explicit").operations.total,
+        study.route("multipliers, solve").operations.total,
+    )
     return f"| {name} | {' | '.join(times)} | {max(apart):.0e} | {own:.0f} | {dense:.0f} ({dense / own:.1f}x) |"
 
 
 def table() -> list[str]:
     lines = [
-        f"| {SAMPLES} samples | explicit: compiled loop | explicit: whole call | multipliers, numpy "
+        f"| {SAMPLES} samples | explicit: compiled loop | explicit: whole call | multipliers, "
+        f"numpy "
         "| their dense solve alone, LAPACK | Pinocchio from Python: efforts | and all reactions "
         "| largest difference | operations a sample: explicit | dense solve |",
         "|---|---|---|---|---|---|---|---|---|---|",
@@ -62,8 +80,13 @@ def check(name: str, study: routes.RouteStudy) -> None:
     if name.startswith("three-loop chain, driven"):
         require(whole < 20.0, f"{name}: a call takes {whole:.1f} ms, above 20")
         ratio = milliseconds(study, "Pinocchio") / whole
-        require(ratio > 5.0, f"{name}: only {ratio:.1f} times faster than Pinocchio called from Python")
-    own, dense = study.route("explicit").operations.total, study.route("multipliers, solve").operations.total
+        require(
+            ratio > 5.0, f"{name}: only {ratio:.1f} times faster than Pinocchio called from Python"
+        )
+    own, dense = (
+        study.route("explicit").operations.total,
+        study.route("multipliers, solve").operations.total,
+    )
     require(own < dense, f"{name}: {own:.0f} operations, a dense solve {dense:.0f}")
 
 

@@ -1,8 +1,9 @@
 """Sweeps in lanes against the ordinary way: `python tests/benchmarks/lanes.py [--update]`.
 
-CPU seconds of a point, both ways measured in turn in one process, medians over rounds; then the largest and the median
-error of the metrics at random points, against runs at rtol 1e-11. Set-up (machine code, numbers of all points) is
-stated apart. One thread; the first metric table of a structure is made before anything is measured.
+CPU seconds of a point, both ways measured in turn in one process, medians over rounds; then the
+largest and the median error of the metrics at random points, against runs at rtol 1e-11. Set-up
+(machine code, numbers of all points) is stated apart. One thread; the first metric table of a
+structure is made before anything is measured.
 """
 
 import logging
@@ -78,7 +79,9 @@ class Sweep:
     def ordinary(self, folder: str) -> float:
         """CPU seconds of a point as workers run it, without a file."""
         points = cl.zipped(speed=self.speed[:ORDINARY], clearance=self.clearance[:ORDINARY])
-        defined = define("six_bar_feeder", points, self.fixed, [], 0, None, (), {"turns": self.turns})
+        defined = define(
+            "six_bar_feeder", points, self.fixed, [], 0, None, (), {"turns": self.turns}
+        )
         definitions.write(defined, Path(folder))
         stamp = definitions.digest(Path(folder) / "sweep.json")
         run_point(folder, stamp, 0)
@@ -111,7 +114,8 @@ def table() -> list[str]:
     """Costs and errors of all scenes."""
     logging.getLogger("clearance").setLevel(logging.ERROR)
     lines = [
-        "| lubricated feeder | ordinary | in lanes | ratio | set-up | median error | ordinary | 99 % | ordinary |",
+        "| lubricated feeder | ordinary | in lanes | ratio | set-up | median error | ordinary | 99 "
+        "% | ordinary |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for name, scene in SCENES.items():
@@ -122,10 +126,17 @@ def table() -> list[str]:
             cost, found = sweep.lanes()
             costs.append((usual, cost))
         usual, cost = (statistics.median(c) for c in zip(*costs, strict=True))
-        numbers = [f"{usual * 1e3:.1f} ms", f"{cost * 1e3:.2f} ms", f"{usual / cost:.1f}", f"{sweep.set_up:.1f} s"]
+        numbers = [
+            f"{usual * 1e3:.1f} ms",
+            f"{cost * 1e3:.2f} ms",
+            f"{usual / cost:.1f}",
+            f"{sweep.set_up:.1f} s",
+        ]
         short = scene[1] <= 2.0  # the others would take the references minutes
         both = errors(sweep, found) if short else ()
-        numbers += [f"{np.quantile(e, share):.1e}" for share in (0.5, 0.99) for e in both] or ["-"] * 4
+        numbers += [f"{np.quantile(e, share):.1e}" for share in (0.5, 0.99) for e in both] or [
+            "-"
+        ] * 4
         lines.append(f"| {name} | {' | '.join(numbers)} |")
     return [*lines, "", f"Width of a register: {natural_width()} numbers."]
 

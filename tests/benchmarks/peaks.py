@@ -1,8 +1,10 @@
-"""Located extremes, right and dear, and a long dry run: `python tests/benchmarks/peaks.py [--update]`.
+"""Located extremes, right and dear, and a long dry run: `python tests/benchmarks/peaks.py
+[--update]`.
 
-Errors: extremes of the turns after the first at each rtol, against 1e-11. Costs: time of the compiled loop with located
-extremes over the same loop that looks at step ends only, for the energy ledger, and over one without any look.
-They are medians of ratios of runs made in turn; in dry joints the peaks of each contact are part of it.
+Errors: extremes of the turns after the first at each rtol, against 1e-11. Costs: time of the
+compiled loop with located extremes over the same loop that looks at step ends only, for the energy
+ledger, and over one without any look. They are medians of ratios of runs made in turn; in dry
+joints the peaks of each contact are part of it.
 Long run: 20,000 turns of the feeder with a dry joint (some four minutes).
 """
 
@@ -23,12 +25,16 @@ TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)
 EXACT = 1e-11
 #: at rtol 1e-6: largest error and median that are asked for
 WORST, MEDIAN = 1e-5, 1e-6
-DEAREST = 1.10  # ratio of the loop with located extremes to the one that looks at step ends, of films
+# ratio of the loop with located extremes to the one that looks at step ends, of films
+DEAREST = 1.10
 REPEATS = 15
 LONG, LOST = 20_000, 1e-6  # turns; share of the energy of a stretch that it may lose
 CASES = {
     "six_bar_feeder": {},
-    "slider_crank -p model=lubricated -p viscosity=0.04": {"model": "lubricated", "viscosity": 0.04},
+    "slider_crank -p model=lubricated -p viscosity=0.04": {
+        "model": "lubricated",
+        "viscosity": 0.04,
+    },
     "six_bar_feeder -p model=mixed -p transition=load_sharing": {
         "model": "mixed",
         "transition": "load_sharing",
@@ -86,7 +92,10 @@ def cost(name: str) -> str:
         for looks, kept in ratios.items():
             kept.append(located / loop_time(scene, turns, looks)[0])
     ends, none = (statistics.median(ratios[looks]) for looks in ("step ends", "none"))
-    require(ends < DEAREST or "dry" in name, f"{name}: locating extremes costs {ends - 1.0:.0%} of the loop")
+    require(
+        ends < DEAREST or "dry" in name,
+        f"{name}: locating extremes costs {ends - 1.0:.0%} of the loop",
+    )
     return f"| `{name}` | {1e6 * located / steps:.2f} us | {ends:.3f} | {none:.3f} |"
 
 
@@ -100,7 +109,8 @@ def long_run() -> list[str]:
     share, energy = record.solver["energy_residual_share"], record.facts("energy")
     require(failure is None and share < LOST, f"{LONG} dry turns lose {share:.1e} of a stretch")
     return [
-        f"{LONG} turns of the dry feeder at rtol 1e-6: {steps / 1e6:.1f} million steps in {run.wall:.0f} s of the "
+        f"{LONG} turns of the dry feeder at rtol 1e-6: {steps / 1e6:.1f} million steps in "
+        f"{run.wall:.0f} s of the "
         f"compiled loop; the worst stretch loses {share:.1e} of its energy, "
         f"the whole run {energy['largest_residual']:.1e} J of "
         f"{energy['turned_over']:.0f} J.",

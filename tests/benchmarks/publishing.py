@@ -1,4 +1,6 @@
-"""Shared parts of the scripts: tables into a file at their marks, numbers that are asked for and not met."""
+"""Shared parts of the scripts: tables into a file at their marks, numbers that are asked for and
+not met.
+"""
 
 import argparse
 import sys
@@ -18,7 +20,9 @@ def require(met, what: str) -> None:
 
 
 def put(path: str | Path, lines: list[str], begin: str, end: str = END) -> None:
-    """Put lines into a text file in place of what stands between two marks; `begin` must be there once."""
+    """Put lines into a text file in place of what stands between two marks; `begin` must be there
+    once.
+    """
     head, _, rest = (text := Path(path).read_text()).partition(begin)
     if text.count(begin) != 1 or end not in rest:
         raise SystemExit(f"{path} must have {begin} once, and after it {end!r}")
@@ -27,9 +31,13 @@ def put(path: str | Path, lines: list[str], begin: str, end: str = END) -> None:
 
 
 def publish(doc: str, make: Callable[[], list[str]], begin: str, end: str = END) -> None:
-    """A whole script: prints the lines, with --update puts them at their mark, says what was missed, and exits."""
+    """A whole script: prints the lines, with --update puts them at their mark, says what was
+    missed, and exits.
+    """
     options = argparse.ArgumentParser(description=doc)
-    options.add_argument("--update", action="store_true", help=f"put the tables into {RESULTS}, at the mark {begin}")
+    options.add_argument(
+        "--update", action="store_true", help=f"put the tables into {RESULTS}, at the mark {begin}"
+    )
     update = options.parse_args().update
     lines = make()
     print("\n".join(lines))

@@ -118,13 +118,15 @@ def row(kind: str, count: int) -> dict:
 
 def tables() -> list[str]:
     lines = [
-        "| mechanism | operations of the right-hand side | first call | later calls | memory | a step |",
+        "| mechanism | operations of the right-hand side | first call | later calls | memory | a "
+        "step |",
         "|---|---|---|---|---|---|",
     ]
     for kind, counts in ROWS.items():
         rows = {count: row(kind, count) for count in counts}
         lines += [
-            f"| {kind}, {count} {UNITS[kind]} | {r['operations']} | {r['first']:.2f} s | {1e3 * r['later']:.1f} ms "
+            f"| {kind}, {count} {UNITS[kind]} | {r['operations']} | {r['first']:.2f} s | "
+            f"{1e3 * r['later']:.1f} ms "
             f"| {r['memory']:.0f} MB | {1e6 * r['step']:.0f} us |"
             for count, r in rows.items()
         ]

@@ -1,7 +1,8 @@
 """Cost of sweeps: `python tests/benchmarks/sweeps.py [--update]`.
 
-Throughput of one and two worker processes measured in turn, overhead of a run; 10,000 points: time, memory of the
-driver, reopening. Whole calls of `cl.sweep` in fresh processes; ratios compare what is measured in turn.
+Throughput of one and two worker processes measured in turn, overhead of a run; 10,000 points: time,
+memory of the driver, reopening. Whole calls of `cl.sweep` in fresh processes; ratios compare what
+is measured in turn.
 """
 
 import json
@@ -47,7 +48,9 @@ def measured(fixed: dict, turns: float, count: int, workers: int) -> dict:
     """One sweep in a fresh process and directory."""
     with tempfile.TemporaryDirectory() as folder:
         call = json.dumps([fixed, turns, count, workers, f"{folder}/out"])
-        done = subprocess.run([sys.executable, "-c", CALL, call], capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", CALL, call], capture_output=True, text=True, check=True
+        )
         shutil.rmtree(f"{folder}/out")
     found = json.loads(done.stdout)
     if found["done"] != count:
@@ -63,7 +66,9 @@ def throughput() -> list[str]:
     ]
     for name, (fixed, turns) in SWEEPS.items():
         measured(fixed, turns, 4, 1)  # compiles, builds tables
-        pairs = [[measured(fixed, turns, 400, workers) for workers in (1, 2)] for _ in range(REPEATS)]
+        pairs = [
+            [measured(fixed, turns, 400, workers) for workers in (1, 2)] for _ in range(REPEATS)
+        ]
         one, two = (statistics.median(p[i]["wall"] for p in pairs) for i in (0, 1))
         ratio = statistics.median(p[0]["wall"] / p[1]["wall"] for p in pairs)
         loop = statistics.median(p[0]["median"] for p in pairs)
@@ -78,7 +83,8 @@ def throughput() -> list[str]:
 def many() -> list[str]:
     found = measured({"model": "lubricated"}, 2.0, 10000, 2)
     return [
-        "| 10,000 points, lubricated B, 2 turns, two workers | wall | driver's peak memory | reopening |",
+        "| 10,000 points, lubricated B, 2 turns, two workers | wall | driver's peak memory | "
+        "reopening |",
         "|---|---|---|---|",
         f"| | {found['wall']:.0f} s | {found['peak']:.0f} MB | {found['again']:.2f} s |",
     ]

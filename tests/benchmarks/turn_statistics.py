@@ -1,9 +1,11 @@
-"""Statistics of chaotic motion and their intervals: `python tests/benchmarks/turn_statistics.py [--update]`.
+"""Statistics of chaotic motion and their intervals: `python tests/benchmarks/turn_statistics.py
+[--update]`.
 
-A hundred starts of 320 turns of the dry slider-crank, whose bursts of hard impacts last several turns, and of the dry
-feeder, whose turns hardly depend on those before (some seven minutes of CPU). The truth is the mean over all starts
-without their first 30 turns. Shares are over all quantities of `clearance.turns` that vary. The widening of short
-intervals was measured on other starts of the slider-crank.
+A hundred starts of 320 turns of the dry slider-crank, whose bursts of hard impacts last several
+turns, and of the dry feeder, whose turns hardly depend on those before (some seven minutes of CPU).
+The truth is the mean over all starts without their first 30 turns. Shares are over all quantities
+of `clearance.turns` that vary. The widening of short intervals was measured on other starts of the
+slider-crank.
 """
 
 import itertools
@@ -31,12 +33,16 @@ SCENES = {
     "dry slider-crank, 5000 rpm": (
         "slider_crank",
         {
-            "model": "dry", "friction": "coulomb", "restitution": 0.9, "friction_coefficient": 0.03,
-            "clearance": 1e-3, "speed": cl.rpm(5000),
+            "model": "dry",
+            "friction": "coulomb",
+            "restitution": 0.9,
+            "friction_coefficient": 0.03,
+            "clearance": 1e-3,
+            "speed": cl.rpm(5000),
         },
     ),
     "dry feeder, 300 rpm": ("six_bar_feeder", {"model": "dry"}),
-}  # fmt: skip
+}
 
 
 def series_of(name: str) -> dict[str, np.ndarray]:
@@ -70,7 +76,9 @@ def covered_quantiles(values: dict, share: float, count: int) -> float:
 
 
 def agreeing(values: dict, short: int, long: int) -> float:
-    """Share of pairs of runs of two lengths, from different starts, whose means agree within their joint interval."""
+    """Share of pairs of runs of two lengths, from different starts, whose means agree within their
+    joint interval.
+    """
     held = []
     for rows in values.values():
         for one, two in itertools.pairwise(rows):
@@ -96,7 +104,9 @@ class Stored:
 
 
 def stopped(values: dict, truth: dict, error: float) -> str:
-    """Groups of four starts whose force stops by the rule: intervals that hold the truth, and turns."""
+    """Groups of four starts whose force stops by the rule: intervals that hold the truth, and
+    turns.
+    """
     name = next(n for n in values if n.startswith("joint_") and n.endswith("_force_peak"))
     held, turns, apart = [], [], 0
     for group in range(STARTS // Stored.starts):
@@ -133,9 +143,11 @@ def lines() -> list[str]:
     rows = [scene_lines(name) for name in SCENES]
     heads = ["% of the intervals that hold the mean; turns:", *map(str, COUNTS)]
     more = [
-        "", f"agree, {SHORT} and {COUNTS[-1]} turns [%]", f"hold 1 turn in 10, {COUNTS[-1]} turns [%]",
+        "",
+        f"agree, {SHORT} and {COUNTS[-1]} turns [%]",
+        f"hold 1 turn in 10, {COUNTS[-1]} turns [%]",
         *(f"hold the mean force, stopped at +- {e:.0%}" for e in ERRORS),
-    ]  # fmt: skip
+    ]
     first, second = zip(*rows, strict=True)
     return [*table(heads, first), "", *table(more, second)]
 

@@ -22,7 +22,17 @@ def feeder(tmp_path_factory):
 
 class TestPressure:
     def test_writes_all_it_says(self, tmp_path, capsys):
-        arguments = ("film", "pressure", "--eccentricity", 0.7, "--mesh", "48x6", "-o", tmp_path, "--json")
+        arguments = (
+            "film",
+            "pressure",
+            "--eccentricity",
+            0.7,
+            "--mesh",
+            "48x6",
+            "-o",
+            tmp_path,
+            "--json",
+        )
         status, text, err = run(*arguments, capsys=capsys)
         found = json.loads(text)
         assert (status, err) == (0, "")
@@ -35,12 +45,16 @@ class TestPressure:
             assert all("units" in file[f"film/{n}"].attrs for n in file["film"])
 
     def test_is_the_solver(self, capsys):
-        """The defaults of the command are the feeder's joint at 300 rpm, and the drag that of its wet area."""
+        """The defaults of the command are the feeder's joint at 300 rpm, and the drag that of its
+        wet area.
+        """
         _, text, _ = run("film", "pressure", "--eccentricity", 0.6, "--json", capsys=capsys)
         wanted = cl.solve_film(Bearing(0.01, 1e-4, 0.02, 0.05), 0.6, 0.0, cl.rpm(300))
         found = json.loads(text)
         assert found["load"] == pytest.approx(wanted.load, rel=1e-12)
-        assert found["drag"] == pytest.approx(0.05 * 0.01**3 * 0.02 / 1e-4 * wanted.shear, rel=1e-12)
+        assert found["drag"] == pytest.approx(
+            0.05 * 0.01**3 * 0.02 / 1e-4 * wanted.shear, rel=1e-12
+        )
 
     @pytest.mark.parametrize(
         ("arguments", "said"),
@@ -85,7 +99,10 @@ class TestMap:
 
     @pytest.mark.parametrize(
         ("arguments", "said"),
-        [(("--cavitation", "mass_conserving"), "cavitation must be one of"), (("--nodes", "3"), "from 5 to 257")],
+        [
+            (("--cavitation", "mass_conserving"), "cavitation must be one of"),
+            (("--nodes", "3"), "from 5 to 257"),
+        ],
     )
     def test_one_clear_line(self, arguments, said, capsys):
         status, _, err = run("film", "map", *arguments, capsys=capsys)
@@ -113,9 +130,10 @@ class TestSnapshots:
 
     def test_refusals(self, feeder, capsys):
         for arguments, said in (
-            ((feeder, "--joint", "A"), "joints with one: B"), ((feeder, "--count", 0), "at least 1"),
+            ((feeder, "--joint", "A"), "joints with one: B"),
+            ((feeder, "--count", 0), "at least 1"),
             (("nowhere.h5",), "nowhere.h5"),
-        ):  # fmt: skip
+        ):
             status, _, err = run("film", "snapshots", *arguments, capsys=capsys)
             assert (status, said in err) == (2, True)
 
@@ -128,21 +146,29 @@ class TestSnapshots:
 @pytest.mark.slow
 class TestStudies:
     def test_convergence(self, tmp_path, capsys):
-        """One grid is of second order (1.5 to 2.5), extrapolation and finite elements gain: 4 times at like meshes."""
+        """One grid is of second order (1.5 to 2.5), extrapolation and finite elements gain: 4 times
+        at like meshes.
+        """
         status, text, _ = run("film", "convergence", "-o", tmp_path, "--json", capsys=capsys)
         meshes = json.loads(text)["meshes"]
         raw = [m for m in meshes if m["solver"] == "fast solver, one grid"]
         assert status == 0
         assert all(1.5 < m["order"] < 2.5 for m in raw[1:])
         by_name = {(m["solver"], m["mesh"]): m["error"] for m in meshes}
-        assert by_name["fast solver, extrapolated", "96x12"] < 0.25 * by_name["fast solver, one grid", "129x17"]
+        assert (
+            by_name["fast solver, extrapolated", "96x12"]
+            < 0.25 * by_name["fast solver, one grid", "129x17"]
+        )
         assert by_name["finite elements", "64x8"] < 0.25 * by_name["fast solver, one grid", "65x9"]
 
     def test_ladder(self, monkeypatch, tmp_path, capsys):
-        """Each rung is nearer than the one before, the table nearer than any formula, and a thousand times cheaper than
-        finite elements (in truth 1e5: no matter how busy the machine)."""
+        """Each rung is nearer than the one before, the table nearer than any formula, and a
+        thousand times cheaper than finite elements (in truth 1e5: no matter how busy the machine).
+        """
         monkeypatch.setattr(film_ladder, "REPEATS", 1)
-        status, text, _ = run("film", "ladder", "--quick", "--turns", 0.02, "-o", tmp_path, "--json", capsys=capsys)
+        status, text, _ = run(
+            "film", "ladder", "--quick", "--turns", 0.02, "-o", tmp_path, "--json", capsys=capsys
+        )
         found = json.loads(text)
         rungs = {r["name"]: r for r in found["states"]}
         assert status == 0

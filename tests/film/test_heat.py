@@ -1,4 +1,6 @@
-"""The balance of heat of a joint's oil: Vogel's law, first law of thermodynamics, limits, derivative, clear errors."""
+"""The balance of heat of a joint's oil: Vogel's law, first law of thermodynamics, limits,
+derivative, clear errors.
+"""
 
 import math
 
@@ -30,14 +32,22 @@ class TestVogel:
         found = 27.6e-3 * thinning(celsius - 40.0, oil.surroundings, oil.vogel, oil.vogel_zero)
         assert found == pytest.approx(viscosity, rel=0.02)
 
-    @given(surroundings=st.floats(250.0, 400.0), one=st.floats(-30.0, 150.0), other=st.floats(-30.0, 150.0))
+    @given(
+        surroundings=st.floats(250.0, 400.0),
+        one=st.floats(-30.0, 150.0),
+        other=st.floats(-30.0, 150.0),
+    )
     def test_falls_and_composes(self, surroundings, one, other):
         """Warmer is thinner; warming by one and then by another is warming by both: rounding."""
         both = thinning(one + other, surroundings, 786.0, 178.15)
         if surroundings + min(one, one + other) - 178.15 > 1.0:
-            step = thinning(one, surroundings, 786.0, 178.15) * thinning(other, surroundings + one, 786.0, 178.15)
+            step = thinning(one, surroundings, 786.0, 178.15) * thinning(
+                other, surroundings + one, 786.0, 178.15
+            )
             assert both == pytest.approx(step, rel=1e-9)
-        assert thinning(one + 1.0, surroundings, 786.0, 178.15) <= thinning(one, surroundings, 786.0, 178.15)
+        assert thinning(one + 1.0, surroundings, 786.0, 178.15) <= thinning(
+            one, surroundings, 786.0, 178.15
+        )
 
     def test_far_too_cold_is_finite(self):
         """Trial states may be; the floor is there for them."""
@@ -45,27 +55,46 @@ class TestVogel:
 
 
 def scene(heat=None, film=None, spin=SPEED, **more):
-    """A heavy journal that turns at constant speed in a bearing of the ground: eccentricity about 0.6, 0.6 W."""
+    """A heavy journal that turns at constant speed in a bearing of the ground: eccentricity about
+    0.6, 0.6 W.
+    """
     body = cl.Body("journal", MASS, 1e-3)
     joint = cl.ClearanceRevolute(
-        cl.ground.at(0, 0), body.at(0, 0), name="J", radius=0.01, clearance=C, length=0.02, film=film or table_film(),
-        lubricant=cl.Lubricant(MU), eccentricity=(0.2 * C, -0.3 * C), heat=heat, **more,
-    )  # fmt: skip
+        cl.ground.at(0, 0),
+        body.at(0, 0),
+        name="J",
+        radius=0.01,
+        clearance=C,
+        length=0.02,
+        film=film or table_film(),
+        lubricant=cl.Lubricant(MU),
+        eccentricity=(0.2 * C, -0.3 * C),
+        heat=heat,
+        **more,
+    )
     return cl.Scene(joint, cl.Drive(body, speed=spin))
 
 
 MIXED = {
-    "transition": laws.load_sharing(), "roughness": 1e-6, "friction": cl.coulomb(coefficient=0.1),
+    "transition": laws.load_sharing(),
+    "roughness": 1e-6,
+    "friction": cl.coulomb(coefficient=0.1),
     "contact": laws.winkler(layer_modulus=1e13, length=0.02, radius=0.01, radius_difference=C),
     "asperity": laws.greenwood_tripp(modulus=laws.contact_modulus(cl.steel, cl.steel)),
-}  # fmt: skip
-FILMS = {"table": table_film(), "harmonic": cl.harmonic(), "pinkus_sternlicht": cl.pinkus_sternlicht()}
+}
+FILMS = {
+    "table": table_film(),
+    "harmonic": cl.harmonic(),
+    "pinkus_sternlicht": cl.pinkus_sternlicht(),
+}
 
 
 class TestState:
     @pytest.mark.parametrize("film", FILMS.values(), ids=FILMS)
     def test_one_state_more(self, film):
-        """Temperature last, from rest at the surroundings, its size 10 K; without a balance nothing of it is left."""
+        """Temperature last, from rest at the surroundings, its size 10 K; without a balance nothing
+        of it is left.
+        """
         plain, warm = build(scene(film=film)), build(scene(HeatBalance(0.05, 0.1), film))
         assert warm.size == plain.size + 1
         assert warm.scale[-1] == WARMING
@@ -83,14 +112,20 @@ class TestState:
         assert build(scene()).structure.texts == before
 
     def test_numbers_are_no_structure(self):
-        one, other = build(scene(HeatBalance(0.05, 0.1))), build(scene(HeatBalance(5.0, 0.0, surroundings=300.0)))
+        one, other = (
+            build(scene(HeatBalance(0.05, 0.1))),
+            build(scene(HeatBalance(5.0, 0.0, surroundings=300.0))),
+        )
         assert one.structure is other.structure
 
-    @pytest.mark.parametrize("more", [{}, {"film_torques": False}, MIXED], ids=["film", "no drag", "mixed"])
+    @pytest.mark.parametrize(
+        "more", [{}, {"film_torques": False}, MIXED], ids=["film", "no drag", "mixed"]
+    )
     @pytest.mark.parametrize("film", FILMS.values(), ids=FILMS)
     def test_derivative(self, film, more):
-        """Of the compiled right-hand side by every state, temperature included: 1e-5 of each row (2e-8), central
-        differences."""
+        """Of the compiled right-hand side by every state, temperature included: 1e-5 of each row
+        (2e-8), central differences.
+        """
         mechanism = build(scene(HeatBalance(0.05, 0.1), film, **more))
         n, scale, draw = mechanism.size, mechanism.scale, np.random.default_rng(1)
 
@@ -101,7 +136,11 @@ class TestState:
 
         for _ in range(3):
             y = mechanism.y0.copy()
-            y[:2], y[2:4], y[4] = draw.uniform(-0.6, 0.6, 2) * C, draw.normal(size=2) * 2e-3, draw.uniform(-5.0, 40.0)
+            y[:2], y[2:4], y[4] = (
+                draw.uniform(-0.6, 0.6, 2) * C,
+                draw.normal(size=2) * 2e-3,
+                draw.uniform(-5.0, 40.0),
+            )
             found = answer("jacobian", y, n * n).reshape(n, n) * scale
             wanted = np.zeros((n, n))
             for i in range(n):
@@ -116,20 +155,26 @@ class TestState:
 class TestFirstLaw:
     @pytest.mark.parametrize("film", FILMS.values(), ids=FILMS)
     def test_balance(self, film, validated):
-        """Integral of power less cooling is what the capacity holds: 5e-3 (2e-3, trapezoids over the first whirl)."""
+        """Integral of power less cooling is what the capacity holds: 5e-3 (2e-3, trapezoids over
+        the first whirl).
+        """
         oil = HeatBalance(0.05, 0.1)
         joint = cl.simulate(scene(oil, film), until=0.5, samples=501).joint("J")
         warming = joint.oil_temperature - COLD
         flow = joint.side_flow if film is FILMS["table"] else 0.0
         net = joint.power_loss - (oil.conductance + oil.volumetric * flow) * warming
         held = np.trapezoid(net, joint.time)
-        validated("heat the oil holds", held, oil.capacity * warming[-1], 5e-3, unit="J", **FIRST_LAW)
+        validated(
+            "heat the oil holds", held, oil.capacity * warming[-1], 5e-3, unit="J", **FIRST_LAW
+        )
         assert warming.min() >= 0.0
         assert warming[-1] > 0.2
 
     def test_steady_state(self, validated):
-        """After ten time constants (0.03 s with the oil that leaves): warming = power / (h + rho c_p Q), to 1e-6; and
-        the film carries the weight with the viscosity of that temperature, to 1e-3."""
+        """After ten time constants (0.03 s with the oil that leaves): warming = power / (h + rho
+        c_p Q), to 1e-6; and the film carries the weight with the viscosity of that temperature, to
+        1e-3.
+        """
         oil = HeatBalance(0.05, 0.1)
         result = cl.simulate(scene(oil), until=0.8, samples=81, rtol=1e-8)
         joint = result.joint("J")
@@ -140,13 +185,25 @@ class TestFirstLaw:
         eps = math.hypot(joint.eccentricity_x[-1], joint.eccentricity_y[-1]) / C
         carried = table_film()(eps, 0.0, SPEED, FilmJoint(0.01, C, 0.02, thin))
         force, source = math.hypot(*carried[:2]), "weight of the journal"
-        validated("force of the warm film", force, MASS * 9.81, 1e-3, unit="N", source=source, kind="exact")
+        validated(
+            "force of the warm film",
+            force,
+            MASS * 9.81,
+            1e-3,
+            unit="N",
+            source=source,
+            kind="exact",
+        )
         assert thin < MU
 
     def test_warm_oil_carries_less(self):
-        """Poor cooling: the oil warms by some kelvin, thins, and the journal sinks below where cold oil holds it."""
+        """Poor cooling: the oil warms by some kelvin, thins, and the journal sinks below where cold
+        oil holds it.
+        """
         cold = cl.simulate(scene(), until=0.6, samples=61).joint("J")
-        warm = cl.simulate(scene(HeatBalance(0.01, 0.02, volumetric=0.0)), until=0.6, samples=61).joint("J")
+        warm = cl.simulate(
+            scene(HeatBalance(0.01, 0.02, volumetric=0.0)), until=0.6, samples=61
+        ).joint("J")
         assert warm.oil_temperature[-1] > COLD + 5.0
         assert (
             np.hypot(warm.eccentricity_x, warm.eccentricity_y)[-1]
@@ -156,22 +213,37 @@ class TestFirstLaw:
 
     @pytest.mark.parametrize("more", [{}, MIXED], ids=["film", "mixed"])
     def test_adiabatic(self, more, validated):
-        """Nothing leaves: C dT is the energy that the ledger says was dissipated, at all times; 1e-6 (1e-10)."""
+        """Nothing leaves: C dT is the energy that the ledger says was dissipated, at all times;
+        1e-6 (1e-10).
+        """
         oil = HeatBalance(0.5, 0.0, volumetric=0.0)
         result = cl.simulate(scene(oil, **more), until=0.1, samples=101, rtol=1e-8)
         stored = oil.capacity * (result.joint("J").oil_temperature - COLD)
         dissipated = result.file["energy/dissipated"][:]
-        validated("heat of an adiabatic oil", stored, dissipated, 1e-6, unit="J", relative=dissipated[-1], **FIRST_LAW)
+        validated(
+            "heat of an adiabatic oil",
+            stored,
+            dissipated,
+            1e-6,
+            unit="J",
+            relative=dissipated[-1],
+            **FIRST_LAW,
+        )
         assert dissipated[-1] > 0.01
         assert result.solver["energy_residual_share"] < 1e-6
 
     @pytest.mark.parametrize(
-        "oil", [HeatBalance(0.05, 1e9), HeatBalance(1e9, 0.0), HeatBalance(0.05, 0.0, volumetric=1e18)],
+        "oil",
+        [HeatBalance(0.05, 1e9), HeatBalance(1e9, 0.0), HeatBalance(0.05, 0.0, volumetric=1e18)],
         ids=["conductance", "capacity", "fresh oil"],
-    )  # fmt: skip
+    )
     def test_held_at_the_surroundings(self, oil):
-        """Any of three infinities leaves the film of constant viscosity: 1e-6 of the clearance (2e-10)."""
-        plain, held = (cl.simulate(scene(h), until=0.05, samples=51, rtol=1e-8).joint("J") for h in (None, oil))
+        """Any of three infinities leaves the film of constant viscosity: 1e-6 of the clearance
+        (2e-10).
+        """
+        plain, held = (
+            cl.simulate(scene(h), until=0.05, samples=51, rtol=1e-8).joint("J") for h in (None, oil)
+        )
         assert held.eccentricity_x == pytest.approx(plain.eccentricity_x, abs=1e-6 * C)
         assert held.eccentricity_y == pytest.approx(plain.eccentricity_y, abs=1e-6 * C)
         assert np.abs(held.oil_temperature - COLD).max() < 1e-4
@@ -183,9 +255,16 @@ class TestFirstLaw:
             if name not in ("B", "C"):
                 return cl.Revolute(a, b, name=name)
             return cl.ClearanceRevolute(
-                a, b, name=name, radius=0.01, clearance=C, length=0.02, film=cl.pinkus_sternlicht(),
-                lubricant=cl.Lubricant(MU), heat=HeatBalance(0.5, 0.0, volumetric=0.0),
-            )  # fmt: skip
+                a,
+                b,
+                name=name,
+                radius=0.01,
+                clearance=C,
+                length=0.02,
+                film=cl.pinkus_sternlicht(),
+                lubricant=cl.Lubricant(MU),
+                heat=HeatBalance(0.5, 0.0, volumetric=0.0),
+            )
 
         from tests import mechanisms as m
 
@@ -199,10 +278,17 @@ class TestFirstLaw:
 class TestErrors:
     @pytest.mark.parametrize(
         ("numbers", "line"),
-        [({"capacity": 0.0}, "capacity"), ({"capacity": -1.0}, "capacity"), ({"conductance": -1.0}, "conductance"),
-         ({"volumetric": -1.0}, "volumetric"), ({"vogel": -5.0}, "vogel"), ({"surroundings": math.nan}, "surroundings"),
-         ({"surroundings": 170.0}, "must be above vogel_zero"), ({"surroundings": 178.15}, "must be above vogel_zero")],
-    )  # fmt: skip
+        [
+            ({"capacity": 0.0}, "capacity"),
+            ({"capacity": -1.0}, "capacity"),
+            ({"conductance": -1.0}, "conductance"),
+            ({"volumetric": -1.0}, "volumetric"),
+            ({"vogel": -5.0}, "vogel"),
+            ({"surroundings": math.nan}, "surroundings"),
+            ({"surroundings": 170.0}, "must be above vogel_zero"),
+            ({"surroundings": 178.15}, "must be above vogel_zero"),
+        ],
+    )
     def test_numbers(self, numbers, line):
         with pytest.raises(ValueError, match=f"heat balance: .*{line}"):
             HeatBalance(**({"capacity": 1.0, "conductance": 1.0} | numbers))
@@ -210,7 +296,9 @@ class TestErrors:
     def test_needs_a_film(self):
         body = cl.Body("journal", 1.0, 1e-3)
         slots = {"name": "J", "radius": 0.01, "clearance": C, "contact": cl.hertz(stiffness=1e9)}
-        with pytest.raises(ValueError, match="joint J: heat must be a HeatBalance.* of a joint with a film"):
+        with pytest.raises(
+            ValueError, match="joint J: heat must be a HeatBalance.* of a joint with a film"
+        ):
             cl.ClearanceRevolute(cl.ground, body, heat=HeatBalance(1.0, 1.0), **slots)
 
     def test_must_be_a_balance(self):
@@ -218,8 +306,12 @@ class TestErrors:
             scene(heat=5.0)
 
     @pytest.mark.parametrize(
-        "film", [table_film(ambient=1e5), fem_film(), conserving_film()], ids=["ambient", "fem", "conserving"]
+        "film",
+        [table_film(ambient=1e5), fem_film(), conserving_film()],
+        ids=["ambient", "fem", "conserving"],
     )
     def test_needs_a_film_proportional_to_the_viscosity(self, film):
-        with pytest.raises(ValueError, match="joint J: heat needs a formula or a table without ambient pressure"):
+        with pytest.raises(
+            ValueError, match="joint J: heat needs a formula or a table without ambient pressure"
+        ):
             scene(HeatBalance(1.0, 1.0), film)

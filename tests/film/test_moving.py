@@ -23,10 +23,16 @@ def off(found, wanted):
 
 @pytest.mark.parametrize(
     ("more", "tolerance"),
-    [({}, 3e-3), ({"cavitation": "none"}, 1e-4), ({"cavitation": "gumbel"}, 1e-3), ({"ambient": 2e3}, 3e-3),
-     (ROUGH, 2e-3), (FED, 2e-2)],
+    [
+        ({}, 3e-3),
+        ({"cavitation": "none"}, 1e-4),
+        ({"cavitation": "gumbel"}, 1e-3),
+        ({"ambient": 2e3}, 3e-3),
+        (ROUGH, 2e-3),
+        (FED, 2e-2),
+    ],
     ids=["reynolds", "none", "gumbel", "ambient", "rough", "groove"],
-)  # fmt: skip
+)
 def test_force_is_that_of_the_sharp_rupture(more, tolerance):
     """48 by 6 cells against 96 by 12 with a rupture at nodes; a groove holds the mesh still."""
     bearing = Bearing(**OPTIONS, **more)
@@ -37,10 +43,14 @@ def test_force_is_that_of_the_sharp_rupture(more, tolerance):
 
 @pytest.mark.parametrize("slenderness", [0.125, 0.25, 1.0])
 def test_error_is_what_a_mesh_is_chosen_for(slenderness, validated):
-    """The error that `error_of` expects of the default mesh, against the fast solver on (128, 16), which has 3e-4."""
+    """The error that `error_of` expects of the default mesh, against the fast solver on (128, 16),
+    which has 3e-4.
+    """
     bearing = Bearing(**OPTIONS | {"length": 0.02 * slenderness})
     moving, fast = MovingFilm(bearing), FastFilm(bearing, (128, 16))
-    states = [(e, r, w) for e in (0.2, 0.8, 0.95) for r, w in ((0.0, 31.0), (6.0, 31.0), (31.0, 0.0))]
+    states = [
+        (e, r, w) for e in (0.2, 0.8, 0.95) for r, w in ((0.0, 31.0), (6.0, 31.0), (31.0, 0.0))
+    ]
     found, wanted = (np.array([f.outputs(*s)[:2] for s in states]) for f in (moving, fast))
     expected = max(error_of(moving.mesh[0], e, slenderness) for e, *_ in states)
     assert expected < 3.1e-3
@@ -48,14 +58,20 @@ def test_error_is_what_a_mesh_is_chosen_for(slenderness, validated):
     sizes = np.hypot(*wanted.T)
     complex_found, complex_wanted = (f[:, 0] + 1j * f[:, 1] for f in (found, wanted))
     validated(
-        f"force of the film of a run, L/D {slenderness:g}", complex_found / sizes, complex_wanted / sizes,
-        expected + 3e-4, source=source, kind="independent",
-    )  # fmt: skip
+        f"force of the film of a run, L/D {slenderness:g}",
+        complex_found / sizes,
+        complex_wanted / sizes,
+        expected + 3e-4,
+        source=source,
+        kind="independent",
+    )
 
 
 @pytest.mark.parametrize("more", [{}, {"ambient": 2e3}, ROUGH, FED, {"cavitation": "gumbel"}])
 def test_derivatives_are_exact(more):
-    """Against central differences, whose own error is about 1e-5 of the largest where the roughness cuts phi."""
+    """Against central differences, whose own error is about 1e-5 of the largest where the roughness
+    cuts phi.
+    """
     film = MovingFilm(Bearing(**OPTIONS, **more), (24, 3))
     for state in STATES[1:3]:
         slopes = film.linearised(*state)[:, 1:]
@@ -63,12 +79,18 @@ def test_derivatives_are_exact(more):
             step = np.eye(3)[k] * 1e-5 * max(abs(state[k]), 1.0)
             ahead, behind = film.outputs(*(state + step)), film.outputs(*(state - step))
             difference = (ahead - behind) / (2.0 * step[k])
-            assert np.allclose(difference[:2], slopes[:2, k], atol=5e-5 * np.abs(slopes[:2, k]).max())
-            assert difference[2] == pytest.approx(slopes[2, k], rel=1e-3, abs=1e-3 * abs(slopes[2]).max())
+            assert np.allclose(
+                difference[:2], slopes[:2, k], atol=5e-5 * np.abs(slopes[:2, k]).max()
+            )
+            assert difference[2] == pytest.approx(
+                slopes[2, k], rel=1e-3, abs=1e-3 * abs(slopes[2]).max()
+            )
 
 
 def roughness_of(film):
-    """Total variation of the second difference of the force over its range, as the journal turns and sinks."""
+    """Total variation of the second difference of the force over its range, as the journal turns
+    and sinks.
+    """
     states = [(0.6 + 0.001 * i, 0.03 * (i - 50), 31.0) for i in range(100)]
     bend = np.diff([film.outputs(*s)[1] for s in states], 2)
     return np.abs(np.diff(bend)).sum() / np.ptp(bend)
@@ -108,7 +130,9 @@ def test_neighbouring_states_share_factors():
 
 
 def test_bias_of_the_smooth_rupture():
-    """SHIFT and SATURATED make g 1 in the cavity, and the wet side begin at the pressure of the sharp rupture."""
+    """SHIFT and SATURATED make g 1 in the cavity, and the wet side begin at the pressure of the
+    sharp rupture.
+    """
     from clearance.film.moving import SATURATED, SHIFT
 
     assert softplus(SHIFT - SATURATED) == pytest.approx(1.0, rel=1e-12)
@@ -118,7 +142,9 @@ def test_bias_of_the_smooth_rupture():
 
 
 def test_mesh():
-    """Finer around where the bearing is short; a doubt where a mesh is too coarse names a finer one."""
+    """Finer around where the bearing is short; a doubt where a mesh is too coarse names a finer
+    one.
+    """
     assert mesh_for(1.0) == (36, 3)
     assert mesh_for(0.125)[0] > mesh_for(0.25)[0] > 36
     film = MovingFilm(Bearing(**OPTIONS), (16, 2))

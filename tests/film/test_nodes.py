@@ -1,8 +1,9 @@
-"""Shared thermal nodes: linear networks, films that follow a node, balances of energy, clear errors.
+"""Shared thermal nodes: linear networks, films that follow a node, balances of energy, clear
+errors.
 
-`thermal_nodes.csv`: rows of independent small codes. "petroff" is a centred journal of 10 mm in a bearing of 20 mm
-with a clearance of 0.1 mm, 0.05 Pa s at 313.15 K and 500 rad/s; "two" an oil of 2 J/K that takes 10 W, 0.8 W/K from
-a housing of 200 J/K and that 0.5 W/K from the surroundings.
+`thermal_nodes.csv`: rows of independent small codes. "petroff" is a centred journal of 10 mm in a
+bearing of 20 mm with a clearance of 0.1 mm, 0.05 Pa s at 313.15 K and 500 rad/s; "two" an oil of 2
+J/K that takes 10 W, 0.8 W/K from a housing of 200 J/K and that 0.5 W/K from the surroundings.
 """
 
 import csv
@@ -23,17 +24,27 @@ from tests.film.test_heat import COLD, MIXED, C, scene
 TABLE = (Path(__file__).parent / "thermal_nodes.csv").read_text()
 ROWS = {row["quantity"]: float(row["value"]) for row in csv.DictReader(TABLE.splitlines())}
 INDEPENDENT = {"source": "independent code", "kind": "independent"}
-PETROFF = 0.05 * 0.01**3 * 0.02 * 500.0**2 * 2.0 * math.pi / 1e-4  # power at the surroundings' temperature [W]
+# power at the surroundings' temperature [W]
+PETROFF = 0.05 * 0.01**3 * 0.02 * 500.0**2 * 2.0 * math.pi / 1e-4
 STILL = {"vogel": 1e-6}  # viscosity does not follow the temperature
 
 
 def centred(heat, *nodes, viscosity=0.05):
-    """A journal that turns in the middle of its bearing, within 1e-5 of the clearance: free it would whirl."""
+    """A journal that turns in the middle of its bearing, within 1e-5 of the clearance: free it
+    would whirl.
+    """
     body = cl.Body("journal", 1.0, 1e-3)
     joint = cl.ClearanceRevolute(
-        cl.ground, body, name="J", radius=0.01, clearance=1e-4, length=0.02, film=cl.harmonic(),
-        lubricant=cl.Lubricant(viscosity), heat=heat,
-    )  # fmt: skip
+        cl.ground,
+        body,
+        name="J",
+        radius=0.01,
+        clearance=1e-4,
+        length=0.02,
+        film=cl.harmonic(),
+        lubricant=cl.Lubricant(viscosity),
+        heat=heat,
+    )
     spring = cl.SpringDamper(cl.ground.at(1e-5 * C, 0), body.at(0, 0), stiffness=1e8)
     return cl.Scene(joint, *nodes, spring, cl.Drive(body, speed=500.0), gravity=(0.0, 0.0))
 
@@ -51,28 +62,42 @@ class TestFilmFollowsTheNode:
     def test_steady(self, conductance, validated):
         """After 20 time constants: 1e-6 K (2e-8)."""
         name = f"steady warming, conductance {conductance:g} W/K"
-        until = 20.0 * 0.5 * ROWS[f"time constant over the capacity, conductance {conductance:g} W/K"]
-        result = cl.simulate(bath(0.5, conductance), until=until, samples=11, max_step=until / 50.0, rtol=1e-9)
+        until = (
+            20.0 * 0.5 * ROWS[f"time constant over the capacity, conductance {conductance:g} W/K"]
+        )
+        result = cl.simulate(
+            bath(0.5, conductance), until=until, samples=11, max_step=until / 50.0, rtol=1e-9
+        )
         found = result.node("bath").temperature[-1] - COLD
         validated(name, found, ROWS[name], 1e-6, unit="K", relative=False, **INDEPENDENT)
         assert result.joint("J").oil_temperature[-1] == result.node("bath").temperature[-1]
-        assert result.node("bath").flow[-1] == pytest.approx(result.joint("J").power_loss[-1], rel=1e-6)
+        assert result.node("bath").flow[-1] == pytest.approx(
+            result.joint("J").power_loss[-1], rel=1e-6
+        )
 
     @pytest.mark.parametrize("conductance", [0.1, 5.0])
     def test_time_constant(self, conductance, validated):
-        """Started 1e-3 K beside the steady state it comes back by exp(-t / tau): tau to 1e-3 (the slope's change)."""
+        """Started 1e-3 K beside the steady state it comes back by exp(-t / tau): tau to 1e-3 (the
+        slope's change).
+        """
         name = f"time constant over the capacity, conductance {conductance:g} W/K"
         steady = ROWS[f"steady warming, conductance {conductance:g} W/K"]
         start, until = COLD + steady + 1e-3, 0.5 * ROWS[name]
-        result = cl.simulate(bath(0.5, conductance, start=start), until=until, samples=2, rtol=1e-12)
+        result = cl.simulate(
+            bath(0.5, conductance, start=start), until=until, samples=2, rtol=1e-12
+        )
         left = (result.node("bath").temperature[-1] - COLD - steady) / 1e-3
         validated(name, -until / math.log(left) / 0.5, ROWS[name], 1e-3, unit="K/W", **INDEPENDENT)
 
     def test_warming(self, validated):
-        """Warming of 0.2 s to 1e-6 K, as by an oil with the same capacity and conductance of its own."""
+        """Warming of 0.2 s to 1e-6 K, as by an oil with the same capacity and conductance of its
+        own.
+        """
         name = "warming at 0.2 s, conductance 1 W/K, capacity 0.5 J/K"
         shared = cl.simulate(bath(0.5, 1.0), until=0.2, samples=3, rtol=1e-10)
-        alone = cl.simulate(centred(HeatBalance(0.5, 1.0, volumetric=0.0)), until=0.2, samples=3, rtol=1e-10)
+        alone = cl.simulate(
+            centred(HeatBalance(0.5, 1.0, volumetric=0.0)), until=0.2, samples=3, rtol=1e-10
+        )
         for result in (shared, alone):
             found = result.joint("J").oil_temperature[-1] - COLD
             validated(name, found, ROWS[name], 1e-6, unit="K", relative=False, **INDEPENDENT)
@@ -93,7 +118,14 @@ class TestTwoNodes:
     def test_warming(self, until, more, validated):
         """To 1e-6 of each (1e-8)."""
         wanted = [ROWS[f"{part} at {until} s"] for part in ("oil", "housing")]
-        validated(f"oil and housing at {until} s", self.run(until, **more), wanted, 1e-6, unit="K", **INDEPENDENT)
+        validated(
+            f"oil and housing at {until} s",
+            self.run(until, **more),
+            wanted,
+            1e-6,
+            unit="K",
+            **INDEPENDENT,
+        )
 
     def test_steady(self, validated):
         """P / h over both: 32.5 K and 20 K after 8000 s, 1e-5."""
@@ -107,7 +139,10 @@ class TestTwoNodes:
         oil = cl.ThermalNode("oil", 2.0, 0.8, to=housing)
         heat = HeatBalance(volumetric=0.0, to=oil, **STILL)
         result = cl.simulate(
-            centred(heat, oil, housing, viscosity=0.05 * 10.0 / PETROFF), until=1.0, samples=3, rtol=1e-9
+            centred(heat, oil, housing, viscosity=0.05 * 10.0 / PETROFF),
+            until=1.0,
+            samples=3,
+            rtol=1e-9,
         )
         found = [result.node(n).temperature[-1] - COLD for n in ("oil", "housing")]
         assert found == pytest.approx([ROWS["oil at 1 s"], ROWS["housing at 1 s"]], rel=1e-6)
@@ -117,16 +152,25 @@ class TestBalance:
     """Heat is conserved."""
 
     def test_two_joints_heat_one_housing(self, validated):
-        """Adiabatic: oils and housing hold what the ledger says was dissipated, at all times; 1e-6 of it."""
+        """Adiabatic: oils and housing hold what the ledger says was dissipated, at all times; 1e-6
+        of it.
+        """
         housing = cl.ThermalNode("housing", 2.0, 0.0)
         parts = [housing]
         for name, spin in (("B", 100.0), ("C", 250.0)):
             shaft = cl.Body(name, 3.0, 1e-3)
             bearing = cl.ClearanceRevolute(
-                cl.ground, shaft, name=name, radius=0.01, clearance=C, length=0.02, film=cl.harmonic(),
-                lubricant=cl.Lubricant(0.05), heat=HeatBalance(0.5, 0.8, volumetric=0.0, to=housing),
+                cl.ground,
+                shaft,
+                name=name,
+                radius=0.01,
+                clearance=C,
+                length=0.02,
+                film=cl.harmonic(),
+                lubricant=cl.Lubricant(0.05),
+                heat=HeatBalance(0.5, 0.8, volumetric=0.0, to=housing),
                 eccentricity=(0.2 * C, -0.3 * C),
-            )  # fmt: skip
+            )
             parts += [bearing, cl.Drive(shaft, speed=spin)]
         result = cl.simulate(cl.Scene(*parts), until=0.05, samples=51, rtol=1e-8)
         oils = sum(0.5 * (result.joint(n).oil_temperature - COLD) for n in "BC")
@@ -137,24 +181,32 @@ class TestBalance:
         assert result.node("housing").temperature[-1] > COLD
 
     def test_share(self, validated):
-        """Half of the solids' heat goes past the oil: oil and housing hold all of it, 1e-6; the oil less."""
+        """Half of the solids' heat goes past the oil: oil and housing hold all of it, 1e-6; the oil
+        less.
+        """
         results = []
         for share in (1.0, 0.5):
             housing = cl.ThermalNode("housing", 2.0, 0.0)
             heat = HeatBalance(0.5, 0.8, volumetric=0.0, to=housing, share=share)
             mixed = scene(film=cl.harmonic(), **MIXED | {"roughness": 1.6e-5})
             joint = dataclasses.replace(mixed.joints[0], heat=heat)
-            result = cl.simulate(cl.Scene(joint, *mixed.loads, housing), until=0.05, samples=26, rtol=1e-8)
+            result = cl.simulate(
+                cl.Scene(joint, *mixed.loads, housing), until=0.05, samples=26, rtol=1e-8
+            )
             stored = 0.5 * (result.joint("J").oil_temperature - COLD)
             held = stored + 2.0 * (result.node("housing").temperature - COLD)
             lost = result.energy.dissipated
             more = {"source": "first law of thermodynamics", "kind": "exact", "relative": lost[-1]}
-            validated(f"heat of oil and housing, share {share:g}", held, lost, 1e-6, unit="J", **more)
+            validated(
+                f"heat of oil and housing, share {share:g}", held, lost, 1e-6, unit="J", **more
+            )
             results.append(stored[-1])
         assert results[1] < 0.98 * results[0], results
 
     def test_supply(self, validated):
-        """Steady: P = h (T - T_0) + rho c_p Q (T - T_f); the oil comes 15 K warmer than the surroundings; 1e-6."""
+        """Steady: P = h (T - T_0) + rho c_p Q (T - T_f); the oil comes 15 K warmer than the
+        surroundings; 1e-6.
+        """
         oil = HeatBalance(0.05, 0.1, supply=COLD + 15.0)
         joint = cl.simulate(scene(oil, table_film()), until=0.8, samples=5, rtol=1e-8).joint("J")
         flow = oil.volumetric * joint.side_flow[-1]
@@ -172,12 +224,15 @@ class TestStructure:
         idle = build(cl.Scene(*idle.joints, *idle.loads, cl.ThermalNode("sump", 5.0, 1.0)))
         assert idle.size == plain.size + 1
         assert [c.path for c in idle.layout.channels if "nodes" in c.path] == [
-            "nodes/sump/temperature", "nodes/sump/flow",
-        ]  # fmt: skip
+            "nodes/sump/temperature",
+            "nodes/sump/flow",
+        ]
         assert not any("node" in text for text in plain.structure.texts.values())
 
     def test_which_node_is_structure(self):
-        """Two joints of one kind that heat another node each are another structure; other numbers are not."""
+        """Two joints of one kind that heat another node each are another structure; other numbers
+        are not.
+        """
 
         def built(first, capacity=5.0):
             nodes = [cl.ThermalNode(n, capacity, 1.0) for n in ("one", "two")]
@@ -196,7 +251,9 @@ class TestStructure:
 def test_guide():
     """The guide's example, shorter: heat goes from both oils to the housing."""
     text = (Path(cl.__file__).parent / "GUIDE.md").read_text()
-    block = next(b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "cl.ThermalNode(" in b)
+    block = next(
+        b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "cl.ThermalNode(" in b
+    )
     scope: dict = {}
     exec(block.replace("turns=2", "turns=0.1"), scope)
     run = scope["run"]
@@ -209,12 +266,14 @@ class TestErrors:
 
     @pytest.mark.parametrize(
         ("numbers", "line"),
-        [({"capacity": 0.0}, "capacity must be positive, got 0.0"),
-         ({"conductance": -1.0}, "conductance must not be negative"),
-         ({"surroundings": -5.0}, "surroundings must be positive"),
-         ({"start": 0.0}, "start must be positive"),
-         ({"surroundings": 300.0, "to": NODE}, "surroundings beside to=housing")],
-    )  # fmt: skip
+        [
+            ({"capacity": 0.0}, "capacity must be positive, got 0.0"),
+            ({"conductance": -1.0}, "conductance must not be negative"),
+            ({"surroundings": -5.0}, "surroundings must be positive"),
+            ({"start": 0.0}, "start must be positive"),
+            ({"surroundings": 300.0, "to": NODE}, "surroundings beside to=housing"),
+        ],
+    )
     def test_numbers(self, numbers, line):
         with pytest.raises(ValueError, match=f"ThermalNode sump: {line}"):
             cl.ThermalNode("sump", **({"capacity": 1.0, "conductance": 1.0} | numbers))
@@ -226,15 +285,21 @@ class TestErrors:
             centred(HeatBalance(1.0, 1.0, to="housing"))
 
     def test_must_be_in_the_scene(self):
-        with pytest.raises(ValueError, match="joint J: its thermal node, ThermalNode housing, is not in the scene"):
+        with pytest.raises(
+            ValueError, match="joint J: its thermal node, ThermalNode housing, is not in the scene"
+        ):
             centred(HeatBalance(1.0, 1.0, to=self.NODE))
 
     @pytest.mark.parametrize(
         ("numbers", "line"),
-        [({}, "capacity is missing"), ({"capacity": 1.0}, "conductance is missing"),
-         ({"capacity": 1.0, "to": NODE}, "conductance is missing"),
-         ({"share": 1.5, "to": NODE}, "share must lie in"), ({"supply": -3.0, "to": NODE}, "supply must be positive")],
-    )  # fmt: skip
+        [
+            ({}, "capacity is missing"),
+            ({"capacity": 1.0}, "conductance is missing"),
+            ({"capacity": 1.0, "to": NODE}, "conductance is missing"),
+            ({"share": 1.5, "to": NODE}, "share must lie in"),
+            ({"supply": -3.0, "to": NODE}, "supply must be positive"),
+        ],
+    )
     def test_balance(self, numbers, line):
         with pytest.raises(ValueError, match=f"heat balance: {line}"):
             HeatBalance(**numbers)

@@ -1,4 +1,5 @@
-"""Films that are solved as the run goes: how kernels ask for them, and that runs with them are those of the table.
+"""Films that are solved as the run goes: how kernels ask for them, and that runs with them are
+those of the table.
 
 The film with memory is compared with films that remember nothing where the two must agree.
 """
@@ -74,7 +75,9 @@ class TestAsking:
         assert (data[:4] == 7.0).all()
         assert (data[4 + len(teller.numbers) :] == 7.0).all()
 
-    @pytest.mark.parametrize("failure", [ValueError("no film"), RuntimeError("unsettled"), KeyboardInterrupt()])
+    @pytest.mark.parametrize(
+        "failure", [ValueError("no film"), RuntimeError("unsettled"), KeyboardInterrupt()]
+    )
     def test_failure_is_nan_and_kept(self, failure):
         def fails(wanted, inputs):
             raise failure
@@ -118,7 +121,9 @@ class TestFem:
         options = {"ambient": 1e3, "grooves": (Groove(0.5, 0.4, 1.0, 2e3),), "mesh": (48, 4)}
         bearing = Bearing.of(rough, ambient=1e3, grooves=options["grooves"], roughness=2e-5)
         film = MovingFilm(bearing, (48, 4)).solve(*motion)
-        assert fem_film(**options, flow_factors=True)(*motion, rough)[0] == pytest.approx(film.radial, rel=1e-6)
+        assert fem_film(**options, flow_factors=True)(*motion, rough)[0] == pytest.approx(
+            film.radial, rel=1e-6
+        )
 
     def test_beyond_the_nearest(self):
         """Trial states at and beyond the wall count as 0.9999."""
@@ -129,10 +134,13 @@ class TestFem:
 
     @pytest.mark.parametrize(
         ("make", "more", "line"),
-        [(fem_film, {"cavitation": "mass_conserving"}, "cavitation must be one of"),
-         (fem_film, {"mesh": (8, 4)}, "coarse"), (conserving_film, {"mesh": (64, 1)}, "coarse"),
-         (conserving_film, {"liner": -1.0}, "liner")],
-    )  # fmt: skip
+        [
+            (fem_film, {"cavitation": "mass_conserving"}, "cavitation must be one of"),
+            (fem_film, {"mesh": (8, 4)}, "coarse"),
+            (conserving_film, {"mesh": (64, 1)}, "coarse"),
+            (conserving_film, {"liner": -1.0}, "liner"),
+        ],
+    )
     def test_bad_input(self, make, more, line):
         with pytest.raises(ValueError, match=line):
             make(**more)
@@ -142,9 +150,16 @@ def loaded(film, spin=100.0, mass=3.0):
     """A heavy turning journal in a bearing of the ground: eccentricity about 0.6."""
     body = cl.Body("journal", mass, 1e-3, angular_velocity=spin)
     joint = cl.ClearanceRevolute(
-        cl.ground.at(0, 0), body.at(0, 0), name="J", radius=0.01, clearance=C, length=0.02, film=film,
-        lubricant=cl.Lubricant(0.05), eccentricity=(0.2 * C, -0.3 * C),
-    )  # fmt: skip
+        cl.ground.at(0, 0),
+        body.at(0, 0),
+        name="J",
+        radius=0.01,
+        clearance=C,
+        length=0.02,
+        film=film,
+        lubricant=cl.Lubricant(0.05),
+        eccentricity=(0.2 * C, -0.3 * C),
+    )
     return cl.Scene(joint)
 
 
@@ -160,7 +175,11 @@ def shaken(mechanism):
     draw = np.random.default_rng(4)
     (at,), half = mechanism.places.values(), mechanism.coordinates
     for _ in range(5):
-        y, size, angle = mechanism.y0.copy(), draw.uniform(0.1, 0.9) * C, draw.uniform(0.0, 2.0 * math.pi)
+        y, size, angle = (
+            mechanism.y0.copy(),
+            draw.uniform(0.1, 0.9) * C,
+            draw.uniform(0.0, 2.0 * math.pi),
+        )
         y[at : at + 2] = size * math.cos(angle), size * math.sin(angle)
         y[half + at : half + at + 2] = draw.normal(size=2) * 2e-3
         yield y
@@ -168,8 +187,9 @@ def shaken(mechanism):
 
 class TestKernels:
     def test_right_hand_side_is_the_tables(self):
-        """Accelerations within what the elements are chosen for, 3e-3; of the turning, to which the film only gives
-        its friction, within 6 %: the wet area of both is right to a cell."""
+        """Accelerations within what the elements are chosen for, 3e-3; of the turning, to which the
+        film only gives its friction, within 6 %: the wet area of both is right to a cell.
+        """
         table, fem = build(loaded(table_film())), build(loaded(fem_film()))
         half = table.coordinates
         for y in shaken(table):
@@ -193,8 +213,11 @@ class TestKernels:
             assert np.abs(found - wanted).max() < 1e-4 * np.abs(wanted).max()
 
     def test_derivative_is_nearly_the_tables(self):
-        """Accelerations by everything: 2 % of the largest. The journal's own angular acceleration is left out: the
-        wet area it rubs on is right to some per cent."""
+        """Accelerations by everything: 2 % of the largest.
+
+        The journal's own angular acceleration is left out: the
+        wet area it rubs on is right to some per cent.
+        """
         table, fem = build(loaded(table_film())), build(loaded(fem_film()))
         n = table.size
         for y in shaken(table):
@@ -203,9 +226,13 @@ class TestKernels:
             assert np.abs(found - wanted)[4:].max() < 0.02 * np.abs(wanted[4:]).max()
 
     def test_other_scenes_carry_no_letter(self):
-        """A block of a few numbers where a film is solved, none where it is a formula; nobody asks without one."""
+        """A block of a few numbers where a film is solved, none where it is a formula; nobody asks
+        without one.
+        """
         formula, table, fem = (build(loaded(f)) for f in (cl.harmonic(), table_film(), fem_film()))
-        assert all("ask" not in text for mech in (formula, table) for text in mech.structure.texts.values())
+        assert all(
+            "ask" not in text for mech in (formula, table) for text in mech.structure.texts.values()
+        )
         assert "answered(" in fem.structure.texts["rhs"]
         index = len(formula.layout.parameters) + formula.layout.derived
         assert len(formula.par) == index
@@ -217,12 +244,21 @@ class TestKernels:
     def test_joints_do_not_share_a_letter(self):
         """Each asks for its own film."""
         one, other = cl.Body("one", 1.0, 1e-3), cl.Body("other", 1.0, 1e-3)
-        slots = {"radius": 0.01, "clearance": C, "length": 0.02, "film": fem_film(), "lubricant": cl.Lubricant(0.05)}
+        slots = {
+            "radius": 0.01,
+            "clearance": C,
+            "length": 0.02,
+            "film": fem_film(),
+            "lubricant": cl.Lubricant(0.05),
+        }
         joints = [
-            cl.ClearanceRevolute(cl.ground.at(x, 0), b, name=n, **slots) for x, b, n in ((0, one, "A"), (1, other, "B"))
+            cl.ClearanceRevolute(cl.ground.at(x, 0), b, name=n, **slots)
+            for x, b, n in ((0, one, "A"), (1, other, "B"))
         ]
         mechanism = build(cl.Scene(*joints))
-        starts = [int(mechanism.par[mechanism.layout.parameters[f"joints/{n}/film/start"]]) for n in "AB"]
+        starts = [
+            int(mechanism.par[mechanism.layout.parameters[f"joints/{n}/film/start"]]) for n in "AB"
+        ]
         assert mechanism.par[starts[0]] != mechanism.par[starts[1]]
 
 
@@ -234,19 +270,28 @@ def run(film, until=0.02, **more):
 
 class TestRuns:
     def test_feeder_by_elements(self, validated):
-        """A whole turn, and few steps tried in vain: every fourth was with a rupture that jumps from node to node.
+        """A whole turn, and few steps tried in vain: every fourth was with a rupture that jumps
+        from node to node.
 
-        The load of either film is right to 3e-3 where the gap is thinnest, and the gap goes with its root nearly:
-        1e-3 of the clearance for the path, 3e-3 of the gap, 3e-4 of the largest force.
+        The load of either film is right to 3e-3 where the gap is thinnest, and the gap goes with
+        its root nearly: 1e-3 of the clearance for the path, 3e-3 of the gap, 3e-4 of the largest
+        force.
         """
-        runs = [cl.simulate(cl.load_case("six_bar_feeder", film=f), turns=1) for f in ("table", "fem")]
+        runs = [
+            cl.simulate(cl.load_case("six_bar_feeder", film=f), turns=1) for f in ("table", "fem")
+        ]
         table, fem = (r.joint("B") for r in runs)
         path, wanted = ((j.eccentricity @ [1.0, 1.0j]) / C for j in (fem, table))
-        what, more = "in a turn of the feeder, finite elements", {"source": TABLE["source"], "kind": TABLE["kind"]}
+        what, more = (
+            "in a turn of the feeder, finite elements",
+            {"source": TABLE["source"], "kind": TABLE["kind"]},
+        )
         validated(f"path of the journal over c {what}", path, wanted, 1e-3, relative=False, **more)
         validated(f"gap {what}", fem.gap, table.gap, 3e-3, unit="m", **more)
         forces = [j.force @ [1.0, 1.0j] for j in (fem, table)]
-        validated(f"joint force {what}", *forces, 3e-4, unit="N", relative=np.abs(forces[1]).max(), **more)
+        validated(
+            f"joint force {what}", *forces, 3e-4, unit="N", relative=np.abs(forces[1]).max(), **more
+        )
         solver = runs[1].solver
         assert solver["rejected"] < 0.1 * solver["steps"]
 
@@ -254,10 +299,14 @@ class TestRuns:
     def test_loaded_journal_by_elements(self, cavitation, validated):
         """1e-3 of the clearance (2e-5)."""
         table, fem = run(table_film(cavitation=cavitation)), run(fem_film(cavitation=cavitation))
-        validated("eccentricity ratio of a loaded journal, finite elements", fem, table, 1e-3, **TABLE)
+        validated(
+            "eccentricity ratio of a loaded journal, finite elements", fem, table, 1e-3, **TABLE
+        )
         assert np.hypot(*table).max() > 0.5
 
-    @pytest.mark.parametrize("error", [RuntimeError("the elements gave up"), KeyboardInterrupt()], ids=["film", "user"])
+    @pytest.mark.parametrize(
+        "error", [RuntimeError("the elements gave up"), KeyboardInterrupt()], ids=["film", "user"]
+    )
     def test_failure_of_a_film_ends_the_run(self, monkeypatch, error):
         """A nan inside compiled code, which no step gets past."""
 
@@ -268,7 +317,9 @@ class TestRuns:
         with pytest.raises((cl.SimulationError, KeyboardInterrupt)):
             run(fem_film())
 
-    @pytest.mark.parametrize("error", [RuntimeError("the elements gave up"), KeyboardInterrupt("enough")])
+    @pytest.mark.parametrize(
+        "error", [RuntimeError("the elements gave up"), KeyboardInterrupt("enough")]
+    )
     def test_run_says_why(self, monkeypatch, error):
         """The solver's error or the user's interrupt is in the message or is its cause."""
 
@@ -278,7 +329,11 @@ class TestRuns:
         monkeypatch.setattr(MovingFilm, "outputs", fails)
         with pytest.raises((cl.SimulationError, KeyboardInterrupt)) as caught:
             run(fem_film())
-        assert caught.value is error or caught.value.__cause__ is error or str(error) in str(caught.value)
+        assert (
+            caught.value is error
+            or caught.value.__cause__ is error
+            or str(error) in str(caught.value)
+        )
 
     def test_a_state_that_cannot_be_remembered_ends_the_run(self, monkeypatch):
         """The film's reason is in the message: a run must not go on with an old memory."""
@@ -291,13 +346,17 @@ class TestRuns:
             commit(self, *state)
 
         monkeypatch.setattr(MemoryFilm, "commit", fails)
-        with pytest.raises(cl.SimulationError, match="joint J: its film: the oil is lost") as caught:
+        with pytest.raises(
+            cl.SimulationError, match="joint J: its film: the oil is lost"
+        ) as caught:
             cl.simulate(loaded(conserving_film()), until=0.005)
         assert len(calls) < 60
         assert caught.value.result.status.startswith("partial")
 
     def test_a_failure_that_passed_is_not_blamed(self, monkeypatch):
-        """A trial state without a film is tried again, shorter; what ends the run later is something else."""
+        """A trial state without a film is tried again, shorter; what ends the run later is
+        something else.
+        """
         trial, calls = MemoryFilm.trial, []
 
         def fails_once(self, *state):
@@ -321,7 +380,9 @@ class TestRuns:
 
     def test_coarse_meshes_are_named(self):
         """A gap whose pressure is narrower than a cell: the run says so."""
-        result = cl.simulate(loaded(conserving_film(mesh=(16, 2)), mass=30.0), until=0.02, rtol=1e-3)
+        result = cl.simulate(
+            loaded(conserving_film(mesh=(16, 2)), mass=30.0), until=0.02, rtol=1e-3
+        )
         assert any("too coarse for eccentricity ratio" in w for w in result.warnings)
 
 
@@ -364,15 +425,22 @@ class TestCost:
 class TestMemory:
     @pytest.mark.parametrize("liner", [1e-15, 1e-13])
     def test_stiff_liners_start(self, liner):
-        """From the centre, where nothing but rounding presses: as the rigid bearing, to 1e-3 of the clearance."""
+        """From the centre, where nothing but rounding presses: as the rigid bearing, to 1e-3 of the
+        clearance.
+        """
         rigid, lined = (
-            cl.simulate(loaded(conserving_film(liner=k)), until=1e-3, samples=5).joint("J").eccentricity / C
+            cl.simulate(loaded(conserving_film(liner=k)), until=1e-3, samples=5)
+            .joint("J")
+            .eccentricity
+            / C
             for k in (0.0, liner)
         )
         assert lined == pytest.approx(rigid, abs=1e-3)
 
     def test_stays_within_bounds_and_keeps_its_oil(self):
-        """The film never lets the journal out, closes the ledger, and loses less than 1e-10 of its oil a step."""
+        """The film never lets the journal out, closes the ledger, and loses less than 1e-10 of its
+        oil a step.
+        """
         result = cl.simulate(loaded(conserving_film()), until=0.02, samples=41)
         joint, found = result.joint("J"), result.file["joints/J"]
         assert 0.0 < joint.gap.min() < joint.gap.max() <= C
@@ -383,25 +451,39 @@ class TestMemory:
         assert joint.side_flow.min() > -1e-9
 
     def test_no_cavity_no_memory(self):
-        """With a high ambient pressure the film is the linear one of the table without cavitation: 1e-3 of the
-        clearance (3.6e-4 at (64, 6), 9e-5 at twice as many cells each way)."""
+        """With a high ambient pressure the film is the linear one of the table without cavitation:
+        1e-3 of the clearance (3.6e-4 at (64, 6), 9e-5 at twice as many cells each way).
+        """
         wanted = run(table_film(cavitation="none"))
-        errors = [np.abs(run(conserving_film(ambient=1e9, mesh=mesh)) - wanted).max() for mesh in ((64, 6), (128, 12))]
+        errors = [
+            np.abs(run(conserving_film(ambient=1e9, mesh=mesh)) - wanted).max()
+            for mesh in ((64, 6), (128, 12))
+        ]
         assert errors[0] < 1e-3
         assert errors[1] < 0.4 * errors[0]
 
     def test_without_its_memory_it_is_the_table(self, validated):
         """Swift-Stieber's film on the bearing's grid: 1e-3 of the clearance (3.2e-4)."""
         found, table = run(conserving_film(memory=False)), run(table_film())
-        validated("eccentricity ratio of a loaded journal, film without memory", found, table, 1e-3, **TABLE)
+        validated(
+            "eccentricity ratio of a loaded journal, film without memory",
+            found,
+            table,
+            1e-3,
+            **TABLE,
+        )
 
     def test_memory_matters_a_little_here(self):
-        """The cavity is remembered: another path than the film that forgets, by 6e-3 of the clearance at most here."""
+        """The cavity is remembered: another path than the film that forgets, by 6e-3 of the
+        clearance at most here.
+        """
         apart = np.abs(run(conserving_film()) - run(conserving_film(memory=False))).max()
         assert 1e-3 < apart < 2e-2
 
     def test_liner_softens(self):
-        """A lining of 1e-11 m/Pa under some bar: the journal sinks deeper, the more so the softer it is."""
+        """A lining of 1e-11 m/Pa under some bar: the journal sinks deeper, the more so the softer
+        it is.
+        """
         ends = [np.hypot(*run(conserving_film(liner=k)))[-1] for k in (0.0, 1e-12, 1e-11)]
         assert ends[0] < ends[1] < ends[2]
         assert ends[1] - ends[0] == pytest.approx(0.1 * (ends[2] - ends[0]), rel=0.5)
@@ -416,41 +498,53 @@ class TestMemory:
     def test_every_run_begins_full_of_oil(self):
         """One mechanism, and so one film, run twice: the second does not know of the first."""
         mechanism = build(loaded(conserving_film()))
-        rows = [
-            Run(mechanism, Span(0.002, 11), outputs=False).trajectory()[1]
-            for _ in range(2)
-        ]
+        rows = [Run(mechanism, Span(0.002, 11), outputs=False).trajectory()[1] for _ in range(2)]
         assert (rows[0] == rows[1]).all()
 
     @staticmethod
     def two(swapped, spins, mesh):
-        """Eccentricity of body two in (or around) body one, and force on it, over their sizes; both bodies free."""
+        """Eccentricity of body two in (or around) body one, and force on it, over their sizes; both
+        bodies free.
+        """
         one = cl.Body("one", 1.3, 2e-3, angular_velocity=spins[0])
         two = cl.Body("two", 0.7, 1e-3, angular_velocity=spins[1])
         (a, b), sign = ((two, one), -1.0) if swapped else ((one, two), 1.0)
         joint = cl.ClearanceRevolute(
-            a.at(0, 0), b.at(0, 0), name="J", radius=0.01, clearance=C, length=0.02, film=conserving_film(mesh=mesh),
-            lubricant=cl.Lubricant(0.05), eccentricity=(0.5 * sign * C, -0.3 * sign * C),
+            a.at(0, 0),
+            b.at(0, 0),
+            name="J",
+            radius=0.01,
+            clearance=C,
+            length=0.02,
+            film=conserving_film(mesh=mesh),
+            lubricant=cl.Lubricant(0.05),
+            eccentricity=(0.5 * sign * C, -0.3 * sign * C),
             eccentricity_rate=(1e-3 * sign, 0.0),
-        )  # fmt: skip
+        )
         hold = cl.SpringDamper(cl.ground.at(1, 0), one, stiffness=1e-9)
         scene = cl.Scene(joint, hold, cl.Force(two, x=30.0, y=10.0), gravity=(0.0, 0.0))
         found = cl.simulate(scene, until=0.02, samples=41).joint("J")
         force = np.array([found.force_x, found.force_y])
-        return sign * np.array([found.eccentricity_x, found.eccentricity_y]) / C, sign * force / np.abs(force).max()
+        return sign * np.array(
+            [found.eccentricity_x, found.eccentricity_y]
+        ) / C, sign * force / np.abs(force).max()
 
     @pytest.mark.parametrize(("spins", "bound"), [((40.0, 100.0), 2e-3), ((70.0, 70.0), 5e-5)])
     def test_either_body_may_carry_the_bearing(self, spins, bound):
-        """Oil moves with the mean of both surfaces, so the equation does not tell bearing from journal. The grid does:
-        it turns with the bearing. Apart by its error (8.7e-4 of the clearance at (64, 6), 1.7e-4 at (128, 12)); where
-        both turn alike the cells are the same, and steps and Newton's tolerance are left (5e-6)."""
+        """Oil moves with the mean of both surfaces, so the equation does not tell bearing from
+        journal. The grid does: it turns with the bearing. Apart by its error (8.7e-4 of the
+        clearance at (64, 6), 1.7e-4 at (128, 12)); where both turn alike the cells are the same,
+        and steps and Newton's tolerance are left (5e-6).
+        """
         (one, force), (other, opposite) = (self.two(s, spins, (64, 6)) for s in (False, True))
         assert other == pytest.approx(one, abs=bound)
         assert opposite == pytest.approx(force, abs=5e-3)
         assert np.hypot(*one).max() > 0.6
 
     def test_letter_of_the_film_with_memory(self):
-        """Committed once a step by the commit kernel, whose texts ask too; the others' structure has no such commit."""
+        """Committed once a step by the commit kernel, whose texts ask too; the others' structure
+        has no such commit.
+        """
         mechanism = build(loaded(conserving_film()))
         assert mechanism.layout.commits == 1
         assert "answered(" in mechanism.structure.texts["commit"]

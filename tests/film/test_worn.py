@@ -16,7 +16,9 @@ from clearance.laws import FilmJoint
 from clearance.laws.outline import worn
 
 FILE = Path(__file__).with_name("worn_film_rows.csv")
-ROWS = [r for r in csv.DictReader(FILE.read_text().splitlines()) if not r["case"].startswith("short")]
+ROWS = [
+    r for r in csv.DictReader(FILE.read_text().splitlines()) if not r["case"].startswith("short")
+]
 RADIUS, CLEARANCE, VISCOSITY = 0.01, 1e-5, 0.02
 FINE = 0.1  # deg between depths of an outline whose edges are sharp
 
@@ -88,16 +90,24 @@ def test_uniform_wear_is_a_larger_clearance():
 
 
 def test_surfaces_change_places():
-    """A worn journal is a worn bearing seen from the journal, which turns the other way (1e-3 of the force)."""
+    """A worn journal is a worn bearing seen from the journal, which turns the other way (1e-3 of
+    the force).
+    """
     x, y, vx, vy, spin = 0.5, 0.2, 0.1, -0.2, 0.9
-    on_journal = film(0.5, True, (192, 8), journal=scar(0.3))[0].trial(x, y, vx, vy, spin, 0.0)[:2, 0]
+    on_journal = film(0.5, True, (192, 8), journal=scar(0.3))[0].trial(x, y, vx, vy, spin, 0.0)[
+        :2, 0
+    ]
     seen = vx + spin * y, vy - spin * x
-    on_bearing = film(0.5, True, (192, 8), outline=scar(0.3))[0].trial(x, y, *seen, -spin, 0.0)[:2, 0]
+    on_bearing = film(0.5, True, (192, 8), outline=scar(0.3))[0].trial(x, y, *seen, -spin, 0.0)[
+        :2, 0
+    ]
     assert on_journal == pytest.approx(on_bearing, abs=1e-3 * np.hypot(*on_bearing))
 
 
 def test_derivatives():
-    """Exact by place, rates and spin, both surfaces worn, against differences (1e-5 of the largest of a column)."""
+    """Exact by place, rates and spin, both surfaces worn, against differences (1e-5 of the largest
+    of a column).
+    """
     solver, _ = film(0.5, mesh=(48, 4), outline=scar(0.3, 1.0), journal=np.roll(scar(0.2, 1.0), 40))
     motion = np.array([0.55, 0.25, 0.2, -0.1, 1.0])
     found = solver.trial(*motion, 1e-3, 0.4)[:2].copy()
@@ -109,18 +119,31 @@ def test_derivatives():
 
 
 def test_journal_rests_in_its_scar():
-    """A lubricated journal under a load at rest stands in a scar, farther off than the clearance, on a film."""
+    """A lubricated journal under a load at rest stands in a scar, farther off than the clearance,
+    on a film.
+    """
     ratios = []
     for depth in (0.0, 0.3):
         body = cl.Body("rotor", 0.5, 1e-4)
         joint = cl.ClearanceRevolute(
-            cl.ground, body, name="B", radius=RADIUS, clearance=CLEARANCE, length=RADIUS,
+            cl.ground,
+            body,
+            name="B",
+            radius=RADIUS,
+            clearance=CLEARANCE,
+            length=RADIUS,
             lubricant=cl.Lubricant(VISCOSITY),
-            film=cl.conserving_film(memory=False, mesh=(48, 3)), outline=worn(bearing=scar(depth, 1.0)),
+            film=cl.conserving_film(memory=False, mesh=(48, 3)),
+            outline=worn(bearing=scar(depth, 1.0)),
             eccentricity=((0.9 + depth) * CLEARANCE, 0.0),
-        )  # fmt: skip
-        parts = cl.Force(body.at(0, 0), x=2000.0, name="load"), cl.Drive(body, speed=100.0, name="d")
-        result = cl.simulate(cl.Scene(joint, *parts, gravity=(0, 0), name="rotor"), until=5e-3, rtol=1e-4, samples=21)
+        )
+        parts = (
+            cl.Force(body.at(0, 0), x=2000.0, name="load"),
+            cl.Drive(body, speed=100.0, name="d"),
+        )
+        result = cl.simulate(
+            cl.Scene(joint, *parts, gravity=(0, 0), name="rotor"), until=5e-3, rtol=1e-4, samples=21
+        )
         assert result.joint("B").gap.min() > 0.0
         assert np.abs(result.energy.residual).max() < 1e-3 * np.abs(result.energy.input).max()
         ratios.append(result.joint("B").eccentricity_ratio[-1])

@@ -1,4 +1,6 @@
-"""The synthetic test bench: its programme, its joint against other integrations, and what it was calibrated to."""
+"""The synthetic test bench: its programme, its joint against other integrations, and what it was
+calibrated to.
+"""
 
 import dataclasses
 import math
@@ -21,16 +23,28 @@ def measurement():
 
 
 def test_the_programme(measurement):
-    samples = {r: (len(measurement.of(r).trials), measurement.of(r).samples) for r in measurement.roles}
-    assert samples == {"training": (6, 57600), "test": (10, 71600), "extrapolation": (12, 69600), "other": (6, 60000)}
+    samples = {
+        r: (len(measurement.of(r).trials), measurement.of(r).samples) for r in measurement.roles
+    }
+    assert samples == {
+        "training": (6, 57600),
+        "test": (10, 71600),
+        "extrapolation": (12, 69600),
+        "other": (6, 60000),
+    }
     speeds = {t.facts.get("speed") for t in measurement.of("training").trials}
     assert {round(math.degrees(s), 9) for s in speeds} == {1.0, 10.0, 50.0}
     assert {t.kind for t in measurement.of("training").trials} == {"triangle"}
     test = measurement.of("test").trials
-    assert {round(math.degrees(t.facts["speed"]), 9) for t in test if t.kind == "triangle"} == {5.0, 100.0}
+    assert {round(math.degrees(t.facts["speed"]), 9) for t in test if t.kind == "triangle"} == {
+        5.0,
+        100.0,
+    }
     assert {t.facts["frequency"] for t in test if t.kind == "sine"} == {1.0, 2.0, 5.0}
     assert max(abs(t.rate).max() for t in test if t.kind == "sine") <= math.radians(101.0)
-    assert [t.facts["position"] for t in measurement.trials] == sorted(t.facts["position"] for t in measurement.trials)
+    assert [t.facts["position"] for t in measurement.trials] == sorted(
+        t.facts["position"] for t in measurement.trials
+    )
     assert all(t.facts["preload"] == 5000.0 for t in measurement.trials)
     assert measurement.facts["synthetic"] is True
     assert measurement.facts["seed"] == 0
@@ -49,7 +63,9 @@ def test_motions_are_what_is_said(measurement):
         facts = trial.facts
         if "speed" in facts:
             # the filter overshoots by exp(-pi) = 4.3 % of a turn from one speed to the other
-            assert abs(trial.rate).max() == pytest.approx((1.0 + 2.0 * 0.0432) * facts["speed"], rel=5e-3), trial.name
+            assert abs(trial.rate).max() == pytest.approx(
+                (1.0 + 2.0 * 0.0432) * facts["speed"], rel=5e-3
+            ), trial.name
         if "amplitude" in facts:
             swept = np.ptp(trial.angle, axis=0).max()
             # the filter cuts fast corners, the angle of 20 Hz is a sum over 50 samples a cycle
@@ -65,10 +81,17 @@ def test_a_triangle_through_the_filter(validated):
         return state[1], w * w * (square - state[0]) - 2.0 * damping * w * state[1]
 
     time = np.arange(0.0, 0.48, 1e-3)
-    exact = solve_ivp(filtered, (0.0, time[-1]), (0.0, 0.0), t_eval=time, rtol=1e-8, atol=1e-10, max_step=1e-3).y[0]
+    exact = solve_ivp(
+        filtered, (0.0, time[-1]), (0.0, 0.0), t_eval=time, rtol=1e-8, atol=1e-10, max_step=1e-3
+    ).y[0]
     # the solver steps across the corners, at most 1 ms at a time
-    found, options = triangle(time, speed * quarter, speed, 2), {"source": "scipy RK45", "kind": "independent"}
-    validated("rate of a filtered triangle", found, exact, 2e-5, unit="rad/s", relative=False, **options)
+    found, options = (
+        triangle(time, speed * quarter, speed, 2),
+        {"source": "scipy RK45", "kind": "independent"},
+    )
+    validated(
+        "rate of a filtered triangle", found, exact, 2e-5, unit="rad/s", relative=False, **options
+    )
 
 
 def test_a_sine_begins_at_rest():
@@ -87,7 +110,10 @@ def fine(motion, seconds, step=2.5e-4):
     return time, rate, angle, step
 
 
-MIXED = tuple(lambda t, a=a, f=f: a * np.sin(2.0 * math.pi * f * t) for a, f in ((0.3, 2.0), (0.1, 3.0), (0.2, 1.0)))
+MIXED = tuple(
+    lambda t, a=a, f=f: a * np.sin(2.0 * math.pi * f * t)
+    for a, f in ((0.3, 2.0), (0.1, 3.0), (0.2, 1.0))
+)
 
 
 def test_the_joint_against_another_integrator(validated):
@@ -102,18 +128,29 @@ def test_the_joint_against_another_integrator(validated):
 
     def slope(t, z):
         w = rates(t)
-        torque = steady * (1.0 + (joint.ratio - 1.0) * math.exp(-((np.linalg.norm(w) / joint.stribeck) ** 2)))
+        torque = steady * (
+            1.0 + (joint.ratio - 1.0) * math.exp(-((np.linalg.norm(w) / joint.stribeck) ** 2))
+        )
         k = np.linalg.norm(torque * w) * stiffness / torque**2
         return (w - k * z.reshape(8, 3)).ravel()
 
-    found = solve_ivp(slope, (0.0, time[-1]), np.zeros(24), "LSODA", time[::40], rtol=1e-9, atol=1e-12)
+    found = solve_ivp(
+        slope, (0.0, time[-1]), np.zeros(24), "LSODA", time[::40], rtol=1e-9, atol=1e-12
+    )
     exact = np.empty((len(found.t), 3))
     for n, (t, z) in enumerate(zip(found.t, found.y.T, strict=True)):
         zd = slope(t, z).reshape(8, 3)
-        exact[n] = shares @ (stiffness * z.reshape(8, 3) + joint.damping * zd) + joint.viscosity * rates(t)
+        exact[n] = shares @ (
+            stiffness * z.reshape(8, 3) + joint.damping * zd
+        ) + joint.viscosity * rates(t)
     # second order in the step of 0.25 ms
-    found, options = joint.torques(rate, angle, step, 40), {"source": "scipy LSODA", "kind": "independent"}
-    validated("torque of the bench's joint", found, exact, 2e-3, unit="N m", relative=False, **options)
+    found, options = (
+        joint.torques(rate, angle, step, 40),
+        {"source": "scipy LSODA", "kind": "independent"},
+    )
+    validated(
+        "torque of the bench's joint", found, exact, 2e-3, unit="N m", relative=False, **options
+    )
 
 
 def test_steady_sliding_lies_on_the_ellipsoid(validated):
@@ -122,13 +159,18 @@ def test_steady_sliding_lies_on_the_ellipsoid(validated):
     _, rate, angle, step = fine([lambda t, w=w: np.full_like(t, w) for w in w], 5.0)
     steady = np.array(joint.torque)
     exact = steady**2 * w / np.linalg.norm(steady * w) + joint.viscosity * w
-    found, options = joint.torques(rate, angle, step)[-1], {"source": "maximum dissipation", "kind": "exact"}
+    found, options = (
+        joint.torques(rate, angle, step)[-1],
+        {"source": "maximum dissipation", "kind": "exact"},
+    )
     validated("torque of long sliding", found, exact, 1e-9, unit="N m", **options)
 
 
 def test_the_joint_is_richer_than_one_element():
     """Direction, seat, warm-up and level change the torque of steady sliding by what they say."""
-    _, rate, angle, step = fine([lambda t: 0.0 * t, lambda t: 0.0 * t, lambda t: np.full_like(t, 1.0)], 1.0)
+    _, rate, angle, step = fine(
+        [lambda t: 0.0 * t, lambda t: 0.0 * t, lambda t: np.full_like(t, 1.0)], 1.0
+    )
     plain = dataclasses.replace(SMOOTH, viscosity=0.0, damping=0.0)
 
     def last(joint, sign=1.0, **more):
@@ -141,13 +183,16 @@ def test_the_joint_is_richer_than_one_element():
     cold = dataclasses.replace(plain, warm_up=0.06)
     assert last(cold) == pytest.approx(2.0 * (1.0 + 0.06 * math.exp(-1.0 / 20.0)), rel=1e-4)
     seated = dataclasses.replace(plain, seat=0.05).torques(rate, angle, step)[2000:, 2]
-    assert (seated.min(), seated.max()) == pytest.approx((1.9, 2.1), rel=2e-3)  # lags by its break-away angles
+    # lags by its break-away angles
+    assert (seated.min(), seated.max()) == pytest.approx((1.9, 2.1), rel=2e-3)
     slow = plain.torques(0.01 * rate, 0.01 * angle, step, level=1.0)[-1, 2]
     assert slow < 2.0 * 1.35
 
 
 def test_slow_sliding_after_a_long_way():
-    _, rate, angle, step = fine([lambda t: 0.0 * t, lambda t: 0.0 * t, lambda t: np.full_like(t, 0.01)], 20.0)
+    _, rate, angle, step = fine(
+        [lambda t: 0.0 * t, lambda t: 0.0 * t, lambda t: np.full_like(t, 0.01)], 20.0
+    )
     joint = dataclasses.replace(SMOOTH, viscosity=0.0)
     peak = 2.0 * (1.0 + 0.35 * math.exp(-((0.01 / 0.06) ** 2)))
     assert joint.torques(rate, angle, step, 100)[-1, 2] == pytest.approx(peak, rel=1e-3)
@@ -160,15 +205,21 @@ def test_the_same_numbers_again(measurement):
         np.testing.assert_array_equal(a.torque, b.torque)
         np.testing.assert_array_equal(a.rate, b.rate)
     other = bench(seed=1)
-    assert all((a.torque != b.torque).any() for a, b in zip(measurement.trials, other.trials, strict=True))
+    assert all(
+        (a.torque != b.torque).any() for a, b in zip(measurement.trials, other.trials, strict=True)
+    )
     for a, b in zip(measurement.trials, other.trials, strict=True):
         np.testing.assert_array_equal(a.rate, b.rate)
 
 
 def test_scatter_and_noise_are_what_is_said():
-    """Levels against a bench without scatter: 34 trials, so their deviation is known to 1 / sqrt(68) = 12 %."""
+    """Levels against a bench without scatter: 34 trials, so their deviation is known to
+    1 / sqrt(68) = 12 %.
+    """
     true, noisy = bench(scatter=0.0, noise=0.0), bench(scatter=0.0, noise=0.05)
-    errors = [(b.torque - a.torque)[:, a.measured] for a, b in zip(true.trials, noisy.trials, strict=True)]
+    errors = [
+        (b.torque - a.torque)[:, a.measured] for a, b in zip(true.trials, noisy.trials, strict=True)
+    ]
     assert np.std(np.concatenate([e.ravel() for e in errors])) == pytest.approx(0.05, rel=0.01)
     levels = []
     for seed in range(4):
@@ -180,7 +231,10 @@ def test_scatter_and_noise_are_what_is_said():
 
 
 def test_other_sampling_rates_see_the_same_joint():
-    fine, coarse = bench(scatter=0.0, noise=0.0, rate_of_samples=2000.0), bench(scatter=0.0, noise=0.0)
+    fine, coarse = (
+        bench(scatter=0.0, noise=0.0, rate_of_samples=2000.0),
+        bench(scatter=0.0, noise=0.0),
+    )
     for a, b in zip(fine.trials, coarse.trials, strict=True):
         assert a.samples == 2 * b.samples
         np.testing.assert_allclose(a.torque[::2], b.torque, rtol=0, atol=1e-9)
@@ -225,12 +279,17 @@ def test_bad_input(change, said):
 
 
 def test_a_preload_scales_what_its_elements_carry_and_not_the_grease():
-    """Torque less viscosity follows the preload to the power 0.85, to 1 %: at 0.1 s not all elements slide steadily."""
+    """Torque less viscosity follows the preload to the power 0.85, to 1 %: at 0.1 s not all
+    elements slide steadily.
+    """
     rate = np.zeros((200, 3))
     rate[1:, 2] = 0.5
     angle = np.cumsum(rate, axis=0) * 1e-3
     joint = Joint(warm_up=0.0, seat=0.0)
-    found = {f: joint.under(f).torques(rate, angle, 1e-3)[-1, 2] - joint.viscosity * 0.5 for f in (5000.0, 10000.0)}
+    found = {
+        f: joint.under(f).torques(rate, angle, 1e-3)[-1, 2] - joint.viscosity * 0.5
+        for f in (5000.0, 10000.0)
+    }
     assert found[10000.0] / found[5000.0] == pytest.approx(2.0**LOAD_EXPONENT, rel=1e-2)
     assert joint.under(5000.0) == joint
     names = [t.name for t in bench(preloads=(2000.0, 5000.0), rate_of_samples=200.0).trials]

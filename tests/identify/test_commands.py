@@ -26,7 +26,9 @@ def small(tmp_path_factory):
     """The faster trials about the stud, for runs that only have to go through."""
     whole = bench()
     names = "p07_triangle_spin", "p08_triangle_spin", "p12_sine_spin", "p17_mixed_crossing"
-    return write(tmp_path_factory.mktemp("small") / "small.h5", Measurement([whole.named(n) for n in names]))
+    return write(
+        tmp_path_factory.mktemp("small") / "small.h5", Measurement([whole.named(n) for n in names])
+    )
 
 
 def told(capsys) -> str:
@@ -40,7 +42,23 @@ def test_bench_data_is_what_bench_makes(data):
 
 def test_bench_data_says_what_it_wrote(tmp_path, capsys):
     path = tmp_path / "b.h5"
-    assert main(["bench-data", "ball_joint", "-o", str(path), "--seed", "3", "--scatter", "0", "--noise", "0.1"]) == 0
+    assert (
+        main(
+            [
+                "bench-data",
+                "ball_joint",
+                "-o",
+                str(path),
+                "--seed",
+                "3",
+                "--scatter",
+                "0",
+                "--noise",
+                "0.1",
+            ]
+        )
+        == 0
+    )
     out = told(capsys)
     assert "nothing of it was measured" in out
     assert str(path) in out
@@ -79,17 +97,37 @@ def test_unknown_joint(capsys):
 def test_the_whole_round(data, tmp_path, capsys):
     """Data, fit, printed numbers and files agree with the Python interface."""
     out = tmp_path / "fit"
-    assert main(["identify", "--model", "lugre3d", "--data", str(data), "-o", str(out), "--starts", "2", "--json"]) == 0
+    assert (
+        main(
+            [
+                "identify",
+                "--model",
+                "lugre3d",
+                "--data",
+                str(data),
+                "-o",
+                str(out),
+                "--starts",
+                "2",
+                "--json",
+            ]
+        )
+        == 0
+    )
     document = json.loads(told(capsys))
     expected = fit(read(data), "lugre3d", starts=2)
     assert document["model"] == "lugre3d"
     assert document["synthetic"] is True
     assert document["fitted"] == 57600
-    assert {n: p["value"] for n, p in document["parameters"].items()} == pytest.approx(expected.fitted, rel=1e-9)
+    assert {n: p["value"] for n, p in document["parameters"].items()} == pytest.approx(
+        expected.fitted, rel=1e-9
+    )
     for name, p in document["parameters"].items():
         assert p["low"] <= p["value"] <= p["high"], name
         assert p["units"] == {q.name: q.units for q in expected.model.parameters}[name]
-    assert {r: s["nrmse"] for r, s in document["scores"].items()} == pytest.approx(expected.nrmse, rel=1e-9)
+    assert {r: s["nrmse"] for r, s in document["scores"].items()} == pytest.approx(
+        expected.nrmse, rel=1e-9
+    )
     assert document["scores"]["training"]["nrmse"] <= 0.13
     assert 0.2 <= document["scores"]["test"]["nrmse"] <= 0.3
     assert document["files"] == [str(out / "fit.h5"), str(out / "modelled.h5")]
@@ -120,7 +158,18 @@ def test_readable(small, tmp_path, capsys):
 
 def test_pictures(small, tmp_path, capsys):
     out = tmp_path / "out"
-    arguments = ["identify", "--model", "lugre3d", "--data", str(small), "-o", str(out), "--starts", "2", "--plot"]
+    arguments = [
+        "identify",
+        "--model",
+        "lugre3d",
+        "--data",
+        str(small),
+        "-o",
+        str(out),
+        "--starts",
+        "2",
+        "--plot",
+    ]
     assert main(arguments) == 0
     roles = "training", "test", "extrapolation"
     wanted = {f"{kind}_{role}.png" for kind in ("loops", "time") for role in roles}
@@ -136,17 +185,45 @@ def test_pictures(small, tmp_path, capsys):
 def test_options_of_the_model_and_bounds(small, tmp_path, capsys):
     """The same numbers as from Python, for tables, curves and bounds."""
     cases = (
-        (["--model", "curve", "-p", "knots=0.03, 0.3, 1", "-p", "nonnegative=yes"],
-         models.Curve(knots=(0.03, 0.3, 1.0), nonnegative=True)),
-        (["--model", "lugre1d", "-p", "knots=0.01,0.3,1", "-p", "smoothing=0.1", "-p", "symmetric=no"],
-         models.lugre1d(knots=(0.01, 0.3, 1.0), smoothing=0.1, symmetric=False)),
-        (["--model", "lugre3d", "-p", "exponent=1", "--bound", "spin_stiffness=2000:3000"],
-         models.lugre3d(exponent=1.0, bounds={"spin_stiffness": (2000.0, 3000.0)})),
-        (["--model", "lugre3d", "-p", "network=2", "-p", "static=true"], models.lugre3d(network=2, static=True)),
-    )  # fmt: skip
+        (
+            ["--model", "curve", "-p", "knots=0.03, 0.3, 1", "-p", "nonnegative=yes"],
+            models.Curve(knots=(0.03, 0.3, 1.0), nonnegative=True),
+        ),
+        (
+            [
+                "--model",
+                "lugre1d",
+                "-p",
+                "knots=0.01,0.3,1",
+                "-p",
+                "smoothing=0.1",
+                "-p",
+                "symmetric=no",
+            ],
+            models.lugre1d(knots=(0.01, 0.3, 1.0), smoothing=0.1, symmetric=False),
+        ),
+        (
+            ["--model", "lugre3d", "-p", "exponent=1", "--bound", "spin_stiffness=2000:3000"],
+            models.lugre3d(exponent=1.0, bounds={"spin_stiffness": (2000.0, 3000.0)}),
+        ),
+        (
+            ["--model", "lugre3d", "-p", "network=2", "-p", "static=true"],
+            models.lugre3d(network=2, static=True),
+        ),
+    )
     for arguments, model in cases:
         out = tmp_path / str(len(list(tmp_path.iterdir())))
-        whole = ["identify", "--data", str(small), "--starts", "1", *arguments, "-o", str(out), "--json"]
+        whole = [
+            "identify",
+            "--data",
+            str(small),
+            "--starts",
+            "1",
+            *arguments,
+            "-o",
+            str(out),
+            "--json",
+        ]
         assert main(whole) == 0
         document, kept = json.loads(told(capsys)), open_fit(out / "fit.h5")
         assert kept.model.parameters == model.parameters
@@ -155,7 +232,9 @@ def test_options_of_the_model_and_bounds(small, tmp_path, capsys):
         }
         assert tuple(kept.model.knots) == model.knots
         expected = fit(read(small), model, starts=1)
-        assert {n: p["value"] for n, p in document["parameters"].items()} == pytest.approx(expected.fitted, rel=1e-9)
+        assert {n: p["value"] for n, p in document["parameters"].items()} == pytest.approx(
+            expected.fitted, rel=1e-9
+        )
 
 
 def test_intervals_that_are_too_narrow_are_widened(small, tmp_path, capsys):
@@ -166,14 +245,33 @@ def test_intervals_that_are_too_narrow_are_widened(small, tmp_path, capsys):
     low, high = kept.widened()
     line = next(line for line in out if line.split()[0] == "spin_kinetic")
     assert f"widened {low['spin_kinetic']:.5g} to {high['spin_kinetic']:.5g}" in line
-    assert low["spin_kinetic"] < kept.low["spin_kinetic"] < kept.high["spin_kinetic"] < high["spin_kinetic"]
-    assert f"  a hinge      open_fit('{tmp_path / 'fit.h5'}').law('spin') is its friction, a cl.joint_lugre" in out
-    assert any(d.startswith("the 95 % intervals are too narrow by a factor of about") for d in kept.doubts)
+    assert (
+        low["spin_kinetic"]
+        < kept.low["spin_kinetic"]
+        < kept.high["spin_kinetic"]
+        < high["spin_kinetic"]
+    )
+    assert (
+        f"  a hinge      open_fit('{tmp_path / 'fit.h5'}').law('spin') is its friction, a "
+        f"cl.joint_lugre" in out
+    )
+    assert any(
+        d.startswith("the 95 % intervals are too narrow by a factor of about") for d in kept.doubts
+    )
     assert any("doubt" in line and "too narrow" in line for line in out)
 
 
 def test_roles(small, capsys):
-    arguments = ["identify", "--model", "curve", "--data", str(small), "--roles", "training, test", "--json"]
+    arguments = [
+        "identify",
+        "--model",
+        "curve",
+        "--data",
+        str(small),
+        "--roles",
+        "training, test",
+        "--json",
+    ]
     assert main(arguments) == 0
     document = json.loads(told(capsys))
     assert document["roles"] == ["training", "test"]
@@ -181,8 +279,20 @@ def test_roles(small, capsys):
 
 
 def test_a_lag_on_request(small, capsys):
-    """A row of its own, in s; the bench has none, and what its richer joint makes of it is about a sample at most."""
-    arguments = ["identify", "--model", "lugre1d", "--data", str(small), "--starts", "1", "--lag", "--json"]
+    """A row of its own, in s; the bench has none, and what its richer joint makes of it is about a
+    sample at most.
+    """
+    arguments = [
+        "identify",
+        "--model",
+        "lugre1d",
+        "--data",
+        str(small),
+        "--starts",
+        "1",
+        "--lag",
+        "--json",
+    ]
     assert main(arguments) == 0
     lag = json.loads(told(capsys))["parameters"]["lag"]
     assert lag["units"] == "s"
@@ -195,7 +305,10 @@ def test_preloads(tmp_path, capsys):
     assert main(["bench-data", "ball_joint", "--preload", "2000,5kN", "-o", path, "--json"]) == 0
     assert json.loads(told(capsys))["facts"]["preload"] == [2000.0, 5000.0]
     assert {t.facts["preload"] for t in read(path).trials} == {2000.0, 5000.0}
-    for wrong, said in (("2000,2kN", "preloads must be different"), ("3mm", "'3mm' is in m, expected N")):
+    for wrong, said in (
+        ("2000,2kN", "preloads must be different"),
+        ("3mm", "'3mm' is in m, expected N"),
+    ):
         assert main(["bench-data", "ball_joint", "--preload", wrong, "-o", path]) == 2
         assert said in capsys.readouterr().err
 
@@ -205,10 +318,16 @@ def test_preloads(tmp_path, capsys):
     [
         (["--model", "dahl"], "model must be one of lugre1d, lugre3d, curve, lstm, got 'dahl'"),
         (["--roles", "exam"], "no trial has a role of exam"),
-        (["--roles", "training,tset"], "no trial has a role of tset; there are training, test, extrapolation"),
+        (
+            ["--roles", "training,tset"],
+            "no trial has a role of tset; there are training, test, extrapolation",
+        ),
         (["--seed", "-1"], "--seed must be a whole number from 0 on, got -1"),
         (["-p", "knots"], "-p knots: expected NAME=VALUE"),
-        (["-p", "knot=1"], "-p knot=1: lugre3d has no option 'knot'; it has symmetric, knots, network, smoothing"),
+        (
+            ["-p", "knot=1"],
+            "-p knot=1: lugre3d has no option 'knot'; it has symmetric, knots, network, smoothing",
+        ),
         (["-p", "knots=1,x"], "-p knots=1,x: expected a comma list of numbers, got '1,x'"),
         (["-p", "symmetric=2"], "-p symmetric=2: expected yes or no, got '2'"),
         (["-p", "network=2.5"], "-p network=2.5: expected a whole number, got '2.5'"),
@@ -220,7 +339,10 @@ def test_preloads(tmp_path, capsys):
         (["-p", "load=heavy"], "load must be one of fixed, proportional, power, got 'heavy'"),
         (["-p", "lag=yes"], "-p lag=yes: lugre3d has no option 'lag'"),
         (["--model", "curve", "--lag"], "--lag: curve has no lag; lugre1d, lugre3d"),
-        (["--model", "mine.py:law"], "--model mine.py:law: expected NAME or FILE.py:NAME, and there is no file"),
+        (
+            ["--model", "mine.py:law"],
+            "--model mine.py:law: expected NAME or FILE.py:NAME, and there is no file",
+        ),
         (["--starts", "0"], "starts must be a whole number from 1 to 10000, got 0"),
         (["--plot"], "--plot needs a folder for the pictures: give -o DIR"),
         (["--data", "none.h5"], "no measurement file none.h5"),
@@ -236,7 +358,9 @@ def test_bad_input(small, capsys, arguments, said):
 
 
 def test_units_can_be_trusted(small, tmp_path, capsys):
-    """Torques of N mm that are said to be N m: noticed, and taken at their word where that is asked for."""
+    """Torques of N mm that are said to be N m: noticed, and taken at their word where that is asked
+    for.
+    """
     path = tmp_path / "large.h5"
     path.write_bytes(write(tmp_path / "copy.h5", read(small)).read_bytes())
     with h5py.File(path, "a") as file:
@@ -266,7 +390,9 @@ def test_bad_rows_are_named(small, tmp_path, capsys):
 
 def test_lstm_without_its_extra_says_what_to_install(small, monkeypatch, capsys):
     found = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *a: None if name == "jax" else found(name, *a))
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *a: None if name == "jax" else found(name, *a)
+    )
     assert main(["identify", "--model", "lstm", "--data", str(small)]) == 2
     said = capsys.readouterr().err
     assert "jax" in said

@@ -1,4 +1,6 @@
-"""Estimation of friction parameters: recovery, scipy with all rows, intervals, files, scores, bad input."""
+"""Estimation of friction parameters: recovery, scipy with all rows, intervals, files, scores, bad
+input.
+"""
 
 import dataclasses
 import math
@@ -23,10 +25,19 @@ from clearance.identify.models import KNOTS, Curve, lugre1d, lugre3d
 from clearance.identify.records import Measurement, Trial
 
 TRUTH = {
-    "tilt_kinetic": 2.0, "tilt_static": 2.6, "tilt_stribeck_speed": 0.06, "tilt_stiffness": 900.0, "tilt_damping": 2.5,
-    "tilt_viscous": 0.15, "spin_kinetic": 1.5, "spin_static": 2.1, "spin_stribeck_speed": 0.05,
-    "spin_stiffness": 1400.0, "spin_damping": 1.8, "spin_viscous": 0.12,
-}  # fmt: skip
+    "tilt_kinetic": 2.0,
+    "tilt_static": 2.6,
+    "tilt_stribeck_speed": 0.06,
+    "tilt_stiffness": 900.0,
+    "tilt_damping": 2.5,
+    "tilt_viscous": 0.15,
+    "spin_kinetic": 1.5,
+    "spin_static": 2.1,
+    "spin_stribeck_speed": 0.05,
+    "spin_stiffness": 1400.0,
+    "spin_damping": 1.8,
+    "spin_viscous": 0.12,
+}
 #: [rad/s] of a triangle, its period [s]: on both sides of the Stribeck speeds
 SPEEDS = (0.0175, 4.0), (0.07, 2.5), (0.25, 1.5), (0.873, 1.0)
 MIXED = Curve(knots=(0.02, 0.1, 0.5, 1.0))
@@ -38,22 +49,38 @@ def triangle(name, axes, speed, period, samples, role="training") -> Trial:
     for n, axis in enumerate(axes):
         square = np.sign(np.sin(2.0 * np.pi * t / period * (1.0 + 0.37 * n) + 1e-9))
         rate[:, axis] = np.convolve(speed * square, np.ones(40) / 40, "same")
-    kind, turning = ("mixed", "mixed") if len(axes) > 1 else ("triangle", "spin" if axes[0] == 2 else "tilt")
-    return Trial(name, kind, turning, role, t, rate, np.zeros((samples, 3)), tuple(a in axes for a in range(3)))
+    kind, turning = (
+        ("mixed", "mixed") if len(axes) > 1 else ("triangle", "spin" if axes[0] == 2 else "tilt")
+    )
+    return Trial(
+        name,
+        kind,
+        turning,
+        role,
+        t,
+        rate,
+        np.zeros((samples, 3)),
+        tuple(a in axes for a in range(3)),
+    )
 
 
 def told(model, values, trials, noise=0.02, seed=3) -> Measurement:
     """The trials with a model's torque and noise [N m]."""
     random = np.random.default_rng(seed)
-    torques = [model.torque(values, t) + noise * random.standard_normal((t.samples, 3)) for t in trials]
-    return Measurement(tuple(dataclasses.replace(t, torque=y) for t, y in zip(trials, torques, strict=True)))
+    torques = [
+        model.torque(values, t) + noise * random.standard_normal((t.samples, 3)) for t in trials
+    ]
+    return Measurement(
+        tuple(dataclasses.replace(t, torque=y) for t, y in zip(trials, torques, strict=True))
+    )
 
 
 def programme(samples=9600, axes=((0,), (2,)), role="training") -> list[Trial]:
     return [
         triangle(f"{role}_{''.join('xyz'[i] for i in a)}_{n}", a, *s, samples, role)
-        for a in axes for n, s in enumerate(SPEEDS)
-    ]  # fmt: skip
+        for a in axes
+        for n, s in enumerate(SPEEDS)
+    ]
 
 
 def small(**more) -> Measurement:
@@ -69,13 +96,21 @@ def of_spin(shift=0.0) -> Measurement:
 
 
 def late(trials, shift: float) -> Measurement:
-    """Torque `shift` samples of 1 ms after its rate, made with 20 steps a sample, and 0.01 N m of noise."""
+    """Torque `shift` samples of 1 ms after its rate, made with 20 steps a sample, and 0.01 N m of
+    noise.
+    """
     fine, made = 20, []
     for trial in trials:
         time = np.arange(trial.samples * fine) / fine
-        rate = np.column_stack([np.interp(time, np.arange(trial.samples), trial.rate[:, i]) for i in range(3)])
-        whole = lugre3d().torque(TRUTH, SimpleNamespace(samples=len(rate), rate=rate, step=trial.step / fine))
-        torque = np.column_stack([np.interp(time - shift, time, whole[:, i]) for i in range(3)])[::fine]
+        rate = np.column_stack(
+            [np.interp(time, np.arange(trial.samples), trial.rate[:, i]) for i in range(3)]
+        )
+        whole = lugre3d().torque(
+            TRUTH, SimpleNamespace(samples=len(rate), rate=rate, step=trial.step / fine)
+        )
+        torque = np.column_stack([np.interp(time - shift, time, whole[:, i]) for i in range(3)])[
+            ::fine
+        ]
         noise = 0.01 * np.random.default_rng(len(made)).standard_normal(torque.shape)
         made.append(dataclasses.replace(trial, torque=torque + noise))
     return Measurement(tuple(made))
@@ -83,7 +118,9 @@ def late(trials, shift: float) -> Measurement:
 
 @pytest.mark.parametrize("shift", [0.5, -0.5])
 def test_S17_a_torque_shifted_against_its_rate_is_doubted(shift):
-    """Half a sample is found to a half (first order), on its side; the parameter named is off by more than 10 %."""
+    """Half a sample is found to a half (first order), on its side; the parameter named is off by
+    more than 10 %.
+    """
     found = fit(of_spin(shift), starts=2)
     assert found.facts["lag"] == pytest.approx(1e-3 * shift, rel=0.5)
     (said,) = (d for d in found.doubts if "its rate" in d)
@@ -100,16 +137,22 @@ def test_S17_without_a_shift_nothing_is_said():
 
 
 def test_S17_a_rate_held_over_each_step_is_doubted():
-    """Torque at the begin of the step: half a sample eats up the damping of 0.5, which the fit does not say alone."""
+    """Torque at the begin of the step: half a sample eats up the damping of 0.5, which the fit does
+    not say alone.
+    """
     values, trials = TRUTH | {"spin_stiffness": 900.0, "spin_damping": 0.5}, []
     for n, (amplitude, frequency) in enumerate(((0.05, 1.0), (0.2, 2.0), (0.02, 5.0))):
         turn = 2.0 * math.pi * frequency
         time, rate = 1e-3 * np.arange(3000), np.zeros((3000, 3))
         rate[:, 2] = amplitude * turn * np.sin(turn * time)
         held = np.repeat(rate, 20, axis=0)
-        whole = lugre3d().torque(values, SimpleNamespace(samples=len(held), rate=held, step=5e-5))[::20]
+        whole = lugre3d().torque(values, SimpleNamespace(samples=len(held), rate=held, step=5e-5))[
+            ::20
+        ]
         torque = whole + 0.02 * np.random.default_rng(n).standard_normal(whole.shape)
-        trials.append(Trial(f"s{n}", "sine", "spin", "training", time, rate, torque, (False, False, True)))
+        trials.append(
+            Trial(f"s{n}", "sine", "spin", "training", time, rate, torque, (False, False, True))
+        )
     found = fit(Measurement(tuple(trials)), starts=2)
     assert found.values["spin_damping"] < 0.25
     assert any("spin_damping" in d and "half a sample" in d for d in found.doubts)
@@ -126,7 +169,9 @@ def from_rest(shift: float) -> Measurement:
 
 @pytest.mark.parametrize("shift", [0.5, -0.8])
 def test_a_lag_is_fitted_with_the_parameters(shift):
-    """Lag, stiffness and damping inside their intervals of 95 % made wider by half; without it the damping is off."""
+    """Lag, stiffness and damping inside their intervals of 95 % made wider by half; without it the
+    damping is off.
+    """
     data = from_rest(shift)
     plain, found = fit(data, lugre1d(), starts=1), fit(data, lugre1d(lag=True), starts=1)
     assert any("its rate" in d for d in plain.doubts)
@@ -139,42 +184,60 @@ def test_a_lag_is_fitted_with_the_parameters(shift):
     assert abs(plain.values["spin_damping"] - TRUTH["spin_damping"]) > 2.0 * wide
 
 
-@pytest.mark.parametrize("options", [{"lag": True}, {"load": "power"}, {"load": "power", "lag": True, "network": 2}])
+@pytest.mark.parametrize(
+    "options", [{"lag": True}, {"load": "power"}, {"load": "power", "lag": True, "network": 2}]
+)
 def test_slopes_by_lag_and_load_beside_central_differences(options):
     """Differences of 1e-5 of a parameter, of 1e-7 s of the lag: 1e-4 of the largest slope."""
     model = lugre3d(**options)
     trial = dataclasses.replace(triangle("xz", (0, 2), 0.25, 0.5, 300), facts={"preload": 7000.0})
-    trial = dataclasses.replace(trial, rate=np.cumsum(trial.rate, axis=0) * 5e-3)  # smooth: a lag moves no corner
+    # smooth: a lag moves no corner
+    trial = dataclasses.replace(trial, rate=np.cumsum(trial.rate, axis=0) * 5e-3)
     values = np.array([p.typical for p in model.parameters])
     values[-1] = 3.3e-4 if model.lag else values[-1]
     _, slopes = model.sensitivity(values, trial)
     for k, parameter in enumerate(model.parameters):
         h = 1e-7 if parameter.name == "lag" else 1e-5 * abs(values[k])
-        ends = [model.torque(np.where(np.arange(values.size) == k, values + way, values), trial) for way in (h, -h)]
+        ends = [
+            model.torque(np.where(np.arange(values.size) == k, values + way, values), trial)
+            for way in (h, -h)
+        ]
         wanted = (ends[0] - ends[1]) / (2.0 * h)
-        np.testing.assert_allclose(slopes[:, :, k], wanted, rtol=0.0, atol=1e-4 * max(abs(wanted).max(), 1e-6))
+        np.testing.assert_allclose(
+            slopes[:, :, k], wanted, rtol=0.0, atol=1e-4 * max(abs(wanted).max(), 1e-6)
+        )
 
 
 def test_the_exponent_of_the_load_comes_back_and_one_level_is_doubted():
-    """Three preloads of the bench without scatter: its 0.85 within 0.01; both other choices fit worse."""
+    """Three preloads of the bench without scatter: its 0.85 within 0.01; both other choices fit
+    worse.
+    """
     whole = bench(scatter=0.0, preloads=(2000.0, 5000.0, 8000.0)).of("training")
     data = Measurement(tuple(t for t in whole.trials if t.axis == "spin"))
-    found = {load: fit(data, lugre1d(load=load), starts=1) for load in ("fixed", "proportional", "power")}
+    found = {
+        load: fit(data, lugre1d(load=load), starts=1) for load in ("fixed", "proportional", "power")
+    }
     assert found["power"].values["spin_load_exponent"] == pytest.approx(LOAD_EXPONENT, abs=0.01)
     scores = [f.nrmse["training"] for f in found.values()]
     assert scores[0] > 2.0 * scores[1] > 2.0 * scores[2]
-    assert [any("preloads lie between 2000 and 8000 N" in d for d in f.doubts) for f in found.values()] == [1, 0, 0]
+    assert [
+        any("preloads lie between 2000 and 8000 N" in d for d in f.doubts) for f in found.values()
+    ] == [1, 0, 0]
     assert not found["power"].has_law
     with pytest.raises(ValueError, match="give arm"):
         found["proportional"].law("spin")
 
 
 def test_S16_an_axis_that_never_moves_is_left_out():
-    """One doubt for the axis in place of six parameters with numbers nobody fitted; the file keeps that."""
+    """One doubt for the axis in place of six parameters with numbers nobody fitted; the file keeps
+    that.
+    """
     found = fit(of_spin(), starts=2)
     assert list(found.fitted) == [n for n in TRUTH if n.startswith("spin_")]
     assert found.facts["still"] == ["tilt"]
-    assert [d for d in found.doubts if "tilt" in d] == ["tilt: no trial moves it, its parameters are not fitted"]
+    assert [d for d in found.doubts if "tilt" in d] == [
+        "tilt: no trial moves it, its parameters are not fitted"
+    ]
     curve = fit(of_spin(), Curve(knots=(0.02, 0.1)))
     assert list(curve.fitted) == ["spin_torque_at_0.02", "spin_torque_at_0.1"]
 
@@ -182,13 +245,17 @@ def test_S16_an_axis_that_never_moves_is_left_out():
 # --- recovery
 @pytest.mark.parametrize("name", ["lugre1d", "lugre3d"])
 def test_parameters_come_back_within_two_percent(name, validated):
-    """57,600 samples, 0.02 N m of noise; and within five standard errors, of which half an interval is two."""
+    """57,600 samples, 0.02 N m of noise; and within five standard errors, of which half an interval
+    is two.
+    """
     axes = ((0,), (2,)) if name == "lugre1d" else ((0,), (2,), (0, 1, 2))
     model = models.model(name)
     found = fit(told(model, TRUTH, programme(57600 // (len(SPEEDS) * len(axes)), axes)), name)
     for parameter, true in TRUTH.items():
         options = {"source": "parameters the records were made with", "kind": "exact"}
-        validated(f"parameters of {name} found again", found.values[parameter], true, 0.02, **options)
+        validated(
+            f"parameters of {name} found again", found.values[parameter], true, 0.02, **options
+        )
         wide = 0.5 * math.log(found.high[parameter] / found.low[parameter])
         assert abs(math.log(found.values[parameter] / true)) < 2.5 * wide, parameter
     assert found.facts["noise"] == pytest.approx(0.02, rel=0.02)
@@ -197,11 +264,15 @@ def test_parameters_come_back_within_two_percent(name, validated):
 
 
 def test_intervals_hold_the_truth_nineteen_times_in_twenty():
-    """30 records, 6 parameters seen each: 171 of 180 expected; fewer than 160 would be 3.7 standard deviations off."""
+    """30 records, 6 parameters seen each: 171 of 180 expected; fewer than 160 would be 3.7 standard
+    deviations off.
+    """
     trials, inside = programme(1500, axes=((2,),)), 0
     for seed in range(30):
         found = fit(told(lugre1d(), TRUTH, trials, seed=seed), "lugre1d", starts=1)
-        inside += sum(found.low[k] <= TRUTH[k] <= found.high[k] for k in TRUTH if k.startswith("spin"))
+        inside += sum(
+            found.low[k] <= TRUTH[k] <= found.high[k] for k in TRUTH if k.startswith("spin")
+        )
     assert 160 <= inside <= 180
 
 
@@ -230,16 +301,32 @@ def test_reduced_rows_make_the_steps_of_all_rows(validated):
             slopes.append((by * values)[:, list(t.measured)].reshape(-1, values.size))
         return np.concatenate(torque), np.concatenate(slopes)
 
-    low, high, typical = (np.log([getattr(p, k) for p in model.parameters]) for k in ("low", "high", "typical"))
+    low, high, typical = (
+        np.log([getattr(p, k) for p in model.parameters]) for k in ("low", "high", "typical")
+    )
     wanted = least_squares(
-        lambda x: rows(x)[0], typical, lambda x: rows(x)[1], (low, high), x_scale="jac", ftol=1e-13, xtol=1e-13
+        lambda x: rows(x)[0],
+        typical,
+        lambda x: rows(x)[1],
+        (low, high),
+        x_scale="jac",
+        ftol=1e-13,
+        xtol=1e-13,
     )
     found = fit(data, model, starts=1)
     options = {"source": "scipy least_squares, all rows", "kind": "independent"}
     validated("cost of a fit of lugre3d", found.history[-1], wanted.cost, 1e-9, **options)
-    validated("parameters of that fit", list(found.values.values()), np.exp(wanted.x), 1e-4, **options)
+    validated(
+        "parameters of that fit", list(found.values.values()), np.exp(wanted.x), 1e-4, **options
+    )
     values, count = np.exp(wanted.x), len(wanted.fun)
-    covariance = 2.0 * wanted.cost / (count - 12) * np.linalg.inv(wanted.jac.T @ wanted.jac) * np.outer(values, values)
+    covariance = (
+        2.0
+        * wanted.cost
+        / (count - 12)
+        * np.linalg.inv(wanted.jac.T @ wanted.jac)
+        * np.outer(values, values)
+    )
     sizes = np.sqrt(np.diag(covariance))
     ours, theirs = found.covariance / np.outer(sizes, sizes), covariance / np.outer(sizes, sizes)
     validated("correlations of that fit", ours, theirs, 0.01, relative=False, **options)
@@ -260,7 +347,10 @@ def test_the_triangle_has_the_products_of_the_rows(rows, columns, seed, blind):
 
 def test_tables_fit_what_a_law_tells_and_the_static_law_does_not():
     data = small()
-    tables, plain = fit(data, lugre3d(knots=(0.0, 0.03, 0.1, 0.5)), starts=1), fit(data, lugre3d(static=True), starts=1)
+    tables, plain = (
+        fit(data, lugre3d(knots=(0.0, 0.03, 0.1, 0.5)), starts=1),
+        fit(data, lugre3d(static=True), starts=1),
+    )
     assert tables.nrmse["training"] < 0.05 < plain.nrmse["training"]
     assert tables.values["spin_torque_at_0"] > 1.2 * tables.values["spin_torque_at_0.5"]
 
@@ -274,7 +364,9 @@ def test_smoothing_holds_knots_that_no_sample_reaches_and_in_the_end_all_of_them
         assert at[3:] == pytest.approx([at[2]] * 2, rel=1e-3)
         assert f"spin_{name}_at_20: the trials say nothing about it" in found.doubts
     stiff = fit(data, lugre3d(knots=knots, smoothing=100.0), starts=1)
-    assert stiff.values["spin_torque_at_0"] == pytest.approx(stiff.values["spin_torque_at_1"], rel=1e-3)
+    assert stiff.values["spin_torque_at_0"] == pytest.approx(
+        stiff.values["spin_torque_at_1"], rel=1e-3
+    )
     loose = fit(data, lugre3d(knots=knots, smoothing=0.001), starts=1)
     assert loose.nrmse["training"] < found.nrmse["training"] < stiff.nrmse["training"]
 
@@ -290,7 +382,9 @@ def test_own_bounds_hold():
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "least"), [(8, 0.0898), (10, 0.0832), (19, 0.0971), (7, 0.0830)])
 def test_hard_draws_of_the_bench_end_at_the_best_of_thirty_starts(seed, least):
-    """The NRMSE of thirty starts on all samples; five plain starts ended at 0.1206 for seed 8, static < kinetic."""
+    """The NRMSE of thirty starts on all samples; five plain starts ended at 0.1206 for seed 8,
+    static < kinetic.
+    """
     data = bench(seed).of("training")
     one, three = fit(data, "lugre1d"), fit(data, "lugre3d")
     assert one.nrmse["training"] == pytest.approx(least, rel=0.01)
@@ -323,9 +417,13 @@ def test_searched_coordinates_there_and_back_and_their_slopes():
         assert (x <= search.high + 1e-12).all()
         assert all(x[k] <= x[s] for k, s in search.pairs)
         eye = np.eye(y.size)
-        wanted = np.array([(search.natural(y + 1e-7 * e) - search.natural(y - 1e-7 * e)) / 2e-7 for e in eye]).T
+        wanted = np.array(
+            [(search.natural(y + 1e-7 * e) - search.natural(y - 1e-7 * e)) / 2e-7 for e in eye]
+        ).T
         np.testing.assert_allclose(search.chained(eye, y), wanted, rtol=0, atol=1e-6)
-    with pytest.raises(ValueError, match="bounds of spin_kinetic and spin_static leave no static torque above"):
+    with pytest.raises(
+        ValueError, match="bounds of spin_kinetic and spin_static leave no static torque above"
+    ):
         fitting.Search(lugre1d(bounds={"spin_kinetic": (3.0, 4.0), "spin_static": (1.0, 2.0)}))
 
 
@@ -359,9 +457,11 @@ def test_a_network_fits_the_bench_at_least_as_well_as_the_stribeck_function(tmp_
 
 # --- errors that hang together
 def test_correlated_errors_widen_the_intervals():
-    """Noise with rho = 0.9 a sample: tau = (1 + rho) / (1 - rho) = 19, sqrt 4.36; its estimate is known to some 10 %.
+    """Noise with rho = 0.9 a sample: tau = (1 + rho) / (1 - rho) = 19, sqrt 4.36; its estimate is
+    known to some 10 %.
 
-    30 records, six parameters each: plain intervals miss the truth in most, widened ones in about one of twenty.
+    30 records, six parameters each: plain intervals miss the truth in most, widened ones in about
+    one of twenty.
     """
     trials, plain, widened = programme(3000, axes=((2,),)), 0, 0
     for seed in range(30):
@@ -369,7 +469,9 @@ def test_correlated_errors_widen_the_intervals():
         noisy = []
         for t in data.trials:
             white = random.standard_normal((t.samples, 3)) * 0.02 * math.sqrt(1.0 - 0.81)
-            noisy.append(dataclasses.replace(t, torque=t.torque + lfilter([1.0], [1.0, -0.9], white, axis=0)))
+            noisy.append(
+                dataclasses.replace(t, torque=t.torque + lfilter([1.0], [1.0, -0.9], white, axis=0))
+            )
         found = fit(Measurement(tuple(noisy)), "lugre1d", starts=1)
         assert found.facts["widening"] == pytest.approx(math.sqrt(19.0), rel=0.3)
         low, high = found.widened()
@@ -398,7 +500,9 @@ def test_independent_errors_do_not():
 def test_correlation_of_a_constant_is_its_length():
     assert correlation([np.ones(100)]) >= 30.0
     assert correlation([np.zeros(100)]) == 1.0
-    assert correlation([np.random.default_rng(0).standard_normal(20000)]) == pytest.approx(1.0, abs=0.1)
+    assert correlation([np.random.default_rng(0).standard_normal(20000)]) == pytest.approx(
+        1.0, abs=0.1
+    )
 
 
 # --- a law for a scene
@@ -427,19 +531,30 @@ def test_records_that_friction_cannot_give_are_doubted(tmp_path):
     data = small()
     flipped = Measurement(tuple(dataclasses.replace(t, torque=-t.torque) for t in data.trials))
     found = fit(flipped, "lugre1d", starts=1)
-    assert any(d.startswith("torque_z: the joint gives energy in 4 of 4 trials") and "sign" in d for d in found.doubts)
+    assert any(
+        d.startswith("torque_z: the joint gives energy in 4 of 4 trials") and "sign" in d
+        for d in found.doubts
+    )
     assert any(d.startswith("training: NRMSE 1") for d in found.doubts)
     assert open_fit(found.save(tmp_path / "fit.h5")).doubts == found.doubts
     faint = Measurement(tuple(dataclasses.replace(t, torque=1e-3 * t.torque) for t in data.trials))
-    assert any("NRMSE" in d and "are they in kN m?" in d for d in fit(faint, "lugre1d", starts=1).doubts)
-    assert not any("gives energy" in d or "NRMSE" in d for d in fit(data, "lugre1d", starts=1).doubts)
+    assert any(
+        "NRMSE" in d and "are they in kN m?" in d for d in fit(faint, "lugre1d", starts=1).doubts
+    )
+    assert not any(
+        "gives energy" in d or "NRMSE" in d for d in fit(data, "lugre1d", starts=1).doubts
+    )
 
 
 def test_a_curve_that_drives_is_doubted():
     found = fit(small(), Curve(knots=(0.001, 0.003, 0.01, 0.1, 1.0)))
     bad = {k for k, v in found.values.items() if v < 0.0}
     assert bad
-    said = next(d for d in found.doubts if d.startswith("curve: drives the joint where its torque is negative"))
+    said = next(
+        d
+        for d in found.doubts
+        if d.startswith("curve: drives the joint where its torque is negative")
+    )
     assert all(k in said for k in bad)
     assert "nonnegative" in said
 
@@ -481,12 +596,20 @@ def test_the_curve_is_the_linear_least_squares_solution(validated):
     validated("levels of a fitted curve", list(found.values.values()), wanted, 1e-6, **options)
     error = torque - rows @ wanted
     covariance = error @ error / (len(torque) - 8) * np.linalg.inv(rows.T @ rows)
-    np.testing.assert_allclose(found.covariance, covariance, rtol=1e-4, atol=1e-4 * np.diag(covariance).min())
+    np.testing.assert_allclose(
+        found.covariance, covariance, rtol=1e-4, atol=1e-4 * np.diag(covariance).min()
+    )
     assert found.history[-1] == pytest.approx(0.5 * error @ error, rel=1e-9)
 
 
 def test_a_curve_of_curves_comes_back():
-    true = dict(zip([p.name for p in MIXED.parameters], [0.5, 1.5, 2.0, 1.8, 0.4, 1.0, 1.5, 1.6], strict=True))
+    true = dict(
+        zip(
+            [p.name for p in MIXED.parameters],
+            [0.5, 1.5, 2.0, 1.8, 0.4, 1.0, 1.5, 1.6],
+            strict=True,
+        )
+    )
     found = fit(told(MIXED, true, programme(3000)), MIXED)
     assert found.values == pytest.approx(true, abs=0.02)
     assert all(found.low[k] - 0.01 < true[k] < found.high[k] + 0.01 for k in true)
@@ -494,7 +617,9 @@ def test_a_curve_of_curves_comes_back():
 
 def test_knots_that_no_sample_reaches_take_their_neighbours_torque():
     found = fit(small(), "curve")
-    assert found.values["spin_torque_at_3"] == pytest.approx(found.values["spin_torque_at_1"], rel=1e-6)
+    assert found.values["spin_torque_at_3"] == pytest.approx(
+        found.values["spin_torque_at_1"], rel=1e-6
+    )
     assert "spin_torque_at_3: the trials say nothing about it" in found.doubts
 
 
@@ -511,7 +636,9 @@ def test_scores_in_closed_form():
     measured, modelled = np.array([1.0, -1.0, 3.0, -3.0]), np.array([1.5, -0.5, 3.5, -2.5])
     assert nrmse(measured, modelled) == pytest.approx(0.5 / math.sqrt(5.0))
     assert nrmse(measured, modelled, over="range") == pytest.approx(0.5 / 6.0)
-    assert nrmse(measured + 10.0, modelled + 10.0, over="std") == pytest.approx(0.5 / math.sqrt(5.0))
+    assert nrmse(measured + 10.0, modelled + 10.0, over="std") == pytest.approx(
+        0.5 / math.sqrt(5.0)
+    )
 
 
 def test_scores_count_measured_axes_of_all_trials_of_a_role_together():
@@ -520,16 +647,23 @@ def test_scores_count_measured_axes_of_all_trials_of_a_role_together():
     assert set(found.nrmse) == {"training", "test"}
     for role, score in found.nrmse.items():
         trials = [t for t in data.trials if t.role == role]
-        pairs = [(t.torque[:, a], found.torque(t)[:, a]) for t in trials for a in np.flatnonzero(t.measured)]
+        pairs = [
+            (t.torque[:, a], found.torque(t)[:, a])
+            for t in trials
+            for a in np.flatnonzero(t.measured)
+        ]
         error = sum(((m - y) ** 2).sum() for m, y in pairs)
-        assert score == pytest.approx(math.sqrt(error / sum((m**2).sum() for m, _ in pairs)), rel=1e-12)
+        assert score == pytest.approx(
+            math.sqrt(error / sum((m**2).sum() for m, _ in pairs)), rel=1e-12
+        )
         assert found.score(trials) == score
         assert found.score(trials, over="range") < score
 
 
 # --- files
 @pytest.mark.parametrize(
-    "model", [lugre1d(), lugre3d(knots=(0.0, 0.1, 1.0)), lugre3d(symmetric=False, exponent=1.5), MIXED]
+    "model",
+    [lugre1d(), lugre3d(knots=(0.0, 0.1, 1.0)), lugre3d(symmetric=False, exponent=1.5), MIXED],
 )
 def test_a_fit_comes_back_from_its_file(tmp_path, model):
     found = fit(small(axes=((0,), (1,), (2,))), model, starts=2)
@@ -547,7 +681,8 @@ def test_a_fit_comes_back_from_its_file(tmp_path, model):
 def test_progress_is_told():
     shares = []
     fit(small(), "lugre1d", starts=3, progress=shares.append)
-    assert shares == pytest.approx(np.arange(1, 9) / 8)  # two axes, three starts and the finish of each
+    # two axes, three starts and the finish of each
+    assert shares == pytest.approx(np.arange(1, 9) / 8)
 
 
 # --- bad input
@@ -555,7 +690,9 @@ def broken(**more) -> Measurement:
     """A measurement that no reader would let through."""
     trial = small().trials[0]
     fields = {f.name: getattr(trial, f.name) for f in dataclasses.fields(trial)} | more
-    return SimpleNamespace(trials=(SimpleNamespace(**fields, samples=trial.samples, step=trial.step),))
+    return SimpleNamespace(
+        trials=(SimpleNamespace(**fields, samples=trial.samples, step=trial.step),)
+    )
 
 
 def spoilt(name, value) -> Measurement:
@@ -567,8 +704,14 @@ def spoilt(name, value) -> Measurement:
 @pytest.mark.parametrize(
     ("call", "wanted"),
     [
-        (lambda: fit(small(), roles=("validation",)), "no trial has a role of validation; there are training, test"),
-        (lambda: fit(small(), roles=("training", "tset")), "no trial has a role of tset; there are training, test"),
+        (
+            lambda: fit(small(), roles=("validation",)),
+            "no trial has a role of validation; there are training, test",
+        ),
+        (
+            lambda: fit(small(), roles=("training", "tset")),
+            "no trial has a role of tset; there are training, test",
+        ),
         (lambda: fit(small(), roles=()), "no trial has a role of none; there are training, test"),
         (lambda: fit(small(), seed=-1), "seed must be a whole number from 0 on, got -1"),
         (lambda: fit(broken(rate=np.zeros((2000, 3)))), "'training_x_0' never moves"),
@@ -581,8 +724,14 @@ def spoilt(name, value) -> Measurement:
             lambda: fit(spoilt("rate", 1e300)),
             "'training_x_0': the modelled torque is beyond all numbers at tilt_kinetic 2, ",
         ),
-        (lambda: nrmse(np.ones(3), np.ones(3), over="mean"), "over must be one of rms, std, range, got 'mean'"),
-        (lambda: nrmse(np.ones(3), np.ones(3), over="std"), "the std of the measured values is zero"),
+        (
+            lambda: nrmse(np.ones(3), np.ones(3), over="mean"),
+            "over must be one of rms, std, range, got 'mean'",
+        ),
+        (
+            lambda: nrmse(np.ones(3), np.ones(3), over="std"),
+            "the std of the measured values is zero",
+        ),
         (lambda: nrmse(np.ones(3), np.ones(4)), "must be equal"),
     ],
 )

@@ -1,4 +1,6 @@
-"""The recurrent network: its compiled step against other implementations, training, files, life without the extra."""
+"""The recurrent network: its compiled step against other implementations, training, files, life
+without the extra.
+"""
 
 import subprocess
 import sys
@@ -11,16 +13,28 @@ from clearance.identify.records import Measurement, Trial
 
 pytestmark = pytest.mark.slow
 
-TINY = {"hidden": 4, "window": 50, "lead": 20, "batch": 4, "epochs": 40, "patience": 40, "rate": 0.03}
+TINY = {
+    "hidden": 4,
+    "window": 50,
+    "lead": 20,
+    "batch": 4,
+    "epochs": 40,
+    "patience": 40,
+    "rate": 0.03,
+}
 
 
 def motion(name: str, axis: int, speed: float, role: str = "training") -> Trial:
-    """Two seconds of a saw-toothed spin or tilt at 1 kHz, with the torque of a LuGre joint about that axis."""
+    """Two seconds of a saw-toothed spin or tilt at 1 kHz, with the torque of a LuGre joint about
+    that axis.
+    """
     time = np.arange(2000) * 1e-3
     rate = np.zeros((len(time), 3))
     rate[:, axis] = speed * np.tanh(20.0 * np.sin(2.0 * np.pi * time))
     measured = tuple(i == axis for i in range(3))
-    trial = Trial(name, "other", "spin" if axis == 2 else "tilt", role, time, rate, 0.0 * rate, measured)
+    trial = Trial(
+        name, "other", "spin" if axis == 2 else "tilt", role, time, rate, 0.0 * rate, measured
+    )
     joint = models.model("lugre3d")
     torque = joint.torque(np.array([p.typical for p in joint.parameters]), trial)
     return Trial(name, "other", trial.axis, role, time, rate, torque, measured)
@@ -43,9 +57,13 @@ def weights(model, seed=0):
 
 
 def reference(model, values, rates):
-    """Torques (n, 3) at the ends of intervals of mean rates (n, 3), as the equations of the module say."""
+    """Torques (n, 3) at the ends of intervals of mean rates (n, 3), as the equations of the module
+    say.
+    """
     hidden = model.hidden
-    w, u, b, read_out, offset = np.split(values, np.cumsum([12 * hidden, 4 * hidden**2, 4 * hidden, 3 * hidden]))
+    w, u, b, read_out, offset = np.split(
+        values, np.cumsum([12 * hidden, 4 * hidden**2, 4 * hidden, 3 * hidden])
+    )
     w, u, read_out = w.reshape(3, -1).T, u.reshape(hidden, -1).T, read_out.reshape(3, hidden)
     h, c, found = np.zeros(hidden), np.zeros(hidden), []
     for rate in rates:
@@ -74,7 +92,8 @@ def test_any_step_sees_the_mean_rate_of_an_interval():
     assert np.array_equal(short[4:7], short[[3, 3, 3]])  # held until the next interval's end
     assert np.array_equal(short[:3], np.zeros((3, 3)))
     long = np.array([model.step(values, coarse, rate, 2.5 * model.interval) for rate in means[:4]])
-    seen = np.repeat(means[:4], 5, axis=0).reshape(10, 2, 3).mean(axis=1)  # halves of intervals, in pairs
+    # halves of intervals, in pairs
+    seen = np.repeat(means[:4], 5, axis=0).reshape(10, 2, 3).mean(axis=1)
     assert np.allclose(long, reference(model, values, seen)[[1, 4, 6, 9]], rtol=0.0, atol=1e-9)
 
 
@@ -99,7 +118,9 @@ def test_training_learns_and_scores(trained):
 
 
 def test_the_same_seed_gives_the_same_weights(measurement, trained):
-    again, other = (fit.fit(measurement, models.model("lstm", **TINY), seed=s).values for s in (3, 4))
+    again, other = (
+        fit.fit(measurement, models.model("lstm", **TINY), seed=s).values for s in (3, 4)
+    )
     assert again == trained.values
     assert other != trained.values
 
@@ -117,7 +138,9 @@ def test_compiled_inference_is_the_network_that_was_trained(measurement, trained
 
     model, trial = trained.model, measurement.named("spin")
     hidden, values = model.hidden, model.array(trained.values)
-    w, u, b, read_out, offset = np.split(values, np.cumsum([12 * hidden, 4 * hidden**2, 4 * hidden, 3 * hidden]))
+    w, u, b, read_out, offset = np.split(
+        values, np.cumsum([12 * hidden, 4 * hidden**2, 4 * hidden, 3 * hidden])
+    )
     network = learn._network(model, jax.random.PRNGKey(0))
     parts = w.reshape(3, -1).T, u.reshape(hidden, -1).T, b, read_out.reshape(3, hidden), offset
     network = eqx.tree_at(
@@ -129,19 +152,27 @@ def test_compiled_inference_is_the_network_that_was_trained(measurement, trained
     rates = np.zeros((499, 3))
     rates[:, 2] = np.diff(ends) / model.interval
     seen = jax.numpy.asarray(np.arcsinh(rates / model.softness), dtype="float32")
-    theirs = np.asarray(learn._run(network, jax.numpy.zeros((2, hidden)), seen, jax.numpy.ones(len(seen)))[0])
+    theirs = np.asarray(
+        learn._run(network, jax.numpy.zeros((2, hidden)), seen, jax.numpy.ones(len(seen)))[0]
+    )
     ours = model.torque(values, trial)[4::4][: len(theirs)]
     assert abs(ours - theirs).max() < 1e-4 * abs(ours).max()
 
 
 def test_training_ends_when_the_windows_held_out_get_no_better(measurement):
     pytest.importorskip("jax")
-    found = fit.fit(measurement, models.model("lstm", **TINY | {"patience": 1, "epochs": 200, "rate": 0.2}), seed=3)
+    found = fit.fit(
+        measurement,
+        models.model("lstm", **TINY | {"patience": 1, "epochs": 200, "rate": 0.2}),
+        seed=3,
+    )
     assert found.facts["epochs"] < 200
     assert found.facts["epochs"] - found.facts["best_epoch"] == 2
 
 
-def test_a_fit_is_kept_in_a_file_and_runs_without_the_extra(tmp_path, measurement, trained, monkeypatch):
+def test_a_fit_is_kept_in_a_file_and_runs_without_the_extra(
+    tmp_path, measurement, trained, monkeypatch
+):
     path = trained.save(tmp_path / "network.h5")
     for package in learn.PACKAGES:
         monkeypatch.setitem(sys.modules, package, None)
@@ -199,7 +230,15 @@ def test_values_that_cannot_be():
 @pytest.mark.parametrize(("scale", "what"), [((0.0, 1.0), "motion"), ((1.0, 0.0), "torque")])
 def test_trials_that_teach_nothing(measurement, scale, what):
     trial = measurement.named("spin")
-    flat = Trial("flat", "other", "spin", "training", trial.time, scale[0] * trial.rate, scale[1] * trial.torque)
+    flat = Trial(
+        "flat",
+        "other",
+        "spin",
+        "training",
+        trial.time,
+        scale[0] * trial.rate,
+        scale[1] * trial.torque,
+    )
     with pytest.raises(ValueError, match=f"trials without {what}"):
         models.model("lstm", **TINY).estimate([flat])
 

@@ -1,4 +1,6 @@
-"""Friction models of ball joints: closed forms, scipy's LSODA, exact gradients, energy, symmetries, bad input."""
+"""Friction models of ball joints: closed forms, scipy's LSODA, exact gradients, energy, symmetries,
+bad input.
+"""
 
 import dataclasses
 import math
@@ -17,27 +19,47 @@ from clearance.store import njit
 
 AXIS = ("kinetic", "static", "stribeck_speed", "stiffness", "damping", "viscous")
 VALUES = {
-    "tilt_kinetic": 2.0, "tilt_static": 2.7, "tilt_stribeck_speed": 0.06, "tilt_stiffness": 900.0, "tilt_damping": 1.5,
-    "tilt_viscous": 0.05, "spin_kinetic": 1.5, "spin_static": 2.1, "spin_stribeck_speed": 0.04,
-    "spin_stiffness": 1400.0, "spin_damping": 1.1, "spin_viscous": 0.08,
-}  # fmt: skip
+    "tilt_kinetic": 2.0,
+    "tilt_static": 2.7,
+    "tilt_stribeck_speed": 0.06,
+    "tilt_stiffness": 900.0,
+    "tilt_damping": 1.5,
+    "tilt_viscous": 0.05,
+    "spin_kinetic": 1.5,
+    "spin_static": 2.1,
+    "spin_stribeck_speed": 0.04,
+    "spin_stiffness": 1400.0,
+    "spin_damping": 1.1,
+    "spin_viscous": 0.08,
+}
 KNOTS = (0.0, 0.05, 0.3, 1.0)
 VARIANTS = {
-    "lugre1d": lugre1d(), "lugre3d": lugre3d(), "asymmetric": lugre3d(symmetric=False),
-    "tables": lugre3d(knots=KNOTS), "tables of each axis": lugre1d(knots=KNOTS), "exponent": lugre3d(exponent=1.3),
-    "network": lugre3d(network=3), "network of each axis": lugre1d(network=2, symmetric=False),
-    "static network": lugre3d(static=True, network=3), "static": lugre3d(static=True),
-    "static tables": lugre1d(static=True, knots=KNOTS), "curve": Curve(),
-}  # fmt: skip
+    "lugre1d": lugre1d(),
+    "lugre3d": lugre3d(),
+    "asymmetric": lugre3d(symmetric=False),
+    "tables": lugre3d(knots=KNOTS),
+    "tables of each axis": lugre1d(knots=KNOTS),
+    "exponent": lugre3d(exponent=1.3),
+    "network": lugre3d(network=3),
+    "network of each axis": lugre1d(network=2, symmetric=False),
+    "static network": lugre3d(static=True, network=3),
+    "static": lugre3d(static=True),
+    "static tables": lugre1d(static=True, knots=KNOTS),
+    "curve": Curve(),
+}
 
 
 def axis_values():
     """Parameters of an axis over the bounds of a fit."""
     return st.builds(
         lambda kinetic, ratio, *others: [kinetic, kinetic * ratio, *others],
-        st.floats(0.1, 10.0), st.floats(1.0, 3.0), st.floats(1e-3, 2.0), st.floats(100.0, 1e4), st.floats(1e-3, 20.0),
+        st.floats(0.1, 10.0),
+        st.floats(1.0, 3.0),
+        st.floats(1e-3, 2.0),
+        st.floats(100.0, 1e4),
+        st.floats(1e-3, 20.0),
         st.floats(1e-3, 1.0),
-    )  # fmt: skip
+    )
 
 
 def values_of_both():
@@ -52,13 +74,21 @@ def rates(size=3):
 
 def trial(rate: np.ndarray, step: float = 1e-3) -> Trial:
     rate = np.asarray(rate, float)
-    return Trial("t", "mixed", "mixed", "training", step * np.arange(len(rate)), rate, np.zeros_like(rate))
+    return Trial(
+        "t", "mixed", "mixed", "training", step * np.arange(len(rate)), rate, np.zeros_like(rate)
+    )
 
 
 def mixed(samples: int = 400, step: float = 1e-3, seed: int = 1) -> Trial:
     """All axes swing, growing from creeping to fast, with stops."""
     random, t = np.random.default_rng(seed), step * np.arange(samples)
-    w = np.stack([a * np.sin(f * t + p) for a, f, p in random.uniform([0.1, 10.0, 0.0], [1.5, 60.0, 6.0], (3, 3))], 1)
+    w = np.stack(
+        [
+            a * np.sin(f * t + p)
+            for a, f, p in random.uniform([0.1, 10.0, 0.0], [1.5, 60.0, 6.0], (3, 3))
+        ],
+        1,
+    )
     w *= np.geomspace(0.01, 1.0, samples)[:, None]
     w[samples // 3 : samples // 2, 1] = 0.0
     w[samples // 2 : samples // 2 + 20] = 0.0
@@ -101,8 +131,12 @@ def test_steady_sliding_is_the_ellipsoids_point_of_maximum_dissipation(values, r
 def test_a_static_model_is_steady_sliding():
     model, steady, rate = lugre3d(), lugre3d(static=True), np.array([0.2, -0.03, 0.1])
     values = {k: v for k, v in VALUES.items() if "stiff" not in k and "damping" not in k}
-    np.testing.assert_allclose(steady.torque(values, mixed())[:120],
-                               [settled(model, VALUES, w) for w in mixed().rate[:120]], rtol=0, atol=1e-12)  # fmt: skip
+    np.testing.assert_allclose(
+        steady.torque(values, mixed())[:120],
+        [settled(model, VALUES, w) for w in mixed().rate[:120]],
+        rtol=0,
+        atol=1e-12,
+    )
     np.testing.assert_allclose(
         settled(model, VALUES, rate), steady.step(values, steady.start(), rate, 1e-3), rtol=1e-12
     )
@@ -136,7 +170,9 @@ def test_break_away_at_constant_rate_is_an_exponential_from_the_presliding_stiff
 @given(st.floats(0.5, 5.0), st.floats(200.0, 5000.0), st.floats(0.001, 0.02), st.integers(5, 40))
 @settings(max_examples=50)
 def test_dahls_loop(torque, stiffness, amplitude, samples):
-    """T_s = T_c, no damping: a loop in the angle alone, whatever the rate, y = T tanh(sigma0 X / T) where it turns."""
+    """T_s = T_c, no damping: a loop in the angle alone, whatever the rate, y = T tanh(sigma0 X / T)
+    where it turns.
+    """
     none, x = 1e-13, amplitude * np.cos(np.pi * np.arange(samples + 1) / samples)
     path = np.concatenate([x[:-1], -x[:-1]] * 8)
     rate = np.diff(path, append=path[0]) / 1e-3
@@ -145,18 +181,30 @@ def test_dahls_loop(torque, stiffness, amplitude, samples):
     for n, w in enumerate(rate):
         found[n] = model.step(values, state, [0.0, w, 0.0], 1e-3)[1]
     last, turn = found[-2 * samples :], torque * math.tanh(stiffness * amplitude / torque)
-    left = 2.0 * math.exp(-14.0 * stiffness * 2.0 * amplitude / torque)  # of the start, fourteen strokes ago
+    # of the start, fourteen strokes ago
+    left = 2.0 * math.exp(-14.0 * stiffness * 2.0 * amplitude / torque)
     assert last[-1] == pytest.approx(turn, rel=1e-9, abs=left * torque)
     going = -torque + (turn + torque) * np.exp(-stiffness * (amplitude - x[1:]) / torque)
     np.testing.assert_allclose(last[:samples], going, rtol=1e-9, atol=1e-9 * torque + left * torque)
 
 
-@pytest.mark.parametrize(("name", "even"), [("lugre1d", 0.2), ("lugre3d", 0.05), ("exponent", 0.05), ("tables", 0.2)])
+@pytest.mark.parametrize(
+    ("name", "even"), [("lugre1d", 0.2), ("lugre3d", 0.05), ("exponent", 0.05), ("tables", 0.2)]
+)
 def test_second_order_in_the_step_beside_lsoda(name, even, validated):
-    """Halving the step quarters the error, less evenly where |w| has kinks; 1e-3 N m at 1 ms (measured 5e-4)."""
+    """Halving the step quarters the error, less evenly where |w| has kinks; 1e-3 N m at 1 ms
+    (measured 5e-4).
+    """
     model = VARIANTS[name]
-    values, times = typical(model) if name == "tables" else model.array(VALUES), 1e-3 * np.arange(301)
-    amplitude, frequency, phase = np.array([0.4, 0.5, 0.3]), np.array([31.0, 22.0, 27.0]), np.array([0.3, 0.8, 0.1])
+    values, times = (
+        typical(model) if name == "tables" else model.array(VALUES),
+        1e-3 * np.arange(301),
+    )
+    amplitude, frequency, phase = (
+        np.array([0.4, 0.5, 0.3]),
+        np.array([31.0, 22.0, 27.0]),
+        np.array([0.3, 0.8, 0.1]),
+    )
 
     def rate(t):
         return amplitude * np.sin(frequency * t + phase)
@@ -169,7 +217,9 @@ def test_second_order_in_the_step_beside_lsoda(name, even, validated):
     def slope(t, z):
         return rate(t) - coefficients(rate(t))[0] * z
 
-    found = solve_ivp(slope, (0.0, 0.3), np.zeros(3), "LSODA", times, rtol=1e-10, atol=1e-14, max_step=1e-3)
+    found = solve_ivp(
+        slope, (0.0, 0.3), np.zeros(3), "LSODA", times, rtol=1e-10, atol=1e-14, max_step=1e-3
+    )
     wanted = []
     for w, z in zip(rate(times[:, None]), found.y.T, strict=True):
         k, stiffness, damping, viscous = coefficients(w)
@@ -182,7 +232,14 @@ def test_second_order_in_the_step_beside_lsoda(name, even, validated):
     options = {"unit": "N m", "source": "scipy LSODA", "kind": "independent", "relative": False}
     validated(f"rms error of the torque at 1 ms ({name})", errors[0], 0.0, 1e-3, **options)
     ratios = np.divide(errors[:-1], errors[1:])
-    validated(f"its ratio for half the step ({name})", ratios, 4.0, even, source="second order", kind="exact")
+    validated(
+        f"its ratio for half the step ({name})",
+        ratios,
+        4.0,
+        even,
+        source="second order",
+        kind="exact",
+    )
 
 
 def size_or_zero():
@@ -192,7 +249,9 @@ def size_or_zero():
 @given(size_or_zero(), size_or_zero(), st.floats(-14.0, 2.5), st.floats(-5.0, 0.0))
 @settings(max_examples=300)
 def test_the_step_and_its_slopes_in_extended_precision(z, w, power, logarithm):
-    """Through the limit of small k dt, 1e-13 of what is added, 1e-10 for the slope by k, differences of differences."""
+    """Through the limit of small k dt, 1e-13 of what is added, 1e-10 for the slope by k,
+    differences of differences.
+    """
     dt, x = 10.0**logarithm, 10.0**power
     k = x / dt
     z_, w_, k_, dt_ = (np.longdouble(v) for v in (z, w, k, dt))
@@ -215,9 +274,14 @@ def test_the_step_and_its_slopes_in_extended_precision(z, w, power, logarithm):
 @given(values_of_both(), rates(), st.floats(-3.0, 12.0))
 @settings(max_examples=200)
 def test_no_step_is_too_long(values, rate, power):
-    """Wherever z starts inside the envelope it stays there: a step goes straight towards steady sliding."""
+    """Wherever z starts inside the envelope it stays there: a step goes straight towards steady
+    sliding.
+    """
     model, dt = lugre3d(), 10.0**power
-    strongest, state = values[[1, 1, 7]], np.array([1.0, -1.0, 1.0]) * values[[1, 1, 7]] / values[[3, 3, 9]]
+    strongest, state = (
+        values[[1, 1, 7]],
+        np.array([1.0, -1.0, 1.0]) * values[[1, 1, 7]] / values[[3, 3, 9]],
+    )
     for sign in (1.0, -1.0, 1.0):
         torque = model.step(values, state, sign * rate, dt)
         assert np.isfinite(torque).all()
@@ -238,16 +302,19 @@ def supplied(values, rate, deflection, coupled):
 def random_states(seed, count=100_000, most=2.0):
     random = np.random.default_rng(seed)
     directions = random.normal(size=(count, 3))
-    return random.uniform(0.0, 1.0, (count, 1)) * directions / np.linalg.norm(directions, axis=1, keepdims=True), (
-        random.uniform(-most, most, (count, 3))
-    )
+    return random.uniform(0.0, 1.0, (count, 1)) * directions / np.linalg.norm(
+        directions, axis=1, keepdims=True
+    ), (random.uniform(-most, most, (count, 3)))
 
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("damping", [2.0, 8.0, 20.0])
 def test_no_violation_of_passivity_inside_the_bound_and_some_outside(seed, damping):
     """1e5 random states; the worst one just above the bound gives energy off."""
-    model, values = lugre3d(), lugre3d().array(VALUES | {"tilt_damping": damping, "spin_damping": 0.7 * damping})
+    model, values = (
+        lugre3d(),
+        lugre3d().array(VALUES | {"tilt_damping": damping, "spin_damping": 0.7 * damping}),
+    )
     bound = model.passive_rate(values)
     assert 0.0 < bound < 10.0
     unit, torques = random_states(seed)
@@ -269,7 +336,9 @@ def test_an_uncoupled_axis_is_passive_at_all_rates_from_rest_where_viscosity_mak
     within = share * values[[1, 1, 7]] / values[[3, 3, 9]]
     for most in (0.1, 1.0, 100.0):
         assert supplied(values, most * unit, within, False).min() >= -1e-9 * most
-    less = model.array(VALUES | {f"{g}_viscous": 0.9 * VALUES[f"{g}_damping"] * fall[g] for g in fall})
+    less = model.array(
+        VALUES | {f"{g}_viscous": 0.9 * VALUES[f"{g}_damping"] * fall[g] for g in fall}
+    )
     assert math.isfinite(model.passive_rate(less))
     worst = np.full((1, 3), 1.0) * values[[1, 1, 7]] / values[[3, 3, 9]]
     assert supplied(less, np.full((1, 3), 1e3), worst, False).min() < 0.0
@@ -283,7 +352,12 @@ def test_the_bound_of_constant_torque_in_closed_form(validated):
     assert lugre3d().doubts(values, 0.3) == []
     assert "passive up to 0.39" in lugre3d().doubts(values, 0.5)[0]
     falling = lugre3d(knots=(0.0, 0.2, 2.0, 20.0))
-    table = {"torque": [2.0] * 4, "stiffness": [1e3] * 4, "damping": [10.0, 10.0, 1.0, 0.1], "viscous": [0.1]}
+    table = {
+        "torque": [2.0] * 4,
+        "stiffness": [1e3] * 4,
+        "damping": [10.0, 10.0, 1.0, 0.1],
+        "viscous": [0.1],
+    }
     numbers = [v for _ in range(2) for f in table.values() for v in f]
     assert falling.passive_rate(numbers) > 10.0
 
@@ -298,14 +372,17 @@ def test_alike_axes_have_no_directions(own, amplitude, seed):
     model, values = lugre3d(), np.array(own + own)
     torque = model.torque(values, trial(w))
     found = model.torque(values, trial(w @ turned.T))
-    np.testing.assert_allclose(found, torque @ turned.T, rtol=0, atol=1e-9 * max(np.abs(torque).max(), 1e-3))
+    np.testing.assert_allclose(
+        found, torque @ turned.T, rtol=0, atol=1e-9 * max(np.abs(torque).max(), 1e-3)
+    )
 
 
 @pytest.mark.parametrize("name", VARIANTS)
 def test_friction_is_odd(name):
     model, t = VARIANTS[name], mixed()
     np.testing.assert_array_equal(
-        model.torque(typical(model), t), -model.torque(typical(model), dataclasses.replace(t, rate=-t.rate))
+        model.torque(typical(model), t),
+        -model.torque(typical(model), dataclasses.replace(t, rate=-t.rate)),
     )
 
 
@@ -322,9 +399,16 @@ def test_tables_of_a_constant_are_the_law_of_a_constant():
     plain, table = lugre3d(), lugre3d(knots=KNOTS)
     flat = {k: VALUES[k.replace("static", "kinetic")] for k in VALUES}
     names = {"torque": "kinetic", "stiffness": "stiffness", "damping": "damping"}
-    level = {f"{g}_{n}_at_{k:g}": flat[f"{g}_{o}"] for g in ("tilt", "spin") for n, o in names.items() for k in KNOTS}
+    level = {
+        f"{g}_{n}_at_{k:g}": flat[f"{g}_{o}"]
+        for g in ("tilt", "spin")
+        for n, o in names.items()
+        for k in KNOTS
+    }
     level |= {f"{g}_viscous": flat[f"{g}_viscous"] for g in ("tilt", "spin")}
-    np.testing.assert_allclose(plain.torque(flat, mixed()), table.torque(level, mixed()), rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(
+        plain.torque(flat, mixed()), table.torque(level, mixed()), rtol=1e-12, atol=1e-13
+    )
 
 
 def test_tables_meet_their_knots_are_linear_between_and_level_beyond():
@@ -333,20 +417,28 @@ def test_tables_meet_their_knots_are_linear_between_and_level_beyond():
     found = model.functions(values, [*KNOTS, 0.175, 50.0])
     for function in range(3):
         own = values[4 * function : 4 * function + 4]
-        np.testing.assert_allclose(found[0, function], [*own, 0.5 * (own[1] + own[2]), own[3]], rtol=1e-14)
+        np.testing.assert_allclose(
+            found[0, function], [*own, 0.5 * (own[1] + own[2]), own[3]], rtol=1e-14
+        )
     np.testing.assert_array_equal(found[0], found[1])
 
 
 def test_a_network_is_positive_and_bounded_and_follows_its_equation():
     model, speeds = lugre3d(network=2), np.geomspace(1e-6, 1e3, 50)
     values = dict(zip([p.name for p in model.parameters], typical(model), strict=True))
-    values |= {"spin_torque_weight_1": -0.7, "spin_torque_weight_2": 0.4, "spin_damping_weight_2": -2.0}
+    values |= {
+        "spin_torque_weight_1": -0.7,
+        "spin_torque_weight_2": 0.4,
+        "spin_damping_weight_2": -2.0,
+    }
     found = model.functions(values, speeds)[2]
     for row, name in zip(found, ("torque", "stiffness", "damping"), strict=False):
         total = 0.0
         for k in (1, 2):
             away = np.log((0.01 + speeds) / (0.01 + values[f"spin_unit_rate_{k}"]))
-            total = total + values[f"spin_{name}_weight_{k}"] * np.tanh(values[f"spin_unit_steepness_{k}"] * away)
+            total = total + values[f"spin_{name}_weight_{k}"] * np.tanh(
+                values[f"spin_unit_steepness_{k}"] * away
+            )
         np.testing.assert_allclose(row, values[f"spin_{name}_level"] * np.exp(total), rtol=1e-12)
         most = math.exp(sum(abs(values[f"spin_{name}_weight_{k}"]) for k in (1, 2)))
         assert (row <= values[f"spin_{name}_level"] * most).all()
@@ -354,9 +446,13 @@ def test_a_network_is_positive_and_bounded_and_follows_its_equation():
 
 
 def test_a_network_is_passive_within_its_bound():
-    """As the tables of a falling damping; where the bound is finite, a hundred times the rate gives energy."""
+    """As the tables of a falling damping; where the bound is finite, a hundred times the rate gives
+    energy.
+    """
     model = lugre3d(network=2)
-    values = {p.name: p.typical for p in model.parameters} | {f"{g}_damping_level": 12.0 for g in ("tilt", "spin")}
+    values = {p.name: p.typical for p in model.parameters} | {
+        f"{g}_damping_level": 12.0 for g in ("tilt", "spin")
+    }
     values |= {f"{g}_stiffness_weight_{k}": 0.0 for g in ("tilt", "spin") for k in (1, 2)}
     bound = model.passive_rate(values)
     assert 0.1 < bound < 10.0
@@ -366,11 +462,15 @@ def test_a_network_is_passive_within_its_bound():
         for _ in range(2000):
             w = random.normal(size=3)
             w *= most / np.linalg.norm(w) * random.uniform()
-            torque, stiffness, damping, viscous = model.functions(values, [np.linalg.norm(w)])[:, :, 0].T
+            torque, stiffness, damping, viscous = model.functions(values, [np.linalg.norm(w)])[
+                :, :, 0
+            ].T
             z = random.uniform(-1.0, 1.0, 3) * torque / stiffness
             k = np.linalg.norm(torque * w) * stiffness / torque**2
             rate = w - k * z
-            powers.append((w * (stiffness * z + damping * rate + viscous * w) - stiffness * z * rate).min())
+            powers.append(
+                (w * (stiffness * z + damping * rate + viscous * w) - stiffness * z * rate).min()
+            )
         worst.append(min(powers))
     assert worst[0] >= -1e-9 > -1.0 > worst[1]
 
@@ -390,7 +490,8 @@ def test_rates_beyond_their_squares():
 def test_sensitivities_beside_central_differences(name, seed):
     """Within 1e-7 of the largest slope by each parameter; steps of 1e-5 leave about 1e-10.
 
-    Knots that rates hardly reach are held to a thousandth of the torque: rounding of the differences is larger.
+    Knots that rates hardly reach are held to a thousandth of the torque: rounding of the
+    differences is larger.
     """
     model, t = VARIANTS[name], mixed(seed=seed)
     values = typical(model)
@@ -409,10 +510,12 @@ def test_sensitivities_beside_central_differences(name, seed):
 @given(values_of_both(), st.integers(0, 1000))
 @settings(max_examples=40)
 def test_sensitivities_over_the_bounds(values, seed):
-    """In the logarithms, as a fit sees them, within 1e-7 of the largest torque: steps of 1e-5, rates far from zero."""
-    w = np.random.default_rng(seed).choice([-1.0, 1.0], (60, 3)) * np.random.default_rng(seed).uniform(
-        0.05, 1.0, (60, 3)
-    )
+    """In the logarithms, as a fit sees them, within 1e-7 of the largest torque: steps of 1e-5,
+    rates far from zero.
+    """
+    w = np.random.default_rng(seed).choice([-1.0, 1.0], (60, 3)) * np.random.default_rng(
+        seed
+    ).uniform(0.05, 1.0, (60, 3))
     model, t = lugre3d(), trial(w)
     torque, slopes = model.sensitivity(values, t)
     for i in range(values.size):
@@ -427,7 +530,9 @@ def test_steps_of_constant_rate_are_a_trial(name):
     model, w = VARIANTS[name], np.array([0.1, -0.05, 0.2])
     values, state = typical(model), model.start()
     stepped = [model.step(values, state, w, 1e-3) for _ in range(59)]
-    np.testing.assert_allclose(model.torque(values, trial(np.tile(w, (60, 1))))[1:], stepped, rtol=1e-12)
+    np.testing.assert_allclose(
+        model.torque(values, trial(np.tile(w, (60, 1))))[1:], stepped, rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize("name", VARIANTS)
@@ -442,7 +547,9 @@ def test_compiled_callers(name):
 
     found, other = np.empty((t.samples, 3)), model.start()
     run(model.layout, model.packed(values), state, t.rate, t.step, found)
-    np.testing.assert_allclose(found, [model.step(values, other, w, t.step) for w in t.rate], rtol=1e-14, atol=1e-14)
+    np.testing.assert_allclose(
+        found, [model.step(values, other, w, t.step) for w in t.rate], rtol=1e-14, atol=1e-14
+    )
 
 
 # --- characteristic curve
@@ -450,8 +557,12 @@ def test_compiled_callers(name):
 def test_the_curve_interpolates_is_odd_and_level_beyond(rate, seed):
     model = Curve()
     values = np.random.default_rng(seed).normal(size=len(model.parameters))
-    wanted = np.sign(rate) * np.interp(np.abs(rate), [0.0, *model.knots], [0.0, *values[len(model.knots) :]])
-    np.testing.assert_allclose(model.torque(values, spinning(rate))[:, 2], wanted, rtol=1e-12, atol=1e-12)
+    wanted = np.sign(rate) * np.interp(
+        np.abs(rate), [0.0, *model.knots], [0.0, *values[len(model.knots) :]]
+    )
+    np.testing.assert_allclose(
+        model.torque(values, spinning(rate))[:, 2], wanted, rtol=1e-12, atol=1e-12
+    )
 
 
 def test_where_a_curve_drives():
@@ -473,20 +584,53 @@ def test_where_a_curve_drives():
         (lambda: lugre3d(knots=(0.1,)), "at least 2 growing rates"),
         (lambda: lugre3d(knots=(0.2, 0.1)), "growing"),
         (lambda: lugre3d(exponent=0.0), "exponent must be positive, got 0"),
-        (lambda: lugre3d(bounds={"spin_stifness": (1, 2)}), "bounds: lugre3d has no parameter 'spin_stifness'"),
+        (
+            lambda: lugre3d(bounds={"spin_stifness": (1, 2)}),
+            "bounds: lugre3d has no parameter 'spin_stifness'",
+        ),
         (lambda: lugre3d(bounds={"spin_stiffness": (2, 1)}), "bounds of spin_stiffness"),
         (lambda: lugre3d(bounds={"spin_stiffness": (0, 1)}), "bounds of spin_stiffness"),
-        (lambda: lugre3d(network=2.5), "network must be a whole number of units, 0 for none, got 2.5"),
-        (lambda: lugre3d(network=2, knots=KNOTS), "knots .* and a network of 2 units exclude each other"),
-        (lambda: lugre3d().step(VALUES, np.zeros(3), [0.1, math.nan, 0.0], 1e-3), "rate must be three finite numbers"),
-        (lambda: lugre3d().step(VALUES, np.zeros(3), [0.1, 0.2], 1e-3), "rate must be three finite numbers"),
-        (lambda: lugre3d().step(VALUES, np.zeros(3), [0.1, 0.2, 0.0], -1e-3), "dt must not be negative, got -0.001"),
+        (
+            lambda: lugre3d(network=2.5),
+            "network must be a whole number of units, 0 for none, got 2.5",
+        ),
+        (
+            lambda: lugre3d(network=2, knots=KNOTS),
+            "knots .* and a network of 2 units exclude each other",
+        ),
+        (
+            lambda: lugre3d().step(VALUES, np.zeros(3), [0.1, math.nan, 0.0], 1e-3),
+            "rate must be three finite numbers",
+        ),
+        (
+            lambda: lugre3d().step(VALUES, np.zeros(3), [0.1, 0.2], 1e-3),
+            "rate must be three finite numbers",
+        ),
+        (
+            lambda: lugre3d().step(VALUES, np.zeros(3), [0.1, 0.2, 0.0], -1e-3),
+            "dt must not be negative, got -0.001",
+        ),
         (lambda: Curve(knots=(0.0, 1.0)), "the first knot must lie above"),
-        (lambda: lugre3d().torque(np.ones(11), mixed()), r"12 parameters, got an array of shape \(11,\)"),
-        (lambda: lugre3d().torque(VALUES | {"spin_static": -1.0}, mixed()), "spin_static must be positive, got -1"),
-        (lambda: lugre3d().torque(VALUES | {"spin_static": math.nan}, mixed()), "spin_static must be finite"),
-        (lambda: lugre3d().torque(VALUES | {"spin": 1.0}, mixed()), "no parameter 'spin'; it has tilt_kinetic"),
-        (lambda: lugre3d().torque({"tilt_kinetic": 1.0}, mixed()), "'tilt_static' of lugre3d is missing"),
+        (
+            lambda: lugre3d().torque(np.ones(11), mixed()),
+            r"12 parameters, got an array of shape \(11,\)",
+        ),
+        (
+            lambda: lugre3d().torque(VALUES | {"spin_static": -1.0}, mixed()),
+            "spin_static must be positive, got -1",
+        ),
+        (
+            lambda: lugre3d().torque(VALUES | {"spin_static": math.nan}, mixed()),
+            "spin_static must be finite",
+        ),
+        (
+            lambda: lugre3d().torque(VALUES | {"spin": 1.0}, mixed()),
+            "no parameter 'spin'; it has tilt_kinetic",
+        ),
+        (
+            lambda: lugre3d().torque({"tilt_kinetic": 1.0}, mixed()),
+            "'tilt_static' of lugre3d is missing",
+        ),
     ],
 )
 def test_bad_input_is_named(make, wanted):

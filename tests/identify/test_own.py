@@ -1,4 +1,6 @@
-"""Models of one's own: a law is the built-in model of the same equations; thresholds of a simulation come back."""
+"""Models of one's own: a law is the built-in model of the same equations; thresholds of a
+simulation come back.
+"""
 
 import dataclasses
 import json
@@ -20,10 +22,13 @@ from tests.identify.test_fit import TRUTH, programme, told
 GUIDE = (Path(__file__).parents[2] / "clearance" / "GUIDE.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
 BOUNDS = {
-    "static": between(0.02, 10.0, "N m"), "kinetic": between(0.02, 10.0, "N m"),
-    "stribeck_rate": between(1e-3, 2.0, "rad/s"), "stiffness": between(100.0, 1e4, "N m/rad"),
-    "damping": between(1e-3, 20.0, "N m s/rad", 1.0), "viscous": between(1e-3, 10.0, "N m s/rad"),
-}  # fmt: skip
+    "static": between(0.02, 10.0, "N m"),
+    "kinetic": between(0.02, 10.0, "N m"),
+    "stribeck_rate": between(1e-3, 2.0, "rad/s"),
+    "stiffness": between(100.0, 1e4, "N m/rad"),
+    "damping": between(1e-3, 20.0, "N m s/rad", 1.0),
+    "viscous": between(1e-3, 10.0, "N m s/rad"),
+}
 
 
 @cl.joint_friction
@@ -37,7 +42,9 @@ def spinning(samples=1500, noise=0.02) -> Measurement:
 
 
 def test_a_law_is_the_built_in_model_of_its_equations():
-    """`joint_lugre` by differences and LuGre by sensitivities: values to 1e-4 of their intervals, intervals to 1e-3."""
+    """`joint_lugre` by differences and LuGre by sensitivities: values to 1e-4 of their intervals,
+    intervals to 1e-3.
+    """
     data = spinning()
     own, built_in = fit(data, model(cl.joint_lugre, **BOUNDS)), fit(data, lugre1d(), starts=2)
     assert own.facts["still"] == ["tilt"]
@@ -68,7 +75,8 @@ def test_a_law_without_bristles_and_a_function_are_one_model():
     assert first.values["spin_level"] == pytest.approx(second.values["level"], rel=1e-6)
     squares = np.concatenate([t.torque[:, 2] * np.tanh(t.rate[:, 2] / 0.02) for t in data.trials])
     shape = np.concatenate([np.tanh(t.rate[:, 2] / 0.02) ** 2 for t in data.trials])
-    assert first.values["spin_level"] == pytest.approx(squares.sum() / shape.sum(), rel=1e-6)  # linear least squares
+    # linear least squares
+    assert first.values["spin_level"] == pytest.approx(squares.sum() / shape.sum(), rel=1e-6)
 
 
 def _tanh_of(trial, level, speed):
@@ -76,7 +84,9 @@ def _tanh_of(trial, level, speed):
 
 
 def test_a_loaded_law_is_fitted_to_several_preloads():
-    """Torques of `joint_lugre` at 5 kN, times preload over 5 kN; from all preloads per unit of load."""
+    """Torques of `joint_lugre` at 5 kN, times preload over 5 kN; from all preloads per unit of
+    load.
+    """
     trials = []
     for preload in (2000.0, 8000.0):
         for trial in spinning(800, noise=0.0).trials:
@@ -85,8 +95,14 @@ def test_a_loaded_law_is_fitted_to_several_preloads():
             about = {"name": f"{trial.name}_{preload:g}", "facts": {"preload": preload}}
             trials.append(dataclasses.replace(trial, torque=torque + noise, **about))
     load = 5000.0 * 0.013
-    bounds = {n: between(p.low / load, p.high / load, p.units) for n, p in BOUNDS.items() if n != "stribeck_rate"}
-    loaded = model(cl.joint_lugre_loaded, arm=0.013, stribeck_rate=BOUNDS["stribeck_rate"], **bounds)
+    bounds = {
+        n: between(p.low / load, p.high / load, p.units)
+        for n, p in BOUNDS.items()
+        if n != "stribeck_rate"
+    }
+    loaded = model(
+        cl.joint_lugre_loaded, arm=0.013, stribeck_rate=BOUNDS["stribeck_rate"], **bounds
+    )
     found = fit(Measurement(tuple(trials)), loaded)
     for name in ("static", "kinetic", "stiffness"):
         assert found.values[f"spin_{name}"] * load == pytest.approx(TRUTH[f"spin_{name}"], rel=0.02)
@@ -100,7 +116,22 @@ def test_the_guides_law(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("my_law.py").write_text(next(b for b in BLOCKS if "# my_law.py" in b))
     write("bench.h5", spinning(800))
-    assert main(["identify", "--model", "my_law.py:law", "--data", "bench.h5", "-o", "own", "--plot", "--json"]) == 0
+    assert (
+        main(
+            [
+                "identify",
+                "--model",
+                "my_law.py:law",
+                "--data",
+                "bench.h5",
+                "-o",
+                "own",
+                "--plot",
+                "--json",
+            ]
+        )
+        == 0
+    )
     said = json.loads(capsys.readouterr().out)
     assert list(said["parameters"]) == ["spin_torque", "spin_stiffness", "spin_viscous"]
     for p in said["parameters"].values():
@@ -126,14 +157,17 @@ def noisy_path(name: str, true: dict, time: np.ndarray) -> np.ndarray:
 
 @pytest.mark.slow
 def test_the_guides_contact(tmp_path, monkeypatch):
-    """Stiffness and damping of a contact from 61 points of a path: within 1 %, two of the widths of their intervals.
+    """Stiffness and damping of a contact from 61 points of a path: within 1 %, two of the widths of
+    their intervals.
 
     The search starts at twice the stiffness and half the damping.
     """
     monkeypatch.chdir(tmp_path)
     true, time = {"stiffness": 5e9, "damping": 2000.0}, np.linspace(0.0, 0.006, 61)
     path = noisy_path("my_contact.py", true, time)
-    record = Series("run", "training", time, {"x": path[:, 0], "y": path[:, 1]}, {"x": "m", "y": "m"})
+    record = Series(
+        "run", "training", time, {"x": path[:, 0], "y": path[:, 1]}, {"x": "m", "y": "m"}
+    )
     fitted = fit(Measurement((record,)), open_model("my_contact.py"))
     assert fitted.values == pytest.approx(true, rel=0.01)
     for name, value in true.items():
@@ -143,12 +177,16 @@ def test_the_guides_contact(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_the_guides_journal(tmp_path, monkeypatch, capsys):
-    """Thresholds of a mixed joint from the path of its journal with 0.5 um of noise: inside their 95 % intervals."""
+    """Thresholds of a mixed joint from the path of its journal with 0.5 um of noise: inside their
+    95 % intervals.
+    """
     monkeypatch.chdir(tmp_path)
     true, time = {"dry": 0.4, "mixed": 1.3}, np.linspace(0.0, 0.02, 201)
     path = noisy_path("my_journal.py", true, time)
     rows = np.column_stack([1e3 * time, 1e6 * path[:, 0], path[:, 1]])
-    np.savetxt("path.csv", rows, delimiter=",", header="time [ms],x [um],y", comments="", fmt="%.15g")
+    np.savetxt(
+        "path.csv", rows, delimiter=",", header="time [ms],x [um],y", comments="", fmt="%.15g"
+    )
     command = "identify --model my_journal.py:journal --data path.csv -o thresholds --plot --json"
     assert main(command.split()) == 0
     said = json.loads(capsys.readouterr().out)
@@ -161,7 +199,9 @@ def test_the_guides_journal(tmp_path, monkeypatch, capsys):
 
 
 def test_what_is_not_smooth_is_doubted_and_what_fails_is_refused():
-    """A function with noise of its own, of which no slope is one; another that has no value beyond 2."""
+    """A function with noise of its own, of which no slope is one; another that has no value beyond
+    2.
+    """
     data = spinning(200)
     random = np.random.default_rng(0)
 
@@ -183,7 +223,9 @@ def test_what_is_not_smooth_is_doubted_and_what_fails_is_refused():
 
 def test_series_come_back_from_their_files(tmp_path):
     time = np.linspace(0.0, 1.0, 60)
-    series = Series("run", "test", time, {"x": time**2, "f": -time}, {"x": "m", "f": "N"}, {"preload": 3.0})
+    series = Series(
+        "run", "test", time, {"x": time**2, "f": -time}, {"x": "m", "f": "N"}, {"preload": 3.0}
+    )
     for suffix in (".h5", ".csv"):
         written = write(tmp_path / f"a{suffix}", Measurement((series,)))
         (found,) = read(written, predicts={"x": "m", "f": "N"}).trials
@@ -203,14 +245,20 @@ def test_series_come_back_from_their_files(tmp_path):
         (lambda: between(1.0, 2.0, start=3.0), r"start must lie in \[1, 2\], got 3"),
         (lambda: model(tanh, level=2.0, speed=1.0), "model tanh: no parameter to fit"),
         (lambda: model(tanh, level=between(1, 2)), "model tanh: give speed as between"),
-        (lambda: model(tanh, level=between(1, 2), sped=1.0), "has no parameter 'sped' .did you mean speed"),
+        (
+            lambda: model(tanh, level=between(1, 2), sped=1.0),
+            "has no parameter 'sped' .did you mean speed",
+        ),
         (lambda: model(cl.hertz, stiffness=between(1, 2)), "hertz is a contact law"),
         (lambda: open_model("nowhere.py:law"), "there is no file 'nowhere.py'"),
         (lambda: open_model("lugre4d"), "expected NAME or FILE.py:NAME"),
         (lambda: fit(spinning(100), "lugre4d"), r"lstm, got 'lugre4d' .did you mean lugre[13]d"),
         (lambda: fit(spinning(100), model(cl.joint_lugre_loaded, **BOUNDS)), "has no fact preload"),
         (lambda: fit(spinning(100), lugre1d(load="power")), "has no fact preload"),
-        (lambda: fit(spinning(100), model(lambda t, a: a * t.time, a=between(1, 2))), r"shape \(100, 3\)"),
+        (
+            lambda: fit(spinning(100), model(lambda t, a: a * t.time, a=between(1, 2))),
+            r"shape \(100, 3\)",
+        ),
     ],
 )
 def test_bad_input_is_named(make, wanted):
@@ -219,7 +267,9 @@ def test_bad_input_is_named(make, wanted):
 
 
 def _written(path: Path, text: str) -> str:
-    path.write_text(f"import numpy as np\nfrom clearance.identify.own import between, model\n\n{text}")
+    path.write_text(
+        f"import numpy as np\nfrom clearance.identify.own import between, model\n\n{text}"
+    )
     return str(path)
 
 
@@ -233,10 +283,24 @@ def test_the_name_of_a_model_may_be_left_out_where_its_file_has_one(tmp_path):
 @pytest.mark.parametrize(
     ("text", "name", "wanted"),
     [
-        (f"{ONE}\n\nsoft = hard\n", "", r"name of a model is missing; give FILE.py:NAME, the file has hard, soft"),
+        (
+            f"{ONE}\n\nsoft = hard\n",
+            "",
+            r"name of a model is missing; give FILE.py:NAME, the file has hard, soft",
+        ),
         (ONE, ":herd", r"no model 'herd' \(did you mean hard\?\); it has hard"),
-        ("def hard(record, level): ...\n", "", r"has no model; its functions are hard; make one by"),
-        ("x = 1\nx.level\n", ":hard", r"mine.py, line 5: AttributeError: 'int' object has no attribute 'level'"),
+        (
+            "def hard(record, level): ...\n",
+            "",
+            r"has no model; its functions are hard; make one "
+            "by",
+        ),
+        (
+            "x = 1\nx.level\n",
+            ":hard",
+            r"mine.py, line 5: AttributeError: 'int' object has no "
+            "attribute 'level'",
+        ),
         ("def f(:\n", ":hard", r"SyntaxError: .*\(mine.py, line 4\)"),
     ],
 )
@@ -246,13 +310,23 @@ def test_a_file_without_the_model_is_answered_with_those_it_has(text, name, want
 
 
 def test_a_mistake_in_a_function_is_one_line(tmp_path, capsys):
-    """Exit status 2 and the innermost line of the user's file, also for a mistake that is met on the way only."""
+    """Exit status 2 and the innermost line of the user's file, also for a mistake that is met on
+    the way only.
+    """
     write(tmp_path / "bench.h5", spinning(100))
     helper = "def facts(record):\n    return record.facts['pre load']\n\n\n"
-    first = _written(tmp_path / "first.py", helper + ONE.replace("return level", "return facts(record)"))
+    first = _written(
+        tmp_path / "first.py", helper + ONE.replace("return level", "return facts(record)")
+    )
     low = ONE.replace("10)", '10, "N m", 0.4)')
-    later = _written(tmp_path / "later.py", low.replace("return level", "return (level if level < 0.5 else leve)"))
-    for path, place in ((first, "line 5, in facts: KeyError: 'pre load'"), (later, "line 6, in hard: NameError")):
+    later = _written(
+        tmp_path / "later.py",
+        low.replace("return level", "return (level if level < 0.5 else leve)"),
+    )
+    for path, place in (
+        (first, "line 5, in facts: KeyError: 'pre load'"),
+        (later, "line 6, in hard: NameError"),
+    ):
         assert main(["identify", "--model", path, "--data", str(tmp_path / "bench.h5")]) == 2
         answer = capsys.readouterr().err
         assert answer.startswith(f"clearance: model hard: {path}, {place}")

@@ -1,4 +1,6 @@
-"""Measurements of joint friction: files, their layout and units, and everything that can be wrong with them."""
+"""Measurements of joint friction: files, their layout and units, and everything that can be wrong
+with them.
+"""
 
 import dataclasses
 import math
@@ -19,16 +21,32 @@ def trial(name="a", axis=2, samples=400, frequency=5.0, amplitude=0.1, **more):
     time = STEP * np.arange(samples)
     rate, torque = np.zeros((2, samples, 3))
     rate[:, axis] = 2.0 * np.pi * frequency * amplitude * np.sin(2.0 * np.pi * frequency * time)
-    torque[:, axis] = 2.0 * np.tanh(10.0 * rate[:, axis]) + 0.01 * np.random.default_rng(1).normal(size=samples)
+    torque[:, axis] = 2.0 * np.tanh(10.0 * rate[:, axis]) + 0.01 * np.random.default_rng(1).normal(
+        size=samples
+    )
     labels = {"kind": "sine", "axis": "spin" if axis == 2 else "tilt", "role": "training"}
-    return Trial(name, **labels | more, time=time, rate=rate, torque=torque, measured=tuple(np.arange(3) == axis))
+    return Trial(
+        name,
+        **labels | more,
+        time=time,
+        rate=rate,
+        torque=torque,
+        measured=tuple(np.arange(3) == axis),
+    )
 
 
 @pytest.fixture
 def measurement():
-    first = dataclasses.replace(trial("a"), facts={"preload": 5000.0, "amplitude": 0.1, "cycles": 2})
+    first = dataclasses.replace(
+        trial("a"), facts={"preload": 5000.0, "amplitude": 0.1, "cycles": 2}
+    )
     second = dataclasses.replace(trial("b", 0, role="test"), measured=(True, True, True))
-    facts = {"bench": "rig 3", "sensor_torque_range": [-20.0, 20.0], "synthetic": False, "sampling_rate": 1000.0}
+    facts = {
+        "bench": "rig 3",
+        "sensor_torque_range": [-20.0, 20.0],
+        "synthetic": False,
+        "sampling_rate": 1000.0,
+    }
     return Measurement((second, first), facts)
 
 
@@ -37,7 +55,13 @@ def same(one: Measurement, other: Measurement):
     assert one.facts == other.facts
     assert [t.name for t in one.trials] == [t.name for t in other.trials]
     for a, b in zip(one.trials, other.trials, strict=True):
-        assert (a.kind, a.axis, a.role, a.measured, a.facts) == (b.kind, b.axis, b.role, b.measured, b.facts)
+        assert (a.kind, a.axis, a.role, a.measured, a.facts) == (
+            b.kind,
+            b.axis,
+            b.role,
+            b.measured,
+            b.facts,
+        )
         for name in ("time", "rate", "torque"):
             np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
 
@@ -59,9 +83,14 @@ def test_layout_for_plain_h5py(measurement, tmp_path):
         assert set(file["trials"]) == {"a", "b"}
         a, b = file["trials/a"], file["trials/b"]
         assert dict(a.attrs) == {
-            "kind": "sine", "axis": "spin", "role": "training", "order": 1, "preload": 5000.0, "amplitude": 0.1,
+            "kind": "sine",
+            "axis": "spin",
+            "role": "training",
+            "order": 1,
+            "preload": 5000.0,
+            "amplitude": 0.1,
             "cycles": 2,
-        }  # fmt: skip
+        }
         assert set(a) == {"time", "rate_x", "rate_y", "rate_z", "torque_z"}
         assert set(b) == set(a) | {"torque_x", "torque_y"}
         units = {"time": "s", "rate": "rad/s", "torque": "N m"}
@@ -89,9 +118,11 @@ TORQUE = 2.0 * np.tanh(10.0 * RATE)
 
 def test_a_file_made_by_hand_with_other_units(tmp_path):
     path = hand_made(
-        tmp_path / "own.h5", time=("ms", 1e3 * TIME), rate_z=("deg/s", np.degrees(RATE)),
+        tmp_path / "own.h5",
+        time=("ms", 1e3 * TIME),
+        rate_z=("deg/s", np.degrees(RATE)),
         torque_z=("N mm", 1e3 * TORQUE),
-    )  # fmt: skip
+    )
     found = read(path).named("run")
     assert (found.kind, found.axis, found.role) == ("other", "spin", "training")
     assert found.measured == (False, False, True)
@@ -116,7 +147,12 @@ def own_csv(folder, text):
 def test_the_smallest_csv(tmp_path):
     found = read(own_csv(tmp_path, ROWS))
     only = found.trials[0]
-    assert (only.name, only.role, only.axis, only.measured) == ("my_run_v2", "training", "spin", (False, False, True))
+    assert (only.name, only.role, only.axis, only.measured) == (
+        "my_run_v2",
+        "training",
+        "spin",
+        (False, False, True),
+    )
     np.testing.assert_array_equal(only.rate[:, 2], RATE)
 
 
@@ -124,7 +160,11 @@ def test_csv_in_other_units_and_with_other_marks(tmp_path):
     rows = zip(1e3 * TIME, np.degrees(RATE), 1e3 * TORQUE, 20.0 + TIME, strict=True)
     text = lines("time_ms;rate_x_deg_s;torque_x_N_mm;temperature", rows, ";")
     found = read(own_csv(tmp_path, ["# preload = 5000.0", "# operator = A. B.", *text]))
-    assert found.facts == {"preload": 5000.0, "operator": "A. B.", "columns_left_aside": ["temperature"]}
+    assert found.facts == {
+        "preload": 5000.0,
+        "operator": "A. B.",
+        "columns_left_aside": ["temperature"],
+    }
     assert found.trials[0].axis == "tilt"
     np.testing.assert_allclose(found.trials[0].rate[:, 0], RATE, rtol=0, atol=1e-15)
     np.testing.assert_allclose(found.trials[0].torque[:, 0], TORQUE, rtol=0, atol=1e-15)
@@ -137,8 +177,9 @@ def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
     text += [f"tilt,test,{t!r},{w!r},0.0,{m!r}," for t, w, m in rows]
     found = read(own_csv(tmp_path, text))
     assert [(t.name, t.role, t.measured) for t in found.trials] == [
-        ("spin", "training", (False, False, True)), ("tilt", "test", (True, False, False)),
-    ]  # fmt: skip
+        ("spin", "training", (False, False, True)),
+        ("tilt", "test", (True, False, False)),
+    ]
 
 
 # --- bad files
@@ -149,21 +190,51 @@ def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
         (lambda r: ["# preload = 3"], "file is empty"),
         (lambda r: r[:1], "no samples"),
         (lambda r: r[:20], "trial 'my_run_v2' has 19 samples; at least 50"),
-        (lambda r: [x.replace("time", "t") for x in r], "no column time; there are t, rate_z, torque_z"),
+        (
+            lambda r: [x.replace("time", "t") for x in r],
+            "no column time; there are t, rate_z, torque_z",
+        ),
         (lambda r: [x.replace("rate_z", "omega") for x in r], "no column rate_x, rate_y or rate_z"),
-        (lambda r: [x.replace("torque_z", "moment") for x in r], "no column torque_x, torque_y or torque_z"),
-        (lambda r: [x.replace("torque_z", "torque_x") for x in r], "a column torque_x but no column rate_x"),
-        (lambda r: [x.replace("rate_z", "rate_z_deg") for x in r], "column 'rate_z_deg' is not known; known are trial"),
+        (
+            lambda r: [x.replace("torque_z", "moment") for x in r],
+            "no column torque_x, torque_y or torque_z",
+        ),
+        (
+            lambda r: [x.replace("torque_z", "torque_x") for x in r],
+            "a column torque_x but no column rate_x",
+        ),
+        (
+            lambda r: [x.replace("rate_z", "rate_z_deg") for x in r],
+            "column 'rate_z_deg' is not known; known are trial",
+        ),
         (lambda r: [x.replace("rate_z", "torque_z") for x in r], "column 'torque_z' comes twice"),
-        (lambda r: ["time,rate_z,rate_z_deg_s,torque_z", *(x + ",1.0" for x in r[1:])], "rate_z comes twice, in diff"),
-        (lambda r: [*r[:10], "0.009,nan,1.0", *r[11:]], "'my_run_v2', line 11, column rate_z: nan is not a finite"),
-        (lambda r: [*r[:10], "0.009,0.1,inf", *r[11:]], "'my_run_v2', line 11, column torque_z: inf is not a finite"),
+        (
+            lambda r: ["time,rate_z,rate_z_deg_s,torque_z", *(x + ",1.0" for x in r[1:])],
+            "rate_z comes twice, in diff",
+        ),
+        (
+            lambda r: [*r[:10], "0.009,nan,1.0", *r[11:]],
+            "'my_run_v2', line 11, column rate_z: nan is not a finite",
+        ),
+        (
+            lambda r: [*r[:10], "0.009,0.1,inf", *r[11:]],
+            "'my_run_v2', line 11, column torque_z: inf is not a finite",
+        ),
         (lambda r: [*r[:10], "0.009,0.1,", *r[11:]], "line 11, column torque_z: is empty"),
-        (lambda r: [*r[:10], "0.009,fast,1.0", *r[11:]], "line 11, column rate_z: 'fast' is not a number"),
+        (
+            lambda r: [*r[:10], "0.009,fast,1.0", *r[11:]],
+            "line 11, column rate_z: 'fast' is not a number",
+        ),
         (lambda r: [*r[:10], "0.009,0.1", *r[11:]], "line 11: 2 cells under a header of 3"),
-        (lambda r: [*r[:10], *r[11:]], "line 11, column time: 0.002 s after the row before, others 0.001 s"),
+        (
+            lambda r: [*r[:10], *r[11:]],
+            "line 11, column time: 0.002 s after the row before, others 0.001 s",
+        ),
         (lambda r: [*r, *r[1:]], "line 202, column time: 0 s does not come after 0.199 s"),
-        (lambda r: [r[0], r[2], r[1], *r[3:]], "line 3, column time: 0 s does not come after 0.001 s"),
+        (
+            lambda r: [r[0], r[2], r[1], *r[3:]],
+            "line 3, column time: 0 s does not come after 0.001 s",
+        ),
         (lambda r: [r[0], r[1], *r[1:]], "line 3, column time: 0 s does not come after 0 s"),
     ],
 )
@@ -184,7 +255,10 @@ def several(names, roles=("training",) * 9, kinds=("other",) * 9):
     """A CSV whose blocks of samples have these labels."""
     rows = [",".join(map(repr, map(float, row))) for row in zip(TIME, RATE, TORQUE, strict=True)]
     labels = zip(names, roles, kinds, strict=False)
-    return ["trial,role,kind,time,rate_z,torque_z", *(",".join([*label, row]) for label in labels for row in rows)]
+    return [
+        "trial,role,kind,time,rate_z,torque_z",
+        *(",".join([*label, row]) for label in labels for row in rows),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -193,8 +267,14 @@ def several(names, roles=("training",) * 9, kinds=("other",) * 9):
         (several("aba"), "line 402: trial 'a' comes a second time"),
         (several("ab", ["training", "exam"]), "trial 'b': role must be one of training, test"),
         (several("ab", kinds=["other", "square"]), "trial 'b': kind must be one of triangle"),
-        (several(["a", "b c"]), "trial name must be a non-empty name without '/', '.' or blanks, got 'b c'"),
-        (several("a", ["training"])[:-1] + several("a", ["test"])[-1:], "trial 'a' has several roles: test, training"),
+        (
+            several(["a", "b c"]),
+            "trial name must be a non-empty name without '/', '.' or blanks, got 'b c'",
+        ),
+        (
+            several("a", ["training"])[:-1] + several("a", ["test"])[-1:],
+            "trial 'a' has several roles: test, training",
+        ),
     ],
 )
 def test_bad_labels_in_csv(tmp_path, text, said):
@@ -236,13 +316,24 @@ def spoilt(column, row, value):
         ({"rate_z": ("rad/s", RATE[:-1])}, "columns of different length"),
         ({"rate_z": ("rad/s", np.stack([RATE, RATE]))}, "column rate_z must be one row of numbers"),
         ({"rate_z": ("rad/s", ["a"] * 200)}, "column rate_z must be one row of numbers"),
-        (spoilt("torque_z", 7, np.nan), "trial 'run', row 7, column torque_z: nan is not a finite number"),
-        (spoilt("time", 7, 0.0075), "trial 'run', row 7, column time: 0.0015 s after the row before"),
-        (spoilt("time", 7, 0.006), "trial 'run', row 7, column time: 0.006 s does not come after 0.006 s"),
+        (
+            spoilt("torque_z", 7, np.nan),
+            "trial 'run', row 7, column torque_z: nan is not a finite number",
+        ),
+        (
+            spoilt("time", 7, 0.0075),
+            "trial 'run', row 7, column time: 0.0015 s after the row before",
+        ),
+        (
+            spoilt("time", 7, 0.006),
+            "trial 'run', row 7, column time: 0.006 s does not come after 0.006 s",
+        ),
     ],
 )
 def test_bad_hdf5(tmp_path, change, said):
-    path = hand_made(tmp_path / "own.h5", **{n: v for n, v in (GOOD | change).items() if v is not None})
+    path = hand_made(
+        tmp_path / "own.h5", **{n: v for n, v in (GOOD | change).items() if v is not None}
+    )
     with pytest.raises(ValueError, match="own.h5: ") as error:
         read(path)
     assert said in str(error.value)
@@ -270,16 +361,31 @@ def test_hdf5_files_of_other_kinds(tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"rate_z": ("rad/s", np.degrees(2.0 * RATE))}, "'run', row 50, column rate_z: 57.2958 rad/s is more than 50"),
+        (
+            {"rate_z": ("rad/s", np.degrees(2.0 * RATE))},
+            "'run', row 50, column rate_z: 57.2958 rad/s is more than 50",
+        ),
         (
             {"rate_z": ("rad/s", np.full(TIME.size, 40.0) + RATE)},
             "in HDF5; if these are SI, --trust-units (trusted=True)",
         ),
-        ({"rate_z": ("rad/s", np.full(200, 45.0))}, "column rate_z: it turns through 8.955 rad, more than 6.283 rad"),
-        ({"torque_z": ("N m", 1e3 * TORQUE)}, "column torque_z: no ball joint has a largest torque of 1999.82 N m"),
+        (
+            {"rate_z": ("rad/s", np.full(200, 45.0))},
+            "column rate_z: it turns through 8.955 rad, more than 6.283 rad",
+        ),
+        (
+            {"torque_z": ("N m", 1e3 * TORQUE)},
+            "column torque_z: no ball joint has a largest torque of 1999.82 N m",
+        ),
         ({"torque_z": ("N m", 1e-4 * TORQUE)}, "is it in kN m? Then call it torque_z_kN_m"),
-        ({"torque_z": ("N m", np.full(200, 0.3))}, "column torque_z: 0.3 N m in all rows; nothing measured?"),
-        ({"time": ("s", 1e3 * TIME)}, "column time: steps of 1 s; is it in ms? Then call it time_ms in CSV, or"),
+        (
+            {"torque_z": ("N m", np.full(200, 0.3))},
+            "column torque_z: 0.3 N m in all rows; nothing measured?",
+        ),
+        (
+            {"time": ("s", 1e3 * TIME)},
+            "column time: steps of 1 s; is it in ms? Then call it time_ms in CSV, or",
+        ),
     ],
 )
 def test_units_that_cannot_be_right(tmp_path, change, said):
@@ -292,13 +398,19 @@ def test_units_that_cannot_be_right(tmp_path, change, said):
 
 def test_degrees_of_the_whole_programme_are_noticed(tmp_path):
     """Of tests from half a degree to ten, in degrees, the larger ones sweep more than a joint can."""
-    trials = [trial(f"t{n}", 0, 2000, 1.0, math.degrees(math.radians(a))) for n, a in enumerate((0.5, 2.0, 10.0))]
+    trials = [
+        trial(f"t{n}", 0, 2000, 1.0, math.degrees(math.radians(a)))
+        for n, a in enumerate((0.5, 2.0, 10.0))
+    ]
     path = write(tmp_path / "m.csv", Measurement(trials))
-    with pytest.raises(ValueError, match=r"'t1', line \d+, column rate_x: it turns through 4 rad.*rate_x_deg_s"):
+    with pytest.raises(
+        ValueError, match=r"'t1', line \d+, column rate_x: it turns through 4 rad.*rate_x_deg_s"
+    ):
         read(path)
     text = path.read_text().replace("rate_x,", "rate_x_deg_s,")
     path.write_text(text)
-    assert read(path).named("t2").angle[:, 0].max() == pytest.approx(math.radians(20.0), rel=1e-4)  # trapezoids
+    # trapezoids
+    assert read(path).named("t2").angle[:, 0].max() == pytest.approx(math.radians(20.0), rel=1e-4)
 
 
 # --- what is made in memory
@@ -347,7 +459,9 @@ def test_measurements(measurement):
     assert measurement.named("a").axis == "spin"
     with pytest.raises(KeyError, match="no trial 'c'; there are b, a"):
         measurement.named("c")
-    with pytest.raises(ValueError, match="no trial has the role 'extrapolation'; there are test, training"):
+    with pytest.raises(
+        ValueError, match="no trial has the role 'extrapolation'; there are test, training"
+    ):
         measurement.of("extrapolation")
     with pytest.raises(ValueError, match="trial 'a' comes 2 times"):
         Measurement((trial(), trial()))

@@ -40,13 +40,18 @@ def test_errors_are_those_of_the_definition_and_stand_beside_the_source(fits, me
     found = {e.model: e for e in studies.errors(fits, measurement)}
     trials = measurement.of("test").trials
     measured, modelled = (
-        np.concatenate([t[:, trial.measured].ravel() for t, trial in zip(column, trials, strict=True)])
+        np.concatenate(
+            [t[:, trial.measured].ravel() for t, trial in zip(column, trials, strict=True)]
+        )
         for column in ([t.torque for t in trials], [fits["curve"].torque(t) for t in trials])
     )
     assert found["curve"].test == pytest.approx(nrmse(measured, modelled), rel=1e-12)
-    assert found["curve"].test_over_range == pytest.approx(nrmse(measured, modelled, over="range"), rel=1e-12)
+    assert found["curve"].test_over_range == pytest.approx(
+        nrmse(measured, modelled, over="range"), rel=1e-12
+    )
     assert (found["lugre3d"].source_training, found["lugre3d"].source_test) == (0.1288, 0.2596)
-    assert found["lugre3d"].training == pytest.approx(found["lugre1d"].training, rel=1e-9)  # single axes: one model
+    # single axes: one model
+    assert found["lugre3d"].training == pytest.approx(found["lugre1d"].training, rel=1e-9)
     for role in ("training", "test"):
         assert getattr(found["lugre3d"], role) < getattr(found["curve"], role)
 
@@ -141,7 +146,9 @@ def test_known_parameters_come_back():
 
 
 def test_what_training_trials_alone_give_back():
-    """Speeds of 1, 10 and 50 deg/s leave the Stribeck speed loose: 14 % were seen over 20 draws, of others 1.3 %."""
+    """Speeds of 1, 10 and 50 deg/s leave the Stribeck speed loose: 14 % were seen over 20 draws, of
+    others 1.3 %.
+    """
     found = studies.recovery("lugre1d", seeds=range(3), starts=1)
     loose = np.array([n.endswith("stribeck_speed") for n in found.names])
     errors = abs(found.errors).max(axis=0)
@@ -150,7 +157,10 @@ def test_what_training_trials_alone_give_back():
     assert 0.01 < errors[loose].max() < 0.3
     line = studies._recovery_table(SimpleNamespace(recoveries=[found]))[-1]
     assert line.startswith("| lugre1d | training | 3 | ")
-    assert f"{100.0 * errors[loose].max():.1f} % | spin_stribeck_speed | {100.0 * errors[~loose].max():.1f} % |" in line
+    assert (
+        f"{100.0 * errors[loose].max():.1f} % | spin_stribeck_speed | "
+        f"{100.0 * errors[~loose].max():.1f} % |" in line
+    )
 
 
 def test_the_order_of_the_models_is_the_sources(fits, measurement):
@@ -160,11 +170,15 @@ def test_the_order_of_the_models_is_the_sources(fits, measurement):
         ours = sorted(WHITE, key=lambda n: round(getattr(found[n], role), 3))
         source = sorted(WHITE, key=lambda n: round(getattr(found[n], f"source_{role}"), 3))
         assert ours[-1] == source[-1] == "curve"
-        assert getattr(found["lugre1d"], role) == pytest.approx(getattr(found["lugre3d"], role), rel=1e-9)
+        assert getattr(found["lugre1d"], role) == pytest.approx(
+            getattr(found["lugre3d"], role), rel=1e-9
+        )
 
 
 def test_the_lstm_is_the_best_inside_its_data(fits, measurement):
-    """The source: 0.048 beside 0.128; a network of full size that trains a tenth of its epochs is there already."""
+    """The source: 0.048 beside 0.128; a network of full size that trains a tenth of its epochs is
+    there already.
+    """
     pytest.importorskip("jax")
     found = fit(measurement, models.model("lstm", epochs=60, patience=60))
     assert found.nrmse["training"] < 0.9 * fits["lugre3d"].nrmse["training"]
@@ -172,7 +186,9 @@ def test_the_lstm_is_the_best_inside_its_data(fits, measurement):
 
 
 def test_steps_are_counted(fits, monkeypatch):
-    """A clock that goes 2 s from look to look: 2 s over all steps in compiled code, over a hundredth from Python."""
+    """A clock that goes 2 s from look to look: 2 s over all steps in compiled code, over a
+    hundredth from Python.
+    """
     monkeypatch.setattr(studies.time, "perf_counter", itertools.count(0.0, 2.0).__next__)
     for found in studies.speeds(fits, count=2_000, repeats=2):
         assert found.compiled == pytest.approx(2.0 / 2000)
@@ -184,25 +200,39 @@ def test_steps_are_counted(fits, monkeypatch):
 def test_a_driven_step_is_the_models(fits):
     """The steps of the model itself are timed."""
     for found in fits.values():
-        model, rate, torque = found.model, np.array([[0.1, -0.2, 0.3], [0.3, 0.1, -0.1]]), np.empty(3)
+        model, rate, torque = (
+            found.model,
+            np.array([[0.1, -0.2, 0.3], [0.3, 0.1, -0.1]]),
+            np.empty(3),
+        )
         state, other = model.start(), model.start()
-        studies.driven(model.compiled, model.layout, model.packed(found.values), state, rate, 1e-3, torque)
+        studies.driven(
+            model.compiled, model.layout, model.packed(found.values), state, rate, 1e-3, torque
+        )
         for row in rate:
             expected = model.step(found.values, other, row, 1e-3)
         np.testing.assert_array_equal(torque, expected)
         np.testing.assert_array_equal(state, other)
 
 
-def test_without_the_extra_the_lstm_is_left_out_and_said_so(measurement, fits, beyond, simulated, monkeypatch):
+def test_without_the_extra_the_lstm_is_left_out_and_said_so(
+    measurement, fits, beyond, simulated, monkeypatch
+):
     monkeypatch.setattr(learn, "missing", lambda: "install clearance[learn]")
     said = []
     assert list(studies.fitted(measurement, ["curve", "lstm"], progress=said.append)) == ["curve"]
     assert said[-1] == "lstm left out: install clearance[learn]"
     found = studies.Study(
-        fits, studies.errors(fits, measurement), beyond, [*simulated.values()], studies.progress(fits, measurement),
-        [], studies.speeds(fits, count=100, repeats=1), [variants.Spin(0.1, (0,), np.ones(1), np.ones(1))],
+        fits,
+        studies.errors(fits, measurement),
+        beyond,
+        [*simulated.values()],
+        studies.progress(fits, measurement),
+        [],
+        studies.speeds(fits, count=100, repeats=1),
+        [variants.Spin(0.1, (0,), np.ones(1), np.ones(1))],
         [f"lstm: {learn.missing()}"],
-    )  # fmt: skip
+    )
     lines = studies.tables(found)
     assert lines[-1] == "\nLeft out: lstm: install clearance[learn]."
     row = next(line for line in lines if line.startswith("| lugre3d | 0."))

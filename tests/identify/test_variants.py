@@ -13,7 +13,10 @@ from clearance.identify.records import Measurement
 
 
 def test_held_speeds_end_in_steady_sliding():
-    """LuGre: T(w) + sigma2 w to 1e-6. The bench's joint without warm-up and seat: its closed form to 1e-3."""
+    """LuGre: T(w) + sigma2 w to 1e-6.
+
+    The bench's joint without warm-up and seat: its closed form to 1e-3.
+    """
     model = lugre1d()
     values = {p.name: p.typical for p in model.parameters}
     speeds = np.array([0.02, 0.3, 7.0])
@@ -26,7 +29,9 @@ def test_held_speeds_end_in_steady_sliding():
 
 
 def test_fast_spin_is_overshot_by_scatter_that_is_taken_for_viscosity():
-    """Without scatter within a tenth of the truth; with it off by the viscous term, a fifth of it by the level."""
+    """Without scatter within a tenth of the truth; with it off by the viscous term, a fifth of it
+    by the level.
+    """
     fine, off = variants.fast_spin(0.0, (0,)), variants.fast_spin(0.16, (0, 3))
     assert abs(fine.peak[0] - 1.0) < 0.1
     assert (off.peak > 1.3).all()
@@ -47,7 +52,9 @@ def test_the_viscous_share():
 
 
 def test_one_level_is_wrong_where_the_preload_is_another(monkeypatch):
-    """Power and proportional beside a level that is fixed: the table has a row of each, best where it follows."""
+    """Power and proportional beside a level that is fixed: the table has a row of each, best where
+    it follows.
+    """
     monkeypatch.setattr(variants, "PRELOADS", (2000.0, 5000.0))
     monkeypatch.setattr(variants, "SEEN", (2000.0, 5000.0))
     found = {f.load: f for f in variants.loads(starts=1)}

@@ -12,14 +12,23 @@ def test_it_gives_what_a_simulation_gives():
     scene = cl.load_case("four_bar", model="ideal")
     simulated = cl.simulate(scene, turns=2.0, samples=301)
     found = cl.inverse_dynamics(scene, turns=2.0, samples=301)
-    for path in ("joints/C/force_x", "drives/crank/torque", "bodies/rocker/alpha", "bodies/coupler/theta"):
-        np.testing.assert_allclose(found.values(path), simulated.values(path), rtol=1e-12, atol=1e-12)
+    for path in (
+        "joints/C/force_x",
+        "drives/crank/torque",
+        "bodies/rocker/alpha",
+        "bodies/coupler/theta",
+    ):
+        np.testing.assert_allclose(
+            found.values(path), simulated.values(path), rtol=1e-12, atol=1e-12
+        )
     assert "energy/input" not in found
 
 
 @pytest.mark.parametrize("samples", [3, 5, 9, 50, 2000])
 def test_coarse_samples_are_no_jumps(samples):
-    run = cl.inverse_dynamics(cl.load_case("six_bar_feeder", model="ideal"), turns=3.0, samples=samples)
+    run = cl.inverse_dynamics(
+        cl.load_case("six_bar_feeder", model="ideal"), turns=3.0, samples=samples
+    )
     assert run.complete
     assert run.time.size == samples
 
@@ -29,7 +38,9 @@ def test_iterated_loops_are_followed_between_coarse_samples():
     fine = cl.inverse_dynamics(m.stephenson(), turns=0.5, samples=2001)
     coarse = cl.inverse_dynamics(m.stephenson(), turns=0.5, samples=5)
     for path in ("bodies/plate/x", "drives/crank/torque"):
-        np.testing.assert_allclose(coarse.values(path), fine.values(path)[::500], rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(
+            coarse.values(path), fine.values(path)[::500], rtol=1e-9, atol=1e-12
+        )
 
 
 def test_a_loop_that_changes_its_branch_ends_the_run():
@@ -55,8 +66,12 @@ def test_a_loop_that_changes_its_branch_ends_the_run():
 
 def test_a_motion_out_of_reach_says_where_and_when(tmp_path):
     """The crank of the three-loop chain may turn by +90.5 degrees; the file holds what came before."""
-    with pytest.raises(cl.SimulationError, match=r"at t = 15\.80.* s: the loop of link_[ab] at .* singular") as stopped:
-        cl.inverse_dynamics(cl.load_case("three_loop_chain"), until=20.0, samples=2001, path=tmp_path / "run.h5")
+    with pytest.raises(
+        cl.SimulationError, match=r"at t = 15\.80.* s: the loop of link_[ab] at .* singular"
+    ) as stopped:
+        cl.inverse_dynamics(
+            cl.load_case("three_loop_chain"), until=20.0, samples=2001, path=tmp_path / "run.h5"
+        )
     kept = cl.open_result(tmp_path / "run.h5")
     assert kept.time[-1] == pytest.approx(15.80, abs=0.011)
     assert kept.status.startswith("partial: at t = 15.80")
@@ -66,9 +81,18 @@ def test_a_motion_out_of_reach_says_where_and_when(tmp_path):
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: cl.load_case("slider_crank", model="dry"), "joint C has clearance: its motion is found"),
-        (lambda: cl.load_case("double_pendulum"), "no drive prescribes .*: inverse dynamics needs a motion"),
-        (lambda: cl.load_case("three_loop_chain", drive="torque"), "Drive crank gives an effort, not a motion"),
+        (
+            lambda: cl.load_case("slider_crank", model="dry"),
+            "joint C has clearance: its motion is found",
+        ),
+        (
+            lambda: cl.load_case("double_pendulum"),
+            "no drive prescribes .*: inverse dynamics needs a motion",
+        ),
+        (
+            lambda: cl.load_case("three_loop_chain", drive="torque"),
+            "Drive crank gives an effort, not a motion",
+        ),
     ],
 )
 def test_what_is_not_prescribed_is_refused(make, said):
@@ -85,7 +109,10 @@ def test_what_is_not_prescribed_is_refused(make, said):
         ({"time": [0.0, np.nan]}, "growing finite times"),
         ({"until": -1.0}, "until must be positive, got -1"),
         ({"until": 1.0, "samples": 1}, "samples must be at least 2"),
-        ({"until": 1.0, "route": "magic"}, "route must be one of explicit, multipliers; got 'magic'"),
+        (
+            {"until": 1.0, "route": "magic"},
+            "route must be one of explicit, multipliers; got 'magic'",
+        ),
     ],
 )
 def test_bad_arguments(arguments, said):

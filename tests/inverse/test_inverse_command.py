@@ -15,7 +15,9 @@ def inverse(*arguments, capsys):
 
 def test_summary_and_file(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    status, text, err = inverse("three_loop_chain", "--until", "10s", "--samples", "51", capsys=capsys)
+    status, text, err = inverse(
+        "three_loop_chain", "--until", "10s", "--samples", "51", capsys=capsys
+    )
     assert (status, err) == (0, "")
     assert "three_loop_chain: 51 samples over 10 s" in text
     assert "drive crank    largest torque 2.07177 N m (1.9993 N m without joint friction)" in text
@@ -29,9 +31,18 @@ def test_summary_and_file(tmp_path, capsys, monkeypatch):
 def test_json(tmp_path, capsys):
     out = tmp_path / "all.h5"
     status, text, err = inverse(
-        "three_loop_chain", "-p", "where=all", "-p", "pin_radius=5mm", "--until", 10, "-o", out, "--json",
+        "three_loop_chain",
+        "-p",
+        "where=all",
+        "-p",
+        "pin_radius=5mm",
+        "--until",
+        10,
+        "-o",
+        out,
+        "--json",
         capsys=capsys,
-    )  # fmt: skip
+    )
     assert (status, err) == (0, "")
     found = json.loads(text)
     assert (found["status"], found["file"], found["samples"]) == ("complete", str(out), 401)
@@ -42,18 +53,28 @@ def test_json(tmp_path, capsys):
     assert found["loop_s"] < found["solved_s"] < found["wall_s"]
     with cl.open_result(out) as result:
         force, torque = result.joint("e-f").force, result.drive("crank").torque
-    assert found["joints"]["e-f"]["force"] == pytest.approx(np.linalg.norm(force, axis=1).max(), rel=1e-12)
+    assert found["joints"]["e-f"]["force"] == pytest.approx(
+        np.linalg.norm(force, axis=1).max(), rel=1e-12
+    )
     assert found["drives"]["crank"]["torque"] == np.abs(torque).max()
-    assert torque[[0, -1]] == pytest.approx([0.999011, 1.164278], abs=5e-7)  # found before, outside this package
+    # found before, outside this package
+    assert torque[[0, -1]] == pytest.approx([0.999011, 1.164278], abs=5e-7)
 
 
 def test_routes_give_the_same(tmp_path, capsys):
     found = {}
     for route in ("explicit", "multipliers"):
         _, text, _ = inverse(
-            "five_axis_chain", "--until", "3s", "--route", route, "-o", tmp_path / f"{route}.h5", "--json",
+            "five_axis_chain",
+            "--until",
+            "3s",
+            "--route",
+            route,
+            "-o",
+            tmp_path / f"{route}.h5",
+            "--json",
             capsys=capsys,
-        )  # fmt: skip
+        )
         found[route] = json.loads(text)
         assert found[route]["method"] == f"inverse dynamics, {route}"
     for kind in ("drives", "joints"):
@@ -92,8 +113,14 @@ def test_a_motion_that_ends_part_way(route, tmp_path, capsys):
     ("arguments", "line"),
     [
         (["three_loop_chain", "--peers"], "--peers goes with --compare"),
-        (["three_loop_chain", "--compare", "--route", "explicit"], "--compare measures all routes: leave out --route"),
-        (["three_loop_chain", "--route", "fast"], "route must be one of explicit, multipliers; got 'fast'"),
+        (
+            ["three_loop_chain", "--compare", "--route", "explicit"],
+            "--compare measures all routes: leave out --route",
+        ),
+        (
+            ["three_loop_chain", "--route", "fast"],
+            "route must be one of explicit, multipliers; got 'fast'",
+        ),
         (["three_loop_chain", "--samples", "1"], "samples must be at least 2, got 1"),
         (["three_loop_chain", "--samples", "many"], "invalid int value: 'many'"),
         (["three_loop_chain", "--until", "0"], "until must be positive, got 0.0"),
@@ -103,7 +130,10 @@ def test_a_motion_that_ends_part_way(route, tmp_path, capsys):
         (["three_loop_chain", "-p", "where=none"], "where must be one of driven, all; got 'none'"),
         (["three_loop_chain", "-p", "drive=torque"], "gives an effort, not a motion"),
         (["three_loop_chain", "-p", "drive=torque", "--compare"], "gives an effort, not a motion"),
-        (["six_bar_feeder", "-p", "model=dry"], "has clearance: its motion is found, not prescribed"),
+        (
+            ["six_bar_feeder", "-p", "model=dry"],
+            "has clearance: its motion is found, not prescribed",
+        ),
         (["double_pendulum"], "no drive prescribes"),
         (["nosuch"], "known: double_pendulum"),
     ],
@@ -121,28 +151,51 @@ def test_wrong_input_is_one_clear_line(arguments, line, tmp_path, capsys, monkey
 class TestCompare:
     def test_files_and_json(self, tmp_path, capsys):
         status, text, err = inverse(
-            "four_bar", "-p", "speed=200rpm", "--turns", 1, "--samples", 40, "--compare", "-o", tmp_path / "new",
-            "--json", capsys=capsys,
-        )  # fmt: skip
+            "four_bar",
+            "-p",
+            "speed=200rpm",
+            "--turns",
+            1,
+            "--samples",
+            40,
+            "--compare",
+            "-o",
+            tmp_path / "new",
+            "--json",
+            capsys=capsys,
+        )
         assert (status, err) == (0, "")
         found = json.loads(text)
         assert found["title"] == "four_bar speed=200rpm"
         assert found["parameters"]["speed"] == pytest.approx(cl.rpm(200))
         assert found["samples"] == 40
         assert [r["name"] for r in found["routes"]][0] == "explicit"
-        assert {p.name for p in (tmp_path / "new").iterdir()} == {"routes.h5", "routes.md", "routes.png"}
+        assert {p.name for p in (tmp_path / "new").iterdir()} == {
+            "routes.h5",
+            "routes.md",
+            "routes.png",
+        }
 
     def test_peers_and_text(self, capsys):
         pytest.importorskip("pinocchio")
         status, text, _ = inverse(
-            "five_axis_chain", "--until", "5s", "--samples", 30, "--compare", "--peers", capsys=capsys
+            "five_axis_chain",
+            "--until",
+            "5s",
+            "--samples",
+            30,
+            "--compare",
+            "--peers",
+            capsys=capsys,
         )
         assert status == 0
         assert "| Pinocchio, reactions | " in text
         assert "times as many" in text
 
     def test_a_motion_that_ends_part_way(self, capsys, tmp_path):
-        status, text, err = inverse("three_loop_chain", "--until", "20s", "--compare", "--json", capsys=capsys)
+        status, text, err = inverse(
+            "three_loop_chain", "--until", "20s", "--compare", "--json", capsys=capsys
+        )
         assert status == 1
         assert json.loads(text)["status"] == "failed"
         assert err.count("\n") == 1

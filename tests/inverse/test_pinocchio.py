@@ -1,7 +1,8 @@
-"""Inverse dynamics against Pinocchio, whose spatial recursive Newton-Euler shares nothing with ours but the motion.
+"""Inverse dynamics against Pinocchio, whose spatial recursive Newton-Euler shares nothing with ours
+but the motion.
 
-Both sides are exact, so only rounding is left between them: 1e-15 to 1e-12 of the largest value here, more where a loop
-stands near a dead centre. 1e-10 is what is asked for.
+Both sides are exact, so only rounding is left between them: 1e-15 to 1e-12 of the largest value
+here, more where a loop stands near a dead centre. 1e-10 is what is asked for.
 """
 
 import dataclasses
@@ -22,7 +23,8 @@ try:
 except ImportError:
     pinocchio = None
 
-pytestmark = pytest.mark.skipif(pinocchio is None, reason="pinocchio is not installed")  # its rows: not run
+# its rows: not run
+pytestmark = pytest.mark.skipif(pinocchio is None, reason="pinocchio is not installed")
 
 CLOSE = 1e-10
 SPATIAL = ("axial_force", "bending_x", "bending_y")
@@ -35,49 +37,101 @@ def wave(time, bias, amplitude, frequency):
 
 
 def crane():
-    """A tree of all that there is: slides and hinges with either end as the child, points at heights, products of
-    inertia, a drive of an absolute angle on the third body, forces, torques and springs out of the plane.
+    """A tree of all that there is: slides and hinges with either end as the child, points at
+    heights, products of inertia, a drive of an absolute angle on the third body, forces, torques
+    and springs out of the plane.
     """
-    post = cl.Body("post", 2.0, 0.03, points={"foot": (0.01, 0.0, 0.1), "rail": (0.2, 0.05, 0.3)}, com=(0.1, 0.02, 0.2),
-                   products=(0.004, -0.003))  # fmt: skip
-    beam = cl.Body("beam", 1.5, 0.02, points={"rail": (0.0, 0.02, -0.1), "end": (0.3, 0, 0.05)}, com=(0.15, -0.01, 0.1),
-                   products=(-0.002, 0.001))  # fmt: skip
-    hook = cl.Body(
-        "hook", 0.7, 0.004, points={"eye": (0.02, 0.01, -0.04), "tip": (0.1, 0.0, -0.2)}, com=(0.04, 0.0, 0.03)
+    post = cl.Body(
+        "post",
+        2.0,
+        0.03,
+        points={"foot": (0.01, 0.0, 0.1), "rail": (0.2, 0.05, 0.3)},
+        com=(0.1, 0.02, 0.2),
+        products=(0.004, -0.003),
     )
-    trolley = cl.Body("trolley", 0.4, 0.001, points={"shoe": (0.0, -0.01, 0.02)}, com=(0.01, 0.02, -0.05))
+    beam = cl.Body(
+        "beam",
+        1.5,
+        0.02,
+        points={"rail": (0.0, 0.02, -0.1), "end": (0.3, 0, 0.05)},
+        com=(0.15, -0.01, 0.1),
+        products=(-0.002, 0.001),
+    )
+    hook = cl.Body(
+        "hook",
+        0.7,
+        0.004,
+        points={"eye": (0.02, 0.01, -0.04), "tip": (0.1, 0.0, -0.2)},
+        com=(0.04, 0.0, 0.03),
+    )
+    trolley = cl.Body(
+        "trolley", 0.4, 0.001, points={"shoe": (0.0, -0.01, 0.02)}, com=(0.01, 0.02, -0.05)
+    )
     slide = cl.Prismatic(post["rail"], beam["rail"], axis=(0.8, 0.6), angle=0.3, name="slide")
-    shoe = cl.Prismatic(trolley["shoe"], beam.at(0.1, 0.0, 0.03), axis=(1.0, -0.2), angle=-0.4, name="shoe")
+    shoe = cl.Prismatic(
+        trolley["shoe"], beam.at(0.1, 0.0, 0.03), axis=(1.0, -0.2), angle=-0.4, name="shoe"
+    )
     eye = cl.Revolute(hook["eye"], beam["end"], name="eye")
     foot = cl.Revolute(cl.ground.at(0.3, -0.1, 0.4), post["foot"], name="foot")
     return cl.Scene(
-        eye, shoe, slide, foot,
+        eye,
+        shoe,
+        slide,
+        foot,
         cl.Drive(foot, motion=wave(bias=0.4, amplitude=0.5, frequency=3.0), name="slew"),
         cl.Drive(slide, motion=wave(bias=0.1, amplitude=0.08, frequency=5.0), name="reach"),
         cl.Drive(shoe, motion=wave(bias=-0.05, amplitude=0.04, frequency=4.0), name="run"),
         cl.Drive(hook, motion=wave(bias=1.0, amplitude=0.6, frequency=2.0), name="swing"),
-        cl.Force(hook["tip"], x=3.0, y=wave(bias=1.0, amplitude=4.0, frequency=6.0), z=-2.0, name="wind"),
+        cl.Force(
+            hook["tip"], x=3.0, y=wave(bias=1.0, amplitude=4.0, frequency=6.0), z=-2.0, name="wind"
+        ),
         cl.Torque(trolley, torque=wave(bias=0.3, amplitude=0.2, frequency=1.0), name="twist"),
-        cl.SpringDamper(cl.ground.at(0.5, 0.5, 0.2), hook["tip"], stiffness=20.0, damping=1.5, free_length=0.2),
+        cl.SpringDamper(
+            cl.ground.at(0.5, 0.5, 0.2), hook["tip"], stiffness=20.0, damping=1.5, free_length=0.2
+        ),
         cl.TorsionSpring(post, hook, stiffness=0.8, damping=0.05, free_angle=0.2),
-        gravity=(0.4, -3.0, -9.0), name="crane",
-    )  # fmt: skip
+        gravity=(0.4, -3.0, -9.0),
+        name="crane",
+    )
 
 
 def heavy_four_bar():
-    """A closed loop with loads out of its plane, which its self-aligning hinge leaves to the others."""
-    crank = cl.Body("crank", 1.0, 0.002, points={"A": (0, 0, 0.05), "B": (0.05, 0, 0.02)}, com=(0.02, 0.01, 0.03))
-    coupler = cl.Body("coupler", 2.0, 0.01, points={"B": (0, 0, -0.01), "C": (0.15, 0, 0.04)}, com=(0.07, 0.01, 0.02),
-                      angle=0.6, products=(0.001, 0.002))  # fmt: skip
-    rocker = cl.Body("rocker", 1.5, 0.006, points={"D": (0, 0), "C": (0.12, 0, 0.06)}, com=(0.06, 0, -0.02), angle=1.5)
+    """A closed loop with loads out of its plane, which its self-aligning hinge leaves to the
+    others.
+    """
+    crank = cl.Body(
+        "crank",
+        1.0,
+        0.002,
+        points={"A": (0, 0, 0.05), "B": (0.05, 0, 0.02)},
+        com=(0.02, 0.01, 0.03),
+    )
+    coupler = cl.Body(
+        "coupler",
+        2.0,
+        0.01,
+        points={"B": (0, 0, -0.01), "C": (0.15, 0, 0.04)},
+        com=(0.07, 0.01, 0.02),
+        angle=0.6,
+        products=(0.001, 0.002),
+    )
+    rocker = cl.Body(
+        "rocker",
+        1.5,
+        0.006,
+        points={"D": (0, 0), "C": (0.12, 0, 0.06)},
+        com=(0.06, 0, -0.02),
+        angle=1.5,
+    )
     return cl.Scene(
         cl.Revolute(cl.ground.at(0, 0, 0.1), crank["A"], name="A"),
         cl.Revolute(crank["B"], coupler["B"], name="B"),
         cl.Revolute(rocker["C"], coupler["C"], name="C", self_aligning=True),
         cl.Revolute(rocker["D"], cl.ground.at(0.16, 0), name="D"),
         cl.Drive(crank, speed=12.0, start=0.4, name="motor"),
-        gravity=(0.0, 0.0, -9.8), name="heavy_four_bar",
-    )  # fmt: skip
+        gravity=(0.0, 0.0, -9.8),
+        name="heavy_four_bar",
+    )
 
 
 def slider_crank(driven: str):
@@ -85,7 +139,9 @@ def slider_crank(driven: str):
     crank = mechanisms.body("crank", {"A": (0, 0), "B": (0.05, 0)}, com=(0.02, 0.004), angle=0.7)
     rod = mechanisms.body("rod", {"B": (0, 0), "C": (0.18, 0)}, com=(0.08, -0.006), angle=-0.2)
     slider = mechanisms.body("slider", {"C": (0.004, 0.002)}, mass=0.5, position=(0.2, 0.0))
-    guide = cl.Prismatic(slider.at(0.01, 0.0), cl.ground.at(0.3, 0.0), axis=(1.0, 0.1), angle=0.0, name="guide")
+    guide = cl.Prismatic(
+        slider.at(0.01, 0.0), cl.ground.at(0.3, 0.0), axis=(1.0, 0.1), angle=0.0, name="guide"
+    )
     turning, pushing = (
         cl.Drive(crank, speed=15.0, start=0.7, name="motor"),
         wave(bias=0.11, amplitude=0.02, frequency=9.0),
@@ -97,15 +153,21 @@ def slider_crank(driven: str):
         guide,
         turning if driven == "crank" else cl.Drive(guide, motion=pushing, name="motor"),
         name="slider_crank",
-    )  # fmt: skip
+    )
 
 
 def agree(scene, times, validated) -> dict:
-    """Every effort and every reaction of the record against Pinocchio's; returns the record's and Pinocchio's."""
+    """Every effort and every reaction of the record against Pinocchio's; returns the record's and
+    Pinocchio's.
+    """
     record = cl.inverse_dynamics(scene, time=times)
     found = peer.inverse(scene, record)
     efforts = [f"drives/{d}/{n}" for d in record.names("drives") for n in ("torque", "force")]
-    reactions = [f"joints/{j}/{n}" for j in record.names("joints") for n in ("force_x", "force_y", "moment", *SPATIAL)]
+    reactions = [
+        f"joints/{j}/{n}"
+        for j in record.names("joints")
+        for n in ("force_x", "force_y", "moment", *SPATIAL)
+    ]
     compared = {"N": [], "N m": []}
     for path in (p for p in (*efforts, *reactions) if p in record):
         own = record.values(f"{path}_ideal" if f"{path}_ideal" in record else path)
@@ -130,11 +192,15 @@ class TestTrees:
     @pytest.mark.parametrize("reading", ["P", "Q"])
     def test_five_axis_chain(self, reading, validated):
         """The source's vertical axes: gravity along -z makes axial forces and bending moments only."""
-        record, found = agree(cl.load_case("five_axis_chain", reading=reading), np.linspace(0.0, 5.0, 80), validated)
+        record, found = agree(
+            cl.load_case("five_axis_chain", reading=reading), np.linspace(0.0, 5.0, 80), validated
+        )
         weight = sum(9.8 * b["mass"] for b in record.scene["bodies"])
         np.testing.assert_allclose(found["joints/1/axial_force"], weight, rtol=1e-13)
 
-    @pytest.mark.parametrize("scene", [mechanisms.arm, mechanisms.reversed_arm], ids=lambda f: f.__name__)
+    @pytest.mark.parametrize(
+        "scene", [mechanisms.arm, mechanisms.reversed_arm], ids=lambda f: f.__name__
+    )
     def test_arms(self, scene, validated):
         agree(scene(), np.linspace(0.0, 1.0, 40), validated)
 
@@ -142,7 +208,9 @@ class TestTrees:
 class TestLoops:
     @pytest.mark.parametrize("drive", ["crank", "slider"])
     def test_slider_crank(self, drive, validated):
-        agree(slider_crank(drive), np.linspace(0.0, 0.4 if drive == "crank" else 0.7, 60), validated)
+        agree(
+            slider_crank(drive), np.linspace(0.0, 0.4 if drive == "crank" else 0.7, 60), validated
+        )
 
     @pytest.mark.parametrize(
         "name",
@@ -164,21 +232,32 @@ class TestLoops:
         agree(cl.load_case("three_loop_chain"), np.linspace(0.0, 10.0, 60), validated)
 
     def test_mobile_manipulator(self, validated):
-        agree(cl.load_case("mobile_manipulator", friction="none"), np.linspace(0.0, 40.0, 400), validated)
+        agree(
+            cl.load_case("mobile_manipulator", friction="none"),
+            np.linspace(0.0, 40.0, 400),
+            validated,
+        )
 
     def test_efforts_without_friction_where_all_joints_rub(self, validated):
         """Reactions then differ, the ideal efforts do not."""
         scene = cl.load_case("three_loop_chain", where="all")
         record = cl.inverse_dynamics(scene, until=10.0, samples=30)
-        found, ideal = peer.inverse(scene, record)["drives/crank/torque"], record.values("drives/crank/torque_ideal")
+        found, ideal = (
+            peer.inverse(scene, record)["drives/crank/torque"],
+            record.values("drives/crank/torque_ideal"),
+        )
         validated("ideal torque where all joints rub", found, ideal, CLOSE, unit="N m", **PINOCCHIO)
         assert np.abs(record.values("drives/crank/torque") - ideal).max() > 0.1
 
 
 class TestModel:
-    @pytest.mark.parametrize("scene", [crane, heavy_four_bar, mechanisms.moving_guide], ids=lambda f: f.__name__)
+    @pytest.mark.parametrize(
+        "scene", [crane, heavy_four_bar, mechanisms.moving_guide], ids=lambda f: f.__name__
+    )
     def test_motion_in_pinocchio(self, scene, validated):
-        """Pinocchio's own kinematics put the centres of mass where ours are, with their speeds, and close the loops."""
+        """Pinocchio's own kinematics put the centres of mass where ours are, with their speeds, and
+        close the loops.
+        """
         scene = scene()
         record = cl.inverse_dynamics(scene, until=0.015, samples=9)
         model, state = peer.Model(scene), peer.states(scene, record)
@@ -192,13 +271,24 @@ class TestModel:
                 speed = pinocchio.getFrameVelocity(m, data, frame, flat)
                 change = pinocchio.getFrameClassicalAcceleration(m, data, frame, flat)
                 options, what = PINOCCHIO | {"relative": False}, "Pinocchio's kinematics"
-                validated(f"positions by {what}", data.oMf[frame].translation[:2], row[i, :2], 1e-12, **options)
-                rates = [*speed.linear[:2], speed.angular[2]], [*change.linear[:2], change.angular[2]]
+                validated(
+                    f"positions by {what}",
+                    data.oMf[frame].translation[:2],
+                    row[i, :2],
+                    1e-12,
+                    **options,
+                )
+                rates = (
+                    [*speed.linear[:2], speed.angular[2]],
+                    [*change.linear[:2], change.angular[2]],
+                )
                 validated(f"velocities by {what}", rates[0], row[i, 3:6], 1e-11, **options)
                 validated(f"accelerations by {what}", rates[1], row[i, 6:9], 1e-9, **options)
             for cut, ends in zip(model.cuts, model.ends, strict=True):
                 points = zip((cut.a, cut.b), ends, strict=True)
-                a_at, b_at = (data.oMf[end].translation[:2] if end else (p.x, p.y) for p, end in points)
+                a_at, b_at = (
+                    data.oMf[end].translation[:2] if end else (p.x, p.y) for p, end in points
+                )
                 np.testing.assert_allclose(a_at, b_at, atol=1e-12)
 
     def test_tree_and_cuts(self):
@@ -224,14 +314,20 @@ class TestModel:
         q, v, a = model.coordinates(peer.states(scene, record))
         efforts, forces = peer.inverse_in_loop(model, q, v, a)
         assert (efforts.shape, forces.shape) == ((20, 1), (20, 3, 2))
-        np.testing.assert_allclose(efforts[:, 0], record.values("drives/crank/torque_ideal"), rtol=CLOSE)
+        np.testing.assert_allclose(
+            efforts[:, 0], record.values("drives/crank/torque_ideal"), rtol=CLOSE
+        )
         names = [j.name for j in model.cuts]
-        np.testing.assert_allclose(forces[:, names.index("g-f")], record.joint("g-f").force, rtol=1e-9)
+        np.testing.assert_allclose(
+            forces[:, names.index("g-f")], record.joint("g-f").force, rtol=1e-9
+        )
 
 
 class TestRefused:
     def test_clearance(self):
-        with pytest.raises(ValueError, match="six_bar_feeder: Pinocchio gets scenes without clearance"):
+        with pytest.raises(
+            ValueError, match="six_bar_feeder: Pinocchio gets scenes without clearance"
+        ):
             peer.Model(cl.load_case("six_bar_feeder", model="dry"))
 
     def test_torque_drive(self):
@@ -259,6 +355,15 @@ def test_friction_of_driven_joints_leaves_reactions_alone(validated):
     assert [n for n, j in joints.items() if j.friction] == ["ground-g"]
     strong = dataclasses.replace(joints["ground-g"], friction=law, pin_radius=0.02)
     drive = dataclasses.replace(scene.loads[0], target=strong)
-    other = cl.Scene(*(strong if j is joints["ground-g"] else j for j in scene.joints), drive, gravity=scene.gravity)
+    other = cl.Scene(
+        *(strong if j is joints["ground-g"] else j for j in scene.joints),
+        drive,
+        gravity=scene.gravity,
+    )
     record, _ = agree(other, np.linspace(0.0, 10.0, 20), validated)
-    assert np.abs(record.values("drives/crank/torque") - record.values("drives/crank/torque_ideal")).min() > 0.01
+    assert (
+        np.abs(
+            record.values("drives/crank/torque") - record.values("drives/crank/torque_ideal")
+        ).min()
+        > 0.01
+    )

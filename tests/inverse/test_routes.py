@@ -1,4 +1,6 @@
-"""The study of routes: agreement, operations that are counted and not guessed, power balance, what is shown."""
+"""The study of routes: agreement, operations that are counted and not guessed, power balance, what
+is shown.
+"""
 
 import json
 import math
@@ -27,8 +29,11 @@ class TestCompare:
     def test_routes_agree(self, study):
         """All are exact: 1e-10 is asked for, rounding leaves some 1e-15."""
         assert [r.name for r in study.routes][:4] == [
-            "explicit", "explicit, whole call", "multipliers", "multipliers, solve alone",
-        ]  # fmt: skip
+            "explicit",
+            "explicit, whole call",
+            "multipliers",
+            "multipliers, solve alone",
+        ]
         for r in study.routes[2:]:
             assert r.efforts < 1e-10
             assert r.reactions < 1e-10 or r.name == "Pinocchio"
@@ -40,12 +45,21 @@ class TestCompare:
         assert math.isnan(study.route("Pinocchio").reactions)
 
     def test_explicit_needs_fewer_operations(self, study, validated):
-        """The source's claim: 483 operations, the motion's among them, against 6980 of a dense solve."""
+        """The source's claim: 483 operations, the motion's among them, against 6980 of a dense
+        solve.
+        """
         own, dense = study.route("explicit"), study.route("multipliers, solve")
         assert own.operations.total < own.output_operations.total
         assert all(getattr(own.operations, kind) > 0 for kind in routes.KINDS)
         ratio, source = dense.operations.total / own.operations.total, "Guo, Ju and Wang 2024"
-        validated("operations, dense solve over explicit route", ratio, 14.5, 1.5, source=source, relative=False)
+        validated(
+            "operations, dense solve over explicit route",
+            ratio,
+            14.5,
+            1.5,
+            source=source,
+            relative=False,
+        )
 
     def test_times(self, study):
         for r in study.routes:
@@ -58,7 +72,8 @@ class TestCompare:
         alone = found.route("multipliers, solve")
         assert alone.efforts < 1e-10
         assert math.isnan(alone.reactions)
-        assert found.route("multipliers").reactions < 1e-9  # the same friction in both, found to 1e-9 by iteration
+        # the same friction in both, found to 1e-9 by iteration
+        assert found.route("multipliers").reactions < 1e-9
         assert any("are not compared" in remark for remark in found.remarks)
 
     def test_motion_that_ends(self):
@@ -102,7 +117,8 @@ class TestOperations:
 
     def test_counting(self):
         text = (
-            "def f(x, y):\n    z = 2.0 * x - y / 4.0\n    for i in range(3):\n        z = z + math.sin(abs(-z)) ** 2\n"
+            "def f(x, y):\n    z = 2.0 * x - y / 4.0\n    for i in range(3):\n        z = z + "
+            "math.sin(abs(-z)) ** 2\n"
         )
         count = routes.Counting()
         f = count.function("f", "import math\n" + text + "    return z if z > 0.0 else -z\n")
@@ -110,7 +126,12 @@ class TestOperations:
         for _ in range(3):
             z += math.sin(abs(z)) ** 2
         assert f(count.number(0.3), count.number(0.8)) == abs(z)
-        assert dict(count.tally) == {"additions": 4, "multiplications": 1, "divisions": 1, "functions": 6}
+        assert dict(count.tally) == {
+            "additions": 4,
+            "multiplications": 1,
+            "divisions": 1,
+            "functions": 6,
+        }
 
     @pytest.mark.parametrize("case", ["three_loop_chain", "mobile_manipulator"])
     def test_what_is_counted_is_what_runs(self, case):
@@ -125,7 +146,9 @@ class TestOperations:
         look(count.number(0.0), *numbers, out)
         assert [i for i, v in enumerate(out) if v is not None] == sorted(wanted)
         size = np.abs(row[wanted]).max()
-        np.testing.assert_allclose([out[i] for i in wanted], row[wanted], rtol=1e-12, atol=1e-12 * size)
+        np.testing.assert_allclose(
+            [out[i] for i in wanted], row[wanted], rtol=1e-12, atol=1e-12 * size
+        )
         names = {solver.channels[i].path.split("/")[0] for i in wanted}
         assert names == {"drives", "joints"}
 
@@ -133,14 +156,20 @@ class TestOperations:
         found = {}
         for where in ("driven", "all"):
             solver = Explicit(cl.load_case("three_loop_chain", where=where))
-            found[where] = routes.counted_operations(solver, TIMES[:3], routes.needed_channels(solver)).total
+            found[where] = routes.counted_operations(
+                solver, TIMES[:3], routes.needed_channels(solver)
+            ).total
         assert found["all"] > 5.0 * found["driven"]
 
     def test_positions_carried_on_count(self):
-        """A chain closed by Newton's method: longer ways between samples are followed in stretches, which cost."""
+        """A chain closed by Newton's method: longer ways between samples are followed in stretches,
+        which cost.
+        """
         solver = Explicit(cl.load_case("mobile_manipulator", friction="none"))
         wanted = routes.needed_channels(solver)
-        near, far = (routes.counted_operations(solver, np.array([0.0, t]), wanted).total for t in (0.01, 1.0))
+        near, far = (
+            routes.counted_operations(solver, np.array([0.0, t]), wanted).total for t in (0.01, 1.0)
+        )
         assert far > 1.5 * near
 
 
@@ -171,10 +200,14 @@ class TestPower:
         ],
     )
     def test_balance(self, case, parameters, until):
-        """Drives, loads and gravity against inertia and friction; rounding only, of the powers that are summed."""
+        """Drives, loads and gravity against inertia and friction; rounding only, of the powers that
+        are summed.
+        """
         scene = cl.load_case(case, **parameters)
         record = cl.inverse_dynamics(scene, until=until, samples=200)
-        power = max(np.abs(record.values(f"drives/{d}/power")).max() for d in record.names("drives"))
+        power = max(
+            np.abs(record.values(f"drives/{d}/power")).max() for d in record.names("drives")
+        )
         assert np.abs(routes.power_residual(scene, record)).max() < 1e-11 * power
 
     def test_balance_by_the_other_route(self):
@@ -183,7 +216,9 @@ class TestPower:
         assert np.abs(routes.power_residual(scene, record)).max() < 1e-11
 
     def test_against_the_energy_channels(self):
-        """The rate of energy behind the residual is that of the energy channels, by a fine difference quotient."""
+        """The rate of energy behind the residual is that of the energy channels, by a fine
+        difference quotient.
+        """
         scene = cl.load_case("three_loop_chain")
         record = cl.inverse_dynamics(scene, time=np.linspace(2.0, 2.2, 401))
         energy = record.energy.kinetic + record.energy.potential
@@ -199,7 +234,9 @@ class TestPower:
     def test_springs_and_dampers(self):
         scene = cl.load_case("four_bar")
         rocker = next(b for b in scene.bodies if b.name == "rocker")
-        spring = cl.SpringDamper(cl.ground.at(0.3, 0.1), rocker["far"], stiffness=500.0, damping=20.0, free_length=0.1)
+        spring = cl.SpringDamper(
+            cl.ground.at(0.3, 0.1), rocker["far"], stiffness=500.0, damping=20.0, free_length=0.1
+        )
         twist = cl.TorsionSpring(cl.ground, rocker, stiffness=3.0, damping=0.5)
         loaded = cl.Scene(*scene.joints, *scene.loads, spring, twist)
         record = cl.inverse_dynamics(loaded, until=0.2, samples=50)
@@ -216,7 +253,10 @@ class TestShowing:
         text = "\n".join(routes.describe(study))
         assert "15 times as many" in text
         assert "n = 21" in text
-        assert "friction in ground-g: the routes without friction are compared with the ideal efforts" in text
+        assert (
+            "friction in ground-g: the routes without friction are compared with the ideal efforts"
+            in text
+        )
 
     def test_document(self, study):
         document = json.loads(json.dumps(routes.plain(study), allow_nan=False))
@@ -229,7 +269,9 @@ class TestShowing:
         with h5py.File(routes.save(study, tmp_path)) as file:
             group = file["multipliers, solve alone"]
             assert group.attrs["operations_divisions"] == 231
-            np.testing.assert_array_equal(group["seconds"][()], study.route("multipliers, solve").seconds)
+            np.testing.assert_array_equal(
+                group["seconds"][()], study.route("multipliers, solve").seconds
+            )
             assert group["seconds"].attrs["units"] == "s"
             assert file.attrs["format"] == "clearance-inverse-routes"
         assert routes.picture(study, tmp_path / "new" / "routes.png").stat().st_size > 10_000
@@ -247,7 +289,9 @@ class TestCountedRecursions:
         kernel = [record.drive(name).torque[1] for name in "12345"]
         options = {"source": "recursion of Newton and Euler", "kind": "independent"}
         size = max(map(abs, kernel))
-        validated("torques of a tree", kernel, computed, 1e-13, unit="N m", relative=size, **options)
+        validated(
+            "torques of a tree", kernel, computed, 1e-13, unit="N m", relative=size, **options
+        )
 
     @pytest.mark.parametrize(
         ("name", "multiplications", "additions"),

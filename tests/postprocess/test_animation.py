@@ -1,4 +1,6 @@
-"""Sketches and animations: everything drawn is where the result has it, in every frame; errors are clear."""
+"""Sketches and animations: everything drawn is where the result has it, in every frame; errors are
+clear.
+"""
 
 import itertools
 
@@ -18,18 +20,38 @@ from tests import mechanisms
 from .records import Gallery
 
 FEEDER = {"joints": "B,C,E"}
-MIXED = {"model": "mixed", "transition": "fuzzy", "film": "pinkus_sternlicht", "viscosity": 0.005, "joints": "B,C"}
+MIXED = {
+    "model": "mixed",
+    "transition": "fuzzy",
+    "film": "pinkus_sternlicht",
+    "viscosity": 0.005,
+    "joints": "B,C",
+}
 
 
 def springs():
-    """Free and guided bodies on springs: of one point and two, with the centre of mass aside; a slide seen from b."""
-    free = cl.Body("free", 1.0, 1e-2, points={"l": (-0.1, 0), "r": (0.1, 0)}, position=(0, -0.3), com=(0.02, 0.03))
-    cart, mass = cl.Body("cart", 1.0, 1e-2, points={"c": (0, 0)}), cl.Body("mass", 0.5, 1e-3, position=(0.9, -0.2))
+    """Free and guided bodies on springs: of one point and two, with the centre of mass aside; a
+    slide seen from b.
+    """
+    free = cl.Body(
+        "free",
+        1.0,
+        1e-2,
+        points={"l": (-0.1, 0), "r": (0.1, 0)},
+        position=(0, -0.3),
+        com=(0.02, 0.03),
+    )
+    cart, mass = (
+        cl.Body("cart", 1.0, 1e-2, points={"c": (0, 0)}),
+        cl.Body("mass", 0.5, 1e-3, position=(0.9, -0.2)),
+    )
     bob = cl.Body("bob", 0.5, 1e-3, points={"p": (0, 0)}, com=(0, -0.15), angle=0.5)
     return cl.Scene(
         cl.Prismatic(cart["c"], cl.ground.at(0.5, -0.3), axis=(1, 0.5), name="ramp"),
         cl.Revolute(cart["c"], bob["p"], name="H"),
-        cl.SpringDamper(cl.ground.at(-0.15, 0), free["l"], stiffness=100.0, free_length=0.2, name="s1"),
+        cl.SpringDamper(
+            cl.ground.at(-0.15, 0), free["l"], stiffness=100.0, free_length=0.2, name="s1"
+        ),
         cl.SpringDamper(free["r"], cart["c"], stiffness=20.0, free_length=0.3, name="s2"),
         cl.SpringDamper(cl.ground.at(0.9, 0.0), mass, stiffness=100.0, free_length=0.2, name="s3"),
         cl.SpringDamper(cl.ground.at(1.2, -0.3), mass, damping=1.0, name="damper"),
@@ -40,14 +62,24 @@ def springs():
 def wheel():
     """A single body with a single point: nothing has an extent."""
     body = cl.Body("wheel", 1.0, 1e-2, points={"w": (0, 0)})
-    return cl.Scene(cl.Revolute(cl.ground, body["w"], name="O"), cl.Drive(body, speed=-3.0), name="wheel")
+    return cl.Scene(
+        cl.Revolute(cl.ground, body["w"], name="O"), cl.Drive(body, speed=-3.0), name="wheel"
+    )
 
 
 def tripod():
     """An arm of three pins on a line, out of the plane, that an actuator with an outer bar holds."""
-    arm = cl.Body("arm", 1.0, 1e-2, com=(0.2, 0.0, 0.05), angle=0.3,
-                  points={"near": (0, 0), "mid": (0.2, 0.0, 0.1), "far": (0.4, 0)})  # fmt: skip
-    tube = cl.Body("tube", 0.5, 1e-3, points={"pin": (0, 0), "mouth": (0.15, 0)}, com=(0.05, 0.01), angle=1.2)
+    arm = cl.Body(
+        "arm",
+        1.0,
+        1e-2,
+        com=(0.2, 0.0, 0.05),
+        angle=0.3,
+        points={"near": (0, 0), "mid": (0.2, 0.0, 0.1), "far": (0.4, 0)},
+    )
+    tube = cl.Body(
+        "tube", 0.5, 1e-3, points={"pin": (0, 0), "mouth": (0.15, 0)}, com=(0.05, 0.01), angle=1.2
+    )
     rod = cl.Body("rod", 0.2, 1e-3, points={"pin": (0, 0), "piston": (-0.15, 0)}, angle=1.2)
     slide = cl.Prismatic(tube["mouth"], rod["piston"], name="ram")
     return cl.Scene(
@@ -63,10 +95,15 @@ def tripod():
 
 def crowded():
     """Two driven arms on hinges 50 mm apart, with long names, in a mechanism of 2 m."""
-    one, other = (cl.Body(f"long_named_arm_{i}", 1.0, 0.1, points={"o": (0, 0), "e": (1.0, 0)}) for i in (1, 2))
+    one, other = (
+        cl.Body(f"long_named_arm_{i}", 1.0, 0.1, points={"o": (0, 0), "e": (1.0, 0)})
+        for i in (1, 2)
+    )
     left = cl.Revolute(cl.ground, one["o"], name="long_named_hinge_1")
     right = cl.Revolute(cl.ground.at(0.05, 0.0), other["o"], name="long_named_hinge_2")
-    return cl.Scene(left, right, cl.Drive(left, speed=1.0), cl.Drive(right, speed=1.0), name="crowded")
+    return cl.Scene(
+        left, right, cl.Drive(left, speed=1.0), cl.Drive(right, speed=1.0), name="crowded"
+    )
 
 
 SCENES = {
@@ -175,9 +212,11 @@ def posed(shape, motion):
 
 @pytest.mark.parametrize("name", [n for n in SCENES if n != "crowded"])
 def test_shapes_of_a_page_rest_in_their_bodies(name, run):
-    """Posed at other times they are where the animation draws them, to 0.2 % of the size of the mechanism.
+    """Posed at other times they are where the animation draws them, to 0.2 % of the size of the
+    mechanism.
 
-    Rails reach as far as the block is seen to slide at the times of a drawing; a wrong body is off by far more.
+    Rails reach as far as the block is seen to slide at the times of a drawing; a wrong body is off
+    by far more.
     """
     result = run(name)
     shapes = Shapes(result)
@@ -210,7 +249,9 @@ def test_every_mechanism_is_sketched_and_animated(name, run, tmp_path):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_joint_points_of_both_bodies_are_one(name, run):
-    """At samples loops are closed to 1e-12 of the size and eccentricities are differences of the same poses."""
+    """At samples loops are closed to 1e-12 of the size and eccentricities are differences of the
+    same poses.
+    """
     result = run(name)
     motion = Motion(result, result.time[::7])
     for joint in result.scene["joints"]:
@@ -225,13 +266,17 @@ def test_joint_points_of_both_bodies_are_one(name, run):
 
 @pytest.mark.parametrize("name", ["four_bar", "watt", "inverted_slider"])
 def test_joints_hold_between_samples_too(name, run):
-    """Cubic Hermite poses err by (w h)^4 / 384 = 2e-10 of the size, with w h = 2 pi / 400: below 1e-9 m."""
+    """Cubic Hermite poses err by (w h)^4 / 384 = 2e-10 of the size, with w h = 2 pi / 400: below
+    1e-9 m.
+    """
     result = run(name)
     times = np.linspace(result.time[0], result.time[-1], 997)
     motion = Motion(result, times)
     for joint in result.scene["joints"]:
         if joint["type"] == "Revolute":
-            assert np.abs(motion.end(joint["b"]) - motion.end(joint["a"])).max() < 1e-9, joint["name"]
+            assert np.abs(motion.end(joint["b"]) - motion.end(joint["a"])).max() < 1e-9, joint[
+                "name"
+            ]
 
 
 @pytest.mark.parametrize("name", ["feeder", "slider_crank"])
@@ -254,7 +299,8 @@ def test_blocks_stay_on_their_guides(name, run):
         start, end = np.moveaxis(slide.line(drawn.motion, 0.0), 1, 0)
         along, middle = end - start, slide.corners((0.01, 0.005)).mean(axis=1)
         place = np.sum((middle - start) * along, axis=-1) / np.sum(along**2, axis=-1)
-        # poses between samples are interpolated, and a dry joint's impacts bend them: 1e-6 of the guide is unseen
+        # poses between samples are interpolated, and a dry joint's impacts bend them: 1e-6 of the
+        # guide is unseen
         assert np.abs(middle - start - place[:, None] * along).max() < 1e-6
         assert place.min() > -1e-6
         assert place.max() < 1.0 + 1e-6
@@ -262,7 +308,9 @@ def test_blocks_stay_on_their_guides(name, run):
 
 @pytest.mark.parametrize("name", ["tripod", "actuator"])
 def test_actuators_are_cylinders_round_their_rods(name, run):
-    """The piston stays in the cylinder, the rod's pin outside of it, and neither bar is drawn as a block."""
+    """The piston stays in the cylinder, the rod's pin outside of it, and neither bar is drawn as a
+    block.
+    """
     drawn, _ = stage(run(name), turns=1.0)
     (slide,) = drawn.slides.values()
     assert slide.cylinder
@@ -300,7 +348,9 @@ def test_pins_on_a_line_make_a_bar(run):
 def test_the_point_that_a_force_acts_on_is_followed(run, gallery, tmp_path):
     sketch(run("tripod"), tmp_path / "s.png")
     (bold,) = (line for line in gallery.last.axes[0].lines if line.get_label() == "path of arm far")
-    far = 0.4 * np.stack([np.cos(run("tripod")["arm"].theta), np.sin(run("tripod")["arm"].theta)], axis=-1)
+    far = 0.4 * np.stack(
+        [np.cos(run("tripod")["arm"].theta), np.sin(run("tripod")["arm"].theta)], axis=-1
+    )
     assert np.abs(bold.get_xydata() - MM * far).max() < 1e-9
 
 
@@ -316,7 +366,9 @@ def test_names_do_not_hide_each_other(name, run, gallery, tmp_path):
 
 
 def test_round_arrows_turn_as_the_joints_do(run):
-    """The wheel turns clockwise; its arrow's arc begins at the right and ends on the other side, over the top."""
+    """The wheel turns clockwise; its arrow's arc begins at the right and ends on the other side,
+    over the top.
+    """
     for name, sense in (("wheel", -1.0), ("four_bar", 1.0)):
         drawn, _ = stage(run(name))
         (arrow,) = (line for line in drawn.axes.lines if line.get_zorder() == 7)
@@ -372,18 +424,28 @@ def test_lenses_show_the_journal_magnified_beside_the_mechanism(magnify, run, fi
     assert said == {round(found[0, 2] / (MM * 1e-4), 6)}
     assert magnify is None or said == {magnify}
     swept = stage(result, 10, 0.3)[0]
-    assert ((found[:, 1] + found[:, 2] < swept.low[1]) | (found[:, 0] - found[:, 2] > swept.high[0])).all()
-    dots = [a for a in film["moving"] if getattr(a, "get_marker", str)() == "o" and a.get_markersize() == 6.0]
+    assert (
+        (found[:, 1] + found[:, 2] < swept.low[1]) | (found[:, 0] - found[:, 2] > swept.high[0])
+    ).all()
+    dots = [
+        a
+        for a in film["moving"]
+        if getattr(a, "get_marker", str)() == "o" and a.get_markersize() == 6.0
+    ]
     (zoom,) = said
     for k in (9, 0, 4):
         film["show"](k)
         for dot, joint, (x, y, _) in zip(dots, "BCE", found, strict=True):
             e = [np.interp(times[k], result.time, v) for v in result.joint(joint).eccentricity.T]
-            assert np.ravel(dot.get_data()) == pytest.approx((x + MM * zoom * e[0], y + MM * zoom * e[1]), abs=1e-9)
+            assert np.ravel(dot.get_data()) == pytest.approx(
+                (x + MM * zoom * e[0], y + MM * zoom * e[1]), abs=1e-9
+            )
 
 
 def test_no_contact_is_missed(run):
-    """A frame is red where the table has a contact since the frame before, grey where no sample near has one either."""
+    """A frame is red where the table has a contact since the frame before, grey where no sample
+    near has one either.
+    """
     result = run("slider_crank")
     times = frame_times(result, 0.8, 300)
     lens = Lens(result, next(j for j in result.scene["joints"] if j["name"] == "C"), times)
@@ -395,7 +457,9 @@ def test_no_contact_is_missed(run):
     assert 10 < hit.sum() < 300
     assert red[hit].all()
     sampled = result.time[result.joint("C").contact_force > 0.0]
-    near = np.abs(sampled[None] - 0.5 * (times + before)[:, None]).min(axis=1) < 2.0 * (times[1] - times[0])
+    near = np.abs(sampled[None] - 0.5 * (times + before)[:, None]).min(axis=1) < 2.0 * (
+        times[1] - times[0]
+    )
     assert not red[~hit & ~near].any()
 
 
@@ -407,7 +471,9 @@ def test_arrows_are_the_largest_forces_since_the_frame_before(run):
     for k in range(1, 40):
         inside = force[(result.time > times[k - 1]) & (result.time <= times[k])]
         assert lens.strength[k] >= inside.max()
-        assert lens.strength[k] <= max(inside.max(), np.interp(times[k], result.time, force)) * (1.0 + 1e-12)
+        assert lens.strength[k] <= max(inside.max(), np.interp(times[k], result.time, force)) * (
+            1.0 + 1e-12
+        )
 
 
 def test_mixed_joints_have_the_colour_of_their_state(run):
@@ -434,13 +500,50 @@ def test_frames_end_with_the_run(run):
         ("four_bar", "run.avi", {}, r"run\.avi: its name must end in \.gif or \.mp4"),
         ("four_bar", "run.gif", {"turns": 2.0}, r"turns must lie in \(0, 0\.5\], .*; got 2\.0"),
         ("four_bar", "run.gif", {"turns": float("nan")}, "turns must lie in"),
-        ("four_bar", "run.gif", {"turns": 0.5, "frames": 201}, "frames: 201 asked, but .* has 200 samples"),
-        ("four_bar", "run.gif", {"turns": 0.5, "frames": 1}, "frames must be a whole number of at least 2, got 1"),
-        ("four_bar", "run.gif", {"turns": 0.5, "fps": 0.0}, r"fps must lie in \(0, 50\] for a \.gif, got 0\.0"),
-        ("four_bar", "run.gif", {"turns": 0.5, "fps": 60}, r"fps must lie in \(0, 50\] for a \.gif, got 60"),
-        ("four_bar", "run.gif", {"turns": 0.5, "magnify": 10.0}, "magnify this mechanism has no clearance joint"),
-        ("feeder", "run.gif", {"turns": 0.5, "magnify": -1.0}, "magnify must be a positive number, got -1.0"),
-        ("feeder", "run.gif", {"turns": 0.5, "magnify": 1e5}, "magnify must be at most .*; got 100000.0"),
+        (
+            "four_bar",
+            "run.gif",
+            {"turns": 0.5, "frames": 201},
+            "frames: 201 asked, but .* has 200 samples",
+        ),
+        (
+            "four_bar",
+            "run.gif",
+            {"turns": 0.5, "frames": 1},
+            "frames must be a whole number of at least 2, got 1",
+        ),
+        (
+            "four_bar",
+            "run.gif",
+            {"turns": 0.5, "fps": 0.0},
+            r"fps must lie in \(0, 50\] for a "
+            r"\.gif, got 0\.0",
+        ),
+        (
+            "four_bar",
+            "run.gif",
+            {"turns": 0.5, "fps": 60},
+            r"fps must lie in \(0, 50\] for a "
+            r"\.gif, got 60",
+        ),
+        (
+            "four_bar",
+            "run.gif",
+            {"turns": 0.5, "magnify": 10.0},
+            "magnify this mechanism has no clearance joint",
+        ),
+        (
+            "feeder",
+            "run.gif",
+            {"turns": 0.5, "magnify": -1.0},
+            "magnify must be a positive number, got -1.0",
+        ),
+        (
+            "feeder",
+            "run.gif",
+            {"turns": 0.5, "magnify": 1e5},
+            "magnify must be at most .*; got 100000.0",
+        ),
     ],
 )
 def test_what_cannot_be_animated_is_refused(name, file, options, message, run, tmp_path):
@@ -476,7 +579,9 @@ def test_a_channel_not_kept_is_named(name, channel, run, tmp_path):
 
 def test_rates_may_be_missing(run, tmp_path):
     """Poses alone are enough."""
-    rates = [f"bodies/{b}/{c}" for b in ("crank", "coupler", "rocker") for c in ("vx", "vy", "omega")]
+    rates = [
+        f"bodies/{b}/{c}" for b in ("crank", "coupler", "rocker") for c in ("vx", "vy", "omega")
+    ]
     gif = animate(without(run("four_bar"), *rates), tmp_path / "run.gif", turns=0.5, frames=5)
     with Image.open(gif) as film:
         assert film.n_frames == 5
@@ -484,7 +589,9 @@ def test_rates_may_be_missing(run, tmp_path):
 
 def test_mp4_without_ffmpeg_says_what_to_do(run, tmp_path, monkeypatch):
     monkeypatch.setattr(figures.shutil, "which", lambda _: None)
-    with pytest.raises(ValueError, match=r"ffmpeg, which is not installed; install it or use \.gif"):
+    with pytest.raises(
+        ValueError, match=r"ffmpeg, which is not installed; install it or use \.gif"
+    ):
         animate(run("four_bar"), tmp_path / "run.mp4", turns=0.5, frames=5)
 
 

@@ -8,10 +8,21 @@ import clearance as cl
 from tests.postprocess.records import Formula, Gallery, joint
 
 COLUMNS = {
-    "contacts", "open_contacts", "contacts_per_second", "contacts_per_turn", "share_in_contact", "mean_impact_speed",
-    "largest_impact_speed", "mean_peak_force", "largest_peak_force", "median_duration", "longest_duration",
-    "contact_angle", "angle_concentration", "sampled",
-}  # fmt: skip
+    "contacts",
+    "open_contacts",
+    "contacts_per_second",
+    "contacts_per_turn",
+    "share_in_contact",
+    "mean_impact_speed",
+    "largest_impact_speed",
+    "mean_peak_force",
+    "largest_peak_force",
+    "median_duration",
+    "longest_duration",
+    "contact_angle",
+    "angle_concentration",
+    "sampled",
+}
 
 
 @pytest.fixture(scope="module")
@@ -45,10 +56,19 @@ def test_numbers_from_events():
     assert (name, rest, set(table)) == ("C", [], COLUMNS)
     assert all(isinstance(v, int | float) for v in table.values())
     expected = {
-        "contacts": 3, "open_contacts": 1, "contacts_per_second": 1.0, "contacts_per_turn": 1.0, "sampled": 0,
-        "share_in_contact": 0.5 / 3.0, "mean_impact_speed": 2.0, "largest_impact_speed": 3.0, "mean_peak_force": 20.0,
-        "largest_peak_force": 30.0, "median_duration": 0.2, "longest_duration": 0.3,
-    }  # fmt: skip
+        "contacts": 3,
+        "open_contacts": 1,
+        "contacts_per_second": 1.0,
+        "contacts_per_turn": 1.0,
+        "sampled": 0,
+        "share_in_contact": 0.5 / 3.0,
+        "mean_impact_speed": 2.0,
+        "largest_impact_speed": 3.0,
+        "mean_peak_force": 20.0,
+        "largest_peak_force": 30.0,
+        "median_duration": 0.2,
+        "longest_duration": 0.3,
+    }
     assert {k: table[k] for k in expected} == pytest.approx(expected, rel=1e-12)
     assert np.isnan(table["contact_angle"])  # the eccentricity was not kept
 
@@ -59,7 +79,9 @@ def test_other_joints_do_not_count():
 
 
 def test_settled_turns_are_left_out():
-    """The contact from 1.0 to 1.3 began before turn 1.1, but 0.2 of it and the last 0.1 are among 1.9 turns."""
+    """The contact from 1.0 to 1.3 began before turn 1.1, but 0.2 of it and the last 0.1 are among
+    1.9 turns.
+    """
     found = contacts_of(with_events(), "C", settle=1.1)
     assert found.time.tolist() == [2.9]
     assert found.share == pytest.approx(0.3 / 1.9, rel=1e-9)
@@ -72,7 +94,10 @@ def test_settling_beyond_the_run_is_refused():
 
 @pytest.mark.parametrize("bearing", ["ground", "rod"])
 def test_where_on_the_bearing(bearing):
-    """The journal runs round once a turn; the bearing, where it turns, at a quarter of that. Chords of 1.2 degrees."""
+    """The journal runs round once a turn; the bearing, where it turns, at a quarter of that.
+
+    Chords of 1.2 degrees.
+    """
     time = np.linspace(0.0, 3.0, 901)
     channels = {
         "joints/C/eccentricity_x": lambda t: 1e-3 * np.cos(2.0 * np.pi * t),
@@ -80,13 +105,22 @@ def test_where_on_the_bearing(bearing):
         "bodies/rod/theta": lambda t: 0.5 * np.pi * t,
     }
     starts = np.array([0.1, 0.6543, 1.7])
-    events = {"time": starts, "duration": 0.01 + 0 * starts, "impact_speed": starts, "peak_force": starts}
+    events = {
+        "time": starts,
+        "duration": 0.01 + 0 * starts,
+        "impact_speed": starts,
+        "peak_force": starts,
+    }
     events |= {"joint": ["C"] * 3, "kind": ["contact"] * 3}
     record = Formula(time, channels, joints=[joint(bearing=bearing)], events=events)
     turned = 0.5 * np.pi * starts if bearing == "rod" else 0.0
-    for frame, angle in (("world", 2.0 * np.pi * starts), ("bearing", 2.0 * np.pi * starts - turned)):
+    for frame, angle in (
+        ("world", 2.0 * np.pi * starts),
+        ("bearing", 2.0 * np.pi * starts - turned),
+    ):
         found = contacts_of(record, "C", frame=frame).angle
-        np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * angle), atol=1e-6)  # (0.01 rad)^3 of the chord
+        # (0.01 rad)^3 of the chord
+        np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * angle), atol=1e-6)
         assert (np.abs(found) <= np.pi).all()
     with pytest.raises(ValueError, match="frame must be bearing or world, got 'moon'"):
         contacts_of(record, "C", frame="moon")
@@ -96,18 +130,27 @@ def test_angle_statistics():
     time = np.linspace(0.0, 1.0, 101)
     channels = {"joints/C/eccentricity_x": 0 * time - 1e-3, "joints/C/eccentricity_y": 0 * time}
     events = {n: [0.2, 0.6] for n in ("time", "duration", "impact_speed", "peak_force")}
-    record = Formula(time, channels, joints=[joint()], events=events | {"joint": ["C"] * 2, "kind": ["contact"] * 2})
+    record = Formula(
+        time,
+        channels,
+        joints=[joint()],
+        events=events | {"joint": ["C"] * 2, "kind": ["contact"] * 2},
+    )
     table = contact_table(record)["C"]
     assert abs(table["contact_angle"]) == pytest.approx(np.pi)
     assert table["angle_concentration"] == pytest.approx(1.0)
 
 
 def test_contacts_found_in_samples():
-    """Two stretches of force, the second cut off by the end; each sample stands for a hundredth of the time."""
+    """Two stretches of force, the second cut off by the end; each sample stands for a hundredth of
+    the time.
+    """
     time = np.linspace(0.0, 1.0, 101)
     force = np.zeros(101)
     force[20:30], force[90:] = 5.0, np.arange(11.0) + 1.0
-    record = Formula(time, {"joints/C/contact_force": force}, joints=[joint(transition={"law": "x:fuzzy"})])
+    record = Formula(
+        time, {"joints/C/contact_force": force}, joints=[joint(transition={"law": "x:fuzzy"})]
+    )
     found = contacts_of(record, "C")
     assert found.sampled
     np.testing.assert_allclose(found.time, [0.195, 0.895], atol=1e-12)
@@ -115,24 +158,34 @@ def test_contacts_found_in_samples():
     assert (found.peak_force.tolist(), found.open.tolist()) == ([5.0, 11.0], [False, True])
     assert np.isnan(found.impact_speed).all()
     table = contact_table(record)["C"]
-    assert (table["sampled"], table["contacts"], table["median_duration"]) == (1, 2, pytest.approx(0.1))
+    assert (table["sampled"], table["contacts"], table["median_duration"]) == (
+        1,
+        2,
+        pytest.approx(0.1),
+    )
     assert table["share_in_contact"] == pytest.approx(0.205)
     assert np.isnan(table["mean_impact_speed"])
 
 
 def test_a_run_agrees_with_its_events_and_samples(dry):
-    """Every event is counted; the share of time in contact agrees with the samples' to 1 % of the time.
+    """Every event is counted; the share of time in contact agrees with the samples' to 1 % of the
+    time.
 
-    A contact's ends fall between samples: 45 contacts in 1600 samples err by the root of 90 sixths of a sample, 0.3 %.
+    A contact's ends fall between samples: 45 contacts in 1600 samples err by the root of 90 sixths
+    of a sample, 0.3 %.
     """
     table = contact_table(dry)["C"]
     assert table["contacts"] == len(dry.events["time"]) > 10
     assert table["largest_impact_speed"] == dry.events["impact_speed"].max()
-    assert table["share_in_contact"] == pytest.approx(np.mean(dry.joint("C").contact_force > 0.0), abs=0.01)
+    assert table["share_in_contact"] == pytest.approx(
+        np.mean(dry.joint("C").contact_force > 0.0), abs=0.01
+    )
 
 
 def test_angles_of_a_run_agree_with_finer_sampling(dry):
-    """Sampling changes no event; angles of 400 and 8000 samples a turn differ by 0.3 degrees at worst, measured."""
+    """Sampling changes no event; angles of 400 and 8000 samples a turn differ by 0.3 degrees at
+    worst, measured.
+    """
     fine = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=1.0, samples_per_turn=8000)
     a, b = contacts_of(dry, "C"), contacts_of(fine, "C")
     same = len(b.time) - 1
@@ -155,7 +208,9 @@ def test_the_picture(dry, tmp_path, gallery):
 
 
 def test_the_picture_of_a_mixed_run(tmp_path, gallery):
-    scene = cl.load_case("six_bar_feeder", model="mixed", transition="fuzzy", speed=cl.rpm(600), viscosity=0.002)
+    scene = cl.load_case(
+        "six_bar_feeder", model="mixed", transition="fuzzy", speed=cl.rpm(600), viscosity=0.002
+    )
     run = cl.simulate(scene, turns=1.0)
     assert contact_table(run)["B"]["sampled"] == 1
     contacts(run, tmp_path / "c.png")
@@ -200,14 +255,21 @@ def test_lean_results():
     lean = cl.simulate(scene, turns=0.5, channels=["bodies/slider/ax"])
     assert contact_table(lean)["C"]["contacts"] == len(lean.events["time"]) > 0
     assert np.isnan(contact_table(lean)["C"]["contact_angle"])
-    mixed = Formula([0.0, 1.0], {"bodies/slider/x": [0.0, 1.0]}, joints=[joint(transition={"law": "x:fuzzy"})])
-    with pytest.raises(ValueError, match="mixed joint C needs the channel joints/C/contact_force, which was not kept"):
+    mixed = Formula(
+        [0.0, 1.0], {"bodies/slider/x": [0.0, 1.0]}, joints=[joint(transition={"law": "x:fuzzy"})]
+    )
+    with pytest.raises(
+        ValueError,
+        match="mixed joint C needs the channel joints/C/contact_force, which was not kept",
+    ):
         contact_table(mixed)
 
 
 @pytest.mark.parametrize("samples", [1, 301])
 def test_the_picture_without_a_drive(samples, tmp_path, gallery):
-    free = made(np.linspace(0.0, 3.0, samples), speed=None, joints=[joint()], events=with_events().events)
+    free = made(
+        np.linspace(0.0, 3.0, samples), speed=None, joints=[joint()], events=with_events().events
+    )
     assert np.isnan(contact_table(free)["C"]["contacts_per_turn"])
     contacts(free, tmp_path / "c.png")
     assert any(t.startswith("contacts in ") for t in gallery.texts())

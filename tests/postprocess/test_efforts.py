@@ -1,4 +1,6 @@
-"""Efforts and joint friction: what is drawn is what the run has, many joints stay readable, what is missing is said."""
+"""Efforts and joint friction: what is drawn is what the run has, many joints stay readable, what is
+missing is said.
+"""
 
 import math
 import re
@@ -7,7 +9,15 @@ import numpy as np
 import pytest
 from clearance.postprocess import figures, plots
 from clearance.postprocess.channels import channel, expand
-from clearance.postprocess.efforts import MOST, efforts, friction, groups, joint_friction, largest, rate
+from clearance.postprocess.efforts import (
+    MOST,
+    efforts,
+    friction,
+    groups,
+    joint_friction,
+    largest,
+    rate,
+)
 from clearance.postprocess.labels import about, labels_of, title
 
 import clearance as cl
@@ -26,10 +36,16 @@ def swing(time, amplitude, frequency):
 def cart(drives=True):
     """A driven cart on a rail with a driven arm out of its plane; both joints rub."""
     body = cl.Body("cart", 2.0, 0.02, points={"c": (0.0, 0.0)})
-    arm = cl.Body("arm", 1.0, 0.01, com=(0.3, 0.0, 0.05), points={"pin": (0.0, 0.0), "tip": (0.6, 0.0)})
+    arm = cl.Body(
+        "arm", 1.0, 0.01, com=(0.3, 0.0, 0.05), points={"pin": (0.0, 0.0), "tip": (0.6, 0.0)}
+    )
     sliding = joint_stribeck(static=0.3, kinetic=0.1, stribeck_rate=0.2, viscous=1.0)
-    rail = cl.Prismatic(cl.ground, body["c"], name="rail", friction=sliding, overlap=0.1, friction_arm=0.05)
-    hinge = cl.Revolute(body["c"], arm["pin"], name="hinge", friction=joint_coulomb(coefficient=0.1), **BENT)
+    rail = cl.Prismatic(
+        cl.ground, body["c"], name="rail", friction=sliding, overlap=0.1, friction_arm=0.05
+    )
+    hinge = cl.Revolute(
+        body["c"], arm["pin"], name="hinge", friction=joint_coulomb(coefficient=0.1), **BENT
+    )
     moved = (
         cl.Drive(hinge, speed=4.0, name="motor"),
         cl.Drive(rail, motion=swing(amplitude=0.2, frequency=3.0), name="ram"),
@@ -43,7 +59,9 @@ def fan(count, rubbing=True):
     parts = []
     for i in range(count):
         arm = cl.Body(f"arm{i}", 1.0 + i, 0.01, com=(0.1, 0.0), points={"o": (0.0, 0.0)})
-        hinge = cl.Revolute(cl.ground.at(0.3 * i, 0.0), arm["o"], name=f"hinge_{i}", friction=law, pin_radius=0.01)
+        hinge = cl.Revolute(
+            cl.ground.at(0.3 * i, 0.0), arm["o"], name=f"hinge_{i}", friction=law, pin_radius=0.01
+        )
         parts += [hinge, cl.Drive(hinge, speed=2.0, name=f"motor_{i}")]
     return cl.Scene(*parts, name="fan")
 
@@ -84,9 +102,15 @@ def test_efforts_are_those_of_the_run(run, gallery, tmp_path):
     efforts(run, tmp_path / "e.png")
     torque, torque_added, force, force_added = gallery.last.axes
     assert labels(gallery.last) == [
-        "driving torque [N m]", "torque for friction [N m]", "driving force [N]", "force for friction [N]",
-    ]  # fmt: skip
-    for axes, added, drive, kind in ((torque, torque_added, "motor", "torque"), (force, force_added, "ram", "force")):
+        "driving torque [N m]",
+        "torque for friction [N m]",
+        "driving force [N]",
+        "force for friction [N]",
+    ]
+    for axes, added, drive, kind in (
+        (torque, torque_added, "motor", "torque"),
+        (force, force_added, "ram", "force"),
+    ):
         channels = run.drive(drive)
         whole, ideal = getattr(channels, kind), getattr(channels, f"{kind}_ideal")
         solid, dashed = (line for line in axes.lines if len(line.get_xdata()))
@@ -106,7 +130,9 @@ def test_without_friction_there_are_only_efforts(gallery, tmp_path):
 
 
 def test_rates_are_those_of_the_bodies(run):
-    """The rail lies on x, so its rate is the cart's velocity; power over friction rounds to 1e-15 of it."""
+    """The rail lies on x, so its rate is the cart's velocity; power over friction rounds to 1e-15
+    of it.
+    """
     assert (rate(run, "hinge") == run["arm"].omega - run["cart"].omega).all()
     assert np.abs(rate(run, "rail") - run["cart"].vx).max() < 1e-14
     dead = {"joints/rail/friction": [0.0, -2.0], "joints/rail/power_loss": [0.0, 1.0]}
@@ -127,8 +153,10 @@ def test_friction_is_that_of_the_run(run, gallery, tmp_path):
     (line,) = slide_curve.lines
     points = {tuple(p) for p in np.stack([rate(run, "rail"), run.joint("rail").friction], axis=-1)}
     assert {tuple(p) for p in line.get_xydata()} <= points
-    assert len(line.get_xydata()) > 0.9 * len(points)  # neighbours closer than a printed dot are one
-    assert line.get_linestyle() == "None"  # friction jumps where the rate changes sign: samples are not joined
+    # neighbours closer than a printed dot are one
+    assert len(line.get_xydata()) > 0.9 * len(points)
+    # friction jumps where the rate changes sign: samples are not joined
+    assert line.get_linestyle() == "None"
 
 
 def test_joints_can_be_chosen(run, gallery, tmp_path):
@@ -138,9 +166,14 @@ def test_joints_can_be_chosen(run, gallery, tmp_path):
 
 def test_laws_without_a_load_have_no_panel_for_it(gallery, tmp_path):
     arm = cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0))
-    hinge = cl.Revolute(cl.ground, arm, name="pin", friction=breakaway_smooth(breakaway=1.0, coulomb=0.5))
+    hinge = cl.Revolute(
+        cl.ground, arm, name="pin", friction=breakaway_smooth(breakaway=1.0, coulomb=0.5)
+    )
     moved = cl.Drive(hinge, motion=swing(amplitude=0.5, frequency=3.0), name="motor")
-    friction(cl.inverse_dynamics(cl.Scene(hinge, moved, name="arm"), until=2.0, samples=51), tmp_path / "f.png")
+    friction(
+        cl.inverse_dynamics(cl.Scene(hinge, moved, name="arm"), until=2.0, samples=51),
+        tmp_path / "f.png",
+    )
     assert labels(gallery.last) == ["friction torque [N m]"] * 2
 
 
@@ -148,10 +181,14 @@ def test_coupled_friction_says_how_it_was_found(gallery, tmp_path):
     scene = cl.load_case("four_bar", model="ideal")
     known = {j.name: j for j in scene.joints}
     rubbing = [
-        cl.Revolute(j.a, j.b, name=j.name, friction=joint_coulomb(coefficient=0.1), pin_radius=0.005)
+        cl.Revolute(
+            j.a, j.b, name=j.name, friction=joint_coulomb(coefficient=0.1), pin_radius=0.005
+        )
         for j in known.values()
     ]
-    result = cl.inverse_dynamics(cl.Scene(*rubbing, *scene.loads, name="rubbing"), turns=1.0, samples=41)
+    result = cl.inverse_dynamics(
+        cl.Scene(*rubbing, *scene.loads, name="rubbing"), turns=1.0, samples=41
+    )
     friction(result, tmp_path / "f.png")
     most = result.values("friction/iterations").max()
     said = " ".join(gallery.texts()).replace("\u00a0", " ")
@@ -162,7 +199,10 @@ def test_of_many_the_largest_are_drawn(crowd, gallery, tmp_path):
     """Arms grow heavier, so the last eight load their motors and hinges most; their order stays."""
     efforts(crowd, tmp_path / "e.png")
     wanted = [f"motor_{i}" for i in range(4, 12)]
-    assert [t.get_text() for t in gallery.last.legends[0].get_texts()] == [*wanted, "without friction"]
+    assert [t.get_text() for t in gallery.last.legends[0].get_texts()] == [
+        *wanted,
+        "without friction",
+    ]
     assert gallery.last.axes[0].get_title(loc="right") == "the 8 largest of 12"
     (group,) = groups(crowd, joint_friction(crowd))
     assert list(group.paths) == [f"hinge_{i}" for i in range(4, 12)]
@@ -179,11 +219,20 @@ def test_few_are_all_drawn():
 def test_overview_of_joints_that_rub(run, page, tmp_path):
     plots.overview(run, tmp_path / "o.png")
     assert labels(page[0]) == [
-        "driving torque [N m]", "driving force [N]", "acceleration x [m/s²]", "kinetic energy [J]",
-        "friction torque [N m]", "friction force [N]", "joint force [N]", "bending moment [N m]", "power lost [W]",
-    ]  # fmt: skip
+        "driving torque [N m]",
+        "driving force [N]",
+        "acceleration x [m/s²]",
+        "kinetic energy [J]",
+        "friction torque [N m]",
+        "friction force [N]",
+        "joint force [N]",
+        "bending moment [N m]",
+        "power lost [W]",
+    ]
     reactions, moments, losses = page[0].axes[-3:]
-    assert np.allclose(drawn(reactions)["hinge"], np.hypot(*run.joint("hinge").force.T), rtol=1e-15, atol=0.0)
+    assert np.allclose(
+        drawn(reactions)["hinge"], np.hypot(*run.joint("hinge").force.T), rtol=1e-15, atol=0.0
+    )
     assert (drawn(moments)["hinge"] == np.hypot(*run.joint("hinge").bending.T)).all()
     lost = [run.joint(j).power_loss for j in ("hinge", "rail")]
     assert (drawn(losses)["all joints"] == lost[0] + lost[1]).all()
@@ -193,7 +242,9 @@ def test_overview_of_joints_that_rub(run, page, tmp_path):
 
 def test_overview_of_axial_forces(page, tmp_path):
     """Gravity along the axis: the reaction is in space."""
-    hinges = [cl.Revolute(j.a, j.b, name=j.name, friction=j.friction, **BENT) for j in fan(2).joints]
+    hinges = [
+        cl.Revolute(j.a, j.b, name=j.name, friction=j.friction, **BENT) for j in fan(2).joints
+    ]
     moved = [cl.Drive(j, speed=2.0, name=f"motor_{j.name}") for j in hinges]
     scene = cl.Scene(*hinges, *moved, gravity=(0.0, 0.0, -9.81), name="fan")
     result = cl.inverse_dynamics(scene, until=1.0, samples=11)
@@ -217,11 +268,15 @@ def test_overview_of_friction_beside_a_clearance(page, tmp_path):
     scene = cl.Scene(
         cl.Revolute(cl.ground, upper["o"], name="A", friction=law, pin_radius=0.02),
         cl.ClearanceRevolute(
-            upper["p"], lower["p"], name="B", radius=0.01, clearance=1e-4,
+            upper["p"],
+            lower["p"],
+            name="B",
+            radius=0.01,
+            clearance=1e-4,
             contact=cl.kelvin_voigt(stiffness=1e7, damping=1e3),
         ),
         name="pendulum",
-    )  # fmt: skip
+    )
     plots.overview(cl.simulate(scene, until=0.05, samples=51), tmp_path / "o.png")
     assert labels(page[0])[-2:] == ["friction torque [N m]", "power lost [W]"]
     assert "eccentricity y / c [-]" in labels(page[0])
@@ -230,20 +285,26 @@ def test_overview_of_friction_beside_a_clearance(page, tmp_path):
 @pytest.mark.parametrize("rubbing", [True, False])
 def test_many_joints_stay_readable(rubbing, crowd, page, tmp_path):
     """At most 8 curves and their total in a panel, and legends no broader than half the page."""
-    result = crowd if rubbing else cl.inverse_dynamics(fan(12, rubbing=False), until=1.0, samples=21)
+    result = (
+        crowd if rubbing else cl.inverse_dynamics(fan(12, rubbing=False), until=1.0, samples=21)
+    )
     plots.overview(result, tmp_path / "o.png")
     (figure,) = page
     figure.canvas.draw()
     said = " ".join(t.get_text() for a in figure.axes for t in (a.yaxis.label, a._right_title))
     assert "the 8 largest of 12" in said
     for axes in figure.axes:
-        assert len([n for n in axes.get_legend_handles_labels()[1] if n != "all joints"]) <= MOST + 1
+        assert (
+            len([n for n in axes.get_legend_handles_labels()[1] if n != "all joints"]) <= MOST + 1
+        )
         assert axes.get_window_extent().width > 0.3 * figure.bbox.width
         if axes.get_legend():
             assert axes.get_legend().get_window_extent().width < 0.5 * figure.bbox.width
 
 
-@pytest.mark.parametrize(("names", "columns"), [(["a", "b"], 2), (["long name " * 6] * 3, 1), (["a" * 10] * 8, 5)])
+@pytest.mark.parametrize(
+    ("names", "columns"), [(["a", "b"], 2), (["long name " * 6] * 3, 1), (["a" * 10] * 8, 5)]
+)
 def test_legends_above_take_the_rows_they_need(names, columns):
     """Axes of about 7 inch: no legend is broader, by its drawn letters."""
     axes = figures.sheet(8.0, 3.0).add_subplot()
@@ -261,9 +322,15 @@ def test_runs_are_told_apart_by_their_friction():
     def label(law, radius=0.01):
         arm = cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0))
         pin = cl.Revolute(cl.ground, arm, name="pin", friction=law, pin_radius=radius)
-        return cl.inverse_dynamics(cl.Scene(pin, cl.Drive(pin, speed=3.0), name="arm"), turns=1.0, samples=5)
+        return cl.inverse_dynamics(
+            cl.Scene(pin, cl.Drive(pin, speed=3.0), name="arm"), turns=1.0, samples=5
+        )
 
-    smooth, rough, free = label(joint_coulomb(coefficient=0.1)), label(joint_coulomb(coefficient=0.3)), label(None)
+    smooth, rough, free = (
+        label(joint_coulomb(coefficient=0.1)),
+        label(joint_coulomb(coefficient=0.3)),
+        label(None),
+    )
     told = [f"coefficient of joint friction {value}" for value in ("0.1", "0.3")]
     assert labels_of([smooth, rough]) == told
     laws = [n.split(",")[0] for n in labels_of([smooth, free])]
@@ -280,7 +347,11 @@ def test_titles_count_many_joints(crowd, run):
 
 def test_channels_of_friction_have_names(run):
     assert channel(run, "motor.torque_ideal").label == "motor torque without friction"
-    record = Formula([0.0, 1.0], {"friction/iterations": [3.0, 4.0], "friction/contraction": [0.1, 0.2]}, speed=None)
+    record = Formula(
+        [0.0, 1.0],
+        {"friction/iterations": [3.0, 4.0], "friction/contraction": [0.1, 0.2]},
+        speed=None,
+    )
     assert channel(record, "friction.iterations").label == "friction iterations"
     assert expand(record, "friction.*") == ["friction/iterations", "friction/contraction"]
 
@@ -297,12 +368,16 @@ def test_what_a_run_has_not_got_is_said(tmp_path):
         efforts(little, tmp_path / "e.png")
     with pytest.raises(ValueError, match="this run has kept no joint friction"):
         friction(little, tmp_path / "f.png")
-    lossless = cl.simulate(cart(), until=0.1, samples=5, channels=["joints/*/friction", "bodies/*/omega"])
+    lossless = cl.simulate(
+        cart(), until=0.1, samples=5, channels=["joints/*/friction", "bodies/*/omega"]
+    )
     with pytest.raises(ValueError, match="channel joints/rail/power_loss of .* was not kept"):
         friction(lossless, tmp_path / "f.png")
     assert not list(tmp_path.iterdir())
 
 
 def test_other_joints_are_refused(run, tmp_path):
-    with pytest.raises(ValueError, match=re.escape("no friction of joint 'door' in cart; of rail, hinge")):
+    with pytest.raises(
+        ValueError, match=re.escape("no friction of joint 'door' in cart; of rail, hinge")
+    ):
         friction(run, tmp_path / "f.png", joints=["hinge", "door"])

@@ -22,14 +22,18 @@ def measurement():
 
 @pytest.fixture(scope="module")
 def found(measurement, tmp_path_factory) -> Fit:
-    return open_fit(fit(measurement, "lugre3d", starts=2).save(tmp_path_factory.mktemp("fit") / "fit.h5"))
+    return open_fit(
+        fit(measurement, "lugre3d", starts=2).save(tmp_path_factory.mktemp("fit") / "fit.h5")
+    )
 
 
 @pytest.fixture
 def drawn(monkeypatch):
     """The figures that are saved."""
     kept, save = [], figures.save
-    monkeypatch.setattr(figures, "save", lambda figure, path: (kept.append(figure), save(figure, path))[1])
+    monkeypatch.setattr(
+        figures, "save", lambda figure, path: (kept.append(figure), save(figure, path))[1]
+    )
     return kept
 
 
@@ -42,8 +46,12 @@ def test_loops_have_a_panel_for_each_measured_axis(found, measurement, tmp_path,
     panels = shown(drawn[0])
     assert [p.get_title().split(":")[0] for p in panels] == [*NAMES, NAMES[-1]]
     assert [p.get_title().split(": ")[1].split("\n")[0] for p in panels] == [
-        "spin, 10°, 50°/s", "tilt x, 10°, 50°/s", "spin, 10°, 100°/s", "tilt x", "spin",
-    ]  # fmt: skip
+        "spin, 10°, 50°/s",
+        "tilt x, 10°, 50°/s",
+        "spin, 10°, 100°/s",
+        "tilt x",
+        "spin",
+    ]
     assert "synthetic" in drawn[0].get_suptitle()
     assert f"NRMSE {found.score(measurement.trials):.3f}" in drawn[0].get_suptitle()
     mixed = measurement.trials[-1]
@@ -53,17 +61,20 @@ def test_loops_have_a_panel_for_each_measured_axis(found, measurement, tmp_path,
         assert f"NRMSE {error:.3f}" in axes.get_title()
         measured, model = axes.lines
         assert model.get_label() == "lugre3d"
-        np.testing.assert_allclose([np.nanmin(measured.get_xdata()), np.nanmax(measured.get_xdata())],
-                                   np.degrees([mixed.angle[:, axis].min(), mixed.angle[:, axis].max()]), rtol=1e-3,
-                                   atol=1e-3)  # fmt: skip
+        np.testing.assert_allclose(
+            [np.nanmin(measured.get_xdata()), np.nanmax(measured.get_xdata())],
+            np.degrees([mixed.angle[:, axis].min(), mixed.angle[:, axis].max()]),
+            rtol=1e-3,
+            atol=1e-3,
+        )
         assert np.nanmax(model.get_ydata()) == pytest.approx(modelled[:, axis].max(), rel=1e-3)
 
 
 def test_histories_end_at_the_sixth_turning_point(found, measurement, tmp_path, drawn):
     fits.histories(found, measurement, tmp_path / "time.png")
     ends = [p.lines[0].get_xdata()[-1] for p in shown(drawn[0])]
-    # triangles turn at an odd number of quarters, 0.2 s and 0.1 s, where the filter is behind by 11 ms; sines turn
-    # twice a cycle, whose halves begin at rest
+    # triangles turn at an odd number of quarters, 0.2 s and 0.1 s, where the filter is behind by 11
+    # ms; sines turn twice a cycle, whose halves begin at rest
     assert ends == pytest.approx([2.2 + 0.01, 2.2 + 0.01, 1.1 + 0.01, 3.0, 2.0], abs=0.02)
 
 
@@ -87,11 +98,14 @@ def test_residuals(found, measurement, tmp_path, drawn):
         # the outermost 0.5 % of the widest are left out
         assert 0.99 <= np.sum(values * np.diff(edges)) <= 1.0 + 1e-9
     assert [t.get_text() for t in speeds.get_legend().get_texts()] == [
-        "fitted: median, 10 to 90 %", "not fitted: median, 10 to 90 %",
-    ]  # fmt: skip
+        "fitted: median, 10 to 90 %",
+        "not fitted: median, 10 to 90 %",
+    ]
 
 
-def test_residuals_along_the_motion_tell_which_way_a_model_errs(found, measurement, tmp_path, drawn):
+def test_residuals_along_the_motion_tell_which_way_a_model_errs(
+    found, measurement, tmp_path, drawn
+):
     """A level that is 0.5 N m too high brakes too much, whatever the direction."""
     trials = [
         dataclasses.replace(t, torque=found.torque(t) - 0.5 * np.sign(t.rate))
@@ -107,8 +121,12 @@ def test_progress(found, tmp_path, drawn):
     fits.progress(found, tmp_path / "progress.png")
     history, starts = drawn[0].axes
     np.testing.assert_array_equal(history.lines[0].get_ydata(), found.history)
-    np.testing.assert_allclose(starts.lines[0].get_ydata(), np.sort(found.starts["cost"]) / found.starts["cost"].min())
-    curve = dataclasses.replace(found, model=Curve(), history=np.array([1.0]), starts={"cost": np.array([1.0])})
+    np.testing.assert_allclose(
+        starts.lines[0].get_ydata(), np.sort(found.starts["cost"]) / found.starts["cost"].min()
+    )
+    curve = dataclasses.replace(
+        found, model=Curve(), history=np.array([1.0]), starts={"cost": np.array([1.0])}
+    )
     fits.progress(curve, tmp_path / "curve.png")
     assert "no iterations" in drawn[1].axes[0].texts[0].get_text()
 

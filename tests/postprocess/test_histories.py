@@ -18,7 +18,9 @@ def dry():
 
 @pytest.fixture(scope="module")
 def feeder():
-    return cl.simulate(cl.load_case("six_bar_feeder", joints="B,C"), turns=1.0, samples_per_turn=100)
+    return cl.simulate(
+        cl.load_case("six_bar_feeder", joints="B,C"), turns=1.0, samples_per_turn=100
+    )
 
 
 @pytest.fixture
@@ -39,9 +41,12 @@ def test_magnitudes_and_eccentricity_ratio(dry):
     values, units, label = channels.series(dry, "C.force")
     assert (values == np.hypot(*dry.joint("C").force.T)).all()
     assert (units, label) == ("N", "joint C force")
-    assert (channels.series(dry, "slider.v")[0] == np.hypot(dry["slider"].vx, dry["slider"].vy)).all()
+    assert (
+        channels.series(dry, "slider.v")[0] == np.hypot(dry["slider"].vx, dry["slider"].vy)
+    ).all()
     ratio, units, label = channels.series(dry, "C.epsilon_y")
-    np.testing.assert_allclose(ratio, dry.joint("C").eccentricity[:, 1] / 0.5e-3, rtol=1e-15)  # one rounding
+    # one rounding
+    np.testing.assert_allclose(ratio, dry.joint("C").eccentricity[:, 1] / 0.5e-3, rtol=1e-15)
     assert (units, label) == ("1", "joint C eccentricity y / c")
 
 
@@ -64,7 +69,9 @@ def test_channels_that_were_not_kept():
     scene = cl.load_case("slider_crank", model="dry")
     lean = cl.simulate(scene, turns=0.2, channels=["bodies/slider/ax", "joints/C/gap"])
     assert channels.series(lean, "slider.ax")[0].size == lean.time.size
-    with pytest.raises(ValueError, match="no channel 'C.force', or it was not kept; it has joints/C: gap"):
+    with pytest.raises(
+        ValueError, match="no channel 'C.force', or it was not kept; it has joints/C: gap"
+    ):
         channels.series(lean, "C.force")
     with pytest.raises(ValueError, match="name the channels"):
         channels.principal(lean)
@@ -72,9 +79,13 @@ def test_channels_that_were_not_kept():
 
 def test_patterns(feeder):
     assert channels.expand(feeder, "*.epsilon") == ["joints/B/epsilon", "joints/C/epsilon"]
-    assert channels.expand(feeder, ["?.force", "B.force"]) == [f"joints/{j}/force" for j in "ABCDEF"]
+    assert channels.expand(feeder, ["?.force", "B.force"]) == [
+        f"joints/{j}/force" for j in "ABCDEF"
+    ]
     assert "joints/B/force" not in channels.expand(feeder, "B.*")
-    assert set(channels.expand(feeder, "joints/B/*")) == {f"joints/B/{n}" for n in feeder.names("joints/B")}
+    assert set(channels.expand(feeder, "joints/B/*")) == {
+        f"joints/B/{n}" for n in feeder.names("joints/B")
+    }
     with pytest.raises(ValueError, match=r"matches '\*\.jerk'; it has .*energy: "):
         channels.expand(feeder, "*.jerk")
 
@@ -87,7 +98,9 @@ def test_the_same_short_name_in_two_groups():
 
 @pytest.mark.parametrize(("path", "degree"), [("bodies/slider/x", 3), ("joints/C/force_x", 3)])
 def test_interpolation_is_exact_for_cubics(path, degree):
-    """Both ways reproduce a cubic to rounding (1e-13 of its size), at the ends too and on uneven samples."""
+    """Both ways reproduce a cubic to rounding (1e-13 of its size), at the ends too and on uneven
+    samples.
+    """
     cubic = np.polynomial.Polynomial([0.3, -1.0, 2.0, -0.7])
     time = np.sort(np.concatenate([[0.0, 2.0], np.random.default_rng(1).uniform(0.0, 2.0, 20)]))
     record = Formula(time, {path: cubic, "bodies/slider/vx": cubic.deriv()})
@@ -96,9 +109,13 @@ def test_interpolation_is_exact_for_cubics(path, degree):
     assert (channels.at(record, path, time) == cubic(time)).all()
 
 
-@pytest.mark.parametrize(("path", "bound"), [("bodies/slider/x", 1.0 / 384.0), ("joints/C/force_x", 3.0 / 128.0)])
+@pytest.mark.parametrize(
+    ("path", "bound"), [("bodies/slider/x", 1.0 / 384.0), ("joints/C/force_x", 3.0 / 128.0)]
+)
 def test_interpolation_is_of_fourth_order(path, bound):
-    """Errors of cubic Hermite (h^4/384) and in the middle of four points (3 h^4/128), of sin; 5 % for o(h^4)."""
+    """Errors of cubic Hermite (h^4/384) and in the middle of four points (3 h^4/128), of sin; 5 %
+    for o(h^4).
+    """
     for count in (40, 80):
         time = np.linspace(0.0, 2.0 * np.pi, count + 1)
         record = Formula(time, {path: np.sin, "bodies/slider/vx": np.cos})
@@ -116,7 +133,11 @@ def test_interpolating_outside_the_run():
 def test_abscissas(dry):
     turn = dry.turn
     x, kept, label = channels.abscissa(dry, "angle", last=1.0)
-    assert (x[0], x[-1], label) == (pytest.approx(0.0, abs=1e-9), pytest.approx(360.0), "crank angle [deg]")
+    assert (x[0], x[-1], label) == (
+        pytest.approx(0.0, abs=1e-9),
+        pytest.approx(360.0),
+        "crank angle [deg]",
+    )
     assert dry.time[kept][0] == pytest.approx(turn)
     x, kept, label = channels.abscissa(dry, "turns")
     assert (x[0], x[-1], label) == (0.0, pytest.approx(2.0), "drive turns [-]")
@@ -128,7 +149,9 @@ def test_abscissas(dry):
 
 
 def test_drive_angle_counts_start_and_sense():
-    record = Formula([0.0, 1.0], {"bodies/slider/x": [0.0, 1.0]}, speed=-2.0 * np.pi, start=np.pi / 2.0)
+    record = Formula(
+        [0.0, 1.0], {"bodies/slider/x": [0.0, 1.0]}, speed=-2.0 * np.pi, start=np.pi / 2.0
+    )
     np.testing.assert_allclose(channels.abscissa(record, "angle")[0], [90.0, -270.0], atol=1e-12)
 
 
@@ -140,7 +163,13 @@ def test_without_a_drive():
 
 
 def test_one_panel_a_channel(dry, tmp_path, gallery):
-    path = histories(dry, tmp_path / "h.png", channels=["slider.ax", "C.force", "crank.torque"], along="angle", last=1)
+    path = histories(
+        dry,
+        tmp_path / "h.png",
+        channels=["slider.ax", "C.force", "crank.torque"],
+        along="angle",
+        last=1,
+    )
     assert path.read_bytes().startswith(b"\x89PNG")
     drawn = [axes.lines[0] for axes in gallery.last.axes]
     wanted = (dry["slider"].ax, np.hypot(*dry.joint("C").force.T), dry.drive("crank").torque)
@@ -148,14 +177,19 @@ def test_one_panel_a_channel(dry, tmp_path, gallery):
         assert (line.get_ydata() == values[100:]).all()
         assert line.get_xdata()[-1] == pytest.approx(360.0)
     texts = gallery.texts()
-    assert {"joint C force [N]", "crank angle [deg]", "slider_crank: 5000 rpm, C dry c = 0.5 mm"} <= {
-        t.replace("\u00a0", " ") for t in texts
-    }
+    assert {
+        "joint C force [N]",
+        "crank angle [deg]",
+        "slider_crank: 5000 rpm, C dry c = 0.5 mm",
+    } <= {t.replace("\u00a0", " ") for t in texts}
     assert gallery.smallest_text() >= 8.0
 
 
 def test_overlays(tmp_path, gallery):
-    runs = [cl.simulate(cl.load_case("slider_crank", model="dry", clearance=c), turns=0.2) for c in (1e-4, 2e-4)]
+    runs = [
+        cl.simulate(cl.load_case("slider_crank", model="dry", clearance=c), turns=0.2)
+        for c in (1e-4, 2e-4)
+    ]
     histories(runs, tmp_path / "h.svg", channels=["slider.ax", "*.gap"])
     (legend,) = gallery.last.legends
     assert [t.get_text() for t in legend.get_texts()] == ["clearance 0.1 mm", "clearance 0.2 mm"]
@@ -169,7 +203,12 @@ def test_overlays(tmp_path, gallery):
 
 
 def test_a_channel_that_one_result_lacks(dry, feeder, tmp_path, gallery):
-    histories([dry, feeder], tmp_path / "h.png", channels=["slider.ax", "B.gap"], labels=["crank", "feeder"])
+    histories(
+        [dry, feeder],
+        tmp_path / "h.png",
+        channels=["slider.ax", "B.gap"],
+        labels=["crank", "feeder"],
+    )
     assert "not in crank" in gallery.texts()
     with pytest.raises(ValueError, match="no channel 'Z.gap'"):
         histories([dry, feeder], tmp_path / "h.png", channels="Z.gap")
@@ -181,7 +220,10 @@ def test_what_tells_results_apart(tmp_path):
 
     base = run(model="dry")
     assert labels_of([base, run(model="lubricated", joints="C")]) == ["dry", "lubricated"]
-    assert labels_of([base, run(model="dry", speed=cl.rpm(600))]) == ["speed 5000 rpm", "speed 600 rpm"]
+    assert labels_of([base, run(model="dry", speed=cl.rpm(600))]) == [
+        "speed 5000 rpm",
+        "speed 600 rpm",
+    ]
     assert labels_of([base, run(model="dry", restitution=0.8, clearance=1e-3)]) == [
         "clearance 0.5 mm, restitution 0.9",
         "clearance 1 mm, restitution 0.8",
@@ -218,7 +260,9 @@ def test_too_many_panels(feeder, tmp_path):
 
 
 def test_paths_in_the_plane_lose_nothing_visible():
-    """Two hundred equal turns are drawn once; every point is within a cell of a drawn one; new turns are kept."""
+    """Two hundred equal turns are drawn once; every point is within a cell of a drawn one; new
+    turns are kept.
+    """
     angle = np.linspace(0.0, 2.0 * np.pi, 401)[:-1]
     x = np.concatenate([np.tile(np.cos(angle), 200), 1.5 * np.cos(angle)])
     y = np.concatenate([np.tile(np.sin(angle), 200), 1.5 * np.sin(angle)])

@@ -1,4 +1,6 @@
-"""Maps, curves and samples of sweeps that are made of formulas, and bifurcation diagrams of one that was run."""
+"""Maps, curves and samples of sweeps that are made of formulas, and bifurcation diagrams of one
+that was run.
+"""
 
 import numpy as np
 import pytest
@@ -17,7 +19,14 @@ from clearance.sweeping.points import grid, sampled, zipped
 from tests.postprocess.records import Gallery
 
 RPM = np.pi / 30.0
-UNITS = {"speed": "rad/s", "clearance": "m", "viscosity": "Pa s", "model": "-", "joints": "-", "restitution": "-"}
+UNITS = {
+    "speed": "rad/s",
+    "clearance": "m",
+    "viscosity": "Pa s",
+    "model": "-",
+    "joints": "-",
+    "restitution": "-",
+}
 SPEEDS, CLEARANCES = RPM * np.array([100.0, 200.0, 300.0, 400.0]), np.geomspace(5e-5, 1e-3, 5)
 
 
@@ -33,14 +42,26 @@ def made(tmp_path):
     def make(points, metrics, known=None, fixed=None):
         definitions.write(
             definitions.Definition(
-                case="formula", path="formula", source="", points=points, fixed=fixed or {}, options={"turns": 4.0},
-                keep=(), compression=0, settle=None, own=(), units={n: UNITS[n] for n in points.columns},
+                case="formula",
+                path="formula",
+                source="",
+                points=points,
+                fixed=fixed or {},
+                options={"turns": 4.0},
+                keep=(),
+                compression=0,
+                settle=None,
+                own=(),
+                units={n: UNITS[n] for n in points.columns},
             ),
             tmp_path,
-        )  # fmt: skip
+        )
         sweep = Sweep(tmp_path)
         sweep.status = np.full(len(points), "done", dtype="<U8")
-        sweep.metrics = {n: np.array([float(f(**points[i])) for i in range(len(points))]) for n, f in metrics.items()}
+        sweep.metrics = {
+            n: np.array([float(f(**points[i])) for i in range(len(points))])
+            for n, f in metrics.items()
+        }
         sweep.known = known or {n: ("N", f"force {n}") for n in metrics}
         return sweep
 
@@ -56,7 +77,9 @@ def steep(speed, clearance, **_):
 
 
 def cells(axes) -> dict[tuple[float, float], float]:
-    """Value of each coloured cell by the middle of its edges along x and the geometric middle along y."""
+    """Value of each coloured cell by the middle of its edges along x and the geometric middle along
+    y.
+    """
     (mesh,) = (c for c in axes.collections if isinstance(c, QuadMesh))
     corners, values = mesh.get_coordinates(), mesh.get_array()
     x, y = corners[0, :, 0], corners[:, 0, 1]
@@ -85,7 +108,8 @@ def norm(axes):
 def test_edges():
     assert_allclose(edges(np.array([1.0, 2.0, 4.0]), log=False), [0.5, 1.5, 3.0, 5.0])
     assert_allclose(edges(np.array([1.0, 10.0, 1000.0]), log=True), [10**-0.5, 10**0.5, 100.0, 1e4])
-    assert edges(np.array([100.0, 600.0, 700.0]), log=False)[0] == 0.0  # half-way below lies -150, which is no speed
+    # half-way below lies -150, which is no speed
+    assert edges(np.array([100.0, 600.0, 700.0]), log=False)[0] == 0.0
     assert edges(np.array([-1.0, 1.0]), log=False)[0] == -2.0
 
 
@@ -128,14 +152,20 @@ def test_display_units(units, values, unit, factor):
 
 # --- maps
 def test_cells_stand_where_the_points_are(made, tmp_path, gallery):
-    """Values swept in any order; a logarithmic axis has its points in the geometric middle of their cells."""
-    sweep = made(grid(clearance=CLEARANCES[::-1], speed=SPEEDS[[2, 0, 3, 1]]), {"force": force, "steep": steep})
+    """Values swept in any order; a logarithmic axis has its points in the geometric middle of their
+    cells.
+    """
+    sweep = made(
+        grid(clearance=CLEARANCES[::-1], speed=SPEEDS[[2, 0, 3, 1]]),
+        {"force": force, "steep": steep},
+    )
     path = maps(sweep, tmp_path / "m.png", x="speed", y="clearance")
     assert path.read_bytes().startswith(b"\x89PNG")
     first, second = panels(gallery.last)
     assert (first.get_xlabel(), first.get_ylabel()) == ("speed [rpm]", "clearance [mm]")
     assert (first.get_xscale(), first.get_yscale()) == ("linear", "log")
-    for axes, function, factor in ((first, force, 1e-3), (second, steep, 1e-3)):  # both are shown in kN
+    # both are shown in kN
+    for axes, function, factor in ((first, force, 1e-3), (second, steep, 1e-3)):
         found = cells(axes)
         assert len(found) == 20
         for speed in SPEEDS:
@@ -156,7 +186,9 @@ def test_logarithmic_colours_on_demand(made, tmp_path, gallery):
     maps(sweep, tmp_path / "m.png", metrics="steep", log=False)
     assert not isinstance(norm(panels(gallery.last)[0]), LogNorm)
     sweep.metrics["force"] -= sweep.metrics["force"].min()
-    with pytest.raises(ValueError, match="log: force is not positive everywhere, its smallest value is 0 "):
+    with pytest.raises(
+        ValueError, match="log: force is not positive everywhere, its smallest value is 0 "
+    ):
         maps(sweep, tmp_path / "m.png", metrics="force", log=True)
     with pytest.raises(ValueError, match="log must be"):
         maps(sweep, tmp_path / "m.png", log="never")
@@ -168,13 +200,20 @@ def test_failed_cells_are_hatched_and_missing_ones_blank(made, tmp_path, gallery
     maps(sweep, tmp_path / "m.png")
     (axes,) = panels(gallery.last)
     assert hatched(axes) == 3
-    assert np.ma.count(next(c for c in axes.collections if isinstance(c, QuadMesh)).get_array()) == 20 - 6
-    assert "3 of 20 points failed, 3 of 20 not run yet" in " ".join(gallery.texts()).replace("\u00a0", " ")
+    assert (
+        np.ma.count(next(c for c in axes.collections if isinstance(c, QuadMesh)).get_array())
+        == 20 - 6
+    )
+    assert "3 of 20 points failed, 3 of 20 not run yet" in " ".join(gallery.texts()).replace(
+        "\u00a0", " "
+    )
     assert [t.get_text() for t in gallery.last.legends[0].get_texts()] == ["failed"]
 
 
 def test_no_period_and_no_value(made, tmp_path, gallery):
-    metrics = {"period": lambda speed, clearance: np.inf if clearance > 5e-4 else round(speed / SPEEDS[0])}
+    metrics = {
+        "period": lambda speed, clearance: np.inf if clearance > 5e-4 else round(speed / SPEEDS[0])
+    }
     metrics["impacts"] = lambda speed, clearance: np.nan if speed < 12.0 else speed
     known = {"period": ("turns", "period"), "impacts": ("1", "impacts")}
     sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES), metrics, known)
@@ -184,7 +223,10 @@ def test_no_period_and_no_value(made, tmp_path, gallery):
     assert_allclose(norm(period).boundaries, [0.5, 1.5, 2.5, 3.5, 4.5])
     assert hatched(period) == 4  # the largest clearance
     assert hatched(impacts) == 5  # the slowest speed
-    assert [t.get_text() for t in gallery.last.legends[0].get_texts()] == ["not periodic within the run", "no value"]
+    assert [t.get_text() for t in gallery.last.legends[0].get_texts()] == [
+        "not periodic within the run",
+        "no value",
+    ]
     sweep.metrics["period"][:] = np.inf
     maps(sweep, tmp_path / "m.png", metrics="period")
     assert hatched(panels(gallery.last)[0]) == 20
@@ -205,13 +247,19 @@ def test_settling_is_told_from_no_period(made, tmp_path, gallery):
 def test_names_and_a_third_parameter(made, tmp_path, gallery):
     """Names have equal cells, and the panels of a metric one scale."""
     points = grid(joints=["B", "B,C", "B,C,E"], model=["dry", "lubricated"], speed=SPEEDS)
-    sweep = made(points, {"force": lambda joints, model, speed: speed * len(joints) * (1.0 + (model == "dry"))})
+    sweep = made(
+        points,
+        {"force": lambda joints, model, speed: speed * len(joints) * (1.0 + (model == "dry"))},
+    )
     maps(sweep, tmp_path / "m.png", x="speed", y="joints")
     dry, lubricated = panels(gallery.last)
     assert [a.get_title() for a in (dry, lubricated)] == ["model dry", "model lubricated"]
     assert [t.get_text() for t in dry.get_yticklabels()] == ["B", "B,C", "B,C,E"]
     assert norm(dry) is norm(lubricated)
-    own, other = (next(c for c in a.collections if isinstance(c, QuadMesh)).get_array() for a in (dry, lubricated))
+    own, other = (
+        next(c for c in a.collections if isinstance(c, QuadMesh)).get_array()
+        for a in (dry, lubricated)
+    )
     assert_allclose(own, 2.0 * other)
     assert_allclose(other, np.outer([1, 3, 5], SPEEDS))
     maps(sweep, tmp_path / "m.png")  # numbers along x, names beside
@@ -241,7 +289,9 @@ def test_lists_that_go_together(made, tmp_path, gallery):
     curves(sweep, tmp_path / "m.png", x="restitution")
     names = [t.get_text() for t in gallery.last.legends[0].get_texts()]
     assert names[0] == "speed 100 rpm, clearance 0.05 mm, viscosity 10 mPa s"
-    with pytest.raises(ValueError, match="x and y must vary apart from each other, got speed and clearance"):
+    with pytest.raises(
+        ValueError, match="x and y must vary apart from each other, got speed and clearance"
+    ):
         maps(sweep, tmp_path / "m.png", x="speed", y="clearance")
     with pytest.raises(ValueError, match="'viscosity' has the same value at several places"):
         maps(sweep, tmp_path / "m.png", x="viscosity")
@@ -252,10 +302,16 @@ def test_lists_that_go_together(made, tmp_path, gallery):
     [
         ({"metrics": "force_max"}, "no metric 'force_max' in .*; it has force"),
         ({"metrics": []}, r"metrics:  are 0, a page has room for 1 to 12"),
-        ({"x": "colour"}, "'colour' is no parameter that varies in .*; what varies: speed, clearance"),
+        (
+            {"x": "colour"},
+            "'colour' is no parameter that varies in .*; what varies: speed, clearance",
+        ),
         ({"x": "speed", "y": "speed"}, "x and y must vary apart"),
         ({"at": {"colour": 1}}, "colour is not swept here; swept are speed, clearance"),
-        ({"at": {"speed": 10.0}}, "a map needs two parameters that vary, here varies clearance: ask for curves"),
+        (
+            {"at": {"speed": 10.0}},
+            "a map needs two parameters that vary, here varies clearance: ask for curves",
+        ),
     ],
 )
 def test_bad_maps(made, tmp_path, options, message):
@@ -266,36 +322,65 @@ def test_bad_maps(made, tmp_path, options, message):
 
 def test_more_than_a_page_holds(made, tmp_path):
     many = np.linspace(0.1, 0.9, 8)
-    sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES, restitution=many), {f"m{i}": force for i in range(13)})
-    with pytest.raises(ValueError, match="restitution: 8 different points, a page has room for 6 panels: hold some"):
+    sweep = made(
+        grid(speed=SPEEDS, clearance=CLEARANCES, restitution=many),
+        {f"m{i}": force for i in range(13)},
+    )
+    with pytest.raises(
+        ValueError, match="restitution: 8 different points, a page has room for 6 panels: hold some"
+    ):
         maps(sweep, tmp_path / "m.png", metrics="m0")
     with pytest.raises(ValueError, match=r"metrics: m\* are 13, a page has room for 1 to 12"):
         maps(sweep, tmp_path / "m.png", metrics="m*")
-    sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES, restitution=many, viscosity=[0.1, 0.2]), {"m": force})
+    sweep = made(
+        grid(speed=SPEEDS, clearance=CLEARANCES, restitution=many, viscosity=[0.1, 0.2]),
+        {"m": force},
+    )
     with pytest.raises(ValueError, match="left are restitution, viscosity: hold some of them"):
         maps(sweep, tmp_path / "m.png")
     with pytest.raises(
-        ValueError, match="clearance, restitution, viscosity: 80 different points, a page has room for 50 curves"
+        ValueError,
+        match="clearance, restitution, viscosity: 80 different points, a page has room "
+        "for 50 curves",
     ):
         curves(sweep, tmp_path / "m.png")
     with pytest.raises(ValueError, match="model='wet' was not swept; there are dry"):
-        curves(made(grid(model=["dry"], speed=SPEEDS), {"m": lambda **_: 1.0}), tmp_path / "m.png", at={"model": "wet"})
+        curves(
+            made(grid(model=["dry"], speed=SPEEDS), {"m": lambda **_: 1.0}),
+            tmp_path / "m.png",
+            at={"model": "wet"},
+        )
 
 
 def test_telling_metrics(made):
     names = [
-        "slider_acceleration_min", "slider_acceleration_max", "drive_crank_torque_rms", "joint_A_force_max",
-        "joint_B_force_max", "joint_B_gap_min", "joint_B_film_thickness_ratio_min", "joint_B_contact_fraction",
-        "joint_B_impacts_per_turn", "dissipated_per_turn", "period",
-    ]  # fmt: skip
+        "slider_acceleration_min",
+        "slider_acceleration_max",
+        "drive_crank_torque_rms",
+        "joint_A_force_max",
+        "joint_B_force_max",
+        "joint_B_gap_min",
+        "joint_B_film_thickness_ratio_min",
+        "joint_B_contact_fraction",
+        "joint_B_impacts_per_turn",
+        "dissipated_per_turn",
+        "period",
+    ]
     sweep = made(grid(speed=SPEEDS), {n: lambda speed: speed for n in names})
     assert chosen_metrics(sweep, None) == [
-        "slider_acceleration_max", "drive_crank_torque_rms", "joint_B_force_max", "joint_B_film_thickness_ratio_min",
-        "joint_B_contact_fraction", "joint_B_impacts_per_turn",
-    ]  # fmt: skip
+        "slider_acceleration_max",
+        "drive_crank_torque_rms",
+        "joint_B_force_max",
+        "joint_B_film_thickness_ratio_min",
+        "joint_B_contact_fraction",
+        "joint_B_impacts_per_turn",
+    ]
     sweep.metrics["joint_B_contact_fraction"][:] = np.nan
     assert "dissipated_per_turn" in chosen_metrics(sweep, None)
-    assert chosen_metrics(sweep, ["joint_*_force_max", "joint_B_*_max"]) == ["joint_A_force_max", "joint_B_force_max"]
+    assert chosen_metrics(sweep, ["joint_*_force_max", "joint_B_*_max"]) == [
+        "joint_A_force_max",
+        "joint_B_force_max",
+    ]
     sweep.status[:] = "failed"
     with pytest.raises(ValueError, match="no metric to draw: 0 points are done"):
         chosen_metrics(sweep, None)
@@ -329,7 +414,9 @@ def test_curves_of_a_second_parameter(made, tmp_path, gallery):
     assert names == [f"speed {n} rpm" for n in (100, 200, 300, 400)]
     many = made(grid(speed=np.linspace(10.0, 60.0, 12), clearance=CLEARANCES), {"force": force})
     curves(many, tmp_path / "c.png", x="clearance")  # a bar tells so many apart
-    assert [a.get_ylabel() for a in gallery.last.axes if a.get_label() == "<colorbar>"] == ["speed [rpm]"]
+    assert [a.get_ylabel() for a in gallery.last.axes if a.get_label() == "<colorbar>"] == [
+        "speed [rpm]"
+    ]
     assert not gallery.last.legends
     assert len({line.get_color() for line in map(_hashable, panels(gallery.last)[0].lines)}) == 12
 
@@ -348,7 +435,9 @@ def test_curves_over_names_are_not_joined(made, tmp_path, gallery):
 
 
 def test_curves_without_a_value_say_so(made, tmp_path, gallery):
-    sweep = made(grid(speed=SPEEDS), {"period": lambda speed: np.inf}, {"period": ("turns", "period")})
+    sweep = made(
+        grid(speed=SPEEDS), {"period": lambda speed: np.inf}, {"period": ("turns", "period")}
+    )
     curves(sweep, tmp_path / "c.png", metrics="period")
     assert {"4 of 4 not periodic within the run", "no value"} <= set(gallery.texts())
     assert_allclose(panels(gallery.last)[0].get_xlim(), (100.0, 400.0))
@@ -369,7 +458,9 @@ def test_samples_without_a_value_say_so(made, tmp_path, gallery):
 def test_telling_metrics_of_the_points_that_are_left(made, tmp_path, gallery):
     metrics = {
         "slider_acceleration_max": lambda model, speed, clearance: speed,
-        "joint_C_contact_fraction": lambda model, speed, clearance: clearance if model == "dry" else np.nan,
+        "joint_C_contact_fraction": lambda model, speed, clearance: (
+            clearance if model == "dry" else np.nan
+        ),
     }
     sweep = made(grid(model=["dry", "lubricated"], speed=SPEEDS, clearance=CLEARANCES), metrics)
     for model, count in (("dry", 2), ("lubricated", 1)):
@@ -405,7 +496,15 @@ def swept(tmp_path_factory):
     options = {"turns": 5.0, "samples_per_turn": 40, "rtol": 1e-5}
     channels = ["bodies/slider", "joints/C/ecc*"]
     folder = tmp_path_factory.mktemp("sweep") / "runs"
-    return cl.sweep("slider_crank", points, folder, fixed={"model": "dry"}, channels=channels, workers=1, **options)
+    return cl.sweep(
+        "slider_crank",
+        points,
+        folder,
+        fixed={"model": "dry"},
+        channels=channels,
+        workers=1,
+        **options,
+    )
 
 
 def test_bifurcation_of_a_sweep(swept, tmp_path, gallery):
@@ -430,7 +529,14 @@ def test_runs_that_are_missing_are_crosses(swept, tmp_path, gallery):
     kept = swept.path(gone).read_bytes()
     swept.path(gone).unlink()
     try:
-        bifurcation_of(swept, tmp_path / "b.png", at={"clearance": 1e-3}, channels="slider.vx", settle=1.0, angle=1.0)
+        bifurcation_of(
+            swept,
+            tmp_path / "b.png",
+            at={"clearance": 1e-3},
+            channels="slider.vx",
+            settle=1.0,
+            angle=1.0,
+        )
     finally:
         swept.path(gone).write_bytes(kept)
     (axes,) = gallery.last.axes
@@ -445,7 +551,10 @@ def test_runs_that_are_missing_are_crosses(swept, tmp_path, gallery):
     [
         ({}, "besides speed, clearance varies: hold it"),
         ({"parameter": "colour"}, "'colour' is no parameter that varies"),
-        ({"at": {"clearance": 1e-3}, "settle": 9.0}, "settle: no run of .* has a passage after 9 turns"),
+        (
+            {"at": {"clearance": 1e-3}, "settle": 9.0},
+            "settle: no run of .* has a passage after 9 turns",
+        ),
         ({"at": {"clearance": 1e-3}, "channels": "B.force"}, "no channel 'B.force'"),
     ],
 )
@@ -469,10 +578,14 @@ def test_colours_read_in_grey():
 
 
 def test_values_that_crowd_stand_at_equal_distances(made, tmp_path, gallery):
-    """Rows of 10 and 11 in 1000 would be a hundredth of the map; of an even grid all are alike and keep their scale."""
+    """Rows of 10 and 11 in 1000 would be a hundredth of the map; of an even grid all are alike and
+    keep their scale.
+    """
     crowded = [-20.0, 10.0, 11.0, 500.0, 1000.0]
     numbers = {"m": lambda speed, restitution: restitution}
-    maps(made(grid(speed=SPEEDS, restitution=crowded), numbers), tmp_path / "m.png", y="restitution")
+    maps(
+        made(grid(speed=SPEEDS, restitution=crowded), numbers), tmp_path / "m.png", y="restitution"
+    )
     (axes,) = panels(gallery.last)
     assert_allclose(axes.get_yticks(), np.arange(5.0))
     assert [t.get_text() for t in axes.get_yticklabels()] == ["-20", "10", "11", "500", "1000"]
@@ -484,20 +597,32 @@ def test_values_that_crowd_stand_at_equal_distances(made, tmp_path, gallery):
 def test_means_of_turn_peaks_come_first(made):
     """Of dry sweeps there is nothing else; forces are those of the joints with clearance."""
     names = [
-        "slider_acceleration_peak_mean", "slider_acceleration_peak_mean_half_width", "drive_crank_torque_rms",
-        "joint_A_force_peak_mean", "joint_C_force_peak_mean", "joint_C_penetration_peak_mean", "joint_C_force_max",
-    ]  # fmt: skip
+        "slider_acceleration_peak_mean",
+        "slider_acceleration_peak_mean_half_width",
+        "drive_crank_torque_rms",
+        "joint_A_force_peak_mean",
+        "joint_C_force_peak_mean",
+        "joint_C_penetration_peak_mean",
+        "joint_C_force_max",
+    ]
     sweep = made(grid(speed=SPEEDS), {n: lambda speed: speed for n in names})
     assert chosen_metrics(sweep, None)[:3] == [
-        "slider_acceleration_peak_mean", "drive_crank_torque_rms", "joint_C_force_peak_mean",
-    ]  # fmt: skip
+        "slider_acceleration_peak_mean",
+        "drive_crank_torque_rms",
+        "joint_C_force_peak_mean",
+    ]
 
 
 def test_curves_have_bars_of_intervals(made, tmp_path, monkeypatch):
     """In the units of the metric: 2000 +- 100 N is 2 +- 0.1 kN."""
     seen = []
-    monkeypatch.setattr("matplotlib.axes.Axes.errorbar", lambda self, x, y, half, **style: seen.append((y, half)))
-    metrics = {"force_peak_mean": lambda speed: 2e4, "force_peak_mean_half_width": lambda speed: 1e3}
+    monkeypatch.setattr(
+        "matplotlib.axes.Axes.errorbar", lambda self, x, y, half, **style: seen.append((y, half))
+    )
+    metrics = {
+        "force_peak_mean": lambda speed: 2e4,
+        "force_peak_mean_half_width": lambda speed: 1e3,
+    }
     sweep = made(grid(speed=SPEEDS), metrics)
     curves(sweep, tmp_path / "c.png", metrics=["force_peak_mean"])
     ((y, half),) = seen
@@ -506,7 +631,10 @@ def test_curves_have_bars_of_intervals(made, tmp_path, monkeypatch):
 
 def test_errors_of_metrics(made, gallery, tmp_path):
     """Cells whose stated error exceeds a twentieth of the colours are hatched, curves have bars."""
-    errors = {"force": force, "force_error": lambda speed, clearance: 0.2 * force(speed, clearance) * (speed > 30.0)}
+    errors = {
+        "force": force,
+        "force_error": lambda speed, clearance: 0.2 * force(speed, clearance) * (speed > 30.0),
+    }
     sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES), errors)
     maps(sweep, tmp_path / "m.png", metrics="force*")
     axes = gallery.figures[-1].axes[0]

@@ -45,7 +45,9 @@ def test_a_record_over_time_is_found_where_it_was_taken(run, tmp_path):
 
 
 def test_noise_is_the_error(run, tmp_path):
-    """Normal noise of size s: rms s within its scatter s / sqrt(2 n), four times; the range is larger by its tails."""
+    """Normal noise of size s: rms s within its scatter s / sqrt(2 n), four times; the range is
+    larger by its tails.
+    """
     time = np.linspace(0.0, 0.2, 2001)
     values = at(run, "joints/C/force", time + 0.05)
     size = 0.02 * np.ptp(values)

@@ -41,7 +41,10 @@ def scene(*, speed: float = 30.0, mode: str = "<a>") -> cl.Scene:
 
 
 class Reader(HTMLParser):
-    """Content of a page. Every element must be closed in its place, ids must be single, resources in the page."""
+    """Content of a page.
+
+    Every element must be closed in its place, ids must be single, resources in the page.
+    """
 
     def __init__(self, path):
         super().__init__()
@@ -133,7 +136,9 @@ def swept(tmp_path_factory):
     folder = tmp_path_factory.mktemp("a & b")
     (folder / "own.py").write_text(OWN)
     points = cl.grid(speed=[20.0, 30.0, 40.0], mode=['<b> & "c"', "plain"])
-    return cl.sweep(folder / "own.py", points, folder / "map <1>", turns=2.0, samples_per_turn=50, workers=1)
+    return cl.sweep(
+        folder / "own.py", points, folder / "map <1>", turns=2.0, samples_per_turn=50, workers=1
+    )
 
 
 @pytest.fixture(scope="module")
@@ -145,11 +150,20 @@ def swept_page(swept, tmp_path_factory):
 @pytest.mark.parametrize(
     ("value", "shown"),
     [
-        (1.234567, "1.2346"), (-0.00012345678, "−0.00012346"), (1.5e-7, "1.5 × 10⁻⁷"), (123456.0, "123456"),
-        (-1234567.0, "−1.2346 × 10⁶"), (math.nan, "–"), (math.inf, "∞"), (-math.inf, "−∞"), (12345678, "12345678"),
-        (-0.0, "0"), (np.int64(-7), "−7"), (99999.6, "1 × 10⁵"),
+        (1.234567, "1.2346"),
+        (-0.00012345678, "−0.00012346"),
+        (1.5e-7, "1.5 × 10⁻⁷"),
+        (123456.0, "123456"),
+        (-1234567.0, "−1.2346 × 10⁶"),
+        (math.nan, "–"),
+        (math.inf, "∞"),
+        (-math.inf, "−∞"),
+        (12345678, "12345678"),
+        (-0.0, "0"),
+        (np.int64(-7), "−7"),
+        (99999.6, "1 × 10⁵"),
     ],
-)  # fmt: skip
+)
 def test_numbers(value, shown):
     assert pages.number(value).replace("\u00a0", " ") == shown
 
@@ -157,11 +171,20 @@ def test_numbers(value, shown):
 @pytest.mark.parametrize(
     ("value", "units", "shown"),
     [
-        (1e-4, "m", "0.1 mm"), (6.4e-6, "m", "6.4 µm"), (0.0, "m", "0 m"), (31.41592653589793, "rad/s", "300 rpm"),
-        (0.5, "1", "0.5"), (2.5, "furlong", "2.5 furlong"), (math.pi, "rad", "180°"), (3.14e-5, "kg m2", "31.4 kg mm²"),
-        (207e9, "Pa", "207 GPa"), (0.05, "Pa s", "50 mPa s"), (2e-9, "s", "2 ns"), (math.nan, "N", "– N"),
+        (1e-4, "m", "0.1 mm"),
+        (6.4e-6, "m", "6.4 µm"),
+        (0.0, "m", "0 m"),
+        (31.41592653589793, "rad/s", "300 rpm"),
+        (0.5, "1", "0.5"),
+        (2.5, "furlong", "2.5 furlong"),
+        (math.pi, "rad", "180°"),
+        (3.14e-5, "kg m2", "31.4 kg mm²"),
+        (207e9, "Pa", "207 GPa"),
+        (0.05, "Pa s", "50 mPa s"),
+        (2e-9, "s", "2 ns"),
+        (math.nan, "N", "– N"),
     ],
-)  # fmt: skip
+)
 def test_quantities(value, units, shown):
     assert pages.quantity(value, units).replace("\u00a0", " ") == shown
 
@@ -181,7 +204,9 @@ def picture(tmp_path, points, samples=0):
         return figures.save(figure, path, dpi=50)
 
     made = pages.Page("a picture")
-    made.section("one", made.picture(draw, "random <points>", samples), made.picture(draw, "again", samples))
+    made.section(
+        "one", made.picture(draw, "random <points>", samples), made.picture(draw, "again", samples)
+    )
     return Reader(made.save(tmp_path / "picture.html"))
 
 
@@ -211,7 +236,9 @@ def test_a_picture_that_cannot_be_drawn_is_a_sentence():
         raise ValueError("channel <x> was not kept")
 
     made = pages.Page("none").picture(draw, "Something")
-    assert made == '<p class="missing">Something: not shown, for channel &lt;x&gt; was not kept.</p>'
+    assert (
+        made == '<p class="missing">Something: not shown, for channel &lt;x&gt; was not kept.</p>'
+    )
 
 
 # --- runs
@@ -223,20 +250,34 @@ def test_the_numbers_of_a_run(page, feeder):
         assert row[1:3] == (shown.replace("\u00a0", " "), units.replace("\u00a0", " "))
     assert page.row("steps")[1] == f"{run.solver['steps']}, {run.solver['rejected']} rejected"
     assert page.row("method")[1] == f"{run.solver['method']} ({run.solver['method_reason']})"
-    assert pages.number(run.solver["energy_residual_share"]).replace("\u00a0", " ") in page.row("energy residual")[1]
+    assert (
+        pages.number(run.solver["energy_residual_share"]).replace("\u00a0", " ")
+        in page.row("energy residual")[1]
+    )
     first = startup(run)["joint_C_force_max"]
     shown = " ".join(pages.measured(first.value, first.units)).replace("\u00a0", " ")
     assert page.row("largest force in joint C", "joint_C_force_max")[4] == shown
-    assert page.row("kernel")[1] == "sha256 " + hashlib.sha256(run.attributes["kernel"].encode()).hexdigest()
+    assert (
+        page.row("kernel")[1]
+        == "sha256 " + hashlib.sha256(run.attributes["kernel"].encode()).hexdigest()
+    )
     assert page.row("version of numba")[1] == run.attributes["version_numba"]
     assert ("box good", "complete") in page.boxes
 
 
 def test_what_a_run_report_shows(page):
     assert page.headings == [
-        "Mechanism", "Integration", "Summary", "Overview", "Joint B", "Joint C",
-        "Is it rigid? Is the film?", "Motion in phase space", "Spectrum", "Provenance",
-    ]  # fmt: skip
+        "Mechanism",
+        "Integration",
+        "Summary",
+        "Overview",
+        "Joint B",
+        "Joint C",
+        "Is it rigid? Is the film?",
+        "Motion in phase space",
+        "Spectrum",
+        "Provenance",
+    ]
     assert len(page.pictures) == 7  # sketch, overview, two journals, portraits, section, spectrum
     assert not page.missing
     assert "driven at constant speed, 300 rpm (31.416 rad/s)" in page.text
@@ -277,26 +318,35 @@ def test_a_run_that_has_not_ended(feeder, tmp_path):
         file.attrs["status"] = "partial: still running"
         for name in list(file["solver"].attrs):
             del file["solver"].attrs[name]
-    with pytest.raises(ValueError, match="run.h5 has no summary, for its run has not ended .partial: still running"):
+    with pytest.raises(
+        ValueError, match="run.h5 has no summary, for its run has not ended .partial: still running"
+    ):
         report(tmp_path / "run.h5", tmp_path / "r.html")
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_what_was_not_kept_is_said(tmp_path):
-    run = cl.simulate(cl.load_case("six_bar_feeder"), turns=2.0, channels=["bodies/slider/ax", "joints/B/gap"])
+    run = cl.simulate(
+        cl.load_case("six_bar_feeder"), turns=2.0, channels=["bodies/slider/ax", "joints/B/gap"]
+    )
     found = read(run, tmp_path)
     low, high = (pages.number(v) for v in run.extremes("bodies/slider/ax"))
     assert found.row("bodies/slider/ax")[1:] == ("m/s²", low, high)
     said = " ".join(found.missing)
     assert "no channel 'bodies/slider/x'" in said
-    assert "these channels were not kept: bodies/slider/ay, bodies/slider/theta, joints/A/force_x" in said
+    assert (
+        "these channels were not kept: bodies/slider/ay, bodies/slider/theta, joints/A/force_x"
+        in said
+    )
     assert "these channels were not kept: joints/B/eccentricity_x, joints/B/eccentricity_y" in said
     assert len(found.pictures) == 2  # what was kept, and its spectrum
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_no_channels_at_all(feeder, tmp_path):
-    run = cl.simulate(cl.load_case("six_bar_feeder"), turns=1.0, channels=["energy/kinetic"], energy=False)
+    run = cl.simulate(
+        cl.load_case("six_bar_feeder"), turns=1.0, channels=["energy/kinetic"], energy=False
+    )
     found = read(run, tmp_path)
     assert found.row("energy residual")[1] == "no energy ledger was kept or integrated"
     assert "its channels ax and ay were not kept" in " ".join(found.missing)
@@ -322,13 +372,17 @@ def test_dry_and_mixed_contacts(tmp_path):
     found = read(dry, tmp_path)
     shown = pages.number(dry.events["peak_force"].max()).replace("\u00a0", " ")
     assert found.row("largest peak force")[1] == f"{shown} N"
-    assert found.row("contact")[1].startswith("lankarani_nikravesh: stiffness 6.6102 × 10¹⁰ N/m^1.5, restitution 0.9")
+    assert found.row("contact")[1].startswith(
+        "lankarani_nikravesh: stiffness 6.6102 × 10¹⁰ N/m^1.5, restitution 0.9"
+    )
     thin = {"model": "mixed", "viscosity": 0.002, "speed": cl.rpm(600)}
     mixed = cl.simulate(cl.load_case("six_bar_feeder", **thin), turns=1.0, samples_per_turn=100)
     found = read(mixed, tmp_path)
     assert mixed.warnings
     assert all(("box doubt", w) in found.boxes for w in mixed.warnings)
-    assert found.row("share of the time in dry contact")[1] == pages.number(mixed.facts("joints/B")["share_dry"])
+    assert found.row("share of the time in dry contact")[1] == pages.number(
+        mixed.facts("joints/B")["share_dry"]
+    )
     assert any("film thickness ratio, states" in s for s in found.said)
 
 
@@ -352,26 +406,42 @@ def test_parts_of_a_scene_in_words():
     def push(time, amplitude):
         return amplitude * time
 
-    block = cl.Body("block", mass=2.0, inertia=0.01, points={"p": (0.05, 0.0), "q": (-0.05, 0.0)}, velocity=(0.1, 0.0))
+    block = cl.Body(
+        "block",
+        mass=2.0,
+        inertia=0.01,
+        points={"p": (0.05, 0.0), "q": (-0.05, 0.0)},
+        velocity=(0.1, 0.0),
+    )
     bar = cl.Body("bar", mass=1.0, inertia=0.01, points={"a": (0.0, 0.0), "b": (0.3, 0.0)})
     law = cl.kelvin_voigt(stiffness=1e7, damping=5.0)
-    dry = cl.ClearanceRevolute(block["q"], bar["a"], name="pivot", radius=0.01, clearance=1e-4, contact=law)
+    dry = cl.ClearanceRevolute(
+        block["q"], bar["a"], name="pivot", radius=0.01, clearance=1e-4, contact=law
+    )
     rail = cl.Prismatic(cl.ground.at(0, 0), block["p"], axis=(0.0, 1.0), name="rail")
     loads = (
-        cl.SpringDamper(cl.ground.at(-0.3, 0), block["q"], stiffness=1e3, damping=3.0, free_length=0.2, name="s"),
-        cl.TorsionSpring(block, bar, stiffness=2.0, name="t"), cl.Force(bar["b"], x=push(amplitude=2.0), name="f"),
+        cl.SpringDamper(
+            cl.ground.at(-0.3, 0), block["q"], stiffness=1e3, damping=3.0, free_length=0.2, name="s"
+        ),
+        cl.TorsionSpring(block, bar, stiffness=2.0, name="t"),
+        cl.Force(bar["b"], x=push(amplitude=2.0), name="f"),
         cl.Drive(rail, speed=0.05, start=0.1),
-    )  # fmt: skip
+    )
     scene = cl.simulate(cl.Scene(rail, dry, *loads, name="parts"), until=1e-3, samples=3).scene
-    text = re.sub(r"<[^>]*>", "|", scenes.described(scene) + scenes.tables(scene)).replace("\u00a0", " ")
+    text = re.sub(r"<[^>]*>", "|", scenes.described(scene) + scenes.tables(scene)).replace(
+        "\u00a0", " "
+    )
     for said in (
         "joint rail is driven at constant speed, 50 mm/s, from 100 mm",
         "spring and damper s, torsion spring t, force f",
         "|kelvin_voigt: stiffness 1 × 10⁷ N/m, damping 5 N s/m|",
-        "|ground (−300, 0) to block q (−50, 0)|", "|stiffness 1000 N/m, damping 3 N s/m, free length 200 mm|",
-        "|stiffness 2 N m/rad, damping 0 N m s/rad, free angle 0°|", "|x push: amplitude 2, y 0 N|",
-        "|axis (0, 1) of ground|", "velocity 0.1 m/s, 0 m/s",
-    ):  # fmt: skip
+        "|ground (−300, 0) to block q (−50, 0)|",
+        "|stiffness 1000 N/m, damping 3 N s/m, free length 200 mm|",
+        "|stiffness 2 N m/rad, damping 0 N m s/rad, free angle 0°|",
+        "|x push: amplitude 2, y 0 N|",
+        "|axis (0, 1) of ground|",
+        "velocity 0.1 m/s, 0 m/s",
+    ):
         assert said in text
 
 
@@ -383,33 +453,66 @@ def test_scenes_out_of_the_plane_and_joints_that_rub_in_words():
         return amplitude * time
 
     levels = {"breakaway": 25.0, "coulomb": 20.0, "viscous": 2.0, "decay": 10.0, "threshold": 1e-4}
-    stribeck = joint_stribeck(static=0.3, kinetic=0.1, stribeck_rate=0.2, load_viscous=0.05, transition_rate=1e-3)
-    arm = cl.Body("arm", 1.0, 0.02, points={"far": (0.4, 0.0, 0.03)}, com=(0.2, 0.0, 0.01), products=(1e-3, 0.0))
+    stribeck = joint_stribeck(
+        static=0.3, kinetic=0.1, stribeck_rate=0.2, load_viscous=0.05, transition_rate=1e-3
+    )
+    arm = cl.Body(
+        "arm",
+        1.0,
+        0.02,
+        points={"far": (0.4, 0.0, 0.03)},
+        com=(0.2, 0.0, 0.01),
+        products=(1e-3, 0.0),
+    )
     box, tip = cl.Body("box", 1.0, 0.02), cl.Body("tip", 1.0, 0.02)
-    hinge = cl.Revolute(cl.ground.at(0.0, 0.1, 0.02), arm, name="O", friction=stribeck, pin_radius=0.01,
-                        friction_arm=0.02, bending_arm=0.05)  # fmt: skip
+    hinge = cl.Revolute(
+        cl.ground.at(0.0, 0.1, 0.02),
+        arm,
+        name="O",
+        friction=stribeck,
+        pin_radius=0.01,
+        friction_arm=0.02,
+        bending_arm=0.05,
+    )
     combined = breakaway_linear(**levels)
     pin = cl.Revolute(arm["far"], box, name="P", friction=combined, self_aligning=True)
     slide = cl.Prismatic(box, tip, name="S", friction=combined, overlap=0.06)
-    more = cl.Prismatic(cl.ground, cl.Body("more", 1.0, 0.02), name="T", friction=combined, overlap=0.06)
-    drives = [cl.Drive(j, motion=swing(amplitude=0.1), name=j.name) for j in (hinge, pin, slide, more)]
+    more = cl.Prismatic(
+        cl.ground, cl.Body("more", 1.0, 0.02), name="T", friction=combined, overlap=0.06
+    )
+    drives = [
+        cl.Drive(j, motion=swing(amplitude=0.1), name=j.name) for j in (hinge, pin, slide, more)
+    ]
     force = cl.Force(arm["far"], x=1.0, z=-2.0, name="push")
-    parts = cl.Scene(hinge, pin, slide, more, *drives, force, gravity=(0.0, 0.0, -9.81), name="parts")
+    parts = cl.Scene(
+        hinge, pin, slide, more, *drives, force, gravity=(0.0, 0.0, -9.81), name="parts"
+    )
     scene = json.loads(parts.to_json())
-    text = re.sub(r"(<[^>]*>)+", "|", scenes.described(scene) + scenes.tables(scene)).replace("\u00a0", " ")
+    text = re.sub(r"(<[^>]*>)+", "|", scenes.described(scene) + scenes.tables(scene)).replace(
+        "\u00a0", " "
+    )
     for said in (
         "Friction acts in O, P, S, T. Gravity is (0, 0, −9.81) m/s².",
-        "|products xz, yz [kg m²]|", "|arm|1|0.02|(0.001, 0)|(200, 0, 10)|far (400, 0, 30)|", "|box|1|0.02|(0, 0)|",
-        "|ground (0, 100, 20)|", "|x 1 N, y 0 N, z −2 N|", "|self-aligning|",
+        "|products xz, yz [kg m²]|",
+        "|arm|1|0.02|(0.001, 0)|(200, 0, 10)|far (400, 0, 30)|",
+        "|box|1|0.02|(0, 0)|",
+        "|ground (0, 100, 20)|",
+        "|x 1 N, y 0 N, z −2 N|",
+        "|self-aligning|",
         "|hinge O|hinge P|slides S, T|",
-        "|joint_stribeck: static 0.3, kinetic 0.1, stribeck rate 0.2 rad/s, exponent 2, viscous 0 N m s/rad, "
+        "|joint_stribeck: static 0.3, kinetic 0.1, stribeck rate 0.2 rad/s, exponent 2, viscous 0 "
+        "N m s/rad, "
         "load viscous 0.05 s/rad, transition rate 0.001 rad/s|",
         "|breakaway_linear: breakaway 25 N m, coulomb 20 N m, viscous 2 N m s/rad, decay 10 s/rad, "
         "threshold 0.0001 rad/s|",
-        "|breakaway_linear: breakaway 25 N, coulomb 20 N, viscous 2 N s/m, decay 10 s/m, threshold 0.0001 m/s|",
-        "|pin radius|10 mm|", "|overlap|60 mm|", "|friction arm|20 mm|", "|bending arm|50 mm|",
+        "|breakaway_linear: breakaway 25 N, coulomb 20 N, viscous 2 N s/m, decay 10 s/m, threshold "
+        "0.0001 m/s|",
+        "|pin radius|10 mm|",
+        "|overlap|60 mm|",
+        "|friction arm|20 mm|",
+        "|bending arm|50 mm|",
         "|self-aligning|no|yes|no|",
-    ):  # fmt: skip
+    ):
         assert said in text
     flat = json.loads(cl.load_case("double_pendulum").to_json())
     assert "products" not in scenes.tables(flat)
@@ -435,7 +538,10 @@ def test_joints_that_rub(inverse, tmp_path):
     how = "Computation" if inverse else "Integration"
     assert found.headings[1:5] == [how, "Summary", "Overview", "Efforts and joint friction"]
     assert found.missing == ["A Poincaré section is drawn from 5 turns on; this run has 1.2732."]
-    assert any(s.startswith("Driving torques and forces, dashed without joint friction") for s in found.said)
+    assert any(
+        s.startswith("Driving torques and forces, dashed without joint friction")
+        for s in found.said
+    )
     assert any(s.startswith("Friction of hinges and slides") for s in found.said)
     assert ("method", run.solver["method"]) in found.rows or not inverse
 
@@ -447,7 +553,11 @@ def test_a_sweep_with_failed_points(swept_page):
     assert "Points that are not done" in found.headings
     bad = found.row("4", 'speed 381.97 rpm, mode <b> & "c"', "failed")
     assert "speed: 40 > 35 & more" in bad[3]
-    assert found.row("speed", "by even steps")[1:4] == ("3", "190.99 rpm, 286.48 rpm, 381.97 rpm", "20, 30, 40 rad/s")
+    assert found.row("speed", "by even steps")[1:4] == (
+        "3",
+        "190.99 rpm, 286.48 rpm, 381.97 rpm",
+        "20, 30, 40 rad/s",
+    )
     assert found.row("mode", "listed")[2] == '<b> & "c", plain'
     assert len(found.pictures) == 3  # maps, curves, cost
     points = [r for r in found.rows if len(r) > 6 and r[0].isdigit()]
@@ -456,13 +566,19 @@ def test_a_sweep_with_failed_points(swept_page):
 
 
 def test_extremes_of_a_sweep(swept, swept_page):
-    for name in ("slider_acceleration_peak_mean", "joint_C_force_peak_mean", "joint_C_penetration_peak_mean"):
+    for name in (
+        "slider_acceleration_peak_mean",
+        "joint_C_force_peak_mean",
+        "joint_C_penetration_peak_mean",
+    ):
         values = np.where(swept.done, swept.metrics[name], np.nan)
         unit, factor = pages.scaled(swept.known[name][0], np.nanmin(values), np.nanmax(values))
         row = next(r for r in swept_page.rows if r[0].endswith(name))
         least, most = (pages.number(v * factor) for v in (np.nanmin(values), np.nanmax(values)))
         assert row[:5] == (f"{swept.known[name][1]} {name}", unit, least, row[3], most)
-        speed = pages.quantity(swept.columns["speed"][np.nanargmax(values)], "rad/s").replace("\u00a0", " ")
+        speed = pages.quantity(swept.columns["speed"][np.nanargmax(values)], "rad/s").replace(
+            "\u00a0", " "
+        )
         assert f"speed {speed}" in row[5]
 
 
@@ -477,13 +593,17 @@ def test_a_run_of_a_sweep_shows_what_the_sweep_kept(swept, tmp_path):
     found = read(swept.path(2), tmp_path)
     assert "As the sweep that this run belongs to has kept them." in found.text
     value = swept.metrics["slider_position_deviation_peak_mean"][2]
-    assert found.row("slider_position_deviation_peak_mean")[1] == pages.measured(value, "m")[0].replace("\u00a0", " ")
+    assert found.row("slider_position_deviation_peak_mean")[1] == pages.measured(value, "m")[
+        0
+    ].replace("\u00a0", " ")
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_metrics_of_ones_own_are_named(swept, tmp_path):
     sweep = cl.open_sweep(swept.folder)
-    sweep.definition = dataclasses.replace(sweep.definition, own=(("/own/mine.py:travel", "0123456789abcdef"),))
+    sweep.definition = dataclasses.replace(
+        sweep.definition, own=(("/own/mine.py:travel", "0123456789abcdef"),)
+    )
     page = Reader(report(sweep, tmp_path / "sweep.html"))
     assert page.row("metrics of one's own")[1] == "/own/mine.py:travel"
 
@@ -494,7 +614,10 @@ def test_many_points_are_cut_short(swept, tmp_path, monkeypatch):
     monkeypatch.setattr(sweep_report, "FIRST", 3)
     found = read(swept, tmp_path)
     assert len([r for r in found.rows if len(r) > 6 and r[0].isdigit()]) == 3
-    assert "The first 3 of 6 points; all of them, with all metrics, are in map <1>/sweep.h5." in found.text
+    assert (
+        "The first 3 of 6 points; all of them, with all metrics, are in map <1>/sweep.h5."
+        in found.text
+    )
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -512,7 +635,13 @@ def test_a_sweep_without_index_and_one_without_anything_done(swept, tmp_path):
 
 @pytest.mark.usefixtures("undrawn")
 def test_samples_and_lists_that_go_together(tmp_path):
-    options = {"turns": 1.0, "samples_per_turn": 50, "channels": [], "workers": 1, "fixed": {"model": "dry"}}
+    options = {
+        "turns": 1.0,
+        "samples_per_turn": 50,
+        "channels": [],
+        "workers": 1,
+        "fixed": {"model": "dry"},
+    }
     drawn = cl.sampled(3, speed=(20.0, 30.0))
     found = read(cl.sweep("slider_crank", drawn, tmp_path / "s", **options), tmp_path)
     assert ("box good", ": 3 done") in found.boxes
@@ -523,7 +652,10 @@ def test_samples_and_lists_that_go_together(tmp_path):
     assert not found.links
     paired = cl.zipped(speed=[20.0, 25.0, 45.0], clearance=[1e-4, 2e-4, 3e-4])
     found = read(cl.sweep("slider_crank", paired, tmp_path / "z", **options), tmp_path)
-    assert found.row("clearance", "by even steps, together with speed")[3] == "0.0001, 0.0002, 0.0003 m"
+    assert (
+        found.row("clearance", "by even steps, together with speed")[3]
+        == "0.0001, 0.0002, 0.0003 m"
+    )
     assert "slider_crank: sweep over speed with clearance (3)" in found.text
 
 
@@ -556,7 +688,8 @@ def test_the_command(feeder, page, tmp_path, capsys):
     run = shutil.copy(feeder, tmp_path)
     assert cli.main(["report", str(run)]) == 0
     assert capsys.readouterr().out.startswith(f"wrote {tmp_path / 'feeder.html'} (")
-    assert (tmp_path / "feeder.html").read_text(encoding="utf-8") == page.raw  # the same file, the same report
+    # the same file, the same report
+    assert (tmp_path / "feeder.html").read_text(encoding="utf-8") == page.raw
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -564,7 +697,9 @@ def test_the_command_with_a_sweep(swept, tmp_path, capsys):
     out = tmp_path / "deep" / "sweep.html"
     assert cli.main(["report", str(swept.folder), "-o", str(out), "--json"]) == 0
     size = out.stat().st_size
-    assert capsys.readouterr().out == f'{{"status": "complete", "report": "{out}", "bytes": {size}}}\n'
+    assert (
+        capsys.readouterr().out == f'{{"status": "complete", "report": "{out}", "bytes": {size}}}\n'
+    )
     assert cli.main(["report", str(tmp_path / "nothing")]) == 2
     assert "no file or directory" in capsys.readouterr().err
 

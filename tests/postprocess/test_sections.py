@@ -33,10 +33,11 @@ def made(per_turn=50, turns=9, **options):
 
 @pytest.mark.parametrize("angle", [0.0, 1.0, -2.0, 6.0])
 def test_section_of_a_formula(angle):
-    """A period of three turns gives three points, found between samples to the interpolation's h^4 (w h = 0.042).
+    """A period of three turns gives three points, found between samples to the interpolation's h^4
+    (w h = 0.042).
 
-    Cubic Hermite errs by (w h)^4 / 384 = 8e-9 of the amplitude, four points by at most 3 (w h)^4 / 128 = 7e-8; the
-    acceleration's amplitude is 4.4.
+    Cubic Hermite errs by (w h)^4 / 384 = 8e-9 of the amplitude, four points by at most 3 (w
+    h)^4 / 128 = 7e-8; the acceleration's amplitude is 4.4.
     """
     record = made()
     found = section(record, ["slider.x", "slider.vx", "slider.ax"], angle=angle, settle=3.0)
@@ -53,14 +54,20 @@ def test_section_of_a_formula(angle):
 
 def test_samples_at_the_angle_are_taken_as_they_are():
     record = made()
-    assert (section(record, "slider.ax", settle=0.0)[:, 0] == record.values("bodies/slider/ax")[::50]).all()
+    assert (
+        section(record, "slider.ax", settle=0.0)[:, 0] == record.values("bodies/slider/ax")[::50]
+    ).all()
 
 
-@pytest.mark.parametrize(("speed", "start"), [(2.0 * np.pi, 0.4), (-2.0 * np.pi, 0.4), (-2.0 * np.pi, -3.0)])
+@pytest.mark.parametrize(
+    ("speed", "start"), [(2.0 * np.pi, 0.4), (-2.0 * np.pi, 0.4), (-2.0 * np.pi, -3.0)]
+)
 def test_sections_know_start_and_sense_of_the_drive(speed, start):
     record = made(speed=speed, start=start)
     times = section_times(record, 1.0, settle=0.0)
-    np.testing.assert_allclose(np.mod(start + speed * times - 1.0 + np.pi, 2.0 * np.pi), np.pi, atol=1e-9)
+    np.testing.assert_allclose(
+        np.mod(start + speed * times - 1.0 + np.pi, 2.0 * np.pi), np.pi, atol=1e-9
+    )
     assert len(times) == 9
 
 
@@ -74,11 +81,13 @@ def test_the_start_of_a_drive_that_does_not_say_it():
 def test_sections_of_a_run_agree_with_finer_sampling():
     """Lubricated feeder, 100 against 3200 samples a turn, rtol 1e-8.
 
-    Measured: 2e-9 of the position's range, 2e-8 of the velocity's, 2e-7 of the acceleration's, 1e-6 of c; bounds five
-    times that, for the last digits of a run depend on the machine.
+    Measured: 2e-9 of the position's range, 2e-8 of the velocity's, 2e-7 of the acceleration's, 1e-6
+    of c; bounds five times that, for the last digits of a run depend on the machine.
     """
     scene = cl.load_case("six_bar_feeder", joints="B,C")
-    coarse, fine = (cl.simulate(scene, turns=3.0, samples_per_turn=n, rtol=1e-8) for n in (100, 3200))
+    coarse, fine = (
+        cl.simulate(scene, turns=3.0, samples_per_turn=n, rtol=1e-8) for n in (100, 3200)
+    )
     names = ["slider.x", "slider.vx", "slider.ax", "B.epsilon_x"]
     a, b = (section(r, names, angle=1.2345, settle=1.0) for r in (coarse, fine))
     ranges = [np.ptp(fine.values(f"bodies/slider/{n}")) for n in ("x", "vx", "ax")]
@@ -150,7 +159,10 @@ def test_nothing_left_after_settling(tmp_path, gallery):
         poincare(run, tmp_path / "p.pdf", settle=4.0)
     with pytest.raises(ValueError, match="has no sample after turn 1.5"):
         portrait(run, tmp_path / "p.pdf", settle=1.5)
-    empty, pairs = Formula([], {f"bodies/slider/{n}": [] for n in ("x", "vx")}), [("slider.x", "slider.vx")]
+    empty, pairs = (
+        Formula([], {f"bodies/slider/{n}": [] for n in ("x", "vx")}),
+        [("slider.x", "slider.vx")],
+    )
     for draw in (portrait, poincare):
         draw(empty, tmp_path / "p.png", pairs=pairs)
         assert "no samples" in gallery.texts()
@@ -160,7 +172,10 @@ def test_portraits(tmp_path, gallery):
     run = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2.0, samples_per_turn=100)
     portrait(run, tmp_path / "p.png", settle=1.0)
     first, second = gallery.last.axes
-    assert (first.get_xlabel(), first.get_ylabel()) == ("slider position x [m]", "slider velocity x [m/s]")
+    assert (first.get_xlabel(), first.get_ylabel()) == (
+        "slider position x [m]",
+        "slider velocity x [m/s]",
+    )
     assert second.get_ylabel() == "slider acceleration x [10⁵ m/s²]"  # up to 2e5 m/s²
     assert (first.lines[0].get_xdata() == run["slider"].x[100:]).all()
     runs = [run, cl.simulate(cl.load_case("slider_crank", model="ideal"), turns=1.0)]
@@ -179,7 +194,13 @@ def test_bifurcation(tmp_path, gallery):
         for _ in range(400):
             x.append(value * x[-1] * (1.0 - x[-1]))
         points.append((value, np.array(x[-64:])))
-    bifurcation([*points, (4.1, [])], tmp_path / "b.png", parameter="r [-]", channels="x [-]", title="logistic map")
+    bifurcation(
+        [*points, (4.1, [])],
+        tmp_path / "b.png",
+        parameter="r [-]",
+        channels="x [-]",
+        title="logistic map",
+    )
     (axes,) = gallery.last.axes
     x, y = axes.lines[0].get_data()
     assert len(x) == 60 * 64
@@ -193,7 +214,9 @@ def test_bifurcation_with_two_channels(tmp_path, gallery):
     points = [(p, np.arange(6.0).reshape(3, 2) + p) for p in (1.0, 2.0)]
     bifurcation(points, tmp_path / "b.png", channels=["a", "b"])
     assert [len(axes.lines[0].get_xdata()) for axes in gallery.last.axes] == [6, 6]
-    with pytest.raises(ValueError, match=r"at 1.0 section values of shape \(3, 2\); channels name 1"):
+    with pytest.raises(
+        ValueError, match=r"at 1.0 section values of shape \(3, 2\); channels name 1"
+    ):
         bifurcation(points, tmp_path / "b.png", channels=["a"])
     with pytest.raises(ValueError, match="points: give at least one"):
         bifurcation([], tmp_path / "b.png")

@@ -27,10 +27,11 @@ def made(time, path="joints/C/force_x", **options):
 @pytest.mark.parametrize("window", ["hann", "none"])
 @pytest.mark.parametrize("turns", [2.0, 5.0, 7.4])
 def test_a_sum_of_sinusoids(window, turns, validated):
-    """Over whole turns each harmonic stands on a frequency of its own; only rounding is left, 1e-12 of the largest.
+    """Over whole turns each harmonic stands on a frequency of its own; only rounding is left, 1e-12
+    of the largest.
 
-    That holds for the smallest amplitude too, 2000 times smaller than the largest, for the three lines of a periodic
-    Hann window do not reach the next harmonic.
+    That holds for the smallest amplitude too, 2000 times smaller than the largest, for the three
+    lines of a periodic Hann window do not reach the next harmonic.
     """
     found = spectrum(made(np.arange(round(400 * turns) + 1) / 400.0), "C.force_x", window=window)
     assert found.turns == int(turns)
@@ -38,14 +39,22 @@ def test_a_sum_of_sinusoids(window, turns, validated):
     at = {k: found.amplitude[k * found.turns] for k in range(200)}
     assert at.pop(0) == pytest.approx(abs(MEAN), rel=1e-12)
     wanted, source = [PARTS.get(order, 0.0) for order in at], "sinusoids given"
-    validated("amplitudes of 199 orders", [*at.values()], wanted, 2e-12, source=source, kind="exact", relative=False)
+    validated(
+        "amplitudes of 199 orders",
+        [*at.values()],
+        wanted,
+        2e-12,
+        source=source,
+        kind="exact",
+        relative=False,
+    )
 
 
 def test_samples_that_do_not_divide_a_turn():
     """150.5 samples a turn are interpolated: amplitudes to 1e-3.
 
-    Four points err by 3 (w h)^4 / 128 at worst, of a sinusoid: 2e-4 at order 7, 0.18 at order 40, of which the smallest
-    amplitude is 1e-3, so 2e-4 of the unit again.
+    Four points err by 3 (w h)^4 / 128 at worst, of a sinusoid: 2e-4 at order 7, 0.18 at order 40,
+    of which the smallest amplitude is 1e-3, so 2e-4 of the unit again.
     """
     found = spectrum(made(np.arange(1200) / 150.5), "C.force_x")
     assert found.turns == 7
@@ -64,7 +73,9 @@ def test_the_last_turns_are_taken():
 
 @pytest.mark.parametrize("count", [400, 401])
 def test_parseval_without_window(count, validated):
-    """Mean square = mean^2 + half the squares of the amplitudes (the whole square at half the sampling rate)."""
+    """Mean square = mean^2 + half the squares of the amplitudes (the whole square at half the
+    sampling rate).
+    """
     values = np.random.default_rng(3).normal(size=count) + 2.0
     frequency, amplitude = amplitudes(values, 0.01, "none")
     halves = np.full(len(amplitude), 0.5)
@@ -78,11 +89,15 @@ def test_parseval_without_window(count, validated):
 
 @pytest.mark.parametrize(("window", "loss"), [("hann", 0.1512), ("none", 0.3634)])
 def test_between_two_frequencies(window, loss, validated):
-    """Half-way a sinusoid shows 8/(3 pi) or 2/pi of its amplitude; 1e-3 for what leaks from negative frequencies."""
+    """Half-way a sinusoid shows 8/(3 pi) or 2/pi of its amplitude; 1e-3 for what leaks from
+    negative frequencies.
+    """
     t = np.arange(4000)
     _, amplitude = amplitudes(np.cos(2.0 * np.pi * 1000.5 * t / 4000), 1.0, window)
     options = {"source": "8 / (3 pi) and 2 / pi", "kind": "exact", "relative": False}
-    validated("amplitude half-way between two frequencies", amplitude.max(), 1.0 - loss, 1e-3, **options)
+    validated(
+        "amplitude half-way between two frequencies", amplitude.max(), 1.0 - loss, 1e-3, **options
+    )
 
 
 def test_one_turn_has_no_window():
@@ -102,7 +117,9 @@ def test_without_a_drive():
 
 
 def test_what_has_no_spectrum():
-    with pytest.raises(ValueError, match="formula has 0.5 turns after turn 0; a spectrum needs one"):
+    with pytest.raises(
+        ValueError, match="formula has 0.5 turns after turn 0; a spectrum needs one"
+    ):
         spectrum(made(np.arange(201) / 400.0), "C.force_x")
     with pytest.raises(ValueError, match="formula has 5 samples after turn 0; a spectrum needs 8"):
         spectrum(made(np.linspace(0.0, 3.0, 5)), "C.force_x")
@@ -116,22 +133,30 @@ def test_samples_too_coarse():
     time = np.arange(801) / 400.0
     noise = np.random.default_rng(2).normal(size=801)
     assert spectrum(made(time), "C.force_x").unresolved < 1e-20
-    assert spectrum(Formula(time, {"joints/C/force_x": noise}), "C.force_x").unresolved == pytest.approx(0.5, abs=0.1)
+    assert spectrum(
+        Formula(time, {"joints/C/force_x": noise}), "C.force_x"
+    ).unresolved == pytest.approx(0.5, abs=0.1)
     assert spectrum(Formula(time, {"joints/C/force_x": 0 * noise}), "C.force_x").unresolved == 0.0
 
 
 def test_acceleration_is_w_times_velocity():
-    """Spectra of a run's velocity and acceleration differ by the angular frequency: 1e-3 of the first two orders."""
+    """Spectra of a run's velocity and acceleration differ by the angular frequency: 1e-3 of the
+    first two orders.
+    """
     run = cl.simulate(cl.load_case("four_bar"), turns=2.0)
     v, a = (spectrum(run, f"rocker.{n}") for n in ("vx", "ax"))
     for order in (1, 2):
         k = order * v.turns
-        assert a.amplitude[k] == pytest.approx(2.0 * np.pi * v.frequency[k] * v.amplitude[k], rel=1e-3)
+        assert a.amplitude[k] == pytest.approx(
+            2.0 * np.pi * v.frequency[k] * v.amplitude[k], rel=1e-3
+        )
 
 
 def test_the_picture(tmp_path, gallery):
     runs = [
-        cl.simulate(cl.load_case("six_bar_feeder", joints="B", clearance=c), turns=t, samples_per_turn=100)
+        cl.simulate(
+            cl.load_case("six_bar_feeder", joints="B", clearance=c), turns=t, samples_per_turn=100
+        )
         for c, t in ((1e-4, 3.0), (2e-4, 2.5))
     ]
     path = spectra(runs, tmp_path / "s.png", channels=["slider.ax", "B.epsilon"])
@@ -148,7 +173,11 @@ def test_the_picture(tmp_path, gallery):
 
 
 def test_the_picture_of_a_dry_run_says_that_samples_are_coarse(tmp_path, gallery):
-    spectra(cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2), tmp_path / "s.png", channels="C.force")
+    spectra(
+        cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2),
+        tmp_path / "s.png",
+        channels="C.force",
+    )
     assert any("samples too coarse" in t for t in gallery.texts())
 
 

@@ -26,8 +26,13 @@ def test_a_picture_from_a_file(tmp_path, monkeypatch):
 
 def test_forces_of_joints_that_touch_come_first():
     names = [
-        "slider_acceleration_peak", "drive_crank_torque_peak", "drive_crank_torque_rms", "joint_A_force_peak",
-        "joint_C_force_peak", "joint_C_penetration_peak", "joint_C_impacts_per_turn",
-    ]  # fmt: skip
+        "slider_acceleration_peak",
+        "drive_crank_torque_peak",
+        "drive_crank_torque_rms",
+        "joint_A_force_peak",
+        "joint_C_force_peak",
+        "joint_C_penetration_peak",
+        "joint_C_impacts_per_turn",
+    ]
     first = ["joint_C_force_peak", "drive_crank_torque_peak", "slider_acceleration_peak"]
     assert chosen_peaks(names) == first

@@ -1,7 +1,8 @@
 """Whole runs with default settings against the references, see references.py.
 
-What is allowed is a few times (mostly five) the deviation of the run when its reference was made: the error of
-rtol = 1e-6, or of rounding where the motion is prescribed. A change beyond it is a change of model or of accuracy.
+What is allowed is a few times (mostly five) the deviation of the run when its reference was made:
+the error of rtol = 1e-6, or of rounding where the motion is prescribed. A change beyond it is a
+change of model or of accuracy.
 """
 
 import numpy as np
@@ -9,7 +10,15 @@ import pytest
 
 from clearance.catalogue import case_names
 from tests.regression import references
-from tests.regression.references import RUNS, Estimation, Statistics, described, deviations, read, result
+from tests.regression.references import (
+    RUNS,
+    Estimation,
+    Statistics,
+    described,
+    deviations,
+    read,
+    result,
+)
 
 MOVABLE = [n for n, run in RUNS.items() if not isinstance(run, Statistics | Estimation)]
 
@@ -35,7 +44,9 @@ def test_a_thousandth_is_noticed(name):
 
 
 def test_other_parameters_of_friction_are_noticed():
-    """Each value a hundredth off is beyond what is allowed (five times: the fit itself stops within 7e-4)."""
+    """Each value a hundredth off is beyond what is allowed (five times: the fit itself stops within
+    7e-4).
+    """
     known, _ = read("ball_joint_lugre1d")
     moved = {t: columns | {"value": 1.01 * columns["value"]} for t, columns in known.items()}
     off = deviations(RUNS["ball_joint_lugre1d"], moved, known)
@@ -44,7 +55,9 @@ def test_other_parameters_of_friction_are_noticed():
 
 @pytest.mark.parametrize("name", [n for n, run in RUNS.items() if isinstance(run, Statistics)])
 def test_statistics_see_a_model(name):
-    """Metrics at half their value, as by a lost factor of two: at least three of the six are beyond what is allowed."""
+    """Metrics at half their value, as by a lost factor of two: at least three of the six are beyond
+    what is allowed.
+    """
     known, _ = read(name)
     moved = {"metrics": known["metrics"] | {"value": 0.5 * known["metrics"]["value"]}}
     off = np.array(list(deviations(RUNS[name], moved, known).values()))
@@ -59,7 +72,9 @@ def test_a_missing_channel_is_named():
 
 
 def test_every_case_has_a_reference():
-    assert set(case_names()) == {run.case for run in RUNS.values() if not isinstance(run, Estimation)}
+    assert set(case_names()) == {
+        run.case for run in RUNS.values() if not isinstance(run, Estimation)
+    }
 
 
 def test_files_are_small_and_no_others():

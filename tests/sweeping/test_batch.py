@@ -1,4 +1,6 @@
-"""Points in one memory: the same numbers as run one by one, bit by bit, and one by one where that cannot be."""
+"""Points in one memory: the same numbers as run one by one, bit by bit, and one by one where that
+cannot be.
+"""
 
 import numpy as np
 import pytest
@@ -42,7 +44,10 @@ def columns(count=6):
 
 @pytest.mark.parametrize("fixed", [FILM, DRY])
 def test_metrics_are_those_of_runs_one_by_one(fixed):
-    """Values, times of extremes, warnings and steps of the same loop: bit by bit. Points in any company."""
+    """Values, times of extremes, warnings and steps of the same loop: bit by bit.
+
+    Points in any company.
+    """
     case, swept = find_case("slider_crank"), columns()
     family = Family(lambda values: case.scene(**fixed, **values), swept, OPTIONS, None)
     found = family.found(swept)
@@ -69,7 +74,9 @@ def test_a_point_that_fails_is_left_alone():
     assert family.found({name: column[:2] for name, column in swept.items()}) == [None, None]
 
 
-@pytest.mark.parametrize(("mass", "reason"), [("mass * length", "several parameters"), ("mass", None)])
+@pytest.mark.parametrize(
+    ("mass", "reason"), [("mass * length", "several parameters"), ("mass", None)]
+)
 def test_numbers_of_several_parameters(mass, reason, tmp_path):
     (tmp_path / "own.py").write_text(OWN.replace("MASS", mass))
     case, swept = find_case(tmp_path / "own.py"), columns()
@@ -91,10 +98,16 @@ def test_numbers_of_several_parameters(mass, reason, tmp_path):
 
 
 def test_a_sweep_in_one_memory(tmp_path):
-    """Blocks of points in the journal; numbers of a sweep with files, whose points are run one by one."""
+    """Blocks of points in the journal; numbers of a sweep with files, whose points are run one by
+    one.
+    """
     points = cl.grid(speed=np.linspace(20.0, 40.0, 10), clearance=np.geomspace(1e-4, 4e-4, 10))
-    few = cl.grid(speed=np.linspace(20.0, 40.0, 10)[[0, 9]], clearance=np.geomspace(1e-4, 4e-4, 10)[[0, 9]])
-    together = cl.sweep("slider_crank", points, tmp_path / "all", fixed=DRY, channels=[], workers=1, **OPTIONS)
+    few = cl.grid(
+        speed=np.linspace(20.0, 40.0, 10)[[0, 9]], clearance=np.geomspace(1e-4, 4e-4, 10)[[0, 9]]
+    )
+    together = cl.sweep(
+        "slider_crank", points, tmp_path / "all", fixed=DRY, channels=[], workers=1, **OPTIONS
+    )
     alone = cl.sweep("slider_crank", few, tmp_path / "few", fixed=DRY, workers=1, **OPTIONS)
     assert together.done.all()
     assert "points together in one memory" in (tmp_path / "all" / "sweep.log").read_text()
@@ -110,7 +123,16 @@ def test_a_block_of_the_journal(tmp_path):
     known = {"force": ("N", "largest force")}
     made = {"version": "1", "text": "abc"}
     block = [
-        Outcome(i, f"key{i}", "done", metrics={"force": 0.1 * i}, known=known, steps=i, made=made, together=True)
+        Outcome(
+            i,
+            f"key{i}",
+            "done",
+            metrics={"force": 0.1 * i},
+            known=known,
+            steps=i,
+            made=made,
+            together=True,
+        )
         for i in range(3)
     ]
     failed = Outcome(3, "key3", "failed", "torn")
@@ -132,7 +154,9 @@ def test_a_block_of_the_journal(tmp_path):
 
 def test_few_points_are_not_worth_a_memory(tmp_path):
     points = cl.grid(speed=[20.0, 25.0, 30.0])
-    found = cl.sweep("slider_crank", points, tmp_path / "out", fixed=DRY, channels=[], workers=1, **OPTIONS)
+    found = cl.sweep(
+        "slider_crank", points, tmp_path / "out", fixed=DRY, channels=[], workers=1, **OPTIONS
+    )
     assert found.done.all()
     together, alone = worker._together(found.definition, "stamp", (0, 1))
     assert not together

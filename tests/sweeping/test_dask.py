@@ -1,4 +1,6 @@
-"""The same sweep on a real Dask scheduler with two worker processes: the same files, and no run lost with a worker."""
+"""The same sweep on a real Dask scheduler with two worker processes: the same files, and no run
+lost with a worker.
+"""
 
 import os
 import signal
@@ -19,9 +21,17 @@ pytest.importorskip("distributed")
 @pytest.fixture
 def cluster(tmp_path):
     """Address of a scheduler, and its two workers."""
-    environment = os.environ | {"DASK_DISTRIBUTED__DASHBOARD__LINK": "", "DASK_LOGGING__DISTRIBUTED": "error"}
+    environment = os.environ | {
+        "DASK_DISTRIBUTED__DASHBOARD__LINK": "",
+        "DASK_LOGGING__DISTRIBUTED": "error",
+    }
     place = tmp_path / "scheduler.json"
-    common = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment, "cwd": tmp_path}
+    common = {
+        "stdout": subprocess.DEVNULL,
+        "stderr": subprocess.DEVNULL,
+        "env": environment,
+        "cwd": tmp_path,
+    }
     start = [
         sys.executable,
         "-m",
@@ -33,8 +43,18 @@ def cluster(tmp_path):
         "127.0.0.1",
     ]
     processes = [subprocess.Popen([*start, "--scheduler-file", str(place)], **common)]
-    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard"]
-    workers = [subprocess.Popen([*worker, "--scheduler-file", str(place)], **common) for _ in range(2)]
+    worker = [
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_worker",
+        "--nthreads",
+        "1",
+        "--no-nanny",
+        "--no-dashboard",
+    ]
+    workers = [
+        subprocess.Popen([*worker, "--scheduler-file", str(place)], **common) for _ in range(2)
+    ]
     deadline = time.monotonic() + 60.0
     while not place.exists() and time.monotonic() < deadline:
         time.sleep(0.05)
@@ -50,9 +70,15 @@ def cluster(tmp_path):
 def test_a_cluster_gives_the_same_files_and_survives_a_worker(tmp_path, cluster):
     address, workers = cluster
     here = cl.sweep(
-        "slider_crank", MANY, tmp_path / "here", fixed={"model": "dry"}, workers=2, turns=12.0, samples_per_turn=50,
+        "slider_crank",
+        MANY,
+        tmp_path / "here",
+        fixed={"model": "dry"},
+        workers=2,
+        turns=12.0,
+        samples_per_turn=50,
         rtol=1e-8,
-    )  # fmt: skip
+    )
     code = DRIVE.replace("workers=2", "scheduler=sys.argv[2]")
     driver = subprocess.Popen([sys.executable, "-c", code, str(tmp_path / "there"), address])
     wait_for(5, tmp_path / "there")

@@ -1,4 +1,6 @@
-"""Summary metrics against other ways to them: arrays of the run, energy balances, closed forms, made-up records."""
+"""Summary metrics against other ways to them: arrays of the run, energy balances, closed forms,
+made-up records.
+"""
 
 import dataclasses
 import json
@@ -53,7 +55,10 @@ def dry():
 
 @pytest.fixture(scope="module")
 def mixed():
-    return recorded(cl.load_case("four_bar", model="mixed", film="pinkus_sternlicht", viscosity=0.002), turns=3.0)
+    return recorded(
+        cl.load_case("four_bar", model="mixed", film="pinkus_sternlicht", viscosity=0.002),
+        turns=3.0,
+    )
 
 
 # --- the window
@@ -66,7 +71,9 @@ def clocked(turns, per_turn=40, speed=7.3, **more):
 
 thousandths = st.integers(0, 12000)
 #: turns after settling, many of them whole or a thousandth beside
-lefts = thousandths | st.builds(lambda whole, beside: 1000 * whole + beside, st.integers(0, 12), st.integers(-1, 1))
+lefts = thousandths | st.builds(
+    lambda whole, beside: 1000 * whole + beside, st.integers(0, 12), st.integers(-1, 1)
+)
 
 
 @given(thousandths, lefts, st.integers(1, 60), st.sampled_from([7.3, -31.4159, 1e-3, 523.6]))
@@ -75,8 +82,14 @@ lefts = thousandths | st.builds(lambda whole, beside: 1000 * whole + beside, st.
 @example(300, 3000, 10, 523.6)
 @example(11999, 1, 1, 7.3)
 def test_a_window_has_whole_turns_after_settling_and_no_more(settle, left, per_turn, speed):
-    """Whole turns by exact arithmetic; all numbers are multiples of 0.001, so 1e-9 of a run never is a whole turn."""
-    turns, settle, left = f"{(settle + left) / 1000:.3f}", f"{settle / 1000:.3f}", Fraction(left, 1000)
+    """Whole turns by exact arithmetic; all numbers are multiples of 0.001, so 1e-9 of a run never
+    is a whole turn.
+    """
+    turns, settle, left = (
+        f"{(settle + left) / 1000:.3f}",
+        f"{settle / 1000:.3f}",
+        Fraction(left, 1000),
+    )
     assume(float(turns) > 0.0)
     record = clocked(float(turns), per_turn, speed)
     window, length = Window.of(record, float(settle)), float(record.time[-1])
@@ -91,7 +104,9 @@ def test_a_window_has_whole_turns_after_settling_and_no_more(settle, left, per_t
     assert window.begin < window.end <= length
     if left >= 1:
         assert window.turns == math.floor(left)
-        assert window.end - window.begin == pytest.approx(window.turns * record.turn, rel=1e-9 * float(turns))
+        assert window.end - window.begin == pytest.approx(
+            window.turns * record.turn, rel=1e-9 * float(turns)
+        )
     else:
         assert window.end == length
         assert window.turns == pytest.approx(float(left), rel=1e-9)
@@ -107,7 +122,8 @@ def test_a_window_has_whole_turns_after_settling_and_no_more(settle, left, per_t
 
 
 @pytest.mark.parametrize(
-    ("turns", "begin", "whole"), [(0.7, 0.0, 0.7), (1.0, 0.0, 1), (1.9, 0.0, 1), (2.0, 1.0, 1), (6.5, 1.0, 5)]
+    ("turns", "begin", "whole"),
+    [(0.7, 0.0, 0.7), (1.0, 0.0, 1), (1.9, 0.0, 1), (2.0, 1.0, 1), (6.5, 1.0, 5)],
 )
 def test_the_first_turn_is_left_out_where_there_is_a_second(turns, begin, whole):
     window = Window.of(clocked(turns), None)
@@ -120,7 +136,9 @@ def test_the_first_turn_is_left_out_where_there_is_a_second(turns, begin, whole)
     [(0.9, None, None), (1.9, None, None), (2.0, None, 1), (2.6, 0.5, 2), (2.6, 2.0, None)],
 )
 def test_a_run_that_ended_early_has_whole_turns_or_none(turns, settle, whole):
-    """Such a run is not seen with its start, nor by a part of a turn, as if that were what the point is like."""
+    """Such a run is not seen with its start, nor by a part of a turn, as if that were what the
+    point is like.
+    """
     window = Window.of(clocked(turns, status="partial: something broke"), settle)
     assert window is None if whole is None else window.turns == whole
 
@@ -150,7 +168,9 @@ def test_a_settle_that_is_none_is_refused(settle):
 
 @given(st.floats(0.5, 9.5), st.floats(0.0, 4.0), st.integers(5, 80))
 def test_means_are_over_time(turns, settle, per_turn):
-    """Each sample stands for the time half-way to its neighbours: right to half a step of the slope at the ends."""
+    """Each sample stands for the time half-way to its neighbours: right to half a step of the slope
+    at the ends.
+    """
     assume(turns - settle > 0.5)
     record = clocked(turns, per_turn)
     window = Window.of(record, settle)
@@ -162,27 +182,44 @@ def test_means_are_over_time(turns, settle, per_turn):
 
 # --- made-up motions
 def shaker(turns=4.0, per_turn=50, speed=2.0 * math.pi, joints=(), events=None, **channels):
-    """A record of one turn a second with a drive and joint C (force 3 N, 4 N, gap 1e-4 m) unless said otherwise."""
+    """A record of one turn a second with a drive and joint C (force 3 N, 4 N, gap 1e-4 m) unless
+    said otherwise.
+    """
     count = round(turns * per_turn)
-    flat = {"force_x": 3.0, "force_y": 4.0, "gap": 1e-4, "eccentricity_x": 9e-4, "eccentricity_y": 0.0}
+    flat = {
+        "force_x": 3.0,
+        "force_y": 4.0,
+        "gap": 1e-4,
+        "eccentricity_x": 9e-4,
+        "eccentricity_y": 0.0,
+    }
     given = {n: (lambda t, v=v: np.full(t.shape, v)) for n, v in flat.items()} | channels
     paths = {f"joints/C/{n}": v for n, v in given.items()}
     columns = {"peak_penetration": np.zeros(0)} | (events or {})
     joints = joints or (joint("C"),)
-    return Formula(np.linspace(0.0, turns, count + 1), paths, speed=speed, joints=joints, events=columns)
+    return Formula(
+        np.linspace(0.0, turns, count + 1), paths, speed=speed, joints=joints, events=columns
+    )
 
 
 def contacts(begin, duration, joints=None, speed=0.5, force=10.0, depth=1e-6):
     """Columns of the events of contacts that begin at these times [s]."""
     begin = np.asarray(begin, float)
-    given = {"duration": duration, "impact_speed": speed, "peak_force": force, "peak_penetration": depth}
+    given = {
+        "duration": duration,
+        "impact_speed": speed,
+        "peak_force": force,
+        "peak_penetration": depth,
+    }
     columns = {name: np.broadcast_to(v, begin.shape).astype(float) for name, v in given.items()}
     names = np.array(joints or ["C"] * begin.size, dtype=str)
     return columns | {"time": begin, "joint": names, "kind": np.full(begin.size, "contact")}
 
 
 def test_root_mean_square_of_a_sine_is_exact_over_whole_turns():
-    """The trapezium rule integrates a sine over whole turns exactly; counting both ends whole would be off by 1 %."""
+    """The trapezium rule integrates a sine over whole turns exactly; counting both ends whole would
+    be off by 1 %.
+    """
     record = shaker(force_x=lambda t: 5.0 * np.cos(2.0 * np.pi * t), force_y=np.zeros_like)
     found = values(record)
     assert found["joint_C_force_rms"] == pytest.approx(5.0 / math.sqrt(2.0), rel=1e-14)
@@ -192,8 +229,12 @@ def test_root_mean_square_of_a_sine_is_exact_over_whole_turns():
 @pytest.mark.parametrize("turns", [2.37, 5.91])
 def test_root_mean_square_where_samples_are_not_those_of_the_turn(turns):
     """Off by the two ends only: half a step each of a window of whole turns."""
-    record = shaker(turns, 53, force_x=lambda t: 5.0 * np.cos(2.0 * np.pi * t), force_y=np.zeros_like)
-    assert values(record, 0.29)["joint_C_force_rms"] == pytest.approx(5.0 / math.sqrt(2.0), rel=0.5 / 53)
+    record = shaker(
+        turns, 53, force_x=lambda t: 5.0 * np.cos(2.0 * np.pi * t), force_y=np.zeros_like
+    )
+    assert values(record, 0.29)["joint_C_force_rms"] == pytest.approx(
+        5.0 / math.sqrt(2.0), rel=0.5 / 53
+    )
 
 
 def located(record, **quantities):
@@ -206,7 +247,9 @@ def located(record, **quantities):
 
 
 def test_peaks_between_samples_are_the_located_ones_of_the_window():
-    record = located(shaker(3.5), C_force_max=[900.0, 70.0, 20.0, 800.0], C_gap_min=[-9e-6, -2e-6, -1e-6, 0.0])
+    record = located(
+        shaker(3.5), C_force_max=[900.0, 70.0, 20.0, 800.0], C_gap_min=[-9e-6, -2e-6, -1e-6, 0.0]
+    )
     found = values(record)  # window: turns 1 and 2
     assert metrics(record)["joint_C_force_max"].time == 1.5
     assert found["joint_C_force_max"] == 70.0
@@ -228,20 +271,29 @@ def test_film_thickness_ratio_is_that_of_the_smallest_gap():
     [
         ([0.0], [4.0], 1.0, 0.0),  # permanent, since before the window
         ([1.0], [3.0], 1.0, 1.0 / 3.0),  # permanent, open at the end, begun with the window
-        ([0.5, 2.0, 3.75], [1.0, 0.25, 0.25], 1.0 / 3.0, 2.0 / 3.0),  # one into the window, one inside, one open
+        # one into the window, one inside, one open
+        ([0.5, 2.0, 3.75], [1.0, 0.25, 0.25], 1.0 / 3.0, 2.0 / 3.0),
         ([0.2, 4.0], [0.8, 0.0], 0.0, 0.0),  # over when the window begins, begun when it ends
         ([], [], 0.0, 0.0),
     ],
 )
-def test_contact_fraction_and_impacts_of_contacts_at_the_windows_ends(begin, duration, share, impacts):
+def test_contact_fraction_and_impacts_of_contacts_at_the_windows_ends(
+    begin, duration, share, impacts
+):
     found = values(shaker(4.0, events=contacts(begin, duration)))
     assert found["joint_C_contact_fraction"] == pytest.approx(share, abs=1e-15)
     assert found["joint_C_impacts_per_turn"] == pytest.approx(impacts, abs=1e-15)
 
 
-@given(st.lists(st.tuples(st.floats(0.0, 0.9), st.floats(0.1, 1.0)), max_size=8), st.integers(1, 3), st.data())
+@given(
+    st.lists(st.tuples(st.floats(0.0, 0.9), st.floats(0.1, 1.0)), max_size=8),
+    st.integers(1, 3),
+    st.data(),
+)
 def test_windows_side_by_side_share_out_contacts(parts, cut, data):
-    """Counts in two adjacent windows add up to each event once: a contact, and its time on either side."""
+    """Counts in two adjacent windows add up to each event once: a contact, and its time on either
+    side.
+    """
     begin = np.array([(i + b) * 0.5 for i, (b, _) in enumerate(parts)])
     duration = np.array([0.5 * (1.0 - b) * d for b, d in parts])
     names = data.draw(st.lists(st.sampled_from("BC"), min_size=len(parts), max_size=len(parts)))
@@ -249,21 +301,34 @@ def test_windows_side_by_side_share_out_contacts(parts, cut, data):
     first = dataclasses.replace(Window.of(record, 0.0), end=float(cut), turns=float(cut))
     second = Window.of(record, float(cut))
     found = [{n: v for n, v, *_ in defined.joints(record, w)} for w in (first, second)]
-    totals = {"impacts_per_turn": names.count("C"), "contact_fraction": duration[np.array(names) == "C"].sum()}
+    totals = {
+        "impacts_per_turn": names.count("C"),
+        "contact_fraction": duration[np.array(names) == "C"].sum(),
+    }
     for name, total in totals.items():
-        summed = sum(f[f"joint_C_{name}"] * turns for f, turns in zip(found, (cut, 4 - cut), strict=True))
+        summed = sum(
+            f[f"joint_C_{name}"] * turns for f, turns in zip(found, (cut, 4 - cut), strict=True)
+        )
         assert summed == pytest.approx(total, abs=1e-12)
 
 
 def test_contact_of_one_joint_is_none_of_another():
     record = shaker(
-        3.0, joints=(joint("B"), joint("C")), events=contacts([1.2, 1.6], 0.1, ["B", "C"], [1.0, 2.0], [50.0, 60.0])
+        3.0,
+        joints=(joint("B"), joint("C")),
+        events=contacts([1.2, 1.6], 0.1, ["B", "C"], [1.0, 2.0], [50.0, 60.0]),
     )
-    record.data |= {p.replace("/C/", "/B/"): v for p, v in record.data.items() if p.startswith("joints/")}
+    record.data |= {
+        p.replace("/C/", "/B/"): v for p, v in record.data.items() if p.startswith("joints/")
+    }
     found = values(located(record, B_force_max=[0.0, 50.0, 0.0], C_force_max=[0.0, 60.0, 0.0]))
     assert (found["joint_B_impact_speed_max"], found["joint_C_impact_speed_max"]) == (1.0, 2.0)
     assert (found["joint_B_force_max"], found["joint_C_force_max"]) == (50.0, 60.0)
-    assert found["joint_B_contact_fraction"] == found["joint_C_contact_fraction"] == pytest.approx(0.05, rel=1e-12)
+    assert (
+        found["joint_B_contact_fraction"]
+        == found["joint_C_contact_fraction"]
+        == pytest.approx(0.05, rel=1e-12)
+    )
 
 
 def wet(law):
@@ -279,33 +344,52 @@ def test_contact_that_sets_in_gradually_is_read_off_the_samples():
     found = values(shaker(3.0, joints=(wet("load_sharing"),), contact_force=touching))
     assert found["joint_C_contact_fraction"] == pytest.approx(0.2, rel=1e-12)
     assert "joint_C_impacts_per_turn" not in found
-    always = values(shaker(3.3, 37, joints=(wet("load_sharing"),), contact_force=lambda t: np.full(t.shape, 8.0)))
+    always = values(
+        shaker(
+            3.3, 37, joints=(wet("load_sharing"),), contact_force=lambda t: np.full(t.shape, 8.0)
+        )
+    )
     assert always["joint_C_contact_fraction"] == pytest.approx(1.0, rel=1e-14)
 
 
 @pytest.mark.parametrize("begin", [[], [1.3, 2.3]])
 def test_a_film_whose_contact_begins_with_a_touch_has_impacts(begin):
     force = lambda t: np.zeros_like(t)  # noqa: E731 - no sample falls into the contacts
-    found = values(shaker(3.0, joints=(wet("flores_hybrid"),), events=contacts(begin, 0.01), contact_force=force))
+    found = values(
+        shaker(
+            3.0, joints=(wet("flores_hybrid"),), events=contacts(begin, 0.01), contact_force=force
+        )
+    )
     assert found["joint_C_impacts_per_turn"] == len(begin) / 2.0
     assert found["joint_C_contact_fraction"] == pytest.approx(0.01 * len(begin) / 2.0, rel=1e-12)
 
 
 def test_without_a_turn_rates_are_per_second():
-    record = shaker(4.0, speed=None, events=contacts([0.5, 1.5, 2.5], 0.1), dissipated=lambda t: 3.0 * t)
+    record = shaker(
+        4.0, speed=None, events=contacts([0.5, 1.5, 2.5], 0.1), dissipated=lambda t: 3.0 * t
+    )
     record.data["energy/dissipated"] = 5.0 * record.time
     found = metrics(record, 1.0)
     assert found["joint_C_impacts_per_second"].value == pytest.approx(2.0 / 3.0, rel=1e-14)
     assert found["joint_C_impacts_per_second"].units == "1/s"
     assert found["joint_C_dissipated_power"].value == pytest.approx(3.0, rel=1e-14)
-    assert (found["dissipated_power"].value, found["dissipated_power"].units) == (pytest.approx(5.0, rel=1e-14), "W")
+    assert (found["dissipated_power"].value, found["dissipated_power"].units) == (
+        pytest.approx(5.0, rel=1e-14),
+        "W",
+    )
     assert not [n for n in found if "turn" in n or "period" in n]
 
 
 # --- periods
 def orbit(x, y=np.zeros_like, turns=10.0, per_turn=50, **more):
     """A journal whose eccentricity over the clearance (1e-3 m) is a function of time in turns."""
-    return shaker(turns, per_turn, eccentricity_x=lambda t: 1e-3 * x(t), eccentricity_y=lambda t: 1e-3 * y(t), **more)
+    return shaker(
+        turns,
+        per_turn,
+        eccentricity_x=lambda t: 1e-3 * x(t),
+        eccentricity_y=lambda t: 1e-3 * y(t),
+        **more,
+    )
 
 
 def wave(*parts):
@@ -319,7 +403,8 @@ def wave(*parts):
         (wave((0.8, 1), (0.2, 3)), 1.0),
         (wave((0.8, 1), (0.1, 0.5)), 2.0),
         (wave((0.8, 1), (0.1, 1 / 3)), 3.0),
-        (wave((0.8, 1), (0.004, 0.5)), 1.0),  # a subharmonic of less than 1 %: 0.8 % from turn to turn
+        # a subharmonic of less than 1 %: 0.8 % from turn to turn
+        (wave((0.8, 1), (0.004, 0.5)), 1.0),
         (wave((0.8, 1), (0.006, 0.5)), 2.0),
         (wave((0.8, 1), (0.1, (math.sqrt(5.0) - 1.0) / 2.0)), math.inf),
         (wave((0.004, 0.618)), 1.0),  # a journal that hardly moves
@@ -327,7 +412,9 @@ def wave(*parts):
 )
 @pytest.mark.parametrize(("turns", "per_turn"), [(10.0, 50), (9.73, 61)])
 def test_period_of_a_known_motion(x, period, turns, per_turn):
-    """Also where turns are no whole number of samples: the cubic is right to 0.03 (6 pi / 61)^4 < 1e-3 here."""
+    """Also where turns are no whole number of samples: the cubic is right to 0.03 (6
+    pi / 61)^4 < 1e-3 here.
+    """
     assert values(orbit(x, turns=turns, per_turn=per_turn))["period"] == period
 
 
@@ -357,7 +444,9 @@ def test_a_motion_that_settles_is_told_from_one_that_does_not():
 
 
 def test_a_journal_that_comes_by_the_same_place_on_other_ways_has_no_period():
-    """Pressed against the bearing once a turn, chaotic in between: one section a turn would take it for periodic."""
+    """Pressed against the bearing once a turn, chaotic in between: one section a turn would take it
+    for periodic.
+    """
     way = lambda t: np.sin(np.pi * t) ** 2 * np.cos(7.3 * np.floor(t) ** 2)  # noqa: E731
     assert values(orbit(way))["period"] == math.inf
     assert values(orbit(way))["period_error"] > 0.1
@@ -368,7 +457,9 @@ def test_a_period_needs_three_turns(turns, known):
     assert ("period" in values(orbit(wave((0.8, 1)), turns=turns))) == known
 
 
-@pytest.mark.parametrize(("turns", "per_turn", "known"), [(6.0, 1, True), (6.0, 7, True), (6.1, 11.3, False)])
+@pytest.mark.parametrize(
+    ("turns", "per_turn", "known"), [(6.0, 1, True), (6.0, 7, True), (6.1, 11.3, False)]
+)
 def test_few_samples_tell_a_period_only_where_they_are_those_of_the_turn(turns, per_turn, known):
     found = values(orbit(wave((0.8, 1)), turns=turns, per_turn=per_turn))
     assert found.get("period") == (1.0 if known else None)
@@ -376,7 +467,9 @@ def test_few_samples_tell_a_period_only_where_they_are_those_of_the_turn(turns, 
 
 def test_all_journals_must_be_back():
     record = orbit(wave((0.8, 1)), joints=(joint("B"), joint("C")))
-    record.data |= {p.replace("/C/", "/B/"): v for p, v in record.data.items() if p.startswith("joints/")}
+    record.data |= {
+        p.replace("/C/", "/B/"): v for p, v in record.data.items() if p.startswith("joints/")
+    }
     assert values(record)["period"] == 1.0
     record.data["joints/B/eccentricity_y"] = 1e-3 * wave((0.1, 0.5))(record.time)
     assert values(record)["period"] == 2.0
@@ -384,7 +477,9 @@ def test_all_journals_must_be_back():
 
 # --- runs
 def test_every_metric_is_described(feeder, dry, mixed):
-    """Each stands in the list at the top of metrics.py, with SI units and a text that names what it is about."""
+    """Each stands in the list at the top of metrics.py, with SI units and a text that names what it
+    is about.
+    """
     text = defined.__doc__
     for record, ideal in (feeder, dry, mixed):
         names = [*record.names("joints"), *record.names("drives"), *record.names("bodies")]
@@ -393,21 +488,26 @@ def test_every_metric_is_described(feeder, dry, mixed):
             assert not math.isnan(metric.value)
             assert metric.units in ("1", "m", "m/s", "m/s2", "N", "N m", "J", "turns")
             about = next((n for n in names if f"{n}_" in name), "")
-            assert name.partition(f"{about}_")[2].rpartition("_")[2] in text if about else name in text
+            assert (
+                name.partition(f"{about}_")[2].rpartition("_")[2] in text if about else name in text
+            )
             assert about in metric.text
 
 
 def test_forces_gaps_and_torques_are_located(feeder):
     record, ideal = feeder
     found = values(record, None, ideal)
-    late = record.time >= record.turn * (1.0 - 1e-9)  # 5 turns of 200 samples and the one that begins them
+    # 5 turns of 200 samples and the one that begins them
+    late = record.time >= record.turn * (1.0 - 1e-9)
     assert late.sum() == 1001
 
     def rms(v):
         return math.sqrt(np.trapezoid(v[late] ** 2, record.time[late]) / np.ptp(record.time[late]))
 
     def ends(path, v):
-        """Smallest and largest of all turns but the first, beyond all samples there to 1e-8 of their range."""
+        """Smallest and largest of all turns but the first, beyond all samples there to 1e-8 of
+        their range.
+        """
         located = record.located
         assert located.values.shape[0] == 6
         names = [f"{path}_{end}" for end in ("min", "max")]
@@ -422,7 +522,9 @@ def test_forces_gaps_and_torques_are_located(feeder):
     assert highest >= force[late].max() * (1.0 - 1e-14)
     assert found["joint_B_force_max"] == pytest.approx(highest, rel=1e-14)
     assert found["joint_B_force_rms"] == pytest.approx(rms(force), rel=1e-12)
-    assert found["drive_crank_torque_rms"] == pytest.approx(rms(record.drive("crank").torque), rel=1e-12)
+    assert found["drive_crank_torque_rms"] == pytest.approx(
+        rms(record.drive("crank").torque), rel=1e-12
+    )
     torque, gap, rate = record.drive("crank").torque, record.joint("B").gap, record["slider"].ax
     shown = tuple(found[f"drive_crank_torque_{side}"] for side in ("min", "max"))
     assert shown == ends("drives/crank/torque", torque)
@@ -430,27 +532,37 @@ def test_forces_gaps_and_torques_are_located(feeder):
     assert shown == ends("bodies/slider/ax", rate)
     assert found["joint_B_gap_min"] == ends("joints/B/gap", gap)[0]
     roughness = record.joint("B").gap[-1] / record.joint("B").film_thickness_ratio[-1]
-    assert found["joint_B_film_thickness_ratio_min"] == pytest.approx(found["joint_B_gap_min"] / roughness, rel=1e-12)
+    assert found["joint_B_film_thickness_ratio_min"] == pytest.approx(
+        found["joint_B_gap_min"] / roughness, rel=1e-12
+    )
     eccentric = 1.0 - found["joint_B_gap_min"] / 1e-4
     assert found["joint_B_eccentricity_ratio_max"] == pytest.approx(eccentric, rel=1e-12)
 
 
 def balanced(record, found, tolerance):
-    """First law over the window: what the drive puts in is taken out or stored, by the run's tolerance."""
+    """First law over the window: what the drive puts in is taken out or stored, by the run's
+    tolerance.
+    """
     window = Window.of(record, None)
     at = [
         np.interp((window.begin, window.end), record.time, record.values(f"energy/{n}"))
         for n in ("input", "kinetic", "potential")
     ]
     put, kinetic, potential = (end - begin for begin, end in at)
-    assert found["dissipated_per_turn"] * window.turns == pytest.approx(put - kinetic - potential, abs=tolerance * put)
-    joints = [v for n, v in found.items() if n.startswith("joint_") and n.endswith("dissipated_per_turn")]
+    assert found["dissipated_per_turn"] * window.turns == pytest.approx(
+        put - kinetic - potential, abs=tolerance * put
+    )
+    joints = [
+        v for n, v in found.items() if n.startswith("joint_") and n.endswith("dissipated_per_turn")
+    ]
     assert sum(joints) == pytest.approx(found["dissipated_per_turn"], rel=1e-12)
     return put / window.turns, (kinetic + potential) / window.turns
 
 
 def test_over_a_periodic_turn_the_drive_puts_in_what_the_film_takes_out(feeder):
-    """The motion is periodic to 1e-4, so hardly anything is stored; rtol 1e-6 leaves a ledger that closes to 1e-4."""
+    """The motion is periodic to 1e-4, so hardly anything is stored; rtol 1e-6 leaves a ledger that
+    closes to 1e-4.
+    """
     record, _ = feeder
     found = values(record, 3.0)
     assert found["period"] == 1.0
@@ -459,19 +571,26 @@ def test_over_a_periodic_turn_the_drive_puts_in_what_the_film_takes_out(feeder):
     assert found["dissipated_per_turn"] == pytest.approx(put, rel=1e-3)
     assert abs(stored) < 1e-3 * put
     late = record.time >= 3.0 * record.turn * (1.0 - 1e-9)
-    # two other ways to the same number: the power of the joint, and that of the drive, by the trapezium rule
+    # two other ways to the same number: the power of the joint, and that of the drive, by the
+    # trapezium rule
     for power in (record.joint("B").power_loss, record.drive("crank").torque * 30.0):
         mean = np.trapezoid(power[late], record.time[late]) / 3.0
         assert found["joint_B_dissipated_per_turn"] == pytest.approx(mean, rel=1e-3)
 
 
 def test_turning_the_other_way(feeder):
-    """Metrics of a drive at negative speed have the same names and signs: turns and rates are positive."""
+    """Metrics of a drive at negative speed have the same names and signs: turns and rates are
+    positive.
+    """
     record, ideal = recorded(
         cl.load_case("six_bar_feeder", **FEEDER | {"speed": -30.0}), turns=3.0, samples_per_turn=200
     )
     found = values(record, None, ideal)
-    assert set(found) == set(values(feeder[0], None, feeder[1])) - {"period", "period_error", "settling_ratio"}
+    assert set(found) == set(values(feeder[0], None, feeder[1])) - {
+        "period",
+        "period_error",
+        "settling_ratio",
+    }
     assert found["dissipated_per_turn"] > 0.0
     balanced(record, found, 1e-4)
     assert 0.0 < found["slider_position_deviation_max"] < 1e-3
@@ -483,7 +602,9 @@ def test_impacts_are_those_counted_in_the_events(dry):
     begin, end = record.turn, 3.0 * record.turn
     columns = ("time", "duration", "impact_speed", "peak_force", "peak_penetration")
     for name in "BC":
-        rows = sorted(zip(*(events[n][events["joint"] == name].tolist() for n in columns), strict=True))
+        rows = sorted(
+            zip(*(events[n][events["joint"] == name].tolist() for n in columns), strict=True)
+        )
         assert all(one[0] + one[1] <= other[0] for one, other in pairwise(rows))
         begun = [r for r in rows if begin <= r[0] < end]
         assert len(begun) > 3
@@ -513,15 +634,22 @@ def test_mixed_joint_in_contact(mixed):
 
 
 def test_a_journal_at_rest_in_its_bearing_is_in_contact_all_the_time():
-    """Set down where the contact carries the weight: in contact from the start to the end, which cuts it off."""
+    """Set down where the contact carries the weight: in contact from the start to the end, which
+    cuts it off.
+    """
     stiffness, clearance = 1e9, 1e-3
     load = body("load", {"pin": (0.0, 0.0)}, mass=2.0)
     law = cl.lankarani_nikravesh(stiffness=stiffness, restitution=0.5)
     depth = (2.0 * 9.81 / stiffness) ** (2.0 / 3.0)  # F = K d^1.5
     resting = cl.ClearanceRevolute(
-        cl.ground, load["pin"], name="J", radius=0.01, clearance=clearance, contact=law,
+        cl.ground,
+        load["pin"],
+        name="J",
+        radius=0.01,
+        clearance=clearance,
+        contact=law,
         eccentricity=(0.0, -clearance - depth),
-    )  # fmt: skip
+    )
     record, ideal = recorded(cl.Scene(resting), until=0.1)
     assert ideal is None
     for settle in (None, 0.03):
@@ -529,7 +657,9 @@ def test_a_journal_at_rest_in_its_bearing_is_in_contact_all_the_time():
         assert found["joint_J_contact_fraction"] == pytest.approx(1.0, abs=1e-12)
         # an error of rtol times the clearance, 1e-9 m of a depth of 7e-6 m
         assert found["joint_J_force_rms"] == pytest.approx(2.0 * 9.81, rel=2e-4)
-        assert found["joint_J_eccentricity_ratio_max"] == pytest.approx(1.0 + depth / clearance, rel=1e-5)
+        assert found["joint_J_eccentricity_ratio_max"] == pytest.approx(
+            1.0 + depth / clearance, rel=1e-5
+        )
     assert values(record)["joint_J_impacts_per_second"] <= 1.0 / 0.1
     assert values(record, 0.03)["joint_J_impacts_per_second"] == 0.0
 
@@ -540,13 +670,16 @@ def test_dampers_of_a_double_pendulum_take_out_what_it_loses():
     found = values(record, 0.5)
     total = record.values("energy/kinetic") + record.values("energy/potential")
     before = np.interp(0.5, record.time, total)
-    assert found["dissipated_power"] == pytest.approx((before - total[-1]) / 1.5, rel=1e-5)  # rtol 1e-6
+    # rtol 1e-6
+    assert found["dissipated_power"] == pytest.approx((before - total[-1]) / 1.5, rel=1e-5)
     assert not [n for n in found if "turn" in n or "period" in n or "deviation" in n]
 
 
 # --- the mechanism with ideal joints
 def closed_form(angle, speed):
-    """Slider of a slider-crank at the crank angle: position [m] and acceleration [m/s2] along the guide."""
+    """Slider of a slider-crank at the crank angle: position [m] and acceleration [m/s2] along the
+    guide.
+    """
     s, c = np.sin(angle), np.cos(angle)
     root = np.sqrt(ROD**2 - (CRANK * s) ** 2)
     place = CRANK * c + root
@@ -560,14 +693,26 @@ def test_ideal_slider_crank_against_its_closed_form(speed, validated):
     span = Span(2.7 * scene.turn, 401)
     place, acceleration = ideal_motion(scene, span, json.loads(scene.to_json()))["slider"]
     expected = closed_form(speed * np.linspace(0.0, span.until, 401), speed)
-    options, size = {"source": "closed form of the slider-crank", "kind": "exact"}, np.abs(expected).max(axis=1)
+    options, size = (
+        {"source": "closed form of the slider-crank", "kind": "exact"},
+        np.abs(expected).max(axis=1),
+    )
     validated("place of the ideal slider", place, expected[0], 1e-12, relative=size[0], **options)
-    validated("acceleration of the ideal slider", acceleration, expected[1], 1e-12, relative=size[1], **options)
+    validated(
+        "acceleration of the ideal slider",
+        acceleration,
+        expected[1],
+        1e-12,
+        relative=size[1],
+        **options,
+    )
 
 
 @pytest.fixture(scope="module")
 def cranks():
-    """Lubricated slider-cranks of smaller and smaller clearance, with the same Sommerfeld number: viscosity as c^2."""
+    """Lubricated slider-cranks of smaller and smaller clearance, with the same Sommerfeld number:
+    viscosity as c^2.
+    """
     sizes = (4e-4, 2e-4, 1e-4)
     scenes = [
         cl.load_case(
@@ -584,7 +729,9 @@ def cranks():
 
 
 def test_deviation_is_of_first_order_in_the_clearance(cranks):
-    """The orbit over the clearance is the same to first order: halving c halves the deviation, ever more closely."""
+    """The orbit over the clearance is the same to first order: halving c halves the deviation, ever
+    more closely.
+    """
     sizes, runs = cranks
     found = [values(record, None, ideal) for record, ideal in runs]
     for name in ("slider_position_deviation_max", "slider_acceleration_deviation_rms"):
@@ -610,7 +757,9 @@ def test_deviation_is_that_from_the_closed_form(cranks):
 
 def test_a_part_of_a_run_is_compared_with_the_same_part():
     """A run given up half way has fewer samples than the ideal motion."""
-    scene = cl.load_case("slider_crank", speed=50.0, clearance=4e-4, model="lubricated", film="pinkus_sternlicht")
+    scene = cl.load_case(
+        "slider_crank", speed=50.0, clearance=4e-4, model="lubricated", film="pinkus_sternlicht"
+    )
     options = {"turns": 4.0, "samples_per_turn": 100}
     whole, ideal = recorded(scene, **options)
     steps = int(0.8 * whole.solver["steps"])
@@ -618,13 +767,17 @@ def test_a_part_of_a_run_is_compared_with_the_same_part():
     assert not part.complete
     assert 2.0 * part.turn < part.time[-1] < 4.0 * part.turn
     count = math.floor(part.time[-1] / part.turn * (1.0 + 1e-9)) - 1
-    late = (part.time >= part.turn * (1.0 - 1e-9)) & (part.time <= (1 + count) * part.turn * (1.0 + 1e-9))
+    late = (part.time >= part.turn * (1.0 - 1e-9)) & (
+        part.time <= (1 + count) * part.turn * (1.0 + 1e-9)
+    )
     far = np.abs(part["slider"].x[late] - closed_form(50.0 * part.time[late], 50.0)[0]).max()
     assert values(part, None, same)["slider_position_deviation_max"] == pytest.approx(far, rel=1e-9)
 
 
 def turned(angle, by_ground=True, axis=(1.0, 0.0), speed=20.0):
-    """A slider-crank of ideal joints at an angle; the axis of its guide may point backwards or stand in the slider."""
+    """A slider-crank of ideal joints at an angle; the axis of its guide may point backwards or
+    stand in the slider.
+    """
     crank = body("crank", {"O": (0, 0), "P": (CRANK, 0)}, angle=angle)
     rod = body("rod", {"P": (0, 0), "Q": (ROD, 0)}, angle=angle)
     slider = body("slider", {"Q": (0, 0)}, angle=angle)
@@ -635,28 +788,41 @@ def turned(angle, by_ground=True, axis=(1.0, 0.0), speed=20.0):
     else:
         guide = cl.Prismatic(slider["Q"], cl.ground, axis=axis, angle=-angle, name="guide")
     return cl.Scene(
-        cl.Revolute(cl.ground, crank["O"], name="O"), cl.Revolute(crank["P"], rod["P"], name="P"),
-        cl.Revolute(rod["Q"], slider["Q"], name="Q"), guide, cl.Drive(crank, speed=speed, start=angle),
+        cl.Revolute(cl.ground, crank["O"], name="O"),
+        cl.Revolute(crank["P"], rod["P"], name="P"),
+        cl.Revolute(rod["Q"], slider["Q"], name="Q"),
+        guide,
+        cl.Drive(crank, speed=speed, start=angle),
         name="turned",
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(
     ("angle", "by_ground", "axis"),
-    [(0.0, True, (1.0, 0.0)), (0.0, True, (-1.0, 0.0)), (0.5 * math.pi, True, (1.0, 0.0)), (0.7, True, (1.0, 0.0)),
-     (-2.1, False, (-1.0, 0.0))],
-)  # fmt: skip
+    [
+        (0.0, True, (1.0, 0.0)),
+        (0.0, True, (-1.0, 0.0)),
+        (0.5 * math.pi, True, (1.0, 0.0)),
+        (0.7, True, (1.0, 0.0)),
+        (-2.1, False, (-1.0, 0.0)),
+    ],
+)
 def test_guides_at_any_angle(angle, by_ground, axis):
-    """Positions and accelerations count along the axis, whichever body it stands in and wherever it points."""
+    """Positions and accelerations count along the axis, whichever body it stands in and wherever it
+    points.
+    """
     scene = turned(angle, by_ground, axis)
     direction = np.array([math.cos(angle), math.sin(angle)]) * axis[0]
     np.testing.assert_allclose(guides(json.loads(scene.to_json()))["slider"], direction, atol=1e-15)
     record, ideal = recorded(scene, turns=2.0, samples_per_turn=100)
     found = values(record, None, ideal)
-    acceleration = axis[0] * closed_form(np.linspace(0.0, 2.0 * math.pi, 100_001), 20.0)[1]  # 1e-9 from its extremes
+    # 1e-9 from its extremes
+    acceleration = axis[0] * closed_form(np.linspace(0.0, 2.0 * math.pi, 100_001), 20.0)[1]
     assert found["slider_acceleration_max"] == pytest.approx(acceleration.max(), rel=2e-9)
     assert found["slider_acceleration_min"] == pytest.approx(acceleration.min(), rel=2e-9)
-    np.testing.assert_allclose(ideal["slider"][0], axis[0] * closed_form(20.0 * record.time, 20.0)[0], atol=1e-13)
+    np.testing.assert_allclose(
+        ideal["slider"][0], axis[0] * closed_form(20.0 * record.time, 20.0)[0], atol=1e-13
+    )
     assert found["slider_position_deviation_max"] < 1e-13
     assert found["slider_acceleration_deviation_rms"] < 1e-9
     assert "period" not in found
@@ -672,13 +838,19 @@ def test_only_what_slides_on_the_ground_has_a_guide():
 
 
 def pushed(speed=0.2):
-    """A block that a slide of constant speed pushes up a slope, with another on top that a motion shakes."""
+    """A block that a slide of constant speed pushes up a slope, with another on top that a motion
+    shakes.
+    """
     block = body("block", {"P": (0, 0)}, mass=2.0)
     rider = body("rider", {"P": (0, 0)}, mass=1.0)
     slope = cl.Prismatic(cl.ground, block["P"], axis=(3.0, 4.0), name="slope")
     top = cl.Prismatic(block["P"], rider["P"], axis=(0.0, 1.0), name="top")
     return cl.Scene(
-        slope, top, cl.Drive(slope, speed=speed, name="push"), cl.Drive(top, speed=0.1, name="lift"), name="pushed"
+        slope,
+        top,
+        cl.Drive(slope, speed=speed, name="push"),
+        cl.Drive(top, speed=0.1, name="lift"),
+        name="pushed",
     )
 
 
@@ -696,7 +868,9 @@ def test_prismatic_drives_have_forces_and_no_turns():
 def test_ideal_motion_does_not_depend_on_which_run_came_first(monkeypatch):
     """Bit for bit, at speeds whose angles over the same turns differ by rounding only."""
     speeds = [31.4159, 523.6, -523.6, 1.0 / 3.0, 20.0, 7.7]
-    scenes = {s: cl.load_case("slider_crank", speed=s, clearance=1e-5 + 1e-6 * abs(s)) for s in speeds}
+    scenes = {
+        s: cl.load_case("slider_crank", speed=s, clearance=1e-5 + 1e-6 * abs(s)) for s in speeds
+    }
 
     def alone(speed):
         monkeypatch.setattr(ideals, "_made", {})
@@ -704,7 +878,9 @@ def test_ideal_motion_does_not_depend_on_which_run_came_first(monkeypatch):
 
     def asked(speed):
         scene = scenes[speed]
-        return ideal_motion(scene, Span(6.0 * scene.turn, 2401), json.loads(scene.to_json()))["slider"]
+        return ideal_motion(scene, Span(6.0 * scene.turn, 2401), json.loads(scene.to_json()))[
+            "slider"
+        ]
 
     expected = {s: alone(s) for s in speeds}
     for order in (speeds, speeds[::-1], sorted(speeds)):
@@ -719,7 +895,9 @@ def test_ideal_motion_does_not_depend_on_masses_loads_and_clearances(monkeypatch
     """Nothing but the kinematics counts; scenes that differ there do not share a motion."""
 
     def asked(scene, turns=1.0, samples=101):
-        return ideal_motion(scene, Span(turns * scene.turn, samples), json.loads(scene.to_json()))["slider"][0]
+        return ideal_motion(scene, Span(turns * scene.turn, samples), json.loads(scene.to_json()))[
+            "slider"
+        ][0]
 
     monkeypatch.setattr(ideals, "_made", {})
     plain = turned(0.7)
@@ -744,10 +922,14 @@ def test_no_more_ideal_motions_are_kept_than_allowed(monkeypatch):
     monkeypatch.setattr(ideals, "MOST_KEPT", 3)
     scene = turned(0.7)
     described = json.loads(scene.to_json())
-    firsts = [ideal_motion(scene, Span(scene.turn, n), described)["slider"][0] for n in range(11, 19)]
+    firsts = [
+        ideal_motion(scene, Span(scene.turn, n), described)["slider"][0] for n in range(11, 19)
+    ]
     assert len(ideals._made) <= 3
     for n, first in zip(range(11, 19), firsts, strict=True):
-        np.testing.assert_array_equal(ideal_motion(scene, Span(scene.turn, n), described)["slider"][0], first)
+        np.testing.assert_array_equal(
+            ideal_motion(scene, Span(scene.turn, n), described)["slider"][0], first
+        )
 
 
 @pytest.mark.parametrize(
@@ -765,13 +947,18 @@ def test_no_ideal_motion_where_nothing_slides_or_there_is_not_one(scene):
         plain = turned(0.7)
         scene = cl.Scene(*plain.joints, cl.Drive(plain.loads[0].target, torque=1.0))
     elif scene == "short":
-        crank, rod = body("crank", {"O": (0, 0), "P": (0.12, 0)}), body("rod", {"P": (0, 0), "Q": (0.05, 0)})
+        crank, rod = (
+            body("crank", {"O": (0, 0), "P": (0.12, 0)}),
+            body("rod", {"P": (0, 0), "Q": (0.05, 0)}),
+        )
         slider = body("slider", {"Q": (0, 0)})
         scene = cl.Scene(
-            cl.Revolute(cl.ground, crank["O"], name="O"), cl.Revolute(crank["P"], rod["P"], name="P"),
-            cl.Revolute(rod["Q"], slider["Q"], name="Q"), cl.Prismatic(cl.ground, slider["Q"], name="guide"),
+            cl.Revolute(cl.ground, crank["O"], name="O"),
+            cl.Revolute(crank["P"], rod["P"], name="P"),
+            cl.Revolute(rod["Q"], slider["Q"], name="Q"),
+            cl.Prismatic(cl.ground, slider["Q"], name="guide"),
             cl.Drive(crank, speed=5.0, start=0.0),
-        )  # fmt: skip
+        )
     assert ideal_motion(scene, Span(scene.turn or 1.0, 51), json.loads(scene.to_json())) is None
 
 
@@ -781,7 +968,10 @@ def clock(run):
 
 
 def test_own_metrics_are_numbers_by_name():
-    found = own(lambda run: {"mean": np.float32(2.0), "rate": (3, "1/s", "a rate"), "none": math.inf}, clocked(1.0))
+    found = own(
+        lambda run: {"mean": np.float32(2.0), "rate": (3, "1/s", "a rate"), "none": math.inf},
+        clocked(1.0),
+    )
     assert (found["mean"].value, found["mean"].units, found["mean"].text) == (2.0, "?", "mean")
     assert (found["rate"].value, found["rate"].units, found["rate"].text) == (3.0, "1/s", "a rate")
     assert found["none"].value == math.inf

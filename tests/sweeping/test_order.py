@@ -28,7 +28,10 @@ def test_every_point_is_handed_out_once(count, seed):
 
 def test_the_longest_comes_first_once_costs_are_known():
     points = cl.grid(speed=[float(i) for i in range(16)], model=["dry", "lubricated"])
-    cost = {i: points[i]["speed"] + (100.0 if points[i]["model"] == "dry" else 0.0) for i in range(len(points))}
+    cost = {
+        i: points[i]["speed"] + (100.0 if points[i]["model"] == "dry" else 0.0)
+        for i in range(len(points))
+    }
     queue = Queue(points, list(range(len(points))))
     first = [queue.take() for _ in range(FIRST)]
     assert {points[i]["model"] for i in first} == {"dry", "lubricated"}

@@ -33,7 +33,9 @@ def test_dry_points_have_means_over_turns(dry):
 
 def test_dry_points_have_nothing_that_grows_with_the_run(dry):
     found, all_of_it = of_point(dry), metrics(dry)
-    assert {n for n in all_of_it if all_of_it[n].time is not None or n.endswith("_max")}.isdisjoint(found)
+    assert {n for n in all_of_it if all_of_it[n].time is not None or n.endswith("_max")}.isdisjoint(
+        found
+    )
     assert "joint_C_contact_fraction" in found
     assert found["dissipated_per_turn"].value == all_of_it["dissipated_per_turn"].value
     assert 0.0 < found["dissipated_per_turn_half_width"].value < found["dissipated_per_turn"].value
@@ -43,7 +45,9 @@ def test_the_root_mean_square_of_efforts(dry):
     """Its interval is from that of the mean square, (x + d)^2 = x^2 + 2 x d, within 20 %."""
     found = of_point(dry)
     rms = by_turn(dry, 1)["drive_crank_torque_rms"].values
-    assert found["drive_crank_torque_rms"].value == pytest.approx(np.sqrt(np.mean(rms**2)), rel=1e-2)
+    assert found["drive_crank_torque_rms"].value == pytest.approx(
+        np.sqrt(np.mean(rms**2)), rel=1e-2
+    )
     half = found["drive_crank_torque_rms_half_width"].value
     assert half == pytest.approx(mean(rms).half_width, rel=0.2)
 
@@ -73,7 +77,9 @@ def test_other_scenes_have_extremes_and_means(dry):
     found = of_point(run, settle=2)
     assert not is_dry(run.scene)
     assert is_dry(dry.scene)
-    assert found["joint_B_force_peak_mean"].value == pytest.approx(found["joint_B_force_max"].value, rel=1e-4)
+    assert found["joint_B_force_peak_mean"].value == pytest.approx(
+        found["joint_B_force_max"].value, rel=1e-4
+    )
     assert "joint_B_force_peak_mean_half_width" not in found
     assert "joint_B_gap_min" in found
     assert set(metrics(run, settle=2)) < set(found)

@@ -19,12 +19,16 @@ CASE = find_case("six_bar_feeder").parameters
 def test_a_grid_has_every_combination_once_last_fastest(sizes):
     values = {f"p{i}": [10.0 * i + k for k in range(n)] for i, n in enumerate(sizes)}
     points = cl.grid(**values)
-    assert [tuple(points[i].values()) for i in range(len(points))] == list(itertools.product(*values.values()))
+    assert [tuple(points[i].values()) for i in range(len(points))] == list(
+        itertools.product(*values.values())
+    )
     assert points.axes == tuple(((n,), len(v)) for n, v in values.items())
 
 
 def test_lists_that_go_together_and_products():
-    points = cl.zipped(speed=[1.0, 2.0, 3.0], viscosity=[0.1, 0.2, 0.3]) * cl.grid(model=["dry", "lubricated"])
+    points = cl.zipped(speed=[1.0, 2.0, 3.0], viscosity=[0.1, 0.2, 0.3]) * cl.grid(
+        model=["dry", "lubricated"]
+    )
     assert len(points) == 6
     assert points[3] == {"speed": 2.0, "viscosity": 0.2, "model": "lubricated"}
     with pytest.raises(ValueError, match="different lengths: speed 2, viscosity 1"):
@@ -51,12 +55,18 @@ def test_random_points_and_choices():
     assert max(points.columns["speed"]) <= 20.0
     # 400 fair draws: 5 standard deviations are 50
     assert abs(points.columns["model"].count("dry") - 200) < 50
-    assert points != cl.sampled(400, kind="random", seed=4, speed=(10.0, 20.0), model=["dry", "lubricated"])
+    assert points != cl.sampled(
+        400, kind="random", seed=4, speed=(10.0, 20.0), model=["dry", "lubricated"]
+    )
 
 
 def test_words_of_the_command_line():
-    np.testing.assert_allclose(from_words(CASE["speed"], "100rpm:300rpm:3"), [cl.rpm(n) for n in (100, 200, 300)])
-    np.testing.assert_allclose(from_words(CASE["clearance"], "10um:1mm:3:log"), [1e-5, 1e-4, 1e-3], rtol=1e-12)
+    np.testing.assert_allclose(
+        from_words(CASE["speed"], "100rpm:300rpm:3"), [cl.rpm(n) for n in (100, 200, 300)]
+    )
+    np.testing.assert_allclose(
+        from_words(CASE["clearance"], "10um:1mm:3:log"), [1e-5, 1e-4, 1e-3], rtol=1e-12
+    )
     assert from_words(CASE["clearance"], "0.1mm,0.2mm") == [1e-4, 2e-4]
     assert from_words(CASE["joints"], "B;B,C") == ["B", "B,C"]
     assert from_words(CASE["model"], "dry,lubricated") == ["dry", "lubricated"]

@@ -62,7 +62,9 @@ def begun(tmp_path, monkeypatch):
         sys.modules.pop("helper", None)
         for name in [n for n in sys.modules if n.startswith("clearance_case_mine")]:
             del sys.modules[name]
-        return cl.sweep(tmp_path / "mine.py", POINTS, folder, until=0.1, samples=11, workers=1, **more)
+        return cl.sweep(
+            tmp_path / "mine.py", POINTS, folder, until=0.1, samples=11, workers=1, **more
+        )
 
     go()
     lose(folder, 1)
@@ -97,11 +99,16 @@ def test_R2_unchanged_it_goes_on(begun):
 
 
 def test_R2_a_changed_helper_is_named_and_refused(begun):
-    """An imported file that changes a number: the file, the point, the number and both values are said."""
+    """An imported file that changes a number: the file, the point, the number and both values are
+    said.
+    """
     folder, go = begun
     edit(folder, "MASS = 1.0", "MASS = 2.5")
     before = (folder / "journal.jsonl").read_bytes()
-    with pytest.raises(ValueError, match="imported module helper has been changed.*bodies arm mass was 1, is now 2.5"):
+    with pytest.raises(
+        ValueError,
+        match="imported module helper has been changed.*bodies arm mass was 1, is now 2.5",
+    ):
         go()
     assert (folder / "journal.jsonl").read_bytes() == before
     found = go(accept_changes=True)
@@ -139,7 +146,9 @@ def test_R2_a_law_that_no_file_tells_of_is_noticed(begun):
     edit(folder, "size * time", "size * time * time")
     digests = made.modules_of([folder.parent / "mine.py"])
     rewrite(folder, [o | {"made": o["made"] | {"modules": digests}} for o in lines(folder)])
-    with pytest.raises(ValueError, match=r"at length=0\.\d: the law or kernel text has been changed"):
+    with pytest.raises(
+        ValueError, match=r"at length=0\.\d: the law or kernel text has been changed"
+    ):
         go()
 
 
@@ -174,7 +183,9 @@ def test_R2_a_worker_that_runs_something_else_stops_the_sweep(begun, monkeypatch
     now = made.common({}) | {"version": "0.0.1"}
     monkeypatch.setattr(driver, "common", lambda modules, files: now | {"modules": modules})
     with pytest.raises(
-        driver.SweepError, match=r"a worker runs something else than the driver: clearance .*here 0\.0\.1"
+        driver.SweepError,
+        match=r"a worker runs something else than the driver: clearance .*here "
+        r"0\.0\.1",
     ):
         go(accept_changes=True)
     assert sorted(o["index"] for o in lines(folder)) == [0, 2]
@@ -189,20 +200,31 @@ def test_R2_what_was_run_survives_the_journal(begun):
 
 
 def test_R2_modules_of_modules(tmp_path, monkeypatch):
-    """Packages, relative imports and imports of imports; not the standard library, packages or clearance itself."""
+    """Packages, relative imports and imports of imports; not the standard library, packages or
+    clearance itself.
+    """
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "kit").mkdir()
     (tmp_path / "kit" / "__init__.py").write_text("from . import numbers_\n")
     (tmp_path / "kit" / "numbers_.py").write_text("import json\nfrom .deep import y\n")
     (tmp_path / "kit" / "deep.py").write_text("y = 1\n")
     (tmp_path / "beside_.py").write_text("import numpy\nimport clearance\n")
-    (tmp_path / "mine.py").write_text("def f():\n    import beside_\n    from kit.numbers_ import y\n")
-    assert list(made.modules_of([tmp_path / "mine.py"])) == ["beside_", "kit", "kit.deep", "kit.numbers_"]
+    (tmp_path / "mine.py").write_text(
+        "def f():\n    import beside_\n    from kit.numbers_ import y\n"
+    )
+    assert list(made.modules_of([tmp_path / "mine.py"])) == [
+        "beside_",
+        "kit",
+        "kit.deep",
+        "kit.numbers_",
+    ]
 
 
 def test_R2_the_last_digit_of_a_number_is_no_change():
     """Nine digits: another machine's sine does not make another scene."""
-    one, two = (json.dumps({"joints": [{"name": "C", "x": x}]}) for x in (0.1, np.nextafter(0.1, 1.0)))
+    one, two = (
+        json.dumps({"joints": [{"name": "C", "x": x}]}) for x in (0.1, np.nextafter(0.1, 1.0))
+    )
     assert made.numbers(one) == made.numbers(two) == {"joints C name": "C", "joints C x": "0.1"}
 
 

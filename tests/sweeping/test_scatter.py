@@ -9,7 +9,15 @@ from scipy import stats
 
 import clearance as cl
 from clearance.commands.common import DONE
-from clearance.sweeping.scatter import Distribution, design, from_words, indices, open_scatter, probability, quantile
+from clearance.sweeping.scatter import (
+    Distribution,
+    design,
+    from_words,
+    indices,
+    open_scatter,
+    probability,
+    quantile,
+)
 
 UNIT = {name: Distribution("uniform", (-math.pi, math.pi)) for name in ("x", "y", "z")}
 
@@ -19,7 +27,9 @@ def columns(points):
 
 
 def test_ishigami():
-    """Ishigami's function, a = 7, b = 0.1: indices of its closed form within 0.03; intervals contain them."""
+    """Ishigami's function, a = 7, b = 0.1: indices of its closed form within 0.03; intervals
+    contain them.
+    """
     points, n = design(UNIT, 5 * 4096)
     at = columns(points)
     assert n == 4096
@@ -45,8 +55,12 @@ def test_indices_are_those_of_scipy():
     centred = rows - rows[:2].mean()
     ready = {"f_A": centred[:1], "f_B": centred[1:2], "f_AB": centred[2:, None]}
     theirs, ours = stats.sobol_indices(func=ready, n=n), indices(rows.ravel(), list(UNIT))
-    np.testing.assert_allclose([i.first.value for i in ours.values()], np.ravel(theirs.first_order), rtol=1e-9)
-    np.testing.assert_allclose([i.total.value for i in ours.values()], np.ravel(theirs.total_order), rtol=1e-9)
+    np.testing.assert_allclose(
+        [i.first.value for i in ours.values()], np.ravel(theirs.first_order), rtol=1e-9
+    )
+    np.testing.assert_allclose(
+        [i.total.value for i in ours.values()], np.ravel(theirs.total_order), rtol=1e-9
+    )
 
 
 def test_missing_rows():
@@ -92,7 +106,9 @@ def test_samples_differ_in_one_parameter():
 
 
 def test_intervals():
-    """Of quantiles and probabilities: they contain the truth in at least 93 % of 400 draws of 50 (95 % asked for)."""
+    """Of quantiles and probabilities: they contain the truth in at least 93 % of 400 draws of 50
+    (95 % asked for).
+    """
     random, inside, within = np.random.default_rng(0), 0, 0
     for _ in range(400):
         values = random.random(50)
@@ -108,11 +124,13 @@ def test_intervals():
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ("normal(1, -2)", "deviation must be positive"), ("uniform(2, 1)", "low must be below high"),
-        ("normal(1)", "mean, deviation"), ("lognormal(1, 0.5)", "factor above 1"),
+        ("normal(1, -2)", "deviation must be positive"),
+        ("uniform(2, 1)", "low must be below high"),
+        ("normal(1)", "mean, deviation"),
+        ("lognormal(1, 0.5)", "factor above 1"),
         ("triangular(0, 3, 2)", "mode must lie between"),
     ],
-)  # fmt: skip
+)
 def test_wrong_distributions(words, reason):
     with pytest.raises(ValueError, match=reason):
         from_words(words)
@@ -146,7 +164,8 @@ PLACE = "def place(run):\n    return float(run['block'].x[-1]), 'm', 'position o
 
 
 def test_slider_crank_with_tolerances(tmp_path):
-    """x = r cos a + s, s = sqrt(l^2 - r^2 sin^2 a): dx/dr = cos a - r sin^2 a / s, dx/dl = l / s, by hand.
+    """x = r cos a + s, s = sqrt(l^2 - r^2 sin^2 a): dx/dr = cos a - r sin^2 a / s, dx/dl = l / s,
+    by hand.
 
     Deviation within 3 % and shares within 0.03 of the linear theory: 64 points, tolerances of 1e-3.
     """
@@ -154,10 +173,16 @@ def test_slider_crank_with_tolerances(tmp_path):
     (tmp_path / "place.py").write_text(PLACE)
     r, length, a, tolerance = 0.05, 0.15, 1.0, (5e-5, 5e-5)
     found = cl.scatter(
-        tmp_path / "crank.py", {"crank": f"normal({r}, {tolerance[0]})", "rod": f"normal({length}, {tolerance[1]})"},
-        tmp_path / "out", points=256, until=a, samples=3, workers=1, metrics=[f"{tmp_path / 'place.py'}:place"],
+        tmp_path / "crank.py",
+        {"crank": f"normal({r}, {tolerance[0]})", "rod": f"normal({length}, {tolerance[1]})"},
+        tmp_path / "out",
+        points=256,
+        until=a,
+        samples=3,
+        workers=1,
+        metrics=[f"{tmp_path / 'place.py'}:place"],
         limits={"place": 0.17},
-    )  # fmt: skip
+    )
     s = math.sqrt(length**2 - (r * math.sin(a)) ** 2)
     parts = [(math.cos(a) - r * math.sin(a) ** 2 / s) * tolerance[0], length / s * tolerance[1]]
     deviation = math.hypot(*parts)
@@ -165,7 +190,9 @@ def test_slider_crank_with_tolerances(tmp_path):
     assert numbers["mean"] == pytest.approx(r * math.cos(a) + s, abs=0.1 * deviation)
     assert numbers["deviation"] == pytest.approx(deviation, rel=0.03)
     for name, part in zip(("crank", "rod"), parts, strict=True):
-        assert found.indices("place")[name].first.value == pytest.approx((part / deviation) ** 2, abs=0.03)
+        assert found.indices("place")[name].first.value == pytest.approx(
+            (part / deviation) ** 2, abs=0.03
+        )
     exact = stats.norm(r * math.cos(a) + s, deviation).sf(0.17)
     assert found.beyond("place").low <= exact <= found.beyond("place").high
     again = open_scatter(tmp_path / "out")
@@ -179,14 +206,35 @@ def test_the_command(tmp_path, capsys):
     from clearance.cli import main
 
     line = [
-        "scatter", "slider_crank", "-p", "model=lubricated", "-p", "film=pinkus_sternlicht",
-        "-p", "clearance=uniform(200um,400um)", "-p", "viscosity=normal(0.4,0.02)", "-p", "speed=25",
-        "--points", "64", "--turns", "1", "--workers", "1", "--limit", "joint_C_gap_min=10um",
-        "-o", str(tmp_path / "out"),
-    ]  # fmt: skip
+        "scatter",
+        "slider_crank",
+        "-p",
+        "model=lubricated",
+        "-p",
+        "film=pinkus_sternlicht",
+        "-p",
+        "clearance=uniform(200um,400um)",
+        "-p",
+        "viscosity=normal(0.4,0.02)",
+        "-p",
+        "speed=25",
+        "--points",
+        "64",
+        "--turns",
+        "1",
+        "--workers",
+        "1",
+        "--limit",
+        "joint_C_gap_min=10um",
+        "-o",
+        str(tmp_path / "out"),
+    ]
     assert main([*line, "--json"]) == DONE
     document = json.loads(capsys.readouterr().out)
-    assert document["spread"] == {"clearance": "uniform(0.0002, 0.0004)", "viscosity": "normal(0.4, 0.02)"}
+    assert document["spread"] == {
+        "clearance": "uniform(0.0002, 0.0004)",
+        "viscosity": "normal(0.4, 0.02)",
+    }
     assert (document["points"], document["independent"]) == (64, 32)
     gap = document["metrics"]["joint_C_gap_min"]
     assert set(gap["indices"]) == {"clearance", "viscosity"}

@@ -70,19 +70,26 @@ def test_running_is_no_more_than_workers(tmp_path):
     """A worker holds a second point to go on with at once; that one is not running."""
     seen = []
     points = cl.grid(speed=np.linspace(10.0, 20.0, 8))
-    cl.sweep("slider_crank", points, tmp_path / "out", progress=lambda p: seen.append(p.running), **IDEAL)
+    cl.sweep(
+        "slider_crank", points, tmp_path / "out", progress=lambda p: seen.append(p.running), **IDEAL
+    )
     assert max(seen) <= 1
 
 
 class Settled:
-    """A sweep of four points by hand: two come back to themselves, one does not, of one nobody can tell."""
+    """A sweep of four points by hand: two come back to themselves, one does not, of one nobody can
+    tell.
+    """
 
     def __new__(cls, swept):
         found = cl.open_sweep(swept.folder)
         points = cl.grid(speed=[10.0, 20.0]) * cl.grid(clearance=[1e-4, 2e-4])
         found.definition = driver.replace(found.definition, points=points)
         found.count, found.status = 4, np.array(["done"] * 4)
-        found.metrics = {"peak": np.array([1.0, 2.0, 3.0, 4.0]), "period": np.array([1.0, 2.0, np.inf, np.nan])}
+        found.metrics = {
+            "peak": np.array([1.0, 2.0, 3.0, 4.0]),
+            "period": np.array([1.0, 2.0, np.inf, np.nan]),
+        }
         found.known = {"peak": ("N", "peak"), "period": ("turns", "period")}
         return found
 
@@ -108,4 +115,7 @@ def test_R10_options_of_samples_belong_to_samples(option, tmp_path, monkeypatch,
 
 def test_R10_only_settled_belongs_to_maps(swept, capsys):
     assert cli.main(["plot", str(swept.path(0)), "overview", "--only-settled", "--json"]) == 2
-    assert "--only-settled does not belong to overview" in json.loads(capsys.readouterr().out)["message"]
+    assert (
+        "--only-settled does not belong to overview"
+        in json.loads(capsys.readouterr().out)["message"]
+    )

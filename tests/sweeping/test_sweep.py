@@ -47,7 +47,9 @@ def ended(folder) -> list[dict]:
 def test_all_points_are_done_once(swept):
     assert swept.done.all()
     assert sorted(o["index"] for o in ended(swept.folder)) == list(range(6))
-    assert sorted(p.stem for p in (swept.folder / "runs").iterdir()) == sorted(swept.definition.keys)
+    assert sorted(p.stem for p in (swept.folder / "runs").iterdir()) == sorted(
+        swept.definition.keys
+    )
 
 
 def test_a_run_is_that_of_simulate(swept, tmp_path):
@@ -55,9 +57,13 @@ def test_a_run_is_that_of_simulate(swept, tmp_path):
     alone = cl.simulate(scene, path=tmp_path / "run.h5", error=None, **OPTIONS)
     shutil.copy(swept.path(4), tmp_path / "plain.h5")
     shutil.copy(alone.path, tmp_path / "alone.h5")
-    with h5py.File(tmp_path / "plain.h5", "a") as plain, h5py.File(tmp_path / "alone.h5", "a") as one:
+    with (
+        h5py.File(tmp_path / "plain.h5", "a") as plain,
+        h5py.File(tmp_path / "alone.h5", "a") as one,
+    ):
         del plain["metrics"], plain["sweep"]  # what a sweep adds
-        del plain.attrs["options"], one.attrs["options"], one.attrs["errors_left_out"]  # of `simulate` alone
+        # of `simulate` alone
+        del plain.attrs["options"], one.attrs["options"], one.attrs["errors_left_out"]
     same(tmp_path / "alone.h5", tmp_path / "plain.h5")
     for name, metric in of_point(alone).items():
         assert swept.metrics[name][swept.select(speed=30.0, clearance=2e-4)[0]] == metric.value
@@ -104,7 +110,8 @@ def test_the_same_call_again_runs_nothing(copy):
 def test_only_what_is_missing_is_run(copy):
     keys = cl.open_sweep(copy).definition.keys
     lines = (copy / "journal.jsonl").read_bytes().splitlines(keepends=True)
-    cut = b"".join(line for line in lines if json.loads(line)["index"] != 4) + lines[0][:30]  # and one cut short
+    # and one cut short
+    cut = b"".join(line for line in lines if json.loads(line)["index"] != 4) + lines[0][:30]
     (copy / "journal.jsonl").write_bytes(cut)
     (copy / "runs" / f"{keys[4]}.h5").unlink()
     (copy / "runs" / f"{keys[1]}.h5").unlink()
@@ -122,7 +129,11 @@ def test_only_what_is_missing_is_run(copy):
 
 
 def ended_whole(folder) -> list[bytes]:
-    return [x for x in (folder / "journal.jsonl").read_bytes().splitlines(keepends=True) if x.endswith(b"\n")]
+    return [
+        x
+        for x in (folder / "journal.jsonl").read_bytes().splitlines(keepends=True)
+        if x.endswith(b"\n")
+    ]
 
 
 def test_a_run_whose_line_was_lost_is_taken_from_its_file(copy):
@@ -137,8 +148,16 @@ def test_a_run_whose_line_was_lost_is_taken_from_its_file(copy):
 def test_another_sweep_is_refused(copy):
     with pytest.raises(ValueError, match=r"holds another sweep: fixed .* instead of .*0\.1"):
         cl.sweep(CASE, POINTS, copy, fixed=FIXED | {"viscosity": 0.1}, **OPTIONS)
-    with pytest.raises(ValueError, match=r"holds another sweep: speed 20\.0,30\.0 instead of 20\.0,40\.0"):
-        cl.sweep(CASE, cl.grid(speed=[20.0, 40.0], clearance=[1e-4, 2e-4, 3e-4]), copy, fixed=FIXED, **OPTIONS)
+    with pytest.raises(
+        ValueError, match=r"holds another sweep: speed 20\.0,30\.0 instead of 20\.0,40\.0"
+    ):
+        cl.sweep(
+            CASE,
+            cl.grid(speed=[20.0, 40.0], clearance=[1e-4, 2e-4, 3e-4]),
+            copy,
+            fixed=FIXED,
+            **OPTIONS,
+        )
     with pytest.raises(ValueError, match="holds another sweep: case"):
         cl.sweep("six_bar_feeder", cl.grid(speed=[20.0]), copy, **OPTIONS)
 
@@ -226,7 +245,9 @@ def test_a_failed_point_keeps_its_reason_and_the_sweep_goes_on(tmp_path):
     count = len(ended(tmp_path / "out"))
     cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1)
     assert len(ended(tmp_path / "out")) == count
-    cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1, retry_failed=True)
+    cl.sweep(
+        tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1, retry_failed=True
+    )
     assert sorted(o["index"] for o in ended(tmp_path / "out")[count:]) == [1, 2, 3]
 
 
@@ -253,9 +274,15 @@ def test_summaries_only_and_samples(tmp_path):
 def test_chosen_channels_and_compression(tmp_path):
     points = cl.grid(speed=[20.0])
     found = cl.sweep(
-        CASE, points, tmp_path / "out", fixed=FIXED, channels=["bodies/slider/x", "joints/C/ecc*"], compression=4,
-        workers=1, **OPTIONS,
-    )  # fmt: skip
+        CASE,
+        points,
+        tmp_path / "out",
+        fixed=FIXED,
+        channels=["bodies/slider/x", "joints/C/ecc*"],
+        compression=4,
+        workers=1,
+        **OPTIONS,
+    )
     with found.run(0) as run:
         assert run.names("bodies/slider") == ("x",)
         assert run.names("joints/C") == ("eccentricity_ratio", "eccentricity_x", "eccentricity_y")
@@ -274,12 +301,27 @@ def test_a_metric_of_ones_own(tmp_path):
     )
     points = cl.grid(speed=[20.0, 30.0])
     mine = f"{tmp_path / 'mine.py'}:travel"
-    found = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, metrics=[mine], channels=[], workers=1, **OPTIONS)
+    found = cl.sweep(
+        CASE,
+        points,
+        tmp_path / "out",
+        fixed=FIXED,
+        metrics=[mine],
+        channels=[],
+        workers=1,
+        **OPTIONS,
+    )
     assert found.known["travel"] == ("m", "way of the slider")
     assert found.metrics["travel"][0] > 0.0
     assert found.metrics["plain"].tolist() == [2.0, 2.0]
     bad = cl.sweep(
-        CASE, points, tmp_path / "bad", fixed=FIXED, metrics=[f"{tmp_path / 'mine.py'}:bad"], workers=1, **OPTIONS
+        CASE,
+        points,
+        tmp_path / "bad",
+        fixed=FIXED,
+        metrics=[f"{tmp_path / 'mine.py'}:bad"],
+        workers=1,
+        **OPTIONS,
     )
     assert bad.done.all()
     assert "bad" not in bad.metrics
@@ -293,7 +335,8 @@ def test_a_script_needs_no_guard(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
         "import clearance as cl\n"
-        f"found = cl.sweep({CASE!r}, cl.grid(speed=[20.0, 25.0]), {str(tmp_path / 'out')!r}, fixed={FIXED!r}, "
+        f"found = cl.sweep({CASE!r}, cl.grid(speed=[20.0, 25.0]), {str(tmp_path / 'out')!r}, "
+        f"fixed={FIXED!r}, "
         f"channels=[], workers=2, **{OPTIONS!r})\nprint(int(found.done.sum()))\n"
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300)
@@ -363,7 +406,9 @@ def children(pid: int) -> list[int]:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for worker processes in /proc")
+@pytest.mark.skipif(
+    not Path("/proc/self/stat").exists(), reason="looks for worker processes in /proc"
+)
 @pytest.mark.parametrize("after", [1, 7, 20])
 def test_a_killed_driver_loses_no_finished_run(after, tmp_path, undisturbed):
     driver = subprocess.Popen([sys.executable, "-c", DRIVE, str(tmp_path / "out")])
@@ -373,7 +418,10 @@ def test_a_killed_driver_loses_no_finished_run(after, tmp_path, undisturbed):
     driver.wait()
     assert below
     deadline = time.monotonic() + 20.0
-    while any(Path(f"/proc/{pid}").exists() and not zombie(pid) for pid in below) and time.monotonic() < deadline:
+    while (
+        any(Path(f"/proc/{pid}").exists() and not zombie(pid) for pid in below)
+        and time.monotonic() < deadline
+    ):
         time.sleep(0.02)
     alive = [pid for pid in below if Path(f"/proc/{pid}").exists() and not zombie(pid)]
     assert not alive, "workers outlive their driver"
@@ -396,7 +444,9 @@ def zombie(pid: int) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for worker processes in /proc")
+@pytest.mark.skipif(
+    not Path("/proc/self/stat").exists(), reason="looks for worker processes in /proc"
+)
 def test_killed_workers_are_replaced(tmp_path, undisturbed):
     driver = subprocess.Popen([sys.executable, "-c", DRIVE, str(tmp_path / "out")])
     killed = 0
@@ -414,20 +464,26 @@ def test_killed_workers_are_replaced(tmp_path, undisturbed):
 
 
 def serves(pid: int) -> bool:
-    """True for a process that runs points: it computes, unlike the fork server and the resource tracker."""
+    """True for a process that runs points: it computes, unlike the fork server and the resource
+    tracker.
+    """
     try:
         fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
         maps = Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
         return False
     grandchild = int(fields[1])
-    return b"forkserver" in maps and b"forkserver" in Path(f"/proc/{grandchild}/cmdline").read_bytes()
+    return (
+        b"forkserver" in maps and b"forkserver" in Path(f"/proc/{grandchild}/cmdline").read_bytes()
+    )
 
 
 @pytest.mark.slow
 def test_a_point_that_kills_its_worker_is_given_up(tmp_path):
     (tmp_path / "deadly.py").write_text(
-        FAILS.replace("import math", "import math, os").replace("raise ValueError", "os.kill(os.getpid(), 9)  # ")
+        FAILS.replace("import math", "import math, os").replace(
+            "raise ValueError", "os.kill(os.getpid(), 9)  # "
+        )
     )
     # the deadly point is not among those that the driver itself tries
     points = cl.grid(length=[0.1, 0.9, 0.2, 0.3])
@@ -444,19 +500,25 @@ def test_a_full_disk_stops_the_sweep_and_keeps_what_is_done(tmp_path):
         "limit = int(sys.argv[2])\n"
         "if limit: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))\n"
         "try:\n"
-        f"    cl.sweep({CASE!r}, cl.grid(speed=[20.0, 25.0, 30.0]), sys.argv[1], fixed={FIXED!r}, workers=1, "
+        f"    cl.sweep({CASE!r}, cl.grid(speed=[20.0, 25.0, 30.0]), sys.argv[1], fixed={FIXED!r}, "
+        f"workers=1, "
         f"**{OPTIONS!r})\n"
         "except cl.SweepError as error:\n    print(error)\n    sys.exit(1)\n"
     )
     out = tmp_path / "out"
     full = subprocess.run(
-        [sys.executable, "-c", code, str(out), str(30_000)], capture_output=True, text=True, timeout=300
+        [sys.executable, "-c", code, str(out), str(30_000)],
+        capture_output=True,
+        text=True,
+        timeout=300,
     )
     assert full.returncode == 1, full.stderr
     assert "no space left" in full.stdout
     assert not list((out / "runs").glob("*.h5"))
     cl.open_sweep(out)
-    after = subprocess.run([sys.executable, "-c", code, str(out), "0"], capture_output=True, text=True, timeout=300)
+    after = subprocess.run(
+        [sys.executable, "-c", code, str(out), "0"], capture_output=True, text=True, timeout=300
+    )
     assert after.returncode == 0, after.stderr
     assert cl.open_sweep(out).done.all()
 
@@ -488,7 +550,9 @@ def test_a_full_disk_at_the_journal_takes_nothing_of_a_line(tmp_path):
 def test_values_are_the_same_however_they_are_written(copy):
     before = (copy / "journal.jsonl").read_bytes()
     points = cl.grid(speed=[20, 30], clearance=[1e-4, 2e-4, 3e-4])
-    found = cl.sweep(CASE, points, copy, fixed=FIXED, **(OPTIONS | {"turns": 2, "samples_per_turn": 50.0}))
+    found = cl.sweep(
+        CASE, points, copy, fixed=FIXED, **(OPTIONS | {"turns": 2, "samples_per_turn": 50.0})
+    )
     assert found.done.all()
     assert (copy / "journal.jsonl").read_bytes() == before
     with pytest.raises(ValueError, match="speed: expected a float, got 'fast'"):
@@ -502,7 +566,9 @@ def test_a_moved_directory_goes_on(tmp_path):
     (one / "torn.py").write_text(FAILS)
     (one / "mine.py").write_text("def late(run):\n    return {'late': float(run.time[-1])}\n")
     points, options = cl.grid(length=[0.1, 0.2]), {"until": 0.1, "workers": 1}
-    first = cl.sweep(one / "torn.py", points, one / "out", metrics=[f"{one / 'mine.py'}:late"], **options)
+    first = cl.sweep(
+        one / "torn.py", points, one / "out", metrics=[f"{one / 'mine.py'}:late"], **options
+    )
     for name in ("torn.py", "mine.py", "out"):
         shutil.move(one / name, two / name)
     (two / "out" / "runs" / f"{first.definition.keys[0]}.h5").unlink()
@@ -514,16 +580,25 @@ def test_a_moved_directory_goes_on(tmp_path):
         cl.sweep(two / "torn.py", points, two / "out", metrics=[mine], **options)
 
 
-@pytest.mark.parametrize("end", ["sys.exit(3)", "raise GeneratorExit", "raise KeyboardInterrupt", "raise Bad"])
+@pytest.mark.parametrize(
+    "end", ["sys.exit(3)", "raise GeneratorExit", "raise KeyboardInterrupt", "raise Bad"]
+)
 def test_a_metric_may_fail_as_it_likes(end, tmp_path):
     (tmp_path / "mine.py").write_text(
-        "import sys\nclass Bad(Exception):\n    def __str__(self):\n        raise ZeroDivisionError\n"
+        "import sys\nclass Bad(Exception):\n    def __str__(self):\n        raise "
+        "ZeroDivisionError\n"
         f"def mine(run):\n    print('noise')\n    {end}\n"
     )
     found = cl.sweep(
-        CASE, cl.grid(speed=[20.0]), tmp_path / "out", fixed=FIXED, channels=[], workers=1,
-        metrics=[f"{tmp_path / 'mine.py'}:mine"], **OPTIONS,
-    )  # fmt: skip
+        CASE,
+        cl.grid(speed=[20.0]),
+        tmp_path / "out",
+        fixed=FIXED,
+        channels=[],
+        workers=1,
+        metrics=[f"{tmp_path / 'mine.py'}:mine"],
+        **OPTIONS,
+    )
     assert found.status.tolist() == ["done"]
     assert "mine.py, line" in found.reason[0]
 
@@ -531,7 +606,9 @@ def test_a_metric_may_fail_as_it_likes(end, tmp_path):
 def test_names_of_metrics_that_are_taken(tmp_path):
     (tmp_path / "mine.py").write_text("def mine(run):\n    return {'speed': 1.0}\n")
     mine, points = [f"{tmp_path / 'mine.py'}:mine"], cl.grid(speed=[20.0])
-    found = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, workers=1, metrics=mine, **OPTIONS)
+    found = cl.sweep(
+        CASE, points, tmp_path / "out", fixed=FIXED, workers=1, metrics=mine, **OPTIONS
+    )
     assert "metric 'speed': the name is taken" in found.reason[0]
 
 
@@ -571,7 +648,15 @@ def test_an_interrupt_keeps_what_is_done(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        cl.sweep("slider_crank", MANY, tmp_path / "out", fixed={"model": "dry"}, workers=2, progress=stop, **SLOW)
+        cl.sweep(
+            "slider_crank",
+            MANY,
+            tmp_path / "out",
+            fixed={"model": "dry"},
+            workers=2,
+            progress=stop,
+            **SLOW,
+        )
     assert reports[-1].done >= 3
     assert cl.open_sweep(tmp_path / "out").done.sum() >= 3
     assert threading.active_count() < 10
@@ -587,7 +672,9 @@ def test_opening_what_is_no_sweep(tmp_path):
 
 def test_missing_extras_are_named(swept, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ImportError, match=r"xarray is not installed: pip install 'clearance\[xarray\]'"):
+    with pytest.raises(
+        ImportError, match=r"xarray is not installed: pip install 'clearance\[xarray\]'"
+    ):
         print(indices.Sweep(swept.folder).dataset)
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ImportError, match=r"pip install 'clearance\[cluster\]'"):

@@ -1,4 +1,6 @@
-"""Sweeps in lanes: the metrics of the ordinary way, whatever runs beside; what does not suit is left to it."""
+"""Sweeps in lanes: the metrics of the ordinary way, whatever runs beside; what does not suit is
+left to it.
+"""
 
 import math
 
@@ -41,7 +43,9 @@ def test_company(feeder):
 
 
 def test_steps(feeder):
-    """The steps of the ordinary loop: within 5 % of their number, with one first step and one end more or less."""
+    """The steps of the ordinary loop: within 5 % of their number, with one first step and one end
+    more or less.
+    """
     answers = feeder.answers(np.arange(1), 1)
     assert abs(answers.steps[0] - feeder.steps) <= 0.05 * feeder.steps + 2
 
@@ -75,14 +79,18 @@ def sweeps(tmp_path_factory):
 
 
 def test_metrics(sweeps):
-    """Within 2e-4 of each other at rtol 1e-6; deviations from ideal joints, a small difference of two, 5e-3."""
+    """Within 2e-4 of each other at rtol 1e-6; deviations from ideal joints, a small difference of
+    two, 5e-3.
+    """
     lanes, ordinary = sweeps
     assert "in lanes" in (lanes.folder / "sweep.log").read_text()
     assert list(lanes.metrics) == list(ordinary.metrics)
     assert lanes.done.all()
     for name in ordinary.metrics:
         share = 5e-3 if "deviation" in name else 2e-4
-        np.testing.assert_allclose(lanes.metrics[name], ordinary.metrics[name], rtol=share, err_msg=name)
+        np.testing.assert_allclose(
+            lanes.metrics[name], ordinary.metrics[name], rtol=share, err_msg=name
+        )
     np.testing.assert_array_equal(lanes.costs["warnings"], ordinary.costs["warnings"])
 
 

@@ -1,6 +1,8 @@
-"""The table of validation: tests state what they compare with which number; `--validation-table FILE` writes a page.
+"""The table of validation: tests state what they compare with which number; `--validation-table
+FILE` writes a page.
 
-A pytest plugin, loaded by tests/conftest.py. Tests that ask for the fixture `validated` carry the marker `validation`.
+A pytest plugin, loaded by tests/conftest.py. Tests that ask for the fixture `validated` carry the
+marker `validation`.
 """
 
 import json
@@ -19,68 +21,108 @@ KINDS = {
 #: heading of the page -> beginnings of test ids, the longest that fits decides
 SUBJECTS = {
     "Oil films": (
-        "tests/film/", "tests/test_fields.py", "tests/test_laws.py::TestPinkus", "tests/test_joint_laws.py::TestFilms",
+        "tests/film/",
+        "tests/test_fields.py",
+        "tests/test_laws.py::TestPinkus",
+        "tests/test_joint_laws.py::TestFilms",
     ),
-    "Contact": ("tests/test_laws.py", "tests/test_joint_laws.py::TestContact", "tests/test_stepping.py::test_hertz"),
+    "Contact": (
+        "tests/test_laws.py",
+        "tests/test_joint_laws.py::TestContact",
+        "tests/test_stepping.py::test_hertz",
+    ),
     "Rough surfaces": ("tests/test_joint_laws.py",),
     "Mechanisms": ("tests/validation/", "tests/test_mechanics.py", "tests/sweeping/"),
     "Inverse dynamics": ("tests/inverse/",),
     "Joint friction": (
-        "tests/test_friction_cases.py", "tests/test_rubbing.py", "tests/test_joint_friction_laws.py",
-        "tests/test_joint_lugre.py", "tests/test_joint_laws.py::TestFriction",
+        "tests/test_friction_cases.py",
+        "tests/test_rubbing.py",
+        "tests/test_joint_friction_laws.py",
+        "tests/test_joint_lugre.py",
+        "tests/test_joint_laws.py::TestFriction",
     ),
     "Integrators": ("tests/test_tableaus.py", "tests/test_stepping.py", "tests/test_evidence.py"),
     "Periodic motion": ("tests/test_periodic.py", "tests/test_follow.py"),
     "Lyapunov exponents and spectra": ("tests/test_lyapunov.py", "tests/postprocess/"),
     "Ball-joint friction": ("tests/identify/",),
     "Other": ("",),
-}  # fmt: skip
+}
 COMMAND = "pytest -m validation --validation-table tests/validation/README.md"
-HEAD = ("quantity", "source", "kind", "checked against", "largest deviation", "tolerance", "status", "test")
+HEAD = (
+    "quantity",
+    "source",
+    "kind",
+    "checked against",
+    "largest deviation",
+    "tolerance",
+    "status",
+    "test",
+)
 
 
 @pytest.fixture
 def validated(record_property: Callable) -> Callable:
-    """A function that compares numbers with a reference, records the comparison as a row and fails where it is off."""
+    """A function that compares numbers with a reference, records the comparison as a row and fails
+    where it is off.
+    """
 
-    def compare(quantity, found, reference, tolerance, *, source, unit="", kind="published", relative=True):
-        """Assert |found - reference| <= tolerance for numbers or arrays of one shape [unit]; complex numbers are
-        vectors.
+    def compare(
+        quantity, found, reference, tolerance, *, source, unit="", kind="published", relative=True
+    ):
+        """Assert |found - reference| <= tolerance for numbers or arrays of one shape [unit];
+        complex numbers are vectors.
 
-        The deviation is a share of each reference value, with relative=False a number of units, or the share of a size
-        [unit] given as `relative`. ValueError: kind is unknown.
+        The deviation is a share of each reference value, with relative=False a number of units, or
+        the share of a size [unit] given as `relative`. ValueError: kind is unknown.
         """
         if kind not in KINDS:
             raise ValueError(f"kind must be one of {', '.join(KINDS)}; got {kind!r}")
         found, reference = np.broadcast_arrays(np.asarray(found), np.asarray(reference))
         first = reference.flat[0]
         row = {
-            "quantity": quantity, "source": source, "kind": kind, "unit": unit, "share": relative is not False,
-            "count": reference.size, "value": float(abs(first) if np.iscomplexobj(first) else first),
+            "quantity": quantity,
+            "source": source,
+            "kind": kind,
+            "unit": unit,
+            "share": relative is not False,
+            "count": reference.size,
+            "value": float(abs(first) if np.iscomplexobj(first) else first),
             "tolerance": float(tolerance),
-            "deviation": worst(found, reference, np.abs(reference) if relative is True else float(relative or 1.0)),
-        }  # fmt: skip
+            "deviation": worst(
+                found, reference, np.abs(reference) if relative is True else float(relative or 1.0)
+            ),
+        }
         record_property("validated", json.dumps(row))
         off = row["deviation"]
-        assert off <= row["tolerance"], f"{quantity}: off by {off:.3g}, allowed {tolerance:g}; {found} not {reference}"
+        assert off <= row["tolerance"], (
+            f"{quantity}: off by {off:.3g}, allowed {tolerance:g}; {found} not {reference}"
+        )
 
     return compare
 
 
 def worst(found: np.ndarray, reference: np.ndarray, size: np.ndarray | float) -> float:
-    """Largest share of `size` that the numbers are apart by; none where they are equal, nan where any is."""
+    """Largest share of `size` that the numbers are apart by; none where they are equal, nan where
+    any is.
+    """
     with np.errstate(all="ignore"):
         return float(np.max(np.where(found == reference, 0.0, np.abs(found - reference) / size)))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """The option that asks for the page."""
-    parser.addoption("--validation-table", metavar="FILE", help="write what `validated` compared to a Markdown page")
+    parser.addoption(
+        "--validation-table",
+        metavar="FILE",
+        help="write what `validated` compared to a Markdown page",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Name the marker; one process alone, no worker of xdist, gathers the rows."""
-    config.addinivalue_line("markers", "validation: compares with a published, exact or independent number")
+    config.addinivalue_line(
+        "markers", "validation: compares with a published, exact or independent number"
+    )
     path = config.getoption("--validation-table")
     if path and not hasattr(config, "workerinput"):
         config.pluginmanager.register(Gathered(config.invocation_params.dir / path))
@@ -108,15 +150,33 @@ class Gathered:
         test = report.nodeid.partition("[")[0]
         rows = [json.loads(text) for name, text in report.user_properties if name == "validated"]
         for place, row in enumerate(rows):
-            self.add(test, place, row | {"status": "passed" if row["deviation"] <= row["tolerance"] else "FAILED"})
+            self.add(
+                test,
+                place,
+                row | {"status": "passed" if row["deviation"] <= row["tolerance"] else "FAILED"},
+            )
         if not report.passed and all(row["deviation"] <= row["tolerance"] for row in rows):
-            why = f"not run: {report.longrepr[2].removeprefix('Skipped: ')}" if report.skipped else "FAILED"
+            why = (
+                f"not run: {report.longrepr[2].removeprefix('Skipped: ')}"
+                if report.skipped
+                else "FAILED"
+            )
             self.add(test, len(rows), {"quantity": "the whole test", "status": why})
 
     def add(self, test: str, place: int, row: dict) -> None:
-        """Rows that differ by their values alone, as those of parametrised tests do, are one: their worst."""
-        key = (test, *(row.get(n, "") for n in ("quantity", "source", "kind", "unit", "share", "tolerance", "status")))
-        known = self.rows.setdefault(key, row | {"test": test, "place": place, "count": 0, "deviation": 0.0})
+        """Rows that differ by their values alone, as those of parametrised tests do, are one: their
+        worst.
+        """
+        key = (
+            test,
+            *(
+                row.get(n, "")
+                for n in ("quantity", "source", "kind", "unit", "share", "tolerance", "status")
+            ),
+        )
+        known = self.rows.setdefault(
+            key, row | {"test": test, "place": place, "count": 0, "deviation": 0.0}
+        )
         known["place"] = min(known["place"], place)
         known["count"] += row.get("count", 0)
         off = known["deviation"], row.get("deviation", 0.0)
@@ -130,29 +190,52 @@ class Gathered:
 
 def subject(test: str) -> str:
     """The heading a test id stands under."""
-    return max(SUBJECTS, key=lambda name: max((len(b) for b in SUBJECTS[name] if test.startswith(b)), default=-1))
+    return max(
+        SUBJECTS,
+        key=lambda name: max((len(b) for b in SUBJECTS[name] if test.startswith(b)), default=-1),
+    )
 
 
 def page(rows: list[dict]) -> str:
     """Markdown of rows, the same whatever order they came in."""
     kinds = list(KINDS)
-    rows = sorted(rows, key=lambda r: (kinds.index(r["kind"]) if "kind" in r else 9, r["test"], r["place"], str(r)))
+    rows = sorted(
+        rows,
+        key=lambda r: (kinds.index(r["kind"]) if "kind" in r else 9, r["test"], r["place"], str(r)),
+    )
     passed, failed, broken, idle = (
         sum(r["status"].startswith(status) and ("kind" in r) is stated for r in rows)
-        for status, stated in (("passed", True), ("FAILED", True), ("FAILED", False), ("not run", False))
+        for status, stated in (
+            ("passed", True),
+            ("FAILED", True),
+            ("FAILED", False),
+            ("not run", False),
+        )
     )
     lines = [
-        "# What is validated", "", f"Written by `{COMMAND}`; do not edit.", "",
-        f"{passed + failed} comparisons of {sum(r['count'] for r in rows)} values: {passed} passed, {failed} failed. "
+        "# What is validated",
+        "",
+        f"Written by `{COMMAND}`; do not edit.",
+        "",
+        f"{passed + failed} comparisons of {sum(r['count'] for r in rows)} values: {passed} "
+        f"passed, {failed} failed. "
         f"Whole tests: {broken} failed, {idle} not run.",
         "Values of a parametrised test stand in one row with the largest deviation among them.",
-        "Deviations without a unit are shares of the reference (or of the size the test names).", "",
+        "Deviations without a unit are shares of the reference (or of the size the test names).",
+        "",
         *(f"- {name}: {what}" for name, what in KINDS.items()),
-    ]  # fmt: skip
+    ]
     for name in SUBJECTS:
         own = [r for r in rows if subject(r["test"]) == name]
         if own:
-            lines += ["", f"## {name}", "", f"| {' | '.join(HEAD)} |", "|---" * len(HEAD) + "|", *map(line, own)]
+            lines += [
+                "",
+                f"## {name}",
+                "",
+                f"| {' | '.join(HEAD)} |",
+                "|---" * len(HEAD) + "|",
+                *map(line, own),
+            ]
     return "\n".join(lines) + "\n"
 
 
@@ -163,6 +246,17 @@ def line(row: dict) -> str:
     else:
         unit = f" {row['unit']}" if row["unit"] else ""
         against = f"{row['value']:.10g}{unit}" if row["count"] == 1 else f"{row['count']} values"
-        off, allowed = (f"{row[n]:.1e}{'' if row['share'] else unit}" for n in ("deviation", "tolerance"))
-        cells = [row["quantity"], row["source"], row["kind"], against, off, allowed, row["status"], f"`{row['test']}`"]
+        off, allowed = (
+            f"{row[n]:.1e}{'' if row['share'] else unit}" for n in ("deviation", "tolerance")
+        )
+        cells = [
+            row["quantity"],
+            row["source"],
+            row["kind"],
+            against,
+            off,
+            allowed,
+            row["status"],
+            f"`{row['test']}`",
+        ]
     return f"| {' | '.join(c.replace('|', '/').replace(chr(10), ' ') for c in cells)} |"

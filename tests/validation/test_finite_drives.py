@@ -1,7 +1,8 @@
 """Finite drives against one-coordinate equations of motion, closed forms and limits.
 
-`finite_drives.csv`: crank angle [rad] and speed [rad/s] of the slider-crank with ideal joints and a crank of
-1e-3 kg m2 that starts at 600 rpm, driven by the PI of 0.5 N m s/rad and 5 N m/rad, and by the motor line of
+`finite_drives.csv`: crank angle [rad] and speed [rad/s] of the slider-crank with ideal joints and a
+crank of 1e-3 kg m2 that starts at 600 rpm, driven by the PI of 0.5 N m s/rad and 5 N m/rad, and by
+the motor line of
 5 N m and 660 rpm. They come from an independent Lagrange equation of the crank angle.
 """
 
@@ -50,7 +51,9 @@ def rotor(law, inertia=INERTIA, **more):
     return cl.Scene(cl.Revolute(cl.ground, disc, name="axle"), cl.Drive(disc, torque=law, **more))
 
 
-def lagrange(torque, times, mass=0.14, rod=0.21, spin=2.5e-4, crank=0.3, inertia=1e-3, r=0.05, length=0.12):
+def lagrange(
+    torque, times, mass=0.14, rod=0.21, spin=2.5e-4, crank=0.3, inertia=1e-3, r=0.05, length=0.12
+):
     """Crank angle and speed of the slider-crank: M(q) q'' + M'(q) q'^2 / 2 = T - V'(q)."""
 
     def parts(q):
@@ -59,10 +62,25 @@ def lagrange(torque, times, mass=0.14, rod=0.21, spin=2.5e-4, crank=0.3, inertia
         cosine = math.sqrt(1.0 - sine * sine)
         turn = -r * c / (length * cosine)
         bend = (r * s / length + sine * turn * turn) / cosine
-        slide, slides = -r * s - length * sine * turn, -r * c - length * (cosine * turn**2 + sine * bend)
-        x, xx = -r * s - 0.5 * length * sine * turn, -r * c - 0.5 * length * (cosine * turn**2 + sine * bend)
-        y, yy = r * c + 0.5 * length * cosine * turn, -r * s + 0.5 * length * (cosine * bend - sine * turn**2)
-        matrix = inertia + crank * (0.5 * r) ** 2 + rod * (x * x + y * y) + spin * turn**2 + mass * slide**2
+        slide, slides = (
+            -r * s - length * sine * turn,
+            -r * c - length * (cosine * turn**2 + sine * bend),
+        )
+        x, xx = (
+            -r * s - 0.5 * length * sine * turn,
+            -r * c - 0.5 * length * (cosine * turn**2 + sine * bend),
+        )
+        y, yy = (
+            r * c + 0.5 * length * cosine * turn,
+            -r * s + 0.5 * length * (cosine * bend - sine * turn**2),
+        )
+        matrix = (
+            inertia
+            + crank * (0.5 * r) ** 2
+            + rod * (x * x + y * y)
+            + spin * turn**2
+            + mass * slide**2
+        )
         slope = rod * (x * xx + y * yy) + spin * turn * bend + mass * slide * slides
         return matrix, slope, -9.81 * (0.5 * crank * r * c + rod * y)
 
@@ -76,7 +94,9 @@ def lagrange(torque, times, mass=0.14, rod=0.21, spin=2.5e-4, crank=0.3, inertia
 
 @pytest.mark.parametrize("name", LAWS)
 def test_slider_crank(name, validated):
-    """Angle and speed at three times within 1e-9 of each (2e-11; tolerance 1e-10 a step); the ledger closes to 1e-9."""
+    """Angle and speed at three times within 1e-9 of each (2e-11; tolerance 1e-10 a step); the
+    ledger closes to 1e-9.
+    """
     rows = [r for r in ROWS if r["drive"] == name]
     wanted = np.array([[float(r[n]) for r in rows] for n in ("angle", "speed")])
     result = cl.simulate(slider_crank(LAWS[name]), until=0.6, samples=61, rtol=1e-10)
@@ -101,8 +121,8 @@ def test_lagrange_equation_gives_the_rows():
 
 
 def test_a_stiff_motor_line_prescribes_the_speed(validated):
-    """Ten times the stall torque is a tenth of the slip, to 5 %; the torque is that of the prescribed speed, to
-    1 % (0.7 %: the angle lags by the slip).
+    """Ten times the stall torque is a tenth of the slip, to 5 %; the torque is that of the
+    prescribed speed, to 1 % (0.7 %: the angle lags by the slip).
     """
     slips, torques = [], []
     for stall in (300.0, 3000.0):
@@ -115,16 +135,24 @@ def test_a_stiff_motor_line_prescribes_the_speed(validated):
     given = slider_crank(speed=SPEED)
     torque, late = cl.simulate(given, turns=1).drive("crank").torque, slice(40, None)
     more = {"source": "prescribed speed", "kind": "exact", "relative": np.abs(torque).max()}
-    validated("torque of a stiff motor line", torques[1][late], torque[late], 1e-2, unit="N m", **more)
+    validated(
+        "torque of a stiff motor line", torques[1][late], torque[late], 1e-2, unit="N m", **more
+    )
 
 
 def test_kloss(validated):
-    """At the breakdown slip the breakdown torque, nowhere more, beyond synchronous speed with the other sign."""
+    """At the breakdown slip the breakdown torque, nowhere more, beyond synchronous speed with the
+    other sign.
+    """
     law = cl.kloss(breakdown=12.0, slip=0.2, synchronous=SPEED)
     rates = SPEED * (1.0 - np.array([0.2, -0.2]))
     found, source = law(0.0, 0.0, rates), "T_b at s_b"
-    validated("breakdown torque", found, [12.0, -12.0], 1e-14, source=source, kind="exact", unit="N m")
-    assert np.abs(law(0.0, 0.0, np.linspace(-SPEED, 3.0 * SPEED, 4001))).max() <= 12.0 * (1.0 + 1e-15)
+    validated(
+        "breakdown torque", found, [12.0, -12.0], 1e-14, source=source, kind="exact", unit="N m"
+    )
+    assert np.abs(law(0.0, 0.0, np.linspace(-SPEED, 3.0 * SPEED, 4001))).max() <= 12.0 * (
+        1.0 + 1e-15
+    )
     near = SPEED * (1.0 - 1e-6)
     assert law(0.0, 0.0, near) == pytest.approx(2.0 * 12.0 / 0.2 * 1e-6, rel=1e-9)
     back = cl.kloss(breakdown=12.0, slip=0.2, synchronous=-SPEED)
@@ -136,16 +164,22 @@ def test_pi_without_integral_is_a_motor_line():
     control = cl.pi_speed(proportional=0.3, integral=0.0, speed=SPEED)
     line = cl.motor_line(stall=0.3 * SPEED, no_load=SPEED)
     for rate in (-10.0, 0.0, 40.0, SPEED, 90.0):
-        assert control(7.0, 0.1, 3.0, rate)[1] == pytest.approx(line(0.1, 3.0, rate), rel=1e-14, abs=1e-14)
+        assert control(7.0, 0.1, 3.0, rate)[1] == pytest.approx(
+            line(0.1, 3.0, rate), rel=1e-14, abs=1e-14
+        )
 
 
 class TestLimit:
-    """A PI whose torque is limited runs a disc up from rest: K_p 0.05, K_i 1, limit 0.2 N m, to 100 rad/s."""
+    """A PI whose torque is limited runs a disc up from rest: K_p 0.05, K_i 1, limit 0.2 N m, to 100
+    rad/s.
+    """
 
     NUMBERS = {"proportional": 0.05, "integral": 1.0, "speed": 100.0, "limit": 0.2}
 
     def test_state(self, validated):
-        """While T = limit: w = T t / J, z = T / K_i (1 - exp(-K_i t / K_p)); 1e-8 of the largest (2e-10)."""
+        """While T = limit: w = T t / J, z = T / K_i (1 - exp(-K_i t / K_p)); 1e-8 of the largest
+        (2e-10).
+        """
         result = cl.simulate(rotor(cl.pi_speed(**self.NUMBERS)), until=0.8, samples=81, rtol=1e-10)
         time, drive = result.time, result.drive("disc")
         assert drive.torque == pytest.approx(0.2, abs=1e-15)
@@ -155,7 +189,9 @@ class TestLimit:
         assert result["disc"].omega == pytest.approx(0.2 * time / INERTIA, abs=1e-7)
 
     def test_overshoot(self):
-        """Back-calculation holds the overshoot below 5 % (3.8 %); an integral that goes on, above 40 %."""
+        """Back-calculation holds the overshoot below 5 % (3.8 %); an integral that goes on, above
+        40 %.
+        """
 
         @laws.effort
         def wound(time, position, rate, proportional, integral, speed, limit):
@@ -183,21 +219,34 @@ class TestMotor:
 
     @pytest.mark.parametrize("method", ["dop853", "radau5"])
     def test_run_up(self, method, validated):
-        """Current and speed within 1e-7 of their largest (1e-9): explicit, and implicit by the Jacobian."""
+        """Current and speed within 1e-7 of their largest (1e-9): explicit, and implicit by the
+        Jacobian.
+        """
         law = cl.dc_motor(**self.NUMBERS)
         result = cl.simulate(rotor(law), until=0.5, samples=51, rtol=1e-9, method=method)
         found = np.array([result.drive("disc").current, result["disc"].omega])
         wanted = self.exact(result.time)
         sizes = np.abs(wanted).max(axis=1)[:, None]
         more = {"source": "matrix exponential", "kind": "exact"}
-        validated(f"current and speed of a motor, {method}", found / sizes, wanted / sizes, 1e-7, relative=1.0, **more)
+        validated(
+            f"current and speed of a motor, {method}",
+            found / sizes,
+            wanted / sizes,
+            1e-7,
+            relative=1.0,
+            **more,
+        )
         assert result.solver["energy_residual_share"] < 1e-8
 
     def test_outputs(self):
         """V i = T w + R i^2 + (L i^2 / 2)' integrated to 1e-5 (trapezoids); efficiency and units."""
         law = cl.dc_motor(**self.NUMBERS)
         result = cl.simulate(rotor(law), until=0.5, samples=2001, rtol=1e-9)
-        drive, omega, (_, r, x, k) = result.drive("disc"), result["disc"].omega, self.NUMBERS.values()
+        drive, omega, (_, r, x, k) = (
+            result.drive("disc"),
+            result["disc"].omega,
+            self.NUMBERS.values(),
+        )
         i = drive.current
         lost = np.trapezoid(r * i * i, result.time)
         taken = np.trapezoid(drive.electric_power, result.time)
@@ -210,11 +259,19 @@ class TestMotor:
         assert drive.efficiency[late] == pytest.approx(share, rel=1e-12)
         assert 0.0 <= drive.efficiency.min() <= drive.efficiency.max() < 1.0
         assert omega[-1] == pytest.approx(self.exact([0.5])[1, 0], rel=1e-6)
-        units = {"current": "A", "voltage": "V", "electric_power": "W", "efficiency": "1", "power": "W"}
+        units = {
+            "current": "A",
+            "voltage": "V",
+            "electric_power": "W",
+            "efficiency": "1",
+            "power": "W",
+        }
         assert {n: result.units(f"drives/disc/{n}") for n in units} == units
 
     def test_without_inductance(self):
-        """L -> 0 is the motor line of k V / R and V / k: off by the electric time constant over the mechanical."""
+        """L -> 0 is the motor line of k V / R and V / k: off by the electric time constant over the
+        mechanical.
+        """
         line = cl.motor_line(stall=0.1 * 24.0 / 1.0, no_load=24.0 / 0.1)
         wanted = cl.simulate(rotor(line), until=0.3, samples=31).drive("disc").torque
         off = []
@@ -226,7 +283,9 @@ class TestMotor:
 
 
 def test_ramp():
-    """A prescribed run-up: the speed in the ramp and after it, and the angle at its end, to rounding."""
+    """A prescribed run-up: the speed in the ramp and after it, and the angle at its end, to
+    rounding.
+    """
     disc = cl.Body("disc", 1.0, INERTIA)
     motion = cl.ramp(speed=50.0, duration=0.2, start=0.3)
     drive = cl.Drive(disc, motion=motion, nominal=50.0)
@@ -254,7 +313,9 @@ class TestTurns:
 
     def test_angle(self, run):
         """Turns are the crank's angle; their times are those of whole angles, to 1e-6 rad."""
-        assert run.turns_at(run.time) == pytest.approx(run["crank"].theta / (2.0 * math.pi), abs=1e-13)
+        assert run.turns_at(run.time) == pytest.approx(
+            run["crank"].theta / (2.0 * math.pi), abs=1e-13
+        )
         times = run.time_at(np.arange(1.0, 7.0))
         spline = np.interp(times, run.time, run["crank"].theta)
         assert spline == pytest.approx(2.0 * math.pi * np.arange(1.0, 7.0), abs=2e-4)
@@ -269,7 +330,9 @@ class TestTurns:
         assert x == pytest.approx(wanted, abs=0.05 * 1e-7)
 
     def test_metrics(self, run):
-        """Whole turns after the first; the largest torque in them is that of the samples there, 1e-4."""
+        """Whole turns after the first; the largest torque in them is that of the samples there,
+        1e-4.
+        """
         found = metrics(run)
         times = run.time_at(np.array([1.0, 6.0]))
         inside = (run.time >= times[0]) & (run.time <= times[1])
@@ -284,8 +347,12 @@ class TestTurns:
         assert run.turns_at(run.time[found][0]) == pytest.approx(5.0, abs=0.01)
 
     def test_period(self):
-        """A lubricated journal behind a PI comes back every turn of the angle, though the speed ripples by 5 %."""
-        scene = cl.load_case("slider_crank", model="lubricated", film="pinkus_sternlicht", speed=SPEED, drive="pi")
+        """A lubricated journal behind a PI comes back every turn of the angle, though the speed
+        ripples by 5 %.
+        """
+        scene = cl.load_case(
+            "slider_crank", model="lubricated", film="pinkus_sternlicht", speed=SPEED, drive="pi"
+        )
         result = cl.simulate(scene, turns=16, samples_per_turn=100)
         assert np.ptp(result["crank"].omega[800:]) > 0.05 * SPEED
         found = metrics(result, settle=11)
@@ -293,7 +360,9 @@ class TestTurns:
         assert found["period_error"].value < 1e-3
 
     def test_even_speed_is_a_constant_speed(self):
-        """A free disc at its nominal speed, either way round: turns, times and sections of the constant speed."""
+        """A free disc at its nominal speed, either way round: turns, times and sections of the
+        constant speed.
+        """
         for speed in (SPEED, -SPEED):
             more = {"start": 0.2, "speed_start": speed, "nominal": speed}
             free = cl.simulate(rotor(0.0, **more), turns=3)
@@ -311,13 +380,17 @@ class TestTurns:
         scene = rotor(LAWS["motor"])
         assert scene.turn is None
         mechanism = build(scene)
-        assert not any("turn" in name for name in (*mechanism.layout.parameters, *mechanism.layout.output))
+        assert not any(
+            "turn" in name for name in (*mechanism.layout.parameters, *mechanism.layout.output)
+        )
 
 
 @pytest.mark.parametrize("case", ["slider_crank", "four_bar", "six_bar_feeder"])
 @pytest.mark.parametrize("drive", ["pi", "motor", "kloss", "dc"])
 def test_cases(case, drive):
-    """Each word drives each case: near the speed asked for (2 %), within 20 % at all times, the ledger closed."""
+    """Each word drives each case: near the speed asked for (2 %), within 20 % at all times, the
+    ledger closed.
+    """
     scene = cl.load_case(case, model="ideal", drive=drive)
     result = cl.simulate(scene, turns=3, samples_per_turn=100)
     ratio = result["crank"].omega / scene.loads[-1].nominal
@@ -330,7 +403,9 @@ class TestWords:
     def test_guide(self):
         """The guide's drive: its natural current is that at rest."""
         text = (Path(cl.__file__).parent / "GUIDE.md").read_text()
-        block = next(b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "cl.dc_motor(" in b)
+        block = next(
+            b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "cl.dc_motor(" in b
+        )
         scope = {"cl": cl, "crank": cl.Body("crank", 1.0, INERTIA)}
         exec(block, scope)
         (current,) = scope["drive"].states()
@@ -350,12 +425,14 @@ class TestWords:
 
     @pytest.mark.parametrize(
         ("values", "line"),
-        [({"drive": "moter"}, "drive must be one of .* \\(did you mean motor\\?\\)"),
-         ({"drive": "motor(torque=5)"}, "motor_line\\(stall, no_load\\): unknown torque"),
-         ({"drive": "motor(stall=0)"}, "motor_line: stall must be positive"),
-         ({"drive": "pi(limit=-1)"}, "pi_speed: limit must not be negative"),
-         ({"drive": "pi", "speed": 0.0}, "drive pi: speed must not be 0")],
-    )  # fmt: skip
+        [
+            ({"drive": "moter"}, "drive must be one of .* \\(did you mean motor\\?\\)"),
+            ({"drive": "motor(torque=5)"}, "motor_line\\(stall, no_load\\): unknown torque"),
+            ({"drive": "motor(stall=0)"}, "motor_line: stall must be positive"),
+            ({"drive": "pi(limit=-1)"}, "pi_speed: limit must not be negative"),
+            ({"drive": "pi", "speed": 0.0}, "drive pi: speed must not be 0"),
+        ],
+    )
     def test_errors(self, values, line):
         with pytest.raises(ValueError, match=line):
             cl.load_case("slider_crank", model="ideal", **values)
@@ -366,10 +443,15 @@ class TestNominal:
 
     @pytest.mark.parametrize(
         ("values", "line"),
-        [({"speed": 5.0, "nominal": 5.0}, "nominal=5.0: a drive with a constant speed takes no nominal speed"),
-         ({"torque": 1.0, "nominal": 0.0}, "nominal must not be 0"),
-         ({"torque": 1.0, "nominal": math.nan}, "nominal must be finite")],
-    )  # fmt: skip
+        [
+            (
+                {"speed": 5.0, "nominal": 5.0},
+                "nominal=5.0: a drive with a constant speed takes no nominal speed",
+            ),
+            ({"torque": 1.0, "nominal": 0.0}, "nominal must not be 0"),
+            ({"torque": 1.0, "nominal": math.nan}, "nominal must be finite"),
+        ],
+    )
     def test_errors(self, values, line):
         with pytest.raises(ValueError, match=f"Drive disc: {line}"):
             cl.Drive(self.DISC, **values)

@@ -1,4 +1,5 @@
-"""The slider with clearance in its guide: rows computed independently of this package, to their printed digits.
+"""The slider with clearance in its guide: rows computed independently of this package, to their
+printed digits.
 
 Inputs: Flores, Leine and Glocker, Multibody Syst. Dyn. 23 (2010) 165, with compliant corners, K =
 1e8 N/m^1.5. The rows were computed with another formulation by DOP853 at 1e-12 with located
@@ -31,7 +32,9 @@ MOTIONS = {
 
 
 def tolerance(time: float) -> float:
-    """Share of a row that the two formulations may differ by: impacts magnify differences as they go on."""
+    """Share of a row that the two formulations may differ by: impacts magnify differences as they
+    go on.
+    """
     return 1e-6 if time <= 0.02 else 1e-5
 
 
@@ -61,8 +64,10 @@ def test_rows(motion, validated):
         {"source": "plain model, DOP853 at 1e-12", "kind": "independent"},
     )
     values = {
-        "crank angle": result["crank"].theta, "crank speed": result["crank"].omega, "tilt": result.joint("guide").tilt
-    }  # fmt: skip
+        "crank angle": result["crank"].theta,
+        "crank speed": result["crank"].omega,
+        "tilt": result.joint("guide").tilt,
+    }
     rows = [row for row in ROWS if row["given"] == given]
     assert len(rows) > 12
     for row in rows:
@@ -95,19 +100,30 @@ def test_two_films(validated):
     clearance = 0.4e-3
     parts = cl.load_case("guide_slider", friction="none")
     guide = cl.ClearancePrismatic(
-        parts.joints[-1].a, parts.joints[-1].b, name="guide", clearance=clearance, overlap=0.1, height=0.05,
-        width=0.02, contact=cl.hertz(stiffness=1e8), film=cl.full_pad(), transition=cl.superposed(),
-        lubricant=cl.Lubricant(0.01), offset=0.3 * clearance, tilt=0.2 * clearance / 0.05,
-    )  # fmt: skip
+        parts.joints[-1].a,
+        parts.joints[-1].b,
+        name="guide",
+        clearance=clearance,
+        overlap=0.1,
+        height=0.05,
+        width=0.02,
+        contact=cl.hertz(stiffness=1e8),
+        film=cl.full_pad(),
+        transition=cl.superposed(),
+        lubricant=cl.Lubricant(0.01),
+        offset=0.3 * clearance,
+        tilt=0.2 * clearance / 0.05,
+    )
     drive = cl.Drive(parts.bodies[0], speed=60.0, start=0.0)
     result = cl.simulate(
         cl.Scene(*parts.joints[:-1], guide, drive), until=0.1, rtol=1e-8, samples=101
     )
     found = result.joint("guide")
     values = {
-        "e / c": found.offset / clearance, "psi a / c": found.tilt * 0.05 / clearance,
+        "e / c": found.offset / clearance,
+        "psi a / c": found.tilt * 0.05 / clearance,
         "energy taken out": found.dissipated,
-    }  # fmt: skip
+    }
     rows = [row for row in FILM_ROWS if row["case"] == "slider-crank in two films"]
     options = {"source": "plain model in its own coordinates", "kind": "independent"}
     for row in rows:

@@ -1,4 +1,6 @@
-"""Every rung of every ladder in the two main cases, and rows of the mixed and finite films solved elsewhere."""
+"""Every rung of every ladder in the two main cases, and rows of the mixed and finite films solved
+elsewhere.
+"""
 
 import numpy as np
 import pytest
@@ -8,33 +10,61 @@ from clearance.choices import CONTACTS, FILMS, FRICTIONS, TRANSITIONS
 
 
 def test_feeder_with_the_finite_film(validated):
-    """Lubricated row of feeder-A: 300 rpm, c = 0.10 mm, harmonic film, sixth turn: all printed digits.
+    """Lubricated row of feeder-A: 300 rpm, c = 0.10 mm, harmonic film, sixth turn: all printed
+    digits.
 
     The row has the film's force at the journal's centre only, without drag torques.
     """
     scene = cl.load_case("six_bar_feeder", film="harmonic", film_torques=False)
     result = cl.simulate(scene, turns=6, rtol=1e-8, samples_per_turn=2000)
     last = result.time > 5 * scene.turn
-    joint, torque, acceleration = result.joint("B"), result.drive("crank").torque[last], result["slider"].ax[last]
+    joint, torque, acceleration = (
+        result.joint("B"),
+        result.drive("crank").torque[last],
+        result["slider"].ax[last],
+    )
     eccentricity = np.hypot(joint.eccentricity_x, joint.eccentricity_y)[last] / 1e-4
     force = np.hypot(joint.force_x, joint.force_y)[last]
     for what, found, row, tolerance, unit in (
-        ("slider acceleration", (acceleration.min(), acceleration.max()), (-79.93, 45.36), 6e-3, "m/s2"),
+        (
+            "slider acceleration",
+            (acceleration.min(), acceleration.max()),
+            (-79.93, 45.36),
+            6e-3,
+            "m/s2",
+        ),
         ("crank moment", (torque.min(), torque.max()), (-2.6712, 2.0068), 6e-5, "N m"),
         ("peak force", force.max(), 128.33, 6e-3, "N"),
-        ("eccentricity ratio", (eccentricity.min(), eccentricity.max()), (0.4355, 0.9368), 6e-5, ""),
+        (
+            "eccentricity ratio",
+            (eccentricity.min(), eccentricity.max()),
+            (0.4355, 0.9368),
+            6e-5,
+            "",
+        ),
         ("least film thickness ratio", joint.film_thickness_ratio[last].min(), 7.90, 6e-3, ""),
     ):
-        options = {"unit": unit, "source": "plain model of the feeder", "kind": "independent", "relative": False}
+        options = {
+            "unit": unit,
+            "source": "plain model of the feeder",
+            "kind": "independent",
+            "relative": False,
+        }
         validated(f"{what}, feeder with the harmonic film", found, row, tolerance, **options)
 
 
 @pytest.mark.parametrize("viscosity", [0.04, 0.004, 0.001])
 def test_load_sharing_carries_where_the_film_alone_is_formal(viscosity, validated):
-    """Flores' case at 0.04 Pa s: eps up to 0.99937, lambda down to 0.39, peak 3113.7 N (roughness 0.8 um); thinner oils
-    run on, with peaks far below those of impacts.
+    """Flores' case at 0.04 Pa s: eps up to 0.99937, lambda down to 0.39, peak 3113.7 N (roughness
+    0.8 um); thinner oils run on, with peaks far below those of impacts.
     """
-    scene = cl.load_case("slider_crank", model="mixed", viscosity=viscosity, friction="none", film="pinkus_sternlicht")
+    scene = cl.load_case(
+        "slider_crank",
+        model="mixed",
+        viscosity=viscosity,
+        friction="none",
+        film="pinkus_sternlicht",
+    )
     result = cl.simulate(scene, turns=8 if viscosity == 0.04 else 6, rtol=1e-7)
     joint = result.joint("C")
     force = np.hypot(joint.force_x, joint.force_y)
@@ -42,9 +72,21 @@ def test_load_sharing_carries_where_the_film_alone_is_formal(viscosity, validate
     assert result.solver["energy_residual_share"] < 1e-4
     if viscosity == 0.04:
         last = result.time > 7 * scene.turn
-        thinnest, source = joint.film_thickness_ratio[last].min(), {"source": "plain model", "kind": "independent"}
-        validated("least film thickness ratio, mixed slider-crank", thinnest, 0.39, 0.02, relative=False, **source)
-        validated("peak force, mixed slider-crank", force[last].max(), 3113.7, 5e-3, unit="N", **source)
+        thinnest, source = (
+            joint.film_thickness_ratio[last].min(),
+            {"source": "plain model", "kind": "independent"},
+        )
+        validated(
+            "least film thickness ratio, mixed slider-crank",
+            thinnest,
+            0.39,
+            0.02,
+            relative=False,
+            **source,
+        )
+        validated(
+            "peak force, mixed slider-crank", force[last].max(), 3113.7, 5e-3, unit="N", **source
+        )
     else:
         assert force.max() < 8000.0
 
@@ -52,7 +94,9 @@ def test_load_sharing_carries_where_the_film_alone_is_formal(viscosity, validate
 @pytest.mark.parametrize("transition", TRANSITIONS)
 @pytest.mark.parametrize(("case", "joints"), [("six_bar_feeder", "B,C,E"), ("slider_crank", "C")])
 def test_transitions_run(case, joints, transition):
-    """Six turns with memberships and the film thickness ratio in the file, and a ledger that closes."""
+    """Six turns with memberships and the film thickness ratio in the file, and a ledger that
+    closes.
+    """
     scene = cl.load_case(case, model="mixed", transition=transition, joints=joints, viscosity=0.01)
     result = cl.simulate(scene, turns=6, rtol=1e-6)
     assert result.complete
@@ -73,7 +117,9 @@ LADDER = [
 ]
 
 
-@pytest.mark.parametrize("options", LADDER, ids=lambda o: " ".join(o.values() if len(o) < 3 else list(o.values())[:2]))
+@pytest.mark.parametrize(
+    "options", LADDER, ids=lambda o: " ".join(o.values() if len(o) < 3 else list(o.values())[:2])
+)
 def test_every_rung_runs(options):
     """Half a turn of the slider-crank; the ledger closes to 1e-3 of the energy turned over."""
     result = cl.simulate(cl.load_case("slider_crank", **options), turns=0.5, rtol=1e-6)
@@ -86,26 +132,36 @@ def test_bristles_in_rough_joints_cost_no_more_than_smooth_friction():
     steps = []
     for friction in ("coulomb", "lugre"):
         scene = cl.load_case(
-            "six_bar_feeder", model="mixed", transition="load_sharing", joints="B,C,E", film="pinkus_sternlicht",
+            "six_bar_feeder",
+            model="mixed",
+            transition="load_sharing",
+            joints="B,C,E",
+            film="pinkus_sternlicht",
             friction=friction,
-        )  # fmt: skip
+        )
         steps.append(cl.simulate(scene, turns=1, rtol=1e-6).solver["steps"])
     assert steps[1] < 5 * steps[0]
 
 
 def test_more_clearance_joints_add_up():
-    """Interaction of B, C and E in oil: the slider's acceleration moves away from the ideal one joint by joint."""
+    """Interaction of B, C and E in oil: the slider's acceleration moves away from the ideal one
+    joint by joint.
+    """
     ideal = cl.simulate(cl.load_case("six_bar_feeder", model="ideal"), turns=3)["slider"].ax
     apart = []
     for joints in ("B", "B,C", "B,C,E"):
-        scene = cl.load_case("six_bar_feeder", joints=joints, film="pinkus_sternlicht", clearance=2e-4)
+        scene = cl.load_case(
+            "six_bar_feeder", joints=joints, film="pinkus_sternlicht", clearance=2e-4
+        )
         found = cl.simulate(scene, turns=3)["slider"].ax
         apart.append(np.sqrt(np.mean((found - ideal)[len(ideal) // 2 :] ** 2)))
     assert apart[0] < apart[2]
 
 
 def largest(joints, clearance):
-    """Largest acceleration of the slider and force in joint B of the settled feeder with transitional joints."""
+    """Largest acceleration of the slider and force in joint B of the settled feeder with
+    transitional joints.
+    """
     scene = cl.load_case("six_bar_feeder", model="mixed", joints=joints, clearance=clearance)
     result = cl.simulate(scene, turns=3)
     settled = 2 * scene.turn
@@ -117,10 +173,12 @@ def largest(joints, clearance):
 
 
 def test_trends_of_the_source():
-    """300 rpm, 5 mPa s: impacts grow with the clearance and the number of joints, and joints act on one another.
+    """300 rpm, 5 mPa s: impacts grow with the clearance and the number of joints, and joints act on
+    one another.
 
-    Bounds of the source's statements with our parameters: some four times from 0.05 to 0.2 mm, more than twice
-    from one to three joints, more than 1.4 in joint B through its neighbours (measured: 4.7, 2.7, 1.67).
+    Bounds of the source's statements with our parameters: some four times from 0.05 to 0.2 mm, more
+    than twice from one to three joints, more than 1.4 in joint B through its neighbours (measured:
+    4.7, 2.7, 1.67).
     """
     narrow, wide, three = largest("B", 5e-5)[0], largest("B", 2e-4)[0], largest("B,C,E", 2e-4)[0]
     alone, among = largest("B", 1e-4)[1], largest("B,C,E", 1e-4)[1]
@@ -130,9 +188,11 @@ def test_trends_of_the_source():
 
 
 def test_held_film_beside_load_sharing():
-    """The film of `fuzzy` whose gap is held keeps its squeeze rate: largest forces within 1 % of load sharing, 5 mPa s.
+    """The film of `fuzzy` whose gap is held keeps its squeeze rate: largest forces within 1 % of
+    load sharing, 5 mPa s.
 
-    With the rate of a gap that stands still the force in joint B is more than 10 % larger, at the same point.
+    With the rate of a gap that stands still the force in joint B is more than 10 % larger, at the
+    same point.
     """
     force = {}
     for transition in ("load_sharing", "fuzzy", "fuzzy(squeeze=0)"):

@@ -1,4 +1,6 @@
-"""The six-bar feeder (assumed set feeder-A): ideal extremes from an independent Newton-Euler, spectral derivatives."""
+"""The six-bar feeder (assumed set feeder-A): ideal extremes from an independent Newton-Euler,
+spectral derivatives.
+"""
 
 import numpy as np
 import pytest
@@ -25,23 +27,54 @@ def test_ideal_extremes(ideal, validated):
     rpm, result = ideal
     ax, moment = result["slider"].ax, result.drive("crank").torque
     force = [np.hypot(*result.joint(j).force.T).max() for j in "BCE"]
-    validated("slider acceleration, ideal feeder", [ax.min(), ax.max()], ROWS[rpm][:2], 2e-4, unit="m/s2", **PLAIN)
-    validated("crank moment, ideal feeder", [moment.min(), moment.max()], ROWS[rpm][2:4], 2e-4, unit="N m", **PLAIN)
+    validated(
+        "slider acceleration, ideal feeder",
+        [ax.min(), ax.max()],
+        ROWS[rpm][:2],
+        2e-4,
+        unit="m/s2",
+        **PLAIN,
+    )
+    validated(
+        "crank moment, ideal feeder",
+        [moment.min(), moment.max()],
+        ROWS[rpm][2:4],
+        2e-4,
+        unit="N m",
+        **PLAIN,
+    )
     validated("peak forces of B, C, E, ideal feeder", force, ROWS[rpm][4:], 2e-4, unit="N", **PLAIN)
 
 
 def test_kinematics(ideal, validated):
-    """Stroke 119.561 mm, slider 242.685 to 362.246 mm, rocker 76.40 to 115.37 deg, rod 4 within -3.82 to 2.81 deg."""
+    """Stroke 119.561 mm, slider 242.685 to 362.246 mm, rocker 76.40 to 115.37 deg, rod 4 within
+    -3.82 to 2.81 deg.
+    """
     _, result = ideal
-    x, rocker, rod4 = result["slider"].x, np.degrees(result["rocker"].theta), np.degrees(result["rod4"].theta)
+    x, rocker, rod4 = (
+        result["slider"].x,
+        np.degrees(result["rocker"].theta),
+        np.degrees(result["rod4"].theta),
+    )
     places, printed = [0.242685, 0.362246, 0.119561], PLAIN | {"relative": False}
-    validated("slider's ends and stroke", [x.min(), x.max(), np.ptp(x)], places, 1.2e-6, unit="m", **printed)
-    validated("rocker angles", [rocker.min(), rocker.max()], [76.40, 115.37], 6e-3, unit="deg", **printed)
+    validated(
+        "slider's ends and stroke",
+        [x.min(), x.max(), np.ptp(x)],
+        places,
+        1.2e-6,
+        unit="m",
+        **printed,
+    )
+    validated(
+        "rocker angles", [rocker.min(), rocker.max()], [76.40, 115.37], 6e-3, unit="deg", **printed
+    )
     validated("rod angles", [rod4.min(), rod4.max()], [-3.82, 2.81], 6e-3, unit="deg", **printed)
 
 
 def test_small_clearance_tends_to_the_ideal_mechanism():
-    """Lubricated B without drag (which grows as 1/c), second turn: the deviation shrinks with the clearance."""
+    """Lubricated B without drag (which grows as 1/c), second turn: the deviation shrinks with the
+    clearance.
+    """
 
     def extremes(clearance):
         scene = cl.load_case("six_bar_feeder", clearance=clearance, film_torques=False)
@@ -56,7 +89,9 @@ def test_small_clearance_tends_to_the_ideal_mechanism():
 
 
 def test_independent_integration(validated):
-    """scipy's Radau drives the plain multiplier formulation of the same lubricated scene: 1e-6 of the clearance."""
+    """scipy's Radau drives the plain multiplier formulation of the same lubricated scene: 1e-6 of
+    the clearance.
+    """
     from scipy.integrate import solve_ivp
 
     from clearance.mechanism.build import build
@@ -79,11 +114,19 @@ def test_independent_integration(validated):
     mechanism_start = build(shifted).start
     q0 = np.array([v for b in shifted.bodies for v in mechanism_start.pose[b]])
     until = 0.01
-    found = solve_ivp(rate, (0.0, until), np.concatenate([q0, v0]), method="Radau", rtol=1e-10, atol=1e-14)
+    found = solve_ivp(
+        rate, (0.0, until), np.concatenate([q0, v0]), method="Radau", rtol=1e-10, atol=1e-14
+    )
     own = cl.simulate(shifted, until=until, rtol=1e-10, samples=2)
     q = found.y[: q0.size, -1].reshape(-1, 3)
     for body, (x, y, theta) in zip(shifted.bodies, q, strict=True):
-        options = {"source": "scipy Radau on plain multipliers", "kind": "independent", "relative": False}
+        options = {
+            "source": "scipy Radau on plain multipliers",
+            "kind": "independent",
+            "relative": False,
+        }
         place, b = (own[body.name].x[-1], own[body.name].y[-1]), own[body.name]
         validated("positions in the lubricated feeder", place, (x, y), 1e-10, unit="m", **options)
-        validated("angles in the lubricated feeder", b.theta[-1], theta, 1e-9, unit="rad", **options)
+        validated(
+            "angles in the lubricated feeder", b.theta[-1], theta, 1e-9, unit="rad", **options
+        )

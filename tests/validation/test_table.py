@@ -1,4 +1,6 @@
-"""The table of validation: what its rows say, and that the page in this folder has every test that states one."""
+"""The table of validation: what its rows say, and that the page in this folder has every test that
+states one.
+"""
 
 import ast
 import os
@@ -60,21 +62,41 @@ ROWS = """
 def stated(folder, *options):
     """The page and the output of tests that pass, fail and are skipped."""
     (folder / "test_stated.py").write_text(STATED)
-    command = [sys.executable, "-m", "pytest", "-p", "tests.validation.table", "-p", "no:cacheprovider"]
-    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST")} | {"PYTHONPATH": str(ROOT)}
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "tests.validation.table",
+        "-p",
+        "no:cacheprovider",
+    ]
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST")} | {
+        "PYTHONPATH": str(ROOT)
+    }
     done = subprocess.run(
         [*command, "-m", "validation", "--validation-table", "page.md", *options],
-        cwd=folder, env=environment, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     return (folder / "page.md").read_text(), done.stdout
 
 
 @pytest.mark.parametrize("options", [(), ("-n", "2")], ids=["alone", "workers"])
 def test_rows(tmp_path, options):
-    """Deviations by hand; rows that fail and tests that do not run stand there too, whoever ran them."""
+    """Deviations by hand; rows that fail and tests that do not run stand there too, whoever ran
+    them.
+    """
     page, output = stated(tmp_path, *options)
-    assert {line for line in page.splitlines() if "`test_stated" in line} == set(ROWS.strip().splitlines())
-    assert "8 comparisons of 14 values: 6 passed, 2 failed. Whole tests: 1 failed, 1 not run." in page
+    assert {line for line in page.splitlines() if "`test_stated" in line} == set(
+        ROWS.strip().splitlines()
+    )
+    assert (
+        "8 comparisons of 14 values: 6 passed, 2 failed. Whole tests: 1 failed, 1 not run." in page
+    )
     assert "load | torque: off by 0.5, allowed 0.1; 3.0 not 2.0" in output
     assert "3 failed, 5 passed, 1 skipped" in output  # and not the silent one
 
@@ -84,7 +106,9 @@ def stating(path):
     tree, name = ast.parse(path.read_text()), path.relative_to(ROOT).as_posix()
     for parent in (tree, *(node for node in tree.body if isinstance(node, ast.ClassDef))):
         for node in parent.body:
-            asks = isinstance(node, ast.FunctionDef) and "validated" in [a.arg for a in node.args.args]
+            asks = isinstance(node, ast.FunctionDef) and "validated" in [
+                a.arg for a in node.args.args
+            ]
             if asks and node.name.startswith("test_"):
                 yield "::".join([name, *([parent.name] if parent is not tree else []), node.name])
 
