@@ -13,6 +13,7 @@ from clearance.postprocess.animation import COLOURS, STRONG, states_at
 from clearance.postprocess.channels import KINDS, WHOLE, channel, expand, name_of, principal
 from clearance.postprocess.figures import hexadecimal
 from clearance.postprocess.guides import MAGNIFIED, modes_at
+from clearance.postprocess.measured import Comparison
 from clearance.postprocess.packing import Pack
 from clearance.postprocess.pages import date
 from clearance.postprocess.plots import with_contacts
@@ -97,6 +98,9 @@ class Moving:
         self.facts["columns"] = self._columns(only)
         self.facts["lenses"] = self._lenses()
         self.facts["contacts"] = self._contacts()
+        self.facts["measured"] = []
+        shares = record.errors.channels
+        self.facts["errors"] = {p: shares[p] for p in self.facts["columns"] if p in shares}
 
     def _about(self, label: str) -> list[str]:
         """Name, description, status and age in words; warnings."""
@@ -280,6 +284,21 @@ class Moving:
             "force": self.pack.add(events["peak_force"][largest]),
             "left_out": int(len(here) - len(largest)),
         }
+
+    def lay(self, comparison: Comparison) -> str:
+        """Add measured data over a channel; its path, which the page shows first."""
+        (path, *_) = expand(self.record, comparison.channel)
+        record = comparison.measured
+        self.facts["measured"].append(
+            {
+                "path": path,
+                "label": f"{record.path.name}, {record.column}",
+                "time": self.pack.add(comparison.times, "f8"),
+                "values": self.pack.add(record.values),
+            }
+        )
+        self.facts["about"].append(f"measured {comparison}")
+        return path
 
     def telling(self) -> list[str]:
         """Curves that a page shows before its reader chooses."""

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from clearance.postprocess.channels import expand
 from clearance.postprocess.labels import labels_of
+from clearance.postprocess.measured import Comparison
 from clearance.postprocess.moving import Moving
 from clearance.postprocess.pages import scaled
 from clearance.postprocess.view_map import of_sweep
@@ -35,6 +36,7 @@ def view(
     channels: str | Iterable[str] | None = None,
     settle: float | None = None,
     labels: str | Iterable[str] | None = None,
+    measured: Comparison | Iterable[Comparison] = (),
 ) -> Path:
     """Write a page on which runs move, or the map of a sweep whose points open their runs.
 
@@ -43,6 +45,8 @@ def view(
     names or patterns of the curves that are shown first, default accelerations, efforts, forces and
     films. settle: turns of the start-up (seconds, where nothing turns), which the page opens after;
     default one of two or more. labels: names of the runs, default what differs between them.
+    measured: comparisons of measured data with the first run, as `cl.compare` makes them; their
+    channels are shown first.
     Returns the path of the page. Raises ValueError for a name that does not end in .html, for too
     many runs, for channels that no run has and for runs of fewer than two samples,
     FileNotFoundError and ValueError as `open_result` and `open_sweep`.
@@ -53,8 +57,11 @@ def view(
     sweeps = [
         s for s in sources if isinstance(s, Sweep) or not isinstance(s, Record) and Path(s).is_dir()
     ]
-    if sweeps and (len(sources) > 1 or settle is not None or labels is not None):
-        raise ValueError("view: a sweep has a page of its own; settle and labels are for runs")
+    data = [measured] if isinstance(measured, Comparison) else [*measured]
+    if sweeps and (len(sources) > 1 or data or settle is not None or labels is not None):
+        raise ValueError(
+            "view: a sweep has a page by itself; settle, labels and measured data are for runs"
+        )
     path = _checked(output or _default(sources[0], bool(sweeps)))
     if sweeps:
         sweep = sources[0] if isinstance(sources[0], Sweep) else open_sweep(sources[0])
@@ -65,7 +72,7 @@ def view(
         records = [
             s if isinstance(s, Record) else opened.enter_context(open_result(s)) for s in sources
         ]
-        return _write(path, *_of_runs(records, channels, settle, labels))
+        return _write(path, *_of_runs(records, channels, settle, labels, data))
 
 
 def _default(source, swept: bool) -> Path:
@@ -88,17 +95,18 @@ def _checked(path: str | Path) -> Path:
 
 
 def _of_runs(
-    records: list[Record], channels, settle: float | None, labels
+    records: list[Record], channels, settle: float | None, labels, measured: list[Comparison]
 ) -> tuple[dict, list[str]]:
     """Facts of a page of runs, and their blocks of numbers."""
     names = labels_of(records, labels)
     runs = [
         Moving(record, name, settle=settle) for record, name in zip(records, names, strict=True)
     ]
+    first = [runs[0].lay(comparison) for comparison in measured]
     if channels is None:
-        first = [path for run in runs for path in run.telling()]
+        first += [path for run in runs for path in run.telling()]
     else:
-        first = _wanted(records, channels)
+        first += _wanted(records, channels)
     cases = dict.fromkeys(record.attributes["case"] for record in records)
     facts = {
         "title": " and ".join(cases),

@@ -1,6 +1,7 @@
 """`clearance view`: a page on which runs move, and a map whose points open their runs."""
 
 import argparse
+from pathlib import Path
 
 from clearance.commands.common import DONE, add_command, existing, json_text, listed, number
 
@@ -8,6 +9,8 @@ EXAMPLES = """\
   clearance view run.h5                              mechanism, clearances, curves, pressure fields
   clearance view dry.h5 lubricated.h5 -o both.html   two runs over each other
   clearance view run.h5 --channels "slider.ax,B.force,B.epsilon"
+  clearance view run.h5 --measured bench.csv --channels slider.ax
+                                                     measured data over the curve
   clearance view SWEEP                               a map whose points open their runs
 
 The page is one file for any browser since 2023; it asks nothing of a network. Of runs it has all
@@ -49,7 +52,39 @@ def add(commands) -> argparse.ArgumentParser:
         help="turns of the start-up, which the page opens after (default 1); "
         "seconds where nothing turns",
     )
+    p.add_argument(
+        "--measured",
+        metavar="FILE.csv",
+        help="measured data over time or drive angle, with units in the header, laid over the "
+        "first of --channels (default: the channel that its column names)",
+    )
+    p.add_argument(
+        "--column", metavar="NAME", help="column of the measured data, where there are several"
+    )
+    p.add_argument(
+        "--shift", metavar="T", help="where in the run the measured data begin (default: found)"
+    )
     return p
+
+
+def _measured(options, source) -> list:
+    """The measured data beside the first run; none where no file is given."""
+    if options.measured is None:
+        for name in ("column", "shift"):
+            if getattr(options, name) is not None:
+                raise ValueError(f"--{name} needs --measured FILE.csv")
+        return []
+    if Path(source).is_dir():
+        raise ValueError("view: measured data lie over a run; a sweep has a map")
+    from clearance.postprocess.measured import compare
+    from clearance.results import open_result
+
+    first = (listed(options.channels) or [None])[0]
+    given = {"channels": first, "column": options.column, "settle": options.settle or 0.0}
+    if options.shift is not None:
+        given["shift"] = options.shift
+    with open_result(source) as record:
+        return [compare(record, options.measured, **given)]
 
 
 def run(options) -> int:
@@ -60,7 +95,8 @@ def run(options) -> int:
     from clearance.postprocess.view import view
 
     inputs = [existing(path) for path in options.inputs]
-    page = view(inputs, options.output, channels=listed(options.channels), settle=options.settle)
+    shown = {"channels": listed(options.channels), "settle": options.settle}
+    page = view(inputs, options.output, measured=_measured(options, inputs[0]), **shown)
     size = page.stat().st_size
     if options.json:
         print(json_text({"status": "complete", "page": str(page), "bytes": size}))

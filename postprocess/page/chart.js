@@ -1,6 +1,7 @@
 // Curves over one abscissa that all charts share; the cursor is an element that moves over them.
 
 const DECADES = 1e-5; // smallest value of a logarithmic axis over the largest one
+const MEASURED = "#e0a800";
 const EDGE = { left: 58, right: 14, top: 20, bottom: 22 };
 
 class Chart {
@@ -41,6 +42,7 @@ class Chart {
     this.width = width;
     const { label, unit, factor } = this.page.channel(this.path);
     this.title.textContent = unit ? `${label} [${unit}]` : label;
+    this.title.title = this.stated();
     const runs = this.page.visible.filter((r) => r.columns[this.path]),
       [x0, x1] = this.page.window;
     const box = {
@@ -67,6 +69,7 @@ class Chart {
     g.rect(box.x, box.y - 1, box.w, box.h + 2);
     g.clip();
     for (const run of [...runs].reverse()) this.curve(g, run, factor, px, py, [x0, x1]);
+    for (const run of runs) this.measured(g, run, factor, px, py);
     this.impacts(g, px, box);
     g.restore();
     this.read(null);
@@ -84,10 +87,41 @@ class Chart {
         if (c.high[k] > high) high = c.high[k];
         if (c.low[k] > 0 && c.low[k] < least) least = c.low[k];
       }
+      for (const m of this.laid(run)) {
+        const inside = m.values.filter((_, k) => this.shows(run.abscissa(m.time[k], this.page.kind)));
+        low = Math.min(low, ...inside);
+        high = Math.max(high, ...inside);
+      }
     }
     return isFinite(low) && isFinite(high)
       ? [factor * low, factor * high, factor * least]
       : [0, 1, 1];
+  }
+  shows(x) {
+    return x >= this.page.window[0] && x <= this.page.window[1];
+  }
+  // measured data over this channel
+  laid(run) {
+    return run.measured.filter((m) => m.path === this.path);
+  }
+  measured(g, run, factor, px, py) {
+    g.fillStyle = MEASURED;
+    for (const m of this.laid(run)) {
+      for (let k = 0; k < m.time.length; k++) {
+        const x = run.abscissa(m.time[k], this.page.kind);
+        if (!this.shows(x)) continue;
+        g.beginPath();
+        g.arc(px(x), py(m.values[k] * factor), 2, 0, 2 * Math.PI);
+        g.fill();
+      }
+    }
+  }
+  // stated errors of this channel, run by run
+  stated() {
+    return this.page.visible
+      .filter((r) => r.errors[this.path] !== undefined)
+      .map((r) => `${r.label}: stated error ${r.errors[this.path].toExponential(1)} of the range`)
+      .join("\n");
   }
   // samples from the one before to the one after what is shown
   span(run) {

@@ -50,6 +50,11 @@ class Run {
       time: this.read(c.time),
       force: this.read(c.force),
     };
+    this.measured = facts.measured.map((m) => ({
+      ...m,
+      time: this.read(m.time),
+      values: this.read(m.values),
+    }));
     for (const lens of facts.lenses) this.open(lens);
   }
   open(lens) {
@@ -67,7 +72,7 @@ class Run {
       };
   }
   read(place) {
-    const key = place[1];
+    const key = place.join(); // an empty column begins where the next one does
     if (!this.cache.has(key)) this.cache.set(key, column(this.bytes, place));
     return this.cache.get(key);
   }

@@ -148,6 +148,41 @@ def test_a_run_without_poses_shows_curves_and_the_reason(folder, tmp_path):
     assert run["lenses"] == []
 
 
+def bench(record, path):
+    """Every fifth sample of an acceleration from a fifth of the run on, as a record over time."""
+    rows = np.arange(len(record.time) // 5, len(record.time), 5)
+    times, values = record.time[rows], record["slider"].ax[rows]
+    lines = [f"{1e3 * (t - times[0]):.17g},{a:.17g}" for t, a in zip(times, values, strict=True)]
+    path.write_text("\n".join(["time [ms],ax [m/s2]", *lines]))
+    return path, rows
+
+
+def test_measured_data_lie_over_their_channel(folder, tmp_path):
+    """Data taken from the run lie on its curve (32-bit floats), where it begins (1e-9 s)."""
+    record = cl.open_result(folder / "oil.h5")
+    data, rows = bench(record, tmp_path / "bench.csv")
+    compared = cl.compare(record, data, "slider.ax", shift=record.time[rows[0]])
+    facts, blocks = facts_of(view(record, tmp_path / "p.html", measured=compared))
+    (laid,) = facts["runs"][0]["measured"]
+    assert (laid["path"], facts["first"][0]) == ("bodies/slider/ax", "bodies/slider/ax")
+    np.testing.assert_allclose(unpacked(blocks[0], laid["time"]), record.time[rows], atol=1e-9)
+    np.testing.assert_array_equal(
+        unpacked(blocks[0], laid["values"]), record["slider"].ax[rows].astype("f4")
+    )
+    assert "rms error" in facts["runs"][0]["about"][-1]
+    with pytest.raises(ValueError, match="measured data are for runs"):
+        view(folder / "grid", tmp_path / "map.html", measured=compared)
+
+
+def test_curves_have_their_stated_errors(folder, tmp_path):
+    """As the file has them; a dry run states none."""
+    facts, _ = facts_of(view([folder / "dry.h5", folder / "oil.h5"], tmp_path / "both.html"))
+    dry, oil = facts["runs"]
+    assert dry["errors"] == {}
+    shares = cl.open_result(folder / "oil.h5").errors.channels
+    assert oil["errors"]["bodies/slider/ax"] == shares["bodies/slider/ax"] > 0.0
+
+
 @pytest.mark.parametrize("name", ["grid", "samples"])
 def test_the_page_of_a_sweep_has_its_points(name, folder, tmp_path):
     """Metrics in a unit that suits them, and a block for each run that has a file."""
@@ -186,6 +221,19 @@ def test_a_sweep_with_many_runs_keeps_what_there_is_room_for(folder, monkeypatch
     assert view_map._spread([*range(6)]) == [0, 4, 2, 1, 3, 5]
 
 
+def test_the_command_takes_measured_data(folder, tmp_path, capsys):
+    """Names that only go with data are refused without them."""
+    data, _ = bench(cl.open_result(folder / "oil.h5"), tmp_path / "bench.csv")
+    page = tmp_path / "page.html"
+    options = ["--measured", data, "--channels", "slider.ax", "--shift", "5 ms", "-o", page]
+    assert command("view", folder / "oil.h5", *options, capsys=capsys)[0] == 0
+    (laid,) = facts_of(page)[0]["runs"][0]["measured"]
+    assert laid["label"] == "bench.csv, ax"
+    status, _, err = command("view", folder / "oil.h5", "--column", "ax", capsys=capsys)
+    assert status == 2
+    assert "--column needs --measured" in err
+
+
 def test_the_command_writes_a_page(folder, tmp_path, capsys):
     """Beside the file by itself, with the curves asked for first."""
     shutil.copy(folder / "dry.h5", tmp_path / "dry.h5")
@@ -208,8 +256,8 @@ def test_the_command_writes_a_page(folder, tmp_path, capsys):
         (["nowhere.h5"], "no file or directory nowhere.h5"),
         (["dry.h5", "-o", "page.txt"], "its name must end in .html"),
         (["dry.h5", "--channels", "slider.nothing"], "dry.h5 has no channel 'slider.nothing'"),
-        (["dry.h5", "grid"], "a sweep has a page of its own"),
-        (["grid", "--settle", "1"], "settle and labels are for runs"),
+        (["dry.h5", "grid"], "a sweep has a page by itself"),
+        (["grid", "--settle", "1"], "settle, labels and measured data are for runs"),
         (["dry.h5"] * 7, "7 runs, a page lays at most 6 over each other"),
     ],
 )
@@ -239,8 +287,9 @@ def shown(browser, folder, tmp_path_factory):
     """Opens a page and returns it when it is drawn; it asks for its file only, without errors."""
     asked, errors = [], []
 
-    def opened(*sources):
-        path = view([folder / s for s in sources], tmp_path_factory.mktemp("page") / "page.html")
+    def opened(*sources, **options):
+        output = tmp_path_factory.mktemp("page") / "page.html"
+        path = view([folder / s for s in sources], output, **options)
         page = browser.new_page(viewport={"width": 1400, "height": 900})
         page.on("request", lambda r: asked.append(r.url))
         page.on("pageerror", lambda e: errors.append(str(e)))
@@ -272,6 +321,22 @@ def test_the_browser_reads_the_numbers_of_the_file(runs, folder):
             f"at(page.runs[1].channel('joints/C/gap').at, page.runs[1].place({time}, 'time'))"
         )
         assert found == pytest.approx(np.interp(time, record.time, record.joint("C").gap), rel=1e-6)
+
+
+def test_the_browser_draws_measured_data(shown, folder, tmp_path):
+    """In their colour, over the curve."""
+    data, rows = bench(cl.open_result(folder / "oil.h5"), tmp_path / "bench.csv")
+    compared = cl.compare(cl.open_result(folder / "oil.h5"), data, "slider.ax")
+    page = shown("oil.h5", measured=compared)
+    laid = page.evaluate("page.charts.get('bodies/slider/ax').laid(page.runs[0])[0].time")
+    assert len(laid) == len(rows)
+    painted = """(() => {
+        const c = page.charts.get('bodies/slider/ax').canvas;
+        const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+        let n = 0;
+        for (let i = 0; i < p.length; i += 4) n += p[i] === 224 && p[i + 1] === 168 && p[i + 2] === 0;
+        return n })()"""
+    assert page.evaluate(painted) > len(rows) / 4  # those of the turns that are shown
 
 
 def test_it_opens_on_the_settled_turns(runs, folder):
