@@ -8,7 +8,7 @@ one turn of ten or of a hundred.
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cached_property
@@ -20,11 +20,14 @@ from clearance import checks, series
 from clearance.ensemble import Ensemble
 from clearance.extremes import TURNS
 from clearance.mechanism.build import Mechanism, build
-from clearance.options import FINEST, Solver
+from clearance.options import FINEST, Solver, Span
+from clearance.request import ALL, INTEGRATION, Request
 from clearance.results import Table, appending, create_column, save_tables
+from clearance.run import Run
 from clearance.scene import Scene
 from clearance.series import Mean, Quantile
-from clearance.turns import Series
+from clearance.standing import standing
+from clearance.turns import Series, by_turn
 
 ERROR = 0.05
 MOST_TURNS = 20_000
@@ -33,7 +36,7 @@ SHARES = (0.9, 0.99)  # quantiles of turn peaks
 PEAKS = "_peak"  # end of the names of quantities with quantiles
 TIGHTER = 100.0  # the check's tolerance is this much smaller
 CHECKED = 0.25  # share of the turns that the check runs
-INTEGRATION = 1e3  # error of a peak of a regular motion over rtol, at most
+REGULAR = 1e3  # error of a peak of a regular motion over rtol, at most
 AGREEMENT = 3.0  # standard errors by which means at two tolerances may differ
 
 
@@ -311,7 +314,7 @@ def _columns(motion: Motion) -> Table:
 # --- running
 def statistics(
     scene: Scene,
-    error: float | Mapping[str, float] = ERROR,
+    error: float | str | Mapping[str, float | str] = ERROR,
     *,
     max_turns: int = MOST_TURNS,
     starts: int = STARTS,
@@ -324,7 +327,7 @@ def statistics(
     """Means and quantiles of a scene's turns, run until their 95 % intervals are as narrow as asked
     for.
 
-    error: half width over mean, of all quantities or of some by name or pattern,
+    error: half width over mean, of all quantities or of some by name or pattern: 0.05, "5%",
         {"joint_C_force_peak": 0.02}; names are those of `clearance.turns`. max_turns: of all starts
         together. starts: runs side by side; the first begins as the scene says, journals of the
         others anywhere within 0.6 of their clearance, by `seed`. rtol, method: as in `simulate`.
@@ -346,32 +349,44 @@ def statistics(
         raise ValueError(
             "statistics are over turns: this scene has no drive of constant or nominal speed"
         )
-    if not isinstance(starts, int) or starts < 1:
-        raise ValueError(f"starts must be a whole number of at least 1, got {starts!r}")
-    fewest = starts * series.FIRST_LOOK
-    if not isinstance(max_turns, int):
-        raise TypeError(f"max_turns must be a whole number, got {max_turns!r}")
-    if not fewest <= max_turns <= starts * TURNS:
-        raise ValueError(
-            f"max_turns must lie in [{fewest}, {starts * TURNS}] for {starts} starts, got "
-            f"{max_turns!r}"
-        )
+    check_turns(max_turns, starts)
     mechanism = build(scene)
     if mechanism.size == 0:
         raise ValueError("nothing is free to move in this scene: all turns are alike")
+    asked = asked_of(error, quantities(mechanism))
     runner = Ensemble(mechanism, max_turns // starts, Solver(rtol, method), starts, seed)
-    result = _until_narrow(runner, error, max_turns, rtol, progress)
+    result = _until_narrow(runner, asked, max_turns, rtol, progress)
     return _checked(result, mechanism, method, seed) if check else result
 
 
-def _until_narrow(runner, error, max_turns: int, rtol: float, progress) -> Statistics:
+def check_turns(max_turns: int, starts: int) -> None:
+    """Raises ValueError for numbers of turns or starts that no statistics can have."""
+    if not isinstance(starts, int) or starts < 1:
+        raise ValueError(f"starts must be a whole number of at least 1, got {starts!r}")
+    if not isinstance(max_turns, int):
+        raise TypeError(f"max_turns must be a whole number, got {max_turns!r}")
+    fewest, most = starts * series.FIRST_LOOK, starts * TURNS
+    if not fewest <= max_turns <= most:
+        raise ValueError(
+            f"max_turns must lie in [{fewest}, {most}] for {starts} starts, got {max_turns!r}"
+        )
+
+
+def quantities(mechanism: Mechanism) -> list[str]:
+    """Names of the quantities of a turn of a mechanism."""
+    turn = mechanism.scene.turn
+    return list(by_turn(standing(Run(mechanism, Span(2.0 * turn, 3)))))
+
+
+def _until_narrow(
+    runner, asked: Mapping[str, float], max_turns: int, rtol: float, progress
+) -> Statistics:
     """Judge an ensemble at growing numbers of turns."""
     cut, before, most = 5, False, max_turns // runner.starts
     for number in series.looks():
         turns = min(math.ceil(number / runner.starts) + cut, most)
         runner.extend(turns)
         cut = series.transient(runner.values.values())
-        asked = _asked(error, runner.values)
         motions = _motions(runner, cut, asked)
         result = Statistics(
             motions, asked, runner.values, cut, max_turns, rtol, runner.mechanism.scene.turn, False
@@ -389,19 +404,27 @@ def _until_narrow(runner, error, max_turns: int, rtol: float, progress) -> Stati
     raise AssertionError("looks have no end")
 
 
-def _asked(error, values: Iterable[str]) -> dict[str, float]:
-    """The half width over mean that is asked for, by quantity.
+def asked_of(
+    error: float | str | Mapping[str, float | str], quantities: Sequence[str]
+) -> dict[str, float]:
+    """The half width over mean that is asked for, by quantity; in place of a largest value that of
+    its peaks. What is asked of one quantity goes before what is asked of all.
 
     Raises ValueError for names that there are not.
     """
-    if not isinstance(error, Mapping):
-        return dict.fromkeys(values, checks.positive("error", error))
+    requests = Request.of(error).asked
     asked = {}
-    for pattern, share in error.items():
-        names = [n for n in values if fnmatchcase(n, pattern)]
+    for name in sorted(requests, key=lambda n: n not in (ALL, INTEGRATION)):
+        pattern = "*" if name in (ALL, INTEGRATION) else name
+        if pattern.endswith("_max"):
+            pattern = f"{pattern.removesuffix('_max')}{PEAKS}"
+        names = [n for n in quantities if fnmatchcase(n, pattern)]
         if not names:
-            raise ValueError(f"error: there is no {pattern!r}; there are {', '.join(values)}")
-        asked |= dict.fromkeys(names, checks.positive(f"error of {pattern}", share))
+            meant = checks.meant(pattern, quantities)
+            raise ValueError(
+                f"error: there is no {name!r}{meant}; there are {', '.join(quantities)}"
+            )
+        asked |= dict.fromkeys(names, requests[name])
     return asked
 
 
@@ -444,5 +467,5 @@ def _apart(one: Mean, two: Mean, rtol: float) -> float:
     """Difference of two means in joint standard errors; beside them stands the error of the
     integration.
     """
-    error = math.hypot(one.error, two.error, INTEGRATION * rtol * one.value)
+    error = math.hypot(one.error, two.error, REGULAR * rtol * one.value)
     return abs(one.value - two.value) / error if error > 0.0 else 0.0

@@ -62,6 +62,17 @@ def positive(field: str, value: object) -> float:
     return number
 
 
+def share(field: str, value: object) -> float:
+    """A number > 0, also as a text: "1e-3", "5%". Raises ValueError naming the field and the value."""
+    if isinstance(value, str):
+        number, percent = value.strip().removesuffix("%"), value.strip().endswith("%")
+        try:
+            value = float(number) * (0.01 if percent else 1.0)
+        except ValueError:
+            raise ValueError(f"{field}: {value!r} is no number such as 1e-3 or 5%") from None
+    return positive(field, value)
+
+
 def non_negative(field: str, value: object) -> float:
     """A number >= 0, as a float. Raises ValueError naming the field and the value."""
     number = finite(field, value)

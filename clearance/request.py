@@ -9,7 +9,7 @@ apart.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import partial
@@ -33,6 +33,7 @@ from clearance.interrupts import Held
 from clearance.metrics import metrics
 from clearance.recording import MemoryRecord, MemorySink
 from clearance.run import Run
+from clearance.standing import standing
 
 ALL, INTEGRATION = "all", "integration"
 FIRST = 1e-3  # tolerance of the first run of a ladder, at most
@@ -46,8 +47,9 @@ FLOOR, DECADES = 3.0, 2.0
 LOST = 1e-10
 PARTED = 0.1  # of the clearance: trajectories this far apart have nothing to do with each other
 MEMORY = "a film with a memory is first order in the step, whatever the tolerance"
-#: patterns of the numbers that a run prints
-PRINTED = ("joints/*/force_max", "joints/*/gap_min", "drives/*/torque_m??", "drives/*/force_m??")
+#: patterns of the numbers that a run prints, and of those in their place at dry points of sweeps
+PRINTED = ("joint_*_force_max", "joint_*_gap_min", "drive_*_torque_m??", "drive_*_force_m??")
+PRINTED += ("joint_*_force_peak_mean", "drive_*_peak_mean")
 
 
 @dataclass(frozen=True)
@@ -72,15 +74,12 @@ class Request:
                 raise ValueError(
                     f"error: {error!r} asks twice for {'all numbers' if twice == ALL else twice}"
                 )
-            error = {n: fraction(text, n) for n, (_, _, text) in zip(names, parts, strict=True)}
+            error = {n: text for n, (_, _, text) in zip(names, parts, strict=True)}
         if not isinstance(error, Mapping):
             error = {ALL: error}
         if not error:
             raise ValueError("error: give a number, or numbers by name")
-        shares = {
-            str(n): fraction(e, str(n)) if isinstance(e, str) else e for n, e in error.items()
-        }
-        asked = {n: checks.positive(_field(n), e) for n, e in shares.items()}
+        asked = {str(n): checks.share(_field(str(n)), e) for n, e in error.items()}
         if large := next((n for n, e in asked.items() if e >= 1.0), None):
             raise ValueError(
                 f"{_field(large)} must be less than 1, relative to its value; got {asked[large]:g}"
@@ -90,16 +89,20 @@ class Request:
     def wanted(self, errors: Errors) -> Iterator[tuple[str, float, Error, bool]]:
         """Names, largest relative errors, stated errors, and whether film tables count.
 
-        Raises ValueError for a name
-        that the run has not got.
+        Raises ValueError for a name that the run has not got.
         """
         for name, eps in self.asked.items():
             if name in (ALL, INTEGRATION):
                 yield from ((n, eps, errors[n], name == ALL) for n in printed(errors))
-            elif name in errors:
-                yield name, eps, errors[name], True
             else:
-                raise ValueError(f"error: the run has no {name!r}{checks.meant(name, errors)}")
+                self.check(errors)
+                yield name, eps, errors[name], True
+
+    def check(self, names: Iterable[str]) -> None:
+        """Raises ValueError for a name that is not among those of a run."""
+        for name in self.asked:
+            if name not in names and name not in (ALL, INTEGRATION):
+                raise ValueError(f"error: the run has no {name!r}{checks.meant(name, names)}")
 
     def of_name(self, name: str) -> float:
         """The error that is asked for of a number."""
@@ -114,18 +117,7 @@ def _field(name: str) -> str:
     return "error" if name == ALL else f"error of {name}"
 
 
-def fraction(text: str, name: str = ALL) -> float:
-    """A share such as 1e-3 or 5%. Raises ValueError, with the name that it is for, for what is
-    none.
-    """
-    number, percent = text.strip().removesuffix("%"), text.strip().endswith("%")
-    try:
-        return float(number) * (0.01 if percent else 1.0)
-    except ValueError:
-        raise ValueError(f"{_field(name)}: {text!r} is no number such as 1e-3 or 5%") from None
-
-
-def printed(errors: Errors) -> list[str]:
+def printed(errors: Mapping[str, Error]) -> list[str]:
     """Names of the numbers that a run prints; of a drive's efforts the larger."""
     names = [n for n in errors if any(fnmatchcase(n, pattern) for pattern in PRINTED)]
     return [
@@ -133,6 +125,11 @@ def printed(errors: Errors) -> list[str]:
         for n in names
         if abs(errors[n].value) >= max(abs(errors[m].value) for m in names if m[:-3] == n[:-3])
     ]
+
+
+def names(run: Run, summed: Summed) -> set[str]:
+    """Names that a request may have of a run that has not begun; summed: metrics of a record."""
+    return {*summed(standing(run)), *run.extremes.names, TRAJECTORY}
 
 
 class Kept:
@@ -195,7 +192,8 @@ class Ladder:
     run: made and not begun, at any tolerance; settle: turns left out of the metrics; summed:
         metrics of a record;
     progress: called with the done share of each run. best: the last run with stated errors. runs:
-        their tolerances. Raises ValueError for a run that is too large to be kept in memory.
+        their tolerances. Raises ValueError for a run that is too large to be kept in memory, and
+        for names that it has not got.
     """
 
     def __init__(
@@ -212,6 +210,7 @@ class Ladder:
             )
         self.run, self.request, self.settle, self.progress = run, request, settle, progress
         self.summed = summed or partial(metrics, settle=settle)
+        request.check(names(run, self.summed))
         self.start, self.best = Start.of(run), None
         self.film: tuple[MemoryRecord, MemoryRecord, float] | None = None
         self.film_rtol = math.inf
@@ -221,7 +220,7 @@ class Ladder:
         self.past: list[tuple[float, float]] = []
 
     def climb(self) -> Answer:
-        """The answer. Raises ValueError for names that the run has not got."""
+        """The answer."""
         if self.run.mechanism.layout.remembering:
             return self._unstated(self._attempt(self.run.solver.rtol), MEMORY)
         rtol = max(min(*self.request.asked.values(), FIRST), TIGHTEST)

@@ -10,7 +10,6 @@ import pytest
 import clearance as cl
 from clearance import chaos, turns
 from clearance.cli import main
-from clearance.commands.chaos import asked_of
 from clearance.ensemble import Ensemble
 from clearance.mechanism.build import build
 from clearance.options import Solver
@@ -129,6 +128,8 @@ def test_several_motions_are_not_averaged(found):
     [
         ({"error": 0.0}, "error must be positive"),
         ({"error": {"no_*": 0.1}}, "there is no 'no_"),
+        ({"error": "joint_C_forc_max=5%"}, r"did you mean joint_C_force_peak\?"),
+        ({"error": "5 per cent"}, "error: '5 per cent' is no number"),
         ({"max_turns": 159}, r"max_turns must lie in \[160,"),
         ({"starts": 0}, "starts must be a whole number"),
     ],
@@ -183,7 +184,26 @@ def test_command_of_other_motions(tmp_path, capsys):
     assert "--max-turns and --starts are for chaotic motion" in said.err
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--max-turns", "60"), "max_turns must lie in [160, "),
+        (("--error", "joint_C_gap=5%"), "error: there is no 'joint_C_gap'"),
+    ],
+)
+def test_command_that_is_refused_before_the_run(words, message, tmp_path, capsys):
+    """Exit status 2, and no file."""
+    status, said = command(tmp_path, capsys, *words)
+    assert status == 2
+    assert message in said.err
+    assert not (tmp_path / "r.h5").exists()
+
+
 def test_what_is_asked_for():
-    """A largest value is the peak of a turn; the error of all is that of the others."""
-    assert asked_of("state") == chaos.ERROR
-    assert asked_of("5%,joint_C_force_max=1e-2") == {"*": 0.05, FORCE: 0.01}
+    """A largest value is the peak of a turn; the error of all is that of the others. Names that
+    are there before a run are those of its series.
+    """
+    names = chaos.quantities(build(SCENE))
+    assert names == list(turns.by_turn(cl.simulate(SCENE, turns=2)))
+    asked = chaos.asked_of("joint_C_force_max=1e-2,5%", names)
+    assert asked == dict.fromkeys(names, 0.05) | {FORCE: 0.01}

@@ -43,7 +43,7 @@ LAYERS = [
     ["clearance.turns"],
     ["clearance.observers", "clearance.wearing.summing"],
     ["clearance.run", "clearance.metrics"],
-    ["clearance.companion", "clearance.lanes", "clearance.request"],
+    ["clearance.standing", "clearance.companion", "clearance.lanes", "clearance.request"],
     ["clearance.simulation", "clearance.inverse"],
     ["clearance.rerun"],
     ["clearance.films", "clearance.choices"],

@@ -9,7 +9,7 @@ import pytest
 import clearance as cl
 from clearance import cli
 from clearance.laws.law import signal
-from clearance.periodic.steady import steady
+from clearance.periodic.steady import steady, tolerance_of
 
 MASS, DAMPING, STIFFNESS, FORCE, FREQUENCY = 2.0, 3.0, 800.0, 40.0, 12.0
 STALL, NO_LOAD, INERTIA, DRAG = 4.0, 50.0, 2e-3, 0.02
@@ -179,6 +179,9 @@ class TestRefusals:
             steady(oscillator(), period=0.3)
         with pytest.raises(ValueError, match="tolerance"):
             steady(oscillator(), -1.0)
+        with pytest.raises(ValueError, match="tolerance: 'much' is no number such as 1e-3 or 5%"):
+            steady(oscillator(), "much")
+        assert tolerance_of("0.1%", None) == tolerance_of(1e-3, None)
 
 
 class TestCommand:

@@ -16,9 +16,10 @@ def add_error(command: argparse.ArgumentParser) -> None:
         "--error",
         metavar="E",
         default="state",
-        help="make the cheapest run with so small an error: 1e-3 or 0.1%% of all numbers, or by "
-        "name, such as "
-        "joint_B_force_max=1e-4,trajectory=1e-5 (default: state the errors of a run at --rtol)",
+        help="make the cheapest run with so small a relative error: 1e-3 or 0.1%% of all numbers "
+        "that it prints, or by name, such as joint_B_force_max=1e-4,trajectory=1e-5; of chaotic "
+        "dry motion the error is half of the 95 %% interval over the mean of a turn "
+        "(default: state the errors of a run at --rtol)",
     )
     command.add_argument(
         "--no-error",
@@ -115,9 +116,8 @@ def error_line(summary: dict) -> str:
     asked = ", ".join(
         f"{e:g}" if n == "all" else f"{n} {e:g}" for n, e in errors.get("asked", {}).items()
     )
-    shares = {text: share for text, share in printed(summary) if math.isfinite(share)}
-    parts = [f"{asked} asked"] if asked else []
-    if shares:
+    parts = [f"{asked} asked, over the value"] if asked else []
+    if shares := _shares(errors["numbers"]):
         worst = max(shares, key=shares.get)
         parts.append(f"at most {shares[worst]:.1e} of a number ({worst})")
     if "trajectory" in errors["numbers"]:
@@ -126,12 +126,10 @@ def error_line(summary: dict) -> str:
     return f"  error        {', '.join(parts)}; from runs at rtol {errors['rtol']:g} and {errors['companion_rtol']:g}"
 
 
-def printed(summary: dict):
-    """Relative errors of the numbers that a summary prints, with their names."""
-    for name, joint in summary["joints"].items():
-        for key, text in (("peak_force", "peak force"), ("smallest_gap", "smallest gap")):
-            if joint.get(f"{key}_error") and joint[key]:
-                yield f"{text} of joint {name}", joint[f"{key}_error"] / abs(joint[key])
-    for name, drive in summary["drives"].items():
-        if drive.get("peak_error") and drive["peak"]:
-            yield f"peak effort of drive {name}", drive["peak_error"] / drive["peak"]
+def _shares(numbers: dict) -> dict[str, float]:
+    """Relative errors of the numbers that a summary prints, by name; those of zeros left out."""
+    from clearance.errors import Error
+    from clearance.request import printed
+
+    errors = {name: Error(number["value"], number["stated"]) for name, number in numbers.items()}
+    return {n: errors[n].relative for n in printed(errors) if errors[n].value}

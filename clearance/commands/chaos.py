@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 LOOKED_AT = 64  # turns over which a motion is looked at
+MEANING = (
+    "the motion is chaotic; what is asked for is half of the 95 % interval over the mean of a turn"
+)
 
 
 def add_turns(command: argparse.ArgumentParser) -> None:
@@ -30,11 +33,13 @@ def add_turns(command: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True)
 class Chaotic:
-    """A chaotic motion whose statistics are asked for: half width over mean by name, and its
-    horizon in words.
+    """A chaotic motion whose statistics are asked for: half width over mean by quantity, turns of
+    all starts, starts, and its horizon in words.
     """
 
-    asked: float | dict[str, float]
+    asked: dict[str, float]
+    max_turns: int
+    starts: int
     horizon: str
 
     def statistics(self, options, scene, output: Path) -> tuple[dict, str | None]:
@@ -52,7 +57,7 @@ class Chaotic:
             "horizon": self.horizon,
             "turn_statistics": result.plain() | {"lines": result.lines()},
         }
-        summary["errors"] = {"reason": "of one chaotic run; see the statistics"}
+        summary["errors"] = {"reason": MEANING}
         if options.plot:
             from clearance.postprocess.turn_peaks import turn_peaks
 
@@ -61,7 +66,7 @@ class Chaotic:
         return summary, None if result.reached else f"statistics: {result.verdict}"
 
     def _run(self, options, scene):
-        from clearance.chaos import MOST_TURNS, STARTS, statistics
+        from clearance.chaos import statistics
         from clearance.commands.run import ProgressBar
 
         bar = ProgressBar() if not options.json and sys.stderr.isatty() else None
@@ -72,8 +77,8 @@ class Chaotic:
                 rtol=options.rtol,
                 method=options.method,
                 progress=bar,
-                max_turns=MOST_TURNS if options.max_turns is None else options.max_turns,
-                starts=STARTS if options.starts is None else options.starts,
+                max_turns=self.max_turns,
+                starts=self.starts,
             )
         finally:
             if bar is not None:
@@ -83,14 +88,24 @@ class Chaotic:
 def recognised(options, scene) -> Chaotic | None:
     """The chaotic motion whose statistics are asked for; None for other motions and requests.
 
-    Raises ValueError for --max-turns and --starts of a motion that is not chaotic.
+    Raises ValueError for --max-turns and --starts of a motion that is not chaotic, and for numbers
+    and names that its statistics cannot have.
     """
-    counted = options.max_turns is not None or options.starts is not None
-    if options.steady is not None or options.error in (None, "state") and not counted:
+    counted, error = options.max_turns is not None or options.starts is not None, options.error
+    if options.steady is not None or error in (None, "state") and not counted:
         return None
+    from clearance.chaos import ERROR, MOST_TURNS, STARTS, asked_of, check_turns, quantities
+    from clearance.mechanism.build import build
+    from clearance.request import Request
+
+    starts = STARTS if options.starts is None else options.starts
+    max_turns = MOST_TURNS if options.max_turns is None else options.max_turns
+    check_turns(max_turns, starts)
+    error = ERROR if error in (None, "state") else Request.of(error).asked
     limit = _horizon(options, scene)
     if limit is not None and limit.time is not None:
-        return Chaotic(asked_of(options.error), limit.sentence(scene.turn))
+        asked = asked_of(error, quantities(build(scene)))
+        return Chaotic(asked, max_turns, starts, limit.sentence(scene.turn))
     if counted:
         words = "it has no dry impacts over turns" if limit is None else limit.sentence(scene.turn)
         raise ValueError(f"--max-turns and --starts are for chaotic motion; of this one: {words}")
@@ -108,26 +123,6 @@ def _horizon(options, scene):
         return horizon(scene, LOOKED_AT * scene.turn, options.rtol, options.method, LOOKED_AT)
     except NotSolved:
         return None
-
-
-def asked_of(text: str | None) -> float | dict[str, float]:
-    """Half width over mean, by name: of all quantities, of peaks where a largest value is asked
-    for.
-    """
-    from clearance.chaos import ERROR
-    from clearance.request import ALL, INTEGRATION, Request
-
-    def _named(name: str) -> str:
-        if name in (ALL, INTEGRATION):
-            return "*"
-        return f"{name.removesuffix('_max')}_peak" if name.endswith("_max") else name
-
-    if text in (None, "state"):
-        return ERROR
-    asked = sorted(
-        Request.of(text).asked.items(), key=lambda pair: pair[0] not in (ALL, INTEGRATION)
-    )
-    return {_named(name): share for name, share in asked}
 
 
 def lines(summary: dict) -> list[str]:

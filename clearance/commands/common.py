@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 
+from clearance import checks
 from clearance.checks import meant
 
 DONE, FAILED, WRONG = 0, 1, 2
@@ -40,6 +41,14 @@ def number(text: str) -> float:
         return float(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+
+
+def share(text: str) -> float:
+    """A tolerance: 1e-3, 5%."""
+    try:
+        return checks.share("tolerance", text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def seed_of(options) -> int:

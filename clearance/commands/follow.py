@@ -14,6 +14,7 @@ from clearance.commands.common import (
     listed,
     number,
     quiet,
+    share,
 )
 from clearance.interrupts import terminable
 
@@ -42,7 +43,7 @@ def add(commands) -> argparse.ArgumentParser:
     )
     p.add_argument(
         "--tolerance",
-        type=number,
+        type=share,
         default=1e-6,
         help="distance from the motion, as --steady (1e-6)",
     )

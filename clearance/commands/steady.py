@@ -5,7 +5,7 @@ import logging
 from collections.abc import Iterable
 from pathlib import Path
 
-from clearance.commands.common import Line, channel_patterns, number
+from clearance.commands.common import Line, channel_patterns, share
 
 #: options of a run from its start, and their defaults
 OTHERS = {
@@ -24,7 +24,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     """--steady and the most turns it may wait."""
     command.add_argument(
         "--steady",
-        type=number,
+        type=share,
         metavar="TOL",
         help="solve for the periodic motion, to this distance in natural sizes, such as 1e-6; the "
         "file holds one period",

@@ -152,7 +152,7 @@ def follow(
     high: float,
     *,
     fixed: Mapping[str, object] | None = None,
-    tolerance: float = 1e-6,
+    tolerance: float | str = 1e-6,
     rtol: float | None = None,
     points: int = 500,
     step: float = LARGEST,

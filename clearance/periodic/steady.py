@@ -60,7 +60,7 @@ class Steady:
 
 def steady(
     scene: Scene,
-    tolerance: float = 1e-6,
+    tolerance: float | str = 1e-6,
     *,
     period: float | None = None,
     most_turns: int = 400,
@@ -116,11 +116,11 @@ def steady(
     return Steady(orbit, fixed.multipliers, slow=search.slow, states=states, **facts)
 
 
-def tolerance_of(tolerance: float, rtol: float | None) -> tuple[float, float]:
+def tolerance_of(tolerance: float | str, rtol: float | None) -> tuple[float, float]:
     """The distance asked for and the local tolerance that suits it.
     Raises ValueError naming them.
     """
-    tolerance = checks.positive("tolerance", tolerance)
+    tolerance = checks.share("tolerance", tolerance)
     if rtol is None:
         return tolerance, min(max(FINER * tolerance, FINE), COARSE)
     return tolerance, checks.positive("rtol", rtol)

@@ -12,12 +12,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from clearance import checks
 from clearance.catalogue import find_case, library
 from clearance.demand import Demand, affordable
 from clearance.mechanism.build import Mechanism, build
 from clearance.recording import chosen, filters
-from clearance.request import Request
+from clearance.request import Request, names
 from clearance.results import locked, open_result
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
@@ -34,6 +36,7 @@ from clearance.sweeping.made import (
     point_differences,
 )
 from clearance.sweeping.order import Queue, shuffled
+from clearance.sweeping.peaks import of_point
 from clearance.sweeping.points import Points, plain
 from clearance.sweeping.stating import STATE
 from clearance.sweeping.teams import Dask, Processes, prepare_start
@@ -274,11 +277,26 @@ def _try_first(definition: Definition, demanded: Callable | None) -> None:
             chosen(run.mechanism.layout.channels, definition.keep or None)
             _check_settle(definition, run)
             # compiled here, once
-            ideal_motion(run.mechanism.scene, run.span, json.loads(run.attributes()["scene"]))
+            ideal = ideal_motion(
+                run.mechanism.scene, run.span, json.loads(run.attributes()["scene"])
+            )
+            _check_error(definition, run, ideal)
             return
         except ValueError as error:
             failure = failure or error
     raise failure
+
+
+def _check_error(definition: Definition, run, ideal: dict) -> None:
+    """Raises ValueError for an error that is asked of a number which a point has not got."""
+    if (error := definition.options.get("error")) in (None, STATE):
+        return
+
+    def summed(record):
+        still = {body: np.zeros((2, record.time.size)) for body in ideal}
+        return of_point(record, definition.settle, still)
+
+    Request.of(error).check(names(run, summed))
 
 
 def _check_settle(definition: Definition, run) -> None:
