@@ -61,21 +61,17 @@ def scene(
     )
     slider = cl.Body("slider", 0.076, 2.7e-6, points={"C": (0, 0)})
     cl.one_of("model", model, ("ideal", "dry"))
-    factory = cl.joint_factory(
-        joints,
-        ("A", "B", "C", "guide"),
+    options = cl.JointOptions(
+        joints=joints,
         model=model,
         clearance=hinge_clearance,
-        radius=HINGE_RADIUS,
-        length=HINGE_LENGTH,
-        viscosity=0.0,
-        restitution=restitution,
         contact=contact,
+        restitution=restitution,
         friction=friction,
         friction_coefficient=friction_coefficient,
-        film="table",
         roughness=0.0,
     )
+    factory = options.factory(("A", "B", "C", "guide"), radius=HINGE_RADIUS, length=HINGE_LENGTH)
     guide = factory.slide(
         "guide",
         cl.ground.at(0, 0),

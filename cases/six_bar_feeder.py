@@ -15,6 +15,8 @@ clearance and further joints show. With the 50 mPa s of the film-only joint the 
 and the transition never acts.
 """
 
+from dataclasses import replace
+
 import clearance as cl
 
 #: dynamic viscosity where none is given [Pa s]: of joints that never leave full film, and of mixed
@@ -33,58 +35,16 @@ INERTIA = 2e-3
 def scene(
     *,
     speed: float = cl.rpm(300),
-    clearance: float = 1e-4,
-    joints: str = "B",
-    model: str = "lubricated",
-    viscosity: float | str = "auto",
-    restitution: float = 0.9,
-    contact: str = "auto",
-    friction: str = "coulomb",
-    friction_coefficient: float = 0.1,
-    film: str = "table",
-    film_torques: bool = True,
-    ambient: float = 0.0,
-    flow_factors: bool = False,
-    mesh: str = "auto",
-    roughness: float = 0.8e-6,
-    transition: str = "fuzzy",
-    thresholds: str = "auto",
-    memberships: str = "cosine",
-    asperity: str = "auto",
-    wear: float = 0.0,
-    wear_journal: float = 0.0,
+    options: cl.JointOptions = cl.JointOptions(
+        joints="B", model="lubricated", viscosity="auto", friction="coulomb", transition="fuzzy"
+    ),
     drive: str = "speed",
 ) -> cl.Scene:
     """Six-bar rocking feeder (assumed parameter set feeder-A), crank angle 0 at t = 0.
 
     speed: crank speed; of finite drives that asked for, or at which they idle [rad/s]
-    clearance: radial clearance of the clearance joints [m]
     joints: clearance joints, a comma list of A B C D E F [-]
-    model: ideal, dry, lubricated or mixed (film, asperities and contact) [-]
     viscosity: dynamic viscosity of the oil; auto: 0.005 when mixed, 0.05 else [Pa s]
-    restitution: coefficient of restitution of the dry contact [-]
-    contact: law, as hertz or impact(damping=440); auto: lankarani_nikravesh when dry, winkler when
-        mixed [-]
-    friction: friction law of contact and asperities: none, coulomb, stribeck, lugre, ... [-]
-    friction_coefficient: coefficient of friction of contact and asperities [-]
-    film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht,
-        sommerfeld, fem, ... [-]
-    film_torques: whether the film drags on both bodies [-]
-    ambient: pressure at the bearing's ends above cavitation (films table, fem, conserving); 0:
-        cavitates there [Pa]
-    flow_factors: whether the film of table and fem is that of rough surfaces (Patir and Cheng) [-]
-    mesh: cells around and over half the length (films fast, fem, conserving), as 16x2; or auto [-]
-    roughness: composite rms roughness; 0 leaves out the film thickness ratio, and mixed joints need
-        it [m]
-    transition: how film and contact share a mixed joint: none, flores, fuzzy, load_sharing, or as
-        fuzzy(squeeze=0) [-]
-    thresholds: film thickness ratios dry,mixed,full of the fuzzy states; auto: 0.4,1,3 or those of
-        the file [-]
-    memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
-    asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none
-        elsewhere [-]
-    wear: coefficient of wear of the bearings, Archard's; 0: none [m2/N]
-    wear_journal: that of the journals [m2/N]
     drive: speed (prescribed), pi, motor, kloss or dc, or with parameters as motor(stall=5,
         no_load=69.1) [-]
     """
@@ -105,33 +65,10 @@ def scene(
         "rod4", mass=0.2669, inertia=6.517e-4, points={"E": (-0.075, 0), "F": (0.075, 0)}
     )
     slider = cl.Body("slider", mass=0.500, inertia=1e-4, points={"F": (0, 0)})
-    if viscosity == "auto":
-        viscosity = THIN_OIL if model == "mixed" else THICK_OIL
-    joint = cl.joint_factory(
-        joints,
-        "ABCDEF",
-        model=model,
-        clearance=clearance,
-        radius=JOURNAL_RADIUS,
-        length=BEARING_LENGTH,
-        viscosity=viscosity,
-        restitution=restitution,
-        contact=contact,
-        friction=friction,
-        friction_coefficient=friction_coefficient,
-        film=film,
-        roughness=roughness,
-        film_torques=film_torques,
-        ambient=ambient,
-        flow_factors=flow_factors,
-        mesh=mesh,
-        transition=transition,
-        thresholds=thresholds,
-        memberships=memberships,
-        asperity=asperity,
-        wear=wear,
-        wear_journal=wear_journal,
-    )
+    if options.viscosity == "auto":
+        viscosity = THIN_OIL if options.model == "mixed" else THICK_OIL
+        options = replace(options, viscosity=viscosity)
+    joint = options.factory("ABCDEF", radius=JOURNAL_RADIUS, length=BEARING_LENGTH)
     return cl.Scene(
         joint("A", cl.ground.at(0, 0), crank["A"]),
         joint("B", crank["B"], rod2["B"]),

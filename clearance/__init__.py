@@ -10,11 +10,12 @@ from clearance.elements import *  # noqa: F403
 from clearance import elements, films, laws
 from clearance import film as film
 from clearance.body import Body, Point, ground
-from clearance.choices import crank_drive, joint_factory, joint_friction_law, one_of
+from clearance.choices import crank_drive, joint_friction_law, one_of
 from clearance.film.bearing import Bearing, FilmSolution, Groove
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.pad_law import pad_film as pad_table
 from clearance.film.tabulated import table_film
+from clearance.joint_options import JointOptions
 from clearance.materials import HeatBalance, Lubricant, Material, steel
 from clearance.scene import Scene
 from clearance.units import cP, degree, mm, rpm, um
@@ -64,6 +65,7 @@ __all__ = [
     "FilmSolution",
     "Groove",
     "HeatBalance",
+    "JointOptions",
     "Lubricant",
     "Material",
     "Point",
@@ -77,7 +79,6 @@ __all__ = [
     "fem_film",
     "films",
     "ground",
-    "joint_factory",
     "joint_friction_law",
     "laws",
     "mm",

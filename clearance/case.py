@@ -7,7 +7,7 @@ from pathlib import Path
 
 from clearance import checks
 from clearance.checks import meant
-from clearance.choices import resolved
+from clearance.joint_options import resolved
 from clearance.scene import Scene
 from clearance.units import quantity
 

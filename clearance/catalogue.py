@@ -1,5 +1,6 @@
 """Finding cases: by name in the case library, or by path to a user's own file of the same form."""
 
+import dataclasses
 import functools
 import importlib.util
 import inspect
@@ -72,10 +73,13 @@ def _python_file(path: Path) -> Case:
         raise ValueError(f"case {path.stem}: parameter {bad[0]!r} of scene() needs a default value")
     summary = inspect.cleandoc(function.__doc__ or module.__doc__ or "").split("\n\n")[0]
     ours = path.parent == library()
+    if not ours:
+        function = _explaining(f"case {path.stem}", function)
+    shared = {p.name: p.default for p in arguments if dataclasses.is_dataclass(p.default)}
     return Case(
         path.stem,
         path,
-        function if ours else _explaining(f"case {path.stem}", function),
+        _gathering(function, shared) if shared else function,
         " ".join(summary.split()),
         _parameters(function),
         getattr(module, "UNTIL", None),
@@ -86,16 +90,45 @@ def _python_file(path: Path) -> Case:
 def _parameters(function: Callable[..., Scene]) -> dict[str, Parameter]:
     """Parameters from the signature; units and texts from the docstring's `name: text [unit]`
     lines.
+
+    A default that is a dataclass stands for its fields, see JointOptions.
     """
-    lines = {}
-    for line in _CONTINUED.sub(" ", inspect.cleandoc(function.__doc__ or "")).splitlines():
-        if match := _PARAMETER.match(line):
-            lines[match[1]] = match[2], match[3] or "?"
-    parameters = {}
+    lines, parameters = _described(function), {}
     for p in inspect.signature(function).parameters.values():
-        text, units = lines.get(p.name, ("", "?"))
-        parameters[p.name] = Parameter(p.name, _kind(p), p.default, units, text)
+        if dataclasses.is_dataclass(p.default):
+            shared = _parameters(type(p.default))
+            made = [
+                dataclasses.replace(one, default=getattr(p.default, name), **lines.get(name, {}))
+                for name, one in shared.items()
+            ]
+        else:
+            texts = {"units": "?", "text": ""} | lines.get(p.name, {})
+            made = [Parameter(p.name, _kind(p), p.default, **texts)]
+        for one in made:
+            if one.name in parameters:
+                raise ValueError(f"scene() has the parameter {one.name!r} twice")
+            parameters[one.name] = one
     return parameters
+
+
+def _described(function: Callable) -> dict[str, dict[str, str]]:
+    """Units and texts of parameters by name, from a docstring."""
+    text = _CONTINUED.sub(" ", inspect.cleandoc(function.__doc__ or ""))
+    matches = [m for line in text.splitlines() if (m := _PARAMETER.match(line))]
+    return {m[1]: {"text": m[2], "units": m[3] or "?"} for m in matches}
+
+
+def _gathering(function: Callable[..., Scene], shared: dict) -> Callable[..., Scene]:
+    """The function with the fields of its shared dataclasses as parameters."""
+
+    @functools.wraps(function)
+    def scene(**values) -> Scene:
+        for name, usual in shared.items():
+            names = [f.name for f in dataclasses.fields(usual) if f.name in values]
+            values[name] = dataclasses.replace(usual, **{n: values.pop(n) for n in names})
+        return function(**values)
+
+    return scene
 
 
 def _explaining(label: str, function: Callable[..., Scene]) -> Callable[..., Scene]:

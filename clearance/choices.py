@@ -7,16 +7,14 @@ depth=1.5e-6)".
 
 import math
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 
 from clearance import checks, films, laws
 from clearance.body import Body
-from clearance.elements import ClearancePrismatic, ClearanceRevolute, Drive, Prismatic, Revolute
-from clearance.elements.joint import Joint
-from clearance.film.pad_law import pad_film
-from clearance.materials import Lubricant, Material, steel
+from clearance.elements import Drive
+from clearance.materials import Material
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
 # penetration at which IMPACT's damping is whole, over that of the impact it is chosen for
@@ -334,7 +332,7 @@ def _numeric(cells: list[str]) -> bool:
         return False
 
 
-def _transition(text: str, thresholds: str, memberships: str) -> laws.BoundLaw:
+def transition_of(text: str, thresholds: str, memberships: str) -> laws.BoundLaw:
     """The transition for a text, thresholds, and memberships that only the fuzzy one takes."""
     name, changes = spelled("transition", text, TRANSITIONS)
     if memberships != COSINE:
@@ -369,9 +367,10 @@ def _tabled(
     return _replaced(law, changes)
 
 
-def _asperity(text: str, transition: str, pair: Pair) -> laws.BoundLaw | None:
+def asperity_of(text: str, transition: str, pair: Pair) -> laws.BoundLaw | None:
     """The asperity law of a mixed joint; only load_sharing has one, greenwood_tripp where auto."""
     name, changes = spelled("asperity", text, ASPERITIES, (AUTO, NONE))
+    transition, _ = spelled("transition", transition, TRANSITIONS)
     if transition != "load_sharing":
         if name in (AUTO, NONE):
             return None
@@ -382,20 +381,20 @@ def _asperity(text: str, transition: str, pair: Pair) -> laws.BoundLaw | None:
     return _replaced(ASPERITIES["greenwood_tripp" if name == AUTO else name]().of(pair), changes)
 
 
-def _solids(
-    model: str, pair: Pair, contact: str, restitution: float, friction: str, coefficient: float
-) -> dict:
-    """Contact and friction of a dry or mixed joint."""
-    name, changes = spelled("contact", contact, CONTACTS, (AUTO,))
-    if name == AUTO:
-        name = "lankarani_nikravesh" if model == "dry" else "winkler"
+def contact_of(text: str, pair: Pair, restitution: float) -> laws.BoundLaw:
+    """The contact law for a text, of a pair of bodies."""
+    name, changes = spelled("contact", text, CONTACTS)
     law = CONTACTS[name](pair, checks.fraction("restitution", restitution))
-    slots = {"contact": _replaced(law, changes)}
-    name, changes = spelled("friction", friction, FRICTIONS, (NONE,))
-    if name != NONE:
-        law = FRICTIONS[name](checks.non_negative("friction_coefficient", coefficient))
-        slots["friction"] = _replaced(law, changes)
-    return slots
+    return _replaced(law, changes)
+
+
+def friction_of(text: str, coefficient: float) -> laws.BoundLaw | None:
+    """The friction law for a text; None for none."""
+    name, changes = spelled("friction", text, FRICTIONS, (NONE,))
+    if name == NONE:
+        return None
+    law = FRICTIONS[name](checks.non_negative("friction_coefficient", coefficient))
+    return _replaced(law, changes)
 
 
 def mesh_of(text: str) -> tuple[int, int]:
@@ -408,7 +407,7 @@ def mesh_of(text: str) -> tuple[int, int]:
     return around, along
 
 
-def _film(name: str, ambient: float, flow_factors: bool, mesh: str):
+def film_of(name: str, ambient: float, flow_factors: bool, mesh: str):
     """A film law; ambient: pressure above cavitation [Pa], 0 where the film cavitates at ambient
     pressure.
     """
@@ -422,201 +421,3 @@ def _film(name: str, ambient: float, flow_factors: bool, mesh: str):
         if name not in takes[option]:
             raise ValueError(f"film {name} has no {option}; {', '.join(takes[option])} have")
     return (FILMS | ONLINE_FILMS)[name](**options)
-
-
-def joint_factory(
-    joints: str | Collection[str],
-    known: Collection[str],
-    *,
-    model: str,
-    clearance: float,
-    radius: float,
-    length: float,
-    viscosity: float,
-    restitution: float,
-    contact: str,
-    friction: str,
-    friction_coefficient: float,
-    film: str,
-    roughness: float,
-    film_torques: bool = True,
-    ambient: float = 0.0,
-    flow_factors: bool = False,
-    mesh: str = "auto",
-    transition: str = "load_sharing",
-    thresholds: str = AUTO,
-    memberships: str = COSINE,
-    asperity: str = AUTO,
-    material: Material = steel,
-    wear: float = 0.0,
-    wear_journal: float = 0.0,
-) -> "JointFactory":
-    """`factory(name, a, b)`: a hinge with clearance for the chosen names, an ideal one for all
-    others.
-
-    `factory.slide(name, a, b, overlap=..., height=..., ...)` does the same for slides, see
-    JointFactory.
-
-    Contact, friction, transition and asperity are names, with parameters where wanted: see
-    `spelled`.
-
-    Contact stiffness and moduli come from the radii, the length and the material; contact "auto" is
-    lankarani_nikravesh in dry joints and winkler, which is conformal, in mixed ones. Thresholds
-    "auto" are 0.4, 1, 3, or what a table of memberships gives. Asperity "auto" is greenwood_tripp
-    in load_sharing, none else.
-    wear, wear_journal: Archard's coefficients of bearing and journal [m2/N], 0 for none; they need
-    the contact winkler, which is their auto. Lengths in m, viscosity in Pa s.
-    Raises ValueError for names and numbers that give no joint.
-    """
-    one_of("model", model, MODELS)
-    checks.positive("clearance", clearance)
-    chosen = joint_names(joints, known) if model != "ideal" else ()
-    slots: dict = {"radius": radius, "clearance": clearance, "length": length}
-    if checks.non_negative(f"joint {joints}: roughness", roughness) > 0.0:
-        slots["roughness"] = roughness
-    spelled("contact", contact, CONTACTS, (AUTO,))
-    spelled("friction", friction, FRICTIONS, (NONE,))
-    one_of("film", film, FILMS | ONLINE_FILMS)
-    worn = {"wear": wear, "wear_journal": wear_journal}
-    slots |= {n: laws.archard(coefficient=k) for n, k in worn.items() if k}
-    contact = "winkler" if contact == AUTO and (wear or wear_journal) else contact
-    sharing, _ = spelled("transition", transition, TRANSITIONS)
-    spelled("asperity", asperity, ASPERITIES, (AUTO, NONE))
-    try:
-        pair = Pair(radius, clearance, length, material)
-        if model in ("dry", "mixed"):
-            if radius <= clearance:
-                raise ValueError(
-                    f"radius {radius!r} m must be larger than clearance {clearance!r} m"
-                )
-            slots |= _solids(model, pair, contact, restitution, friction, friction_coefficient)
-        if model in ("lubricated", "mixed"):
-            slots["film"] = _film(film, ambient, flow_factors, mesh)
-            slots["lubricant"] = Lubricant(viscosity)
-            slots["film_torques"] = bool(film_torques)
-        if model == "mixed":
-            slots["transition"] = _transition(transition, thresholds, memberships)
-            slots["asperity"] = _asperity(asperity, sharing, pair)
-    except ValueError as error:
-        raise ValueError(f"joint {', '.join(chosen)}: {error}") from None
-
-    solids = {
-        "contact": contact,
-        "restitution": restitution,
-        "friction": friction,
-        "coefficient": friction_coefficient,
-    }
-    pad = pad_film() if film in TABLES else laws.full_pad()
-    return JointFactory(model, frozenset(chosen), slots, solids, material, pad)
-
-
-@dataclass(frozen=True)
-class JointFactory:
-    """Joints of a case: with clearance for the chosen names, ideal for all others.
-
-    hinge: what a hinge with clearance has; solids: contact and friction of slides, as `_solids`
-        takes them; pad: the film of their faces.
-    """
-
-    model: str
-    chosen: frozenset[str]
-    hinge: dict
-    solids: dict
-    material: Material
-    pad: laws.BoundLaw
-
-    def __call__(self, name: str, a, b) -> Joint:
-        """A hinge."""
-        if name not in self.chosen:
-            return Revolute(a, b, name=name)
-        return ClearanceRevolute(a, b, name=name, **self.hinge)
-
-    def slide(
-        self,
-        name: str,
-        a,
-        b,
-        *,
-        overlap: float,
-        height: float,
-        clearance: float | None = None,
-        corner_radius: float = 1e-3,
-        width: float | None = None,
-        axis=(1.0, 0.0),
-        angle: float = 0.0,
-        **start,
-    ) -> Joint:
-        """A slide; see ClearancePrismatic for its numbers and its start.
-
-        Raises ValueError for a model without one.
-        """
-        if name not in self.chosen:
-            return Prismatic(a, b, axis=axis, angle=angle, name=name)
-        clearance = (
-            self.hinge["clearance"]
-            if clearance is None
-            else checks.positive("clearance", clearance)
-        )
-        pair = Pair(corner_radius, math.inf, width, self.material, reach=clearance)
-        try:
-            slots = _solids(
-                "dry" if self.model == "lubricated" else self.model, pair, **self.solids
-            )
-        except ValueError as error:
-            raise ValueError(f"joint {name}: {error}") from None
-        return ClearancePrismatic(
-            a,
-            b,
-            axis=axis,
-            angle=angle,
-            name=name,
-            clearance=clearance,
-            overlap=overlap,
-            height=height,
-            width=width,
-            corner_radius=corner_radius,
-            material=self.material,
-            **slots,
-            **self._film(),
-            **start,
-        )
-
-    def _film(self) -> dict:
-        """Films of a slide; edges touch where the model has no transition either."""
-        if self.model == "dry":
-            return {}
-        wet = {n: self.hinge[n] for n in ("lubricant", "roughness") if n in self.hinge}
-        return wet | {
-            "film": self.pad,
-            "transition": self.hinge.get("transition", laws.superposed()),
-        }
-
-
-#: what became of a parameter of `joint_factory` that is auto, from a joint; None where the joint
-#: has it not
-RESOLVED: dict[str, Callable[[Joint], object]] = {
-    "viscosity": lambda joint: getattr(joint, "viscosity", None),
-    "contact": lambda joint: joint.contact and joint.contact.law.name,
-    "thresholds": lambda joint: _thresholds(joint.transition),
-    "asperity": lambda joint: joint.transition and _name(getattr(joint, "asperity", None)),
-}
-
-
-def _name(law: laws.BoundLaw | None) -> str:
-    return NONE if law is None else law.law.name
-
-
-def _thresholds(law: laws.BoundLaw | None) -> str | None:
-    """Thresholds as a text; None for a transition without."""
-    given = {} if law is None else law.parameters
-    if not {"dry", "mixed", "full"} <= set(given):
-        return None
-    return ",".join(f"{given[n]:g}" for n in ("dry", "mixed", "full"))
-
-
-def resolved(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, object]:
-    """Values of a case's parameters that are auto, in its first clearance joint, by name."""
-    first = next((j for j in joints if j.soft), None)
-    names = [n for n in RESOLVED if isinstance(values.get(n), str) and values[n] == AUTO]
-    values_of = {n: RESOLVED[n](first) for n in names} if first is not None else {}
-    return {n: v for n, v in values_of.items() if v is not None}

@@ -47,6 +47,7 @@ LAYERS = [
     ["clearance.simulation", "clearance.inverse"],
     ["clearance.rerun"],
     ["clearance.films", "clearance.choices"],
+    ["clearance.joint_options"],
     ["clearance.case"],
     ["clearance.scene_files", "clearance.scene_python", "clearance.scene_toml"],
     ["clearance.catalogue"],

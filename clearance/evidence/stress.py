@@ -199,7 +199,7 @@ def random_scene(seed: int, model: str) -> Scene:
     """A crank-rocker or slider-crank of random proportions, masses, clearances, speed and laws;
     always assemblable.
     """
-    from clearance.choices import joint_factory
+    from clearance.joint_options import JointOptions
 
     rng = np.random.default_rng(seed)
 
@@ -233,13 +233,10 @@ def random_scene(seed: int, model: str) -> Scene:
         str(rng.choice(c))
         for c in (("lankarani_nikravesh", "hunt_crossley_memoryless"), ("none", "coulomb"))
     )
-    factory = joint_factory(
-        names,
-        ("B", "C"),
+    options = JointOptions(
+        joints=names,
         model=model,
         clearance=clearance,
-        radius=radius,
-        length=0.05 * size,
         viscosity=spread(1e-3, 1.0),
         restitution=float(rng.uniform(0.0, 1.0)),
         contact=contact,
@@ -248,6 +245,7 @@ def random_scene(seed: int, model: str) -> Scene:
         film="pinkus_sternlicht",
         roughness=0.01 * clearance,
     )
+    factory = options.factory(("B", "C"), radius=radius, length=0.05 * size)
     joints = [
         Revolute(ground, crank["a"], name="A"),
         factory("B", crank["b"], rod["a"]),

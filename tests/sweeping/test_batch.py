@@ -29,10 +29,7 @@ def scene(*, length: float = 0.1, mass: float = 1.0) -> cl.Scene:
     mass: of it [kg]
     \"\"\"
     body = cl.Body("arm", mass=MASS, inertia=1e-3, points={"pin": (-length, 0.0)}, angle=-1.0)
-    joint = cl.joint_factory(
-        "P", "P", model="dry", clearance=1e-4, radius=8e-3, length=16e-3, viscosity=0.05, restitution=0.9,
-        contact="auto", friction="none", friction_coefficient=0.0, film="table", roughness=0.8e-6,
-    )
+    joint = cl.JointOptions(joints="P", model="dry").factory("P", radius=8e-3, length=16e-3)
     return cl.Scene(joint("P", cl.ground, body["pin"]))
 """
 

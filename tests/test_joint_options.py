@@ -1,0 +1,62 @@
+"""Options of clearance joints, shared by cases as a dataclass."""
+
+import pytest
+
+import clearance as cl
+from clearance.catalogue import find_case
+
+CASE = '''
+import clearance as cl
+
+def scene(
+    *, arm: float = 0.1, options: cl.JointOptions = cl.JointOptions(joints="P", model="dry"){more}
+) -> cl.Scene:
+    """A pendulum with clearance.
+
+    arm: length of the pendulum [m]
+    clearance: of its only hinge [m]
+    """
+    body = cl.Body("arm", 1.0, 1e-3, points={{"pin": (-arm, 0.0)}}, angle=-1.0)
+    return cl.Scene(options.factory("P", radius=8e-3, length=16e-3)("P", cl.ground, body["pin"]))
+'''
+
+
+def write(folder, more=""):
+    path = folder / "pendulum.py"
+    path.write_text(CASE.format(more=more))
+    return path
+
+
+def test_options_are_parameters_of_the_case(tmp_path):
+    """Each field is a parameter, with the text of the case where that has one."""
+    case = find_case(write(tmp_path))
+    parameters = case.parameters
+    assert list(parameters)[:4] == ["arm", "joints", "model", "clearance"]
+    assert (parameters["model"].default, parameters["model"].units) == ("dry", "-")
+    assert parameters["clearance"].text == "of its only hinge"
+    assert parameters["viscosity"].value("40 cP") == pytest.approx(0.04, rel=1e-15)
+    assert all(p.units != "?" and p.text for p in parameters.values())
+    (joint,) = case.scene(clearance=2e-4, friction="coulomb", restitution=0.5).joints
+    assert (joint.clearance, joint.friction.law.name) == (2e-4, "coulomb")
+    assert joint.contact.parameters["restitution"] == 0.5
+    assert isinstance(case.scene(model="ideal").joints[0], cl.Revolute)
+
+
+def test_a_parameter_stands_once(tmp_path):
+    with pytest.raises(ValueError, match=r"scene\(\) has the parameter 'film' twice"):
+        find_case(write(tmp_path, ', film: str = "table"'))
+
+
+def test_cases_share_texts_and_units():
+    """Cases with the options differ in defaults and in the texts that they give themselves."""
+    one, other = (find_case(n).parameters for n in ("four_bar", "slider_crank"))
+    assert (one["film"].text, one["film"].units) == (other["film"].text, other["film"].units)
+    assert one["joints"].text != other["joints"].text
+
+
+def test_auto_contact_of_worn_joints_is_conformal():
+    assert cl.JointOptions(joints="P", model="dry").factory("P", radius=1e-2, length=1e-2).hinge[
+        "contact"
+    ].law.name == ("lankarani_nikravesh")
+    worn = cl.JointOptions(joints="P", model="dry", wear=1e-14)
+    assert worn.factory("P", radius=1e-2, length=1e-2).hinge["contact"].law.name == "winkler"
