@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from clearance.postprocess.figures import PRINTED, Sheet, save, sheet
+from clearance.postprocess.maps import chosen_metrics
 
 MOST = 4  # metrics of a picture
 BINS = 40
@@ -16,10 +17,10 @@ def scatter(
     """Histogram of each metric with its median, its 5 and 95 % quantiles and its limit; Sobol'
     indices beside it.
 
-    found: a `Scatter`; metrics: default those with a limit, then the first others, four in all.
-        Raises ValueError for metrics that do not vary.
+    result: a `Scatter`; metrics: names or patterns, default those with a limit, then the first
+        others, four in all. Raises ValueError where no metric varies, and for unknown metrics.
     """
-    chosen = metrics or result.metrics[:MOST]
+    chosen = result.metrics[:MOST] if metrics is None else chosen_metrics(result.sweep, metrics)
     if not chosen:
         raise ValueError("there is no metric that varies")
     figure = sheet(WIDTH, ROW * len(chosen))
@@ -61,7 +62,7 @@ def _bars(axes, result, metric: str) -> None:
         )
         axes.set_axis_off()
         return
-    names = sorted(indices, key=lambda n: indices[n].total.value)
+    names, reach = sorted(indices, key=lambda n: indices[n].total.value), 1.0
     for k, (part, color) in enumerate((("total", "#b0bec5"), ("first", "#1565c0"))):
         ends = [getattr(indices[n], part) for n in names]
         place = np.arange(len(names)) + 0.2 * (1 - 2 * k)
@@ -69,9 +70,10 @@ def _bars(axes, result, metric: str) -> None:
         error = np.clip(
             [[e.value - e.low for e in ends], [e.high - e.value for e in ends]], 0.0, None
         )
+        reach = max(reach, *value, *(e.high for e in ends))
         axes.barh(
             place, value, 0.38, xerr=error, color=color, error_kw={"linewidth": 0.8}, label=part
         )
     axes.set_yticks(np.arange(len(names)), names)
-    axes.set_xlim(0.0, 1.1)
+    axes.set_xlim(0.0, 1.05 * reach)
     axes.legend(fontsize="small", frameon=False, loc="lower right")

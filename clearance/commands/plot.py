@@ -29,6 +29,7 @@ OF_SWEEPS = {
     "map": ("metrics", "x", "y", "at", "only_settled"),
     "curves": ("metrics", "x", "at", "only_settled"),
     "bifurcation": ("x", "channels", "settle", "angle", "at"),
+    "scatter": ("metrics",),
 }
 #: kinds that lay several runs over each other
 OF_SEVERAL = ("history", "phase", "poincare", "spectrum")
@@ -47,9 +48,10 @@ EXAMPLES = """\
   clearance plot run.h5 animation --turns 2 --frames 100 -o run.gif
   clearance plot SWEEP map --metrics "joint_*_force_max,period" --x speed --y clearance --at model=dry
   clearance plot SWEEP bifurcation --x speed --channels slider.vx --settle 100
+  clearance plot SCATTER --metrics "joint_*_gap_min"               # a directory of `clearance scatter`
 
 Channels are paths, short names or patterns (bodies/slider/ax, slider.ax, "*.force"); phase and poincare take them two
-by two. Without KIND: the overview of a run, the map of a grid, the curves of other sweeps.
+by two. Without KIND: the overview of a run, the map of a grid, the scatter of a scatter, the curves of other sweeps.
 """
 
 
@@ -123,7 +125,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--magnify", type=number, help="clearances over the mechanism: animation (default as fits)"
     )
     p.add_argument(
-        "--metrics", metavar="NAMES", help="comma list of metrics or patterns: map, curves"
+        "--metrics", metavar="NAMES", help="comma list of metrics or patterns: map, curves, scatter"
     )
     p.add_argument(
         "--only-settled",
@@ -172,8 +174,8 @@ def plot(source, kind: str | None = None, output: str | Path | None = None, **op
     source: a run file or Result (for history, phase, poincare and spectrum also a list of them),
     or the directory of a sweep or Sweep. kind: overview, history, orbit, phase, poincare, spectrum,
     contacts, guide, efforts, friction, pressure, sketch, measured, animation of a run;
-    map, curves, bifurcation of a sweep; default: the overview of a run, the map of a grid, the
-    curves of other sweeps.
+    map, curves, bifurcation, scatter of a sweep; default: the overview of a run, the map of a grid,
+    the scatter of a scatter, the curves of other sweeps.
     output: .png, .pdf or .svg, of an animation .gif or .mp4. The path is returned; without one,
     the matplotlib figure, which notebooks show.
     options: those of the command that belong to the kind, in SI, such as joint="B",
@@ -476,6 +478,8 @@ def _of_sweep(options, folder: Path, kind: str | None) -> Path:
     from clearance.postprocess import maps
     from clearance.sweeping.index import open_sweep
 
+    if kind == "scatter" or kind is None and (folder / "scatter.json").exists():
+        return _scatter(options, folder)
     sweep = open_sweep(folder)
     points = sweep.definition.points
     kind = kind or (
@@ -497,6 +501,15 @@ def _of_sweep(options, folder: Path, kind: str | None) -> Path:
     return maps.maps(
         sweep, output, metrics=listed(options.metrics), x=options.x, y=options.y, at=at, **settled
     )
+
+
+def _scatter(options, folder: Path) -> Path:
+    from clearance.postprocess.scatter import scatter
+    from clearance.sweeping.scatter import open_scatter
+
+    _check(options, "scatter")
+    output = _output(options, folder / "scatter.png")
+    return scatter(open_scatter(folder), output, listed(options.metrics))
 
 
 def _at(sweep, texts: list[str]) -> dict:

@@ -115,14 +115,12 @@ def _parameters(options, case) -> tuple[dict, dict]:
     return spread, fixed
 
 
-def _limit(text: str) -> tuple[str, float]:
+def _limit(text: str) -> tuple[str, str]:
     """Name and value of a --limit."""
-    from clearance.units import quantity
-
     name, equals, value = text.partition("=")
     if not equals or not name:
         raise ValueError(f"--limit {text}: expected METRIC=VALUE")
-    return name.strip(), quantity(value)
+    return name.strip(), value
 
 
 def _document(result, folder: Path) -> dict:
@@ -143,6 +141,12 @@ def _document(result, folder: Path) -> dict:
         "metrics": metrics,
         "picture": str(drawn(result, folder / "scatter.png")) if metrics else None,
     }
+
+
+def _share(estimate: dict) -> str:
+    """A Sobol' index with its interval: of few points an estimate may lie outside [0, 1]."""
+    value, low, high = (round(estimate[n], 2) + 0.0 for n in ("value", "low", "high"))
+    return f"{value:.2f} ({low:.2f} to {high:.2f})"
 
 
 def readable(document: dict) -> list[str]:
@@ -167,10 +171,8 @@ def readable(document: dict) -> list[str]:
             lines.append(f"    beyond {m['limit']:.5g}{units}: {share}")
         if m["indices"]:
             parts = sorted(m["indices"].items(), key=lambda item: -item[1]["total"]["value"])
-            words = ", ".join(
-                f"{n} {i['first']['value']:.2f} ({i['total']['value']:.2f})" for n, i in parts
-            )
-            lines.append(f"    share of the variance, alone (with interactions): {words}")
+            lines.append("    share of the variance, alone and with interactions:")
+            lines += [f"      {n:<36} {_share(i['first'])}, {_share(i['total'])}" for n, i in parts]
     if len(d["metrics"]) > SHOWN:
         lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics: --json has them all")
     return [*lines, f"  picture      {d['picture']}", f"  directory    {d['folder']}"]

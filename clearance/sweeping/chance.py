@@ -1,10 +1,13 @@
 """The one scatter call: a case and distributions in, the spread of its metrics out."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from clearance import checks
-from clearance.sweeping.driver import sweep
+from clearance.catalogue import find_case
+from clearance.simulation import prepare
+from clearance.sweeping.driver import OPTIONS, define, sweep
+from clearance.sweeping.points import grid
 from clearance.sweeping.scatter import (
     DISTRIBUTIONS,
     Distribution,
@@ -13,6 +16,12 @@ from clearance.sweeping.scatter import (
     from_words,
     write,
 )
+from clearance.sweeping.stating import Stating
+from clearance.sweeping.worker import Keeper
+from clearance.units import quantity
+
+#: end of the metrics that some runs lack
+SELDOM = "_jam_ratio"
 
 
 def scatter(
@@ -22,7 +31,7 @@ def scatter(
     *,
     points: int = 1024,
     seed: int = 0,
-    limits: Mapping[str, float] | None = None,
+    limits: Mapping[str, float | str] | None = None,
     channels: list[str] | tuple[str, ...] = (),
     **options,
 ) -> Scatter:
@@ -31,18 +40,55 @@ def scatter(
 
     spread: distributions by parameter, SI units, also in words: {"clearance": "normal(1e-4,
         5e-6)"}; points: runs in all, at most; seed: the same seed, the same points; limits: of
-        metrics, whose probability of going beyond is asked for. channels: kept in run files (none:
-        no files); options: of `sweep`, among them fixed and turns. The same call again runs only
-        what is missing. Raises ValueError for wrong input, and what `sweep` raises.
+        metrics, whose probability of going beyond is computed, as numbers in SI or in words:
+        "0.2mm". Their names and units are those of a run at the medians. channels: kept in run
+        files (none: no files); options: of `sweep`, among them fixed and turns. The same call again
+        runs only what is missing. Raises ValueError for wrong input, and what `sweep` raises.
     """
     laws = {n: law if isinstance(law, Distribution) else _law(n, law) for n, law in spread.items()}
     chosen, n = design(laws, points, seed)
+    beyond = _limits(limits, _units(case, laws, **options)) if limits else {}
     swept = sweep(case, chosen, folder, channels=list(channels), **options)
-    result = Scatter(
-        swept, laws, n, {m: checks.finite(f"limit of {m}", v) for m, v in (limits or {}).items()}
-    )
+    result = Scatter(swept, laws, n, beyond)
     write(result, Path(folder))
     return result
+
+
+def _units(
+    case: str | Path,
+    laws: Mapping[str, Distribution],
+    fixed: Mapping[str, object] | None = None,
+    settle: float | None = None,
+    metrics: Sequence[Callable | str] = (),
+    **options,
+) -> dict[str, str]:
+    """Units by metric, of one run at the medians; empty where that run fails. Raises ValueError."""
+    middle = grid(**{n: [float(law.at(0.5))] for n, law in laws.items()})
+    options = {n: v for n, v in options.items() if n in OPTIONS and n != "error"}
+    definition = define(case, middle, fixed or {}, (), 0, settle, metrics, options)
+    run = prepare(find_case(definition.path).scene(**definition.values(0)), **definition.options)
+    keeper = Keeper(run, definition, "", None, {}, Stating(run, None, settle))
+    failure = run.record(keeper)
+    return {} if failure else {n: m.units for n, m in keeper.found.items()}
+
+
+def _limits(limits: Mapping[str, float | str], metrics: Mapping[str, str]) -> dict[str, float]:
+    """Limits in SI.
+
+    metrics: units by metric; empty where they are not known. Raises ValueError for a metric that a
+        run has not got, and for a unit of another kind.
+    """
+    found = {}
+    for name, limit in limits.items():
+        if metrics and name not in metrics and not name.endswith(SELDOM):
+            answer = f"{checks.meant(name, metrics)}; there are {', '.join(metrics)}"
+            raise ValueError(f"no metric {name!r}{answer}")
+        try:
+            number = quantity(limit, metrics.get(name)) if isinstance(limit, str) else limit
+        except ValueError as error:
+            raise ValueError(f"limit of {name}: {error}") from None
+        found[name] = checks.finite(f"limit of {name}", number)
+    return found
 
 
 def _law(name: str, text: str) -> Distribution:

@@ -246,6 +246,11 @@ class Scatter:
         self.sweep, self.spread, self.n, self.limits = swept, spread, n, limits
 
     @property
+    def folder(self) -> Path:
+        """The directory."""
+        return self.sweep.folder
+
+    @property
     def metrics(self) -> list[str]:
         """Metrics that vary, those with a limit first."""
         varying = [

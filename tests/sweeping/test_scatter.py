@@ -242,4 +242,31 @@ def test_the_command(tmp_path, capsys):
     assert 0.0 <= gap["beyond"]["low"] <= gap["beyond"]["high"] <= 1.0
     assert (tmp_path / "out" / "scatter.png").stat().st_size > 10_000
     assert main(line) == DONE
-    assert "share of the variance" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    first = gap["indices"]["clearance"]["first"]
+    words = f"{first['value']:.2f} ({first['low']:.2f} to {first['high']:.2f})"
+    assert f"clearance {words}" in " ".join(printed.split())
+    (tmp_path / "out" / "scatter.png").unlink()
+    picture = tmp_path / "gap.png"
+    assert main(["plot", str(tmp_path / "out"), "--metrics", "*_gap_min", "-o", str(picture)]) == 0
+    assert main(["plot", str(tmp_path / "out")]) == DONE
+    assert (tmp_path / "out" / "scatter.png").stat().st_size > picture.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("limit", "message"),
+    [
+        ("joint_C_gap_min=3N", "limit of joint_C_gap_min: '3N' is in N, expected m"),
+        ("joint_C_gap_mim=3um", "no metric 'joint_C_gap_mim' (did you mean joint_C_gap_min"),
+    ],
+)
+def test_wrong_limits(limit, message, tmp_path, capsys):
+    """Refused before the first point is run."""
+    from clearance.cli import main
+
+    spread = ["-p", "model=lubricated", "-p", "film=pinkus_sternlicht", "-p", "speed=25"]
+    spread += ["-p", "clearance=uniform(200um,400um)", "--points", "64", "--turns", "1"]
+    folder = tmp_path / "out"
+    assert main(["scatter", "slider_crank", *spread, "--limit", limit, "-o", str(folder)]) == 2
+    assert message in capsys.readouterr().err
+    assert not folder.exists()
