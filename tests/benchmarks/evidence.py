@@ -1,9 +1,9 @@
 """Error against run time, extremes, the price of physics: `python tests/benchmarks/evidence.py
 [--update]`.
 
-Runs the commands of the page beside this file with all peers (install the extra `peers`), keeps
-their folders in `--folder` (a study whose folder is there is not run again), puts tables into that
-page at their marks, one also into the front page, and pictures into paper_figures.
+Runs the commands of the page beside this file with all peers (install the extra `peers`). Their
+folders stay in `--folder`; a study with a folder is not run again. The tables go into that page at
+their marks, and the pictures into paper_figures.
 """
 
 import argparse
@@ -94,7 +94,7 @@ def sections(folder: Path) -> dict[str, list[str]]:
     physics = command(
         folder / "physics", "work-precision", "six_bar_feeder", "-p", "viscosity=5cP", "--physics"
     )
-    found = {"front": summary(folders, (1e-6,)), "summary": summary(folders)}
+    found = {"summary": summary(folders)}
     for name in SHOWN:
         found[name] = (folders[name] / "work_precision.md").read_text().splitlines()
         shutil.copy(folders[name] / "work_precision.png", PICTURES / f"work_precision_{name}.png")
@@ -126,9 +126,7 @@ def sections(folder: Path) -> dict[str, list[str]]:
 
 def main():
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument(
-        "--update", action="store_true", help=f"put the tables into {RESULTS} and the front page"
-    )
+    options.add_argument("--update", action="store_true", help=f"put the tables into {RESULTS}")
     options.add_argument(
         "--folder", default="evidence", help="where results are kept (default evidence)"
     )
@@ -138,8 +136,7 @@ def main():
         print(f"## {name}", *lines, "", sep="\n")
     if options.update:
         for name, lines in found.items():
-            page = ROOT / "README.md" if name == "front" else RESULTS
-            put(page, lines, f"<!-- evidence: {name} -->")
+            put(RESULTS, lines, f"<!-- evidence: {name} -->")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,141 @@
+"""Sentences and words of documentation: `python tests/benchmarks/words.py [PATH ...]`.
+
+The prose of a Markdown file is counted, or that of the docstrings of a Python file. Code blocks,
+tables, headings, pictures, the addresses of links and comments do not count. Code within a
+sentence counts as one word. A sentence ends at a full stop, a question mark, an exclamation mark,
+or with its paragraph or list item. PATH: files from the root of the repository; without any the
+pages of the site, see PAGES. `--long N` prints every sentence of more than N words.
+"""
+
+import argparse
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent.parent
+#: what a reader of the site reads
+PAGES = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "clearance/GUIDE.md",
+    *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs").glob("*.md")),
+    *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs" / "notebooks").glob("*.md")),
+)
+#: verbs of people for code, and words that stand for a missing technical term
+BANNED = re.compile(
+    r"\b(asks?|asked|says?|said|knows?|wants?|wanted|doubts?|doubted|tells?|told|found|kept|whole"
+    r"|got|unless told otherwise|hangs? together)\b",
+    re.IGNORECASE,
+)
+ABBREVIATIONS = {"al", "e.g", "i.e", "cf", "fig", "figs", "eq", "eqs", "app", "no", "vs"}
+FENCE = re.compile(r"^(```|:::)")
+#: a list item begins a paragraph; tables, headings and HTML are left out
+ITEM = re.compile(r"^\s*([-*]|\d+\.)\s+")
+SKIPPED = re.compile(r"^\s*(\||#|<|!\[)")
+PICTURE = re.compile(r"!\[[^\]]*\]\([^)]*\)(\{[^}]*\})?")
+LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
+COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+CODE = re.compile(r"(`+)[^`]+\1|\$[^$\n]+\$")
+END = re.compile(r"(?<=[.!?])[)*\"]*\s+(?=[\"(*\[]*\w)")
+WORD = re.compile(r"[^\W_]")
+
+
+@dataclass(frozen=True)
+class Count:
+    """Prose of one file: its sentences, and each banned word with its sentence."""
+
+    sentences: tuple[str, ...]
+
+    @property
+    def lengths(self) -> list[int]:
+        """Words of each sentence."""
+        return [length(s) for s in self.sentences]
+
+    @property
+    def mean(self) -> float:
+        """Words of a sentence, in the mean."""
+        return sum(self.lengths) / max(len(self.sentences), 1)
+
+    @property
+    def longest(self) -> int:
+        """Words of the longest sentence."""
+        return max(self.lengths, default=0)
+
+    @property
+    def banned(self) -> list[tuple[str, str]]:
+        """Banned words with their sentences."""
+        return [(m[0], s) for s in self.sentences for m in BANNED.finditer(s)]
+
+    def longer(self, words: int) -> list[str]:
+        """Sentences of more words than given."""
+        return [s for s in self.sentences if length(s) > words]
+
+
+def length(sentence: str) -> int:
+    """Words of a sentence: what has a letter or a digit."""
+    return sum(1 for token in sentence.split() if WORD.search(token))
+
+
+def paragraphs(text: str) -> Iterator[str]:
+    """Paragraphs and list items of a Markdown text, without code, tables and headings."""
+    text = COMMENT.sub("", re.sub(r"\A---\n.*?\n---\n", "", text, flags=re.DOTALL))
+    lines: list[str] = []
+    fenced = False
+    for line in [*text.splitlines(), ""]:
+        fence = FENCE.match(line)
+        left_out = fenced or fence or SKIPPED.match(line) or not line.strip()
+        fenced ^= bool(fence)
+        if (left_out or ITEM.match(line)) and lines:
+            yield " ".join(lines)
+            lines = []
+        if not left_out:
+            lines.append(ITEM.sub("", line).strip())
+
+
+def sentences(paragraph: str) -> list[str]:
+    """Sentences of a paragraph, with `code` for each piece of code."""
+    plain = LINK.sub(r"\1", PICTURE.sub("", CODE.sub("Code", paragraph)))
+    parts: list[str] = []
+    for part in END.split(plain):
+        before = parts[-1].rstrip(".").split() if parts else []
+        if before and before[-1].strip("(").lower() in ABBREVIATIONS:
+            parts[-1] += f" {part}"
+        elif part.strip():
+            parts.append(part.strip())
+    return [p for p in parts if length(p)]
+
+
+def docstrings(code: str) -> str:
+    """Docstrings of a Python text, one after the other."""
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    nodes = [n for n in ast.walk(ast.parse(code)) if isinstance(n, documented)]
+    return "\n\n".join(ast.get_docstring(n) or "" for n in nodes)
+
+
+def counted(path: Path) -> Count:
+    """Prose of a Markdown file, or of the docstrings of a Python file."""
+    text = path.read_text(encoding="utf-8")
+    text = docstrings(text) if path.suffix == ".py" else text
+    return Count(tuple(s for p in paragraphs(text) for s in sentences(p)))
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("paths", nargs="*", default=PAGES, metavar="PATH")
+    options.add_argument("--long", type=int, metavar="N", help="print sentences of more words")
+    options = options.parse_args()
+    print("| page | sentences | words | mean | longest | banned words |")
+    print("|---|---|---|---|---|---|")
+    for name in options.paths:
+        count = counted(ROOT / name)
+        cells = (len(count.sentences), sum(count.lengths), f"{count.mean:.1f}", count.longest)
+        print(f"| {name} | " + " | ".join(map(str, cells)) + f" | {len(count.banned)} |")
+        if options.long:
+            print(*(f"    {length(s)}: {s}" for s in count.longer(options.long)), sep="\n")
+            print(*(f"    {word}: {sentence}" for word, sentence in count.banned), sep="\n")
+
+
+if __name__ == "__main__":
+    main()
