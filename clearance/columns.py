@@ -21,7 +21,7 @@ class Mixed(ValueError):
 
 def values_of(number) -> "np.ndarray | float":
     """All values of a number."""
-    return number.values if isinstance(number, Column) else float(number)
+    return number.values if isinstance(number, Column) else number
 
 
 def _arithmetic(function: Callable, turned: bool = False) -> Callable:
@@ -46,6 +46,13 @@ def _comparison(function: Callable) -> Callable:
     return method
 
 
+def _power(a, b) -> "np.ndarray":
+    """Python's power of each pair: numpy's may differ from it in the last bit."""
+    import numpy as np
+
+    return np.frompyfunc(operator.pow, 2, 1)(a, b).astype(float)
+
+
 def _refused(name: str) -> Callable:
     def method(self, *arguments):
         raise Mixed(f"{name} of many values")
@@ -67,7 +74,7 @@ class Column(float):
     __sub__, __rsub__ = _arithmetic(operator.sub), _arithmetic(operator.sub, True)
     __mul__, __rmul__ = _arithmetic(operator.mul), _arithmetic(operator.mul, True)
     __truediv__, __rtruediv__ = _arithmetic(operator.truediv), _arithmetic(operator.truediv, True)
-    __pow__, __rpow__ = _arithmetic(operator.pow), _arithmetic(operator.pow, True)
+    __pow__, __rpow__ = _arithmetic(_power), _arithmetic(_power, True)
     __lt__, __le__ = _comparison(operator.lt), _comparison(operator.le)
     __gt__, __ge__ = _comparison(operator.gt), _comparison(operator.ge)
     __eq__, __ne__ = _comparison(operator.eq), _comparison(operator.ne)

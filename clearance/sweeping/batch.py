@@ -28,7 +28,7 @@ from clearance.scene import Scene
 from clearance.simulation import prepare
 from clearance.stepping import status
 from clearance.stepping.state import LOG_COLUMNS
-from clearance.sweeping.ideal import moves, rate_of, stretched, unit_motion
+from clearance.sweeping.ideal import rate_of, stretched, unit_motion
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.spread import Irregular, Spread, leaves_of
 from clearance.tracing.asking import Answerer
@@ -165,7 +165,7 @@ class Family:
             self.judged.append(_limits(run))
             return run
 
-        self.spread = Spread(noted, columns)
+        self.spread = Spread(scene, noted, columns)
         first = self.spread.run
         _check(first, self.turns)
         self.alike = all(shared == self.judged[0][0] for shared, _ in self.judged)
@@ -192,7 +192,7 @@ class Family:
             if type(value) is float:
                 leaves.append(place)
         varying = self.spread.varying("leaves")
-        if any(moves(leaves[i]) for i in varying):
+        if self.spread.moves:
             raise Irregular("the ideal motion depends on what is swept")
         self.leaves = [(i, _container(self.scene, leaves[i]), leaves[i][-1]) for i in varying]
 

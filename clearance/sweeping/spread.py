@@ -1,24 +1,29 @@
 """The numbers of many points of one structure as arrays, without a scene for each.
 
 Runs are prepared at some points all over the sweep: its corners, and points between. Each number of
-their starts turns out to be the same everywhere, to be a swept parameter (or its size, or the time
-of a turn at this speed), or to follow from one of them, which is then prepared at each of its
-values. All else is put together from these by the formulas of the ordinary way; the numbers must be
-equal to those prepared, bit for bit. Where they are not, the points of a sweep are run one by one
-(`Irregular`).
+their starts turns out to be the same everywhere, to be what the scene of columns (columns.py) gives,
+or to follow from one parameter, which is then prepared at each of its values. All else is put
+together from these by the formulas of the ordinary way. The numbers must be those prepared: bit for
+bit, or within a share of them. Where they are not, the points are run one by one (`Irregular`).
 """
 
 import itertools
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from clearance.columns import Column, values_of
 from clearance.elements.element import BLENDED
+from clearance.mechanism.numbers import numbers_of
 from clearance.run import Run
+from clearance.scene import Scene
+from clearance.sweeping.ideal import moves
 
 MOST_CORNERS = 16
-BETWEEN = 12  # points between the corners that are prepared too
+BETWEEN = 12  # points between the corners that are prepared too, at most
+OF_ALL = 8  # of so many points one, at most
 SCANNED = 0.5  # share of the points that may be prepared to scan a parameter
 
 
@@ -48,8 +53,6 @@ PARTS = ("numbers", "state", "work", "sizes", "reach", "scalars", "leaves")
 #: turn of the drive [s] (0: none turns), length of runs without turns [s], frequency [rad/s], size
 #: [m], mass [kg]
 SCALARS = ("turn", "until", "frequency", "size", "mass")
-#: forms in which a parameter may be a number: itself, its size, the time of a turn at this speed
-FORMS = (lambda v: v, np.abs, lambda v: 2.0 * np.pi / np.abs(v))
 
 
 def leaves_of(description: object) -> Iterator[tuple[tuple, object]]:
@@ -89,26 +92,34 @@ def start_of(run: Run) -> Start:
 class Spread:
     """Starts of points as arrays.
 
-    prepared: gives the run of swept values, not begun; columns: values of the swept numbers by
-        name, (points,).
-    at: of each number, how it follows from them. Raises Irregular.
+    scene: gives the scene of swept values; prepared: gives the run of them, not begun; columns:
+        values of the swept numbers by name, (points,); share: of a number that it may be off; base:
+        a point to begin with, default in the middle.
+    run: of the base. Raises Irregular.
     """
 
-    def __init__(self, prepared: Callable[[dict], Run], columns: dict[str, np.ndarray]):
-        self.prepared, self.columns = prepared, columns
+    def __init__(
+        self,
+        scene: Callable[[dict], Scene],
+        prepared: Callable[[dict], Run],
+        columns: dict[str, np.ndarray],
+        share: float = 0.0,
+        base: dict[str, float] | None = None,
+    ):
+        self.scene_of, self.prepared, self.columns, self.share = scene, prepared, columns, share
         self.values = {name: np.unique(column) for name, column in columns.items()}
-        self.base = {name: values[len(values) // 2].item() for name, values in self.values.items()}
+        middle = {name: values[len(values) // 2].item() for name, values in self.values.items()}
+        self.base = base or middle
         self.run = self._tried(self.base)
         self.kind = self._kind(self.run)
+        self.fixed = start_of(self.run).vector
         self.sizes = [getattr(start_of(self.run), name).size for name in PARTS]
         trials = [*self._corners(), *self._between()]
         rows = np.array([self._row(trial) for trial in trials])
-        self._classify(trials, rows)
-        for trial, row in zip(trials, rows, strict=True):
-            if not np.array_equal(
-                self.vectors({n: np.array([v]) for n, v in trial.items()})[0], row
-            ):
-                raise Irregular("its numbers depend on several parameters at once")
+        given = {n: np.array([trial[n] for trial in trials], dtype=float) for n in columns}
+        self._classify(given, rows)
+        if not self._same(self.vectors(given), rows).all():
+            raise Irregular("its numbers depend on several parameters at once")
 
     def _tried(self, values: dict) -> Run:
         try:
@@ -126,7 +137,8 @@ class Spread:
     def _between(self) -> list[dict]:
         """Some of the points."""
         count = len(next(iter(self.columns.values())))
-        places = np.random.default_rng(0).choice(count, min(BETWEEN, count), replace=False)
+        tried = min(BETWEEN, count // OF_ALL)
+        places = np.random.default_rng(0).choice(count, tried, replace=False)
         return [{n: column[i].item() for n, column in self.columns.items()} for i in places]
 
     def _kind(self, run: Run) -> tuple:
@@ -148,30 +160,27 @@ class Spread:
 
     def _row(self, trial: dict) -> np.ndarray:
         run = self._tried(trial)
-        if self._kind(run) != self.kind:
-            raise Irregular("its points have several structures")
+        if (kind := self._kind(run)) != self.kind:
+            many = "film tables" if kind[:2] == self.kind[:2] else "structures"
+            raise Irregular(f"its points have several {many}")
         return start_of(run).vector
 
-    def _classify(self, trials: list[dict], rows: np.ndarray) -> None:
-        """Tell numbers that are the same everywhere, those that are a parameter, and those that
-        follow from one.
+    def _same(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """True for numbers that are equal within the share."""
+        return (one == other) | (np.abs(one - other) <= self.share * np.abs(other))
+
+    def _classify(self, given: dict[str, np.ndarray], rows: np.ndarray) -> None:
+        """Tell numbers that are the same everywhere, those that the scene of columns gives, and
+        those that follow from one parameter.
         """
-        self.fixed = start_of(self.run).vector
-        varying = np.flatnonzero(~((rows == rows[0]).all(axis=0) & (rows[0] == self.fixed)))
-        given = {n: np.array([trial[n] for trial in trials], dtype=float) for n in self.columns}
-        self.same: dict[tuple, list[int]] = {}
-        for (n, v), form in itertools.product(given.items(), range(len(FORMS))):
-            taken = {j for places in self.same.values() for j in places}
-            with np.errstate(divide="ignore"):
-                same = [
-                    j
-                    for j in varying
-                    if j not in taken and np.array_equal(rows[:, j], FORMS[form](v))
-                ]
-            self.same[n, form] = same
-        equal = {j for places in self.same.values() for j in places}
+        varying = ~self._same(self.fixed, rows).all(axis=0)
+        try:
+            formed = varying & self._same(self._formed(given), rows).all(axis=0)
+        except (ValueError, TypeError):  # a scene that takes no columns
+            formed = np.zeros_like(varying)
+        self.formed = np.flatnonzero(formed)
         following: dict[str, list[int]] = {n: [] for n in self.columns}
-        for j in (j for j in varying if j not in equal):
+        for j in np.flatnonzero(varying & ~formed):
             name = next((n for n, v in given.items() if _follows(v, rows[:, j])), None)
             if name is None:
                 raise Irregular("its numbers depend on several parameters at once")
@@ -183,6 +192,42 @@ class Spread:
             n: (places, self._scan(n)[:, places]) for n, places in following.items() if places
         }
 
+    def _formed(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+        """Starts of points as the scene of columns gives them, a row each; all that it does not
+        give is that of the base.
+        """
+        scene = self.scene_of({name: Column(values) for name, values in columns.items()})
+        layout, start = self.run.mechanism.layout, start_of(self.run)
+        numbers = list(start.numbers)
+        for name, number in numbers_of(scene):
+            if name in layout.parameters and isinstance(number, Column):
+                numbers[layout.parameters[name]] = number
+        states = {f"{e.key}/{s.name}": s.size for e in scene.elements for s in e.states()}
+        names = [*layout.coordinates, *layout.first_order]
+        sizes = [states.get(n, size) for n, size in zip(names, start.sizes, strict=True)]
+        reach = [spot.reach for _, spot in scene.spots]
+        _, until, _, size, _ = start.scalars
+        mass = sum(b.mass for b in scene.bodies)
+        scalars = [scene.turn or 0.0, until, self._frequency(scene), size, mass]
+        leaves = [v for _, v in leaves_of(scene.description()) if isinstance(v, float)]
+        row = [*numbers, *start.state, *start.work, *sizes, *reach, *scalars, *leaves]
+        count = len(next(iter(columns.values())))
+        return np.column_stack([np.broadcast_to(values_of(number), count) for number in row])
+
+    def _frequency(self, scene: Scene) -> float | np.ndarray:
+        """Typical angular frequencies, see Mechanism.frequency: motions of the start are those of
+        the drive's speed.
+        """
+        mechanism, faster = self.run.mechanism, 1.0
+        start, drives = mechanism.start, mechanism.scene.drives
+        if len(drives) == 1 and drives[0].speed:
+            faster = abs(values_of(scene.drives[0].speed) / drives[0].speed)
+        rates = [abs(v[2]) for v in start.velocity.values()]
+        rates += [abs(v[0]) / start.size for v in start.velocity.values()]
+        rates += [abs(d.nominal) for d in drives if d.nominal]
+        gravity = math.sqrt(math.hypot(*mechanism.scene.gravity) / start.size)
+        return np.maximum(max(rates, default=0.0) * faster, gravity)
+
     def _scan(self, name: str) -> np.ndarray:
         """Starts at all values of one parameter."""
         return np.array([self._row(self.base | {name: v.item()}) for v in self.values[name]])
@@ -191,18 +236,23 @@ class Spread:
         """Places of the numbers of a part that are not the same everywhere."""
         k = PARTS.index(part)
         begin, end = sum(self.sizes[:k]), sum(self.sizes[: k + 1])
-        places = [
-            *(j for p in self.same.values() for j in p),
-            *(j for p, _ in self.following.values() for j in p),
-        ]
+        places = [*self.formed.tolist(), *(j for p, _ in self.following.values() for j in p)]
         return sorted(j - begin for j in places if begin <= j < end)
+
+    @property
+    def moves(self) -> bool:
+        """True where ideal motions differ in more than the speed of one drive."""
+        scene = self.run.mechanism.scene
+        leaves = [place for place, v in leaves_of(scene.description()) if type(v) is float]
+        places = [leaves[i] for i in self.varying("leaves")]
+        speeds = [p for p in places if p[0] == "loads" and p[-1] == "speed"]
+        return any(map(moves, places)) or bool(speeds) and len(scene.drives) > 1
 
     def vectors(self, columns: dict[str, np.ndarray]) -> np.ndarray:
         """Starts of points, a row each."""
         rows = np.tile(self.fixed, (len(next(iter(columns.values()))), 1))
-        for (name, form), places in self.same.items():
-            if places:
-                rows[:, places] = FORMS[form](columns[name])[:, None]
+        if self.formed.size:
+            rows[:, self.formed] = self._formed(columns)[:, self.formed]
         for name, (places, table) in self.following.items():
             rows[:, places] = table[np.searchsorted(self.values[name], columns[name])]
         return rows

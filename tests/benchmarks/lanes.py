@@ -21,7 +21,6 @@ sys.path.insert(0, str(ROOT))
 
 import clearance as cl  # noqa: E402
 from clearance.catalogue import find_case  # noqa: E402
-from clearance.columns import Column  # noqa: E402
 from clearance.lanes.code import natural_width  # noqa: E402
 from clearance.recording import MemorySink  # noqa: E402
 from clearance.simulation import prepare  # noqa: E402
@@ -55,9 +54,11 @@ class Sweep:
         self.clearance = np.exp(rng.uniform(*np.log(CLEARANCES), count))
         self.case = find_case("six_bar_feeder")
         began = time.process_time()
-        numbers = {"speed": Column(self.speed), "clearance": Column(self.clearance)}
-        many = self.case.scene(**self.fixed, **numbers)
-        self.together = Together(self.scene(0), many, count, {"turns": turns}, None)
+        columns = {"speed": self.speed, "clearance": self.clearance}
+        options = {"turns": turns}
+        self.together = Together(
+            lambda values: self.case.scene(**self.fixed, **values), columns, options, None
+        )
         self.set_up = time.process_time() - began
 
     def scene(self, i: int):
@@ -68,11 +69,12 @@ class Sweep:
     def lanes(self) -> tuple[float, dict]:
         """CPU seconds of a point in lanes, and the metrics of all."""
         began, parts = time.process_time(), []
-        for places in self.together.blocks():
-            answers = self.together.answers(places, 1)
-            if not self.together.sound(answers).all():
+        for block in self.together.blocks():
+            points = self.together.points(block)
+            answers = self.together.answers(points, 1)
+            if not self.together.summing.sound(answers).all():
                 raise RuntimeError("a point is not sound")
-            parts.append(self.together.metrics(answers, places))
+            parts.append(self.together.summing.metrics(answers, points))
         spent = time.process_time() - began
         return spent / len(self.speed), {n: np.concatenate([p[n] for p in parts]) for n in parts[0]}
 

@@ -10,34 +10,34 @@ import pytest
 import clearance as cl
 from clearance.catalogue import find_case
 from clearance.columns import Column, Mixed
-from clearance.sweeping.together import FEWEST, Together, Unsuited
+from clearance.sweeping.spread import Irregular
+from clearance.sweeping.summing import Unsuited
+from clearance.sweeping.together import FEWEST, Together
 
 FEEDER = {"model": "lubricated", "joints": "B"}
 SPEEDS = np.linspace(20.0, 60.0, 8)
 CLEARANCES = np.geomspace(3e-5, 4e-4, 4)
 
 
-def together(**others):
-    """The feeder's points at once: speed times clearance."""
+def swept():
+    """Speed times clearance."""
     speed, clearance = (a.ravel() for a in np.meshgrid(SPEEDS, CLEARANCES))
-    case = find_case("six_bar_feeder")
-    many = case.scene(**FEEDER, speed=Column(speed), clearance=Column(clearance), **others)
-    first = case.scene(**FEEDER, speed=float(speed[0]), clearance=float(clearance[0]), **others)
-    return Together(first, many, speed.size, {"turns": 2.0}, None)
+    return {"speed": speed, "clearance": clearance}
 
 
 @pytest.fixture(scope="module")
 def feeder():
-    return together()
+    """The feeder's points at once."""
+    case = find_case("six_bar_feeder")
+    return Together(lambda values: case.scene(**FEEDER, **values), swept(), {"turns": 2.0}, None)
 
 
 def test_company(feeder):
     """A run is the same, bit for bit, in other company and in two threads."""
-    places = np.arange(feeder.count)
-    alone = feeder.answers(places, 1)
-    assert feeder.sound(alone).all()
-    mixed = np.random.default_rng(5).permutation(places)
-    others = feeder.answers(mixed, 2)
+    alone = feeder.answers(feeder.points(swept()), 1)
+    assert feeder.summing.sound(alone).all()
+    mixed = np.random.default_rng(5).permutation(feeder.count)
+    others = feeder.answers(feeder.points({n: v[mixed] for n, v in swept().items()}), 2)
     for name in ("extremes", "sums", "ended", "steps"):
         np.testing.assert_array_equal(getattr(others, name), getattr(alone, name)[mixed])
 
@@ -46,22 +46,27 @@ def test_steps(feeder):
     """The steps of the ordinary loop: within 5 % of their number, with one first step and one end
     more or less.
     """
-    answers = feeder.answers(np.arange(1), 1)
-    assert abs(answers.steps[0] - feeder.steps) <= 0.05 * feeder.steps + 2
+    answers = feeder.answers(feeder.points({n: v[:1] for n, v in swept().items()}), 1)
+    steps = feeder.summing.steps
+    assert abs(answers.steps[0] - steps) <= 0.05 * steps + 2
 
 
-def test_another_number_is_noticed(feeder):
-    """A point whose scene has a number that the others have not."""
-    scene = cl.load_case("six_bar_feeder", **FEEDER, speed=20.0, clearance=3e-5, viscosity=0.04)
-    with pytest.raises(Unsuited, match="parameters"):
-        feeder.compare(0, scene)
+def test_numbers_that_jump_are_noticed():
+    """The viscosity of fast points is another: it follows from the speed, but for one point."""
+    case, odd = find_case("six_bar_feeder"), swept()["clearance"][-1]
+
+    def scene(values):
+        viscosity = 0.04 if values["speed"] > 59.0 and values["clearance"] == odd else 0.05
+        return case.scene(**FEEDER, viscosity=viscosity, **values)
+
+    with pytest.raises(Irregular, match="several parameters"):
+        Together(scene, swept(), {"turns": 2.0}, None)
 
 
 def test_left_to_the_ordinary_way():
     case = find_case("slider_crank")
-    scene = case.scene(model="dry")
     with pytest.raises(Unsuited, match="dop853"):
-        Together(scene, scene, 1, {"turns": 2.0}, None)
+        Together(lambda values: case.scene(model="dry", **values), swept(), {"turns": 2.0}, None)
 
 
 @pytest.fixture(scope="module")
