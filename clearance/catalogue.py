@@ -21,6 +21,8 @@ _PARAMETER = re.compile(r"^\s*(\w+):\s*(.*?)\s*(?:\[([^\]]*)\])?\s*$")
 _CONTINUED = re.compile(r"\n +")
 #: kinds of files that are cases
 FILES = (".py", ".toml")
+#: kinds of files that hold the description of a scene, but are no cases
+RESULTS = (".h5", ".hdf5")
 
 
 def library() -> Path:
@@ -42,9 +44,14 @@ def find_case(name: str | Path) -> Case:
     Raises ValueError for a name that no case has, and for a file that is none.
     """
     path = Path(name)
-    if path.suffix in FILES or len(path.parts) > 1:
+    if path.suffix in (*FILES, *RESULTS) or len(path.parts) > 1:
         if not path.is_file():
             raise ValueError(f"no case file {name}")
+        if path.suffix in RESULTS:
+            raise ValueError(
+                f"{name} is a result, no case; clearance run {name} --again makes it again, "
+                f"clearance new {name} makes a case of it"
+            )
         if path.suffix not in FILES:
             raise ValueError(f"{name} is no case file: the name of one ends in .py or .toml")
     elif str(name) in case_names():

@@ -40,6 +40,8 @@ MAKERS: dict[str, dict[str, Law | Callable]] = {
 SHARED = ("lubricant", "material")
 #: other names of the outermost table
 HEAD = ("name", "text", "gravity", "until", "parameters", "body")
+#: units of SI, which leave a number as it is
+SI = {unit for unit, (kind, factor) in UNITS.items() if (kind, factor) == (unit, 1.0)}
 OF_PARAMETERS = ("value", "unit", "text")
 PARAMETER = re.compile(r"\$(\w+)")
 _UNITS = "|".join(re.escape(u) for u in sorted(UNITS, key=len, reverse=True))
@@ -83,8 +85,10 @@ def scene_file(path: Path) -> Case:
 def _scene(path: Path, text: str, document: Mapping, parameters: Mapping, **given) -> Scene:
     """The scene of a file for values of its parameters."""
     values = {name: p.default for name, p in parameters.items()} | given
+    units = {name: p.units for name, p in parameters.items() if p.units in SI}
+    parts = {n: part for n, part in document.items() if n != "parameters"}
     try:
-        filled = {n: v if n == "parameters" else _filled(v, values, n) for n, v in document.items()}
+        filled = {n: _filled(part, values, units, n) for n, part in parts.items()}
         return _parts(filled, path)
     except Misplaced as error:
         raise _placed(path, text, document, error) from None
@@ -108,6 +112,8 @@ def _parts(document: Mapping, path: Path) -> Scene:
     gravity = document.get("gravity", [0.0, -9.81])
     with at("gravity"):
         gravity = tuple(quantity(g, "m/s2") if isinstance(g, str) else g for g in gravity)
+    if not elements:
+        raise ValueError(f"{path}: no joint, load or drive is there; [joint] has the joints")
     scene = Scene(*elements, gravity=gravity, name=document.get("name", path.stem))
     names = {body.name for body in scene.bodies}
     for name in bodies:
@@ -180,34 +186,41 @@ def _measured(value: object) -> tuple[object, str]:
 
 
 # --- formulas
-def _filled(value: object, values: Mapping[str, object], *place: str) -> object:
+def _filled(
+    value: object, values: Mapping[str, object], units: Mapping[str, str], *place: str
+) -> object:
     """A part of a document with its formulas worked out."""
     if isinstance(value, Mapping):
         filled = {}
         for name, part in value.items():
             with at(*place):
-                filled[name] = _filled(part, values, name)
+                filled[name] = _filled(part, values, units, name)
         return filled
     if isinstance(value, list):
-        return [_filled(part, values, *place) for part in value]
+        return [_filled(part, values, units, *place) for part in value]
     if not isinstance(value, str) or "$" not in value:
         return value
     with at(*place):
-        return formula(value, values)
+        return formula(value, values, units)
 
 
-def formula(text: str, values: Mapping[str, object]) -> object:
+def formula(
+    text: str, values: Mapping[str, object], units: Mapping[str, str] | None = None
+) -> object:
     """The value of a formula: "$throw / 2 + 1 mm", in SI units; "$model" alone may be a word.
 
     It has numbers with or without units, parameters, + - * / **, brackets, pi, sqrt, sin, cos, tan,
-    atan2, hypot, abs, min and max; angles in rad. Raises ValueError for anything else.
+    atan2, hypot, abs, min and max; angles in rad. units: SI units of parameters by name; such a
+    parameter alone becomes a text with its unit, which the field checks. Raises ValueError for
+    anything else.
     """
     for name in PARAMETER.findall(text):
         if name not in values:
             answer = f"{meant(name, values)}; [parameters] has {', '.join(values) or 'none'}"
             raise ValueError(f"unknown parameter ${name}{answer}")
     if alone := PARAMETER.fullmatch(text.strip()):
-        return values[alone[1]]
+        unit = (units or {}).get(alone[1])
+        return f"{values[alone[1]]!r} {unit}" if unit else values[alone[1]]
     plain = MEASURED.sub(lambda m: repr(float(m[1]) * UNITS[m[2]][1]), text)
     plain = PARAMETER.sub(lambda m: f"given_{m[1]}", plain)
     names = CONSTANTS | {f"given_{name}": value for name, value in values.items()}

@@ -156,9 +156,7 @@ def test_R5_a_scene_without_something(dry, capsys):
     "command", [["run"], ["sweep", "-p", "speed=1,2"], ["lyapunov"], ["explain"]]
 )
 def test_R5_a_result_file_is_no_case(dry, capsys, command):
-    assert said(capsys, command[0], dry, *command[1:]).endswith(
-        "is no case file: the name of one ends in .py or .toml"
-    )
+    assert "is a result, no case; clearance run " in said(capsys, command[0], dry, *command[1:])
 
 
 def test_R5_nothing_is_read_from_another_file(dry, tmp_path):

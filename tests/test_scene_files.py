@@ -133,6 +133,11 @@ WRONG = [
         'grazing_speed = "1 rpm"',
         "joint.B.contact.grazing_speed: '1 rpm' is in rad/s, expected m/s",
     ),
+    (
+        '"0.8 um"',
+        '"$speed"',
+        "joint.B.roughness: '31.41592653589793 rad/s' is in rad/s, expected m, from \"$speed\"",
+    ),
     ('-9.81 m/s2"', '-9.81 m"', "gravity: '-9.81 m' is in m, expected m/s2"),
     ("[joint]", "[joint", "Expected ']'"),
 ]
@@ -149,6 +154,12 @@ def test_errors_name_file_line_and_field(tmp_path, right, wrong, message):
     with pytest.raises(ValueError, match=r"machine\.toml") as error:
         case_of(tmp_path, text).scene()
     assert f"machine.toml:{line}: {message}" in str(error.value)
+
+
+@pytest.mark.parametrize("text", ["", 'name = "x"\n[body]\na = { mass = 1, inertia = 1 }\n'])
+def test_a_file_without_elements_is_refused_by_name(tmp_path, text):
+    with pytest.raises(ValueError, match=r"machine\.toml: no joint, load or drive is there"):
+        case_of(tmp_path, text).scene()
 
 
 def test_a_missing_field_and_a_body_without_joint(tmp_path):

@@ -368,7 +368,7 @@ def readable(document: dict) -> list[str]:
     ]
     for name, m in list(d["metrics"].items())[:SHOWN]:
         units = "" if m["units"] == "1" else f" {m['units']}"
-        lines.append(f"  {name:<38} {m['min']:.5g} to {m['max']:.5g}{units}, {_extreme(name, m)}")
+        lines.append(f"  {name:<38} {_range(name, m, units)}")
     if len(d["metrics"]) > SHOWN:
         lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics")
     lines += [f"  {r['status']} at {_words(r['values'])}: {r['reason']}" for r in d["reasons"][:5]]
@@ -380,6 +380,13 @@ def readable(document: dict) -> list[str]:
     if d["failed"]:
         lines.append("  --retry-failed tries failed points again")
     return [*lines, f"  directory    {d['folder']}"]
+
+
+def _range(name: str, metric: dict, units: str) -> str:
+    """The ends of a metric and the place of one; of a metric that is the same everywhere the value."""
+    if metric["min"] == metric["max"]:
+        return f"{metric['min']:.5g}{units}"
+    return f"{metric['min']:.5g} to {metric['max']:.5g}{units}, {_extreme(name, metric)}"
 
 
 def _extreme(name: str, metric: dict) -> str:
