@@ -23,19 +23,23 @@ import math
 import os
 import shutil
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from clearance.errors import TRAJECTORY, Error, Errors, ExtremeErrors
+from clearance.elements.clearance_joint import ClearanceJoint
+from clearance.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors
 from clearance.film.tabulated import Tabulated
 from clearance.interrupts import Held
 from clearance.mechanism.build import Mechanism
 from clearance.metrics import Metric, Window, metrics, offsets
+from clearance.observers import Replay
+from clearance.options import Output
 from clearance.recording import MemoryRecord, MemorySink, write_errors
-from clearance.results import Record, appending
+from clearance.results import Record, Result, appending
 from clearance.run import Run
 from clearance.tracing.asking import Answerer
 
@@ -46,6 +50,8 @@ SAFETY = 2.0  # stated error of a number over the larger of difference and sprea
 THROUGHOUT = 3.0  # stated error of a trajectory or a channel over the largest difference
 STRONGER = 0.01  # share by which a companion's film forces are larger than those of the tables
 LARGEST = 20_000_000  # numbers of a run that is compared, at most: they are kept in memory
+DEAR = 'a second run costs as much again, --error state (error="state") makes it'
+MEMORY = "a film with a memory is first order in the step, whatever the tolerance"
 ROOM = 2**22  # bytes that stated errors may add to a file
 ROUNDING = 1e-9  # of the size of a channel: ranges below it are those of a constant
 #: ends of the names of metrics that count, or are errors themselves: their relative errors have no
@@ -69,15 +75,25 @@ class Parted(RuntimeError):
     """A companion did not come to its end; the message says why."""
 
 
-def reason_without(run: Run, checkpoint: float | None = None) -> str:
-    """Reason for which the numbers of a run get no stated error by default; "" where they do."""
+def reason_without(run: Run, error: str | None, output: Output | None = None) -> str:
+    """Reason for which the numbers of a run get no stated error; "" where they do.
+
+    error: None, "auto" (where a second run is cheap) or "state" (also where it is dear).
+    """
     mechanism, numbers = run.mechanism, run.span.samples * len(run.mechanism.layout.channels)
+    checkpoints = output is not None and output.checkpoint is not None
+    if error is None:
+        return "none was asked for"
     if any(j.impacts for j in mechanism.scene.clearance_joints):
         return "neighbouring trajectories may part at impacts"
-    if any(isinstance(s, Answerer) for s in mechanism.sources.values()):
-        return "its films are solved as the run goes: a second run would cost as much again"
-    if checkpoint is not None:
-        return "a run with checkpoints has no companion"
+    if mechanism.layout.remembering:
+        return MEMORY
+    if error == AUTO and any(isinstance(s, Answerer) for s in mechanism.sources.values()):
+        return f"its films are solved as the run goes: {DEAR}"
+    if error == AUTO and checkpoints:
+        return f"a run with checkpoints is a long one: {DEAR}"
+    if checkpoints and output.channels is not None:
+        return "a run with checkpoints keeps all that is compared in its file: leave out channels"
     if numbers > LARGEST:
         return f"the run has {numbers:.2g} numbers, and at most {LARGEST:.0g} are compared"
     return ""
@@ -85,29 +101,40 @@ def reason_without(run: Run, checkpoint: float | None = None) -> str:
 
 @dataclass(frozen=True)
 class Start:
-    """Start of a run: its state and the work vector of its kernels."""
+    """Start of a run: its mechanism, its state, the work vector of its kernels, and how often its
+    numbers had been changed.
+    """
 
+    mechanism: Mechanism
     y: np.ndarray
     work: np.ndarray
+    changes: int
 
     @classmethod
     def of(cls, run: Run) -> "Start":
         """Of a run that has not begun."""
-        return cls(run.state.y.copy(), run.state.work.copy())
+        state = run.state
+        return cls(run.mechanism, state.y.copy(), state.work.copy(), len(run.changes))
 
 
-def companion(
-    run: Run, start: Start, rtol: float, mechanism: Mechanism | None = None
-) -> MemoryRecord:
-    """The motion of a run from the same start at another tolerance.
+def companion(run: Run, start: Start, rtol: float, times: float = 0.0) -> MemoryRecord:
+    """The motion of a run from the same start at another tolerance; what was changed on the way of
+    the run is changed here at the same times.
 
-    Raises Parted where it fails.
+    times: by how many times their errors film tables are stronger. Raises Parted where it fails.
     """
-    other = Run(mechanism or run.mechanism, run.span, replace(run.solver, rtol=rtol))
+    mechanism = strengthened(start.mechanism, times)
+    other = Run(mechanism, run.span, replace(run.solver, rtol=rtol))
     # nothing is integrated: other steps show how well extremes are located
     if not run.mechanism.size:
         other.state.longest_step /= math.sqrt(2.0)
     other.state.y[:], other.state.work[:] = start.y, start.work
+    if changes := run.changes[start.changes :]:
+
+        def strengthen(other: Run) -> None:
+            other.take_mechanism(strengthened(other.mechanism, times))
+
+        other.observers.append(Replay(changes, strengthen))
     sink = MemorySink(other.mechanism.layout.channels, run.attributes())
     with Held() as held:
         failure = other.record(sink, check=held.check)
@@ -130,21 +157,29 @@ def beside(run: Run, start: Start) -> tuple[float, MemoryRecord]:
         return tighter, companion(run, start, tighter)
 
 
-def stronger(mechanism: Mechanism) -> tuple[Mechanism, float] | None:
-    """The mechanism with larger forces of its film tables, and how many times their own errors that
-    is; None without.
+def tables(mechanism: Mechanism) -> dict[ClearanceJoint, Tabulated]:
+    """Film tables of a mechanism by joint."""
+    return {j: s for j, s in mechanism.sources.items() if isinstance(s, Tabulated)}
 
-    Raises nothing; tables that several joints share are made stronger once.
+
+def stronger(mechanism: Mechanism) -> float:
+    """Times of their own errors by which film tables are made stronger; 0 without a table."""
+    largest = max((t.error for t in tables(mechanism).values()), default=0.0)
+    return max(STRONGER / largest, 1.0) if largest > 0.0 else 0.0
+
+
+def strengthened(mechanism: Mechanism, times: float) -> Mechanism:
+    """The mechanism with forces of its film tables that are larger by so many times their errors.
+
+    Tables that several joints share are made stronger once.
     """
-    tables = {j: s for j, s in mechanism.sources.items() if isinstance(s, Tabulated)}
-    largest = max((t.error for t in tables.values()), default=0.0)
-    if largest == 0.0:
-        return None
-    times, par = max(STRONGER / largest, 1.0), mechanism.par.copy()
-    for joint, table in tables.items():
+    if times == 0.0:
+        return mechanism
+    par = mechanism.par.copy()
+    for joint, table in tables(mechanism).items():
         begin = int(par[mechanism.layout.parameters[f"{joint.key}/film/start"]])
         par[begin : begin + table.numbers.size] = table.stronger(1.0 + times * table.error)
-    return replace(mechanism, par=par), times
+    return replace(mechanism, par=par)
 
 
 @dataclass(frozen=True)
@@ -166,11 +201,9 @@ class Pair:
 def paired(run: Run, start: Start, main: Record) -> Pair:
     """The companions of a run that has come to its end. Raises Parted where one fails."""
     rtol, other = beside(run, start)
-    film = stronger(run.mechanism)
-    if film is None:
+    if not (times := stronger(start.mechanism)):
         return Pair(main, other, (run.solver.rtol, rtol))
-    mechanism, times = film
-    return Pair(main, other, (run.solver.rtol, rtol), companion(run, start, rtol, mechanism), times)
+    return Pair(main, other, (run.solver.rtol, rtol), companion(run, start, rtol, times), times)
 
 
 def stated(
@@ -266,7 +299,7 @@ def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:
 def channels(one: Record, other: Record) -> dict[str, float]:
     """Largest difference at a sample over the range, of each channel."""
     columns = {}
-    for path in paths(one):
+    for path in paths(other):  # in memory: nothing but channels
         if path == "energy/residual":  # an error itself
             continue
         a, b = one.values(path), other.values(path)
@@ -303,32 +336,37 @@ def distance(one: Record, other: Record, size: float) -> float:
 
 class Statement:
     """Stated errors of a run that writes a file: what it puts out is remembered, compared, and
-    added to the file.
+    added to the file. A run with checkpoints, which may have been killed on its way, is read from
+    its file.
     """
 
-    def __init__(self, run: Run, settle: float | None = None):
+    def __init__(self, run: Run, settle: float | None = None, checkpoints: bool = False):
         self.run, self.settle, self.start = run, settle, Start.of(run)
-        self.memory = MemorySink(run.mechanism.layout.channels, run.attributes())
+        memory = MemorySink(run.mechanism.layout.channels, run.attributes())
+        self.memory = None if checkpoints else memory
 
-    def remembering(self, sink) -> "Remembering":
+    def remembering(self, sink):
         """A sink that also keeps what it is given here."""
-        return Remembering(sink, self.memory)
+        return sink if self.memory is None else Remembering(sink, self.memory)
 
     def add(self, path: str | Path) -> None:
         """Add the stated errors to a finished file; where there are none, or no room, a warning
         says why.
         """
+        summed, size = partial(metrics, settle=self.settle), size_of(self.run.mechanism)
         try:
-            pair = paired(self.run, self.start, self.memory.record)
-            errors = stated(
-                pair, partial(metrics, settle=self.settle), self.settle, size_of(self.run.mechanism)
-            )
+            with self._record(path) as record:
+                pair = paired(self.run, self.start, record)
+                errors = stated(pair, summed, self.settle, size)
         except Parted as reason:
             errors = Errors(reason=str(reason))
         except KeyboardInterrupt as request:
             request.add_note(f"what was computed is kept in {path}, without stated errors")
             raise
         add_errors(errors, path)
+
+    def _record(self, path: str | Path) -> AbstractContextManager[Record]:
+        return Result(path) if self.memory is None else nullcontext(self.memory.record)
 
 
 def add_errors(errors: Errors, path: str | Path) -> None:

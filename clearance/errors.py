@@ -14,6 +14,8 @@ import numpy as np
 
 INTEGRATION = "integration"
 TRAJECTORY = "trajectory"
+#: state the errors of a run: where a second run is cheap, also where it costs as much again
+AUTO, STATE = "auto", "state"
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,11 @@ class Error:
         not.
         """
         return share(self.stated, self.value)
+
+
+def asks(error: object) -> bool:
+    """True for an error that is asked for; False for None, "auto" and "state"."""
+    return not (error is None or isinstance(error, str) and error in (AUTO, STATE))
 
 
 def share(error: float, value: float) -> float:

@@ -3,8 +3,9 @@
 Records, diagnosis, progress, checkpoints and wear are observers.
 """
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from clearance.diagnosis import Diagnosis
 from clearance.recording import Recorder
 from clearance.stepping import status
 from clearance.tracing.asking import Answerer
+
+SAME = 1e-12  # share of the time within which two moments are one
 
 
 class Observer:
@@ -40,6 +43,17 @@ class Observer:
     def follow(self, log: np.ndarray, trail: np.ndarray) -> None:
         """Numbers of elements that wear at the start, middle and end of each of these steps."""
 
+    def after(self, time: float) -> float:
+        """The first time after this one at which a step shall end [s]."""
+        if not self.period:
+            return math.inf
+        return (math.floor(time * (1.0 + SAME) / self.period) + 1) * self.period
+
+    def due(self, time: float) -> bool:
+        """True where `reach` is called at this time [s]."""
+        count = time / self.period if self.period else 0.5
+        return abs(count - round(count)) <= SAME * max(count, 1.0)
+
     def reach(self, run) -> None:
         """The run stands at a multiple of the period; it may be changed."""
 
@@ -57,6 +71,31 @@ class Every(Observer):
 
     def __init__(self, period: float, function: Callable):
         self.period, self.reach = checks.positive("period", period), function
+
+
+class Replay(Observer):
+    """Makes the changes of another run again, at their times [s]; then(run): called after them."""
+
+    def __init__(self, changes: Sequence[tuple[float, dict]], then: Callable):
+        self.changes, self.then = tuple(changes), then
+
+    def after(self, time):
+        """The time of the next change."""
+        later = (at for at, _ in self.changes if at > time * (1.0 + SAME))
+        return min(later, default=math.inf)
+
+    def due(self, time):
+        """True where a change was made."""
+        return bool(self._here(time))
+
+    def reach(self, run):
+        """Make the changes of this time, in their order."""
+        for numbers in self._here(run.state.time):
+            run.change(numbers)
+        self.then(run)
+
+    def _here(self, time: float) -> list[dict]:
+        return [numbers for at, numbers in self.changes if abs(at - time) <= SAME * at]
 
 
 class Trajectory(Observer):

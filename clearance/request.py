@@ -19,6 +19,7 @@ from clearance.companion import (
     LARGEST,
     LOOSER,
     LOOSEST,
+    MEMORY,
     Pair,
     Parted,
     Start,
@@ -46,7 +47,6 @@ FLOOR, DECADES = 3.0, 2.0
 # tolerance from which on floors are looked for, and trajectories that are still apart will stay so
 LOST = 1e-10
 PARTED = 0.1  # of the clearance: trajectories this far apart have nothing to do with each other
-MEMORY = "a film with a memory is first order in the step, whatever the tolerance"
 #: patterns of the numbers that a run prints, and of those in their place at dry points of sweeps
 PRINTED = ("joint_*_force_max", "joint_*_gap_min", "drive_*_torque_m??", "drive_*_force_m??")
 PRINTED += ("joint_*_force_peak_mean", "drive_*_peak_mean")
@@ -261,14 +261,9 @@ class Ladder:
             try:
                 self.runs.append(tolerance)
                 second = companion(self.run, self.start, tolerance)
-                strong = stronger(self.run.mechanism)
-                if strong is not None:
-                    self.film = (
-                        second,
-                        companion(self.run, self.start, tolerance, strong[0]),
-                        strong[1],
-                    )
-                    self.film_rtol = tolerance
+                if times := stronger(self.run.mechanism):
+                    strong = companion(self.run, self.start, tolerance, times)
+                    self.film, self.film_rtol = (second, strong, times), tolerance
                 return tolerance, second
             except Parted:
                 self.film = None
@@ -282,9 +277,9 @@ class Ladder:
         """
         if self.film is None or loose is None or loose[0] >= self.film_rtol:
             return False
-        mechanism, times = stronger(self.run.mechanism)
+        times = stronger(self.run.mechanism)
         try:
-            self.film = loose[1], companion(self.run, self.start, loose[0], mechanism), times
+            self.film = loose[1], companion(self.run, self.start, loose[0], times), times
         except Parted:  # the part of the first companion stands
             return False
         self.film_rtol = loose[0]

@@ -49,7 +49,6 @@ IMPACT_ROWS = 512
 # steps between two looks at the progress, of usual films and of those solved online
 BUDGET, SLOW_BUDGET = 2000, 20
 STEP_LIMIT = 2**62
-SAME = 1e-12  # share of the time within which two moments are one
 
 
 class Run:
@@ -287,9 +286,13 @@ class Run:
 
     def rebuild(self, time: float, changes: dict[str, float]) -> None:
         """Take the mechanism with numbers that change at a time [s]; the state stays as it is."""
-        self.mechanism = changed(self.mechanism, changes, time)
+        self.take_mechanism(changed(self.mechanism, changes, time))
         self.changes.append((float(time), changes))
-        self.state.connect(self.mechanism.par, **self.functions)
+
+    def take_mechanism(self, mechanism: Mechanism) -> None:
+        """Take a mechanism of the same structure with other numbers."""
+        self.mechanism = mechanism
+        self.state.connect(mechanism.par, **self.functions)
 
     def interrupt_steps(self) -> None:
         """Let the next step use nothing of those before: the state or its rates have been changed."""
@@ -351,20 +354,14 @@ class Run:
         return [spot.label(element) for element, spot in self.mechanism.spots]
 
     def _next_stop(self) -> float:
-        """The first multiple of an observer's period from here on."""
-        now = self.state.time * (1.0 + SAME)
-        periods = (o.period for o in self.observers if o.period)
-        return min(
-            ((math.floor(now / period) + 1) * period for period in periods), default=math.inf
-        )
+        """The first time from here on at which an observer lets a step end."""
+        return min((o.after(self.state.time) for o in self.observers), default=math.inf)
 
     def _reach(self) -> None:
-        """Call the observers of whose period the present time is a multiple."""
+        """Call the observers that are due at the present time."""
         for observer in self.observers:
-            if observer.period:
-                count = self.state.time / observer.period
-                if abs(count - round(count)) <= SAME * max(count, 1.0):
-                    observer.reach(self)
+            if observer.due(self.state.time):
+                observer.reach(self)
 
     def go(self) -> int:
         """Advance until the end, an error, or an observer that ends it. The last status code."""

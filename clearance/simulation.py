@@ -17,6 +17,7 @@ from clearance.checkpoint import PartsSink
 from clearance.companion import Statement, add_errors, reason_without
 from clearance.compiling import announced
 from clearance.demand import Demand, affordable
+from clearance.errors import AUTO, asks
 from clearance.interrupts import Held
 from clearance.mechanism.build import Mechanism, build
 from clearance.options import FINEST, SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
@@ -29,7 +30,6 @@ from clearance.scene import Scene
 from clearance.tracing.asking import Answerer
 
 LOG = logging.getLogger("clearance")
-STATE = "state"  # the errors of a run
 
 
 class SimulationError(RuntimeError):
@@ -68,7 +68,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     start: Record | str | Path | None = None,
     pressure_fields: int | None = None,
-    error: str | float | Mapping[str, float] | None = STATE,
+    error: str | float | Mapping[str, float] | None = AUTO,
     settle: float | None = None,
 ) -> Result:
     """Integrate a scene and return its result.
@@ -96,10 +96,10 @@ def simulate(
     pressure_fields: how many pressure fields of its films a turn the file shall hold (of the run,
         where nothing turns), solved after the run from its motion, see fields.py; none unless asked
         for.
-    error: "state" states how far the numbers are from those of an exact integration, from a second
-        run at ten times the tolerance (`Result.errors`; not where trajectories may part at impacts
-        or films are solved as the run
-    goes); None: not.
+    error: "auto" states how far the numbers are from those of an exact integration, from a second
+        run at ten times the tolerance (`Result.errors`; not where trajectories may part at
+        impacts); "state" also where that run costs as much again: films that are solved as the run
+        goes, runs with checkpoints; None: not.
     1e-3, "5%" or {"joint_B_force_max": 1e-4, "trajectory": 1e-5} makes the cheapest run whose
     stated errors are that small, whatever rtol is: of all that `clearance run` prints, of metrics,
     extremes or the trajectory (over the clearance) by name; "integration" is that of all, the
@@ -139,7 +139,7 @@ def simulate(
         try:
             if request is not None:
                 return answer(run, output, request, settle, progress)
-            return write(run, output, progress, *_statement(run, output, error, settle))
+            return write(run, output, progress, error, settle)
         except SimulationError as failed:  # not `error`: it is needed again
             dead = run.dead_centre
             if (
@@ -156,7 +156,7 @@ def simulate(
 
 def _request(error: str | float | Mapping | None, checkpoint: float | None) -> Request | None:
     """The request for an error; None where none is asked for. Raises ValueError."""
-    if error is None or isinstance(error, str) and error == STATE:
+    if not asks(error):
         return None
     if checkpoint is not None:
         raise ValueError(
@@ -243,27 +243,22 @@ def prepare(
     return run
 
 
-def _statement(
-    run: Run, output: Output, error: str | None, settle: float | None
-) -> tuple[Statement | None, str]:
-    """Statement of the errors of a run, None where they are not stated, and the reason."""
-    reason = "none was asked for" if error is None else reason_without(run, output.checkpoint)
-    return (None if reason else Statement(run, settle)), reason
-
-
 def write(
     run: Run,
     output: Output,
     progress: Callable[[float], None] | None = None,
-    statement: Statement | None = None,
-    reason: str = "none was asked for",
+    error: str | None = None,
+    settle: float | None = None,
 ) -> Result:
     """Run to the end, streaming into the file; a signal and a full disk end it early, the file
     kept.
 
-    statement: of the errors of its numbers; reason: why there is none.
+    error: "auto" and "state" state the errors of its numbers, as `simulate` does; settle: turns
+        left out of those. What an observer changes is changed in the second run too.
     Raises SimulationError, and KeyboardInterrupt with a note that says what is kept.
     """
+    reason = reason_without(run, error, output)
+    statement = None if reason else Statement(run, settle, output.checkpoint is not None)
 
     def record(sink, check: Callable[[], None]) -> str | None:
         sink = sink if statement is None else statement.remembering(sink)

@@ -14,10 +14,11 @@ from clearance.cli import main
 from clearance.commands.accuracy import prefixed, with_error
 from clearance.errors import Error, Errors
 from clearance.metrics import metrics
+from clearance.options import Output
 from clearance.request import Ladder, Request, names, printed
 from clearance.results import open_result
 from clearance.run import Run
-from clearance.simulation import NotReached, prepare
+from clearance.simulation import NotReached, prepare, write
 
 SAMPLES = {"samples_per_turn": 100}
 
@@ -140,12 +141,64 @@ def test_what_gets_no_errors(tmp_path, feeder):
     none = cl.simulate(feeder, turns=0.1, error=None, **SAMPLES)
     assert none.errors.reason == "none was asked for"
     kept = cl.simulate(feeder, turns=0.1, path=tmp_path / "run.h5", checkpoint=60.0, **SAMPLES)
-    assert kept.errors.reason == "a run with checkpoints has no companion"
+    assert kept.errors.reason.startswith("a run with checkpoints is a long one: ")
     assert np.isnan(kept.errors.trajectory)
     with pytest.raises(KeyError, match="checkpoints"):
         kept.errors["trajectory"]
     with pytest.raises(ValueError, match="'exact' is no number"):
         cl.simulate(feeder, turns=0.1, error="exact")
+
+
+def test_a_run_with_checkpoints(feeder, tmp_path):
+    """Interrupted and gone on: the errors of the run that went through, to the last bit."""
+
+    def made(name, progress=None):
+        options = {"turns": 0.5, "checkpoint": 1e-9, "error": "state", "samples_per_turn": 10_000}
+        return cl.simulate(feeder, path=tmp_path / name, progress=progress, **options).errors
+
+    def interrupt(share):
+        if 0.4 <= share < 1.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        made("run.h5", interrupt)
+    again, through = made("run.h5"), made("through.h5")
+    assert again.rows == through.rows
+    assert again["joint_B_force_max"].stated > 0.0
+
+
+def test_a_run_whose_numbers_change():
+    """The second run has the same changes at the same times: stated errors are small, and above
+    those against rtol 1e-11. The film's part is that of the table after the change too.
+    """
+    scene = cl.load_case("slider_crank", model="lubricated")
+
+    def made(rtol, error):
+        run = prepare(scene, turns=0.5, rtol=rtol, **SAMPLES)
+        run.every(0.2 * scene.turn, lambda r: r.change({"joints/C/clearance": wider(r)}))
+        return write(run, Output(), error=error, settle=0.0)
+
+    def wider(run):
+        return 1.05 * run.mechanism.scene.clearance_joints[0].clearance
+
+    errors, exact = made(1e-6, "auto").errors, metrics(made(1e-11, None), 0.0)
+    for name in ("joint_C_force_max", "joint_C_gap_min", "drive_crank_torque_max"):
+        assert 0.0 < errors[name].relative < 1e-3, name
+        assert abs(errors[name].value - exact[name].value) <= errors[name].stated, name
+        assert 0.0 < errors[name].film < 1e-3 * abs(errors[name].value), name
+
+
+def test_films_that_are_solved_as_the_run_goes():
+    """Not by default, for a second run costs as much again; stated where they are asked for."""
+    scene = cl.load_case("slider_crank", model="lubricated", film="fem")
+    short = {"turns": 0.01, "samples_per_turn": 400}
+    reason = companion.reason_without(prepare(scene, **short), "auto")
+    assert reason.endswith('--error state (error="state") makes it')
+    errors = cl.simulate(scene, error="state", **short).errors
+    table = cl.simulate(cl.load_case("slider_crank", model="lubricated"), **short).errors
+    name = "joint_C_force_max"
+    assert errors[name].value == pytest.approx(table[name].value, rel=0.01)  # of the meshes
+    assert 0.1 * table[name].stated < errors[name].stated < 10.0 * table[name].stated
 
 
 def test_a_companion_begins_where_its_run_began(feeder):
@@ -167,11 +220,11 @@ def test_a_companion_that_fails(feeder, monkeypatch):
     """
     asked, plain = [], companion.companion
 
-    def failing(run, start, rtol, mechanism=None, least=0.0):
+    def failing(run, start, rtol, times=0.0, least=0.0):
         asked.append(rtol)
         if rtol > least:
             raise companion.Parted(f"the companion at rtol {rtol:g} failed")
-        return plain(run, start, rtol, mechanism)
+        return plain(run, start, rtol, times)
 
     monkeypatch.setattr(companion, "companion", lambda *a: failing(*a, least=1e-6))
     found = cl.simulate(feeder, turns=0.1, **SAMPLES)

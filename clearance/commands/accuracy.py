@@ -15,11 +15,12 @@ def add_error(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--error",
         metavar="E",
-        default="state",
+        default="auto",
         help="make the cheapest run with so small a relative error: 1e-3 or 0.1%% of all numbers "
         "that it prints, or by name, such as joint_B_force_max=1e-4,trajectory=1e-5; of chaotic "
         "dry motion the error is half of the 95 %% interval over the mean of a turn "
-        "(default: state the errors of a run at --rtol)",
+        '(default: state the errors of a run at --rtol; "state": also where that costs a '
+        "second run as long, of films solved online and of runs with checkpoints)",
     )
     command.add_argument(
         "--no-error",
@@ -36,7 +37,9 @@ def tolerance(options, usual: float = 1e-6) -> float:
 
     Raises ValueError where --error chooses it, or stands beside --steady.
     """
-    asked = options.error not in (None, "state")
+    from clearance.errors import asks
+
+    asked = asks(options.error)
     if asked and getattr(options, "steady", None) is not None:
         raise ValueError(
             f"--error {options.error} is for runs from a start; --steady has an error of its own"

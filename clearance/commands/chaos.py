@@ -91,8 +91,10 @@ def recognised(options, scene) -> Chaotic | None:
     Raises ValueError for --max-turns and --starts of a motion that is not chaotic, and for numbers
     and names that its statistics cannot have.
     """
+    from clearance.errors import asks
+
     counted, error = options.max_turns is not None or options.starts is not None, options.error
-    if options.steady is not None or error in (None, "state") and not counted:
+    if options.steady is not None or not asks(error) and not counted:
         return None
     from clearance.chaos import ERROR, MOST_TURNS, STARTS, asked_of, check_turns, quantities
     from clearance.mechanism.build import build
@@ -101,7 +103,7 @@ def recognised(options, scene) -> Chaotic | None:
     starts = STARTS if options.starts is None else options.starts
     max_turns = MOST_TURNS if options.max_turns is None else options.max_turns
     check_turns(max_turns, starts)
-    error = ERROR if error in (None, "state") else Request.of(error).asked
+    error = Request.of(error).asked if asks(error) else ERROR
     limit = _horizon(options, scene)
     if limit is not None and limit.time is not None:
         asked = asked_of(error, quantities(build(scene)))

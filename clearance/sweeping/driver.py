@@ -17,6 +17,7 @@ import numpy as np
 from clearance import checks
 from clearance.catalogue import find_case, library
 from clearance.demand import Demand, affordable
+from clearance.errors import asks
 from clearance.mechanism.build import Mechanism, build
 from clearance.recording import chosen, filters
 from clearance.request import Request, names
@@ -38,7 +39,6 @@ from clearance.sweeping.made import (
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.points import Points, plain
-from clearance.sweeping.stating import STATE
 from clearance.sweeping.teams import Dask, Processes, prepare_start
 from clearance.sweeping.worker import NO_SPACE, files_of, load_function
 
@@ -189,7 +189,7 @@ def define(case, points, fixed, channels, compression, settle, metrics, options)
         raise TypeError(
             f"sweep has no option {unknown[0]!r}; of simulate it takes {', '.join(OPTIONS)}"
         )
-    if options.get("error") not in (None, STATE):
+    if asks(options.get("error")):
         Request.of(options["error"])
     filters(compression)
     if isinstance(channels, str):
@@ -289,7 +289,7 @@ def _try_first(definition: Definition, demanded: Callable | None) -> None:
 
 def _check_error(definition: Definition, run, ideal: dict) -> None:
     """Raises ValueError for an error that is asked of a number which a point has not got."""
-    if (error := definition.options.get("error")) in (None, STATE):
+    if not asks(error := definition.options.get("error")):
         return
 
     def summed(record):

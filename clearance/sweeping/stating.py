@@ -3,13 +3,11 @@ and film table.
 """
 
 from clearance.companion import Parted, Start, paired, reason_without, size_of, stated
-from clearance.errors import Errors
+from clearance.errors import Errors, asks
 from clearance.metrics import Metric
 from clearance.recording import MemoryRecord
 from clearance.request import Ladder, Request
 from clearance.run import Run
-
-STATE = "state"
 
 
 class Stating:
@@ -20,9 +18,10 @@ class Stating:
 
     def __init__(self, run: Run, error: float | str | dict | None, settle: float | None):
         self.run, self.settle = run, settle
-        self.request = Request.of(error) if error not in (None, STATE) else None
-        self.left_out = reason_without(run) if error == STATE else ""
-        self.start = Start.of(run) if error == STATE and not self.left_out else None
+        self.request = Request.of(error) if asks(error) else None
+        stating = error is not None and self.request is None
+        self.left_out = reason_without(run, error) if stating else ""
+        self.start = Start.of(run) if stating and not self.left_out else None
         self.errors: Errors | None = None
 
     def made(self, keeper, summed) -> str | None:
