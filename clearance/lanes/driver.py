@@ -1,34 +1,31 @@
-"""The driver of the lanes: takes points from a queue, calls the piece that most lanes wait for,
-keeps results.
+"""The driver of the lanes: takes points from a queue, calls the pieces, keeps results.
 
 Every lane has its own time, step and phase; a piece changes the lanes that are in its phase. So a
-run does not depend, bit for bit, on which others run beside it. Places inside a step are searched
-for extremes as in stepping/locating.py.
+run does not depend, bit for bit, on which others run beside it. Lanes iterate until enough of them
+wait for the end of their step. Samples, and places inside a step where extremes are searched for as
+in stepping/locating.py, are looked at several at a time: all of one run, in rows beside the lanes.
 """
 
 import hashlib
 import math
 from pathlib import Path
 
-from clearance.lanes.steps import (
-    ARRIVED,
-    FINISH,
-    IDLE,
-    INSIDE,
-    ITERATE,
-    LOOK,
-    PREPARE,
-    START,
-)
+import numpy as np
+
+from clearance.lanes.steps import ARRIVED, FINISH, IDLE, ITERATE, PREPARE, START
 from clearance.stepping import status
 from clearance.stepping.locating import CLOSER, EDGE, REACH, ROUNDS, SETTLED
-from clearance.stepping.types import DIGEST
-from clearance.store import OPTIONS, cached, entry_caller, njit, types
+from clearance.stepping.parts import Whole
+from clearance.stepping.record import Record, reader
+from clearance.stepping.types import DIGEST, INTEGERS, MATRIX, VECTOR, inline, shared
+from clearance.store import OPTIONS, cached, entry_caller, types
 
-PIECES = 7  # START to INSIDE, one for each phase, and that of samples
-SAMPLE = 6  # its place among them
+#: pieces in the order of their addresses: one for each phase, those of samples and inner places
+PIECES = ("start", "prepare", "iterate", "finish", "sample", "inside")
+CALL_START, CALL_PREPARE, CALL_ITERATE, CALL_FINISH, CALL_SAMPLE, CALL_INSIDE = range(6)
 NEVER = 1e300
 SAME = 1e-12  # share of the time within which two moments are one
+WAITING = 0.75  # share of the lanes that wait for the end of their step, when it is made
 
 #: rows that the driver reads and sets, in the order in which it is given their places
 ROWS = (
@@ -40,19 +37,18 @@ ROWS = (
     "last_h",
     "steps",
     "rejected",
-    "theta",
-    "sampled",
     "sample_time",
     "sample",
     "share",
-    "due",
+    "inner_time",
+    "inner",
     "within",
     "value",
     "last",
     "next",
     "search",
+    "found",
     "seen",
-    "middle",
     "tracks",
     "sums",
     "given",
@@ -69,19 +65,18 @@ ROWS = (
     LAST_H,
     STEPS,
     REJECTED,
-    THETA,
-    SAMPLED,
     SAMPLE_TIME,
     SAMPLE_STATE,
     SHARE,
-    DUE,
+    INNER_TIME,
+    INNER_STATE,
     WITHIN,
     VALUE,
     LAST,
     NEXT,
     SEARCHED,
+    FOUND,
     SEEN,
-    MIDDLES,
     TRACKS,
     SUMS,
     GIVEN,
@@ -89,415 +84,398 @@ ROWS = (
     POLYNOMIAL,
     STATE,
 ) = range(len(ROWS))
-DEGREE = len(ROWS)  # behind their places: that of the dense output
 
 #: columns of `spans`, a row for each point
 BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
-#: columns of `searches`, a row for each lane: the quantity, its parabola and how far it has come
-QUANTITY, STAGE, ROUND, A, B, C, AT_A, AT_B, AT_C, WIDTH = range(10)
-SAMPLE_INDEX, POINT, CALLED, TURNS, WAITING = range(10, 15)  # and its run's progress
-SEARCH_COLUMNS = 15
-MIDDLE, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
+#: columns of `progress`, a row for each lane: its point, turns made, the next sample and its time,
+#: samples that wait
+POINT, TURNS, SAMPLE, DUE, DRAWN = range(5)
+PROGRESS = 5
+#: columns of `searches`, a row for each quantity: three places inside the step and the values there,
+#: half the width, parabolas so far, and the place that is looked at next
+A, B, C, AT_A, AT_B, AT_C, WIDTH, ROUND, STAGE = range(9)
+SEARCH_COLUMNS = 9
+OVER, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
 
-call = entry_caller(2)
-helper = njit(inline="never", **OPTIONS)
+
+def layout(*, width: int, quantities: int) -> np.dtype:
+    """Numbers of the driver, and arrays that it alone uses."""
+    numbers = ("states", "degree", "quantities", "limit", "taken", "alive")
+    arrays = [
+        ("progress", float, (width, PROGRESS)),
+        ("drawn", int, (width, width)),  # numbers of the samples that wait, by lane
+        ("searches", float, (quantities, SEARCH_COLUMNS)),
+        ("places", int, (width,)),  # quantities of the inner places that are looked at
+        ("stages", int, (width,)),
+        ("thetas", float, (width,)),  # shares of the step
+        ("called", int, (width,)),
+        ("calls", int, (2 * len(PIECES),)),  # of each piece, then the lanes that were in each
+    ]
+    return np.dtype([(name, int) for name in numbers] + arrays)
 
 
-@helper
-def sample_time(span, index):
+#: arrays that the driver is given.
+#: pieces: addresses; at: places of ROWS; rows: (rows, W); sides: rows beside each lane, for places
+#: of its run (W, rows, W); data: tables; blank: rows of a lane before its point; where, points: rows
+#: that a point sets, and its numbers (points, rows); common: rows that all places of a run share;
+#: spans: columns BEGIN to TURN; given: (numbers, samples) of each sample; waiting: places of the
+#: points; gathered: rows kept; energies: places in the state kept at the begin of the window, in
+#: begun (points, energies); extremes: (points, turns, quantities); results: (points, gathered + 3)
+#: with status, steps and rejected ones; tracks: (points, outputs, samples); means: 1 for a sum, 0
+#: for a largest value; inner: 1 for a quantity that is searched for inside steps
+CUBE = types.float64[:, :, ::1]
+ARRAYS = {
+    "pieces": INTEGERS,
+    "at": INTEGERS,
+    "rows": MATRIX,
+    "sides": CUBE,
+    "data": VECTOR,
+    "blank": VECTOR,
+    "where": INTEGERS,
+    "points": MATRIX,
+    "common": INTEGERS,
+    "spans": MATRIX,
+    "given": MATRIX,
+    "waiting": INTEGERS,
+    "gathered": INTEGERS,
+    "energies": INTEGERS,
+    "begun": MATRIX,
+    "extremes": CUBE,
+    "results": MATRIX,
+    "tracks": CUBE,
+    "means": INTEGERS,
+    "inner": INTEGERS,
+}
+LANES = Record("of lanes", ARRAYS, layout(width=1, quantities=1))
+lanes_at = reader(LANES)
+call_at = entry_caller(2)
+
+
+@inline
+def call(s, piece, rows):
+    """Call a piece on some rows."""
+    s.calls[piece] += 1
+    call_at(s.pieces[piece], (rows.ctypes.data, s.data.ctypes.data))
+
+
+# --- runs
+@inline
+def sample_time(s, point, index):
     """Time of a sample of a run."""
-    if index >= span[SAMPLES] - 1.0:
-        return span[UNTIL] if index == span[SAMPLES] - 1.0 else NEVER
-    return index * span[EVERY]
+    if index >= s.spans[point, SAMPLES] - 1.0:
+        return s.spans[point, UNTIL] if index == s.spans[point, SAMPLES] - 1.0 else NEVER
+    return index * s.spans[point, EVERY]
 
 
-@helper
-def end_of_turn(span, turn):
+@inline
+def end_of_turn(s, point, turn):
     """End of a turn of a run, the last that of the run."""
-    end = (turn + 1) * span[TURN]
-    return span[UNTIL] if end > span[UNTIL] * (1.0 - SAME) else end
+    end, until = (turn + 1) * s.spans[point, TURN], s.spans[point, UNTIL]
+    return until if end > until * (1.0 - SAME) else end
 
 
-@helper
-def load(rows, at, lane, point, blank, where, points, spans, searches):
+@shared
+def load(s, lane, point):
     """Begin a point in a lane."""
-    for i in range(rows.shape[0]):
-        rows[i, lane] = blank[i]
-    for i in range(where.size):
-        rows[where[i], lane] = points[point, i]
-    span = spans[point]
-    rows[at[PHASE], lane] = START
-    rows[at[END], lane] = end_of_turn(span, 0)
-    rows[at[WITHIN], lane] = 0.0 if span[BEGIN] > 0.0 else 1.0
-    searches[lane, TURNS] = searches[lane, WAITING] = 0.0
-    index = math.ceil(span[BEGIN] * (1.0 - SAME) / span[EVERY])
-    searches[lane, SAMPLE_INDEX] = index
-    searches[lane, POINT] = point
-    rows[at[DUE], lane] = sample_time(span, index)
+    for i in range(s.rows.shape[0]):
+        s.rows[i, lane] = s.blank[i]
+    for i in range(s.where.size):
+        s.rows[s.where[i], lane] = s.points[point, i]
+    for i in range(s.common.size):
+        for k in range(s.rows.shape[1]):
+            s.sides[lane, s.common[i], k] = s.rows[s.common[i], lane]
+    for i in range(s.means.size):
+        for k in range(s.rows.shape[1]):
+            s.sides[lane, s.at[SUMS] + i, k] = 0.0
+    begin = s.spans[point, BEGIN]
+    s.rows[s.at[PHASE], lane] = START
+    s.rows[s.at[END], lane] = end_of_turn(s, point, 0)
+    s.rows[s.at[WITHIN], lane] = 0.0 if begin > 0.0 else 1.0
+    s.progress[lane, POINT], s.progress[lane, TURNS] = point, 0.0
+    s.progress[lane, DRAWN] = 0.0
+    index = math.ceil(begin * (1.0 - SAME) / s.spans[point, EVERY])
+    s.progress[lane, SAMPLE], s.progress[lane, DUE] = index, sample_time(s, point, index)
 
 
-@helper
-def arrive(rows, at, lane, quantities, span, energies, begun, extremes, search):
+@shared
+def take(s, lane):
+    """Begin the next point in a lane, where there is one."""
+    s.rows[s.at[PHASE], lane] = IDLE
+    if s.taken < s.waiting.size:
+        load(s, lane, s.waiting[s.taken])
+        s.taken += 1
+        s.alive += 1
+
+
+@shared
+def keep(s, lane):
+    """Keep the results of a run: chosen rows, status, steps."""
+    point = int(s.progress[lane, POINT])
+    draw(s, lane)
+    for i in range(s.means.size):
+        total = 0.0
+        for k in range(s.rows.shape[1]):
+            value = s.sides[lane, s.at[SUMS] + i, k]
+            total = total + value if s.means[i] else max(total, value)
+        s.rows[s.at[SUMS] + i, lane] = total
+    for i in range(s.gathered.size):
+        s.results[point, i] = s.rows[s.gathered[i], lane]
+    code, n = s.rows[s.at[STATUS], lane], s.gathered.size
+    s.results[point, n] = status.DONE if code == 0.0 else code
+    s.results[point, n + 1] = s.rows[s.at[STEPS], lane]
+    s.results[point, n + 2] = s.rows[s.at[REJECTED], lane]
+    s.alive -= 1
+
+
+@shared
+def arrive(s, lane):
     """Take in the end of a turn: its extremes, and that the window begins; False where the run is
     over.
     """
-    if rows[at[STATUS], lane] != 0.0:
+    if s.rows[s.at[STATUS], lane] != 0.0:
         return False
-    turn, time = int(search[TURNS]), rows[at[TIME], lane]
-    for k in range(quantities):
-        extremes[turn, k] = rows[at[VALUE] + k, lane]
-        rows[at[VALUE] + k, lane] = rows[at[NEXT] + k, lane]
-    if time >= span[UNTIL]:
+    point, turn = int(s.progress[lane, POINT]), int(s.progress[lane, TURNS])
+    time = s.rows[s.at[TIME], lane]
+    for k in range(s.quantities):
+        s.extremes[point, turn, k] = s.rows[s.at[VALUE] + k, lane]
+        s.rows[s.at[VALUE] + k, lane] = s.rows[s.at[NEXT] + k, lane]
+    if time >= s.spans[point, UNTIL]:
         return False
-    if rows[at[WITHIN], lane] == 0.0 and time >= span[BEGIN] * (1.0 - SAME):
-        for k in range(energies.size):
-            begun[k] = rows[at[STATE] + energies[k], lane]
-        rows[at[WITHIN], lane] = 1.0
-    search[TURNS] = turn + 1.0
-    rows[at[END], lane] = end_of_turn(span, turn + 1)
-    rows[at[PHASE], lane] = PREPARE
+    if s.rows[s.at[WITHIN], lane] == 0.0 and time >= s.spans[point, BEGIN] * (1.0 - SAME):
+        for k in range(s.energies.size):
+            s.begun[point, k] = s.rows[s.at[STATE] + s.energies[k], lane]
+        s.rows[s.at[WITHIN], lane] = 1.0
+    s.progress[lane, TURNS] = turn + 1.0
+    s.rows[s.at[END], lane] = end_of_turn(s, point, turn + 1)
+    s.rows[s.at[PHASE], lane] = PREPARE
     return True
 
 
 # --- places inside a step
-@helper
-def push(rows, at, lane, span, queue, search):
-    """Put the samples of the step made last into the lane's queue: index, time, state.
-
-    True where it is full.
-    """
-    h, room = rows[at[LAST_H], lane], queue.shape[0]
-    while rows[at[DUE], lane] <= rows[at[TIME], lane] and search[WAITING] < room:
-        due = rows[at[DUE], lane]
-        theta = min((due - rows[at[FROM], lane]) / h, 1.0) if h > 0.0 else 0.0
-        item = queue[int(search[WAITING])]
-        item[0], item[1] = search[SAMPLE_INDEX], due
-        states = item.size - 2
-        for i in range(states):
-            value = 0.0
-            for r in range(at[DEGREE] - 1, -1, -1):
-                value += rows[at[POLYNOMIAL] + r * states + i, lane]
-                value *= theta if r % 2 == 0 else 1.0 - theta
-            item[2 + i] = rows[at[BASE] + i, lane] + value
-        search[WAITING] += 1.0
-        search[SAMPLE_INDEX] += 1.0
-        rows[at[DUE], lane] = sample_time(span, search[SAMPLE_INDEX])
-    return search[WAITING] == room
+@inline
+def place(s, lane, column, first, theta):
+    """Put the state at a share of the step made last into rows beside a lane."""
+    for i in range(s.states):
+        value = 0.0
+        for r in range(s.degree - 1, -1, -1):
+            value += s.rows[s.at[POLYNOMIAL] + r * s.states + i, lane]
+            value *= theta if r % 2 == 0 else 1.0 - theta
+        s.sides[lane, first + i, column] = s.rows[s.at[BASE] + i, lane] + value
 
 
-@helper
-def flush(entry, table, rows, at, lane, side, common, means, span, given, queue, tracks, search):
-    """Outputs at all samples of a lane's queue, W of them at a time; side: rows for them."""
-    width, count = rows.shape[1], int(search[WAITING])
-    for i in range(common.size):
-        for k in range(width):
-            side[common[i], k] = rows[common[i], lane]
-    for first in range(0, count, width):
-        for k in range(width):
-            item = queue[min(first + k, count - 1)]
-            side[at[SAMPLED], k] = 1.0 if first + k < count else 0.0
-            half, begin, end = 0.5 * span[EVERY], span[BEGIN], span[UNTIL]
-            side[at[SHARE], k] = (min(item[1] + half, end) - max(item[1] - half, begin)) / (
-                end - begin
-            )
-            side[at[SAMPLE_TIME], k] = item[1]
-            for i in range(item.size - 2):
-                side[at[SAMPLE_STATE] + i, k] = item[2 + i]
-            for i in range(given.shape[0]):
-                side[at[GIVEN] + i, k] = given[i, int(item[0])]
-        call(entry, (side.ctypes.data, table))
-        for k in range(min(width, count - first)):
-            for i in range(tracks.shape[0]):
-                tracks[i, int(queue[first + k, 0])] = side[at[TRACKS] + i, k]
-    for i in range(means.size):
-        for k in range(width):
-            value = side[at[SUMS] + i, k]
-            side[at[SUMS] + i, k] = 0.0
-            before = rows[at[SUMS] + i, lane]
-            rows[at[SUMS] + i, lane] = before + value if means[i] else max(before, value)
-    search[WAITING] = 0.0
+@shared
+def draw(s, lane):
+    """Outputs at the samples of a lane that wait."""
+    count, point = int(s.progress[lane, DRAWN]), int(s.progress[lane, POINT])
+    if count == 0:
+        return
+    for k in range(count, s.rows.shape[1]):  # copies, which have no share
+        s.sides[lane, s.at[SHARE], k] = 0.0
+        s.sides[lane, s.at[SAMPLE_TIME], k] = s.sides[lane, s.at[SAMPLE_TIME], 0]
+        for i in range(s.states):
+            s.sides[lane, s.at[SAMPLE_STATE] + i, k] = s.sides[lane, s.at[SAMPLE_STATE] + i, 0]
+        for i in range(s.given.shape[0]):
+            s.sides[lane, s.at[GIVEN] + i, k] = s.sides[lane, s.at[GIVEN] + i, 0]
+    call(s, CALL_SAMPLE, s.sides[lane])
+    for k in range(count):
+        for i in range(s.tracks.shape[1]):
+            s.tracks[point, i, s.drawn[lane, k]] = s.sides[lane, s.at[TRACKS] + i, k]
+    s.progress[lane, DRAWN] = 0.0
 
 
-@helper
-def searched(rows, at, lane, quantities, search):
-    """Go on with the searches of a step; False where they are over."""
-    while True:
-        k = int(search[QUANTITY])
-        if k < 0:
-            for k in range(quantities):
-                if rows[at[SEARCHED] + k, lane] > 0.5:
-                    break
-            else:
-                return False
-            rows[at[SEARCHED] + k, lane] = 0.0
-            search[QUANTITY], search[ROUND], search[WIDTH] = k, 0.0, 1.0
-            search[A], search[B], search[C] = 0.0, 0.5, 1.0
-            search[AT_A], search[AT_C] = rows[at[LAST] + k, lane], rows[at[NEXT] + k, lane]
-            search[AT_B] = rows[at[MIDDLES] + k, lane]
-            search[STAGE] = SUMMIT
-        if search[STAGE] == SUMMIT:
-            theta = summit(search, rows[at[VALUE] + k, lane])
-            if theta < 0.0:
-                search[QUANTITY] = -1.0
-                continue
-            rows[at[THETA], lane] = theta
-        elif search[STAGE] == LEFT:
-            rows[at[THETA], lane] = search[A]
-        else:
-            rows[at[THETA], lane] = search[C]
-        return True
-
-
-@helper
-def summit(search, best):
-    """Summit of the parabola through three places; -1 where there is nothing to find."""
-    slope = (search[AT_B] - search[AT_A]) / (search[B] - search[A])
-    bend = ((search[AT_C] - search[AT_B]) / (search[C] - search[B]) - slope) / (
-        search[C] - search[A]
+@shared
+def sample(s, lane):
+    """Take the samples of the step made last."""
+    time, h, begun = (
+        s.rows[s.at[TIME], lane],
+        s.rows[s.at[LAST_H], lane],
+        s.rows[s.at[FROM], lane],
     )
+    point = int(s.progress[lane, POINT])
+    begin, until = s.spans[point, BEGIN], s.spans[point, UNTIL]
+    half = 0.5 * s.spans[point, EVERY]
+    while s.progress[lane, DUE] <= time:
+        due, column = s.progress[lane, DUE], int(s.progress[lane, DRAWN])
+        index = int(s.progress[lane, SAMPLE])
+        place(
+            s,
+            lane,
+            column,
+            s.at[SAMPLE_STATE],
+            min((due - begun) / h, 1.0) if h > 0.0 else 0.0,
+        )
+        share = (min(due + half, until) - max(due - half, begin)) / (until - begin)
+        s.sides[lane, s.at[SAMPLE_TIME], column] = due
+        s.sides[lane, s.at[SHARE], column] = share
+        for i in range(s.given.shape[0]):
+            s.sides[lane, s.at[GIVEN] + i, column] = s.given[i, index]
+        s.drawn[lane, column] = index
+        s.progress[lane, DRAWN] = column + 1.0
+        s.progress[lane, SAMPLE] = index + 1.0
+        s.progress[lane, DUE] = sample_time(s, point, index + 1.0)
+        if column + 1 == s.rows.shape[1]:
+            draw(s, lane)
+
+
+@shared
+def look(s, lane, column, quantity, stage, theta):
+    """Have a place inside the step made last looked at."""
+    place(s, lane, column, s.at[INNER_STATE], theta)
+    begun, h = s.rows[s.at[FROM], lane], s.rows[s.at[LAST_H], lane]
+    s.sides[lane, s.at[INNER_TIME], column] = begun + theta * h
+    s.places[column], s.stages[column], s.thetas[column] = quantity, stage, theta
+
+
+@shared
+def see(s, lane, columns):
+    """Outputs at the places that are looked at; the largest of each quantity is kept."""
+    for k in range(columns, s.rows.shape[1]):  # copies, which nobody reads
+        s.sides[lane, s.at[INNER_TIME], k] = s.sides[lane, s.at[INNER_TIME], 0]
+        for i in range(s.states):
+            s.sides[lane, s.at[INNER_STATE] + i, k] = s.sides[lane, s.at[INNER_STATE] + i, 0]
+    call(s, CALL_INSIDE, s.sides[lane])
+    s.calls[len(PIECES) + CALL_INSIDE] += columns
+    for i in range(s.quantities):
+        if s.inner[i]:
+            for k in range(columns):
+                value = s.sides[lane, s.at[SEEN] + i, k]
+                if value > s.rows[s.at[VALUE] + i, lane]:
+                    s.rows[s.at[VALUE] + i, lane] = value
+
+
+@shared
+def summit(q, best):
+    """Summit of the parabola through three places; -1 where there is nothing to find."""
+    slope = (q[AT_B] - q[AT_A]) / (q[B] - q[A])
+    bend = ((q[AT_C] - q[AT_B]) / (q[C] - q[B]) - slope) / (q[C] - q[A])
     if not bend < 0.0:
         return -1.0
-    top = 0.5 * (search[A] + search[B]) - 0.5 * slope / bend
-    if search[ROUND] == 0.0:
-        ends = max(search[AT_A], search[AT_C])
-        rise = search[AT_A] + (top - search[A]) * (slope + bend * (top - search[B])) - ends
-        if abs(top - search[B]) > REACH or not ends + 2.0 * rise > best:
+    top = 0.5 * (q[A] + q[B]) - 0.5 * slope / bend
+    if q[ROUND] == 0.0:
+        ends = max(q[AT_A], q[AT_C])
+        rise = q[AT_A] + (top - q[A]) * (slope + bend * (top - q[B])) - ends
+        if abs(top - q[B]) > REACH or not ends + 2.0 * rise > best:
             return -1.0
     return min(max(top, EDGE), 1.0 - EDGE)
 
 
-@helper
-def take(rows, at, lane, quantities, search):
-    """Take in the outputs at the place that was asked for."""
-    if search[STAGE] == MIDDLE:
-        for k in range(quantities):
-            rows[at[MIDDLES] + k, lane] = rows[at[SEEN] + k, lane]
-        search[QUANTITY] = -1.0
-        return
-    value = rows[at[SEEN] + int(search[QUANTITY]), lane]
-    if search[STAGE] == SUMMIT:
-        theta = rows[at[THETA], lane]
-        if search[ROUND] > 0.0 and abs(theta - search[B]) < SETTLED * search[WIDTH]:
-            search[QUANTITY] = -1.0
-            return
-        search[WIDTH] *= CLOSER
-        search[A], search[B], search[C] = (
-            max(0.0, theta - search[WIDTH]),
-            theta,
-            min(1.0, theta + search[WIDTH]),
-        )
-        search[AT_B], search[ROUND] = value, search[ROUND] + 1.0
-        search[STAGE] = LEFT
-        if search[ROUND] >= ROUNDS:
-            search[QUANTITY] = -1.0
-    elif search[STAGE] == LEFT:
-        search[AT_A], search[STAGE] = value, RIGHT
+@shared
+def found(q, stage, theta, value):
+    """Go on with a search: the value at a place that was looked at is known."""
+    if stage == LEFT:
+        q[AT_A], q[STAGE] = value, RIGHT
+    elif stage == RIGHT:
+        q[AT_C], q[STAGE] = value, SUMMIT
+    elif q[ROUND] > 0.0 and abs(theta - q[B]) < SETTLED * q[WIDTH]:
+        q[STAGE] = OVER
     else:
-        search[AT_C], search[STAGE] = value, SUMMIT
+        q[WIDTH] *= CLOSER
+        q[A], q[B], q[C] = max(0.0, theta - q[WIDTH]), theta, min(1.0, theta + q[WIDTH])
+        q[AT_B], q[ROUND] = value, q[ROUND] + 1.0
+        q[STAGE] = LEFT if q[ROUND] < ROUNDS else OVER
+
+
+@shared
+def asked(s, lane):
+    """Have the places looked at that searches wait for, as many as there are lanes; their number."""
+    columns, width = 0, s.rows.shape[1]
+    for i in range(s.quantities):
+        q = s.searches[i]
+        if q[STAGE] == SUMMIT and columns < width:
+            theta = summit(q, s.rows[s.at[VALUE] + i, lane])
+            if theta < 0.0:
+                q[STAGE] = OVER
+                continue
+            look(s, lane, columns, i, SUMMIT, theta)
+            columns += 1
+        for stage, side in ((LEFT, A), (RIGHT, C)):
+            if LEFT <= q[STAGE] <= stage and columns < width:
+                look(s, lane, columns, i, stage, q[side])
+                columns += 1
+    return columns
+
+
+@shared
+def search(s, lane):
+    """Locate extremes inside the step made last: in the middle first, which all share."""
+    for i in range(s.quantities):
+        q = s.searches[i]
+        q[STAGE] = SUMMIT if s.rows[s.at[SEARCHED] + i, lane] > 0.5 else OVER
+        q[A], q[B], q[C], q[WIDTH], q[ROUND] = 0.0, 0.5, 1.0, 1.0, 0.0
+        q[AT_A], q[AT_C] = s.rows[s.at[LAST] + i, lane], s.rows[s.at[NEXT] + i, lane]
+    look(s, lane, 0, 0, SUMMIT, 0.5)
+    see(s, lane, 1)
+    for i in range(s.quantities):
+        s.searches[i, AT_B] = s.sides[lane, s.at[SEEN] + i, 0]
+    columns = asked(s, lane)
+    while columns > 0:
+        see(s, lane, columns)
+        for k in range(columns):
+            i = s.places[k]
+            found(s.searches[i], s.stages[k], s.thetas[k], s.sides[lane, s.at[SEEN] + i, k])
+        columns = asked(s, lane)
 
 
 # --- the loop
-@helper
-def keep(rows, at, lane, gathered, values):
-    """Results of a run: chosen rows, status, steps."""
-    for i in range(gathered.size):
-        values[i] = rows[gathered[i], lane]
-    code = rows[at[STATUS], lane]
-    values[gathered.size] = status.DONE if code == 0.0 else code
-    values[gathered.size + 1], values[gathered.size + 2] = (
-        rows[at[STEPS], lane],
-        rows[at[REJECTED], lane],
-    )
+@shared
+def lead_on(s, lane):
+    """After a step or the start: samples, extremes, the end of a turn or of the run."""
+    sample(s, lane)
+    if s.rows[s.at[FOUND], lane] > 0.5:
+        search(s, lane)
+    made = s.rows[s.at[STEPS], lane] + s.rows[s.at[REJECTED], lane]
+    if s.rows[s.at[PHASE], lane] == PREPARE and made >= s.limit:
+        s.rows[s.at[STATUS], lane] = status.TOO_MANY_STEPS
+        s.rows[s.at[PHASE], lane] = ARRIVED
+    if s.rows[s.at[PHASE], lane] == ARRIVED and not arrive(s, lane):
+        keep(s, lane)
+        take(s, lane)
 
 
-@helper
-def wanted(rows, at, counts):
-    """The piece that is called next: what costs little first, else what most lanes wait for."""
-    for phase in range(counts.size):
-        counts[phase] = 0
-    for lane in range(rows.shape[1]):
-        counts[int(rows[at[PHASE], lane])] += 1
-    for phase in (LOOK, INSIDE):
-        if counts[phase] > 0:
-            return phase - START
-    best = ITERATE
-    for phase in (START, PREPARE, FINISH):
-        if counts[phase] > counts[best]:
-            best = phase
-    return best - START
+@shared
+def begin_and_end(s):
+    """Make the ends of the steps that wait for it, begin what is to begin, and the next steps."""
+    beginning = ending = 0
+    for lane in range(s.rows.shape[1]):
+        phase = s.rows[s.at[PHASE], lane]
+        beginning += phase == START
+        ending += phase == FINISH
+        s.called[lane] = 1 if phase in (START, FINISH) else 0
+    s.calls[len(PIECES) + CALL_START] += beginning
+    s.calls[len(PIECES) + CALL_FINISH] += ending
+    if beginning > 0:
+        call(s, CALL_START, s.rows)
+    if ending > 0:
+        call(s, CALL_FINISH, s.rows)
+    for lane in range(s.rows.shape[1]):
+        if s.called[lane] == 1:
+            lead_on(s, lane)
+    call(s, CALL_PREPARE, s.rows)
+    for lane in range(s.rows.shape[1]):
+        if s.rows[s.at[PHASE], lane] == ARRIVED:  # its step became too small
+            keep(s, lane)
+            take(s, lane)
 
 
-@helper
-def after(rows, at, lane, piece, quantities, span, energies, begun, extremes, search, limit):
-    """Lead a lane on that a piece has changed; False where its run is over."""
-    if rows[at[PHASE], lane] == INSIDE:
-        if piece + START == INSIDE:
-            take(rows, at, lane, quantities, search)
-        else:  # the middle of the step is looked at first
-            search[STAGE], rows[at[THETA], lane] = MIDDLE, 0.5
-            return True
-        if not searched(rows, at, lane, quantities, search):
-            over = rows[at[TIME], lane] >= rows[at[END], lane]
-            rows[at[PHASE], lane] = ARRIVED if over else PREPARE
-    if (
-        rows[at[PHASE], lane] == PREPARE
-        and rows[at[STEPS], lane] + rows[at[REJECTED], lane] >= limit
-    ):
-        rows[at[STATUS], lane] = status.TOO_MANY_STEPS
-        rows[at[PHASE], lane] = ARRIVED
-    if rows[at[PHASE], lane] == ARRIVED:
-        return arrive(rows, at, lane, quantities, span, energies, begun, extremes, search)
-    return True
-
-
-def run(
-    pieces,
-    at,
-    rows,
-    data,
-    blank,
-    where,
-    points,
-    spans,
-    given,
-    waiting,
-    quantities,
-    gathered,
-    energies,
-    begun,
-    extremes,
-    results,
-    tracks,
-    searches,
-    queue,
-    side,
-    common,
-    means,
-    calls,
-    counts,
-    limit,
-):
-    """Run the points that wait; returns how many.
-
-    pieces: addresses; at: places of ROWS; rows: (rows, W), aligned; data: tables; blank: rows of a
-    lane before its point; where, points: rows that a point sets, and its numbers (points, rows);
-    spans: columns BEGIN to TURN; given: (numbers, samples) of each sample; waiting: places of the
-    points; quantities: how many are located; gathered: rows kept; energies: places in the state
-    kept at the begin of the window, in begun (points, energies); extremes: (points, turns,
-    quantities); results: (points, gathered + 3) with status, steps and rejected ones; tracks:
-    (points, outputs, samples); searches: (W, SEARCH_COLUMNS); queue: samples of each lane (W, room,
-    2 + states); side: rows of samples, common: those that all samples of a run share; means: 1 for
-    a sum, 0 for a largest value; calls: of each piece, then the lanes that were in each; counts:
-    room for those in each phase; limit: of steps.
-    """
-    lanes, taken, alive = rows.shape[1], 0, 0
-    address, table = rows.ctypes.data, data.ctypes.data
-    for lane in range(lanes):
-        first = waiting[min(lane, waiting.size - 1)]
-        load(rows, at, lane, first, blank, where, points, spans, searches)
-        if taken < waiting.size:
-            taken, alive = taken + 1, alive + 1
+def run(address):
+    """Run the points that wait, of the record at an address; returns how many."""
+    s = lanes_at(address)
+    for lane in range(s.rows.shape[1]):  # idle lanes compute something, too
+        load(s, lane, s.waiting[min(lane, s.waiting.size - 1)])
+        take(s, lane)
+    while s.alive > 0:
+        iterating = 0
+        for lane in range(s.rows.shape[1]):
+            if s.rows[s.at[PHASE], lane] == ITERATE:
+                iterating += 1
+        if iterating > 0 and s.alive - iterating < WAITING * s.alive:
+            s.calls[len(PIECES) + CALL_ITERATE] += iterating
+            call(s, CALL_ITERATE, s.rows)
         else:
-            rows[at[PHASE], lane] = IDLE
-    while alive > 0:
-        piece = wanted(rows, at, counts)
-        phase = piece + START
-        calls[piece] += 1
-        calls[PIECES + piece] += counts[phase]
-        for lane in range(lanes):
-            searches[lane, CALLED] = 1.0 if rows[at[PHASE], lane] == phase else 0.0
-        call(pieces[piece], (address, table))
-        if phase == ITERATE:  # a lane goes on with it, or to FINISH
-            continue
-        for lane in range(lanes):
-            search = searches[lane]
-            if search[CALLED] == 0.0:
-                continue
-            point = int(search[POINT])
-            span = spans[point]
-            while phase == LOOK and push(rows, at, lane, span, queue[lane], search):
-                flush(
-                    pieces[SAMPLE],
-                    table,
-                    rows,
-                    at,
-                    lane,
-                    side,
-                    common,
-                    means,
-                    span,
-                    given,
-                    queue[lane],
-                    tracks[point],
-                    search,
-                )
-            if after(
-                rows,
-                at,
-                lane,
-                piece,
-                quantities,
-                span,
-                energies,
-                begun[point],
-                extremes[point],
-                search,
-                limit,
-            ):
-                continue
-            flush(
-                pieces[SAMPLE],
-                table,
-                rows,
-                at,
-                lane,
-                side,
-                common,
-                means,
-                span,
-                given,
-                queue[lane],
-                tracks[point],
-                search,
-            )
-            keep(rows, at, lane, gathered, results[point])
-            rows[at[PHASE], lane] = IDLE
-            alive -= 1
-            if taken < waiting.size:
-                load(rows, at, lane, waiting[taken], blank, where, points, spans, searches)
-                taken, alive = taken + 1, alive + 1
-    return taken
+            begin_and_end(s)
+    return s.taken
 
 
-VECTOR, MATRIX, CUBE = types.float64[::1], types.float64[:, ::1], types.float64[:, :, ::1]
-INTEGERS = types.int64[::1]
-SIGNATURE = types.int64(
-    INTEGERS,
-    INTEGERS,
-    MATRIX,
-    VECTOR,
-    VECTOR,
-    INTEGERS,
-    MATRIX,
-    MATRIX,
-    MATRIX,
-    INTEGERS,
-    types.int64,
-    INTEGERS,
-    INTEGERS,
-    MATRIX,
-    CUBE,
-    MATRIX,
-    CUBE,
-    MATRIX,
-    CUBE,
-    MATRIX,
-    INTEGERS,
-    INTEGERS,
-    INTEGERS,
-    INTEGERS,
-    types.int64,
-)
 SOURCE = hashlib.sha256(Path(__file__).read_bytes() + DIGEST.encode()).hexdigest()[:12]
 run.__qualname__ = f"run_{SOURCE}"  # an edited source has a cache of its own
-run = cached(run, SIGNATURE, SOURCE, nogil=True, **OPTIONS)
+run = cached(run, types.int64(types.int64), SOURCE, pipeline_class=Whole, nogil=True, **OPTIONS)

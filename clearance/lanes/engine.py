@@ -8,6 +8,7 @@ import numpy as np
 
 from clearance.lanes import kernels, radau5, steps, watch
 from clearance.lanes.code import Code, begin, callable_at, new_module
+from clearance.lanes.driver import PIECES
 from clearance.lanes.lowering import Lanes
 from clearance.lanes.rows import Entry, Piece, Rows
 from clearance.lanes.steps import Entries, Shape
@@ -16,8 +17,6 @@ from clearance.tracing.ir import DOUBLE, INT64
 from clearance.tracing.schedule import scheduled
 
 METHODS = {"radau5": radau5}
-#: pieces in the order in which the driver has them
-ORDER = ("start", "prepare", "iterate", "finish", "look", "inside", "sample")
 
 
 class PieceLowering(Lanes):
@@ -51,10 +50,12 @@ class PieceLowering(Lanes):
 
     def fill(self, piece: Piece) -> None:
         """The piece: rows of the lanes in its phase are set."""
-        self.run(scheduled([*piece.outputs.values(), piece.on]))
-        on = self.value(piece.on)
+        masks = [] if piece.on is None else [piece.on]
+        self.run(scheduled([*piece.outputs.values(), *masks]))
         for place, value in sorted(piece.outputs.items()):
-            value = self.builder.select(on, self.number(self.value(value)), self.load("s", place))
+            value = self.number(self.value(value))
+            for on in masks:
+                value = self.builder.select(self.value(on), value, self.load("s", place))
             self.builder.store(value, self.place("s", place), align=8)
 
 
@@ -120,15 +121,17 @@ def engine(
     made[entries.jacobian] = kernels.write(module, "jacobian", filled(jacobian, n), width, shared)
     pieces = {
         "start": steps.start(rows, shape, entries, stepper.ORDER),
-        **{name: piece(rows, shape, entries) for name, piece in stepper.PIECES.items()},
-        "look": watch.look(rows, shape, entries, watched),
-        "inside": watch.inside(rows, shape, entries, watched, stepper.dense),
+        "prepare": stepper.prepare(rows, shape, entries),
+        "iterate": stepper.iterate(rows, shape, entries),
+        "finish": stepper.finish(rows, shape, entries, watched),
+        "inside": watch.inside(rows, shape, entries, watched),
         "sample": watch.sample(rows, shape, entries, watched),
     }
+    watch.look_first(pieces["start"], entries, watched)
     for name, piece in pieces.items():
         write(module, f"piece_{name}", piece, rows, width, made)
     code = Code(module)
-    addresses = np.array([code.address(f"piece_{name}") for name in ORDER], dtype=np.int64)
+    addresses = np.array([code.address(f"piece_{name}") for name in PIECES], dtype=np.int64)
     return Engine(
         width, rows, code, addresses, callable_at(code.address("rhs"), len(kernels.ARRAYS))
     )

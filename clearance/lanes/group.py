@@ -3,6 +3,7 @@
 import math
 import threading
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -10,16 +11,16 @@ from clearance.elements.element import CONTACT, FILM
 from clearance.lanes import driver
 from clearance.lanes.code import natural_width
 from clearance.lanes.engine import METHODS, Engine, engine
-from clearance.lanes.steps import PHASES, Shape
+from clearance.lanes.steps import Shape
 from clearance.lanes.watch import Watch
 from clearance.mechanism.build import Mechanism
+from clearance.stepping.record import packed
 from clearance.tracing.asking import Answerer
 from clearance.tracing.function import Opaque
 
 MOST_RATES = 16  # equations of a Newton iteration whose factors are written down
 LONGEST = 2**62  # steps
 BLOCK = 64  # bytes that rows are aligned to
-QUEUED = 64  # samples of a run that are taken together
 #: numbers of a point beside its states and parameters: a row for each
 NUMBERS = ("rtol", "longest", "own")
 FILMS = ("clearance", "pull", "rate_x", "rate_y")
@@ -129,7 +130,7 @@ class Group:
     ):
         self.shape, self.watch, self.samples, self.rtol = shape_of(mechanism), watch, samples, rtol
         self.structure, self.width = mechanism.structure, width or natural_width()
-        self.data = np.append(mechanism.par, np.zeros(driver.PIECES * BLOCK))
+        self.data = np.append(mechanism.par, np.zeros(BLOCK))
         self.given = np.ascontiguousarray(given, float).reshape(watch.given, -1)
         self.engine: Engine = engine(
             mechanism.structure, self.shape, watch, channels, method, self.width
@@ -139,7 +140,7 @@ class Group:
     def _where(self) -> np.ndarray:
         """Rows that points set, in the order of `_numbers`."""
         names = ["y", "scale", "par", "work", *NUMBERS, *(FILMS if self.shape.films else ())]
-        return np.concatenate([self.engine.rows.places(n) for n in names]).astype(np.int64)
+        return integers(place for n in names for place in self.engine.rows.places(n))
 
     def _numbers(self, points: Points) -> np.ndarray:
         """Numbers of the points: (points, rows)."""
@@ -175,17 +176,27 @@ class Group:
     def run(self, points: Points, threads: int = 1, limit: int | None = None) -> Answers:
         """Run all points, some of them in each thread; Python's lock is released."""
         count, rows = len(points.until), self.engine.rows
-        gathered = np.concatenate([rows.places(n) for n in ("sums", "y")]).astype(np.int64)
-        energies = np.arange(self.shape.states, self.shape.size)
+        gathered = integers([*rows.places("sums"), *rows.places("y")])
+        energies = integers(range(self.shape.states, self.shape.size))
         begun, results = np.zeros((count, len(energies))), np.zeros((count, len(gathered) + 3))
         stored = self.samples if self.watch.tracks else 0
         tracks = np.zeros((count, len(self.watch.tracks), stored))
-        shared = self._where(), self._numbers(points), self._spans(points), self.given
         extremes = np.zeros((count, points.turns, len(self.watch.quantities)))
-        outputs = gathered, energies, begun, extremes, results, tracks
+        shared = {
+            "where": self._where(),
+            "points": self._numbers(points),
+            "spans": self._spans(points),
+            "given": self.given,
+            "gathered": gathered,
+            "energies": energies,
+            "begun": begun,
+            "extremes": extremes,
+            "results": results,
+            "tracks": tracks,
+        }
 
         def work(part: int) -> None:
-            self._run(shared, np.arange(part, count, threads), outputs, limit or LONGEST)
+            self._run(shared, np.arange(part, count, threads), limit or LONGEST)
 
         others = [threading.Thread(target=work, args=(part,)) for part in range(1, threads)]
         for thread in others:
@@ -195,48 +206,36 @@ class Group:
             thread.join()
         return self._answers(results, begun, extremes, tracks)
 
-    def _run(self, shared: tuple, waiting: np.ndarray, outputs: tuple, limit: int) -> None:
+    def _run(self, shared: dict, waiting: np.ndarray, limit: int) -> None:
         """The runs that wait, in this thread."""
         if not waiting.size:
             return
-        where, numbers, spans, given = shared
-        gathered, energies, begun, extremes, results, tracks = outputs
         rows, width, states = self.engine.rows, self.width, self.shape.states
-        degree = rows.counts["polynomial"] // states
-        at = np.array([*(rows.first[name] for name in driver.ROWS), degree], dtype=np.int64)
-        searches = np.zeros((width, driver.SEARCH_COLUMNS))
-        queue, side = np.zeros((width, QUEUED, 2 + states)), aligned(rows.total, width)
         common = [*rows.places("par"), *rows.places("work"), *rows.places("own")]
         common += rows.places("y")[states:]
-        means = np.array([r.mean for r in self.watch.reductions], dtype=np.int64)
-        calls, counts = np.zeros(2 * driver.PIECES, np.int64), np.zeros(PHASES, np.int64)
-        driver.run(
-            self.engine.pieces,
-            at,
-            aligned(rows.total, width),
-            self.data,
-            self._blank(),
-            where,
-            numbers,
-            spans,
-            given,
-            waiting,
-            len(self.watch.quantities),
-            gathered,
-            energies,
-            begun,
-            extremes,
-            results,
-            tracks,
-            searches,
-            queue,
-            side,
-            np.array(common, dtype=np.int64),
-            means,
-            calls,
-            counts,
-            limit,
-        )
+        memory = np.zeros((), driver.layout(width=width, quantities=len(self.watch.quantities)))
+        degree = rows.counts["polynomial"] // states
+        numbers = {"states": states, "degree": degree, "limit": limit}
+        numbers["quantities"] = len(self.watch.quantities)
+        for name, number in numbers.items():
+            memory[name] = number
+        sides = aligned(width * rows.total, width).reshape(width, rows.total, width)
+        arrays = {
+            "pieces": self.engine.pieces,
+            "at": integers(rows.first[name] for name in driver.ROWS),
+            "rows": aligned(rows.total, width),
+            "sides": sides,
+            "data": self.data,
+            "blank": self._blank(),
+            "common": integers(common),
+            "waiting": waiting,
+            "means": integers(r.mean for r in self.watch.reductions),
+            "inner": integers(q.searched for q in self.watch.quantities),
+        }
+        own = {name: memory[name] for name in memory.dtype.names if memory[name].ndim}
+        record = SimpleNamespace(**shared, **arrays, **own, memory=memory.ctypes.data)
+        words = packed(driver.LANES, record)
+        driver.run(words.ctypes.data)
 
     def _answers(self, results: np.ndarray, begun, extremes, tracks: np.ndarray) -> Answers:
         sums = len(self.watch.reductions)
@@ -254,6 +253,11 @@ class Group:
     def rates(self, points: Points, y: np.ndarray) -> np.ndarray:
         """y' at t = 0 of all points for given states (size, points)."""
         return self.engine.rates(points.par, points.work, y, self.data)
+
+
+def integers(values) -> np.ndarray:
+    """Whole numbers as the driver reads them."""
+    return np.array(list(values), dtype=np.int64)
 
 
 def aligned(rows: int, width: int) -> np.ndarray:

@@ -17,6 +17,7 @@ from clearance.lanes.steps import (
     conclude,
     proposed,
 )
+from clearance.lanes.watch import Moment, Watch, look
 from clearance.stepping.radau import ITERATIONS, SAFETY
 from clearance.stepping.tableaus import RADAU5 as K
 
@@ -264,8 +265,8 @@ def error_of(piece: Piece, shape: Shape, f: list, stages: list[list]) -> tuple[l
     return error, piece.length([e * w for e, w in zip(error, weight, strict=True)], n)
 
 
-def finish(rows: Rows, shape: Shape, entries: Entries) -> Piece:
-    """Error of the step, its end, and whether it is taken."""
+def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+    """Error of the step, whether it is taken, outputs at its end."""
     piece, n = Piece(rows, FINISH), shape.states
     t, h, y, f = piece.one("t"), piece.one("h"), piece.all("y"), piece.all("f")
     values = piece.all("stages")
@@ -290,7 +291,7 @@ def finish(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         piece.all("diagonal"),
         changes,
     )
-    taken = conclude(piece, shape, entries, trial, ORDER)
+    taken, now = conclude(piece, shape, entries, trial, ORDER)
     for r in range(STAGES):
         places = range(r * n, (r + 1) * n)
         for i, place in enumerate(places):
@@ -302,19 +303,6 @@ def finish(rows: Rows, shape: Shape, entries: Entries) -> Piece:
         "predictor", piece.choose(taken, 1.0, piece.choose(solved, piece.one("predictor"), 0.0))
     )
     piece.set("last_h", piece.choose(taken, h, piece.one("last_h")))
+    spent = [a + b for a, b in zip(piece.all("y")[n:], changes, strict=True)]
+    look(piece, entries, watch, Moment(now, [*end, *spent], h, taken))
     return piece
-
-
-def dense(piece: Piece, shape: Shape, theta) -> list:
-    """State at a share of the step made last."""
-    n, values = shape.states, piece.all("polynomial")
-    state = []
-    for i, begin in enumerate(piece.all("base")):
-        value = 0.0
-        for r in range(STAGES - 1, -1, -1):
-            value = (value + values[r * n + i]) * (theta if r % 2 == 0 else 1.0 - theta)
-        state.append(begin + value)
-    return state
-
-
-PIECES = {"prepare": prepare, "iterate": iterate, "finish": finish}

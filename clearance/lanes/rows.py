@@ -41,15 +41,13 @@ class Entry:
 class Piece:
     """A piece of a stepper on a trace: it reads rows and sets them.
 
-    It changes the lanes that are in its phase (None: that hold a sample); all others stay as they
-    are.
+    It changes the lanes that are in its phase (None: all); all others stay as they are.
     """
 
     def __init__(self, rows: Rows, phase: float | None):
         self.rows, self.trace = rows, Trace()
         self.outputs: dict[int, object] = {}
-        name, wanted = ("sampled", 1.0) if phase is None else ("phase", phase)
-        self.on = self.trace.compare("eq", self.one(name), wanted)
+        self.on = None if phase is None else self.trace.compare("eq", self.one("phase"), phase)
 
     # --- rows
     def one(self, name: str, i: int = 0):

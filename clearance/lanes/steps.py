@@ -24,8 +24,7 @@ from clearance.stepping.loop import (
 )
 
 # phases of a lane
-IDLE, START, PREPARE, ITERATE, FINISH, LOOK, INSIDE, ARRIVED = range(8)
-PHASES = 8
+IDLE, START, PREPARE, ITERATE, FINISH, ARRIVED = range(6)
 INACCURATE, UNSOLVED = 1, 2  # reasons of a refusal, beside DOMAIN_LEFT
 
 
@@ -135,7 +134,7 @@ def start(rows: Rows, shape: Shape, entries: Entries, order: float) -> Piece:
     piece.set("step", step)
     piece.set("base", *y[:n])
     piece.set("status", piece.choose(begun, 0.0, float(status.NOT_FINITE)))
-    piece.set("phase", piece.choose(begun, float(LOOK), float(ARRIVED)))
+    piece.set("phase", piece.choose(begun, float(PREPARE), float(ARRIVED)))
     return piece
 
 
@@ -172,8 +171,10 @@ class Trial:
     powers: list  # changes of the energy integrals
 
 
-def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: float) -> object:
-    """Accept or refuse a trial step and choose the next; returns where it is accepted."""
+def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: float) -> tuple:
+    """Accept or refuse a trial step and choose the next; returns where it is accepted, and the time
+    at its end.
+    """
     t, h, n = piece.one("t"), piece.one("h"), shape.states
     states = zip(trial.y[:n], piece.all("y"), strict=False)
     y = [
@@ -190,6 +191,7 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
         taken, grown(piece, h, error, order), refused(piece, h, trial, accurate, usable, order)
     )
     reached = piece.not_below(t + h, piece.one("end"))
+    now = piece.choose(reached, piece.one("end"), t + h)
     scale, damping = sizes_of_films(
         piece, shape, y, penetration, trial.diagonal, piece.all("damping")
     )
@@ -205,7 +207,7 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     keep("damping", damping)
     keep("before", penetration)
     keep("from", [t])
-    keep("t", [piece.choose(reached, piece.one("end"), t + h)])
+    keep("t", [now])
     keep("last_step", [h])
     keep("last_error", [piece.largest(error, 1e-2)])
     keep("steps", [piece.one("steps") + 1.0])
@@ -214,8 +216,9 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     piece.set("refusals", piece.choose(taken, 0.0, piece.one("refusals") + 1.0))
     piece.set("refusal", piece.choose(taken, 0.0, reason(piece, trial, accurate, usable)))
     piece.set("step", step)
-    piece.set("phase", piece.choose(taken, float(LOOK), float(PREPARE)))
-    return taken
+    arrived = piece.both(taken, reached)
+    piece.set("phase", piece.choose(arrived, float(ARRIVED), float(PREPARE)))
+    return taken, now
 
 
 def reason(piece: Piece, trial: Trial, accurate, usable):

@@ -1,15 +1,15 @@
 """Outputs of the lanes: extremes located on the dense output, and sums over samples.
 
 The search is that of stepping/locating.py: a step is looked into where its ends and the end before
-let a larger value lie inside, at places that the driver asks for. Samples of one run are taken
-several at a time, one in each lane.
+let a larger value lie inside, at places that the driver asks for. Such places, and samples, of one
+run are looked at several at a time, one in each lane.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from clearance.lanes.rows import Piece, Rows
-from clearance.lanes.steps import ARRIVED, INSIDE, LOOK, PREPARE, Entries, Shape
+from clearance.lanes.steps import Entries, Shape
 
 
 @dataclass(frozen=True)
@@ -58,13 +58,23 @@ class Watch:
 def add_rows(rows: Rows, shape: Shape, watch: Watch) -> None:
     """Rows of the outputs."""
     count = len(watch.quantities)
-    rows.add("interval", "within", "due", "theta", "sampled", "sample_time", "share")
-    rows.add("sample", count=shape.states)
-    rows.add("value", "earlier", "last", "next", "search", "seen", "middle", count=count)
+    rows.add("interval", "within", "found", "sample_time", "share", "inner_time")
+    rows.add("sample", "inner", count=shape.states)
+    rows.add("value", "last", "next", "search", "seen", count=count)
     rows.add("sums", count=len(watch.reductions))
     rows.add("tracks", count=len(watch.tracks))
     rows.add("given", count=watch.given)
     rows.add("own", count=watch.own)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The end of a step: its time, state, the step's width, and where it is taken."""
+
+    time: object
+    y: list
+    width: object
+    taken: object
 
 
 def values_of(piece: Piece, watch: Watch, row: list) -> list:
@@ -78,22 +88,24 @@ def values_of(piece: Piece, watch: Watch, row: list) -> list:
     return values
 
 
-def look(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
     """Take in the end of a step; find the quantities that may have an extreme inside it."""
-    piece = Piece(rows, LOOK)
-    t, width, back = piece.one("t"), piece.one("last_h"), piece.one("interval")
-    stepped, early = piece.above(width, 0.0), piece.none(piece.above(back, 0.0))
+    width, back, taken = moment.width, piece.one("interval"), moment.taken
+    early = piece.none(piece.above(back, 0.0))
     per_width = piece.trace.div(1.0, piece.largest(width, 1e-300))
     per_back = piece.trace.div(1.0, piece.largest(back, 1e-300))
     curving = width * 4.0 / piece.largest(width + back, 1e-300)
-    now = values_of(piece, watch, piece.call(entries.outputs, t, piece.all("y")))
-    flags = []
-    for k, (q, value) in enumerate(zip(watch.quantities, now, strict=True)):
-        last, earlier, best = (
+    row = piece.call(entries.outputs, moment.time, moment.y)
+    flags = [piece.none(piece.above(1.0, 0.0))]
+    for k, (q, value) in enumerate(
+        zip(watch.quantities, values_of(piece, watch, row), strict=True)
+    ):
+        before, last, earlier = (
+            piece.one("value", k),
             piece.one("next", k),
             piece.one("last", k),
-            piece.largest(piece.one("value", k), value),
         )
+        best = piece.largest(before, value)
         slope = (value - last) * per_width
         change = curving * piece.size(slope - (last - earlier) * per_back)
         higher = piece.largest(last, value)
@@ -102,36 +114,33 @@ def look(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
             piece.above((higher - best) * per_width + change * 0.25, 0.0),
         )
         rises = piece.above(higher + piece.size(value - last), best)
-        may = piece.both(
-            stepped, piece.either(piece.both(early, rises), piece.both(piece.none(early), bends))
-        )
+        may = piece.both(taken, piece.either(piece.both(early, rises), bends))
         if not q.always:
             may = piece.both(may, piece.above(piece.one("within"), 0.5))
         if q.searched:
             flags.append(may)
-        piece.set_one("value", k, best)
-        piece.set_one("last", k, last)
-        piece.set_one("next", k, value)
+        piece.set_one("value", k, piece.choose(taken, best, before))
+        piece.set_one("last", k, piece.choose(taken, last, earlier))
+        piece.set_one("next", k, piece.choose(taken, value, last))
         piece.set_one("search", k, piece.flag(may) if q.searched else 0.0)
-    reached = piece.not_below(t, piece.one("end"))
-    piece.set("interval", width)
-    onward = piece.choose(reached, float(ARRIVED), float(PREPARE))
-    flag = piece.either(*flags) if flags else False
-    piece.set("phase", piece.choose(flag, float(INSIDE), onward))
-    return piece
+    piece.set("interval", piece.choose(taken, width, back))
+    piece.set("found", piece.flag(piece.either(*flags)))
 
 
-def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch, dense: Callable) -> Piece:
-    """Quantities at a place inside the step made last."""
-    piece = Piece(rows, INSIDE)
-    theta = piece.one("theta")
-    y = [*dense(piece, shape, theta), *piece.all("y")[shape.states :]]
-    row = piece.call(entries.outputs, piece.one("from") + theta * piece.one("last_h"), y)
+def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
+    """Take in the outputs at the start."""
+    row = piece.call(entries.outputs, piece.one("t"), piece.all("y"))
     values = values_of(piece, watch, row)
-    piece.set("seen", *values)
-    for k, (q, value) in enumerate(zip(watch.quantities, values, strict=True)):
-        if q.searched:
-            piece.set_one("value", k, piece.largest(piece.one("value", k), value))
+    piece.set("next", *values)
+    piece.set("value", *values)
+
+
+def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+    """Quantities at places inside a step of one run, one in each lane."""
+    piece = Piece(rows, None)
+    y = [*piece.all("inner"), *piece.all("y")[shape.states :]]
+    row = piece.call(entries.outputs, piece.one("inner_time"), y)
+    piece.set("seen", *values_of(piece, watch, row))
     return piece
 
 
