@@ -90,6 +90,7 @@ ONLY_IN = {
         "postprocess.figures",
         "clearance.evidence.pictures",
         "clearance.evidence.film_pictures",
+        "paper_figures.frames",
         "paper_figures.structure",
     },
     "h5py": {"clearance.reading", "clearance.results", "clearance.recording"},

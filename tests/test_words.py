@@ -18,6 +18,9 @@ over two lines. Does Flores et al. (2010) end one? No, Fig. 3 does not.
 - an item
 - 3.5 mm is one word less than four words
 <!-- a comment -->
+<!-- bench: table -->
+Made by a script.
+<!-- end -->
 ```sh
 clearance run one.  # Two. Three.
 ```

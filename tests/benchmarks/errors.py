@@ -341,7 +341,7 @@ def table(rows: list[Row]) -> list[str]:
 def asked_table(asked: list[Asked]) -> list[str]:
     lines = [
         "| asked | n | reached | refused | wrong | time over the cheapest: median | 95 % | worst | "
-        "rtol = asked does |",
+        "rtol = request suffices |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for eps in ASKED:

@@ -1,7 +1,7 @@
 """Sentences and words of documentation: `python tests/benchmarks/words.py [PATH ...]`.
 
 The prose of a Markdown file is counted, or that of the docstrings of a Python file. Code blocks,
-tables, headings, pictures, the addresses of links and comments do not count. Code within a
+tables, headings, pictures, generated text, the addresses of links and comments do not count. Code within a
 sentence counts as one word. A sentence ends at a full stop, a question mark, an exclamation mark,
 or with its paragraph or list item. PATH: files from the root of the repository; without any the
 pages of the site, see PAGES. `--long N` prints every sentence of more than N words.
@@ -20,6 +20,8 @@ PAGES = (
     "README.md",
     "CONTRIBUTING.md",
     "clearance/GUIDE.md",
+    "paper_figures/README.md",
+    "tests/benchmarks/README.md",
     *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs").glob("*.md")),
     *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs" / "notebooks").glob("*.md")),
 )
@@ -36,6 +38,8 @@ ITEM = re.compile(r"^\s*([-*]|\d+\.)\s+")
 SKIPPED = re.compile(r"^\s*(\||#|<|!\[)")
 PICTURE = re.compile(r"!\[[^\]]*\]\([^)]*\)(\{[^}]*\})?")
 LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
+#: what a command writes between its marks
+GENERATED = re.compile(r"<!-- [\w :-]+ -->.*?<!-- ([\w-]+:)?end -->", re.DOTALL)
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 CODE = re.compile(r"(`+)[^`]+\1|\$[^$\n]+\$")
 END = re.compile(r"(?<=[.!?])[)*\"]*\s+(?=[\"(*\[]*\w)")
@@ -80,6 +84,7 @@ def length(sentence: str) -> int:
 
 def paragraphs(text: str) -> Iterator[str]:
     """Paragraphs and list items of a Markdown text, without code, tables and headings."""
+    text = GENERATED.sub("", text)
     text = COMMENT.sub("", re.sub(r"\A---\n.*?\n---\n", "", text, flags=re.DOTALL))
     lines: list[str] = []
     fenced = False
