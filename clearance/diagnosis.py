@@ -159,7 +159,19 @@ class Diagnosis:
             warnings += self._film_warnings(joint)
         for joint, depth in self._depths().items():
             warnings += filter(None, [depth_warning(joint, depth) or _beyond(joint, depth)])
-        return warnings + self._end_warnings()
+        return warnings + self._standstill() + self._end_warnings()
+
+    def _standstill(self) -> list[str]:
+        """A mechanism that could move and stays exactly where it started."""
+        state, mechanism = self.run.state, self.run.mechanism
+        moving, size = mechanism.coordinates, mechanism.size
+        still = moving and state.started and not state.f[: 2 * moving].any()
+        if not still or not np.array_equal(state.y[:size], mechanism.y0[:size]):
+            return []
+        return [
+            "nothing has moved: the mechanism starts at rest and its loads balance there, as at a "
+            "dead centre; start it elsewhere or with a speed"
+        ]
 
     def _end_warnings(self) -> list[str]:
         """Warnings of joints about their last outputs."""

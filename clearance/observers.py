@@ -98,6 +98,37 @@ class Replay(Observer):
         return [numbers for at, numbers in self.changes if abs(at - time) <= SAME * at]
 
 
+class Kinks(Observer):
+    """Lets a step end right before a kink of a law of time, so that none of its stages lies behind.
+
+    The way across goes on the tangent, so short is it, and a phase begins behind the kink.
+    """
+
+    def __init__(self, run):
+        self.run = run
+
+    def _crossings(self) -> list[tuple[float, float]]:
+        """Times right before kinks, with the kinks."""
+        return [(kink * (1.0 - 0.5 * SAME), kink) for kink in self.run.mechanism.scene.kinks]
+
+    def after(self, time):
+        """The time right before the next kink."""
+        return next((before for before, _ in self._crossings() if before > time), math.inf)
+
+    def due(self, time):
+        """True right before a kink, unless the run ends there."""
+        return any(
+            time == before and kink < self.run.span.until for before, kink in self._crossings()
+        )
+
+    def reach(self, run):
+        """Cross the kink."""
+        state = run.state
+        kink = next(kink for before, kink in self._crossings() if before == state.time)
+        state.y += (kink - state.time) * state.f
+        state.time, state.started = kink, 2
+
+
 class Trajectory(Observer):
     """Samples in memory."""
 

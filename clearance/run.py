@@ -79,7 +79,7 @@ class Run:
         self.watched.install(self.state)
         self.take(self.method)
         self.take_numbers()
-        self.observers: list[observers.Observer] = []
+        self.observers: list[observers.Observer] = [observers.Kinks(self)]
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
         self.wall, self.contact_count, self.code = 0.0, 0, status.RUNNING
         self.started = "as the scene says"

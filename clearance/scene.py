@@ -112,6 +112,13 @@ class Scene:
         """Joints without clearance that have friction."""
         return tuple(j for j in self.joints if not j.soft and j.friction is not None)
 
+    @cached_property
+    def kinks(self) -> list[float]:
+        """Times [s] at which slopes of laws of time jump, in their order."""
+        values = [getattr(e, f.name) for e in self.elements for f in fields(e)]
+        laws = [v for v in values if isinstance(v, BoundLaw) and v.law.kinks is not None]
+        return sorted({time for law in laws for time in law.law.kinks(law.values) if time > 0.0})
+
     @property
     def turn(self) -> float | None:
         """Duration of one turn of the first drive that rotates at a constant or nominal speed [s],

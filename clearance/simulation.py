@@ -141,17 +141,20 @@ def simulate(
                 return answer(run, output, request, settle, progress)
             return write(run, output, progress, error, settle)
         except SimulationError as failed:  # not `error`: it is needed again
-            dead = run.dead_centre
-            if (
-                failed.result is None
-                or checkpoint is not None
-                or dead is None
-                or not dead.soft_joints
-            ):
+            opened = reopened(run)
+            if failed.result is None or checkpoint is not None or not opened:
                 raise
-            LOG.info("%s: again with places of its bodies as coordinates", dead.text)
+            LOG.info("%s: again with places of its bodies as coordinates", run.dead_centre.text)
             failed.result.close()
-            run = prepared(opened=(*run.opened, dead.soft_joints[0]))
+            run = prepared(opened=opened)
+
+
+def reopened(run: Run) -> tuple[str, ...]:
+    """Joints to open where a run that failed at a dead centre begins again; none where none helps."""
+    dead = run.dead_centre
+    if dead is None or not dead.soft_joints:
+        return ()
+    return (*run.opened, dead.soft_joints[0])
 
 
 def _request(error: str | float | Mapping | None, checkpoint: float | None) -> Request | None:

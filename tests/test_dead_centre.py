@@ -115,6 +115,43 @@ def falling_parallelogram(clearance):
     )
 
 
+def test_a_mechanism_that_stands_still_at_its_dead_centre_is_named():
+    """A force along a stretched slider-crank without weight: no part moves, and a warning says so.
+    With its weight it moves, without a warning.
+    """
+    crank, rod = bar("crank", 0.06), bar("rod", 0.1)
+    slider = cl.Body("slider", 0.1, 1e-4, points={"p": (0, 0)})
+    parts = (
+        cl.Revolute(cl.ground, crank["a"], name="O"),
+        cl.Revolute(crank["b"], rod["a"], name="A"),
+        cl.Revolute(rod["b"], slider["p"], name="B"),
+        cl.Prismatic(cl.ground, slider["p"], name="G"),
+        cl.Force(slider["p"], x=-5.0),
+    )
+    stands = cl.simulate(cl.Scene(*parts, gravity=(0.0, 0.0)), until=0.1, samples=11)
+    assert np.ptp(stands["slider"].x) == 0.0
+    assert any("nothing has moved" in text for text in stands.warnings)
+    moves = cl.simulate(cl.Scene(*parts), until=0.1, samples=11)
+    assert np.ptp(moves["slider"].x) > 1e-4
+    assert not any("nothing has moved" in text for text in moves.warnings)
+
+
+def test_points_of_a_sweep_pass_a_flat_position(tmp_path):
+    """As single runs do: with places of bodies as coordinates; metrics equal those of `simulate`."""
+    case = tmp_path / "falling.py"
+    case.write_text(
+        "from tests.test_dead_centre import falling_parallelogram\n"
+        "def scene(*, clearance: float = 1e-3):\n"
+        "    return falling_parallelogram(clearance)\n"
+    )
+    options = {"until": 1.2, "samples": 61}
+    sweep = cl.sweep(case, cl.grid(clearance=[1e-3]), tmp_path / "map", error=None, **options)
+    assert sweep.done.all()
+    run = cl.simulate(falling_parallelogram(1e-3), error=None, **options)
+    assert (np.abs(np.diff(np.sign(np.sin(run["left"].theta)))) > 1.0).sum() >= 1
+    assert sweep.metrics["joint_D_force_max"][0] == run.extreme("joints/D/force_max").value
+
+
 @pytest.mark.parametrize("clearance", [1e-3, 1e-4])
 def test_a_parallelogram_with_clearance_passes_its_flat_position(clearance, caplog):
     """Places of bodies become coordinates where the loop is singular; the ledger closes to 1e-7 of

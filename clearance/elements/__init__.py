@@ -4,6 +4,7 @@ from clearance.elements.clearance_prismatic import ClearancePrismatic
 from clearance.elements.clearance_revolute import ClearanceRevolute
 from clearance.elements.drive import Drive
 from clearance.elements.forces import FollowerForce, Force, Torque
+from clearance.elements.gear import Gear
 from clearance.elements.pin_slot import ClearancePinSlot, PinSlot
 from clearance.elements.prismatic import Prismatic
 from clearance.elements.revolute import Revolute
@@ -18,6 +19,7 @@ __all__ = [
     "Drive",
     "FollowerForce",
     "Force",
+    "Gear",
     "PinSlot",
     "Prismatic",
     "Revolute",

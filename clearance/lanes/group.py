@@ -39,6 +39,8 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
         return "steps carry numbers to the next"
     if layout.followed:
         return "its joints wear"
+    if mechanism.scene.kinks:
+        return "a law of time has a kink"
     if any(isinstance(source, Answerer) for source in mechanism.sources.values()):
         return "a film is solved as the run goes"
     if (

@@ -61,6 +61,7 @@ def pi_speed(state, time, position, rate, proportional, integral, speed, limit=0
     return error, wanted
 
 
+pi_speed.kinks = lambda values: [values["run_up"]]
 pi_speed.own_state = "integral", "rad", "integral of the speed's error, as the limit lets it"
 
 
@@ -85,6 +86,7 @@ def dc_motor(state, time, position, rate, voltage, resistance, inductance, const
     return (applied - resistance * state - constant * rate) / inductance, constant * state
 
 
+dc_motor.kinks = pi_speed.kinks
 dc_motor.own_state = "current", "A", "current"
 dc_motor.size = lambda values: abs(values["voltage"]) / values["resistance"]
 
@@ -126,3 +128,6 @@ def ramp(time, speed, duration, start=0.0):
     if time < duration:
         return start + 0.5 * speed * time * time / duration
     return start + speed * (time - 0.5 * duration)
+
+
+ramp.kinks = lambda values: [values["duration"]]

@@ -111,6 +111,8 @@ class Law:
         self.smooth: Callable | None = None
         # of contacts: penetration [m] up to which the law is meant, by parameters
         self.limit: Callable | None = None
+        # of laws of time: times [s] at which a slope jumps, by parameters; steps end there
+        self.kinks: Callable | None = None
         self.__doc__ = function.__doc__
         self.__module__ = function.__module__
 

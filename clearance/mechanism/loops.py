@@ -300,6 +300,12 @@ def solve_by_newton(k, group) -> None:
     unknowns = [inside.argument() for _ in group.unknowns]
     inside.outputs = _residuals(k, group, inside, unknowns)
     size = len(unknowns)
+    if len(inside.outputs) > size:
+        raise ValueError(
+            f"{group.closures[-1].label()}: no order of solution has a place for it: bodies "
+            f"{group.label()} have {size} coordinates for {len(inside.outputs)} equations; drive "
+            f"a body, or make bodies that are welded one"
+        )
     solution = newton(inside, size, NEWTON_TOLERANCE, NEWTON_LIMIT)
     slots = [(c.what, c.place[0].name) for c in group.unknowns]
     guesses = [k.remember(*slot) for slot in slots]

@@ -306,7 +306,8 @@ class _Planner:
         first.
 
         The shortest link of a loop is the one that can turn all the way; a slide or a long rocker
-        as the coordinate would be singular at its dead centres.
+        as the coordinate would be singular at its dead centres. Joints that tie the body to what is
+        known take their equations from its coordinates, the turn last: a body in two slots.
         """
         reachable = [j for j in self.joints if len(set(j.bodies()) & self.known) == 1]
         if reachable:
@@ -314,7 +315,14 @@ class _Planner:
             body, parent = (
                 joint.bodies() if joint.bodies()[0] not in self.known else joint.bodies()[::-1]
             )
-            return Group((Attachment(body, parent, joint, self._coordinates(body, joint, "free")),))
+            closures = tuple(j for j in reachable if body in j.bodies() and j is not joint)
+            solved = sum(3 - len(j.free) for j in closures)
+            coordinates = (
+                *self._coordinates(body, joint, "unknown")[:solved],
+                *self._coordinates(body, joint, "free")[solved:],
+            )
+            attachments = (Attachment(body, parent, joint, coordinates),)
+            return Group(attachments, closures, self._form(attachments, closures))
         body = self._unknown()[0]
         place = Coordinate("free", body, "x"), Coordinate("free", body, "y")
         return Group((Attachment(body, ground, None, (*place, self._angle(body, "free"))),))

@@ -402,9 +402,22 @@ def stiff(s):
 
 
 @shared
+def begin_phase(s, t):
+    """Rates, next step and outputs where a phase begins."""
+    s.started = 1
+    s.rhs(t, s.y, s.par, s.work, s.f)
+    last = s.contact_step if in_contact(s) else s.free_step
+    s.step_size = last if last > 0.0 else first_step(s, t)
+    s.last_step = 0.0
+    invalidate(s)
+    if s.watched == 1:
+        look_again(s, t)
+
+
+@shared
 def change_phase(s, event, t):
-    """Switch a contact and choose the next step: the one the last such phase began with, or a fresh
-    first step.
+    """Switch a contact and begin a phase, with the step that the last such phase began with, or a
+    fresh first step.
 
     All others that cross their wall at this very moment switch with it: a level block touches with
     two corners.
@@ -413,13 +426,7 @@ def change_phase(s, event, t):
     for j in range(s.contacts.shape[0]):
         if j != event and crosses(s, j, s.after):
             switch(s, j, t, s.after)
-    s.rhs(t, s.y, s.par, s.work, s.f)
-    last = s.contact_step if in_contact(s) else s.free_step
-    s.step_size = last if last > 0.0 else first_step(s, t)
-    s.last_step = 0.0
-    invalidate(s)
-    if s.watched == 1:
-        look_again(s, t)
+    begin_phase(s, t)
 
 
 # --- the loop
@@ -610,6 +617,8 @@ def run(address, budget):
     answer = status.RUNNING
     if s.started == 0:
         answer = begin(s)
+    elif s.started == 2:
+        begin_phase(s, s.time)
     for _ in range(budget):
         if answer != status.RUNNING or buffers_full(s):
             return answer

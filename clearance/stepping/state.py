@@ -65,7 +65,7 @@ INTEGERS = (
     "evaluate_ledger",  # 1: with energy integrals
     "may_switch",  # 1: the loop returns where the method is held up by stability
     "watched",  # 1: outputs are looked at where steps end
-    "started",
+    "started",  # 0: not yet; 2: a phase begins where the run stands, for rates have jumped
     "steps",
     "rejected",
     "evaluations",

@@ -369,6 +369,8 @@ def _check(run: Run, turns: float | None) -> None:
         raise Irregular("nothing is free to move")
     if mechanism.structure.forced:
         raise Irregular("friction without clearance is judged run by run")
+    if mechanism.scene.kinks:
+        raise Irregular("a law of time has a kink")
     if run.span.samples * len(layout.channels) > MOST:
         raise Irregular("its runs are too long")
 

@@ -18,7 +18,7 @@ from clearance.recording import FULL, FileSink, ImageSink, MemorySink
 from clearance.results import Record
 from clearance.run import Run
 from clearance.scene import Scene
-from clearance.simulation import prepare
+from clearance.simulation import prepare, reopened
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.batch import Family, Found
 from clearance.sweeping.definition import Definition
@@ -329,15 +329,19 @@ def _attempt(
     values = definition.values(index)
     files = files_named(values.values())  # before the scene reads them
     scene: Scene = _case(definition.path, definition.source).scene(**values)
-    run = prepare(scene, **definition.run_options)
-    stating = Stating(run, definition.options.get("error"), definition.settle)
     modules = _modules(definition.path, definition.source, definition.own)
-    keeper = Keeper(run, definition, key, path, made(run.mechanism, modules, files), stating)
-    failure = stating.made(keeper, keeper.summed)
-    run, words = (
-        keeper.run,
-        [*keeper.missing, *([f"no stated errors: {stating.left_out}"] if stating.left_out else [])],
-    )
+    opened: tuple[str, ...] = ()
+    while True:
+        run = prepare(scene, **definition.run_options, opened=opened)
+        stating = Stating(run, definition.options.get("error"), definition.settle)
+        keeper = Keeper(run, definition, key, path, made(run.mechanism, modules, files), stating)
+        failure = stating.made(keeper, keeper.summed)
+        opened = reopened(keeper.run)
+        if failure is None or not opened:
+            break
+    run, words = keeper.run, list(keeper.missing)
+    if stating.left_out:
+        words.append(f"no stated errors: {stating.left_out}")
     return Outcome(
         index,
         key,
