@@ -89,6 +89,7 @@ class Case:
             raise TypeError(
                 f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}"
             )
+        vars(scene)["case"] = self
         scene.parameters.update(values)
         defaults = {n: p.default for n, p in parameters.items() if n not in values}
         scene.origin["case_file"] = self.name if self.library else str(self.path)

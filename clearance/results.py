@@ -30,6 +30,7 @@ from clearance.errors import Error, Errors, ExtremeErrors
 from clearance.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.locks import Lock
 from clearance.reading import FACT_UNITS, Damaged, Entries, Reader, open_checked
+from clearance.sensitivity import Sensitivities, Sensitivity
 from clearance.version import VERSION
 
 LOG = logging.getLogger("clearance.files")
@@ -699,9 +700,9 @@ class Result(Record):
             return Errors(
                 reason=str(self.reader.attributes().get("errors_left_out", "none was asked for"))
             )
-        texts = [self._errors_column(n, "U") for n in ("name", "units_of", "kind", "channel")]
-        value, stated, film, share = (
-            self._errors_column(n, "f") for n in ("value", "stated", "film", "share")
+        texts = self._columns("errors", "U", "name", "units_of", "kind", "channel")
+        value, stated, film, share = self._columns(
+            "errors", "f", "value", "stated", "film", "share"
         )
         (names, units, kinds, channels), about = texts, self.reader.attributes("errors")
         if not len(names) == len(units) == len(kinds) == len(value) == len(stated) == len(film):
@@ -727,11 +728,40 @@ class Result(Record):
             about.get("cannot", ""),
         )
 
-    def _errors_column(self, name: str, kind: str) -> np.ndarray:
-        column = self.reader.column(f"errors/{name}")
-        if column.dtype.kind != kind or column.ndim != 1:
-            raise Damaged(f"{self.path}: /errors/{name} is a column of another kind")
-        return column
+    def _columns(self, group: str, kind: str, *names: str) -> list[np.ndarray]:
+        """Columns of a table, texts or numbers. Raises Damaged for those of another kind."""
+        columns = [self.reader.column(f"{group}/{name}") for name in names]
+        for name, column in zip(names, columns, strict=True):
+            if column.dtype.kind != kind or column.ndim != 1:
+                raise Damaged(f"{self.path}: /{group}/{name} is a column of another kind")
+        return columns
+
+    @cached_property
+    def sensitivities(self) -> Sensitivities:
+        """Sensitivities of the metrics; none unless the run was made with some."""
+        if not self.reader.has("sensitivities"):
+            about = self.reader.attributes().get("sensitivities_left_out", "none were asked for")
+            return Sensitivities(reason=str(about))
+        texts = self._columns(
+            "sensitivities", "U", "metric", "parameter", "units_of", "metric_units"
+        )
+        value, error, metric_value, size = self._columns(
+            "sensitivities", "f", "value", "error", "metric_value", "size"
+        )
+        names, parameters, units, metric_units = (column.tolist() for column in texts)
+        if len({*map(len, (*texts, value, error, metric_value, size))}) != 1:
+            raise Damaged(f"{self.path}: /sensitivities holds columns that do not fit one another")
+        rows = zip(
+            value.tolist(),
+            error.tolist(),
+            units,
+            metric_value.tolist(),
+            metric_units,
+            size.tolist(),
+            strict=True,
+        )
+        keys = zip(names, parameters, strict=True)
+        return Sensitivities({k: Sensitivity(*row) for k, row in zip(keys, rows, strict=True)})
 
     def _extreme_errors(self) -> ExtremeErrors | None:
         if self.located is None or not self.reader.has("extremes/stated"):

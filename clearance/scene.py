@@ -25,7 +25,8 @@ class Scene:
     parts: elements (joints, drives, springs, forces) in any order, which fixes the order of
         outputs; gravity: acceleration (x, y) [m/s2], or (x, y, z) for a mechanism whose plane is
         not vertical; name: stored with results. `parameters`: those that its case was given;
-        `origin`: texts that say where it is from, stored with results too. Raises ValueError naming
+        `origin`: texts that say where it is from, stored with results too; `case`: the case that
+        made it, with other values of its parameters too, None where none did. Raises ValueError naming
         the part for duplicate names, parts on bodies that no joint knows, floating parts.
     """
 
@@ -36,6 +37,7 @@ class Scene:
     loads: tuple[Element, ...]
     parameters: dict[str, object]
     origin: dict[str, str]
+    case: Any
 
     def __init__(self, *parts, gravity: tuple[float, ...] = (0.0, -9.81), name: str = "scene"):
         for part in parts:
@@ -48,6 +50,7 @@ class Scene:
             loads=tuple(p for p in parts if not isinstance(p, Joint)),
             parameters={},
             origin={},
+            case=None,
         )
         distinct = (b for p in self.elements for b in p.bodies() if b is not ground)
         vars(self).update(bodies=_distinct(distinct))

@@ -7,14 +7,14 @@ import logging
 import shutil
 import tempfile
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from clearance import fields
 from clearance.checkpoint import PartsSink
-from clearance.companion import Pair, Statement, add_errors, reason_without
+from clearance.companion import Statement, add_errors, reason_without
 from clearance.compiling import announced
 from clearance.demand import Demand, affordable
 from clearance.errors import AUTO, asks
@@ -70,6 +70,7 @@ def simulate(
     pressure_fields: int | None = None,
     error: str | float | Mapping[str, float] | None = AUTO,
     settle: float | None = None,
+    sensitivity: str | Iterable[str] | Mapping[str, float | None] | None = None,
 ) -> Result:
     """Integrate a scene and return its result.
 
@@ -105,7 +106,10 @@ def simulate(
     extremes or the trajectory (over the clearance) by name; "integration" is that of all, the
     errors of film tables left aside.
     settle: turns (seconds, where nothing turns) left out of the metrics whose errors are stated
-        (default one of two). Raises ValueError for bad arguments and impossible scenes before
+        (default one of two).
+    sensitivity: parameters by which the metrics are differentiated, such as "clearance,viscosity"
+        of a case, "joints/B/clearance" of any scene (`Result.sensitivities`, see sensing.py); of
+        one that is 0 with a size: {"load": 1.0}. Raises ValueError for bad arguments and impossible scenes before
         anything runs, SimulationError for a run that fails part-way, with time, joint and state in
         the message and the partial result attached, also where the disk is full; NotReached, with
         the best run, where an error cannot be reached that was asked for;
@@ -130,16 +134,20 @@ def simulate(
         max_steps=max_steps,
         start=start,
     )
+    sensing = sensitivity and _sensing(scene, sensitivity, prepared, settle)
     run = prepared()
+    if sensing:
+        sensing.check(run)
     chosen(run.mechanism.layout.channels, channels)
     for warning in foreseen(run.mechanism) + dear(run.mechanism):
         LOG.warning(warning)
     while True:
         run.options |= _options(output, error, settle)
+        more = partial(sensing.add, run) if sensing else None
         try:
             if request is not None:
-                return answer(run, output, request, settle, progress)
-            return write(run, output, progress, error, settle)
+                return answer(run, output, request, settle, progress, more)
+            return write(run, output, progress, error, settle, more)
         except SimulationError as failed:  # not `error`: it is needed again
             opened = reopened(run)
             if failed.result is None or checkpoint is not None or not opened:
@@ -155,6 +163,14 @@ def reopened(run: Run) -> tuple[str, ...]:
     if dead is None or not dead.soft_joints:
         return ()
     return (*run.opened, dead.soft_joints[0])
+
+
+def _sensing(scene: Scene, given, prepared: partial, settle: float | None):
+    """Sensitivities of the run of a scene, from runs of the same options. Raises ValueError."""
+    from clearance.sensing import Sensing
+
+    options = {n: prepared.keywords[n] for n in ("energy", "max_step", "start")}
+    return Sensing(scene, given, partial(prepare, **options), settle)
 
 
 def _request(error: str | float | Mapping | None, checkpoint: float | None) -> Request | None:
@@ -252,24 +268,24 @@ def write(
     progress: Callable[[float], None] | None = None,
     error: str | None = None,
     settle: float | None = None,
-    pair: Callable[[Record], Pair] | None = None,
+    more: Callable[[Path], None] | None = None,
 ) -> Result:
     """Run to the end, streaming into the file; a signal and a full disk end it early, the file
     kept.
 
     error: "auto" and "state" state the errors of its numbers, as `simulate` does; settle: turns
-        left out of those. What an observer changes is changed in the second run too. pair: puts
-        companions beside the record, where the run from the same start is none.
+        left out of those. What an observer changes is changed in the second run too. more: adds to
+        the finished file.
     Raises SimulationError, and KeyboardInterrupt with a note that says what is kept.
     """
-    reason = "" if error and pair else reason_without(run, error, output)
-    statement = None if reason else Statement(run, settle, output.checkpoint is not None, pair)
+    reason = reason_without(run, error, output)
+    statement = None if reason else Statement(run, settle, output.checkpoint is not None)
 
     def record(sink, check: Callable[[], None]) -> str | None:
         sink = sink if statement is None else statement.remembering(sink)
         return run.record(sink, progress, output.checkpoint, check)
 
-    return _placed(run, output, record, statement and statement.add, reason)
+    return _placed(run, output, record, (statement and statement.add, more), reason)
 
 
 def answer(
@@ -278,8 +294,9 @@ def answer(
     request: Request,
     settle: float | None,
     progress: Callable[[float], None] | None,
+    more: Callable[[Path], None] | None = None,
 ) -> Result:
-    """The run that a request leads to, in its file.
+    """The run that a request leads to, in its file; more: adds to the finished file.
 
     Raises NotReached, SimulationError, and KeyboardInterrupt, with the
     best run so far kept in the file.
@@ -293,7 +310,7 @@ def answer(
             stopped.add_note(f"the best run so far is kept in {output.path}")
         raise
     run.dead_centre = best.attempt.run.dead_centre
-    result = _handed_on(best, output)
+    result = _handed_on(best, output, more)
     if best.attempt.failure is not None:
         raise SimulationError(f"an error of {request} cannot be reached: {best.cannot}", result)
     if best.cannot:
@@ -302,24 +319,27 @@ def answer(
     return result
 
 
-def _handed_on(reached: Answer, output: Output) -> Result:
+def _handed_on(
+    reached: Answer, output: Output, more: Callable[[Path], None] | None = None
+) -> Result:
     """The file of an answer."""
 
     def record(sink, check: Callable[[], None]) -> None:
         reached.attempt.kept.hand_on(sink)
 
-    return _placed(reached.attempt.run, output, record, partial(add_errors, reached.errors), "")
+    adds = partial(add_errors, reached.errors), more
+    return _placed(reached.attempt.run, output, record, adds, "")
 
 
 def _placed(
     run: Run,
     output: Output,
     record: Callable[..., str | None],
-    add: Callable[[Path], None] | None,
+    adds: Sequence[Callable[[Path], None] | None],
     reason: str,
 ) -> Result:
-    """The result of a run that `record` puts into a sink; add: adds the errors of its numbers to
-    the finished file.
+    """The result of a run that `record` puts into a sink; adds: add the errors of its numbers and
+    more to the finished file.
 
     record: given the sink and what raises interrupts; why the run ended early, None where it did
         not.
@@ -341,7 +361,7 @@ def _placed(
         raise
     if output.pressure_fields is not None and failure is None:
         fields.keep(path, output.pressure_fields)
-    if add is not None and failure is None:
+    for add in filter(None, adds if failure is None else ()):
         add(path)
     result = Result(path)
     if folder is not None:

@@ -108,7 +108,7 @@ BOXES = {
         0.0,
         "#c62828",
         "simulation run run.* options watched diagnosis observers starting fields inverse* "
-        "turns metrics lanes* rerun request companion wearing.summing",
+        "turns metrics lanes* rerun request companion wearing.summing varied replay sensing",
         step=3,
     ),
     "files": Box(
@@ -140,7 +140,10 @@ BOXES = {
     ),
 }
 #: modules that all parts may use: they are drawn without arrows
-SHARED = "columns checks errors units extremes interrupts loading locks demand version compiling store series"
+SHARED = (
+    "columns checks errors sensitivity units extremes interrupts loading locks demand version "
+    "compiling store series"
+)
 #: the package itself: its public names come from all parts
 PUBLIC = "clearance"
 

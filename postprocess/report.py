@@ -39,6 +39,7 @@ from clearance.postprocess.pages import (
 )
 from clearance.postprocess.spectra import spectra
 from clearance.postprocess.sweep_report import sweep_page
+from clearance.postprocess.tornado import tornado
 
 from clearance.evidence.assumptions import assumptions
 from clearance.metrics import Metric, Window, metrics, startup
@@ -111,6 +112,8 @@ def run_page(run: Result, settle: float | None = None, sections: dict | None = N
     page.section("Mechanism", *_mechanism(page, run))
     page.section(*_how(run))
     page.section("Summary", *_summary(run, settle))
+    if run.sensitivities:
+        page.section("Sensitivities", *_sensitivities(page, run))
     page.section("Overview", _overview(page, run, settle), apart=True)
     if rubbing := _rubbing(page, run):
         page.section("Efforts and joint friction", *rubbing, apart=True)
@@ -336,6 +339,28 @@ def _stated(run: Result) -> str:
         else ""
     )
     return f"Errors of the integration are stated, {loose}{trajectory}. Those of film tables are apart."
+
+
+def _sensitivities(page: Page, run: Result) -> list[Markup]:
+    """Tornado of the first metrics, and changes of all of them with their stated errors."""
+    found = run.sensitivities
+    rows = [
+        (breakable(metric), parameter, *_change(found[metric, parameter]))
+        for metric in found.telling(run.clearances)
+        for parameter in found.parameters
+        if (metric, parameter) in found
+    ]
+    titles = ["metric", "parameter", "change", "stated error", "units", "trusted"]
+    words = "Changes of the metrics where a parameter grows by 1 % of its size."
+    picture = page.picture(partial(tornado, run), words, run.time.size)
+    return [element("p", words), picture, table(titles, rows, sortable=True)]
+
+
+def _change(one) -> tuple:
+    """Change, its error, units and mark of a sensitivity, as cells."""
+    shown, units = measured(one.change, one.metric_units)
+    error, trusted = _error(one.change_error, one.metric_units), "yes" if one.trusted else "no"
+    return valued(one.change, shown), error, units, trusted
 
 
 def _at(metric: Metric) -> str:

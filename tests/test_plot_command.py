@@ -64,7 +64,7 @@ def size(path) -> int:
     return len(content)
 
 
-@pytest.mark.parametrize("kind", sorted(set(plot.OF_RUNS) - {"pressure", "measured"}))
+@pytest.mark.parametrize("kind", sorted(set(plot.OF_RUNS) - {"pressure", "measured", "tornado"}))
 def test_pictures_of_a_run(kind, folder, tmp_path, capsys):
     shutil.copy(
         folder / {"friction": "rubbing.h5", "guide": "guided.h5"}.get(kind, "dry.h5"),

@@ -77,10 +77,15 @@ def prefixed(error: float, units: str) -> str:
     error = rounded_up(error) if error > 0.0 else 0.0
     if error == 0.0 or not units or not units[0].isalpha():
         return f"{error:.0e} {units}".rstrip()
-    power = min(
-        max(3 * math.floor(math.log10(error * (1.0 + 1e-12)) / 3), min(PREFIXES)), max(PREFIXES)
-    )
-    return f"{error / 10.0**power:.3g} {PREFIXES[power]}{units}"
+    units, factor = prefix(error, units)
+    return f"{error * factor:.3g} {units}"
+
+
+def prefix(size: float, units: str) -> tuple[str, float]:
+    """Units with a prefix that suits a size, and the factor to them."""
+    power = 3 * math.floor(math.log10(size * (1.0 + 1e-12)) / 3) if size > 0.0 else 0
+    power = min(max(power, min(PREFIXES)), max(PREFIXES))
+    return f"{PREFIXES[power]}{units}", 10.0**-power
 
 
 def document(errors) -> dict:

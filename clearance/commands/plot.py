@@ -22,6 +22,7 @@ OF_RUNS = {
     "friction": ("joint",),
     "pressure": ("joint",),
     "sketch": ("turns",),
+    "tornado": ("metrics",),
     "measured": ("measured", "channels", "column", "shift", "settle"),
     "animation": ("turns", "frames", "magnify"),
 }
@@ -44,6 +45,7 @@ EXAMPLES = """\
   clearance plot dry.h5 lubricated.h5 phase --channels slider.x,slider.vx --settle 2
   clearance plot arm.h5 friction --joint shoulder,elbow -o friction.pdf
   clearance plot film.h5 pressure --joint B                        # of a run with --pressure-fields N
+  clearance plot run.h5 tornado --metrics "joint_B_*"              # of a run with --sensitivity NAMES
   clearance plot run.h5 --measured bench.csv --column ax --channels slider.ax      # data beside the run
   clearance plot run.h5 animation --turns 2 --frames 100 -o run.gif
   clearance plot SWEEP map --metrics "joint_*_force_max,period" --x speed --y clearance --at model=dry
@@ -125,7 +127,9 @@ def add(commands) -> argparse.ArgumentParser:
         "--magnify", type=number, help="clearances over the mechanism: animation (default as fits)"
     )
     p.add_argument(
-        "--metrics", metavar="NAMES", help="comma list of metrics or patterns: map, curves, scatter"
+        "--metrics",
+        metavar="NAMES",
+        help="comma list of metrics or patterns: map, curves, scatter, tornado",
     )
     p.add_argument(
         "--only-settled",
@@ -173,7 +177,7 @@ def plot(source, kind: str | None = None, output: str | Path | None = None, **op
 
     source: a run file or Result (for history, phase, poincare and spectrum also a list of them),
     or the directory of a sweep or Sweep. kind: overview, history, orbit, phase, poincare, spectrum,
-    contacts, guide, efforts, friction, pressure, sketch, measured, animation of a run;
+    contacts, guide, efforts, friction, pressure, sketch, tornado, measured, animation of a run;
     map, curves, bifurcation, scatter of a sweep; default: the overview of a run, the map of a grid,
     the scatter of a scatter, the curves of other sweeps.
     output: .png, .pdf or .svg, of an animation .gif or .mp4. The path is returned; without one,
@@ -431,6 +435,12 @@ def _sketch(options, records, output: Path) -> Path:
     return sketch(records[0], output, at=options.turns or 0.0)
 
 
+def _tornado(options, records, output: Path) -> Path:
+    from clearance.postprocess.tornado import tornado
+
+    return tornado(records[0], output, listed(options.metrics))
+
+
 def _measured(options, records, output: Path) -> Path:
     from clearance.postprocess.measured import compare, overlay
 
@@ -468,6 +478,7 @@ DRAW = {
     "friction": _friction,
     "pressure": _pressure,
     "sketch": _sketch,
+    "tornado": _tornado,
     "measured": _measured,
     "animation": _animation,
 }

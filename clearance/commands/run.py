@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from clearance import checks
-from clearance.commands import again, chaos, steady
+from clearance.commands import again, chaos, sensitivities, steady
 from clearance.commands.accuracy import (
     add_error,
     document,
@@ -107,6 +107,7 @@ def add(commands) -> argparse.ArgumentParser:
         "the joint forces",
     )
     p.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
+    sensitivities.add_option(p)
     steady.add_options(p)
     again.add_option(p)
     chaos.add_turns(p)
@@ -139,11 +140,14 @@ def run(options) -> int:
             summary["resolved"] = resolved = json.loads(scene.origin["resolved"])
             if options.steady is not None:
                 summary |= steady.summary(result)
+                summary["errors"] = {"reason": "a periodic motion has its residual under steady"}
             elif failure is None and chaotic:
                 more, failure = chaotic.statistics(options, scene, output)
                 summary |= more
             elif failure is None:
                 summary |= _comparable(scene, result, summary["rtol"])
+            if options.sensitivity is not None and failure is None:
+                summary["sensitivities"] = sensitivities.document(result)
             if options.again:
                 summary["again"] = again.compared(options.case, result)
             if options.plot:
@@ -204,6 +208,7 @@ def _simulated(options, case, scene, output: Path):
         logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
         logging.getLogger("skfem").setLevel(logging.WARNING)  # it tells of every basis
     more = {"checkpoint": options.checkpoint, "force": options.force}
+    more["sensitivity"] = options.sensitivity
     arguments = options.of_file if options.again else _arguments(options, case, scene)
     try:
         result = simulate(scene, path=output, progress=bar, **more, **arguments)
@@ -484,7 +489,7 @@ def _readable(summary: dict, parameters: list[str]) -> str:
             f"    {n:<32} {m['mean']:.5g} +- {m['half_width']:.2g}"
             for n, m in s["statistics"].items()
         ]
-    lines += chaos.lines(s)
+    lines += chaos.lines(s) + sensitivities.lines(s)
     lines += [f"  warning      {w}" for w in s["warnings"]]
     lines += [f"  again        {s['again']['sentence']}"] if "again" in s else []
     replaced = " (it replaced an earlier one)" if s["replaced"] else ""

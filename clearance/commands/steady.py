@@ -15,6 +15,7 @@ OTHERS = {
     "checkpoint": None,
     "settle": None,
     "pressure_fields": None,
+    "sensitivity": None,
 }
 DEFAULT_RTOL = 1e-6  # of `clearance run`; a periodic motion has a finer one
 LISTED = 6  # multipliers in print, at most
@@ -76,7 +77,6 @@ def solved(options, case, scene, output: Path):
             samples_per_turn=int(options.samples_per_turn),
             channels=channel_patterns(options.channels),
             compression=options.compression,
-            error=options.error,
         )
     except (NotPeriodic, NotSolved) as error:
         return None, str(error)

@@ -1,0 +1,266 @@
+"""Sensitivities of a run: differences of runs with varied parameters, all on one sequence of steps.
+
+With M(p) a metric of the run with a parameter p of size s, and d = 1e-5 s, the sensitivity is
+
+    S = (M(p + d) - M(p - d)) / (2 d)
+
+of runs that make the steps of the run with p, stretched with the length of a turn (replay.py). They
+are made at a tolerance of 1e-8, by an explicit or a linearly implicit method: an iteration would
+end sooner or later as p changes. Extremes are located, so that M is smooth but where another peak
+becomes the largest. The stated error is
+
+    e = 2 max(|S - S'|, g |S|) + |S - S2| + |K - K2 / 2| / 2
+
+S' from runs at ten times the tolerance, S2 from twice the width, g the geometric mean of
+|S - S'| / |S| over the metrics, K and K2 the differences between the slopes to the right and to the
+left, of both widths: half as large at half the width where M is smooth, equal at a corner.
+
+Validity: no contact may start with a touch. A touch comes earlier or later as p changes, and
+neighbouring trajectories part there.
+"""
+
+import logging
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from clearance.companion import COUNTS, LARGEST
+from clearance.interrupts import Held
+from clearance.metrics import Metric, metrics
+from clearance.recording import MemoryRecord, MemorySink
+from clearance.replay import Ends, Refused, Replay, halved
+from clearance.results import appending, create_column
+from clearance.run import Run
+from clearance.scene import Scene
+from clearance.sensitivity import Sensitivities, Sensitivity, quotient
+from clearance.tracing.asking import Answerer
+from clearance.varied import Varied, Wanted, varied, wanted
+
+LOG = logging.getLogger("clearance")
+WIDTH = 1e-5  # of the differences, over the size of the parameter
+RTOL, LOOSER = 1e-8, 1e-7  # tolerances of the runs, and of those that show their error
+SAFETY = 2.0  # stated error over the difference of both
+HALVINGS = 3  # of all steps, at most, where a varied run cannot make one
+PLACES = (-2, -1, 0, 1, 2)  # of the runs, in widths
+#: parts of the names of metrics that are counted sample by sample
+COUNTED = ("_mode_", "_half_width", "_jam_ratio")
+
+#: makes a run of a scene that has not begun, given the tolerance and the method
+Prepared = Callable[..., Run]
+#: metrics of a run and its record
+Summed = Callable[[Run, MemoryRecord], dict[str, Metric]]
+
+
+class Impossible(RuntimeError):
+    """There are no sensitivities; the message says why."""
+
+
+class Sensing:
+    """Sensitivities of the metrics of a run.
+
+    scene: of the run; given: its parameters, see varied.py; prepared: makes the run of another
+        scene; settle: turns left out of the metrics; summed: metrics, default those of
+        `metrics.metrics`. Raises ValueError for a parameter that cannot be varied.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        given: Wanted,
+        prepared: Prepared,
+        settle: float | None = None,
+        summed: Summed | None = None,
+    ):
+        self.scene, self.prepared = scene, prepared
+        self.summed = summed or (lambda _, record: metrics(record, settle))
+        self.parameters = [varied(scene, name, size) for name, size in wanted(given).items()]
+        for one in self.parameters:
+            for place in PLACES:
+                self.scene_at(one, place)
+
+    def scene_at(self, one: Varied, place: int) -> Scene:
+        """The scene with a parameter so many widths away. Raises ValueError."""
+        try:
+            return one.scene(one.value + place * WIDTH * one.size)
+        except ValueError as error:
+            raise ValueError(f"sensitivity to {one.name}, beside {one.value:g}: {error}") from None
+
+    def check(self, run: Run) -> None:
+        """Raise ValueError for a run that has no sensitivities, before it begins."""
+        if reason := reason_without(run):
+            raise ValueError(f"sensitivity: {reason}")
+
+    def of(self, run: Run) -> Sensitivities:
+        """Sensitivities at the numbers of a run. Raises Impossible."""
+        method = "dop853" if run.method == "dop853" else "rodas5p"
+        fine, loose = (Steps(self, run, rtol, method) for rtol in (RTOL, LOOSER))
+        rows = {}
+        for one in self.parameters:
+            values, others = fine.around(one, PLACES), loose.around(one, (-1, 1))
+            rows |= {(name, one.name): s for name, s in differences(one, values, others)}
+        return Sensitivities(
+            {
+                (m, p): rows[m, p]
+                for m in dict.fromkeys(m for m, _ in rows)
+                for p in self._names(m, rows)
+            }
+        )
+
+    def _names(self, metric: str, rows: dict) -> list[str]:
+        return [one.name for one in self.parameters if (metric, one.name) in rows]
+
+    def add(self, run: Run, path: str | Path) -> None:
+        """Add the sensitivities of a run to its finished file; where there are none the file says
+        why.
+        """
+        try:
+            found = self.of(run)
+        except (Impossible, ValueError) as reason:
+            LOG.warning("%s has no sensitivities: %s", path, reason)
+            found = Sensitivities(reason=str(reason))
+        except KeyboardInterrupt as request:
+            request.add_note(f"what was computed is kept in {path}, without sensitivities")
+            raise
+        write(found, path)
+
+
+def reason_without(run: Run) -> str:
+    """Reason for which a run has no sensitivities; "" where it has them."""
+    mechanism = run.mechanism
+    if touching := [j.label() for j in mechanism.scene.joints if j.impacts]:
+        return (
+            f"contact of {touching[0]} starts with a touch, which comes earlier or later as a "
+            "parameter changes: neighbouring trajectories part. Run it at several values: "
+            "clearance sweep, clearance scatter"
+        )
+    if any(isinstance(s, Answerer) for s in mechanism.sources.values()):
+        return (
+            "its films are solved as the run goes, to a tolerance of their own; take a film table"
+        )
+    if (numbers := run.span.samples * len(mechanism.layout.channels)) > LARGEST:
+        return f"the run has {numbers:.2g} numbers, and at most {LARGEST:.0g} are kept in memory"
+    return ""
+
+
+class Steps:
+    """Runs on the steps of a run at one tolerance, halved where a varied run cannot make one."""
+
+    def __init__(self, sensing: Sensing, run: Run, rtol: float, method: str):
+        self.sensing, self.span, self.scene = sensing, run.span, run.mechanism.scene
+        self.prepared = partial(self._prepared, run, rtol, method)
+        first, ends = self.prepared(self.scene), Ends()
+        first.observers.append(ends)
+        recorded(first)
+        self.ends, self.halvings = np.array(ends.times), 0
+        self.middle: dict[int, dict[str, Metric]] = {}  # without a change, by halvings
+
+    def _prepared(self, run: Run, rtol: float, method: str, scene: Scene) -> Run:
+        """The run of a scene as long as the first: in turns, where something turns evenly."""
+        turn, here = run.mechanism.scene.turn, scene.turn
+        until = run.span.until if not (turn and here) else run.span.until / turn * here
+        return self.sensing.prepared(
+            scene,
+            until=until,
+            samples=run.span.samples,
+            rtol=rtol,
+            method=method,
+            opened=run.opened,
+        )
+
+    def around(self, one: Varied, places: tuple[int, ...]) -> dict[int, dict[str, Metric]]:
+        """Metrics by place, in widths. Raises Impossible."""
+        while True:
+            try:
+                return {place: self._metrics(one, place) for place in places}
+            except Refused as reason:
+                if self.halvings == HALVINGS:
+                    raise Impossible(f"with another {one.name} {reason} fails") from None
+                self.ends, self.halvings = halved(self.ends), self.halvings + 1
+
+    def _metrics(self, one: Varied, place: int) -> dict[str, Metric]:
+        if place == 0 and self.halvings in self.middle:
+            return self.middle[self.halvings]
+        run = self.prepared(self.sensing.scene_at(one, place))
+        replay = Replay(run, self.ends, self.span.until)
+        found = self.sensing.summed(replay, recorded(replay))
+        if place == 0:
+            self.middle[self.halvings] = found
+        return found
+
+
+def recorded(run: Run) -> MemoryRecord:
+    """The record of a run. Raises Impossible where it fails."""
+    sink = MemorySink(run.mechanism.layout.channels, run.attributes())
+    with Held() as held:
+        failure = run.record(sink, check=held.check)
+    if failure is not None:
+        raise Impossible(f"a run for them failed {failure}")
+    return sink.record
+
+
+def differences(
+    one: Varied, values: dict[int, dict[str, Metric]], others: dict[int, dict[str, Metric]]
+) -> Iterator[tuple[str, Sensitivity]]:
+    """Sensitivities by metric. values: of places in widths; others: at the looser tolerance."""
+    d, rows = WIDTH * one.size, {}
+    for name, metric in values[0].items():
+        if name.endswith(COUNTS) or any(part in name for part in COUNTED):
+            continue
+        if not all(name in found for found in (*values.values(), *others.values())):
+            continue
+        m = {place: found[name].value for place, found in values.items()}
+        looser = (others[1][name].value - others[-1][name].value) / (2.0 * d)
+        if np.isfinite([*m.values(), looser]).all():
+            slope, twice = (m[1] - m[-1]) / (2.0 * d), (m[2] - m[-2]) / (4.0 * d)
+            corner = (m[1] - 2.0 * m[0] + m[-1]) / d, (m[2] - 2.0 * m[0] + m[-2]) / (2.0 * d)
+            local = abs(slope - twice) + 0.5 * abs(corner[0] - 0.5 * corner[1])
+            rows[name] = metric, slope, abs(slope - looser), local
+    g = _mean([apart / abs(slope) for _, slope, apart, _ in rows.values() if slope and apart])
+    for name, (metric, slope, apart, local) in rows.items():
+        error = SAFETY * max(apart, g * abs(slope)) + local
+        units = quotient(metric.units, one.units)
+        yield name, Sensitivity(slope, error, units, metric.value, metric.units, one.size)
+
+
+def _mean(shares: list[float]) -> float:
+    """Geometric mean; 0 of none."""
+    return math.exp(float(np.mean(np.log(shares)))) if shares else 0.0
+
+
+#: columns of /sensitivities: name -> what it is
+COLUMNS = {
+    "metric": "name of a metric",
+    "parameter": "name of a parameter",
+    "units_of": "units of value and error",
+    "value": "derivative of the metric by the parameter, in units_of",
+    "error": "stated error of the derivative, in units_of",
+    "metric_value": "value of the metric, in metric_units",
+    "metric_units": "units of the metric",
+    "size": "size of the parameter, its absolute value where that is not 0, in SI units",
+}
+
+
+def write(found: Sensitivities, path: str | Path) -> None:
+    """The group /sensitivities of a finished file; only the reason where there are none."""
+    rows = found.rows.values()
+    columns = {
+        "metric": [metric for metric, _ in found],
+        "parameter": [parameter for _, parameter in found],
+        "units_of": [s.units for s in rows],
+        "value": [s.value for s in rows],
+        "error": [s.error for s in rows],
+        "metric_value": [s.metric for s in rows],
+        "metric_units": [s.metric_units for s in rows],
+        "size": [s.size for s in rows],
+    }
+    with appending(path) as file:
+        if found.reason:
+            file.attrs["sensitivities_left_out"] = found.reason
+            return
+        group = file.create_group("sensitivities")
+        for name, text in COLUMNS.items():
+            data = create_column(group, name, np.array(columns[name]))
+            data.attrs["units"], data.attrs["long_name"] = "1", text

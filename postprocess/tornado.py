@@ -1,0 +1,75 @@
+"""Tornado of a run: changes of its metrics where each parameter grows or shrinks by 1 %."""
+
+from collections.abc import Mapping
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from clearance.postprocess.figures import Sheet, save, sheet, with_units
+
+from clearance.checks import meant
+from clearance.results import Result
+
+MOST, SHOWN = 12, 4  # metrics of a picture, and of one that names none
+WIDTH, HEAD, BAR = 7.5, 0.85, 0.34  # of the sheet, of a panel without bars, of a bar [inch]
+GROWS, SHRINKS = "#1565c0", "#b0bec5"
+UNCERTAIN = {"hatch": "////", "edgecolor": "white", "linewidth": 0.0}
+
+
+def tornado(
+    run: Result, path: str | Path | None = None, metrics: list[str] | None = None
+) -> Path | Sheet:
+    """A panel for each metric, a bar for each parameter, the longest on top, with stated errors.
+
+    metrics: names or patterns, default forces, gaps and efforts, four in all. Raises ValueError for
+        a run without sensitivities, and for metrics that it has not got.
+    """
+    found = run.sensitivities
+    if not found:
+        raise ValueError(
+            f"the run has no sensitivities: {found.reason}; make it with --sensitivity NAMES"
+        )
+    chosen = _chosen(found.telling(run.clearances), metrics)
+    height = HEAD + BAR * len(found.parameters)
+    figure = sheet(WIDTH, height * len(chosen) + 0.4)
+    panels = figure.subplots(len(chosen), squeeze=False)[:, 0]
+    for axes, metric in zip(panels, chosen, strict=True):
+        _panel(axes, metric, {p: s for (m, p), s in found.items() if m == metric})
+    handles = panels[0].get_legend_handles_labels()
+    figure.legend(*handles, loc="outside upper center", ncols=3, fontsize="small", frameon=False)
+    return save(figure, path)
+
+
+def _chosen(names: list[str], metrics: list[str] | None) -> list[str]:
+    """Metrics by name or pattern. Raises ValueError for one that matches none, and for too many."""
+    if metrics is None:
+        return names[:SHOWN]
+    for pattern in metrics:
+        if not any(fnmatchcase(n, pattern) for n in names):
+            answer = f"{meant(pattern, names)}; there are {', '.join(names)}"
+            raise ValueError(f"no sensitivities of {pattern!r}{answer}")
+    chosen = [n for n in names if any(fnmatchcase(n, pattern) for pattern in metrics)]
+    if len(chosen) > MOST:
+        raise ValueError(f"metrics: {len(chosen)} are chosen, a page has room for {MOST}")
+    return chosen
+
+
+def _panel(axes, metric: str, found: Mapping) -> None:
+    """Bars of one metric, the longest on top, and their errors."""
+    names = sorted(found, key=lambda n: abs(found[n].change))
+    for place, name in enumerate(names):
+        one = found[name]
+        style = {} if one.trusted else UNCERTAIN
+        axes.barh(place, -one.change, 0.7, color=SHRINKS, label=_once("- 1 %", place), **style)
+        axes.barh(place, one.change, 0.7, color=GROWS, label=_once("+ 1 %", place), **style)
+        axes.errorbar(one.change, place, xerr=one.change_error, color="black", capsize=2.0, lw=0.8)
+    marks = [n if found[n].trusted else f"{n}\n(uncertain)" for n in names]
+    axes.set_yticks(range(len(names)), marks)
+    axes.axvline(0.0, color="black", linewidth=0.8)
+    units = next(iter(found.values())).metric_units
+    axes.set_xlabel(with_units(f"change of {metric}", units), fontsize="small")
+    axes.locator_params(axis="x", nbins=7)
+
+
+def _once(label: str, place: int) -> str:
+    """A label of the legend, for the first bar alone."""
+    return label if place == 0 else "_"

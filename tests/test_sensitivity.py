@@ -1,0 +1,258 @@
+"""Sensitivities: against closed forms and independent runs, their stated errors, refusals, files."""
+
+import json
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import sensing
+from clearance.cli import main
+from clearance.metrics import Metric, metrics
+from clearance.replay import Ends, Replay, halved
+from clearance.results import open_result
+from clearance.sensitivity import Sensitivity, quotient
+from clearance.simulation import prepare
+from clearance.varied import varied, wanted
+
+CRANK = """
+import clearance as cl
+
+def scene(*, crank: float = 0.05, rod: float = 0.15, speed: float = 2.0, side: int = 1) -> cl.Scene:
+    \"\"\"A slider-crank with ideal joints.
+
+    crank: length [m]
+    rod: length [m]
+    speed: of the crank [rad/s]
+    side: of nothing [-]
+    \"\"\"
+    one = cl.Body("one", 0.3, 1e-4, points={"O": (0, 0), "P": (crank, 0)})
+    two = cl.Body("two", 0.2, 5e-4, points={"P": (0, 0), "Q": (rod, 0)}, angle=-0.2)
+    block = cl.Body("block", 0.1, 1e-5, points={"Q": (0, 0)})
+    return cl.Scene(
+        cl.Revolute(cl.ground, one["O"], name="A"), cl.Revolute(one["P"], two["P"], name="B"),
+        cl.Revolute(two["Q"], block["Q"], name="C"), cl.Prismatic(cl.ground, block["Q"], name="G"),
+        cl.Drive(one, speed=speed, start=0.0),
+    )
+"""
+FILM = {"model": "lubricated", "film": "pinkus_sternlicht", "speed": 50.0}
+
+
+@pytest.fixture
+def crank(tmp_path):
+    (tmp_path / "crank.py").write_text(CRANK)
+    return tmp_path / "crank.py"
+
+
+def test_ideal_slider_crank(crank):
+    """At the outer dead centre the block has -w^2 r (1 + r / l), its smallest acceleration: by hand
+    d/dr = -w^2 (1 + 2 r / l), d/dl = w^2 (r / l)^2, d/dw = -2 w r (1 + r / l).
+
+    To 1e-9: the motion is prescribed, and a difference of 1e-5 is off by 1e-10.
+    """
+    r, length, w = 0.05, 0.15, 2.0
+    result = cl.simulate(cl.load_case(crank), turns=2, sensitivity="crank, rod, speed")
+    exact = {
+        "crank": -w * w * (1.0 + 2.0 * r / length),
+        "rod": (w * r / length) ** 2,
+        "speed": -2.0 * w * r * (1.0 + r / length),
+    }
+    for name, value in exact.items():
+        found = result.sensitivities["block_acceleration_min", name]
+        assert found.value == pytest.approx(value, rel=1e-9, abs=1e-9)
+        assert found.trusted
+    assert found.units == "(m/s2)/(rad/s)"
+    assert found.change == pytest.approx(0.02 * found.metric, rel=1e-9)
+
+
+def oscillator(stiffness=200.0, mass=0.5):
+    block = cl.Body("block", mass, 1e-3, position=(0.13, 0.0))
+    return cl.Scene(
+        cl.Prismatic(cl.ground, block, name="G"),
+        cl.SpringDamper(cl.ground, block, stiffness=stiffness, free_length=0.1, name="S"),
+        gravity=(0.0, 0.0),
+    )
+
+
+def test_oscillator():
+    """Released 0.03 m from rest: a_max = A k / m, d/dk = A / m, d/dm = -A k / m^2, of a scene that
+    no case made. To 1e-6: differences of runs at 1e-8, which err alike.
+    """
+    names = "springs/S/stiffness", "bodies/block/mass"
+    found = cl.simulate(oscillator(), until=0.4, sensitivity=names).sensitivities
+    by_stiffness, by_mass = (found["block_acceleration_max", name] for name in names)
+    assert by_stiffness.value == pytest.approx(0.03 / 0.5, rel=1e-6)
+    assert by_mass.value == pytest.approx(-0.03 * 200.0 / 0.25, rel=1e-6)
+    assert by_stiffness.units == "(m/s2)/(N/m)"
+
+
+def test_against_independent_runs(tmp_path):
+    """A lubricated slider-crank: within 1e-3 of central differences of runs at 1e-11 in the median,
+    and each within its stated error and what two references differ by.
+    """
+
+    def numbers(viscosity):
+        scene = cl.load_case("slider_crank", viscosity=viscosity, **FILM)
+        run = cl.simulate(scene, turns=1, rtol=1e-11, error=None)
+        return {name: m.value for name, m in metrics(run).items()}
+
+    scene = cl.load_case("slider_crank", **FILM)
+    path = tmp_path / "run.h5"
+    found = cl.simulate(scene, turns=1, sensitivity=["viscosity"], path=path).sensitivities
+    d = 4e-4
+    near, far = (
+        {n: (above - low[n]) / (2.0 * k * d) for n, above in numbers(0.4 + k * d).items()}
+        for k, low in ((1, numbers(0.4 - d)), (2, numbers(0.4 - 2.0 * d)))
+    )
+    shares = []
+    for (metric, _), one in found.items():
+        exact, apart = near[metric], abs(near[metric] - far[metric])
+        assert abs(one.value - exact) <= one.error + apart
+        shares.append(abs(one.value - exact) / max(abs(exact), 1e-300))
+    assert len(shares) > 10
+    assert np.median(shares) < 1e-3
+    with open_result(path) as again:
+        assert dict(again.sensitivities) == dict(found)
+
+
+def test_same_steps_same_run():
+    """A run on its own steps is itself (1e-9: a step after a refused one keeps its Jacobian); half
+    steps are closer to the truth than the tolerance.
+    """
+    scene, ends = cl.load_case("slider_crank", **FILM), Ends()
+    first, second, third = (prepare(scene, turns=0.5, method="rodas5p") for _ in range(3))
+    first.observers.append(ends)
+    one = sensing.recorded(first)
+    two = sensing.recorded(Replay(second, ends.times, second.span.until))
+    half = halved(ends.times)
+    three = sensing.recorded(Replay(third, half, third.span.until))
+    assert len(half) == 2 * len(ends.times)
+    path = "joints/C/eccentricity_x"
+    size = np.abs(one.values(path)).max()
+    np.testing.assert_allclose(two.values(path), one.values(path), atol=1e-9 * size)
+    apart = np.abs(three.values(path) - one.values(path)).max()
+    assert 1e-12 * size < apart < 1e-4 * size
+
+
+def test_a_corner_is_not_trusted():
+    """M = |p| has a jump of its slope at 0, of 2: the error says a quarter of it. A parabola is
+    trusted: its difference is exact to rounding over the width.
+    """
+    one = varied(oscillator(), "bodies/block/mass")
+    d = sensing.WIDTH * one.size
+
+    def of(function):
+        values = {k: {"m": Metric(function(k * d), "N", "")} for k in sensing.PLACES}
+        return dict(sensing.differences(one, values, values))["m"]
+
+    assert of(lambda x: 7.0 + abs(x)).error == pytest.approx(0.5, rel=1e-6)
+    assert not of(lambda x: 7.0 + abs(x)).trusted
+    smooth = of(lambda x: 7.0 + 3.0 * x + 0.2 * x * x)
+    assert smooth.value == pytest.approx(3.0, rel=1e-9)
+    assert smooth.trusted
+    assert smooth.error < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("units", "parameter", "quotient_of"),
+    [
+        ("N", "m", "N/m"),
+        ("N m", "Pa s", "N m/(Pa s)"),
+        ("m/s2", "rad/s", "(m/s2)/(rad/s)"),
+        ("m", "m", "1"),
+        ("N", "-", "N"),
+    ],
+)
+def test_units(units, parameter, quotient_of):
+    assert quotient(units, parameter) == quotient_of
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("crnk", r"no parameter 'crnk' \(did you mean crank\?\)"),
+        ("side", "sensitivity to side: 1 is no number that can vary"),
+        ("bodies/one/mas", r"no number of this scene \(did you mean bodies/one/mass\?\)"),
+        ("bodies/one/points", "is no number"),
+        ("bodies/one/angle", "its value is 0.*give the size that counts"),
+        ("crank,crank", "crank is asked for twice"),
+        ("crank,", "a name is missing"),
+        ({"crank": -1.0}, "size of crank must be positive, got -1"),
+        ("crank=x", "size of crank: 'x' is not a number"),
+        ("crank=1N", "size of crank: '1N' is in N, expected m"),
+    ],
+)
+def test_wrong_parameters(given, message, crank):
+    with pytest.raises(ValueError, match=message):
+        cl.simulate(cl.load_case(crank), turns=1, sensitivity=given)
+
+
+def test_impacts_are_refused():
+    with pytest.raises(ValueError, match="joint C starts with a touch"):
+        cl.simulate(cl.load_case("slider_crank", model="dry"), turns=1, sensitivity="speed")
+
+
+def test_a_bound_is_refused():
+    """A number that may not be exceeded has no difference on both sides."""
+    scene = cl.load_case("slider_crank", model="mixed", restitution=1.0, contact="hunt_crossley")
+    with pytest.raises(ValueError, match="sensitivity to restitution, beside 1: .*restitution"):
+        cl.simulate(scene, turns=1, sensitivity="restitution")
+
+
+def test_sizes_of_parameters():
+    assert wanted("a, b=2mm") == {"a": None, "b": "2mm"}
+    assert wanted({"a": 3.0}) == {"a": 3.0}
+    assert wanted(["a"]) == {"a": None}
+    scene = oscillator()
+    assert varied(scene, "bodies/block/mass", "2g").size == 2e-3
+    assert varied(scene, "bodies/block/mass").size == 0.5
+
+
+def test_trust():
+    """A twentieth of the value, or what changes the metric by 1e-4 of the parameter's change."""
+    of = {"units": "N/m", "metric": 10.0, "metric_units": "N", "size": 2.0}
+    assert Sensitivity(1.0, 0.05, **of).trusted
+    assert not Sensitivity(1.0, 0.06, **of).trusted
+    assert Sensitivity(0.0, 5e-4, **of).trusted
+    assert not Sensitivity(0.0, 6e-4, **of).trusted
+
+
+def test_the_command(crank, tmp_path, capsys):
+    """The line of a metric has the closed form of its change, 1 % of r times -w^2 (1 + 2 r / l);
+    plain data, the tornado and the report of the file.
+    """
+    path = tmp_path / "run.h5"
+    line = ["run", str(crank), "--turns", "2", "--sensitivity", "crank,rod", "-o", str(path)]
+    assert main(line) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "change for 1 % more of crank rod" in printed
+    assert "block_acceleration_min -3.333 +- 0.001 mm/s2 +666.7 +- 0.1 um/s2" in printed
+    assert main([*line, "--json"]) == 0
+    plain = json.loads(capsys.readouterr().out)["sensitivities"]["block_acceleration_min"]
+    assert plain["crank"]["value"] == pytest.approx(-20.0 / 3.0, rel=1e-9)
+    assert plain["crank"]["trusted"] is True
+    assert main(["plot", str(path), "tornado", "--metrics", "block_*"]) == 0
+    assert (tmp_path / "run_tornado.png").stat().st_size > 10_000
+    assert main(["plot", str(path), "tornado", "--metrics", "blok_*"]) == 2
+    assert "no sensitivities of 'blok_*'" in capsys.readouterr().err
+    assert main(["report", str(path), "-o", str(tmp_path / "run.html")]) == 0
+    page = (tmp_path / "run.html").read_text()
+    assert ">Sensitivities<" in page
+    assert main([*line, "--steady", "1e-6"]) == 2
+
+
+def test_why_a_file_has_none(tmp_path, monkeypatch):
+    """A varied run that fails leaves the result, and the file says why."""
+    monkeypatch.setattr(sensing.Steps, "around", _fails)
+    path = tmp_path / "run.h5"
+    result = cl.simulate(oscillator(), until=0.1, sensitivity="bodies/block/mass", path=path)
+    assert result.complete
+    with open_result(path) as again:
+        assert again.sensitivities.reason == "a run failed"
+        assert not again.sensitivities
+    with pytest.raises(KeyError, match="a run failed"):
+        result.sensitivities["block_acceleration_max", "bodies/block/mass"]
+
+
+def _fails(*_):
+    raise sensing.Impossible("a run failed")
