@@ -56,8 +56,7 @@ LAYERS = [
     ["clearance.catalogue"],
     ["clearance.ensemble"],
     ["clearance.chaos"],
-    ["clearance.evidence", "clearance.sweeping", "clearance.identify"],
-    ["clearance.wearing"],
+    ["clearance.evidence", "clearance.sweeping", "clearance.identify", "clearance.wearing"],
     ["clearance.periodic"],
     ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],
 ]

@@ -217,7 +217,7 @@ def run(options) -> int:
 
 def _points(options, case):
     """Points and fixed parameters of the command line."""
-    from clearance.sweeping.points import ONE, from_words, grid, range_from_words, sampled, zipped
+    from clearance.sweeping.points import range_from_words, sampled
 
     texts = given(options, case.parameters)
     together = [tuple(n.strip() for n in group.split(",")) for group in options.zip]
@@ -234,6 +234,14 @@ def _points(options, case):
         return sampled(
             options.sample, kind=options.kind or "latin", seed=options.seed or 0, **drawn
         ), fixed
+    return grid_of(options, case, together)
+
+
+def grid_of(options, case, together=()):
+    """Points of a grid and fixed parameters; together: names whose lists go together."""
+    from clearance.sweeping.points import ONE, from_words, grid, zipped
+
+    texts = given(options, case.parameters)
     values = {n: from_words(case.parameters[n], _listed(case, texts, n)) for n in texts}
     for name in (n for group in together for n in group):
         if name not in values:
@@ -357,8 +365,10 @@ def _reason(result, i: int) -> dict:
     return {"point": i, "values": values, "status": status, "reason": str(result.reason[i])}
 
 
-def readable(document: dict) -> list[str]:
+def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
+    """Lines of a summary; first: ends of the names of metrics that stand before the others."""
     d = document
+    ordered = sorted(d["metrics"].items(), key=lambda item: not item[0].endswith(first))
     fresh = d["points"] - d["missing"] - d["done_before"]
     lines = [
         f"{d['case']}: {d['done']} of {d['points']} points done, {d['failed']} failed, {d['lost']} "
@@ -366,7 +376,7 @@ def readable(document: dict) -> list[str]:
         + (f" ({d['done_before']} before)" if d["done_before"] else "")
         + f"; {fresh} in {d['seconds']:.3g} s"
     ]
-    for name, m in list(d["metrics"].items())[:SHOWN]:
+    for name, m in ordered[:SHOWN]:
         units = "" if m["units"] == "1" else f" {m['units']}"
         lines.append(f"  {name:<38} {_range(name, m, units)}")
     if len(d["metrics"]) > SHOWN:

@@ -1,6 +1,7 @@
 """`clearance wear`: the life of a mechanism whose joints wear, over many turns."""
 
 import argparse
+import time
 from pathlib import Path
 
 from clearance.commands.common import (
@@ -12,6 +13,8 @@ from clearance.commands.common import (
     complain,
     json_text,
     number,
+    quantity_of,
+    quiet,
     scene_of,
 )
 from clearance.interrupts import terminable
@@ -21,8 +24,17 @@ EXAMPLES = """\
   clearance wear slider_crank -p model=dry -p wear=1e-6mm3/Nm -p speed=1000rpm --turns 1e6 --average 20 -o worn
   clearance wear mine.py -p wear=5e-4mm3/Nm --turns 20000 -o worn      # a case file of your own
 
+  clearance wear wear_a -p clearance=0.05mm:0.2mm:4 -p wear=2e-4mm3/Nm,5e-4mm3/Nm --turns 21400 -o map     # 8 lives
+
+Values as LO:HI:N or comma lists make a sweep of lives on all cores. Each has a directory in DIR/lives.
 Stop it when you like: the same command goes on from the last stage; with more --turns a life goes on beyond its end.
 """
+
+
+NAMES = ("turns", "share", "tolerance", "settle", "average", "jump", "jump_turns", "rtol")
+OF_MANY = ("depth", "workers", "scheduler", "retry_failed")
+#: columns of a sweep that its summary begins with
+LIFE = ("_depth", "_volume", "_to_depth", "life_error")
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -85,7 +97,16 @@ def add(commands) -> argparse.ArgumentParser:
         metavar="R",
         help="tolerance of the runs (default 1e-6)",
     )
-    p.add_argument("--plot", action="store_true", help="draw DIR/life.png")
+    p.add_argument("--plot", action="store_true", help="draw DIR/life.png; of a sweep its curves")
+    p.add_argument(
+        "--depth",
+        type=quantity_of("m"),
+        metavar="D",
+        help="of a sweep: a column of the turns to this depth (default one clearance)",
+    )
+    p.add_argument("--workers", type=int, metavar="N", help="of a sweep: processes (one a core)")
+    p.add_argument("--scheduler", metavar="ADDRESS", help="of a sweep: a Dask scheduler")
+    p.add_argument("--retry-failed", action="store_true", help="of a sweep: also what failed")
     return p
 
 
@@ -94,14 +115,19 @@ def run(options) -> int:
     from clearance.simulation import SimulationError
     from clearance.wearing.life import wear
 
+    points, fixed = points_of(options)
+    if points.columns:
+        return _many(options, points, fixed)
+    if given := [n for n in OF_MANY if getattr(options, n)]:
+        name = given[0].replace("_", "-")
+        raise ValueError(f"--{name} belongs to sweeps of lives: a -p with several values")
     case, values, scene = scene_of(options)
     line = Line(options)
 
     def progress(done: float) -> None:
         line(f"{100.0 * done:.1f} % of the turns")
 
-    names = ("turns", "share", "tolerance", "settle", "average", "jump", "jump_turns", "rtol")
-    chosen = {name: getattr(options, name) for name in names}
+    chosen = {name: getattr(options, name) for name in NAMES}
     try:
         with terminable():
             life = wear(scene, **chosen, directory=options.output, progress=progress)
@@ -130,6 +156,55 @@ def run(options) -> int:
         else "\n".join(_readable(case.name, life, table, picture))
     )
     return DONE
+
+
+def points_of(options):
+    """Points and fixed parameters of -p NAME=VALUES, a grid."""
+    from clearance.catalogue import find_case
+    from clearance.commands.sweep import grid_of
+
+    with quiet(options):
+        return grid_of(options, find_case(options.case))
+
+
+def _many(options, points, fixed) -> int:
+    """The lives of several points; exit status 1 where one fails."""
+    from clearance.commands import sweep as command
+    from clearance.sweeping.driver import SweepError, sweep
+
+    began, options.quiet = time.perf_counter(), options.json
+    shown, failure = command.Progress(options), None
+    life = {name: getattr(options, name) for name in (*NAMES, "depth")}
+    more = {name: getattr(options, name) for name in ("workers", "scheduler", "retry_failed")}
+    try:
+        with quiet(options), terminable():
+            result = sweep(
+                options.case,
+                points,
+                options.output,
+                fixed=fixed,
+                progress=shown,
+                life={n: v for n, v in life.items() if v is not None},
+                **more,
+            )
+    except SweepError as error:
+        failure, result = str(error), error.sweep
+    except KeyboardInterrupt:
+        return complain(options, "interrupted; the same command goes on where this stopped", FAILED)
+    finally:
+        shown.close()
+    if options.plot and result.done.any():
+        from clearance.postprocess import maps
+
+        names = [n for n in result.metrics if n.endswith(("_depth", "_volume", "_to_depth"))]
+        maps.curves(result, Path(options.output) / "curves.png", metrics=names)
+    passed = {"seconds": time.perf_counter() - began, "done_before": shown.before}
+    document = command.summary(result) | passed
+    if failure is not None:
+        return complain(options, failure, FAILED)
+    words = "\n".join(command.readable(document, first=LIFE))
+    print(json_text(document) if options.json else words)
+    return DONE if result.done.all() else FAILED
 
 
 def _readable(name: str, life, table: list[dict], picture: str | None) -> list[str]:

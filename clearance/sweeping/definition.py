@@ -57,8 +57,13 @@ class Definition:
 
     @property
     def run_options(self) -> dict:
-        """Options of a run: all but the error that is asked for."""
-        return {n: v for n, v in self.options.items() if n != "error"}
+        """Options of a run: all but the error that is asked for, and the life of a point."""
+        return {n: v for n, v in self.options.items() if n not in ("error", "life")}
+
+    @property
+    def life(self) -> dict | None:
+        """Plan of the life of each point; None where points are single runs."""
+        return self.options.get("life")
 
     @cached_property
     def keys(self) -> tuple[str, ...]:

@@ -52,7 +52,7 @@ MOST_BLOCK = 256  # points of a block
 RECENT = 32  # runs that their usual time is taken from
 SAVE = 30.0  # seconds between two writings of the index
 REAL = ("turns", "until", "rtol", "samples_per_turn", "max_step")
-OPTIONS = (*prepare.__kwdefaults__, "error")  # of a run, by name
+OPTIONS = (*prepare.__kwdefaults__, "error", "life")  # of a run, by name
 RTOL = prepare.__kwdefaults__["rtol"]
 
 
@@ -99,6 +99,7 @@ def sweep(
     accept_changes: bool = False,
     force: bool = False,
     progress: Callable[[Progress], None] | None = None,
+    life: Mapping[str, object] | None = None,
     **options,
 ) -> Sweep:
     """Run a case at every point and return the sweep, as `open_sweep(folder)` does.
@@ -120,11 +121,15 @@ def sweep(
         changed since the others were run, it is refused; accept_changes: go on all the same. force:
         begin although a run needs more than 2^31 rows or a day, or all files more than the free
         disk.
-    progress: called with a `Progress` now and then.
+    progress: called with a `Progress` now and then. life: arguments of `wear`, turns among them:
+        each point is the life of a mechanism that wears, in `lives/`, and keeps no run file;
+        `depth` [m]: that turns are counted to.
     Raises ValueError or TypeError for wrong input before anything runs, also where the folder holds
     another sweep or is in use; SweepError where it cannot go on (a full disk, workers that all
     die). A point that fails is no error: see `status` and `reason` of the sweep.
     """
+    if life is not None:
+        options, channels = _of_lives(life, channels, settle, metrics, options), ()
     definition = define(case, points, fixed or {}, channels, compression, settle, metrics, options)
     if workers is not None and (
         isinstance(workers, bool) or not isinstance(workers, int) or workers < 1
@@ -148,6 +153,16 @@ def sweep(
         return _Driver(definition, folder, progress).run(
             workers, scheduler, retry_failed, accept_changes
         )
+
+
+def _of_lives(life, channels, settle, metrics, options) -> dict:
+    """Options of a sweep of lives. Raises ValueError for what lives have not got."""
+    from clearance.wearing.lives import planned
+
+    for name, value in (("channels", channels), ("settle", settle), ("metrics", metrics or None)):
+        if value is not None:
+            raise ValueError(f"{name} is no option of a sweep of lives; their stages are kept")
+    return planned(life, options)
 
 
 def _existing(folder: Path, definition: Definition) -> Definition | None:
@@ -348,7 +363,7 @@ class _Driver:
         self.news: list[str] = []
         self.deaths: dict[int, int] = {}
         self.in_a_row = 0  # workers that died since a run ended
-        apart = {"start", "error"} & definition.options.keys()
+        apart = {"start", "error", "life"} & definition.options.keys()
         self.blocks = not (definition.files or definition.own or apart)
         self.alone: set[int] = set()  # points that share no block again
         self.in_lanes = 0  # runs side by side

@@ -178,6 +178,29 @@ class Sweep(Drawn):
 
         Raises ValueError where the values fit no or several points, or the point has no file.
         """
+        index = self._place(index, method, values)
+        if not self.definition.files:
+            raise ValueError(f"{self.folder} keeps no run files: it was made with summaries only")
+        path = self.path(index)
+        if not path.exists():
+            why = self.reason[index] or (
+                "it is lost; sweep again" if self.done[index] else "it has not been run"
+            )
+            raise ValueError(f"point {index} ({self.definition.says(index)}) has no file: {why}")
+        return open_result(path)
+
+    def life(self, index: int | None = None, method: str | None = None, **values):
+        """One life of a sweep of lives, a `Life`, by its place or by parameter values as `run`.
+
+        Raises ValueError where the values fit no or several points, or it has not begun.
+        """
+        from clearance.wearing.records import Life
+
+        index = self._place(index, method, values)
+        return Life(self.folder / "lives" / self.definition.keys[index])
+
+    def _place(self, index: int | None, method: str | None, values: dict) -> int:
+        """Place of the point that is asked for. Raises ValueError for none or several."""
         if method not in (None, "nearest"):
             raise ValueError(f'method must be "nearest" or None, got {method!r}')
         if index is None:
@@ -190,15 +213,7 @@ class Sweep(Drawn):
             index = int(chosen[0])
         if not 0 <= index < self.count:
             raise ValueError(f"point {index}: there are points 0 to {self.count - 1}")
-        if not self.definition.files:
-            raise ValueError(f"{self.folder} keeps no run files: it was made with summaries only")
-        path = self.path(index)
-        if not path.exists():
-            why = self.reason[index] or (
-                "it is lost; sweep again" if self.done[index] else "it has not been run"
-            )
-            raise ValueError(f"point {index} ({self.definition.says(index)}) has no file: {why}")
-        return open_result(path)
+        return index
 
     def path(self, index: int) -> Path:
         """File of a run."""

@@ -212,6 +212,8 @@ def run_point(folder: str, stamp: str, index: int) -> Outcome:
     key = definition.keys[index]
     path = Path(folder) / "runs" / f"{key}.h5" if definition.files else None
     try:
+        if definition.life is not None:
+            return _lived(definition, Path(folder), index, key)
         return _attempt(definition, index, key, path, began)
     except Changed:
         raise
@@ -321,6 +323,18 @@ def _new_family(definition: Definition, kind: tuple) -> Family | str:
         return str(error)
     except Exception as error:  # noqa: BLE001 - a sweep goes on, whatever a user's scene or law does
         return _explained(error)
+
+
+def _lived(definition: Definition, folder: Path, index: int, key: str) -> Outcome:
+    """The life of a point."""
+    from clearance.wearing.lives import lived
+
+    values = definition.values(index)
+    files = files_named(values.values())
+    scene: Scene = _case(definition.path, definition.source).scene(**values)
+    mechanism = prepare(scene, **definition.run_options).mechanism
+    modules = _modules(definition.path, definition.source, definition.own)
+    return lived(definition.life, scene, folder, index, key, made(mechanism, modules, files))
 
 
 def _attempt(

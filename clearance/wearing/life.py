@@ -222,9 +222,7 @@ class Driver:
         values = metrics(result, float(self.settle), ideal)
         result.close()
         turns = {name: t[self.settle :] for name, t in run.wearing.turns.items()}
-        return {n: Measured.of(t) for n, t in turns.items()}, {
-            n: m.value for n, m in values.items()
-        }
+        return {n: Measured.of(t) for n, t in turns.items()}, values
 
     def _settle(self, run, before: int) -> None:
         """Put journals that touched at the end of the stage before where the new outline carries
@@ -421,8 +419,10 @@ class Driver:
             "changed": miss,
             "average": self.average,
             "scatter": {n: m.scatter for n, m in measured.items()},
-            "metrics": values,
+            "metrics": {n: m.value for n, m in values.items()},
         }
+        if stage == 0:
+            entry["known"] = {n: (m.units, m.text) for n, m in values.items()}
         with open(self.folder / "journal.jsonl", "ab") as file:
             file.write(json.dumps(entry).encode() + b"\n")
             file.flush()
