@@ -40,7 +40,7 @@ from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.points import Points, plain
 from clearance.sweeping.teams import Dask, Processes, prepare_start
-from clearance.sweeping.worker import NO_SPACE, files_of, load_function
+from clearance.sweeping.worker import NO_SPACE, files_of, load_function, run_lanes
 
 LOG = logging.getLogger("clearance.sweep")
 SHOWN = logging.getLogger("clearance")  # beside the progress
@@ -392,10 +392,10 @@ class _Driver:
         try:
             for outcome in recovered:  # runs whose files the journal did not know
                 self.journal.add(outcome)
-            if pending and scheduler is None:
-                pending = self._in_lanes(pending, workers)
+            if pending:
+                pending = self._in_lanes(pending, workers, scheduler)
             if pending and not self.stop:
-                self._work(pending, workers, scheduler)
+                self._work(pending, self._team(len(pending), workers, scheduler))
             interrupted = False
         except OSError as error:
             self.stop = self.stop or f"the sweep cannot go on: {type(error).__name__}: {error}"
@@ -465,32 +465,50 @@ class _Driver:
                 self.counts[done[i].status] -= 1
         return list(done.values()), pending
 
-    def _in_lanes(self, pending: list[int], workers: int | None) -> list[int]:
-        """Run the points that suit side by side, threads in place of workers; returns those that
-        are left.
+    def _in_lanes(
+        self, pending: list[int], workers: int | None, scheduler: str | None
+    ) -> list[int]:
+        """Run the points that suit side by side, here in threads or on a cluster; returns those
+        that are left.
         """
         from clearance.sweeping.together import Lanes
 
-        definition, done = self.definition, set()
-        lanes = Lanes(definition, find_case(definition.path), self.now)
-        queue = Queue(definition.points, [])
-        for block in lanes.outcomes(pending, workers or _cores()):
-            self._keep([replace(o, together=True) for o in block if self._ended(o, queue)], queue)
-            done.update(o.index for o in block)
-            self._report(0)
-            if self.stop:
-                break
+        lanes = Lanes(self.definition, find_case(self.definition.path), self.now)
+        if scheduler is None:
+            done = self._in_threads(lanes, pending, workers or _cores())
+        else:
+            done = set(lanes.suited(pending))
+            if done:
+                self._work(sorted(done), Dask(*self.task, scheduler, run_lanes))
+            lanes.count = self.together
         LOG.info("%s", lanes.report())
         self.in_lanes, self.together = self.ended, 0
         return [index for index in pending if index not in done]
 
-    def _work(self, pending: list[int], workers: int | None, scheduler: str | None) -> None:
-        queue = Queue(self.definition.points, pending)
-        stamp = definitions.digest(self.folder / "sweep.json")
+    def _in_threads(self, lanes, pending: list[int], threads: int) -> set[int]:
+        """Run points in lanes, block by block; returns those that were."""
+        queue, done = Queue(self.definition.points, []), set()
+        for block in lanes.outcomes(pending, threads):
+            self._keep([o for o in block if self._ended(o, queue)], queue)
+            done.update(o.index for o in block)
+            self._report(0)
+            if self.stop:
+                break
+        return done
+
+    @property
+    def task(self) -> tuple[str, str]:
+        """The sweep's directory and the digest of its definition, for workers."""
+        return str(self.folder), definitions.digest(self.folder / "sweep.json")
+
+    def _team(self, count: int, workers: int | None, scheduler: str | None) -> Dask | Processes:
+        """Workers for so many points."""
         if scheduler is not None:
-            team = Dask(str(self.folder), stamp, scheduler)
-        else:
-            team = Processes(str(self.folder), stamp, min(workers or _cores(), len(pending)))
+            return Dask(*self.task, scheduler)
+        return Processes(*self.task, min(workers or _cores(), count))
+
+    def _work(self, pending: list[int], team: Dask | Processes) -> None:
+        queue = Queue(self.definition.points, pending)
         hand: set[int] = set()
         try:
             while (queue or hand) and not self.stop:

@@ -15,6 +15,7 @@ import threading
 import time
 import types
 from collections import deque
+from collections.abc import Callable
 from contextlib import contextmanager, suppress
 from multiprocessing import forkserver
 from multiprocessing.connection import wait
@@ -188,14 +189,17 @@ def _serve(pipe, folder: str, stamp: str) -> None:
 
 
 class Dask:
-    """The workers of a Dask scheduler; each must see the sweep's directory under the same name."""
+    """The workers of a Dask scheduler; each must see the sweep's directory under the same name.
 
-    def __init__(self, folder: str, stamp: str, address: str):
+    run: what they do with a block of points.
+    """
+
+    def __init__(self, folder: str, stamp: str, address: str, run: Callable = run_block):
         try:
             import distributed
         except ImportError:
             raise ImportError("--scheduler needs Dask: pip install 'clearance[cluster]'") from None
-        self.task, self.distributed = (folder, stamp), distributed
+        self.task, self.run, self.distributed = (folder, stamp), run, distributed
         try:
             self.client = distributed.Client(address, timeout="10s", set_as_default=False)
         except (OSError, ValueError) as error:
@@ -227,7 +231,7 @@ class Dask:
 
     def give(self, block: tuple[int, ...]) -> None:
         # impure: asked twice it is run twice, so that a restart never gets an old answer
-        future = self.client.submit(run_block, *self.task, block, pure=False)
+        future = self.client.submit(self.run, *self.task, block, pure=False)
         self.hand[future] = block
         future.add_done_callback(self._arrive)
 

@@ -180,12 +180,11 @@ class Together:
                     raise Unsuited(f"the {what} of its points do not follow from its parameters")
 
     # --- results
-    def blocks(self) -> Iterator[dict[str, np.ndarray]]:
-        """Swept numbers of the points, block by block, in their order."""
+    @property
+    def block(self) -> int:
+        """Number of points that are run at a time."""
         room = max(TRACKED // max(self.summing.kept, 1), 1)
-        size = min(room, max(STEPS // self.summing.steps, TOGETHER))
-        for begin in range(0, self.count, size):
-            yield {name: column[begin : begin + size] for name, column in self.columns.items()}
+        return min(room, max(STEPS // self.summing.steps, TOGETHER))
 
     def answers(self, points: Points, threads: int) -> Answers:
         """Results of points."""
@@ -195,80 +194,93 @@ class Together:
 class Lanes:
     """Points of a sweep in lanes, as far as they suit.
 
+    Groups and their first points are those of all points, whichever are still to be run: no number
+    depends on a restart.
+
     case: of the definition; about: what all its points are made from. reasons: why points are left
-        to the ordinary way.
+        to the ordinary way; count: points that ran in lanes.
     """
 
     def __init__(self, definition: Definition, case: Case, about: dict):
         self.definition, self.case, self.about = definition, case, about
         self.reasons: dict[str, int] = {}
-        self.count = 0  # points that ran in lanes
+        self.count = 0
+        columns = definition.points.columns
+        self.numbers = {n: np.array(columns[n]) for n in definition.spread}
+        fixed = [v for v in columns.values() if not all(isinstance(number, float) for number in v)]
+        self.kinds = list(zip(*fixed, strict=True)) or [()] * len(definition.points)
+        self.groups: dict[tuple, Together | str] = {}
 
     def outcomes(self, pending: Sequence[int], threads: int) -> Iterator[list[Outcome]]:
         """Outcomes of those that suit, block by block."""
-        if os.environ.get("CLEARANCE_LANES") == "0":
-            return
-        for group in self._groups(pending):
+        for together, indices in self._suited(pending):
             try:
-                yield from self._run(group, threads)
-            except (Unsuited, Irregular) as error:
-                self._left(str(error), len(group))
-            except (
-                ValueError,
-                TypeError,
-            ) as error:  # a scene that takes no column, or is impossible
-                self._left(f"their numbers are not worked out together ({error})", len(group))
+                for begin in range(0, len(indices), together.block):
+                    yield self._run(together, indices[begin : begin + together.block], threads)
+            except Unsuited as error:
+                self._left(str(error), len(indices))
+
+    def suited(self, pending: Sequence[int]) -> list[int]:
+        """Those that suit."""
+        return [index for _, indices in self._suited(pending) for index in indices]
 
     def _left(self, reason: str, count: int) -> None:
         self.reasons[reason] = self.reasons.get(reason, 0) + count
 
-    def _groups(self, pending: Sequence[int]) -> list[list[int]]:
-        """Points that differ in real numbers only; small groups are left out."""
+    def _suited(self, pending: Sequence[int]) -> Iterator[tuple[Together, list[int]]]:
+        """Points that differ in real numbers only, group by group."""
+        if os.environ.get("CLEARANCE_LANES") == "0":
+            return
+        if reason := self._unfit():
+            self._left(reason, len(pending))
+            return
+        members: dict[tuple, list[int]] = {}
+        for index in pending:
+            members.setdefault(self.kinds[index], []).append(index)
+        for kind, indices in members.items():
+            if kind not in self.groups:
+                self.groups[kind] = self._together(kind)
+            if isinstance(together := self.groups[kind], str):
+                self._left(together, len(indices))
+            else:
+                yield together, indices
+
+    def _unfit(self) -> str:
+        """The reason why no point of the sweep can go in lanes; none where some may."""
         definition = self.definition
         if definition.files or definition.own:
-            self._left(
-                "runs have files" if definition.files else "metrics of your own", len(pending)
-            )
-            return []
+            return "runs have files" if definition.files else "metrics of your own"
         if unknown := sorted(set(definition.options) - OPTIONS):
-            self._left(f"option {unknown[0]}", len(pending))
-            return []
-        if "turns" not in definition.options:
-            self._left("their length is not in turns", len(pending))
-            return []
-        columns = definition.points.columns
-        fixed = [
-            n for n, values in columns.items() if not all(isinstance(v, float) for v in values)
-        ]
-        groups: dict[tuple, list[int]] = {}
-        for index in pending:
-            groups.setdefault(tuple(columns[n][index] for n in fixed), []).append(index)
-        for group in groups.values():
-            if len(group) < FEWEST:
-                self._left(f"fewer than {FEWEST} of a kind", len(group))
-        return [group for group in groups.values() if len(group) >= FEWEST]
+            return f"option {unknown[0]}"
+        return "" if "turns" in definition.options else "their length is not in turns"
 
-    def _run(self, group: list[int], threads: int) -> Iterator[list[Outcome]]:
-        definition = self.definition
-        values = definition.values(group[0])
-        numbers = {n: np.array(definition.points.columns[n])[group] for n in definition.spread}
-        together = Together(
-            lambda swept: self.case.scene(**(values | swept)),
-            {n: v for n, v in numbers.items() if np.ptp(v)},
-            definition.options,
-            definition.settle,
-        )
-        begin = 0
-        for block in together.blocks():
-            began = time.perf_counter()
-            points = together.points(block)
-            answers = together.answers(points, threads)
-            indices = group[begin : begin + len(points.until)]
-            begin += len(indices)
-            made = self._made(together, points, answers, indices)
-            wall = (time.perf_counter() - began) / len(indices)
-            yield [replace(outcome, wall=wall, loop=wall) for outcome in made]
-            self.count += len(made)
+    def _together(self, kind: tuple) -> Together | str:
+        """All points of a kind; the reason where they do not suit."""
+        group = [index for index, one in enumerate(self.kinds) if one == kind]
+        if len(group) < FEWEST:
+            return f"fewer than {FEWEST} of a kind"
+        values = self.definition.values(group[0])
+        columns = {n: v[group] for n, v in self.numbers.items()}
+        try:
+            return Together(
+                lambda swept: self.case.scene(**(values | swept)),
+                {n: v for n, v in columns.items() if np.ptp(v)},
+                self.definition.options,
+                self.definition.settle,
+            )
+        except (Unsuited, Irregular) as error:
+            return str(error)
+        except (ValueError, TypeError) as error:  # an impossible scene
+            return f"their numbers are not worked out together ({error})"
+
+    def _run(self, together: Together, indices: list[int], threads: int) -> list[Outcome]:
+        """Outcomes of a block, those that are sound."""
+        began = time.perf_counter()
+        points = together.points({n: self.numbers[n][indices] for n in together.columns})
+        made = self._made(together, points, together.answers(points, threads), indices)
+        wall = (time.perf_counter() - began) / len(indices)
+        self.count += len(made)
+        return [replace(outcome, wall=wall, loop=wall, together=True) for outcome in made]
 
     def _made(
         self, together: Together, points: Points, answers: Answers, indices: list[int]

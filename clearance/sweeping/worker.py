@@ -243,6 +243,23 @@ def _explained(error: BaseException) -> str:
     return f"{'' if isinstance(error, ValueError) else type(error).__name__ + ': '}{text}{where}"
 
 
+def run_lanes(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome]:
+    """Run some points in lanes, see `run_point`; those that fail there or are in doubt alone."""
+    made = {o.index: o for block in _lanes(folder, stamp).outcomes(indices, 1) for o in block}
+    return [made.get(i) or run_point(folder, stamp, i) for i in indices]
+
+
+@lru_cache(maxsize=2)
+def _lanes(folder: str, stamp: str):
+    """The lanes of a sweep in this process."""
+    from clearance.sweeping.together import Lanes
+
+    definition = _definition(folder, stamp)
+    modules = _modules(definition.path, definition.source, definition.own)
+    about = common(modules, files_named(definition.used))
+    return Lanes(definition, _case(definition.path, definition.source), about)
+
+
 def _is_full(error: BaseException) -> bool:
     """True for a full disk; the errors of HDF5 state it only in words."""
     text = str(error)
