@@ -199,7 +199,7 @@ class Pair:
 
 
 def paired(run: Run, start: Start, main: Record) -> Pair:
-    """The companions of a run that has come to its end. Raises Parted where one fails."""
+    """A run that has come to its end beside its companions. Raises Parted where one fails."""
     rtol, other = beside(run, start)
     if not (times := stronger(start.mechanism)):
         return Pair(main, other, (run.solver.rtol, rtol))
@@ -286,14 +286,21 @@ def spread(numbers: Iterable[Number]) -> float:
 
 def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:
     """Stated errors of the located extremes, stretch by stretch."""
-    value, other = pair.run.located.values, pair.other.located.values
-    film = other if pair.film is None else pair.film.located.values
+    value = pair.run.located.values
+    other = _fitted(pair.other.located.values, len(value))
+    film = other if pair.film is None else _fitted(pair.film.located.values, len(value))
     with np.errstate(invalid="ignore"):  # stretches that were not reached hold infinite values
         bound = safety * np.maximum(np.abs(value - other), g * np.abs(value))
         off = np.abs(film - other) / pair.times
     return ExtremeErrors(
         np.where(np.isfinite(bound), bound, 0.0), np.where(np.isfinite(off), off, 0.0)
     )
+
+
+def _fitted(values: np.ndarray, count: int) -> np.ndarray:
+    """So many stretches of another run, whose last may not be there: its length may differ."""
+    missing = np.full((max(count - len(values), 0), values.shape[1]), np.inf)
+    return np.concatenate([values, missing])[:count]
 
 
 def channels(one: Record, other: Record) -> dict[str, float]:
@@ -338,10 +345,19 @@ class Statement:
     """Stated errors of a run that writes a file: what it puts out is remembered, compared, and
     added to the file. A run with checkpoints, which may have been killed on its way, is read from
     its file.
+
+    pair: puts companions beside the record (default: the run from the same start).
     """
 
-    def __init__(self, run: Run, settle: float | None = None, checkpoints: bool = False):
-        self.run, self.settle, self.start = run, settle, Start.of(run)
+    def __init__(
+        self,
+        run: Run,
+        settle: float | None = None,
+        checkpoints: bool = False,
+        pair: Callable[[Record], Pair] | None = None,
+    ):
+        self.run, self.settle = run, settle
+        self.pair = pair or partial(paired, run, Start.of(run))
         memory = MemorySink(run.mechanism.layout.channels, run.attributes())
         self.memory = None if checkpoints else memory
 
@@ -356,8 +372,7 @@ class Statement:
         summed, size = partial(metrics, settle=self.settle), size_of(self.run.mechanism)
         try:
             with self._record(path) as record:
-                pair = paired(self.run, self.start, record)
-                errors = stated(pair, summed, self.settle, size)
+                errors = stated(self.pair(record), summed, self.settle, size)
         except Parted as reason:
             errors = Errors(reason=str(reason))
         except KeyboardInterrupt as request:

@@ -44,7 +44,8 @@ class JointOptions:
     memberships: of fuzzy: cosine, or a CSV file of film thickness ratio, full film, mixed, dry [-]
     asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none
         elsewhere [-]
-    wear: coefficient of wear of the bearings, Archard's; 0: none; needs the contact winkler [m2/N]
+    wear: coefficient of wear of the bearings, Archard's; 0: none; needs the contact winkler, and
+        in mixed joints the film short [m2/N]
     wear_journal: that of the journals [m2/N]
     """
 
@@ -91,7 +92,8 @@ class JointOptions:
         if self.roughness > 0.0:
             slots["roughness"] = self.roughness
         worn = {"wear": self.wear, "wear_journal": self.wear_journal}
-        slots |= {n: laws.archard(coefficient=k) for n, k in worn.items() if k}
+        if self.model != "lubricated":  # a film wears nothing
+            slots |= {n: laws.archard(coefficient=k) for n, k in worn.items() if k}
         try:
             slots |= self._laws(Pair(radius, self.clearance, length, material))
         except ValueError as error:

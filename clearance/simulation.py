@@ -14,7 +14,7 @@ from pathlib import Path
 
 from clearance import fields
 from clearance.checkpoint import PartsSink
-from clearance.companion import Statement, add_errors, reason_without
+from clearance.companion import Pair, Statement, add_errors, reason_without
 from clearance.compiling import announced
 from clearance.demand import Demand, affordable
 from clearance.errors import AUTO, asks
@@ -147,7 +147,7 @@ def simulate(
         try:
             if request is not None:
                 return answer(run, output, request, settle, progress, more)
-            return write(run, output, progress, error, settle, more)
+            return write(run, output, progress, error, settle, more=more)
         except SimulationError as failed:  # not `error`: it is needed again
             opened = reopened(run)
             if failed.result is None or checkpoint is not None or not opened:
@@ -268,18 +268,20 @@ def write(
     progress: Callable[[float], None] | None = None,
     error: str | None = None,
     settle: float | None = None,
+    pair: Callable[[Record], Pair] | None = None,
     more: Callable[[Path], None] | None = None,
 ) -> Result:
     """Run to the end, streaming into the file; a signal and a full disk end it early, the file
     kept.
 
     error: "auto" and "state" state the errors of its numbers, as `simulate` does; settle: turns
-        left out of those. What an observer changes is changed in the second run too. more: adds to
-        the finished file.
+        left out of those. What an observer changes is changed in the second run too. pair: puts
+        companions beside the record, where the run from the same start is none. more: adds to the
+        finished file.
     Raises SimulationError, and KeyboardInterrupt with a note that says what is kept.
     """
-    reason = reason_without(run, error, output)
-    statement = None if reason else Statement(run, settle, output.checkpoint is not None)
+    reason = "" if error and pair else reason_without(run, error, output)
+    statement = None if reason else Statement(run, settle, output.checkpoint is not None, pair)
 
     def record(sink, check: Callable[[], None]) -> str | None:
         sink = sink if statement is None else statement.remembering(sink)

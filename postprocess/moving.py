@@ -194,6 +194,7 @@ class Moving:
         entry |= self._path(joint, kind)
         if kind == "journal":
             entry |= self._states(*states_at(self.record, joint, self.record.time))
+            entry |= self._worn(joint)
         if kind == "slide":
             modes = modes_at(self.record, name, self.record.time)
             entry |= self._states([*MODES], modes)
@@ -222,6 +223,14 @@ class Moving:
             "offsets": [self.pack.add(values) for values in path[late].T],
             "clock": self.pack.add(clock[late], "f8"),
         }
+
+    def _worn(self, joint: dict) -> dict:
+        """Worn depths of bearing and journal over the angles of their bodies; {} where none is."""
+        outline = joint.get("outline") or {}
+        depths = [np.array(outline.get(surface, [0.0])) for surface in ("bearing", "journal")]
+        if not any(d.any() for d in depths):
+            return {}
+        return {"worn": [self.pack.add(d) for d in depths], "turning": joint["b"]["body"]}
 
     def _in_body(self, end: dict) -> list[float]:
         """A point of a body from its centre of mass [m]."""

@@ -34,6 +34,14 @@ def standing(parts=1, bearing=COEFFICIENT, journal=0.0):
     )
 
 
+def turning(parts=180):
+    """Load path of case E, whose load turns around a steady one; both surfaces wear."""
+    angle = 2.0 * math.pi * (np.arange(parts) + 0.5) / parts
+    over = np.full(parts, COEFFICIENT * WAY / parts)
+    force = -400.0 * np.cos(angle), 600.0 - 400.0 * np.sin(angle)
+    return np.column_stack([*force, angle, over, over, np.full(parts, CLEARANCE)])
+
+
 def replayed(path, turns, modulus=MODULUS):
     """Outlines after so many turns, and the error that the replay states."""
     replay = Replay(path, modulus, RADIUS * LENGTH)
@@ -79,6 +87,26 @@ class TestReplay:
         scale = MODULUS * RADIUS * LENGTH
         e = rest(-FORCE, 0.0, 0.3, joint, end.data, scale, *end.place[0])[0]
         assert e == pytest.approx(ROWS["W31"], rel=1e-4)
+
+    def test_one_turn_of_both(self):
+        """Case E, 600 N at rest and 400 N that turn with the journal: depths and volume of a turn.
+
+        The load is not in the row, which fits no other round one; within 3e-4.
+        """
+        end = Replay(turning(), MODULUS, RADIUS * LENGTH)
+        end = end.step(Worn.of(UNWORN, turning(), True), 1.0)
+        found = end.bearing[270], end.bearing[315], end.journal[30], *end.volumes
+        rows = [ROWS[row] for row in ("W34", "W36", "W38", "W40", "W40")]
+        assert found == pytest.approx(rows, rel=3e-4)
+
+    @pytest.mark.parametrize(("turns", "first"), [(100, 42), (1000, 48)])
+    def test_many_turns_of_both(self, turns, first):
+        """Case G, many turns of case E: within 2e-3 (the row jumps by 10 turns), and unworn above."""
+        end, _ = replayed(turning(), turns)
+        deep, above, low = (ROWS[f"W{first + k}"] for k in (0, 2, 4))
+        assert end.bearing[270] == pytest.approx(deep, rel=2e-3)
+        assert end.bearing[180] == above == 0.0
+        assert end.journal[90] == pytest.approx(low, rel=2e-3)
 
     def test_volume_is_that_of_the_load(self):
         """Depths sum to k N s at each part, whatever the nodes see of the pressure (rounding)."""

@@ -140,7 +140,6 @@ def run(options) -> int:
             summary["resolved"] = resolved = json.loads(scene.origin["resolved"])
             if options.steady is not None:
                 summary |= steady.summary(result)
-                summary["errors"] = {"reason": "a periodic motion has its residual under steady"}
             elif failure is None and chaotic:
                 more, failure = chaotic.statistics(options, scene, output)
                 summary |= more

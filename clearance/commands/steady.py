@@ -77,6 +77,7 @@ def solved(options, case, scene, output: Path):
             samples_per_turn=int(options.samples_per_turn),
             channels=channel_patterns(options.channels),
             compression=options.compression,
+            error=options.error,
         )
     except (NotPeriodic, NotSolved) as error:
         return None, str(error)

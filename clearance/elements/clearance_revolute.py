@@ -30,6 +30,8 @@ from clearance.laws.law import (
 from clearance.materials import HeatBalance, Lubricant, Material, steel
 from clearance.quantities import NEVER, ZERO, Row, law, number
 
+#: clearance over roughness up to which the nodes of an outline resolve its asperities (1e-3)
+FINEST = 4000.0
 #: smallest distance, relative to the clearance, that still has a direction of its own
 CENTRE = 1e-9
 
@@ -49,7 +51,7 @@ class ClearanceRevolute(ClearanceJoint):
         pair has a net moment. Off reproduces published rows that leave the drag out.
     wear, wear_journal: laws of wear of bearing and journal; outline: their worn depths, see `worn`
     (default: unworn where something wears). They need the contact `winkler`; friction goes by the
-    normal load there, not by the force.
+    normal load there, not by the force. A film wears nothing; beside a contact it is `short_film`.
     roughness: composite rms roughness [m], switches the film thickness ratio output on.
     heat: the balance of heat that sets the oil's temperature and with it its viscosity, or None for
         a constant one.
@@ -104,7 +106,7 @@ class ClearanceRevolute(ClearanceJoint):
         self._determine(*SLOTS)
         if self.outline is None and (self.wear or self.wear_journal):
             self._set("outline", self._unworn())
-        if self.outline is not None and self.film is not None:
+        if self.outline is not None and self.film and self.film.law.family is memory_film:
             settings = dict(self.film.settings) | dict(self.outline.settings)
             self._set("film", replace(self.film, settings=tuple(settings.items())))
         if (
@@ -156,6 +158,9 @@ class ClearanceRevolute(ClearanceJoint):
         """Raise ValueError where worn outlines cannot be followed."""
         if self.wear or self.wear_journal or self.contact is not None:
             law = self.contact and self.contact.law.name
+            if law is None:
+                reason = "a contact; the film alone wears nothing"
+                raise ValueError(f"{label}: wear needs solids that touch, {reason}")
             if law != "winkler":
                 reason = "a pressure over the arc, which only winkler has"
                 raise ValueError(f"{label}: worn outlines need {reason}; contact is {law}")
@@ -165,19 +170,30 @@ class ClearanceRevolute(ClearanceJoint):
                 raise ValueError(
                     f"{label}: outline: {surface} is worn {max(depths):.4g} m deep, {wall}"
                 )
-        if self.film is not None and self.film.law.family is not memory_film:
+        film = self.film and self.film.law
+        if film and not film.on_outlines and film.family is not memory_film:
+            have = "short_film and, without a contact, conserving_film have"
+            raise ValueError(f"{label}: film {film.name} has no worn outline; {have} one")
+        if film and not film.on_outlines and self.contact is not None:
+            have = "short_film does"
             raise ValueError(
-                f"{label}: film {self.film.law.name} has no worn outline; conserving_film() has"
-            )
-        if self.film is not None and self.contact is not None:
-            raise ValueError(
-                f"{label}: film and contact do not share worn outlines yet; leave one out"
+                f"{label}: film {film.name} does not share worn outlines with a contact; {have}"
             )
         if self.asperity is not None:
-            reason = (
-                "asperities on worn outlines are not modelled; the transition fuzzy does without"
-            )
-            raise ValueError(f"{label}: asperity {self.asperity.law.name}: {reason}")
+            self._check_rough(label)
+
+    def _check_rough(self, label: str) -> None:
+        """Raise ValueError where the pressure of the asperities over the arc is not there."""
+        law = f"{label}: asperity {self.asperity.law.name} on worn outlines"
+        if self.asperity.law.pressure is None:
+            have = "greenwood_tripp and greenwood_williamson have one"
+            raise ValueError(f"{law} needs a pressure at each gap, an attribute `pressure`; {have}")
+        if self.transition is not None and self.transition.law.name != "load_sharing":
+            other = self.transition.law.name
+            raise ValueError(f"{law} needs the transition load_sharing, got {other}")
+        if self.roughness is not None and self.clearance > FINEST * self.roughness:
+            least = f"{self.clearance / FINEST:.3g} m (clearance / {FINEST:g})"
+            raise ValueError(f"{law} needs a roughness from {least} on, got {self.roughness:g} m")
 
     @staticmethod
     def _unworn() -> BoundLaw:
@@ -366,19 +382,7 @@ class Journal:
         """
         m, joint, facts = self.m, self.joint, self.facts
         radius, clearance, length, viscosity, _ = facts
-        eccentricity, turning = self.distance / clearance, self.sideways * self.inverse
-        # the film's own eccentricity; the journal's velocity stays what it is
-        if share.film_gap is not None:
-            eccentricity = 1.0 - share.film_gap / clearance
-            eccentricity = m.trace.select(eccentricity - CENTRE, eccentricity, CENTRE)
-            turning = self.sideways / (clearance * eccentricity)
-        closing = share.slope * self.outward / clearance
-        if joint.film.law.family is memory_film:
-            radial, tangential, *shear = self._with_memory(eccentricity, closing, turning)
-        else:
-            state = [eccentricity, closing, self.spins[0] + self.spins[1] - 2.0 * turning]
-            radial, tangential, *shear = m.law(joint, "film", state, facts)
-            self._show_data(state)
+        eccentricity, radial, tangential, *shear = self._of_film(share)
         if joint.heat is not None:
             laid = [m.number(joint, f"heat/{n}") for n in ("surroundings", "vogel", "vogel_zero")]
             (thin,) = m.function(thinning, [self._warming(), *laid])
@@ -416,6 +420,24 @@ class Journal:
         self.w.show(
             joint, "film_pressure", "Pa", "estimate of the film's largest pressure", pressure
         )
+
+    def _of_film(self, share: Shares) -> tuple:
+        """Eccentricity ratio of the film, its radial and tangential force, and shear if it has it."""
+        m, joint, facts = self.m, self.joint, self.facts
+        clearance = facts[1]
+        eccentricity, turning = self.distance / clearance, self.sideways * self.inverse
+        # the film's own eccentricity; the journal's velocity stays what it is
+        if share.film_gap is not None:
+            eccentricity = 1.0 - share.film_gap / clearance
+            eccentricity = m.trace.select(eccentricity - CENTRE, eccentricity, CENTRE)
+            turning = self.sideways / (clearance * eccentricity)
+        closing = share.slope * self.outward / clearance
+        if joint.film.law.family is memory_film:
+            return eccentricity, *self._with_memory(eccentricity, closing, turning)
+        state = [eccentricity, closing, self.spins[0] + self.spins[1] - 2.0 * turning]
+        forces = m.law(joint, "film", state, facts)
+        self._show_data(state)
+        return eccentricity, *forces
 
     def _film_load(self):
         radial, tangential = self.film_force

@@ -1,14 +1,16 @@
-"""A journal in a bearing whose outlines are worn: the forces of an elastic foundation between them."""
+"""A journal in a bearing whose outlines are worn: the forces of an elastic foundation between them,
+of the film, and of the asperities at the gap of each place.
+"""
 
 from clearance.elements.clearance_revolute import Journal
 from clearance.laws.contact import hysteresis
-from clearance.laws.law import FilmJoint
+from clearance.laws.law import FilmJoint, memory_film
 from clearance.laws.outline import deepest
 from clearance.laws.wear import is_linear
 
 #: what a run follows of a joint that wears: eccentricity in the bearing's frame, angle of the
 #: journal against it, clearance that the contact feels [m], pressure over overlap [Pa/m], sliding
-#: speed, force and normal load
+#: speed, force and normal load of the solids: contact and asperities
 FOLLOWED = (
     "x",
     "y",
@@ -53,16 +55,57 @@ class WornJournal(Journal):
         self.gap = trace.select(self.worn, -depth, self.gap)
         self.approach = trace.select(self.worn, rate, self.outward)
 
-    def _facts(self, clearance=None) -> tuple:
-        """Numbers of the outline's `joint` argument, of which it reads the clearance."""
-        values = FilmJoint(0.0, self.clearance if clearance is None else clearance, 0.0, 0.0, 0.0)
-        return tuple(values)
+    def _facts(self, clearance=None, roughness=0.0) -> tuple:
+        """Numbers of the outline's `joint` argument, of which it reads clearance and roughness."""
+        clearance = self.clearance if clearance is None else clearance
+        return tuple(FilmJoint(0.0, clearance, 0.0, 0.0, roughness))
+
+    def _at_outline(self, function, state: list, facts: tuple) -> list:
+        """Outputs of a function of state, joint and the numbers of the outlines."""
+        shape = (*["number"] * len(state), FilmJoint, "data", "number")
+        start = self.m.number(self.joint, "outline/start")
+        return self.m.function(function, [*state, *facts, start], shape)
+
+    def _of_film(self, share) -> tuple:
+        """As of a round journal.
+
+        The film of a short bearing goes by the gap of each place, lifted all around until the
+        smallest is that of the transition.
+        """
+        m, joint, c = self.m, self.joint, self.clearance
+        if joint.film.law.family is memory_film:
+            return super()._of_film(share)
+        from clearance.laws.worn_film import short_on_outlines
+
+        (x, y, turn), (vx, vy, spin), lift = self.place, self.motion, (0.0, 0.0)
+        if share.film_gap is not None:
+            lift = (share.film_gap - self.gap) / c, (1.0 - share.slope) * self.approach / c
+        state = [x / c, y / c, vx / c, vy / c, spin, turn, *lift]
+        fx, fy, shear = self._at_outline(short_on_outlines, state, self.facts)
+        fx, fy = m.pose(joint.a.body).turned(fx, fy)
+        radial, tangential = fx * self.nx + fy * self.ny, fy * self.nx - fx * self.ny
+        return self.distance / c, radial, tangential, shear
+
+    def _asperities(self) -> tuple:
+        """Force along the bearing's axes, normal load, moment on the journal, and their factor."""
+        from clearance.laws.worn_asperity import pressed, row_of
+
+        m, joint = self.m, self.joint
+        law = joint.asperity.law
+        order, factor = law.pressure
+        (strength,) = m.function(
+            factor, [m.number(joint, f"asperity/{name}") for name in law.parameters]
+        )
+        facts = self._facts(roughness=m.number(joint, "roughness"))
+        values = self._at_outline(pressed, [*self.place, float(row_of(order))], facts)
+        length = m.number(joint, "contact/length")
+        return values, strength * length * m.number(joint, "radius")
 
     def contact(self, share) -> None:
         """Force and moment of the foundation, and friction by the normal load."""
         m, w, joint, trace = self.m, self.w, self.joint, self.m.trace
         self.of_film = self.force, self.torque_a, self.torque_b
-        lift = 0.0 if share.penetration is None else share.penetration + self.gap
+        lift = self._lift()
         depth, speed, touching = self.distance - (self.clearance - lift), m.impact_speed(joint), 1.0
         if joint.impacts:
             touching = trace.select(speed + 0.5, 1.0, 0.0)
@@ -77,7 +120,6 @@ class WornJournal(Journal):
         (damping,) = m.function(hysteresis, [rate, speed, given["damping"], given["grazing_speed"]])
         stiffness = share.contact * touching * given["layer_modulus"] * damping
         scale = stiffness * given["length"] * given["radius"]
-        normal = scale * load
         (radial,) = m.law(joint, "contact", [depth, self.outward, speed])
         radial = share.contact * radial
         self.contact_force = trace.select(self.worn, scale * size, radial)
@@ -88,20 +130,42 @@ class WornJournal(Journal):
         )
         twist = scale * moment if joint.journal_wears else 0.0
         self._add(force, -twist, twist)
+        solid = scale * fx, scale * fy, scale * load
+        if joint.asperity is not None:
+            solid = tuple(a + b for a, b in zip(solid, self._press(), strict=True))
+        normal = solid[2]
         tangential = self._rub(normal) if joint.friction is not None else 0.0
         self._add(self.vector(0.0, tangential), 0.0, 0.0)
         self._show(normal)
         if joint.wear or joint.wear_journal:
             speed = trace.function("fabs", self._sliding()[0])
-            values = self.clearance - lift, stiffness, speed, scale * fx, scale * fy, normal
+            values = self.clearance - lift, stiffness, speed, *solid
             w.follow(joint, dict(zip(FOLLOWED, [*self.place, *values], strict=True)))
             self._wear(normal, speed)
+
+    def _lift(self):
+        """Gap at which the contact begins: laws have penetration = max(lift - gap, 0)."""
+        if self.joint.transition is None:
+            return 0.0
+        return self.m.law(self.joint, "transition", [0.0], self.facts)[4]
+
+    def _press(self) -> tuple:
+        """Put the load of the asperities on both bodies: force in the bearing's frame, normal load."""
+        (fx, fy, load, moment), factor = self._asperities()
+        fx, fy, load, moment = factor * fx, factor * fy, factor * load, factor * moment
+        twist = moment if self.joint.journal_wears else 0.0
+        self._add(self.m.pose(self.joint.a.body).turned(fx, fy), -twist, twist)
+        self.w.show(self.joint, "asperity_force", "N", "load of the asperities", load)
+        return fx, fy, load
 
     def _show(self, normal) -> None:
         w, joint = self.w, self.joint
         w.show(joint, "contact_force", "N", "normal contact force", self.contact_force)
-        text = "normal load, integral of the contact's pressure: at least the contact force"
+        text = "normal load, integral of the solids' pressure: at least their force"
         w.show(joint, "normal_load", "N", text, normal)
+        if joint.film is not None:
+            text = "share of asperities and contact in the load of film, asperities and contact"
+            w.show(joint, "asperity_share", "1", text, normal / (normal + self._film_load()))
         text = "sliding speed of the journal's surface in the bearing"
         w.show(joint, "sliding_speed", "m/s", text, self._sliding()[0])
 

@@ -65,6 +65,17 @@ def gaussian_moment(order: float, x: float) -> float:
     return total * step
 
 
+def rough_on_rough(modulus, roughness_group, slope_ratio):
+    """K' E* of `greenwood_tripp` [Pa]: p = K' E* F_5/2(H / sigma) at a gap H."""
+    group = 16.0 * SQRT2 * math.pi / 15.0 * roughness_group * roughness_group
+    return group * math.sqrt(slope_ratio) * modulus
+
+
+def rough_on_smooth(modulus, roughness_group, slope_ratio):
+    """Factor of `greenwood_williamson` [Pa]: p = 4/3 E* eta beta sigma sqrt(sigma / beta) F_3/2."""
+    return 4.0 / 3.0 * roughness_group * math.sqrt(slope_ratio) * modulus
+
+
 @asperity(modulus=MODULUS, roughness_group=positive, slope_ratio=positive)
 def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3):
     """Load of the asperities of two rough surfaces in a conformal joint [N].
@@ -77,22 +88,16 @@ def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, 
     pressure K' E* F_5/2. Smooth and monotone. Source: Greenwood and Tripp, Proc. IMechE 185 (1970)
     625; integrated over the arc.
     """
-    strength = (
-        16.0 * SQRT2 * math.pi / 15.0 * roughness_group * roughness_group * math.sqrt(slope_ratio)
-    )
+    strength = rough_on_rough(modulus, roughness_group, slope_ratio)
     eccentricity = max(
         joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance
     )
     arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
-    return (
-        0.3125
-        * math.pi
-        * strength
-        * modulus
-        * joint.length
-        * arc
-        * third_moment(film_thickness_ratio)
-    )
+    area = joint.length * arc
+    return 0.3125 * math.pi * strength * area * third_moment(film_thickness_ratio)
+
+
+greenwood_tripp.pressure = 2.5, rough_on_rough
 
 
 @asperity(modulus=MODULUS, roughness_group=positive, slope_ratio=positive)
@@ -111,8 +116,11 @@ def greenwood_williamson(
         joint.clearance - film_thickness_ratio * joint.roughness, 0.1 * joint.clearance
     )
     arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
-    strength = 0.5 * math.pi * roughness_group * math.sqrt(slope_ratio)
-    return strength * modulus * joint.length * arc * second_moment(film_thickness_ratio)
+    strength = 0.375 * math.pi * rough_on_smooth(modulus, roughness_group, slope_ratio)
+    return strength * joint.length * arc * second_moment(film_thickness_ratio)
+
+
+greenwood_williamson.pressure = 1.5, rough_on_smooth
 
 
 # --- flow factors, for film models that solve a Reynolds equation

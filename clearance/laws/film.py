@@ -229,6 +229,9 @@ def short_film(eccentricity_ratio, radial_rate, entrainment, joint):
     ) * factor * tangential
 
 
+short_film.on_outlines = True
+
+
 @short_film.doubts
 def _bearing_is_not_short(joint, parameters):
     """The short-bearing solution belongs to L/D < 0.25."""

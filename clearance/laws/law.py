@@ -103,6 +103,9 @@ class Law:
         # of transitions: rough surfaces share the load below full film
         self.carries_roughness = False
         self.linear_in_viscosity = True  # of films
+        self.on_outlines = False  # of films: whether worn outlines have it beside a contact
+        # of asperities: order n of F_n in their pressure, and its factor [Pa], by parameters
+        self.pressure: tuple[float, Callable] | None = None
         self.needs_load = True  # of joint friction: whether the reaction of the joint enters
         # of joint friction: whether it has a slope at rest, by parameters
         self.smooth: Callable | None = None

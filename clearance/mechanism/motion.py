@@ -93,9 +93,9 @@ class Motion:
         value, rate, _, second = self.trace.call(function.slopes((0,)).slopes((0,)), [x, *numbers])
         return value, rate, second
 
-    def function(self, function, args: list) -> list:
-        """Outputs of a plain function."""
-        return self.calls.function(function, args)
+    def function(self, function, args: list, shape: tuple = ()) -> list:
+        """Outputs of a plain function; shape: see `traced`."""
+        return self.calls.function(function, args, shape)
 
     def of_law(self, element, slot: str, function, state: list, facts: tuple = ()) -> list:
         """Values of another function that takes the arguments of an element's law."""

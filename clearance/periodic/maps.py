@@ -58,8 +58,15 @@ class Place:
 class Motion:
     """Trajectories of a scene from any place at any time. spent: time integrated so far [s]."""
 
-    def __init__(self, scene: Scene, rtol: float, method: str = "auto", turn: float | None = None):
-        self.mechanism: Mechanism = build(scene, ledger=False)
+    def __init__(
+        self,
+        scene: Scene,
+        rtol: float,
+        method: str = "auto",
+        turn: float | None = None,
+        mechanism: Mechanism | None = None,
+    ):
+        self.mechanism = mechanism or build(scene, ledger=False)
         self.scene, self.rtol, self.spent = scene, rtol, 0.0
         _check(self.mechanism)
         self.turn = turn or scene.turn

@@ -5,15 +5,19 @@ not.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from clearance import checks
+from clearance.errors import AUTO
 from clearance.options import Output
 from clearance.periodic.maps import Motion, NotPeriodic, Place, Section
 from clearance.periodic.shooting import Fixed, newton, settled, slow_states
+from clearance.periodic.stated import paired
 from clearance.results import Record, Result
+from clearance.run import Run
 from clearance.scene import Scene
 from clearance.simulation import prepare, write
 
@@ -71,6 +75,7 @@ def steady(
     samples_per_turn: int = 400,
     channels=None,
     compression: int = 0,
+    error: str | None = AUTO,
     progress: Callable[[str], None] | None = None,
 ) -> Steady:
     """The periodic motion that a scene settles to.
@@ -84,7 +89,8 @@ def steady(
     constant speed has an unknown period, and the section is an angle of it. most_turns: plain turns
     before it is given up. start: as in `simulate`. rtol: local tolerance (default 1e-6 times the
     tolerance); method: as in `simulate`. path, samples_per_turn, channels, compression: of the file
-    that keeps one period, as in `simulate`.
+    that keeps one period, as in `simulate`. error: "auto" states the errors of its numbers, of
+        integration and of what is left over, see stated.py; None: not.
     Raises ValueError for scenes that nothing drives periodically, that have no freedom or films
     with a memory; NotPeriodic where no period is reached (a chaotic motion), or none is isolated;
     NotSolved where the motion ends.
@@ -108,9 +114,10 @@ def steady(
         "phase": section.phase,
         "autonomous": motion.autonomous,
     }
-    orbit = _orbit(
-        section, fixed, output, samples_per_turn, facts | {"tolerance": tolerance}, search.slow
-    )
+    orbiting = partial(_orbiting, samples_per_turn)
+    run = orbiting(section, fixed)
+    run.facts["steady"] = _facts(fixed, facts | {"tolerance": tolerance}, search.slow)
+    orbit = write(run, output, None, error, 0.0, partial(paired, section, fixed, orbiting))
     names = motion.mechanism.layout.names
     states = {name: float(fixed.place.y[i]) for i, name in enumerate(names)}
     return Steady(orbit, fixed.multipliers, slow=search.slow, states=states, **facts)
@@ -289,10 +296,8 @@ class Family(NotPeriodic):
     """Periodic motions that are not isolated."""
 
 
-def _orbit(
-    section: Section, fixed: Fixed, output: Output, samples: int, facts: dict, slow: tuple
-) -> Result:
-    """One period as a result, from the scene's time 0 on."""
+def _orbiting(samples: int, section: Section, fixed: Fixed) -> Run:
+    """The run over one period, from the scene's time 0 on; samples: of a turn."""
     motion = section.motion
     run = prepare(
         motion.scene,
@@ -301,14 +306,17 @@ def _orbit(
         method=motion.run.method,
         samples=samples * section.turns + 1,
     )
-    place = section.at_start(fixed.place)
-    run.place(place)
+    run.place(section.at_start(fixed.place))
     run.reason = motion.run.reason
     run.started = "a point of a periodic motion"
+    return run
+
+
+def _facts(fixed: Fixed, facts: dict, slow: tuple[str, ...]) -> dict:
+    """Attributes of /steady."""
+    given = {name: value for name, value in facts.items() if value is not None}
     parts = {
         "multipliers_real": fixed.multipliers.real,
         "multipliers_imaginary": fixed.multipliers.imag,
     }
-    given = {name: value for name, value in facts.items() if value is not None}
-    run.facts["steady"] = given | parts | {"slow": ", ".join(slow)}
-    return write(run, output)
+    return given | parts | {"slow": ", ".join(slow)}

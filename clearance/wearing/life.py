@@ -31,7 +31,7 @@ from clearance.simulation import prepare, write
 from clearance.sweeping.ideal import ideal_motion
 from clearance.wearing.records import SURFACES, Life, lines
 from clearance.wearing.replay import Replay, Worn, moved
-from clearance.wearing.summing import Turn, Wearing
+from clearance.wearing.summing import Turn, Wearing, solids_of
 
 LOG = logging.getLogger("clearance")
 JUMPS = ("replay", "linear")
@@ -241,7 +241,8 @@ class Driver:
                     joint.outline.parameters,
                 ]
                 numbers = [Outline(None, depths).numbers for depths in outlines]
-                x, y = moved(*here, turn[1] - turn[0], joint.clearance, *numbers)
+                solids = solids_of(joint)
+                x, y = moved(*here, turn[1] - turn[0], joint.clearance, *numbers, solids)
                 run.state.y[first : first + 2] = cos * x - sin * y, cos * y + sin * x
 
     def stage(self, stage: int, outlines: dict[str, Worn]) -> tuple[dict[str, Measured], dict]:
@@ -285,7 +286,8 @@ class Driver:
     def _replay(self, name: str, measured: Measured) -> Replay:
         joint = self.joints[name]
         stiffness = joint.contact.values["layer_modulus"]
-        return Replay(measured.path, stiffness, joint.radius * joint.contact_length)
+        surface = joint.radius * joint.contact_length
+        return Replay(measured.path, stiffness, surface, solids_of(joint))
 
     def _straight(self, name: str, outline: Worn, measured: Measured, turns: float, most: float):
         """Wear of a turn times turns.

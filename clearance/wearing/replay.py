@@ -13,6 +13,7 @@ made at once and in two halves; the difference is its error, and is taken off on
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -35,6 +36,7 @@ from clearance.store import compiled
 NEWTON = 60  # steps of the search for a place of rest, at most
 AT_REST = 1e-9  # of the force: what is left of it there
 STRIDE = 0.2  # of the clearance: longest step of the search
+LIGHT = 1e-6  # of the strength of asperities: pressures whose journal swims in its film
 ENOUGH = 0.7  # of the slope at the start of a step that may stand at its end, behind the rest
 
 
@@ -133,17 +135,43 @@ def replay(path, turns, data, stiffness, surface, place, pressure, volumes):
 
 
 def moved(
-    x: float, y: float, angle: float, clearance: float, old: np.ndarray, new: np.ndarray
+    x: float,
+    y: float,
+    angle: float,
+    clearance: float,
+    old: np.ndarray,
+    new: np.ndarray,
+    solids=None,
 ) -> tuple[float, float]:
     """Place in a new outline with the force that the old one has at (x, y); the same place in free
     flight.
+
+    solids: a `laws.worn_asperity.Rough` where asperities carry too.
     """
-    joint = FilmJoint(0.0, clearance, 0.0, 0.0, 0.0)
+    joint = FilmJoint(0.0, clearance, 0.0, 0.0, 0.0 if solids is None else solids.roughness)
+    if solids is not None:
+        from clearance.wearing.rough import carried, rest_rough
+
+        force_x, force_y, load, *_ = carried(x, y, angle, joint, old, 0.0, solids)
+        if load <= LIGHT * solids.strength:
+            return x, y
+        found = rest_rough(force_x, force_y, angle, joint, new, 1.0, 0.0, solids, x, y)
+        return found[:2] if math.isfinite(found[2]) else (x, y)
     force_x, force_y, load, _ = touching(x, y, angle, joint, old, 0.0)
     if load <= 0.0:
         return x, y
     found_x, found_y, load = rest(force_x, force_y, angle, joint, new, 1.0, x, y)
     return (found_x, found_y) if math.isfinite(load) else (x, y)
+
+
+@cache
+def _compiled(rough: bool):
+    """`replay`, or that of rough surfaces."""
+    if not rough:
+        return compiled(replay)
+    from clearance.wearing.rough import replay_rough
+
+    return compiled(replay_rough)
 
 
 @dataclass
@@ -182,23 +210,27 @@ class Worn:
 class Replay:
     """The load path of a turn in one joint, to be replayed.
 
-    path: rows of `summing.PATH` of one turn; stiffness: K_w [Pa/m]; surface: R L [m2].
+    path: rows of `summing.PATH` of one turn; stiffness: K_w [Pa/m]; surface: R L [m2]; solids: a
+        `laws.worn_asperity.Rough` where asperities carry too.
     """
 
-    _compiled = None
-
-    def __init__(self, path: np.ndarray, stiffness: float, surface: float):
-        if Replay._compiled is None:
-            Replay._compiled = staticmethod(compiled(replay))
+    def __init__(self, path: np.ndarray, stiffness: float, surface: float, solids=None):
         self.path, self.stiffness, self.surface = np.ascontiguousarray(path), stiffness, surface
-        self.pressure = np.zeros(2 * NODES)
+        self.pressure, self.solids = np.zeros(2 * NODES), solids
+        self._replay = _compiled(solids is not None)
 
     @property
     def stiff(self) -> float:
-        """Wear of a turn over what the foundation yields, K_w sum(w): explicit jumps end at 2 over
-        it.
+        """Wear of a turn over what the solids yield, K sum(w): explicit jumps end at 2 over it.
+
+        K is that of the foundation, and of the asperities at the gap 0.
         """
-        return self.stiffness * float(self.path[:, 3:5].sum())
+        stiffness = self.stiffness
+        if self.solids is not None:
+            from clearance.wearing.rough import pressure_at
+
+            stiffness = pressure_at(1e-30, 0.0, self.solids)[1]
+        return stiffness * float(self.path[:, 3:5].sum())
 
     def step(self, worn: Worn, turns: float) -> Worn:
         """Outlines after so many turns at once.
@@ -206,11 +238,11 @@ class Replay:
         Raises RuntimeError where no place of rest is found.
         """
         new = worn.copy()
-        done = Replay._compiled(
+        done = self._replay(
             self.path,
             float(turns),
             new.data,
-            self.stiffness,
+            self.stiffness if self.solids is None else self.solids,
             self.surface,
             new.place,
             self.pressure,

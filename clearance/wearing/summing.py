@@ -59,6 +59,7 @@ class Sums:
         self.linear = {body: is_linear(law) for body, law in self.laws.items()}
         given = self.joint.outline.parameters
         self.outline = {body: np.array(given[body]) for body in BODIES.values()}
+        self.solids = solids_of(self.joint)
         self.start()
 
     def start(self) -> None:
@@ -96,6 +97,10 @@ class Sums:
                 for k, share in zip((-1, 0, 1, 2), shares, strict=True)
             )
         pressure = stiffness[:, None] * np.maximum(overlap, 0.0)
+        if self.solids is not None:
+            from clearance.laws.worn_asperity import pressures
+
+            pressure += pressures(-overlap, *self.solids[1:])
         self.rubbing += float(weights @ (load * speed))
         over = {body: np.zeros(len(flat)) for body in BODIES.values()}
         for body, law in self.laws.items():
@@ -125,6 +130,18 @@ class Sums:
         turn = Turn(self.depths, summed, error, self.rubbing, grouped(path))
         self.start()
         return turn
+
+
+def solids_of(joint):
+    """Foundation and asperities of a joint, a `Rough`; None without asperities."""
+    if joint.asperity is None:
+        return None
+    from clearance.laws.worn_asperity import Rough, row_of
+
+    order, factor = joint.asperity.law.pressure
+    strength = factor(*joint.asperity.numbers)
+    stiffness = joint.contact.values["layer_modulus"]
+    return Rough(stiffness, joint.roughness, strength, row_of(order))
 
 
 def _turned(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

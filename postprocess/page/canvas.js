@@ -47,21 +47,21 @@ function ticks(low, high, wanted) {
   if (!(raw > 0) || !isFinite(raw)) return { step: 1, at: [low] };
   const ten = 10 ** Math.floor(Math.log10(raw)),
     step = [1, 2, 5, 10].find((s) => s * ten >= raw * 0.999) * ten;
-  const found = [];
+  const places = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++)
-    found.push(k * step);
-  return { step, at: found };
+    places.push(k * step);
+  return { step, at: places };
 }
 
 // powers of ten from low to high, with steps between where they are few
 function decades(low, high) {
-  const found = [],
+  const places = [],
     from = Math.floor(Math.log10(low)),
     to = Math.ceil(Math.log10(high));
   const steps = to - from < 2 ? [1, 2, 3, 5] : to - from < 4 ? [1, 3] : [1],
     every = Math.ceil((to - from) / 6);
-  for (let e = from; e <= to; e += every) for (const s of steps) found.push(s * 10 ** e);
-  return found.filter((v) => v >= low * 0.999 && v <= high * 1.001);
+  for (let e = from; e <= to; e += every) for (const s of steps) places.push(s * 10 ** e);
+  return places.filter((v) => v >= low * 0.999 && v <= high * 1.001);
 }
 
 // a tick in print, with as many digits as its step needs

@@ -179,13 +179,13 @@ class Chart {
   }
   // impacts of this channel's joint, of all joints where it belongs to none
   impacts(g, px, box) {
-    const own = this.path.startsWith("joints/") ? this.path.split("/")[1] : null;
+    const owner = this.path.startsWith("joints/") ? this.path.split("/")[1] : null;
     this.page.visible.forEach((run, row) => {
       const { joints, joint, time } = run.impacts;
-      if (own && !joints.some((j) => j.split("/")[0] === own)) return;
+      if (owner && !joints.some((j) => j.split("/")[0] === owner)) return;
       g.fillStyle = run.colour;
       for (let k = 0; k < time.length; k++) {
-        if (own && joints[joint[k]].split("/")[0] !== own) continue;
+        if (owner && joints[joint[k]].split("/")[0] !== owner) continue;
         const x = px(run.abscissa(time[k], this.page.kind));
         if (x >= box.x && x <= box.x + box.w) g.fillRect(x, box.y + box.h - 6 * (row + 1), 1, 5);
       }

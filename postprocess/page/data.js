@@ -17,12 +17,12 @@ function column(bytes, [kind, start, count]) {
   const Kind = KINDS[kind],
     size = Kind.BYTES_PER_ELEMENT;
   if (size === 1) return bytes.subarray(start, start + count);
-  const found = new Uint8Array(count * size);
+  const sorted = new Uint8Array(count * size);
   for (let rank = 0; rank < size; rank++) {
     const from = start + rank * count;
-    for (let i = 0; i < count; i++) found[i * size + rank] = bytes[from + i];
+    for (let i = 0; i < count; i++) sorted[i * size + rank] = bytes[from + i];
   }
-  return new Kind(found.buffer);
+  return new Kind(sorted.buffer);
 }
 
 class Run {
@@ -61,7 +61,8 @@ class Run {
     lens.path = lens.offsets.map((c) => this.read(c));
     lens.times = lens.clock ? this.read(lens.clock) : this.clock.time;
     lens.pull = lens.force && lens.force.map((c) => this.read(c));
-    lens.kept = lens.state && this.read(lens.state);
+    lens.changes = lens.state && this.read(lens.state);
+    lens.depths = lens.worn && lens.worn.map((c) => this.read(c));
     const f = lens.fields;
     if (f)
       lens.pressure = {

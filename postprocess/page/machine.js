@@ -183,7 +183,7 @@ class Machine {
     g.textBaseline = "top";
     g.font = SMALL;
     const pull = lens.pull && Math.hypot(at(lens.pull[0], when), at(lens.pull[1], when));
-    const said = [
+    const words = [
       state && state[0],
       pull === undefined
         ? ""
@@ -192,7 +192,7 @@ class Machine {
           : `${reading(+pull.toPrecision(3))} N`,
     ];
     g.fillStyle = state ? state[1] : "#222";
-    g.fillText(said.filter(Boolean).join(", "), x, y + radius + (lens.pressure ? 0.3 * radius : 5));
+    g.fillText(words.filter(Boolean).join(", "), x, y + radius + (lens.pressure ? 0.3 * radius : 5));
   }
   leader(g, from, to) {
     g.strokeStyle = "#aaa";
@@ -234,14 +234,14 @@ function lensRows(lenses, width, height) {
 // name and colour of the state of a joint
 function stateOf(run, joint, when) {
   const lens = run.lenses.find((l) => l.joint === joint);
-  return lens && lens.kept
-    ? lens.states[lens.kept[Math.min(when[0] + (when[1] > 0), lens.kept.length - 1)]]
+  return lens && lens.changes
+    ? lens.states[lens.changes[Math.min(when[0] + (when[1] > 0), lens.changes.length - 1)]]
     : null;
 }
 
 // ---- clearance circle, trail and centre of a journal, force on it, pressure round it
-function journal(g, found, [x, y], radius, page) {
-  const [run, lens] = found[0],
+function journal(g, laid, [x, y], radius, page) {
+  const [run, lens] = laid[0],
     when = run.place(page.x, page.kind),
     slot = lens.kind === "slot";
   g.beginPath();
@@ -263,6 +263,7 @@ function journal(g, found, [x, y], radius, page) {
     g.arc(x, y, radius, 0, 7);
     g.stroke();
   }
+  if (lens.depths) worn(g, run, lens, when, [x, y], radius);
   const state = stateOf(run, lens.joint, when);
   if (state && !slot) {
     g.beginPath();
@@ -276,8 +277,8 @@ function journal(g, found, [x, y], radius, page) {
   trace(g, [[x - 5, y], [x + 5, y], null, [x, y - 5], [x, y + 5]]);
   g.stroke();
   if (lens.pressure) rim(g, run, lens, [x, y], radius, page);
-  for (const [r, l] of [...found].reverse()) trail(g, r, l, [x, y], radius, page);
-  found.forEach(([r, l], k) => {
+  for (const [r, l] of [...laid].reverse()) trail(g, r, l, [x, y], radius, page);
+  laid.forEach(([r, l], k) => {
     const here = r.place(page.x, page.kind),
       p = centre(l, r.time_of(page.x, page.kind), [x, y], radius);
     if (l.pull)
@@ -296,6 +297,34 @@ function journal(g, found, [x, y], radius, page) {
     g.lineWidth = 1;
     g.stroke();
   });
+}
+
+// the edge of the room that wear has left to the centre of the journal
+function worn(g, run, lens, when, [x, y], radius) {
+  const [bearing, journal] = lens.depths,
+    turns = [lens.end[0], lens.turning].map((body) => angleOf(run, body, when)),
+    deep = (depths, angle) => {
+      const n = depths.length,
+        place = (((angle / (2 * Math.PI)) % 1) + 1) * n;
+      return at([depths[Math.floor(place) % n], depths[(Math.floor(place) + 1) % n]], [0, place % 1]);
+    };
+  const points = Array.from({ length: 361 }, (_, j) => {
+    const angle = (j / 180) * Math.PI,
+      depth = deep(bearing, angle - turns[0]) + deep(journal, angle - turns[1]),
+      out = radius * (1 + depth / lens.clearance);
+    return [x + out * Math.cos(angle), y - out * Math.sin(angle)];
+  });
+  g.fillStyle = "#fffdf5";
+  g.strokeStyle = "#a33";
+  g.lineWidth = 1;
+  trace(g, points, true);
+  g.fill();
+  g.stroke();
+}
+
+// angle of a body [rad]
+function angleOf(run, body, when) {
+  return body === "ground" ? 0 : at(run.poses?.[body]?.[2] || [0], when);
 }
 
 // centre of a journal; of a pin only its place across the slot counts
@@ -355,11 +384,8 @@ function arrow(g, [x, y], force, most, colour) {
 function rim(g, run, lens, [x, y], radius, page) {
   const p = lens.pressure,
     [across, around] = p.shape,
-    k = fieldAt(lens, run, page);
-  const turned =
-    lens.end[0] === "ground"
-      ? 0
-      : at(run.poses?.[lens.end[0]]?.[2] || [0], run.place(page.x, page.kind));
+    k = fieldAt(lens, run, page),
+    turned = angleOf(run, lens.end[0], run.place(page.x, page.kind));
   const row = (k * across + (across >> 1)) * around,
     scale = (0.28 * p.top[k]) / p.largest / 255;
   const points = Array.from({ length: around + 1 }, (_, j) => {
@@ -379,8 +405,8 @@ function rim(g, run, lens, [x, y], radius, page) {
 }
 
 // ---- a block in its guide; its clearance is magnified, and with it offset and tilt
-function guide(g, found, [x, y], radius, page) {
-  const [, lens] = found[0],
+function guide(g, laid, [x, y], radius, page) {
+  const [, lens] = laid[0],
     a = lens.overlap / 2,
     b = lens.height / 2,
     room = lens.magnified * b;
@@ -394,17 +420,17 @@ function guide(g, found, [x, y], radius, page) {
     ]);
     g.stroke();
   }
-  for (const [run, own] of [...found].reverse()) {
+  for (const [run, lens_of] of [...laid].reverse()) {
     const when = run.place(page.x, page.kind),
-      [e, tilt] = own.path.map((p) => at(p, when) / own.clearance);
+      [e, tilt] = lens_of.path.map((p) => at(p, when) / lens_of.clearance);
     const corners = [0, 1, 3, 2]
-      .map((i) => own.corners[i])
+      .map((i) => lens_of.corners[i])
       .map(([sx, sy]) => [
         x + sx * a * scale,
-        y - (room * (e + sx * 0.5 * own.overlap * tilt) + sy * b) * scale,
+        y - (room * (e + sx * 0.5 * lens_of.overlap * tilt) + sy * b) * scale,
       ]);
-    const state = stateOf(run, own.joint, when);
-    g.strokeStyle = run === found[0][0] && state ? state[1] : run.colour;
+    const state = stateOf(run, lens_of.joint, when);
+    g.strokeStyle = run === laid[0][0] && state ? state[1] : run.colour;
     g.lineWidth = 2;
     g.fillStyle = "#ffffffb0";
     trace(g, corners, true);

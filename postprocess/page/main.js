@@ -157,13 +157,13 @@ const page = {
 
   // ---- curves
   curves() {
-    const known = Object.keys(FACTS.channels).filter((p) => this.runs.some((r) => r.columns[p]));
+    const paths = Object.keys(FACTS.channels).filter((p) => this.runs.some((r) => r.columns[p]));
     const wanted = this.charts.size
-      ? [...this.charts.keys()].filter((p) => known.includes(p))
-      : FACTS.first.filter((p) => known.includes(p));
+      ? [...this.charts.keys()].filter((p) => paths.includes(p))
+      : FACTS.first.filter((p) => paths.includes(p));
     for (const chart of this.charts.values()) chart.hold.remove();
     this.charts.clear();
-    $("choice").replaceChildren(...known.map((path) => this.box(path, wanted.includes(path))));
+    $("choice").replaceChildren(...paths.map((path) => this.box(path, wanted.includes(path))));
     for (const path of wanted) this.charts.set(path, new Chart($("curves"), path, this));
   },
   box(path, checked) {

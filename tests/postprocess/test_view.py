@@ -4,6 +4,7 @@ import json
 import os
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -172,6 +173,22 @@ def test_measured_data_lie_over_their_channel(folder, tmp_path):
     assert "rms error" in facts["runs"][0]["about"][-1]
     with pytest.raises(ValueError, match="measured data are for runs"):
         view(folder / "grid", tmp_path / "map.html", measured=compared)
+
+
+def test_worn_outlines_go_with_their_joint(tmp_path):
+    """Depths of both surfaces as 32-bit floats, of which the browser makes the edge of the room."""
+    scene = cl.load_case("slider_crank", model="dry", contact="winkler", clearance=1e-4)
+    depths = {"bearing": 3e-5 * np.exp(-(((np.arange(360.0) - 200.0) / 20.0) ** 2))}
+    depths["journal"] = np.roll(depths["bearing"], 110) / 3.0
+    joints = {j.name: j for j in scene.joints}
+    joints["C"] = replace(joints["C"], outline=cl.worn(**depths))
+    run = cl.simulate(cl.Scene(*joints.values(), *scene.loads), turns=0.1)
+    facts, blocks = facts_of(cl.view(run, tmp_path / "worn.html"))
+    (lens,) = facts["runs"][0]["lenses"]
+    for place, values in zip(lens["worn"], depths.values(), strict=True):
+        np.testing.assert_array_equal(unpacked(blocks[0], place), values.astype("f4"))
+    (fresh,) = facts_of(cl.view(cl.simulate(scene, turns=0.1), tmp_path / "new.html"))[0]["runs"]
+    assert "worn" not in fresh["lenses"][0]
 
 
 def test_curves_have_their_stated_errors(folder, tmp_path):

@@ -1,0 +1,143 @@
+"""The film of a short bearing on worn outlines.
+
+    (R/L)^2 d/dzeta (H^3 dP/dzeta) = 6 spin d(H_e + h_B - h_J)/dtheta + 12 d(H_e + lift)/dt = r
+    H = H_e + h_B + h_J + lift,   H_e = 1 - x cos theta - y sin theta,   p = mu (R/c)^2 P, P >= 0
+    axial mean  P = -(L/R)^2 r / (12 H^3)  where r < 0
+
+in the bearing's frame, lengths over the clearance c; spin = omega_J - omega_B. The bearing's
+outline counts with +6 spin, the journal's with -6 spin, for it turns. `lift` is what a transition
+adds to the gap of a rough joint, the same all around: the smallest gap is the film gap that the
+transition gives. Sums over the middles between nodes, where the bearing's outline is straight;
+the oil drags all around.
+
+Valid for L/D < 0.25, too stiff above. Unworn and without lift it is `short_film` (1e-4).
+Source: DuBois and Ocvirk, NACA TR 1157 (1953), place by place; outlines as in film/conserving.py.
+"""
+
+import numpy as np
+
+from clearance.laws.law import FilmJoint
+from clearance.laws.outline import (
+    NODES,
+    STEP,
+    cubic,
+    cubic_bend,
+    cubic_slope,
+    four,
+    places,
+    turned,
+)
+
+THINNEST = 1e-6  # H is not taken below this
+COS = np.cos(STEP * (np.arange(NODES) + 0.5))  # of the middles between nodes
+SIN = np.sin(STEP * (np.arange(NODES) + 0.5))
+
+
+def gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, slope, node):
+    """H and r behind a node; h: sum of both depths, slope: of the bearing's minus the journal's."""
+    c, s = COS[node], SIN[node]
+    wedge = 6.0 * spin * (x * s - y * c + slope)
+    return 1.0 - x * c - y * s + h + lift, wedge - 12.0 * (vx * c + vy * s - lift_rate)
+
+
+def depths(data, bearing, journal, node, clearance, weights, slopes):
+    """Over c behind a node: sum of depths, slope of the bearing's, slope of the journal's."""
+    here, beyond = data[bearing + node] / clearance, data[bearing + node + 1] / clearance
+    h, rise = 0.5 * (here + beyond), (beyond - here) / STEP
+    if journal == 0:
+        return h, rise, 0.0
+    h += four(data, journal + node, weights) / clearance
+    return h, rise, four(data, journal + node, slopes) / clearance
+
+
+def short_on_outlines(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start):
+    """Force x, y on the journal [N] and the integral of 1 / H all around [1]; angle: of the journal."""
+    before, t = turned(angle - 0.5 * STEP)
+    bearing, journal = places(data, int(start), 0, before)
+    weights, slopes = cubic(t), cubic_slope(t)
+    fx, fy, shear = 0.0, 0.0, 0.0
+    for node in range(NODES):
+        h, rise, fall = depths(data, bearing, journal, node, joint.clearance, weights, slopes)
+        gap, r = gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, rise - fall, node)
+        inverse = 1.0 / max(gap, THINNEST)
+        shear += inverse
+        if r < 0.0:
+            p = r * inverse * inverse * inverse
+            fx, fy = fx + p * COS[node], fy + p * SIN[node]
+    size = STEP * size_of(joint)
+    return size * fx, size * fy, STEP * shear
+
+
+def size_of(joint):
+    """mu (R/c)^2 R L (L/R)^2 / 12: force of a unit of r / H^3 [N s]."""
+    thin = joint.length / joint.clearance
+    return joint.viscosity * thin * thin * joint.radius * joint.length / 12.0
+
+
+def short_slopes(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start):
+    """`short_on_outlines`, then the derivatives of its values by the first eight arguments."""
+    before, t = turned(angle - 0.5 * STEP)
+    bearing, journal = places(data, int(start), 0, before)
+    weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
+    fx, fy, shear = 0.0, 0.0, 0.0
+    xx, xy, yx, yy, xa, ya, xl, yl = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    cc, cs, ss, xs, ys, xr, yr = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    sx, sy, sa, sl = 0.0, 0.0, 0.0, 0.0
+    for node in range(NODES):
+        c, s = COS[node], SIN[node]
+        h, rise, fall = depths(data, bearing, journal, node, joint.clearance, weights, slopes)
+        gap, r = gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, rise - fall, node)
+        inverse = 1.0 / max(gap, THINNEST)
+        by_gap = -inverse * inverse if gap > THINNEST else 0.0
+        shear += inverse
+        sx, sy, sa, sl = sx - by_gap * c, sy - by_gap * s, sa - by_gap * fall, sl + by_gap
+        if r < 0.0:
+            cube = inverse * inverse * inverse
+            steep = 3.0 * r * inverse * inverse * by_gap
+            bend = four(data, journal + node, bends) / joint.clearance if journal > 0 else 0.0
+            by_x = 6.0 * spin * s * cube - steep * c
+            by_y = -6.0 * spin * c * cube - steep * s
+            by_angle = 6.0 * spin * bend * cube - steep * fall
+            by_spin = 6.0 * (x * s - y * c + rise - fall) * cube
+            fx, fy = fx + r * cube * c, fy + r * cube * s
+            xx, xy, yx, yy = xx + by_x * c, xy + by_y * c, yx + by_x * s, yy + by_y * s
+            xa, ya, xl, yl = xa + by_angle * c, ya + by_angle * s, xl + steep * c, yl + steep * s
+            cc, cs, ss = (
+                cc - 12.0 * cube * c * c,
+                cs - 12.0 * cube * c * s,
+                ss - 12.0 * cube * s * s,
+            )
+            xs, ys, xr, yr = xs + by_spin * c, ys + by_spin * s, xr + cube * c, yr + cube * s
+    w = STEP * size_of(joint)
+    return (
+        w * fx,
+        w * fy,
+        STEP * shear,
+        w * xx,
+        w * xy,
+        w * cc,
+        w * cs,
+        w * xs,
+        w * xa,
+        w * xl,
+        12.0 * w * xr,
+        w * yx,
+        w * yy,
+        w * cs,
+        w * ss,
+        w * ys,
+        w * ya,
+        w * yl,
+        12.0 * w * yr,
+        STEP * sx,
+        STEP * sy,
+        0.0,
+        0.0,
+        0.0,
+        STEP * sa,
+        STEP * sl,
+        0.0,
+    )
+
+
+short_on_outlines.slopes = short_slopes
