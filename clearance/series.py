@@ -3,8 +3,8 @@ truth in 95 of 100.
 
 A series is stationary but for a transient at its start; series of several runs of the same length
 stand in the rows of one array. Intervals come from the means of batches, which are nearly
-independent (Law and Kelton, Simulation Modeling and Analysis, chapter 9); they are widened where
-short series are known to make them too narrow.
+independent (Law and Kelton, Simulation Modeling and Analysis, chapter 9). Those of short series
+are too narrow where values are correlated or skewed: they are widened in that proportion.
 """
 
 import math
@@ -17,9 +17,12 @@ CONFIDENCE = 0.95
 FEWEST = 8  # values needed for a sampling error
 BATCHES = 10
 MORE_BATCHES, LONG = 20, 400  # batches of series with at least so many values
-#: factor on the interval by the number of values: measured on the turns of a dry slider-crank,
-#: whose bursts of hard impacts last several turns (tests/benchmarks/turn_statistics.py)
+#: factor on the interval by the number of values, of series with a correlation from one value to the
+#: next or a skewness of at least so much: measured on the turns of a dry slider-crank, whose bursts
+#: of hard impacts last several turns (tests/benchmarks/turn_statistics.py)
+CORRELATION, SKEWNESS = 0.3, 1.0
 WIDENING = ((8, 3.0), (20, 2.2), (40, 1.5), (100, 1.25), (200, 1.1), (280, 1.0))
+FLOOR = 0.5  # least interval over that of independent values: batches may hold whole periods
 TRUNCATION = 5  # values of which MSER-5 takes means
 EARLY, LATE = 0.1, 0.5  # shares of a series whose means Geweke's test compares
 FIRST_LOOK, GROWTH = 40, 1.25  # numbers of values at which a series that grows is judged
@@ -94,8 +97,8 @@ def mean(values: np.ndarray, widened: bool = True) -> Mean:
     """Mean of stationary series, (values,) or (runs, values), with its interval from batch means.
 
     half width = t_{b-1} s_b / sqrt(b), s_b the standard deviation of the means of b batches of
-    equal length; never less than that of independent values, nor than that of b = 10; widened as
-    `WIDENING` says. Raises ValueError for fewer than 8 values.
+    equal length; never less than half of that of independent values; widened by `widening`.
+    Raises ValueError for fewer than 8 values.
     """
     rows = np.atleast_2d(np.asarray(values, float))
     count = rows.size
@@ -104,7 +107,7 @@ def mean(values: np.ndarray, widened: bool = True) -> Mean:
     batches = batch_means(rows).ravel()
     half = _half_width(batches)
     if widened:
-        half = max(half, _half_width(rows.ravel())) * widening(count)
+        half = max(half, FLOOR * _half_width(rows.ravel())) * widening(rows)
     return Mean(float(rows.mean()), half, count, batches.size)
 
 
@@ -129,10 +132,34 @@ def _half_width(values: np.ndarray) -> float:
     return student(values.size - 1) * standard_error(values)
 
 
-def widening(count: int) -> float:
-    """Factor by which intervals of so many values are too narrow."""
+def widening(rows: np.ndarray) -> float:
+    """Factor by which intervals of a series, (runs, values), are too narrow.
+
+    That of `WIDENING` as far as the values are correlated or skewed, 1 for independent ones that
+    are neither.
+    """
     counts, factors = zip(*WIDENING, strict=True)
-    return float(np.interp(count, counts, factors))
+    largest = float(np.interp(rows.size, counts, factors))
+    burst = max(correlation(rows) / CORRELATION, skewness(rows) / SKEWNESS)
+    return 1.0 + (largest - 1.0) * min(max(burst, 0.0), 1.0)
+
+
+def correlation(rows: np.ndarray) -> float:
+    """Autocorrelation from one value to the next, (runs, values).
+
+    The sample's, r, is too small by (1 + 4 rho) / n, for the mean is that of the same values
+    (Marriott and Pope, Biometrika 41 (1954) 390).
+    """
+    away, count = rows - rows.mean(), rows.size
+    square, product = float((away**2).sum()), float((away[:, 1:] * away[:, :-1]).sum())
+    return (count * product / square + 1.0) / (count - 4.0) if square > 0.0 else 0.0
+
+
+def skewness(rows: np.ndarray) -> float:
+    """Third central moment over the cube of the standard deviation."""
+    away = rows - rows.mean()
+    spread = float((away**2).mean())
+    return float((away**3).mean()) / spread**1.5 if spread > 0.0 else 0.0
 
 
 def quantile(values: np.ndarray, share: float) -> Quantile:

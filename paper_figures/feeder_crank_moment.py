@@ -5,14 +5,15 @@ Group: feeder
 Answers: Jin et al. (2023), driving moment of the crank at constant speed, ideal against dry,
 lubricated and transitional clearance.
 
-Reproduced: the moment over a turn at 300 rpm and a radial clearance of 0.2 mm, its extremes, root
-mean square and mean; the mean times a turn is the work of a turn, which goes into friction and oil.
+Reproduced: the moment over a turn at 300 rpm and a radial clearance of 0.2 mm, its smallest and
+largest value of a turn, root mean square and mean; the mean times a turn is the work of a turn,
+which goes into friction and oil.
 The oil of 5 mPa s is thin enough for the journal to cross the clearance fast and for surfaces to
 touch.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1; all joints but B are
-ideal and free of friction. The dry moment is irregular; its extremes are those of the turns that
-were run.
+ideal and free of friction. The dry moment is irregular; smallest and largest values are means over
+turns, which do not grow with their number.
 
 Not comparable: the source's moments belong to its own lengths and masses, which were not in the
 part we had.
@@ -25,6 +26,7 @@ from clearance.paper_figures.feeder_slider import (
     IDEAL,
     SETTLE,
     by_turns,
+    ends,
     finished,
     models,
     over_ideal,
@@ -73,11 +75,11 @@ def moments(runs: dict):
 
 
 def numbers(runs: dict) -> tuple[list[str], list[list]]:
-    """Heads and rows: extremes, root mean squares and work."""
+    """Heads and rows: ends of a turn, root mean squares and work."""
     heads = [
         "joint B",
-        "min [N m]",
-        "max [N m]",
+        "min of a turn [N m]",
+        "max of a turn [N m]",
         "largest abs. of a turn [N m]",
         "rms [N m]",
         "mean [N m]",
@@ -90,11 +92,10 @@ def numbers(runs: dict) -> tuple[list[str], list[list]]:
         torque = run.drive("crank").torque[settled(run)]
         largest = by_turns(np.abs(torque), turns)
         middle = round(float(torque[:-1].mean()), 9) + 0.0  # of the ideal one rounding is left
-        extremes = [float(torque.min()), float(torque.max())]
         rows.append(
             [
                 name,
-                *extremes,
+                *ends(torque, turns),
                 largest,
                 rms(torque),
                 middle,

@@ -209,10 +209,12 @@ def finished(figure, panels, xlabel: str, named=None):
 
 
 def peaks(runs: dict) -> tuple[list[str], list[list]]:
-    """Heads and rows: extremes of the motion, and of its deviation from the ideal one."""
+    """Heads and rows: ends of the motion in a turn, and of its deviation from the ideal one; means
+    over turns, which do not grow with their number.
+    """
     heads = [
         "joint B",
-        "x min [mm]",
+        "x min of a turn [mm]",
         "x max [mm]",
         "v min [m/s]",
         "v max [m/s]",
@@ -220,11 +222,11 @@ def peaks(runs: dict) -> tuple[list[str], list[list]]:
         "a max [m/s2]",
         "a rms [m/s2]",
         "largest abs. a of a turn [m/s2]",
-        "deviation of x, max [um]",
+        "deviation of x, max of a turn [um]",
         "of v, max [mm/s]",
         "of a, rms [m/s2]",
     ]
-    rows = []
+    rows, turns = [], turns_seen(runs)
     for name, run in runs.items():
         now, ideal = (
             [getattr(r["slider"], c[0])[settled(r)] for c in RATES] for r in (run, runs["ideal"])
@@ -234,25 +236,33 @@ def peaks(runs: dict) -> tuple[list[str], list[list]]:
         rows.append(
             [
                 name,
-                1e3 * x.min(),
-                1e3 * x.max(),
-                v.min(),
-                v.max(),
-                a.min(),
-                a.max(),
+                *ends(1e3 * x, turns),
+                *ends(v, turns),
+                *ends(a, turns),
                 rms(a),
-                by_turns(np.abs(a), turns_seen(runs)),
-                1e6 * np.abs(dx).max(),
-                1e3 * np.abs(dv).max(),
+                by_turns(np.abs(a), turns),
+                1e6 * of_turn(dx, turns),
+                1e3 * of_turn(dv, turns),
                 rms(da),
             ]
         )
-    return heads, [[float(c) if isinstance(c, np.floating) else c for c in row] for row in rows]
+    return heads, rows
+
+
+def in_turns(values: np.ndarray, turns: int) -> np.ndarray:
+    """Values turn by turn, (turns, samples)."""
+    return values[: len(values) // turns * turns].reshape(turns, -1)
+
+
+def ends(values: np.ndarray, turns: int) -> tuple[float, float]:
+    """Means over turns of the smallest and of the largest value of each."""
+    rows = in_turns(values, turns)
+    return float(rows.min(axis=1).mean()), float(rows.max(axis=1).mean())
 
 
 def turn_peaks(values: np.ndarray, turns: int) -> np.ndarray:
     """Largest size of the values in each turn."""
-    return np.abs(values)[: len(values) // turns * turns].reshape(turns, -1).max(axis=1)
+    return in_turns(np.abs(values), turns).max(axis=1)
 
 
 def of_turn(values: np.ndarray, turns: int) -> float:

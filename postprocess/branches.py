@@ -39,6 +39,8 @@ def branches(
     (parameter, (units, _, values)), *rest = columns.items()
     unit, factor = shown_in(units, values)
     x, stable, kinds = values * factor, columns["stable"][2] > 0, columns["kind"][2]
+    numbers = columns["branch"][2]
+    curves = [numbers == number for number in np.unique(numbers)]
     channels = {name: column for name, column in rest if "." in name}
     paths = list(dict.fromkeys(name.partition("[")[0] for name in channels))
     figure = figures.sheet(7.0, 1.0 + 2.6 * len(paths) + 2.0)
@@ -51,10 +53,13 @@ def branches(
         if dots:
             _room(axes, [channels[column][2] for column in mine])
         for column in mine:
-            _curve(axes, x, channels[column][2], stable, kinds)
+            for curve in curves:
+                _curve(axes, x[curve], channels[column][2][curve], stable[curve], kinds[curve])
             _marks(axes, x, channels[column][2], kinds)
         figures.finish(axes, axis_label(_text(name), channels[column][0], 2.4), "", legend=False)
-    _curve(panels[-1], x, columns["largest_multiplier"][2], stable, kinds)
+    for curve in curves:
+        largest = columns["largest_multiplier"][2]
+        _curve(panels[-1], x[curve], largest[curve], stable[curve], kinds[curve])
     _marks(panels[-1], x, columns["largest_multiplier"][2], kinds)
     panels[-1].axhline(1.0, color="0.5", lw=0.8)
     panels[-1].set_ylim(0.0, None)

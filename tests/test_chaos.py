@@ -123,6 +123,22 @@ def test_several_motions_are_not_averaged(found):
         several[FORCE]
 
 
+def test_two_motions_of_one_mechanism():
+    """The dry slider-crank at 3900 rpm, below its fold: starts lead to an orbit of one turn or to
+    one of two, which `steady` solves for (1e-3). Their mean forces differ by 2 %.
+    """
+    dry = {"restitution": 0.9, "friction": "coulomb", "friction_coefficient": 0.03}
+    scene = cl.load_case("slider_crank", clearance=1e-3, speed=cl.rpm(3900), **dry)
+    found = cl.statistics(scene, {FORCE: "1%"}, starts=12, seed=1, check=False)
+    forces = [motion.quantities[FORCE].mean.value for motion in found.motions]
+    assert len(forces) == 2
+    assert sorted(start for motion in found.motions for start in motion.starts) == [*range(12)]
+    orbit = cl.steady(scene, error=None)
+    assert orbit.period == 2
+    assert min(forces) == pytest.approx(turns.by_turn(orbit.orbit)[FORCE].values.mean(), rel=1e-3)
+    assert max(forces) > 1.02 * min(forces)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -104,6 +104,166 @@ class TestPendulum:
         assert (folder / "follow.h5").exists()
 
 
+SHAKEN = '''
+import math
+
+import clearance as cl
+
+
+def scene(*, speed: float = 10.0, damping: float = 0.02) -> cl.Scene:
+    """A pendulum on a slider that a crank moves up and down.
+
+    speed: of the crank [rad/s]
+    damping: of the pendulum [N m s]
+    """
+    up = math.pi / 2
+    crank = cl.Body("crank", 1.0, 1e-3, points={"shaft": (0, 0), "pin": (0.05, 0)}, angle=up)
+    rod = cl.Body("rod", 0.1, 1e-3, points={"pin": (0, 0), "end": (0.3, 0)}, angle=up)
+    slider = cl.Body("slider", 0.1, 1e-5, points={"pin": (0, 0)})
+    bob = cl.Body("bob", 1.0, 0.0025, points={"pin": (0, 0)}, com=(0, -0.25))
+    return cl.Scene(
+        cl.Revolute(cl.ground, crank["shaft"], name="A"),
+        cl.Revolute(crank["pin"], rod["pin"], name="B"),
+        cl.Revolute(rod["end"], slider["pin"], name="C"),
+        cl.Prismatic(cl.ground, slider["pin"], axis=(0, 1), name="guide"),
+        cl.Revolute(slider["pin"], bob["pin"], name="D"),
+        cl.TorsionSpring(slider, bob, damping=damping),
+        cl.Drive(crank, speed=speed, start=up),
+        name="shaken_pendulum",
+    )
+'''
+
+
+@pytest.fixture(scope="module")
+def shaken(tmp_path_factory):
+    path = tmp_path_factory.mktemp("shaken") / "shaken.py"
+    path.write_text(SHAKEN)
+    return path
+
+
+def shaken_branch(case, path=None, progress=None):
+    return cl.follow(
+        case,
+        "speed",
+        9.5,
+        11.5,
+        channels=["bodies/bob/theta"],
+        step=0.1,
+        points=30,
+        doublings=1,
+        path=path,
+        progress=progress,
+    )
+
+
+@pytest.fixture(scope="module")
+def met(shaken):
+    return shaken_branch(shaken)
+
+
+def hill(speed: float) -> np.ndarray:
+    """Multipliers of the shaken pendulum at rest, whose equation is Hill's: (i + m l^2) phi'' = - c
+    phi' - m l (g + y'') phi, with y of the slider.
+    """
+    from scipy.integrate import solve_ivp
+
+    throw, rod, inertia, arm = 0.05, 0.3, 0.0025 + 0.25**2, 0.25
+
+    def lift(angle):
+        """y'' / speed^2 of y = r cos a + sqrt(l^2 - r^2 sin^2 a)."""
+        s, c = throw * math.sin(angle), throw * math.cos(angle)
+        root = math.sqrt(rod**2 - s * s)
+        return -c - (c * c - s * s) / root - (s * c) ** 2 / root**3
+
+    def rates(time, x):
+        weight = arm * (9.81 + speed**2 * lift(speed * time))
+        return [x[1], -(0.02 * x[1] + weight * x[0]) / inertia]
+
+    turn, options = (0.0, 2.0 * math.pi / speed), {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+    return np.linalg.eigvals(
+        np.array([solve_ivp(rates, turn, start, **options).y[:, -1] for start in np.eye(2)]).T
+    )
+
+
+class TestDoubling:
+    """A pendulum on a moved pivot: at rest until the shaking doubles its period."""
+
+    def test_where_it_begins(self, met, validated):
+        """Hill's equation has the multiplier -1 there, to 1e-5; 1e-6 of the speeds is located."""
+        (born,) = met.bifurcations
+        assert born.kind == "period doubling"
+        validated(
+            "multiplier of Hill's equation where a shaken pendulum doubles its period",
+            float(hill(born.value).real.min()),
+            -1.0,
+            1e-5,
+            unit="1",
+            source="Hill's equation, integrated",
+            kind="independent",
+        )
+
+    def test_motions_of_twice_the_period(self, met):
+        """They swing to one side and to the other, by the same angle (1e-6); they are born where
+        the period doubles, and grow towards lower speeds, unstable.
+        """
+        (born,), curve = met.bifurcations, [p for p in met.points if p.branch == 1]
+        angles = np.array([p.outputs[:, 0] for p in curve])
+        assert all(p.period == 2 for p in curve)
+        assert angles[:, 0] == pytest.approx(-angles[:, 1], abs=1e-6)
+        swing = np.abs(angles[:, 0])
+        assert (np.diff(swing) > 0.0).all()
+        assert swing[-1] > 1.0
+        # near the doubling the speed falls with the square of the swing
+        fall = (born.value - np.array([p.value for p in curve[:4]])) / swing[:4] ** 2
+        assert fall == pytest.approx(fall[0], rel=0.02)
+        assert not any(p.stable for p in curve)
+        assert met.coexisting[0][2:] == (2, 1)
+
+    def test_it_goes_on_where_it_was_interrupted(self, met, shaken, tmp_path):
+        """In the first curve and in the second: what was met stays, and the same is met in all."""
+
+        def interrupt(at):
+            def progress(text):
+                if text.startswith(f"point {at} "):
+                    raise KeyboardInterrupt
+
+            return progress
+
+        for at in (4, 25):
+            with pytest.raises(KeyboardInterrupt):
+                shaken_branch(shaken, tmp_path, interrupt(at))
+            with (tmp_path / "follow.csv").open() as file:
+                assert len(list(csv.reader(file))) == 1 + at
+        kept = np.loadtxt(tmp_path / "follow.csv", delimiter=",", skiprows=1, usecols=0)
+        again = shaken_branch(shaken, tmp_path)
+        assert again.values[:25].tolist() == kept.tolist()
+        (one,), (two,) = met.bifurcations, again.bifurcations
+        assert two.value == pytest.approx(one.value, abs=1e-5)
+        assert again.points[-1].value == pytest.approx(9.5, abs=1e-5)
+        assert again.reason.startswith("the parameter left its range")
+        assert max(p.branch for p in again.points) == 1
+
+    def test_another_call_is_refused(self, shaken, tmp_path):
+        """It would write over what was met before an interrupt."""
+
+        def interrupt(text):
+            if text.startswith("point 3 "):
+                raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt):
+            shaken_branch(shaken, tmp_path, interrupt)
+        with pytest.raises(ValueError, match="interrupted branch with other high, doublings"):
+            cl.follow(
+                shaken,
+                "speed",
+                9.5,
+                11.0,
+                channels=["bodies/bob/theta"],
+                step=0.1,
+                path=tmp_path,
+            )
+
+
 class TestSliderCrank:
     def test_the_fold(self, validated):
         """Runs settle at 3941.750 rpm and leave at 3941.757 rpm, after thousands of turns:

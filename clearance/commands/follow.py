@@ -24,6 +24,8 @@ HI, round folds, also where it is unstable. Its bifurcations are located, its Fl
 say where it is stable.
 
   clearance follow slider_crank -p model=dry -p clearance=1mm -p speed=3000rpm:4100rpm -o branch
+The same command goes on where it was interrupted.
+
   clearance follow my.py -p clearance=0.1mm:0.3mm -p speed=600rpm --over map_dry -o branch
 """
 
@@ -48,13 +50,20 @@ def add(commands) -> argparse.ArgumentParser:
         help="distance from the motion, as --steady (1e-6)",
     )
     p.add_argument(
-        "--points", type=int, default=500, metavar="N", help="points at most (default 500)"
+        "--points", type=int, default=500, metavar="N", help="points of a curve (default 500)"
     )
     p.add_argument(
         "--step",
         type=number,
         metavar="S",
         help="longest step, as share of the range (default 0.03)",
+    )
+    p.add_argument(
+        "--doublings",
+        type=int,
+        default=0,
+        metavar="N",
+        help="follow motions of twice the period too, from period doublings on, N times (default 0)",
     )
     p.add_argument(
         "--most-turns", type=int, default=400, metavar="N", help="to the first motion (default 400)"
@@ -96,6 +105,7 @@ def run(options) -> int:
                 tolerance=options.tolerance,
                 points=options.points,
                 step=options.step or LARGEST,
+                doublings=options.doublings,
                 most_turns=options.most_turns,
                 channels=listed(options.channels),
                 path=options.output,

@@ -3,12 +3,14 @@
 Pseudo-arclength continuation: the unknowns are the coordinates Y of the section, in natural sizes,
 and the parameter p over its range. F(Y, p) = P(Y; p) - Y = 0 is a curve. From a point on it the way
 goes along its tangent by ds, and back to the curve at right angles to that, so that folds are
-passed: there the parameter turns and the tangent has no share of it.
+passed: there the parameter turns and the tangent has no share of it. In a period doubling a curve of
+motions of twice the period begins, along the eigenvector of the multiplier -1.
 Source: Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, ch. 4 and 7.
 """
 
 import math
 from collections.abc import Callable, Iterator
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -30,8 +32,10 @@ TURNED = 1e-3  # share of the parameter in the tangent below which it stands in 
 SEARCHES = 14  # points made to locate one bifurcation, at most
 EVERY = 8  # points after which the section is chosen again
 STEEP = 0.02  # share of the parameter in the tangent that gives the way through another section
+AWAY = (0.01, 0.003, 0.03)  # natural sizes: from a doubling to the first motion of twice the period
 REAL = 1e-6  # imaginary over real part of a multiplier that counts as real
 
+POINTS = " points"  # after which a curve ends
 FOLD, DOUBLING, TORUS, GRAZING = "fold", "period doubling", "torus", "grazing"
 
 
@@ -40,7 +44,8 @@ class Point:
     """A periodic motion on a branch. value: of the parameter; multipliers: Floquet, the largest
     first; slope: share of the parameter in the tangent, which changes its sign in a fold;
     contacts: that end in a period; outputs: values of the channels at the start of each turn,
-    (turns, channels); kind: of bifurcation, empty for a point on the way.
+    (turns, channels); kind: of bifurcation, empty for a point on the way; branch: 0, or the number
+    of the doubling that its curve begins in.
     """
 
     value: float
@@ -55,6 +60,7 @@ class Point:
     tangent: np.ndarray = field(repr=False)
     matrix: np.ndarray = field(repr=False)
     kind: str = ""
+    branch: int = 0
 
     @property
     def largest(self) -> float:
@@ -87,6 +93,8 @@ class Follower:
         self.tolerance, self.rtol, self.channels, self.largest = tolerance, rtol, channels, largest
         self.turns, self.phase, self.like = 1, 0.0, None
         self.sections: dict[float, Section] = {}
+        # of a curve that begins in a doubling: how far two halves of the period are apart
+        self.halves: np.ndarray | None = None
         self.reason = ""
 
     # --- the curve
@@ -170,11 +178,17 @@ class Follower:
 
         Raises NotPeriodic where the corrector does not converge, NotSolved where a motion ends.
         """
-        unknowns, tangent = self.unknowns(point), point.tangent
-        guess, bordered = unknowns + length * tangent, np.vstack([point.matrix, tangent])
+        tangent = point.tangent
+        return self._corrected(self.unknowns(point) + length * tangent, tangent, point.matrix)
+
+    def _corrected(
+        self, first: np.ndarray, tangent: np.ndarray, matrix: np.ndarray
+    ) -> tuple[Point, int]:
+        """The point of the curve beside a guess, at right angles to a tangent; as `step`."""
+        guess, bordered = first, np.vstack([matrix, tangent])
         change, last = self.change(guess), math.inf
         for n in range(ROUNDS):
-            right = np.append(-change, tangent @ (unknowns + length * tangent - guess))
+            right = np.append(-change, tangent @ (first - guess))
             move = np.linalg.solve(bordered, right)
             size = float(np.abs(move).max())
             if size > LIMIT or (n > 2 and size > last):
@@ -208,7 +222,68 @@ class Follower:
         unknowns = np.append(section.vector(place), self._share(point.value))
         along = np.zeros(unknowns.size)
         along[-1] = point.slope
-        return self._point(unknowns, along)
+        found = self._point(unknowns, along)
+        self.halves = None if self.halves is None else self._halves(found)
+        return found
+
+    # --- motions of twice the period
+    def doubled(self, point: Point) -> tuple["Follower", Point]:
+        """The curve of motions of twice the period that begins in a period doubling: its follower
+        and its first point.
+
+        Raises NotPeriodic where no such motion is met.
+        """
+        values, vectors = np.linalg.eig(point.matrix[:, :-1] + np.eye(len(point.matrix)))
+        way = vectors[:, np.abs(values + 1.0).argmin()].real
+        other = self._standing(point, 2 * point.period)
+        base, along = other.unknowns(point), np.append(way / np.linalg.norm(way), 0.0)
+        for length in AWAY:
+            guess = base + length * along
+            try:
+                matrix = other.matrix(guess, other.change(guess))
+                first, _ = other._corrected(guess, along, matrix)
+                other.halves = other._halves(first)
+            except (NotPeriodic, NotSolved, np.linalg.LinAlgError):
+                continue
+            if np.linalg.norm(other.halves) > length:  # about twice the way
+                return other, first
+        raise NotPeriodic(f"no motion of twice the period was met at {point.value:.9g}")
+
+    def again(self, point: Point) -> tuple["Follower", Point]:
+        """A follower that goes on from a point of a file, and that point with its derivative."""
+        other = self._standing(point, point.period)
+        other.halves = other._halves(point) if point.branch else None
+        unknowns = other.unknowns(point)
+        return other, replace(point, matrix=other.matrix(unknowns, other.change(unknowns)))
+
+    def _standing(self, point: Point, turns: int) -> "Follower":
+        """Another follower at a point, with the section of that, and a number of turns."""
+        other = copy(self)
+        other.turns, other.phase, other.like = turns, point.phase, point.place
+        other.sections, other.halves, other.reason = {}, None, ""
+        return other
+
+    def _halves(self, point: Point) -> np.ndarray:
+        """Difference between the passage half a period later and that of a point [natural sizes];
+        empty where other joints are in contact there.
+        """
+        section = Section(self.section(point.value).motion, self.turns // 2, self.phase)
+        try:
+            return section.change(point.place)[0]
+        except NotPeriodic:
+            return np.zeros(0)
+
+    def _joined(self, point: Point) -> bool:
+        """True where a curve has passed through a motion of half its period since the point before:
+        from there on it comes back, half a period later.
+        """
+        if self.halves is None:
+            return False
+        before, now = self.halves, self._halves(point)
+        if now.size != before.size:
+            return False
+        self.halves = now
+        return float(now @ before) < 0.0
 
     # --- the branch
     def points(self, first: Point, most: int) -> Iterator[Point]:
@@ -218,7 +293,7 @@ class Follower:
         short enough; `reason` says which.
         """
         point, length = first, min(FIRST, self.largest)
-        self.reason = f"{most} points"
+        self.reason = f"{most}{POINTS}"
         yield first
         for n in range(1, most):
             point = self.resectioned(point) if n % EVERY == 0 else point
@@ -226,6 +301,9 @@ class Follower:
             if reached is None:
                 return
             new, length = reached
+            if self._joined(new):
+                self.reason = f"it joins motions of half its period at {new.value:.9g}"
+                return
             yield from self.between(point, new)
             if not 0.0 <= (share := self._share(new.value)) <= 1.0:
                 self.reason = "the parameter left its range"
@@ -252,7 +330,7 @@ class Follower:
 
     def _ending(self, a: Point, b: Point, share: float) -> Point:
         """The point between two others where the parameter reaches an end of its range."""
-        return self._located(a, b, "", lambda point: self._share(point.value) - share, LOCATED)
+        return self._located(a, b, "", lambda point: self._share(point.value) - share)
 
     def between(self, a: Point, b: Point) -> Iterator[Point]:
         """Bifurcations between two points of the curve, located."""
@@ -262,11 +340,12 @@ class Follower:
         for kind, test in TESTS.items():
             low, high = test(a), test(b)
             if low is not None and high is not None and low * high < 0.0:
-                points_between.append(self._located(a, b, kind, test))
+                near = TURNED if kind == FOLD else LOCATED
+                points_between.append(self._located(a, b, kind, test, near))
         yield from sorted(points_between, key=lambda p: abs(p.value - a.value))
 
     def _located(
-        self, a: Point, b: Point, kind: str, test: Callable, near: float = TURNED
+        self, a: Point, b: Point, kind: str, test: Callable, near: float = LOCATED
     ) -> Point:
         """The point between two others where a test function is zero: bisection, secants inside."""
         apart = float(np.linalg.norm(self.unknowns(b) - self.unknowns(a)))
@@ -293,15 +372,9 @@ def null_vector(matrix: np.ndarray, along: np.ndarray) -> np.ndarray:
     return vector if vector @ along >= 0.0 else -vector
 
 
-def _real(point: Point) -> np.ndarray:
-    values = point.multipliers
-    return values[np.abs(values.imag) <= REAL * np.maximum(np.abs(values.real), REAL)].real
-
-
-def _doubling(point: Point) -> float | None:
-    """Least distance of a real multiplier from -1; its sign is negative beyond."""
-    real = _real(point)
-    return float(real.min() + 1.0) if real.size else None
+def _doubling(point: Point) -> float:
+    """Product of 1 + mu over all multipliers: it changes its sign where a real one passes -1."""
+    return float(np.prod(1.0 + point.multipliers).real)
 
 
 def _torus(point: Point) -> float | None:

@@ -3,10 +3,12 @@ and a picture.
 """
 
 import csv
+import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import groupby, islice, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,9 @@ from clearance import checks
 from clearance.catalogue import find_case
 from clearance.extremes import along, guides
 from clearance.mechanism.build import build
-from clearance.periodic.branch import FOLD, LARGEST, Follower, Point
+from clearance.periodic import kept
+from clearance.periodic.branch import DOUBLING, FOLD, LARGEST, POINTS, Follower, Point
+from clearance.periodic.maps import NotPeriodic
 from clearance.periodic.steady import tolerance_of
 from clearance.recording import chosen
 from clearance.results import save_tables
@@ -28,7 +32,8 @@ class Branch:
     """Periodic motions of a case over a parameter, in the order in which they were met.
 
     parameter and its units; fixed: the other parameters that were given; channels: paths of the
-    outputs in `points`, with their units; reason: why it ends.
+    outputs in `points`, with their units; reason: why it ends; request: what was asked for, as
+    plain data.
     """
 
     case: str
@@ -38,6 +43,7 @@ class Branch:
     channels: dict[str, str]
     points: list[Point] = field(repr=False)
     reason: str
+    request: dict = field(repr=False, default_factory=dict)
 
     @property
     def values(self) -> np.ndarray:
@@ -72,13 +78,15 @@ class Branch:
         return stretches
 
     def _parts(self) -> Iterator[tuple[float, float, bool]]:
-        """Stretches between bifurcations: lower and upper value, stable."""
-        edges = [0, *(i for i, p in enumerate(self.points) if p.kind), len(self.points) - 1]
-        for first, last in zip(edges[:-1], edges[1:], strict=True):
-            inner = [p.stable for p in self.points[first : last + 1] if not p.kind]
-            ends = sorted((self.points[first].value, self.points[last].value))
-            if inner and ends[0] < ends[1]:
-                yield *ends, bool(np.median(inner))
+        """Stretches of each curve between bifurcations: lower and upper value, stable."""
+        for _, curve in groupby(self.points, lambda p: p.branch):
+            points = list(curve)
+            edges = [0, *(i for i, p in enumerate(points) if p.kind), len(points) - 1]
+            for first, last in pairwise(edges):
+                inner = [p.stable for p in points[first : last + 1] if not p.kind]
+                ends = sorted((points[first].value, points[last].value))
+                if inner and ends[0] < ends[1]:
+                    yield *ends, bool(np.median(inner))
 
     def columns(self) -> dict[str, tuple[str, str, np.ndarray]]:
         """All of it as columns: units, text, values."""
@@ -100,6 +108,11 @@ class Branch:
                 np.array([p.largest for p in points]),
             ),
             "period": ("turns", "period", np.array([p.period for p in points])),
+            "branch": (
+                "1",
+                "number of the doubling that the curve begins in, 0 for the first curve",
+                np.array([p.branch for p in points]),
+            ),
             "duration": ("s", "duration of a period", np.array([p.duration for p in points])),
             "contacts": ("1", "contacts in a period", np.array([p.contacts for p in points])),
             "slope": (
@@ -133,15 +146,16 @@ class Branch:
             "parameter": self.parameter,
             "units": self.units,
             "ended": self.reason,
+            "request": json.dumps(self.request, sort_keys=True),
         }
         fixed = {
             name: value if isinstance(value, int | float) else str(value)
             for name, value in self.fixed.items()
         }
-        tables = {"branch": (fixed, columns)}
+        tables = {"branch": (fixed, columns), "places": ({}, kept.places(self.points))}
         return [
             folder / "follow.csv",
-            save_tables(folder / "follow.h5", "clearance-branch", about, tables),
+            save_tables(folder / kept.FILE, "clearance-branch", about, tables),
         ]
 
 
@@ -156,6 +170,7 @@ def follow(
     rtol: float | None = None,
     points: int = 500,
     step: float = LARGEST,
+    doublings: int = 0,
     most_turns: int = 400,
     channels: list[str] | None = None,
     path: str | Path | None = None,
@@ -164,10 +179,12 @@ def follow(
     """Follow the periodic motion that a case settles to at `low`, towards `high`, round folds.
 
     parameter: name of one with numbers; fixed: values of others. tolerance, rtol and most_turns: as
-    in `steady`. points: at most; step: the longest along the curve, in natural sizes of the states
-    and shares of the range. channels: paths or patterns of outputs to keep where turns begin
-    (default: what bifurcation diagrams show). path: folder for follow.csv and follow.h5, written
-    also where the user interrupts it. progress: called with a sentence. Folds, period doublings,
+    in `steady`. points: of a curve, at most; step: the longest along the curve, in natural sizes of
+    the states and shares of the range. doublings: how often the period may double: from each period
+    doubling a curve of motions of twice the period is followed too. channels: paths or patterns of
+    outputs to keep where turns begin (default: what bifurcation diagrams show). path: folder for
+    follow.csv and follow.h5, written also where the user interrupts it; the same call goes on from
+    there, and with more points from the end of a curve. progress: called with a sentence. Folds, period doublings,
     changes of the number of contacts (grazing) and of stability by complex multipliers are located.
     Motions behind a fold are unstable as a rule; where the branch turns again several motions
     coexist.
@@ -178,8 +195,9 @@ def follow(
     _check(the_case, parameter, fixed, low, high)
     tolerance, rtol = tolerance_of(tolerance, rtol)
     checks.positive("step", step)
-    if not isinstance(points, int) or points < 2:
-        raise ValueError(f"points must be a whole number of at least 2, got {points!r}")
+    for name, number, least in (("points", points, 2), ("doublings", doublings, 0)):
+        if not isinstance(number, int) or number < least:
+            raise ValueError(f"{name} must be a whole number of at least {least}, got {number!r}")
 
     def scene(value: float):
         return the_case.scene(**fixed, **{parameter: value})
@@ -187,7 +205,19 @@ def follow(
     shown = _channels(scene(low), channels)
     follower = Follower(scene, low, high, tolerance, rtol, list(shown), step)
     report = progress or (lambda text: None)
-    met: list[Point] = []
+    request = {
+        "case": str(case),
+        "parameter": parameter,
+        "low": low,
+        "high": high,
+        "fixed": {name: fixed[name] for name in sorted(fixed)},
+        "tolerance": tolerance,
+        "rtol": rtol,
+        "step": step,
+        "doublings": doublings,
+        "channels": list(shown),
+    }
+    met = [] if path is None else _met(Path(path), request, points)
 
     def branch(reason: str) -> Branch:
         return Branch(
@@ -198,17 +228,75 @@ def follow(
             shown,
             met,
             reason,
+            request,
         )
 
-    first = follower.start(low, high, most_turns, report)
+    if met:
+        report(f"going on from point {len(met)}")
+        follower, first = follower.again(met[-1])
+    else:
+        first = follower.start(low, high, most_turns, report)
+        met.append(first)
+    reasons: list[str] = []
     with _noted(branch, path):
-        for point in follower.points(first, points):
+        for point in _walk(follower, first, met, points, doublings, reasons):
             met.append(point)
             report(f"point {len(met)} at {point.value:.6g}, multiplier {point.largest:.4g}")
-    complete = branch(follower.reason)
+    complete = branch("; ".join(reasons))
     if path is not None:
         complete.save(path)
     return complete
+
+
+def _met(folder: Path, request: dict, most: int) -> list[Point]:
+    """Points of an earlier call to go on from; none where there was none, or it came to its end.
+
+    Raises ValueError where the folder holds what was met before an interrupt of another call.
+    """
+    before = kept.asked(folder)
+    if before is None or not before[1].endswith((INTERRUPTED, POINTS)):
+        return []
+    asked, reason = before
+    different = [n for n in request if json.dumps(asked.get(n)) != json.dumps(request[n])]
+    if different and reason == INTERRUPTED:
+        raise ValueError(
+            f"{folder} holds an interrupted branch with other {', '.join(different)}; "
+            "give another folder"
+        )
+    met = [] if different else kept.points(folder)
+    return (
+        met if reason == INTERRUPTED or sum(p.branch == met[-1].branch for p in met) < most else []
+    )
+
+
+def _walk(
+    follower: Follower,
+    point: Point,
+    met: list[Point],
+    most: int,
+    doublings: int,
+    reasons: list[str],
+) -> Iterator[Point]:
+    """Points after those met: of the curve that a follower stands on, then of those that begin in
+    period doublings, in the order in which these were met. reasons: why each curve ends.
+    """
+    longest, number = met[0].period * 2**doublings, point.branch
+    while True:
+        count = sum(p.branch == number for p in met)
+        for new in islice(follower.points(point, most - count + 1), 1, None):
+            yield replace(new, branch=number)
+        reasons.append(follower.reason)
+        begins = [p for p in met if p.kind == DOUBLING and 2 * p.period <= longest]
+        while True:
+            if number >= len(begins):
+                return
+            number += 1
+            try:
+                follower, point = follower.doubled(begins[number - 1])
+                break
+            except NotPeriodic as reason:
+                reasons.append(str(reason))
+        yield replace(point, branch=number)
 
 
 @contextmanager
