@@ -32,7 +32,7 @@ TURNED = 1e-3  # share of the parameter in the tangent below which it stands in 
 SEARCHES = 14  # points made to locate one bifurcation, at most
 EVERY = 8  # points after which the section is chosen again
 STEEP = 0.02  # share of the parameter in the tangent that gives the way through another section
-AWAY = (0.01, 0.003, 0.03)  # natural sizes: from a doubling to the first motion of twice the period
+AWAY = (0.003, 0.01, 0.03)  # natural sizes: from a doubling to the first motion of twice the period
 REAL = 1e-6  # imaginary over real part of a multiplier that counts as real
 
 POINTS = " points"  # after which a curve ends
@@ -95,6 +95,7 @@ class Follower:
         self.sections: dict[float, Section] = {}
         # of a curve that begins in a doubling: how far two halves of the period are apart
         self.halves: np.ndarray | None = None
+        self.shown: np.ndarray | None = None  # outputs of the point before
         self.reason = ""
 
     # --- the curve
@@ -152,7 +153,7 @@ class Follower:
         tangent = null_vector(matrix, along)
         place = section.place(unknowns[:-1], self.like)
         values = multipliers(matrix[:, :-1] + np.eye(change.size))
-        outputs = section.outputs(place, self.channels)
+        outputs = self.shown = aligned(section.outputs(place, self.channels), self.shown)
         return Point(
             value,
             self.turns,
@@ -261,6 +262,7 @@ class Follower:
         other = copy(self)
         other.turns, other.phase, other.like = turns, point.phase, point.place
         other.sections, other.halves, other.reason = {}, None, ""
+        other.shown = point.outputs
         return other
 
     def _halves(self, point: Point) -> np.ndarray:
@@ -364,6 +366,17 @@ class Follower:
             else:
                 high, at_high = length, value
         return replace(best, kind=kind)
+
+
+def aligned(outputs: np.ndarray, before: np.ndarray | None) -> np.ndarray:
+    """Outputs, (turns, channels), with the turns in the order of the point before: another section
+    may begin the period with another turn.
+    """
+    if before is None or before.shape != outputs.shape or not outputs.size:
+        return outputs
+    size = np.abs(before).max(axis=0) + 1e-300
+    ways = [np.roll(outputs, turn, axis=0) for turn in range(len(outputs))]
+    return min(ways, key=lambda way: float((np.abs(way - before) / size).max()))
 
 
 def null_vector(matrix: np.ndarray, along: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from clearance.catalogue import find_case
 from clearance.extremes import along, guides
 from clearance.mechanism.build import build
 from clearance.periodic import kept
-from clearance.periodic.branch import DOUBLING, FOLD, LARGEST, POINTS, Follower, Point
+from clearance.periodic.branch import DOUBLING, FOLD, LARGEST, LOCATED, POINTS, Follower, Point
 from clearance.periodic.maps import NotPeriodic
 from clearance.periodic.steady import tolerance_of
 from clearance.recording import chosen
@@ -68,7 +68,10 @@ class Branch:
         parts = list(self._parts())
         edges = sorted({edge for low, high, _ in parts for edge in (low, high)})
         stretches: list[tuple[float, float, int, int]] = []
-        for low, high in zip(edges[:-1], edges[1:], strict=True):
+        least = 10.0 * LOCATED * (edges[-1] - edges[0]) if edges else 0.0
+        for low, high in pairwise(edges):
+            if high - low <= least:
+                continue
             here = [stable for a, b, stable in parts if a <= low and high <= b]
             one = (low, high, len(here), sum(here))
             if stretches and stretches[-1][1] == low and stretches[-1][2:] == one[2:]:
