@@ -18,8 +18,11 @@ from clearance.postprocess.channels import (
 from clearance.postprocess.labels import axis_label, headline, labels_of, several
 
 from clearance.results import Record
+from clearance.series import mean
 
 Pair = tuple[str, str]
+MOST_PERIOD = 16  # turns of a periodic motion
+APART = 1e-3  # of the range of a diagram: values nearer to one another are one place
 FIXED = 1e-4  # spread of section values over the channel's size below which they count as one point
 ROOM = 0.05  # half the axis around such a point, over that size
 
@@ -156,9 +159,10 @@ def bifurcation(
 
     points: (parameter value, values (turns,) or (turns, channels)), such as
     `(run.clearances["C"], section(run, ["slider.vx"]))` of many runs; a parameter without turns is
-    crossed at the bottom. parameter and channels: axis labels with units; dots: size of a point;
-    log: whether the parameter's axis is logarithmic; absent: what crosses mean. Raises ValueError
-    for values of another shape.
+    crossed at the bottom. Bars are 95 % intervals of the mean over turns, where more values than
+    those of a periodic motion are seen. parameter and channels: axis labels with units; dots: size
+    of a point; log: whether the parameter's axis is logarithmic; absent: what crosses mean. Raises
+    ValueError for values of another shape.
     """
     channels = [channels] if isinstance(channels, str) else list(channels)
     points = [(float(p), _table(p, v, len(channels))) for p, v in points]
@@ -170,6 +174,7 @@ def bifurcation(
     figure = figures.sheet(7.0, 0.8 + 3.2 * len(channels))
     panels = figure.subplots(len(channels), sharex=True, squeeze=False)[:, 0]
     size = dots or min(max(30.0 / np.sqrt(len(xs) + 1.0), 1.0), 2.5)
+    bars = False
     for i, (axes, label) in enumerate(zip(panels, channels, strict=True)):
         axes.plot(xs, ys[:, i], ls="", marker="o", mew=0, ms=size, color="black")
         figures.finish(axes, label, parameter if i == len(channels) - 1 else "")
@@ -182,16 +187,40 @@ def bifurcation(
                 transform=axes.get_xaxis_transform(),
                 clip_on=False,
             )
+        bars |= _means(axes, [(p, v[:, i]) for p, v in points])
     if log:
         panels[-1].set_xscale("log")
         figures.plain_decades(
             panels[-1].xaxis, min(p for p, _ in points), max(p for p, _ in points)
         )
     figure.align_ylabels()
-    figure.suptitle(
-        "\n".join(filter(None, (title, f"crosses: {absent}" if empty else ""))), fontsize="medium"
-    )
+    notes = [f"crosses: {absent}"] if empty else []
+    notes += ["bars: 95 % intervals of means over turns, of irregular motion"] if bars else []
+    figure.suptitle("\n".join(filter(None, (title, "; ".join(notes)))), fontsize="medium")
     return figures.save(figure, path)
+
+
+def _means(axes, points: list[tuple[float, np.ndarray]]) -> bool:
+    """Means of irregular section values with their 95 % intervals; False where there are none."""
+    size = float(np.ptp(np.concatenate([v for _, v in points])))
+    means = [(p, mean(v)) for p, v in points if irregular(v, size)]
+    if not means:
+        return False
+    xs, values = [p for p, _ in means], [m.value for _, m in means]
+    halves = [m.half_width for _, m in means]
+    axes.errorbar(xs, values, halves, fmt="none", ecolor="#d55e00", elinewidth=1.2, capsize=1.5)
+    return True
+
+
+def irregular(values: np.ndarray, size: float) -> bool:
+    """True for values of more turns, and of more places, than those of a periodic motion; size: of
+    all that is seen.
+    """
+    if values.size <= 2 * MOST_PERIOD:
+        return False
+    ordered = np.sort(values)
+    apart = np.diff(ordered) > APART * size
+    return int(apart.sum()) + 1 > MOST_PERIOD
 
 
 def _table(parameter: float, values: np.ndarray, columns: int) -> np.ndarray:

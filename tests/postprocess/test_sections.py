@@ -5,6 +5,7 @@ import pytest
 from clearance.postprocess.sections import bifurcation, poincare, portrait, section, section_times
 
 import clearance as cl
+from clearance.series import mean
 from tests.postprocess.records import Formula, Gallery
 
 TURN = 1.0
@@ -207,7 +208,16 @@ def test_bifurcation(tmp_path, gallery):
     np.testing.assert_allclose(y[x == r[0]], 1.0 - 1.0 / r[0], atol=1e-6)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("r [-]", "x [-]")
     assert axes.lines[1].get_xdata() == [4.1]
-    assert "logistic map\ncrosses: no section there" in gallery.texts()
+    note = (
+        "crosses: no section there; bars: 95 % intervals of means over turns, of irregular motion"
+    )
+    assert f"logistic map\n{note}" in gallery.texts()
+    (bars,) = axes.collections  # in chaos alone, from 3.5699... on
+    where = [segment[0, 0] for segment in bars.get_segments()]
+    assert 3.5699 < min(where) < 3.7
+    one = mean(points[58][1])
+    (low, high) = bars.get_segments()[where.index(r[58])][:, 1]
+    assert (low, high) == pytest.approx((one.value - one.half_width, one.value + one.half_width))
 
 
 def test_bifurcation_with_two_channels(tmp_path, gallery):
