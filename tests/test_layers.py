@@ -190,6 +190,8 @@ FILES |= {"clearance.metrics", "clearance.sweeping.definition", "clearance.sweep
 FILES |= {"clearance.identify.records", "clearance.identify.fit"}
 #: units and checks of measured data
 FILES |= {"clearance.checks", "clearance.units"}
+#: means with their intervals
+FILES |= {"clearance.series"}
 #: estimates from files
 FILES |= {"clearance.evidence.assumptions"}
 #: names of corners and modes, as files have them

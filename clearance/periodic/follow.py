@@ -149,6 +149,7 @@ class Branch:
             "parameter": self.parameter,
             "units": self.units,
             "ended": self.reason,
+            "format_version": kept.FORMAT_VERSION,
             "request": json.dumps(self.request, sort_keys=True),
         }
         fixed = {
@@ -158,7 +159,7 @@ class Branch:
         tables = {"branch": (fixed, columns), "places": ({}, kept.places(self.points))}
         return [
             folder / "follow.csv",
-            save_tables(folder / kept.FILE, "clearance-branch", about, tables),
+            save_tables(folder / kept.FILE, kept.FORMAT, about, tables),
         ]
 
 

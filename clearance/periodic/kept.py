@@ -1,15 +1,15 @@
 """Points of a branch in its file, from which an interrupted `follow` goes on."""
 
-import json
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from clearance.periodic.branch import Point
 from clearance.periodic.maps import Place
+from clearance.reading import Reader, open_checked
 
 FILE = "follow.h5"
+FORMAT, FORMAT_VERSION = "clearance-branch", 1
 PARTS = ("y", "carried", "touching", "speeds", "ages")  # of a place
 
 
@@ -31,26 +31,26 @@ def _padded(rows: list[np.ndarray]) -> np.ndarray:
     return np.array([np.pad(row, (0, longest - row.size), constant_values=np.nan) for row in rows])
 
 
+def opened(folder: Path) -> Reader:
+    """The file in a folder. Raises ValueError for one that cannot be read."""
+    return open_checked(folder / FILE, "clearance branch", FORMAT, FORMAT_VERSION)
+
+
 def asked(folder: Path) -> tuple[dict, str] | None:
     """The request that a folder's branch answers, and why that ended; None without one."""
-    path = folder / FILE
-    if not path.exists():
+    if not (folder / FILE).exists():
         return None
-    try:
-        with h5py.File(path) as file:
-            request = file.attrs.get("request")
-            return None if request is None else (json.loads(request), str(file.attrs["ended"]))
-    except (OSError, ValueError, KeyError) as error:
-        raise ValueError(f"{path} cannot be read ({error}); give another folder") from None
+    with opened(folder) as reader:
+        return dict(reader.document("", "request")), reader.attribute("", "ended")
 
 
 def points(folder: Path) -> list[Point]:
     """Points of a folder's branch, without the derivatives of their maps."""
-    try:
-        with h5py.File(folder / FILE) as file:
-            branch, places = ({n: d[()] for n, d in file[g].items()} for g in ("branch", "places"))
-    except (OSError, KeyError) as error:
-        raise ValueError(f"{folder / FILE} cannot be read ({error}); give another folder") from None
+    with opened(folder) as reader:
+        branch, places = (
+            {name: reader.column(f"{group}/{name}") for name in reader.names(group)}
+            for group in ("branch", "places")
+        )
     columns = list(branch)
     return [_point(branch, places, columns[0], i) for i in range(len(branch[columns[0]]))]
 
@@ -76,6 +76,6 @@ def _point(branch: dict, places: dict, parameter: str, i: int) -> Point:
         Place(*(places[part][i] for part in PARTS)),
         tangent,
         np.zeros((0, 0)),
-        branch["kind"][i].decode(),
+        str(branch["kind"][i]),
         int(branch["branch"][i]),
     )
