@@ -34,7 +34,7 @@ from clearance.stepping.state import (
     invalidate,
     state_at,
 )
-from clearance.stepping.types import KERNEL, compiled, inline, int64, pasted, shared
+from clearance.stepping.types import KERNEL, compiled, inline, int64, shared
 
 PROBES = 8  # interior places where a step is searched for contact
 FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
@@ -541,7 +541,7 @@ def outside(s):
     return -1
 
 
-@pasted
+@inline
 def advance(s):
     """One trial step: rejected, or accepted up to its first contact event.
 

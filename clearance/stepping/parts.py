@@ -1,13 +1,38 @@
 """Numba's compiler for functions made of many helpers: each is optimised and made machine code
-once, in its callers.
+once, in its callers, and goes through those passes only that its kind of code needs.
 
 Numba itself does both for every helper, and again for each of its callers and for theirs.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+
+from llvmlite.binding import newpassmanagers
+from numba.core import typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, Flags
+from numba.core.compiler import CompilerBase, Flags
 from numba.core.compiler_machinery import PassManager
 from numba.core.targetconfig import ConfigStack
+from numba.core.types.functions import BaseFunction
+from numba.core.typing import Signature
+
+#: in order. Left out are those for closures, contexts, literals, generators, overloads that are
+#: put into their callers, and expressions of whole arrays: no function here has any.
+PASSES = (
+    untyped_passes.TranslateByteCode,
+    untyped_passes.FixupArgs,
+    untyped_passes.IRProcessing,
+    untyped_passes.GenericRewrites,
+    untyped_passes.InlineInlinables,
+    untyped_passes.ReconstructSSA,
+    typed_passes.NopythonTypeInference,
+    typed_passes.PreLowerStripPhis,
+    typed_passes.IRLegalization,
+    typed_passes.AnnotateTypes,
+    typed_passes.NativeLowering,
+    typed_passes.NoPythonBackend,
+)
 
 
 class Options(Flags):
@@ -22,6 +47,30 @@ class Options(Flags):
 
 
 _options: dict[str, Options] = {}  # one object for each set of options
+_signatures: dict[tuple, Signature] = {}  # of operators on kinds of arguments
+_search = BaseFunction.get_call_type
+
+
+def _signature(function: BaseFunction, context, arguments, named) -> Signature:
+    """The signature of an operator on arguments of these types, looked for once: numba tries tens
+    of candidates, at each use when it types and again when it lowers.
+    """
+    if named:
+        return _search(function, context, arguments, named)
+    use = function, tuple(arguments)
+    if use not in _signatures:
+        _signatures[use] = _search(function, context, arguments, named)
+    return _signatures[use]
+
+
+@contextmanager
+def _looked_up_once() -> Iterator[None]:
+    """Meanwhile numba looks each operator up once."""
+    before, BaseFunction.get_call_type = BaseFunction.get_call_type, _signature
+    try:
+        yield
+    finally:
+        BaseFunction.get_call_type = before
 
 
 class Passes(PassManager):
@@ -30,18 +79,18 @@ class Passes(PassManager):
     def run(self, state) -> None:
         """Run all of them."""
         options = _options.setdefault(state.flags.summary(), Options(state.flags))
-        with ConfigStack().enter(options):
+        with ConfigStack().enter(options), _looked_up_once():
             super().run(state)
 
 
-class Whole(Compiler):
+class Whole(CompilerBase):
     """The compiler of a function that is called from outside."""
 
     def define_pipelines(self) -> list[PassManager]:
         """Numba's passes."""
-        (usual,) = super().define_pipelines()
-        passes = Passes(usual.pipeline_name)
-        passes.passes = usual.passes
+        passes = Passes("loop")
+        for one in PASSES:
+            passes.add_pass(one, one.name())
         passes.finalize()
         return [passes]
 
@@ -53,6 +102,12 @@ class Part(Whole):
         """Numba's passes, with a place of its own for the code."""
         self.state.library = Code(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
         return super().define_pipelines()
+
+
+@cache
+def _builder(codegen):
+    """LLVM's options of a pass."""
+    return codegen._pass_builder()
 
 
 class Code(JITCodeLibrary):
@@ -67,6 +122,21 @@ class Code(JITCodeLibrary):
 
     def set_env(self, name: str, environment) -> None:
         """A helper needs none: nothing in it is a Python object."""
+
+    def _optimize_functions(self, module) -> None:
+        """Tidy up; all else is done in the callers."""
+        module.data_layout = self._codegen._data_layout
+        passes, builder = (
+            newpassmanagers.create_new_function_pass_manager(),
+            _builder(self._codegen),
+        )
+        passes.add_sroa_pass()
+        passes.add_simplify_cfg_pass()
+        passes.add_instruction_combine_pass()
+        passes.add_simplify_cfg_pass()
+        for function in module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
 
     def finalize(self) -> None:
         """Take in the code of the helpers that are called."""

@@ -17,7 +17,7 @@ import math
 from clearance.stepping.linear import factor, rate_matrix, solve
 from clearance.stepping.record import constant
 from clearance.stepping.tableaus import Collocation
-from clearance.stepping.types import inline, pasted
+from clearance.stepping.types import inline
 
 constant(Collocation)  # a scheme's tables are known where its stepper is compiled
 ITERATIONS = 10
@@ -249,7 +249,7 @@ def slopes(k, h, f_new, m, size):
         f_new[i] = total / h
 
 
-@pasted
+@inline
 def advance(k, run, t, h):
     """One step from y with f = y' to y_new with f_new; error over tolerance in `run.error`. 0 if it
     worked.

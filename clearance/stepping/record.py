@@ -128,7 +128,7 @@ def field(context, builder, record, value, name):
         function.jit_addr = builder.inttoptr(read(first), function.jit_addr.type)
         return function._getvalue()
     shape = [read(first + 1 + axis) for axis in range(kind.ndim)]
-    size = context.get_abi_sizeof(context.get_data_type(kind.dtype))
+    size = kind.dtype.bitwidth // 8
     strides = [word(size)]
     for length in reversed(shape[1:]):
         strides.insert(0, builder.mul(length, strides[0]))

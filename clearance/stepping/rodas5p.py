@@ -14,7 +14,7 @@ import math
 from clearance.stepping import tableaus
 from clearance.stepping.linear import factor, rate_matrix, solve
 from clearance.stepping.state import state_at
-from clearance.stepping.types import STEP_SIGNATURE, compiled, pasted
+from clearance.stepping.types import STEP_SIGNATURE, compiled, inline
 
 A, C, NODES = tableaus.RODAS_A, tableaus.RODAS_C, tableaus.RODAS_NODES
 D, H, GAMMA = tableaus.RODAS_D, tableaus.RODAS_H, tableaus.RODAS_GAMMA
@@ -32,14 +32,14 @@ TRIAL, RATE_OF_TIME, SLOPE, PIVOTS, LU = 8, 9, 10, 11, 12
 ROWS = LU
 
 
-@pasted
+@inline
 def factorise(vector, m, g, p, n):
     """LU of the matrix of the rates."""
     rate_matrix(m[LU : LU + n - p], vector, g, p, n)
     factor(m[LU : LU + n - p], m[PIVOTS], n - p)
 
 
-@pasted
+@inline
 def solved(vector, m, s, g, p, n):
     """Row s of m becomes the solution of (g - J) x = row s."""
     right = m[s]
@@ -55,7 +55,7 @@ def solved(vector, m, s, g, p, n):
         right[i] = (right[i] + right[p + i]) / g
 
 
-@pasted
+@inline
 def stages(rhs, t, h, y, f, par, work, vector, m, p, n):
     """All stages; the last is the error estimate, the trial state and the last stage make the new
     state.
@@ -80,7 +80,7 @@ def stages(rhs, t, h, y, f, par, work, vector, m, p, n):
         solved(vector, m, s, g, p, n)
 
 
-@pasted
+@inline
 def dense_output(y, y_new, dense, m, n):
     """Rows of the nested form."""
     for i in range(n):
@@ -94,7 +94,7 @@ def dense_output(y, y_new, dense, m, n):
         dense[5, i] = dense[6, i] = dense[7, i] = 0.0
 
 
-@pasted
+@inline
 def ledger(rhs, t, h, y, y_new, par, work, dense, m, n):
     """The energy integrals and their dense output, from the powers at three places of the dense
     output of the rest.

@@ -50,8 +50,8 @@ HELPER = OPTIONS | {"pipeline_class": Part, "no_cpython_wrapper": True, "no_cfun
 
 
 def shared(function):
-    """A helper that its callers call."""
-    return njit(**HELPER)(function)
+    """A helper that its callers call, those too that become part of theirs."""
+    return njit(forceinline=False, **HELPER)(function)
 
 
 def inline(function):
@@ -63,8 +63,8 @@ def inline(function):
 
 
 def pasted(function):
-    """A helper that numba puts into its callers, before anything is compiled: for few callers, or
-    for constants.
+    """A helper that numba puts into its callers before anything is compiled: slow, for loops whose
+    ends are constants there.
     """
     return njit(inline="always", **OPTIONS)(function)
 
