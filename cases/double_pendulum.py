@@ -1,4 +1,6 @@
-"""Double pendulum: two free degrees of freedom, no drive, chaotic; energy is its exact invariant."""
+"""Double pendulum: two free degrees of freedom, no drive, chaotic; energy is its exact
+invariant.
+"""
 
 import clearance as cl
 

@@ -35,7 +35,9 @@ INERTIA = {1.0: 0.01, 2.0: 0.04, 3.0: 0.06}
 
 @cl.signal
 def speeding_up(time, acceleration):
-    """Angle [rad] of a joint that starts from rest at zero with a constant acceleration [rad/s2]."""
+    """Angle [rad] of a joint that starts from rest at zero with a constant acceleration
+    [rad/s2].
+    """
     return 0.5 * acceleration * time * time
 
 

@@ -110,7 +110,9 @@ def ramp(time, time_constant):
 
 
 def dug(time, reach, penetrate, curl, lift, dump, home, time_constant):
-    """Extension and its rate of the dig pattern: straight from phase to phase, behind the filter."""
+    """Extension and its rate of the dig pattern: straight from phase to phase, behind the
+    filter.
+    """
     goals = (reach, penetrate, curl, lift, dump, home)
     position, rate, slope, start, level = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(6):

@@ -58,7 +58,9 @@ class Motion:
     quantities: dict[str, Statistic]
 
     def widest(self, asked: Mapping[str, float]) -> tuple[str, float]:
-        """The quantity that is furthest from what was asked for, and its half width over the mean."""
+        """The quantity that is furthest from what was asked for, and its half width over the
+        mean.
+        """
         name = max(asked, key=lambda n: self.quantities[n].mean.share / asked[n])
         return name, self.quantities[name].mean.share
 
@@ -128,7 +130,9 @@ class Statistics:
 
     @cached_property
     def widest(self) -> tuple[str, float]:
-        """The quantity that is furthest from what was asked for, and its half width over the mean."""
+        """The quantity that is furthest from what was asked for, and its half width over the
+        mean.
+        """
         widths = [m.widest(self.asked) for m in self.motions]
         return max(widths, key=lambda pair: pair[1] / self.asked[pair[0]])
 

@@ -162,7 +162,10 @@ class PartsSink:
         if self.placed:
             return f"what was computed is kept in {self.path}, and the same call goes on from there"
         if (self.folder / "state.npz").exists():
-            return f"its checkpoints are kept in {self.folder}, and the same call goes on from the last one"
+            return (
+                f"its checkpoints are kept in {self.folder}, and the same call goes on from the "
+                "last one"
+            )
         return f"{self.path} was not written" if self.stretch is None else self.stretch.left
 
 

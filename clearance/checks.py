@@ -63,7 +63,9 @@ def positive(field: str, value: object) -> float:
 
 
 def share(field: str, value: object) -> float:
-    """A number > 0, also as a text: "1e-3", "5%". Raises ValueError naming the field and the value."""
+    """A number > 0, also as a text: "1e-3", "5%". Raises ValueError naming the field and the
+    value.
+    """
     if isinstance(value, str):
         number, percent = value.strip().removesuffix("%"), value.strip().endswith("%")
         try:

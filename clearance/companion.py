@@ -4,7 +4,8 @@ its numbers follow.
 A run at tolerance r has a companion at 10 r. With M of the run and M' of the companion, the stated
 error of a metric is
 
-    e(M) = 2 max(|M - M'|, g |M|),   g = geometric mean of |M - M'| / |M| over the extremes, or over the means,
+    e(M) = 2 max(|M - M'|, g |M|),
+    g = geometric mean of |M - M'| / |M| over the extremes, or over the means,
 
 and of a channel three times the largest difference at a sample over its range, of the trajectory
 over the clearance. The difference of two runs is nearly the error of the looser one. That of one

@@ -252,4 +252,7 @@ def _beyond(joint, depth: float) -> str | None:
     law, limit = joint.contact.law, joint.contact.law.limit(joint.contact.values)
     if depth <= limit:
         return None
-    return f"{joint.label()}: penetrations reach {depth:.2g} m; {law.name} is meant up to {limit:.2g} m only"
+    return (
+        f"{joint.label()}: penetrations reach {depth:.2g} m; {law.name} is meant up to "
+        f"{limit:.2g} m only"
+    )

@@ -168,7 +168,9 @@ def law_in(module: types.ModuleType, name: str) -> Law:
 
 
 def bound_to(law: Law | Callable, given: dict) -> BoundLaw:
-    """A law with its parameters, and the settings of a law that reads numbers made for its joint."""
+    """A law with its parameters, and the settings of a law that reads numbers made for its
+    joint.
+    """
     given = {name: _setting(law, value) for name, value in given.items()}
     if not isinstance(law, DataLaw):
         return law(**given)
@@ -251,7 +253,9 @@ class Parts:
         return self._elements[key]
 
     def _reference(self, value: object, kinds: tuple) -> object:
-        """A body, else an element, by its name ("crank", "joint.A") or by the table of an element."""
+        """A body, else an element, by its name ("crank", "joint.A") or by the table of an
+        element.
+        """
         text = value.get("name") if isinstance(value, Mapping) else value
         if not isinstance(text, str):
             raise ValueError(f"expected the name of a body or an element, got {value!r}")

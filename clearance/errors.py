@@ -113,4 +113,7 @@ class Errors(Mapping):
     def __repr__(self) -> str:
         if not self.rows:
             return f"<no stated errors: {self.reason}>"
-        return f"<stated errors of {len(self.rows)} numbers, from runs at rtol {self.rtol[0]:g} and {self.rtol[1]:g}>"
+        return (
+            f"<stated errors of {len(self.rows)} numbers, from runs at rtol {self.rtol[0]:g} "
+            f"and {self.rtol[1]:g}>"
+        )

@@ -44,7 +44,9 @@ SCALES = ("instant", "axial", "angle")
 
 
 def bearing_of(joint: dict, viscosity: float) -> Bearing:
-    """The bearing as the run's film law had it; laws without options cavitate at ambient pressure."""
+    """The bearing as the run's film law had it; laws without options cavitate at ambient
+    pressure.
+    """
     law = joint["film"]
     ambient = law.get("ambient") or None
     return Bearing(

@@ -10,7 +10,9 @@ from multiprocessing.process import BaseProcess
 
 
 class Terminated(KeyboardInterrupt):
-    """A request to end, such as a cluster's at the end of a job's time; taken as an interrupt is."""
+    """A request to end, such as a cluster's at the end of a job's time; taken as an interrupt
+    is.
+    """
 
 
 def ended(request: KeyboardInterrupt) -> str:

@@ -56,7 +56,8 @@ class HeatBalance:
     """Balance of heat of a joint's oil and what surrounds it: one temperature, that sets the
     viscosity.
 
-    C T' = P - h (T - T_s) - rho c_p Q (T - T_f),   mu(T) = mu_0 exp(B / (T - theta) - B / (T_0 - theta))
+    C T' = P - h (T - T_s) - rho c_p Q (T - T_f),
+    mu(T) = mu_0 exp(B / (T - theta) - B / (T_0 - theta))
 
     capacity C [J/K] of the oil and the metal that warms with it; conductance h [W/K] to what
     surrounds it, at T_s; surroundings T_0 [K], where the lubricant's viscosity mu_0 is given and

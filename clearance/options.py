@@ -72,7 +72,9 @@ class Output:
 
 
 def span_of(scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) -> Span:
-    """The length of a run from the arguments of `simulate`. Raises ValueError naming the argument."""
+    """The length of a run from the arguments of `simulate`. Raises ValueError naming the
+    argument.
+    """
     if (turns is None) == (until is None):
         raise ValueError("give the length of the run: either turns=N or until=SECONDS")
     turn = scene.turn

@@ -597,7 +597,9 @@ EXTREME_COLUMNS = {
 
 
 def write_extremes(file: h5py.File, extremes: Extremes) -> None:
-    """The group /extremes: values and their times over the stretches of the run and the quantities."""
+    """The group /extremes: values and their times over the stretches of the run and the
+    quantities.
+    """
     group = file.create_group("extremes")
     columns = {
         "quantity": np.array(extremes.names, dtype=str),

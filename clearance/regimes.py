@@ -157,7 +157,9 @@ def film_rim(joint: ClearanceRevolute, entrainment: float) -> float:
 
 
 def sinking_speed(joint: ClearanceRevolute, entrainment: float, wanted: float) -> float:
-    """Speed [m/s] at which a load [N] squeezes the film at its rim; 0 where the load rests there."""
+    """Speed [m/s] at which a load [N] squeezes the film at its rim; 0 where the load rests
+    there.
+    """
     gap = film_rim(joint, entrainment) * joint.roughness
     still, speed = radial_load(joint, gap, 0.0, entrainment), typical_speed(joint, entrainment)
     for _ in range(SECANTS):

@@ -343,7 +343,10 @@ class Ladder:
         if worst <= 1.0:
             return ""
         if errors.trajectory > PARTED:
-            apart = f"trajectories part, two runs are {errors.trajectory:.2g} of the clearance apart: see cl.statistics"
+            apart = (
+                f"trajectories part, two runs are {errors.trajectory:.2g} of the clearance "
+                "apart: see cl.statistics"
+            )
             return apart if rtol <= LOST else None
         if self._stuck:
             return f"the error of {name} does not fall with the tolerance any more"

@@ -492,7 +492,9 @@ class Record(Drawn, ABC):
         return np.hypot(self.values(f"{path}_x"), self.values(f"{path}_y"))
 
     def extremes(self, path: str, begin: float = 0.0, end: float = math.inf) -> tuple[float, float]:
-        """Smallest and largest value of a channel between two times [s], as `extreme` gives them."""
+        """Smallest and largest value of a channel between two times [s], as `extreme` gives
+        them.
+        """
         return self.extreme(f"{path}_min", begin, end).value, self.extreme(
             f"{path}_max", begin, end
         ).value

@@ -295,7 +295,9 @@ class Run:
         self.state.connect(mechanism.par, **self.functions)
 
     def interrupt_steps(self) -> None:
-        """Let the next step use nothing of those before: the state or its rates have been changed."""
+        """Let the next step use nothing of those before: the state or its rates have been
+        changed.
+        """
         state = self.state
         state.jacobian_state = state.lu_state = state.has_predictor = 0
         state.last_h = state.last_step = state.interval = 0.0

@@ -26,8 +26,8 @@ class Scene:
         outputs; gravity: acceleration (x, y) [m/s2], or (x, y, z) for a mechanism whose plane is
         not vertical; name: stored with results. `parameters`: those that its case was given;
         `origin`: texts that say where it is from, stored with results too; `case`: the case that
-        made it, with other values of its parameters too, None where none did. Raises ValueError naming
-        the part for duplicate names, parts on bodies that no joint knows, floating parts.
+        made it, with other values of its parameters too, None where none did. Raises ValueError
+        naming the part for duplicate names, parts on bodies that no joint knows, floating parts.
     """
 
     name: str
@@ -232,7 +232,9 @@ class Scene:
 
 
 def counterparts(before: Scene, after: Scene) -> dict[Body | Element, Body | Element]:
-    """The parts of one scene by those of another with the same names; the ground is that of both."""
+    """The parts of one scene by those of another with the same names; the ground is that of
+    both.
+    """
     parts = {p.key: p for p in after.parts}
     return {p: parts[p.key] for p in before.parts} | {ground: ground}
 

@@ -1,4 +1,6 @@
-"""A scene file as a Python case: the same scene, written with `cl.Body`, `cl.Revolute` and so on."""
+"""A scene file as a Python case: the same scene, written with `cl.Body`, `cl.Revolute` and so
+on.
+"""
 
 import re
 import tomllib

@@ -17,8 +17,9 @@ CONFIDENCE = 0.95
 FEWEST = 8  # values needed for a sampling error
 BATCHES = 10
 MORE_BATCHES, LONG = 20, 400  # batches of series with at least so many values
-#: factor on the interval by the number of values, of series with a correlation from one value to the
-#: next or a skewness of at least so much: measured on the turns of a dry slider-crank, whose bursts
+#: factor on the interval by the number of values, of series with a correlation from one value to
+#: the next or a skewness of at least so much: measured on the turns of a dry slider-crank, whose
+#: bursts
 #: of hard impacts last several turns (tests/benchmarks/turn_statistics.py)
 CORRELATION, SKEWNESS = 0.3, 1.0
 WIDENING = ((8, 3.0), (20, 2.2), (40, 1.5), (100, 1.25), (200, 1.1), (280, 1.0))
@@ -32,7 +33,9 @@ DISTINCT = 0.99  # confidence with which motions are told apart
 
 @dataclass(frozen=True)
 class Mean:
-    """Mean of a series and half the width of its 95 % interval; batches: that the width comes from."""
+    """Mean of a series and half the width of its 95 % interval; batches: that the width comes
+    from.
+    """
 
     value: float
     half_width: float

@@ -109,8 +109,9 @@ def simulate(
         (default one of two).
     sensitivity: parameters by which the metrics are differentiated, such as "clearance,viscosity"
         of a case, "joints/B/clearance" of any scene (`Result.sensitivities`, see sensing.py); of
-        one that is 0 with a size: {"load": 1.0}. Raises ValueError for bad arguments and impossible scenes before
-        anything runs, SimulationError for a run that fails part-way, with time, joint and state in
+        one that is 0 with a size: {"load": 1.0}. Raises ValueError for bad arguments and impossible
+        scenes before anything runs, SimulationError for a run that fails part-way, with time, joint
+        and state in
         the message and the partial result attached, also where the disk is full; NotReached, with
         the best run, where an error cannot be reached that was asked for;
     KeyboardInterrupt once what was computed is kept, with a note that says where.
@@ -158,7 +159,9 @@ def simulate(
 
 
 def reopened(run: Run) -> tuple[str, ...]:
-    """Joints to open where a run that failed at a dead centre begins again; none where none helps."""
+    """Joints to open where a run that failed at a dead centre begins again; none where none
+    helps.
+    """
     dead = run.dead_centre
     if dead is None or not dead.soft_joints:
         return ()

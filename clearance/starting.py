@@ -37,7 +37,9 @@ def end_state(mechanism: Mechanism, y: np.ndarray, work: np.ndarray, time: float
 
 
 def prescribed(mechanism: Mechanism, time: float) -> dict[str, float]:
-    """Coordinates that drives prescribe at a time: by the body or joint that is driven, rad or m."""
+    """Coordinates that drives prescribe at a time: by the body or joint that is driven, rad or
+    m.
+    """
     drives = (d for d in mechanism.scene.drives if d.prescribes)
     return {
         d.target.name: d.motion(time)
@@ -127,7 +129,9 @@ def _end_of(record: Record, name: str) -> dict:
 
 
 def _own_sizes(mechanism: Mechanism) -> np.ndarray:
-    """Natural sizes of offsets in joints with clearance and of their rates; 1 for all other states."""
+    """Natural sizes of offsets in joints with clearance and of their rates; 1 for all other
+    states.
+    """
     sizes = np.ones(mechanism.size)
     for joint in mechanism.eccentric:
         for state in joint.states()[: len(joint.soft_coordinates)]:

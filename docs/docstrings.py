@@ -1,4 +1,6 @@
-"""Docstrings of the package as reStructuredText: lines `name: text` are parameters, `code` is code."""
+"""Docstrings of the package as reStructuredText: lines `name: text` are parameters, `code` is
+code.
+"""
 
 import inspect
 import re

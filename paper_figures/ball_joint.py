@@ -163,7 +163,9 @@ def _every(axes, study: studies.Study, what: str, label: str):
 
 
 def fast(study: studies.Study):
-    """Overshoot of LuGre in fast spin: its steady torque, and what other draws of the bench give."""
+    """Overshoot of LuGre in fast spin: its steady torque, and what other draws of the bench
+    give.
+    """
     figure = sheet(10.0, 4.0)
     torque, draws = figure.subplots(1, 2)
     speeds = np.geomspace(0.01, variants.fastest(), 30)

@@ -43,7 +43,10 @@ from clearance.postprocess.figures import finish, line, sheet
 def draw(work: workshop.Workshop) -> None:
     runs = models(work)
     work.keep(moments(runs))
-    remark = f"Of {turns_seen(runs)} turns after {SETTLE}; +-: half the 95 % interval of means over turns."
+    remark = (
+        f"Of {turns_seen(runs)} turns after {SETTLE}; +-: half the 95 % interval of means "
+        "over turns."
+    )
     work.table(*numbers(runs), remarks=remark)
 
 

@@ -164,7 +164,9 @@ def dry(runs: dict):
 
 
 def correlation(run, first: str, second: str) -> tuple[np.ndarray, np.ndarray]:
-    """Lags [ms] and the correlation of two joints' contact forces beyond their course over a turn."""
+    """Lags [ms] and the correlation of two joints' contact forces beyond their course over a
+    turn.
+    """
     step = 1e3 * float(np.diff(run.time[:2])[0])
     a, b = (contact_force(run, name, max(round(AVERAGED / step), 1)) for name in (first, second))
     most = round(LAG / step)

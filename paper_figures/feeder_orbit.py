@@ -136,7 +136,9 @@ def gap(axes, run, colours: dict, state: np.ndarray) -> None:
 
 
 def parts(colours: dict, state: np.ndarray):
-    """Name, colour and samples of each state that occurs; a state holds from the sample before on."""
+    """Name, colour and samples of each state that occurs; a state holds from the sample before
+    on.
+    """
     for i, (name, colour) in enumerate(colours.items()):
         here = state == i
         here[:-1] |= here[1:]

@@ -130,7 +130,10 @@ def scattered(runs: dict) -> str:
         dry, ideal = (getattr(runs[SPEEDS[0], m]["slider"], channel) for m in (DRY, IDEAL))
         apart.append(np.abs(dry - ideal).max() / np.abs(ideal).max())
     answer = "met" if apart[1] > 2.0 * apart[0] else "not met"
-    return f"{answer} (by {apart[0]:.2g} of the ideal velocity, {apart[1]:.2g} of the ideal acceleration)"
+    return (
+        f"{answer} (by {apart[0]:.2g} of the ideal velocity, {apart[1]:.2g} of the ideal "
+        "acceleration)"
+    )
 
 
 def sections(runs: dict):

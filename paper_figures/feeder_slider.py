@@ -146,11 +146,16 @@ def disturbed(runs: dict, channel: str, label: str) -> str:
     values = {n: getattr(r["slider"], channel)[settled(r)] for n, r in runs.items()}
     ratios, words = over_ideal(values, turns_seen(runs))
     met = "met" if ratios[DRY] > max(r for n, r in ratios.items() if n != DRY) else "not met"
-    return f"Largest {label} of a turn over the ideal one: {words}. Source: oil softens what dry clearance does; {met}."
+    return (
+        f"Largest {label} of a turn over the ideal one: {words}. Source: oil softens what dry "
+        f"clearance does; {met}."
+    )
 
 
 def over_ideal(values: dict[str, np.ndarray], turns: int) -> tuple[dict[str, float], str]:
-    """Largest size of each model's values in a turn over the ideal one's, as numbers and in print."""
+    """Largest size of each model's values in a turn over the ideal one's, as numbers and in
+    print.
+    """
     largest = {name: of_turn(v, turns) for name, v in values.items()}
     ratios = {name: v / largest[IDEAL] for name, v in largest.items() if name != IDEAL}
     return ratios, ", ".join(f"{name} ×\u00a0{ratio:.3g}" for name, ratio in ratios.items())
@@ -188,7 +193,10 @@ def departures(runs: dict) -> str:
         f"{n} {100 * shares['x'][n]:.2g} % and {100 * shares['ax'][n]:.3g} %" for n in shares["x"]
     )
     met = "met" if all(shares["ax"][n] > 10.0 * shares["x"][n] for n in shares["x"]) else "not met"
-    text = f"Largest deviation of displacement and of acceleration in a turn, over their ideal ranges: {words}"
+    text = (
+        "Largest deviation of displacement and of acceleration in a turn, over their ideal "
+        f"ranges: {words}"
+    )
     return (
         f"{text}. Source: clearance shows in the acceleration, hardly in the displacement; {met}."
     )
@@ -271,7 +279,9 @@ def of_turn(values: np.ndarray, turns: int) -> float:
 
 
 def by_turns(values: np.ndarray, turns: int) -> str:
-    """Mean over turns of the largest value of each, with half its 95 % interval where turns differ."""
+    """Mean over turns of the largest value of each, with half its 95 % interval where turns
+    differ.
+    """
     largest = turn_peaks(values, turns)
     if turns < FEWEST or np.ptp(largest) <= SAME * largest.mean():
         return f"{largest.mean():.4g}"

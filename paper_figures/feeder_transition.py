@@ -196,7 +196,10 @@ def verdict(chosen: dict, places: list) -> str:
         return f"{np.median(ratios):.3g} ({max(ratios):.3g})"
 
     words = ", ".join(f"{name} {factors(name)}" for name in CHOICES if name != REFERENCE)
-    return f"Largest force over that of load sharing, median (most): {words}. Crosses: warned of a force hole."
+    return (
+        f"Largest force over that of load sharing, median (most): {words}. Crosses: warned of a "
+        "force hole."
+    )
 
 
 def thresholds(shaped: dict, chosen: dict, places: list):
@@ -263,9 +266,15 @@ def spread(forces: np.ndarray, places: list) -> str:
     shapes = 100.0 * (forces.max(axis=0) / forces.min(axis=0) - 1.0).max()
     factors = by_thresholds(forces)
     worst, others = int(factors.argmax()), np.sort(factors)[:-1]
-    text = f"Halved and doubled thresholds part by a factor of {factors[worst]:.3g} at {said(places[worst])}"
+    text = (
+        f"Halved and doubled thresholds part by a factor of {factors[worst]:.3g} at "
+        f"{said(places[worst])}"
+    )
     if others.size:
-        text += f", in the other {others.size} panel{'s' * (others.size > 1)} by {others[0]:.3g} to {others[-1]:.3g}"
+        text += (
+            f", in the other {others.size} panel{'s' * (others.size > 1)} by {others[0]:.3g} "
+            f"to {others[-1]:.3g}"
+        )
     text += f". Three shapes of the memberships part by {shapes:.2g} % at most."
     return f"{text} Crosses: warned of a force hole."
 

@@ -132,7 +132,10 @@ def peaks(work: workshop.Workshop, runs: dict, other) -> None:
             other.drive(joint).torque_ideal,
         )
         rows.append([joint, *(float(np.abs(values).max()) for values in peaks)])
-    remarks = f"Largest absolute values in {UNTIL:g} s, reading P but for the last column; friction is proportional to "
+    remarks = (
+        f"Largest absolute values in {UNTIL:g} s, reading P but for the last column; "
+        "friction is proportional to "
+    )
     work.table(heads, rows, remarks=f"{remarks}the assumed lengths of the pins.")
 
 

@@ -152,7 +152,9 @@ def _ratio(law, speed: np.ndarray) -> np.ndarray:
 
 
 def loops():
-    """LuGre in clearance joints: loops before sliding, breaking away, and the lag behind the speed."""
+    """LuGre in clearance joints: loops before sliding, breaking away, and the lag behind the
+    speed.
+    """
     figure = sheet(11.0, 3.8)
     before, away, lag = figure.subplots(1, 3)
     for i, amplitude in enumerate((0.4e-6, 1.0e-6, 3.0e-6)):

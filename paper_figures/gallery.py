@@ -24,7 +24,8 @@ SMALL = (240, 150)  # largest size of a small picture [pixel]
 OTHERS = "Figures of earlier versions"  # whose scripts stated no group
 STYLE = """
 .small{display:flex;flex-wrap:wrap;gap:.6rem;margin:.4rem 0 1rem}
-.small a{width:15rem;border:1px solid #ccc;padding:.3rem;text-align:center;font-size:.8rem;overflow-wrap:anywhere}
+.small a{width:15rem;border:1px solid #ccc;padding:.3rem;text-align:center;
+font-size:.8rem;overflow-wrap:anywhere}
 .small img{display:block;margin:0 auto .3rem}article{border-top:1px solid #ddd;margin-top:1.5rem}
 article img{max-height:34rem}
 """
@@ -55,7 +56,9 @@ def drawn(
     say: Callable[[str], None] | None = None,
     results: Path | None = None,
 ) -> Entry:
-    """Draw one figure; where that fails, the status says why, and the log beside the figures where."""
+    """Draw one figure; where that fails, the status says why, and the log beside the figures
+    where.
+    """
     work = workshop.Workshop(folder, name, quick, fresh, say or (lambda text: None), results)
     title, about = workshop.about(name)
     began, status, log = time.perf_counter(), DONE, folder / f"{name}.log"

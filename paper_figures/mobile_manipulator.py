@@ -246,7 +246,9 @@ def off(path: np.ndarray, other: np.ndarray, most: int) -> np.ndarray:
 
 
 def paths(runs: dict):
-    """Path of the tooth in the three simulations, and the slow filter's effect on the dig pattern."""
+    """Path of the tooth in the three simulations, and the slow filter's effect on the dig
+    pattern.
+    """
     figure = sheet(10.0, 5.5)
     cells = figure.add_gridspec(2, 2, width_ratios=(5, 4))
     axes, late, cut = (figure.add_subplot(c) for c in (cells[:, 0], cells[0, 1], cells[1, 1]))

@@ -33,7 +33,9 @@ def draw(work: workshop.Workshop) -> None:
 
 
 def numbers(work: workshop.Workshop, run) -> None:
-    """Share of time of joint B in each state, and of load on its solids, over the last two turns."""
+    """Share of time of joint B in each state, and of load on its solids, over the last two
+    turns.
+    """
     late = run.time >= run.time[-1] - 2.0 * run.turn
     joint = run.joint("B")
     states = np.argmax([getattr(joint, name)[late] for name in MEMBERSHIPS], axis=0)

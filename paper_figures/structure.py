@@ -99,7 +99,8 @@ BOXES = {
         4,
         1.55,
         "#78909c",
-        "cases* choices joint_options case scene_files scene_python scene_toml templates* catalogue",
+        "cases* choices joint_options case scene_files scene_python scene_toml templates* "
+        "catalogue",
     ),
     "run": Box(
         "run",

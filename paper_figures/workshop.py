@@ -56,7 +56,9 @@ WITHOUT_PHYSICS = ("commands", "evidence")
 
 
 def names() -> list[str]:
-    """Names of all figures, which are those of their scripts: group by group, then by the alphabet."""
+    """Names of all figures, which are those of their scripts: group by group, then by the
+    alphabet.
+    """
     order, scripts = list(GROUPS), (p.stem for p in FOLDER.glob("*.py") if p.stem not in SHARED)
     return sorted(scripts, key=lambda name: (order.index(about(name)[1]["Group"]), name))
 

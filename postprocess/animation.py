@@ -444,7 +444,10 @@ def _page(
     for state in dict.fromkeys(s for lens in lenses for s in lens.states):
         axes.plot([], [], color=COLOURS[state], lw=3.0, label=state)
     on = "journal or block" if any(isinstance(lens, GuideLens) for lens in lenses) else "journal"
-    caption = f"arrows: force on the {on}; as long as the lens's radius for {_newtons(strongest)} and more"
+    caption = (
+        f"arrows: force on the {on}; as long as the lens's radius for {_newtons(strongest)} "
+        "and more"
+    )
     tops = [lens.fields.pressure.max() for lens in lenses if lens.fields is not None]
     if tops:
         high = f", {PRESSURE:g} radii high for {', '.join(f'{t / 1e6:.3g}' for t in tops)} MPa"

@@ -194,7 +194,9 @@ CELLS = 4000
 
 
 def stroke(i: int, count: int) -> dict:
-    """Colour and dashes of curve i of `count`; more curves than strokes run through a colour map."""
+    """Colour and dashes of curve i of `count`; more curves than strokes run through a colour
+    map.
+    """
     return (
         dict(STROKES[i])
         if count <= len(STROKES)

@@ -123,7 +123,9 @@ def _in_bearing(record, joint: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _room(one: Life, joint: str, stage: int) -> np.ndarray:
-    """Places where a round journal's centre would touch the worn bearing, direction by direction."""
+    """Places where a round journal's centre would touch the worn bearing, direction by
+    direction.
+    """
     free = one.asked["joints"][joint]["clearance"] + one.depth(joint, "bearing")[stage]
     angle = ANGLE[:-1]
     with np.errstate(divide="ignore"):

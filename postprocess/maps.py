@@ -288,7 +288,9 @@ def by_ratio(values: np.ndarray) -> bool:
 
 
 def edges(values: np.ndarray, log: bool) -> np.ndarray:
-    """Edges (n + 1,) of the cells round n ascending values: half-way between them, or so by ratio."""
+    """Edges (n + 1,) of the cells round n ascending values: half-way between them, or so by
+    ratio.
+    """
     v = np.log(values) if log else np.asarray(values, float)
     middle = 0.5 * (v[1:] + v[:-1])
     edges = np.concatenate([[v[0] - (middle[0] - v[0])], middle, [v[-1] + (v[-1] - middle[-1])]])
@@ -337,7 +339,9 @@ def chosen_metrics(
 
 
 def _first(names: list[str], pattern: str, loose: set[str]) -> str | None:
-    """The first metric of a pattern; forces are those of the clearance joints, where there are any."""
+    """The first metric of a pattern; forces are those of the clearance joints, where there are
+    any.
+    """
     hits = [n for n in names if fnmatchcase(n, pattern)]
     if pattern.startswith("joint_*_force"):
         hits = [n for n in hits if n.removesuffix(pattern[len("joint_*") :]) in loose] or hits
@@ -457,7 +461,9 @@ def _visible(axis: Axis) -> Axis:
 
 
 def _groups(choice: Choice, rest: list, most: int, what: str) -> list[tuple[str, np.ndarray]]:
-    """For each combination of values of what is left over, its words and the points that have it."""
+    """For each combination of values of what is left over, its words and the points that have
+    it.
+    """
     if not rest:
         return [("", np.ones(len(choice.points), bool))]
     names = [n for names, _ in rest for n in names]
@@ -476,7 +482,9 @@ def _groups(choice: Choice, rest: list, most: int, what: str) -> list[tuple[str,
 
 
 def _sheet(metrics: int, panels: int):
-    """Width [inch], figure and axes: a row for each metric with its panels, or metrics two a row."""
+    """Width [inch], figure and axes: a row for each metric with its panels, or metrics two a
+    row.
+    """
     columns = panels if panels > 1 else min(metrics, 2)
     rows = metrics if panels > 1 else -(-metrics // columns)
     width = max(6.0, (PANEL[panels > 2] + 0.7) * columns + 1.4)

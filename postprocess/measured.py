@@ -1,4 +1,6 @@
-"""Measured data beside a run: a record over time or drive angle, its shift found, its error stated."""
+"""Measured data beside a run: a record over time or drive angle, its shift found, its error
+stated.
+"""
 
 import csv
 import math
@@ -304,7 +306,9 @@ def _refined(cost, coarse: float, reach: float, move: tuple[float, float]) -> fl
 
 # --- the picture
 def overlay(run: Record, path: str | Path | None, comparison: Comparison):
-    """Measured and computed values over each other, and their difference below; saved under `path`."""
+    """Measured and computed values over each other, and their difference below; saved under
+    `path`.
+    """
     record = comparison.measured
     figure = figures.sheet(7.0, 4.6)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))

@@ -48,9 +48,12 @@ ALIKE = {
 SMALL, LONG = 40_000, 20_000
 
 STYLE = """
-body{font:15px/1.45 system-ui,sans-serif;color:#1a1a1a;background:#fff;max-width:64rem;margin:0 auto;padding:1rem}
-h1{font-size:1.7rem;margin:0 0 .3rem}h2{font-size:1.3rem;margin:2rem 0 .6rem;border-bottom:1px solid #bbb}
-h3{font-size:1.05rem;margin:1.3rem 0 .4rem}p{margin:.5rem 0}nav{font-size:.9rem}nav a{margin-right:1em}
+body{font:15px/1.45 system-ui,sans-serif;color:#1a1a1a;background:#fff;
+max-width:64rem;margin:0 auto;padding:1rem}
+h1{font-size:1.7rem;margin:0 0 .3rem}
+h2{font-size:1.3rem;margin:2rem 0 .6rem;border-bottom:1px solid #bbb}
+h3{font-size:1.05rem;margin:1.3rem 0 .4rem}p{margin:.5rem 0}nav{font-size:.9rem}
+nav a{margin-right:1em}
 table{border-collapse:collapse;margin:.5rem 0;font-size:.86rem;font-variant-numeric:tabular-nums}
 caption{text-align:left;color:#444;padding:.2rem 0}
 th,td{border:1px solid #ccc;padding:.2rem .5rem;text-align:left;vertical-align:top}
@@ -59,8 +62,10 @@ th[data-sorted]::after{content:" \\25B2"}th[data-sorted=down]::after{content:" \
 table.sortable thead th{cursor:pointer}.wide{overflow-x:auto}figure{margin:.8rem 0}
 figcaption{font-size:.86rem;color:#444}
 figure svg,figure img{max-width:100%;height:auto}svg *{stroke-linejoin:round;stroke-linecap:butt}
-.pair{display:flex;flex-wrap:wrap;gap:0 1.5rem;align-items:flex-start}.pair figure{flex:0 1 26rem;min-width:17rem}
-.box{border-left:5px solid;padding:.4rem .8rem;margin:.8rem 0}.box ul{margin:.2rem 0;padding-left:1.2rem}
+.pair{display:flex;flex-wrap:wrap;gap:0 1.5rem;align-items:flex-start}
+.pair figure{flex:0 1 26rem;min-width:17rem}
+.box{border-left:5px solid;padding:.4rem .8rem;margin:.8rem 0}
+.box ul{margin:.2rem 0;padding-left:1.2rem}
 .bad{border-color:#c0392b;background:#fdeeec}.doubt{border-color:#e0a800;background:#fff8e1}
 .good{border-color:#2e7d4f;background:#edf7f0}.missing{color:#555;font-style:italic}
 pre{background:#f4f4f4;padding:.6rem;overflow-x:auto}code{overflow-wrap:anywhere}
@@ -73,9 +78,12 @@ section.page{break-before:page}}@page{margin:15mm}
 """
 #: clicks on a head cell sort its table; without scripts tables stay as they are
 SCRIPT = """
-for(const head of document.querySelectorAll("table.sortable thead th"))head.addEventListener("click",()=>{
-const table=head.closest("table"),body=table.tBodies[0],down=head.dataset.sorted==="up",i=head.cellIndex;
-const key=row=>{const c=row.cells[i];return c.dataset.value===undefined?c.textContent:+c.dataset.value};
+for(const head of document.querySelectorAll("table.sortable thead th"))
+head.addEventListener("click",()=>{
+const table=head.closest("table"),body=table.tBodies[0],
+down=head.dataset.sorted==="up",i=head.cellIndex;
+const key=row=>{const c=row.cells[i];
+return c.dataset.value===undefined?c.textContent:+c.dataset.value};
 const order=(x,y)=>typeof x==="number"&&typeof y==="number"?(isNaN(x)?1:isNaN(y)?-1:x-y):
 String(x).localeCompare(String(y));
 const rows=[...body.rows].sort((a,b)=>order(key(a),key(b))*(down?-1:1));
@@ -302,7 +310,10 @@ class Page:
             *sections,
             Markup(f"<script>{SCRIPT}</script>"),
         )
-        meta = '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'
+        meta = (
+            '<meta charset="utf-8"><meta name="viewport" '
+            'content="width=device-width,initial-scale=1">'
+        )
         head = element(
             "head", Markup(meta), element("title", self.title), Markup(f"<style>{STYLE}</style>")
         )

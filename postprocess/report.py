@@ -311,7 +311,9 @@ ERROR_TITLES = ("stated error", "by the film table")
 
 
 def _errors(run: Result, metrics_of: dict[str, Metric]) -> dict[str, list[str]]:
-    """Stated errors of the metrics that they were stated of, and of these the parts of film tables."""
+    """Stated errors of the metrics that they were stated of, and of these the parts of film
+    tables.
+    """
     errors = {
         n: run.errors[n]
         for n, m in metrics_of.items()
@@ -338,7 +340,10 @@ def _stated(run: Result) -> str:
         if "trajectory" in errors
         else ""
     )
-    return f"Errors of the integration are stated, {loose}{trajectory}. Those of film tables are apart."
+    return (
+        f"Errors of the integration are stated, {loose}{trajectory}. Those of film tables are "
+        "apart."
+    )
 
 
 def _sensitivities(page: Page, run: Result) -> list[Markup]:
@@ -398,7 +403,10 @@ def _overview(page: Page, run: Result, settle: float | None) -> Markup:
     wanted, present = overview_channels(run), kept_channels(run)
     words = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
     if joint_friction(run) and not run.clearances:
-        words = "Driving efforts, motion, energies, joint friction, reactions of the joints with friction, power lost"
+        words = (
+            "Driving efforts, motion, energies, joint friction, reactions of the joints with "
+            "friction, power lost"
+        )
     drawn = page.picture(
         _needing(run, wanted, partial(plots.overview, run, settle=settle)), words, run.time.size
     )
@@ -429,7 +437,10 @@ def _rubbing(page: Page, run: Result) -> list[Markup]:
         )
         parts.append(page.picture(draw, words, run.time.size))
     if rubbing:
-        words = "Friction of hinges and slides and its load along time, and friction over the rate of the joint"
+        words = (
+            "Friction of hinges and slides and its load along time, and friction over the rate "
+            "of the joint"
+        )
         parts.append(page.picture(_needing(run, [], partial(friction, run)), words, run.time.size))
     return parts
 
@@ -510,7 +521,10 @@ def _phase(page: Page, run: Result) -> list[Markup]:
     if not run.turn:
         return [*parts, missing("No drive turns at constant speed: there is no Poincaré section.")]
     if _turns(run) < (enough := SETTLE + PASSAGES - 1.0) - ROUNDING:
-        text = f"A Poincaré section is drawn from {enough:g} turns on; this run has {number(_turns(run))}."
+        text = (
+            f"A Poincaré section is drawn from {enough:g} turns on; this run has "
+            f"{number(_turns(run))}."
+        )
         return [*parts, missing(text)]
     words = f"Poincaré section, once a turn of the drive, without the first {SETTLE:g} turns"
     journal = [f"joints/{j}/eccentricity_{axis}" for j in list(run.clearances)[:1] for axis in "xy"]
@@ -564,5 +578,8 @@ def _provenance(run: Result) -> list[Markup]:
         ("kernel", element("code", f"sha256 {digest}")),
     ]
     rows.append(("channels kept", len(kept_channels(run))))
-    how = f'import clearance as cl\nrun = cl.open_result({path.name!r})\nrun.time, run.scene, run.names("bodies")'
+    how = (
+        f"import clearance as cl\nrun = cl.open_result({path.name!r})\nrun.time, run.scene, "
+        'run.names("bodies")'
+    )
     return [facts(rows), element("h3", "In Python"), element("pre", how)]

@@ -45,7 +45,10 @@ def _histogram(axes, result, metric: str) -> None:
         low, high = axes.get_xlim()
         if low <= limit <= high:
             axes.axvline(limit, color="#c62828", linewidth=1.5)
-        title += f"; beyond {limit:.4g}: {100 * share.value:.3g} % ({100 * share.low:.3g} to {100 * share.high:.3g} %)"
+        title += (
+            f"; beyond {limit:.4g}: {100 * share.value:.3g} % ({100 * share.low:.3g} to "
+            f"{100 * share.high:.3g} %)"
+        )
     axes.set_title(title, fontsize="small", loc="left")
     axes.set_xlabel(f"{text} [{PRINTED.get(units, units)}]", fontsize="small")
     axes.locator_params(axis="x", nbins=5)

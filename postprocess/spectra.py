@@ -215,7 +215,9 @@ def _doubts(rows: list[list[Spectrum]], labels: list[str]) -> list[str]:
 
 
 def _end(lines: Spectrum) -> float:
-    """Frequency [Hz] above which less than a millionth of the mean square about the mean is left."""
+    """Frequency [Hz] above which less than a millionth of the mean square about the mean is
+    left.
+    """
     squares = lines.amplitude[1:] ** 2
     left = squares[::-1].cumsum()[::-1]
     last = np.flatnonzero(left > 1e-6 * left[0])

@@ -241,7 +241,10 @@ def _cost(page: Page, sweep: Sweep) -> list[Markup]:
         ("longest run", f"{quantity(wall.max(), 's')}, at {_at(sweep, longest)}"),
     ]
     if steps.size:
-        words = f"{number(steps.min())} to {number(steps.max())}, median {number(float(np.median(steps)))}"
+        words = (
+            f"{number(steps.min())} to {number(steps.max())}, median "
+            f"{number(float(np.median(steps)))}"
+        )
         rows.append(("steps of a run that is done", words))
     drawn = page.picture(
         partial(costs, sweep), "Wall time of the runs, and of it in the compiled loop"
@@ -294,7 +297,10 @@ def _points(sweep: Sweep, path: Path) -> list[Markup]:
     index = f"{sweep.folder.absolute().name}/sweep.h5"
     words = f"All metrics of all points are in {index}."
     if shown < len(sweep):
-        words = f"The first {shown} of {len(sweep)} points; all of them, with all metrics, are in {index}."
+        words = (
+            f"The first {shown} of {len(sweep)} points; all of them, with all metrics, are in "
+            f"{index}."
+        )
     links = (
         " A status that is a link leads to the file of its run." if sweep.definition.files else ""
     )

@@ -12,7 +12,9 @@ from clearance.simulation import prepare, write
 
 
 def test_what_a_joint_determines_follows_a_change():
-    """Contact stiffness that the joint determines is that of a joint made with the new clearance."""
+    """Contact stiffness that the joint determines is that of a joint made with the new
+    clearance.
+    """
     scene = cl.load_case("slider_crank", model="dry")
     one = scene.replaced({"joints/C/clearance": 2e-4})
     joint = next(j for j in one.joints if j.name == "C")
@@ -78,7 +80,9 @@ def test_an_oscillator_whose_stiffness_changes_on_the_way():
 
 
 def test_a_change_of_nothing_changes_nothing():
-    """Stops on the way alone: the motion of a lubricated slider-crank within 1e-6 of its clearance."""
+    """Stops on the way alone: the motion of a lubricated slider-crank within 1e-6 of its
+    clearance.
+    """
     scene = cl.load_case("slider_crank", model="lubricated")
     plain = cl.simulate(scene, turns=0.5, samples_per_turn=100, rtol=1e-8)
     run = prepare(scene, turns=0.5, samples_per_turn=100, rtol=1e-8)

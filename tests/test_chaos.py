@@ -1,4 +1,6 @@
-"""Statistics of chaotic motion: runs that go on, intervals that agree, errors that are asked for."""
+"""Statistics of chaotic motion: runs that go on, intervals that agree, errors that are asked
+for.
+"""
 
 import json
 from dataclasses import replace

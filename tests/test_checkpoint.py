@@ -15,7 +15,8 @@ CALL = """
 import sys
 import clearance as cl
 scene = cl.load_case("slider_crank", model="dry")
-cl.simulate(scene, turns=float(sys.argv[2]), samples_per_turn=200, path=sys.argv[1], checkpoint=0.05, compression=1)
+options = {"samples_per_turn": 200, "checkpoint": 0.05, "compression": 1}
+cl.simulate(scene, turns=float(sys.argv[2]), path=sys.argv[1], **options)
 """
 TURNS = 120
 

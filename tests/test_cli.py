@@ -224,7 +224,9 @@ def test_a_run_that_fails_half_way(tmp_path, capsys):
 
 @pytest.mark.parametrize("name", ["watt", "stephenson"])
 def test_a_mechanism_of_ones_own(name, tmp_path, capsys):
-    """A Watt six-bar, and a Stephenson six-bar whose loop no dyads solve, through the same command."""
+    """A Watt six-bar, and a Stephenson six-bar whose loop no dyads solve, through the same
+    command.
+    """
     out = tmp_path / "own.h5"
     case = OWN / f"{name}.py"
     status, text, err = run(

@@ -40,7 +40,9 @@ def _caller_and_helper():
 
 
 def test_helpers_become_machine_code_in_their_callers_only():
-    """The helper's code is in the caller; by itself it was neither optimised nor made executable."""
+    """The helper's code is in the caller; by itself it was neither optimised nor made
+    executable.
+    """
     caller, helper = _caller_and_helper()
     assert caller(np.array([2.0, 3.0, 5.0])) == 21.0
     (whole,) = caller.overloads.values()
@@ -52,7 +54,9 @@ def test_helpers_become_machine_code_in_their_callers_only():
 
 
 def test_options_of_a_function_are_never_compared_one_by_one(monkeypatch):
-    """Numba looks for operations by the options of the function too, at every mention: by identity."""
+    """Numba looks for operations by the options of the function too, at every mention: by
+    identity.
+    """
     compared = []
     monkeypatch.setattr(TargetConfig, "__eq__", lambda a, b: compared.append(a) or a is b)
     caller, _ = _caller_and_helper()

@@ -108,7 +108,10 @@ def test_the_copy_is_what_runs(walked):
         "clearance.postprocess",
         "tests.test_laws",
     )
-    code = f"import importlib; print(*(importlib.import_module(m).__file__ for m in {modules}), sep='\\n')"
+    code = (
+        f"import importlib; print(*(importlib.import_module(m).__file__ for m in {modules}), "
+        "sep='\\n')"
+    )
     found = run(walked, "-c", code)
     assert found.returncode == 0, found.stderr
     assert all(Path(line).is_relative_to(walked) for line in found.stdout.split())

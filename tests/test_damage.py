@@ -114,7 +114,9 @@ def test_R7_every_column_has_a_checksum(files, tmp_path):
 
 
 def test_R7_long_texts_have_checksums(dry, capsys):
-    """The scene holds the numbers of the mechanism; HDF5 keeps no checksum of a text of any length."""
+    """The scene holds the numbers of the mechanism; HDF5 keeps no checksum of a text of any
+    length.
+    """
     with h5py.File(dry, "a") as file:
         file.attrs["scene"] = file.attrs["scene"].replace('"clearance": ', '"clearance": 1')
     assert "attribute scene is not what was written: its checksum differs" in said(
@@ -239,7 +241,10 @@ def test_R10_what_is_wrong_with_a_sweep_is_said_in_words(files, tmp_path, change
 
 def test_R5_comments_without_a_name_and_facts_that_no_file_keeps(files, tmp_path, capsys):
     text = files["CSV"][0].read_text()
-    odd = "#=\n# = x\n# .a = 1\n# a. = 1\n# many = [1,a]\n# large = 99999999999999999999\n# format = x\n# a.order = x\n"
+    odd = (
+        "#=\n# = x\n# .a = 1\n# a. = 1\n# many = [1,a]\n# large = 99999999999999999999\n# format "
+        "= x\n# a.order = x\n"
+    )
     (tmp_path / "a.csv").write_text(odd + text)
     facts = read(tmp_path / "a.csv").facts
     assert facts["many"] == "[1,a]"

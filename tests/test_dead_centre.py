@@ -60,7 +60,10 @@ def test_M5_a_run_that_ends_at_a_dead_centre_names_the_loop(name):
     with pytest.raises(cl.SimulationError) as caught:
         cl.simulate(ENDS[name](), until=2.0, samples=200)
     loop = "(beam.two|two.beam)" if name.startswith("parallelogram") else "(rod.slider|slider.rod)"
-    said = rf"loop {loop} came to its dead centre, .* fell to (\S+) of its scale \((\S+) at the start\)"
+    said = (
+        rf"loop {loop} came to its dead centre, .* "
+        r"fell to (\S+) of its scale \((\S+) at the start\)"
+    )
     for text in (str(caught.value), *caught.value.result.warnings):
         _, fell, begun = re.search(said, text).groups()
         assert float(fell) < 0.01 < 0.5 < float(begun)
@@ -137,7 +140,9 @@ def test_a_mechanism_that_stands_still_at_its_dead_centre_is_named():
 
 
 def test_points_of_a_sweep_pass_a_flat_position(tmp_path):
-    """As single runs do: with places of bodies as coordinates; metrics equal those of `simulate`."""
+    """As single runs do: with places of bodies as coordinates; metrics equal those of
+    `simulate`.
+    """
     case = tmp_path / "falling.py"
     case.write_text(
         "from tests.test_dead_centre import falling_parallelogram\n"

@@ -375,7 +375,9 @@ def test_names_before_anything_runs(case, parameters, length, monkeypatch):
 
 
 def test_an_interrupted_request_keeps_its_best_run(feeder, tmp_path, monkeypatch):
-    """The second run of the ladder is interrupted: the first one's file is there, with its errors."""
+    """The second run of the ladder is interrupted: the first one's file is there, with its
+    errors.
+    """
     plain, begun = Ladder._attempt, []
 
     def attempt(self, rtol):

@@ -21,7 +21,9 @@ def feeder(tmp_path_factory):
 
 
 def integrals(found, joint):
-    """Radial and tangential force of every field, Simpson's rule along and trapezia around (n, 2)."""
+    """Radial and tangential force of every field, Simpson's rule along and trapezia around (n,
+    2).
+    """
     rule = np.full(len(found.axial), 2.0)
     rule[1::2], rule[[0, -1]] = 4.0, 1.0
     line = np.einsum("iza,z->ia", found.pressure, rule) * np.diff(found.axial)[0] / 3.0

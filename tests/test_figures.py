@@ -92,7 +92,10 @@ def test_a_broken_result_is_made_anew(tmp_path, capsys):
 
 def test_sweeps_are_used_again_unless_fresh_and_not_for_another_case(tmp_path, monkeypatch):
     source = "import clearance as cl\n\n\ndef scene(*, mass: float = 1.0) -> cl.Scene:\n    body = "
-    source += "cl.Body('b', mass, 1.0)\n    return cl.Scene(cl.Revolute(cl.ground, body, name='A'), name='one')\n"
+    source += (
+        "cl.Body('b', mass, 1.0)\n    return cl.Scene(cl.Revolute(cl.ground, body, "
+        "name='A'), name='one')\n"
+    )
     case = tmp_path / "one.py"
 
     def journals(**more):

@@ -454,7 +454,9 @@ class TestMobileManipulator:
             hinge = CASE["LINKS"][name][1]
 
     def test_lever_arms_of_the_figures(self):
-        """Lever arm times the pin's speed is the actuator's, from its power; 1e-11 m/s: rounding."""
+        """Lever arm times the pin's speed is the actuator's, from its power; 1e-11 m/s:
+        rounding.
+        """
         run = cl.inverse_dynamics(load_case("mobile_manipulator"), time=np.linspace(1.0, 40.0, 40))
         for pin, (_, name) in figures.PINS.items():
             turning = figures.lever(run, pin) * figures.turned(run, pin, "omega")

@@ -23,8 +23,8 @@ def pair(ratio=-0.5, torque=0.0, **teeth):
 
 @pytest.mark.parametrize("ratio", [-0.5, 0.4], ids=["external", "ring"])
 def test_a_pinion_drives_a_wheel(ratio):
-    """Rigid teeth: alpha = T / (I1 + i^2 I2); what the mesh carries, and with 20 degrees of pressure
-    angle what the bearings carry of it.
+    """Rigid teeth: alpha = T / (I1 + i^2 I2); what the mesh carries, and with 20 degrees of
+    pressure angle what the bearings carry of it.
 
     Teeth of 1e7 N/m with a damper: to 1e-4 at rtol 1e-8, for their vibration has died out by then.
     """

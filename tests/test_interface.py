@@ -31,7 +31,8 @@ from clearance.units import mm
 def journal(name, **slots):
     rotor = cl.Body(name, 20.0, 1e-2)
     return cl.ClearanceRevolute(
-        cl.ground, rotor, name=name, radius=mm(10), clearance=mm(0.1), length=mm(20), contact=cl.hertz(),
+        cl.ground, rotor, name=name, radius=mm(10), clearance=mm(0.1), length=mm(20),
+        contact=cl.hertz(),
         lubricant=cl.Lubricant(0.001), roughness=1e-6, eccentricity=(0.0, -mm(0.05)), **slots
     ), cl.Drive(rotor, speed=100.0, name=name)
 

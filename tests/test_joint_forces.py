@@ -193,7 +193,9 @@ def test_centred_journal_has_no_direction_and_no_trouble():
 
 
 def leaning(friction, torque=0.02):
-    """A journal at the bottom of a fixed bearing, turned by a torque below what friction can hold."""
+    """A journal at the bottom of a fixed bearing, turned by a torque below what friction can
+    hold.
+    """
     body = cl.Body("journal", 1.0, 1e-4)
     contact = laws.hunt_crossley_memoryless(stiffness=1e10, dissipation=50.0)
     joint = cl.ClearanceRevolute(

@@ -471,7 +471,9 @@ class TestFilms:
         )
 
     def test_short_film_is_ocvirk(self, validated):
-        """eps = 0.5, steady: W c^2 / (mu omega R L^3) = 0.750381081812, attitude 53.680201 degrees."""
+        """eps = 0.5, steady: W c^2 / (mu omega R L^3) = 0.750381081812, attitude 53.680201
+        degrees.
+        """
         fr, ft = laws.short_film()(0.5, 0.0, 1.0, UNIT)
         load, angle, options = (
             math.hypot(fr, ft) / 4.0,

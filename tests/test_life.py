@@ -81,7 +81,9 @@ class TestReplay:
         assert not end.bearing.any()
 
     def test_both(self):
-        """Case D, the journal with a tenth of the bearing's coefficient: eccentricity within 1e-4."""
+        """Case D, the journal with a tenth of the bearing's coefficient: eccentricity within
+        1e-4.
+        """
         end, _ = replayed(standing(60, COEFFICIENT, 0.1 * COEFFICIENT), 1000)
         joint = FilmJoint(0.0, CLEARANCE, 0.0, 0.0, 0.0)
         scale = MODULUS * RADIUS * LENGTH
@@ -101,7 +103,9 @@ class TestReplay:
 
     @pytest.mark.parametrize(("turns", "first"), [(100, 42), (1000, 48)])
     def test_many_turns_of_both(self, turns, first):
-        """Case G, many turns of case E: within 2e-3 (the row jumps by 10 turns), and unworn above."""
+        """Case G, many turns of case E: within 2e-3 (the row jumps by 10 turns), and unworn
+        above.
+        """
         end, _ = replayed(turning(), turns)
         deep, above, low = (ROWS[f"W{first + k}"] for k in (0, 2, 4))
         assert end.bearing[270] == pytest.approx(deep, rel=2e-3)
@@ -212,7 +216,9 @@ def folder(tmp_path_factory):
 
 class TestLife:
     def test_depth(self, folder):
-        """Case B by dynamics and jumps: the replay's depth within the error that the life states."""
+        """Case B by dynamics and jumps: the replay's depth within the error that the life
+        states.
+        """
         life = cl.Life(folder / "worn")
         assert life.done
         assert life.turns == pytest.approx([0.0, 20.0, 40.0])
@@ -250,7 +256,9 @@ class TestLife:
         assert draw(folder / "worn", tmp_path / "life.png").exists()
 
     def test_closed_form(self, folder):
-        """Rigid bodies under the first load path: the rows of case A, from a life with their load."""
+        """Rigid bodies under the first load path: the rows of case A, from a life with their
+        load.
+        """
         life = cl.Life(folder / "worn")
         life.stages = [{"turns": 100.0}, {"turns": 5000.0}]
         assert life.closed_form("B") == pytest.approx([ROWS["W02"], ROWS["W06"]], rel=1e-3)
@@ -260,7 +268,8 @@ class TestLife:
         file = tmp_path / "mine.py"
         file.write_text(
             "import clearance as cl\nfrom tests.test_life import rotor\n\n\n"
-            'def scene(*, wear: float = 0.0):\n    """Rotor.\n\n    wear: coefficient [m2/N]\n    """\n'
+            'def scene(*, wear: float = 0.0):\n    """Rotor.\n\n    wear: coefficient [m2/N]\n    '
+            '"""\n'
             "    return rotor(wear=cl.archard(coefficient=wear))\n"
         )
         words = [

@@ -54,7 +54,9 @@ def lives(tmp_path_factory):
 
 
 def test_columns(lives):
-    """Depth and volume of each life are those of the life alone; the bad point fails with its reason."""
+    """Depth and volume of each life are those of the life alone; the bad point fails with its
+    reason.
+    """
     folder, _ = lives
     found = cl.open_sweep(folder)
     assert list(found.status) == ["done", "done", "failed"]
@@ -72,7 +74,9 @@ def test_columns(lives):
 
 
 def test_goes_on(lives, tmp_path):
-    """A point whose life was cut off goes on from its last stage, with the same numbers (bit by bit)."""
+    """A point whose life was cut off goes on from its last stage, with the same numbers (bit by
+    bit).
+    """
     folder, case = lives
     copy = tmp_path / "map"
     shutil.copytree(folder, copy)

@@ -340,7 +340,9 @@ class TestError:
         assert found.running[-1] == pytest.approx(found.per_turn)
 
     def test_verdicts(self):
-        """Two errors decide; what neighbours that part in proportion to time would do is no chaos."""
+        """Two errors decide; what neighbours that part in proportion to time would do is no
+        chaos.
+        """
         noise = 0.1 * np.random.default_rng(5).standard_normal(200)
         assert made(noise + 1.0).verdict == "chaotic"
         assert made(noise - 1.0).verdict == "regular"

@@ -101,7 +101,9 @@ class TestAsperities:
         assert many == pytest.approx(found, rel=1e-12)
 
     def test_slopes_and_energy(self):
-        """Exact slopes on two worn surfaces; the stiffness is symmetric, for one energy is behind."""
+        """Exact slopes on two worn surfaces; the stiffness is symmetric, for one energy is
+        behind.
+        """
         place, others = np.array([118e-6, 30e-6, 0.37]), (0, ROUGH, WAVY, 0.0)
         found = pressed_slopes(*place, *others)
         assert found[2] > 0.0
@@ -270,7 +272,8 @@ class TestJoint:
 
 class TestLife:
     def test_asperities_without_strength(self):
-        """The replay of rough surfaces whose asperities carry nothing is that of smooth ones (3e-3).
+        """The replay of rough surfaces whose asperities carry nothing is that of smooth ones
+        (3e-3).
 
         The pressure sums over nodes there, and over cells here.
         """

@@ -23,7 +23,8 @@ import clearance as cl
 from clearance import cli
 checkpoint = float(sys.argv[2]) or None
 scene = cl.load_case("slider_crank", model="ideal")
-cl.simulate(scene, turns=40, path=sys.argv[1], checkpoint=checkpoint, progress=lambda share: time.sleep(0.05))
+slow = lambda share: time.sleep(0.05)
+cl.simulate(scene, turns=40, path=sys.argv[1], checkpoint=checkpoint, progress=slow)
 """
 
 

@@ -406,7 +406,10 @@ def test_a_law_without_a_value_is_named(low, high, gap):
     joint = cl.ClearanceRevolute(
         cl.ground, ball, name="J", radius=0.01, clearance=1e-4, contact=law
     )
-    said = r"joint J: contact_force is not a number at a gap of (\S+) m: a law has no value there \(J: ecc"
+    said = (
+        r"joint J: contact_force is not a number at a gap of (\S+) m: "
+        r"a law has no value there \(J: ecc"
+    )
     with pytest.raises(cl.SimulationError, match=said) as caught:
         cl.simulate(cl.Scene(joint), until=0.1)
     assert float(re.search(said, str(caught.value))[1]) == pytest.approx(gap, abs=1e-9)

@@ -79,14 +79,18 @@ def test_power_is_taken_out(tau, closing, turning, sliding):
 
 @pytest.mark.parametrize("state", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.1, -0.3, 4.0)])
 def test_series_meets_the_closed_form(state):
-    """On both sides of the change, 4e-9 apart: 3e-8, ten slopes of it, and rounding 1e-16 / tau^4."""
+    """On both sides of the change, 4e-9 apart: 3e-8, ten slopes of it, and rounding 1e-16 /
+    tau^4.
+    """
     gap, slope = 2e-4, SERIES * 2e-4 / FACE.half_length
     below, above = (LAW(gap, slope * (1.0 + s * 1e-9), *state, FACE) for s in (-1.0, 1.0))
     assert below == pytest.approx(above, rel=3e-8)
 
 
 def test_block_sinks_between_two_films():
-    """Time from the middle to 0.99 c under 50 N, without mass: a row of another code (10 digits)."""
+    """Time from the middle to 0.99 c under 50 N, without mass: a row of another code (10
+    digits).
+    """
     clearance = 0.5e-3
 
     def slowness(e):
@@ -117,7 +121,9 @@ TABLE = cl.pad_table()
 
 
 def scaled(tau, width, rates):
-    """Load and moment over a, of a pad of half length 1 with mu B 8 a^3 / h0^3 = 1, from the table."""
+    """Load and moment over a, of a pad of half length 1 with mu B 8 a^3 / h0^3 = 1, from the
+    table.
+    """
     gap = 0.01
     face = PadFace(1.0, 2.0 * width, gap**3 / (16.0 * width))
     return TABLE(gap, tau * gap, *rates, 0.0, face)

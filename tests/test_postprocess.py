@@ -41,7 +41,9 @@ def test_thinning_keeps_peaks():
 
 
 def time_panel(peak: float):
-    """A sine of size 1 over 1 s with one sample of another size, as the overview leaves its axes."""
+    """A sine of size 1 over 1 s with one sample of another size, as the overview leaves its
+    axes.
+    """
     figure = figures.sheet(4.0, 3.0)
     axes, time = figure.subplots(), np.linspace(0.0, 1.0, 1001)
     values = np.sin(20.0 * time)
@@ -94,7 +96,9 @@ def test_powers_of_ten_stand_in_labels(tmp_path):
 
 
 def test_orbit_of_a_dry_joint_shows_flight_and_contact(tmp_path):
-    """The drawn contact begins and ends on the clearance circle or beyond it, also between samples."""
+    """The drawn contact begins and ends on the clearance circle or beyond it, also between
+    samples.
+    """
     path = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.5).save(
         tmp_path / "run.h5"
     )

@@ -116,7 +116,9 @@ def test_links_and_pictures_exist(page):
 
 
 def commands(block):
-    """Words after `clearance` of each command of a shell block; files that it writes are left out."""
+    """Words after `clearance` of each command of a shell block; files that it writes are left
+    out.
+    """
     block = re.sub(r"(<<'END')\n.*?\nEND$", r"\1", block, flags=re.DOTALL | re.MULTILINE)
     for line in block.splitlines():
         lexer = shlex.shlex(line, posix=True, punctuation_chars=";&|")

@@ -31,7 +31,9 @@ def bars():
 
 
 def four_bar(law=None, pin_radius=0.005, drive=None, gravity=(0.0, -9.81), **more):
-    """Crank-rocker with the same friction in all four pins; drive: of the crank (default 3 rad/s)."""
+    """Crank-rocker with the same friction in all four pins; drive: of the crank (default 3
+    rad/s).
+    """
     b = bars()
     own = {"friction": law, "pin_radius": pin_radius} if law is not None else {}
     ends = {
@@ -56,7 +58,9 @@ def row(scene, time=0.0, y=None):
 
 
 def consistent(scene, found, tolerance=1e-11):
-    """The friction of each joint is what its law makes of its rate and of the reaction it leaves."""
+    """The friction of each joint is what its law makes of its rate and of the reaction it
+    leaves.
+    """
     for joint in (j for j in scene.joints if j.friction is not None):
         here = {
             n.rpartition("/")[2]: v
@@ -225,7 +229,9 @@ def test_a_scene_without_friction_has_nothing_of_it():
 
 # --- slides
 def test_a_slide_rubs_with_its_normal_force_and_moment():
-    """A slider whose pin lies beside the guide: the force across and the tilting moment both rub."""
+    """A slider whose pin lies beside the guide: the force across and the tilting moment both
+    rub.
+    """
     law = cl.joint_coulomb(coefficient=0.15)
     crank = cl.Body("crank", 0.5, 1e-3, points={"near": (0, 0), "far": (0.05, 0)}, com=(0.02, 0))
     rod = cl.Body("rod", 0.8, 2e-3, points={"near": (0, 0), "far": (0.2, 0)}, com=(0.1, 0))
@@ -438,7 +444,9 @@ def test_the_sign_function_is_refused_where_forces_decide_on_the_motion():
 
 # --- out of the plane
 def plate(**joint):
-    """A plate on two hinged bars, seen from above; centres of mass and pins at different heights."""
+    """A plate on two hinged bars, seen from above; centres of mass and pins at different
+    heights.
+    """
     arm = cl.Body(
         "arm",
         2.0,

@@ -132,7 +132,9 @@ def four_bar(lengths=(0.1, 0.3, 0.25, 0.3), **drive):
 
 
 def test_open_loop_says_by_how_much():
-    """Crank 0.1 at angle 0, coupler 0.05, rocker 0.05, frame 0.3: the pins stay 0.1 m apart in all."""
+    """Crank 0.1 at angle 0, coupler 0.05, rocker 0.05, frame 0.3: the pins stay 0.1 m apart in
+    all.
+    """
     with pytest.raises(ValueError, match="loop cannot close: joint .* m open"):
         build(cl.Scene(*four_bar((0.1, 0.05, 0.05, 0.3))))
 

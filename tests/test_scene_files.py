@@ -28,7 +28,7 @@ viscosity = "5 cP"
 
 [body]
 crank = { mass = "94.2 g", inertia = 3.140e-5, points = { A = ["-20 mm", 0], B = ["20 mm", 0] } }
-rod2 = { mass = 0.2826, inertia = 7.724e-4, points = { B = ["-80 mm", 0], C = ["80 mm", 0] }, angle = 0.6 }
+rod2 = {mass = 0.2826, inertia = 7.724e-4, points = {B = ["-80 mm", 0], C = [0.08, 0]}, angle = 0.6}
 rod4 = { mass = 0.2669, inertia = 6.517e-4, points = { E = ["-75 mm", 0], F = ["75 mm", 0] } }
 slider = { mass = "500 g", inertia = 1e-4, points = { F = [0, 0] } }
 
@@ -322,7 +322,9 @@ def test_a_new_scene_file_runs_as_written(name, tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("name", templates.NAMES)
 def test_a_new_python_case_is_the_same_scene(name, tmp_path, monkeypatch):
-    """Number by number, also with parameters given; names, units and texts of parameters as well."""
+    """Number by number, also with parameters given; names, units and texts of parameters as
+    well.
+    """
     monkeypatch.chdir(tmp_path)
     assert cli.main(["new", name, "--python"]) == 0
     file, python = find_case(templates.path_of(name)), find_case(f"./{name}.py")

@@ -1,4 +1,6 @@
-"""Sensitivities: against closed forms and independent runs, their stated errors, refusals, files."""
+"""Sensitivities: against closed forms and independent runs, their stated errors, refusals,
+files.
+"""
 
 import json
 

@@ -1,4 +1,6 @@
-"""Means, quantiles and transients of correlated series, against processes whose errors are known."""
+"""Means, quantiles and transients of correlated series, against processes whose errors are
+known.
+"""
 
 import itertools
 import math
@@ -12,7 +14,9 @@ SEEDS = 400
 
 
 def correlated(rho: float, count: int, runs: int = SEEDS, seed: int = 1) -> np.ndarray:
-    """First-order autoregressive processes of variance 1, stationary from the start, (runs, count)."""
+    """First-order autoregressive processes of variance 1, stationary from the start, (runs,
+    count).
+    """
     rng = np.random.default_rng(seed)
     noise = rng.normal(size=(runs, count)) * math.sqrt(1.0 - rho**2)
     x = np.empty((runs, count))

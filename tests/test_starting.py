@@ -1,4 +1,6 @@
-"""Runs that start at the end of other runs, or quasi-statically; start-up and settled motion apart."""
+"""Runs that start at the end of other runs, or quasi-statically; start-up and settled motion
+apart.
+"""
 
 import gzip
 import json
@@ -50,7 +52,9 @@ def test_another_clearance_takes_the_share_of_it(settled):
 
 
 def test_a_pendulum_goes_on_where_another_ended():
-    """Angles, rates and whole turns are taken over: 1e-6 rad after one more second at rtol 1e-10."""
+    """Angles, rates and whole turns are taken over: 1e-6 rad after one more second at rtol
+    1e-10.
+    """
     scene = cl.load_case("double_pendulum")
     whole = cl.simulate(scene, until=2.0, samples=21, rtol=1e-10)
     first = cl.simulate(scene, until=1.0, samples=2, rtol=1e-10)

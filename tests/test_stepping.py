@@ -131,7 +131,9 @@ def test_fall_time_and_impact_speed(validated):
 
 
 def test_hertz_impact_without_gravity(validated):
-    """Penetration (5 m v^2 / 4 K)^0.4, duration 2.9432 penetration / v, force K delta^1.5; elastic."""
+    """Penetration (5 m v^2 / 4 K)^0.4, duration 2.9432 penetration / v, force K delta^1.5;
+    elastic.
+    """
     v, mass, stiffness = 0.3, 0.5, 1e8
     scene = ball(stiffness=stiffness, mass=mass, gravity=(0.0, 0.0), eccentricity_rate=(v, 0.0))
     events = cl.simulate(scene, until=0.01, rtol=1e-11).events
@@ -265,7 +267,9 @@ def test_restarts_keep_the_order():
 
 
 def replayed(run, before, time, memory):
-    """Error over tolerance of the last step, against scipy's DOP853 at 1e-13 from the state before."""
+    """Error over tolerance of the last step, against scipy's DOP853 at 1e-13 from the state
+    before.
+    """
     rhs = run.mechanism.kernel("rhs")
 
     def slopes(t, y):

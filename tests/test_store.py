@@ -216,7 +216,9 @@ def flipped(data):
     ids=["flipped", "cut", "empty", "planted"],
 )
 def test_damaged_machine_code_is_made_again(suffix, damage, tmp_path, monkeypatch, caplog):
-    """The file is named in a warning, nothing of it is run, and the next process reads the new one."""
+    """The file is named in a warning, nothing of it is run, and the next process reads the new
+    one.
+    """
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "doubling.py"
     path.write_text("def doubled(x):\n    return 2.0 * x\n")

@@ -146,7 +146,9 @@ def test_A3_renaming_compiles_nothing():
 
 
 def test_A3_a_renamed_run_gives_the_same_numbers():
-    """Through the same compiled kernel, bit for bit; the file carries the text with its own names."""
+    """Through the same compiled kernel, bit for bit; the file carries the text with its own
+    names.
+    """
     one = cl.simulate(pendulum(50.0), until=0.05, samples=11)
     two = cl.simulate(pendulum(50.0, "hinge", "rod"), until=0.05, samples=11)
     np.testing.assert_array_equal(one["arm"].theta, two["rod"].theta)

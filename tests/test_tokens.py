@@ -43,7 +43,9 @@ def rows(text):
 
 
 def test_the_table_of_folders_and_files_beside_another_checkout(tmp_path, capsys):
-    """A folder is the sum of its files; another checkout without one of them shows the difference."""
+    """A folder is the sum of its files; another checkout without one of them shows the
+    difference.
+    """
     (tmp_path / "clearance" / "elements").mkdir(parents=True)
     text = (tokens.ROOT / "clearance/elements/weld.py").read_text()
     (tmp_path / "clearance/elements/weld.py").write_text(text)

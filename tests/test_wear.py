@@ -53,7 +53,9 @@ class TestContact:
 
     @pytest.mark.parametrize("penetration", [1e-7, 5e-7, 5e-6, 5e-5])
     def test_unworn_is_winkler(self, penetration):
-        """The closed form within 1e-5, wherever the nodes are: the force is right between them too."""
+        """The closed form within 1e-5, wherever the nodes are: the force is right between them
+        too.
+        """
         law = cl.winkler(layer_modulus=1e12, length=0.02, radius=0.01, radius_difference=1e-4)
         expected, e = law(penetration, 0.0, 0.0), 1e-4 + penetration
         for angle in np.linspace(0.0, 2.0 * STEP, 7):
@@ -231,7 +233,10 @@ class TestJoint:
         structure = build(slider_crank()).structure
         assert structure.layout.followed == structure.layout.sums == ()
         assert "follow" not in structure.programs
-        code = "import sys, clearance as cl; cl.load_case('slider_crank', model='dry'); print(*sys.modules)"
+        code = (
+            "import sys, clearance as cl; cl.load_case('slider_crank', model='dry'); "
+            "print(*sys.modules)"
+        )
         listed = subprocess.run(
             [sys.executable, "-c", code], capture_output=True, text=True, check=True
         )

@@ -131,7 +131,10 @@ def error_line(summary: dict) -> str:
     if "trajectory" in errors["numbers"]:
         measure = "the clearance" if summary["clearances"] else "their size"
         parts.append(f"trajectories {errors['numbers']['trajectory']['stated']:.1e} of {measure}")
-    return f"  error        {', '.join(parts)}; from runs at rtol {errors['rtol']:g} and {errors['companion_rtol']:g}"
+    return (
+        f"  error        {', '.join(parts)}; from runs at rtol {errors['rtol']:g} and "
+        f"{errors['companion_rtol']:g}"
+    )
 
 
 def _shares(numbers: dict) -> dict[str, float]:

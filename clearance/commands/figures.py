@@ -20,10 +20,11 @@ EXAMPLES = """\
   clearance figures 'feeder_*' sweep_map         some, in the order given
   clearance figures --quick -o preview           coarse previews of all
 
-DIR holds each picture as PNG and PDF, tables as Markdown (own ones as CSV too), the results they were drawn from
-(DIR/results), manifest.json, which says what lies behind each picture, and index.html, which shows all of them in
-groups by source. Runs and sweeps are used again as long as scene, options and sources are the same, by all figures that
-need them, and with --results by several folders; run times and fits are found anew.
+DIR holds each picture as PNG and PDF, tables as Markdown (own ones as CSV too), the results they
+were drawn from (DIR/results), manifest.json, which says what lies behind each picture, and
+index.html, which shows all of them in groups by source. Runs and sweeps are used again as long as
+scene, options and sources are the same, by all figures that need them, and with --results by
+several folders; run times and fits are found anew.
 """
 
 

@@ -151,7 +151,10 @@ def _pressure(options) -> int:
     )
     state = options.eccentricity, options.rate, options.entrainment
     solved = solve_film(bearing, *state, solver=options.solver, mesh=options.mesh)
-    title = f"L/D {bearing.slenderness:.3g}, eps {state[0]:g}, d(eps)/dt {state[1]:g} 1/s, w {state[2]:.4g} rad/s"
+    title = (
+        f"L/D {bearing.slenderness:.3g}, eps {state[0]:g}, d(eps)/dt {state[1]:g} 1/s, w "
+        f"{state[2]:.4g} rad/s"
+    )
     title += f", {options.cavitation}" + (
         f", ambient {options.ambient / 1e3:g} kPa" if options.ambient else ""
     )
@@ -172,7 +175,10 @@ def _map(options) -> int:
 
     bearing = _bearing(options, roughness=options.roughness)
     result, table = films.force_map(bearing, options.nodes)
-    title = f"film table of L/D {bearing.slenderness:.3g}, {options.cavitation}, {options.nodes} nodes each way"
+    title = (
+        f"film table of L/D {bearing.slenderness:.3g}, {options.cavitation}, {options.nodes} "
+        "nodes each way"
+    )
     return publish(
         options,
         films.map_report(table, title),

@@ -63,7 +63,8 @@ def add(commands) -> argparse.ArgumentParser:
         type=int,
         default=0,
         metavar="N",
-        help="follow motions of twice the period too, from period doublings on, N times (default 0)",
+        help="follow motions of twice the period too, from period doublings on, N times (default "
+        "0)",
     )
     p.add_argument(
         "--most-turns", type=int, default=400, metavar="N", help="to the first motion (default 400)"

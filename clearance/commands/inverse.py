@@ -55,7 +55,9 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def run(options) -> int:
-    """Solve and summarise; exit status 1 where the motion leads into a singular position part-way."""
+    """Solve and summarise; exit status 1 where the motion leads into a singular position
+    part-way.
+    """
     if options.peers and not options.compare:
         raise ValueError("--peers goes with --compare")
     if options.route and options.compare:
@@ -151,7 +153,9 @@ JOINT = ("force", "moment", "axial_force", "bending", "friction", "power_loss")
 
 
 def _largest(result, group: str, names: tuple[str, ...]) -> dict[str, float]:
-    """Largest absolute values of channels, or lengths of pairs, by name; of those that there are."""
+    """Largest absolute values of channels, or lengths of pairs, by name; of those that there
+    are.
+    """
     largest = {}
     for name in names:
         if f"{group}/{name}_x" in result:

@@ -41,19 +41,22 @@ OPTIONS = tuple(dict.fromkeys(o for own in KINDS.values() for o in own))
 FRAMES = 120
 EXAMPLES = """\
   clearance plot run.h5                                            overview
-  clearance plot run.h5 history --channels "slider.ax,C.force" --along angle --last 1 -o last_turn.pdf
+  clearance plot run.h5 history --channels "slider.ax,C.force" --along angle --last 1 \\
+    -o last_turn.pdf
   clearance plot dry.h5 lubricated.h5 phase --channels slider.x,slider.vx --settle 2
   clearance plot arm.h5 friction --joint shoulder,elbow -o friction.pdf
-  clearance plot film.h5 pressure --joint B                        # of a run with --pressure-fields N
-  clearance plot run.h5 tornado --metrics "joint_B_*"              # of a run with --sensitivity NAMES
-  clearance plot run.h5 --measured bench.csv --column ax --channels slider.ax      # data beside the run
+  clearance plot film.h5 pressure --joint B  # of a run with --pressure-fields N
+  clearance plot run.h5 tornado --metrics "joint_B_*"  # of a run with --sensitivity NAMES
+  clearance plot run.h5 --measured bench.csv --column ax --channels slider.ax  # data beside the run
   clearance plot run.h5 animation --turns 2 --frames 100 -o run.gif
-  clearance plot SWEEP map --metrics "joint_*_force_max,period" --x speed --y clearance --at model=dry
+  clearance plot SWEEP map --metrics "joint_*_force_max,period" --x speed --y clearance \\
+    --at model=dry
   clearance plot SWEEP bifurcation --x speed --channels slider.vx --settle 100
-  clearance plot SCATTER --metrics "joint_*_gap_min"               # a directory of `clearance scatter`
+  clearance plot SCATTER --metrics "joint_*_gap_min"  # a directory of `clearance scatter`
 
-Channels are paths, short names or patterns (bodies/slider/ax, slider.ax, "*.force"); phase and poincare take them two
-by two. Without KIND: the overview of a run, the map of a grid, the scatter of a scatter, the curves of other sweeps.
+Channels are paths, short names or patterns (bodies/slider/ax, slider.ax, "*.force"); phase and
+poincare take them two by two. Without KIND: the overview of a run, the map of a grid, the scatter
+of a scatter, the curves of other sweeps.
 """
 
 

@@ -103,7 +103,8 @@ def add(commands) -> argparse.ArgumentParser:
         "--from",
         dest="start",
         metavar="FILE.h5",
-        help='begin in the state at the end of another run, or "quasi-static": with journals where their films carry '
+        help='begin in the state at the end of another run, or "quasi-static": with journals where '
+        "their films carry "
         "the joint forces",
     )
     p.add_argument("--plot", action="store_true", help="draw a picture beside the result file")
@@ -375,7 +376,9 @@ def _metrics(of, result, settle: float | None) -> dict:
 
 
 def _stated(result, names: list[str], summary_name: str) -> dict:
-    """Stated errors of a number, the largest of those of some extremes; none where none are stated."""
+    """Stated errors of a number, the largest of those of some extremes; none where none are
+    stated.
+    """
     errors = [result.errors[name] for name in names if name in result.errors]
     if not errors:
         return {}
@@ -398,7 +401,9 @@ EFFORTS = {"torque": "N m", "force": "N"}
 
 
 def _two(result, name: str, summary_name: str, begin: float, end: float) -> dict:
-    """An extreme of the settled motion with its time, and that of the start-up where there is one."""
+    """An extreme of the settled motion with its time, and that of the start-up where there is
+    one.
+    """
     settled = result.extreme(name, begin, end)
     both = {summary_name: settled.value, f"{summary_name}_time": settled.time}
     both |= _stated(result, [name], summary_name)

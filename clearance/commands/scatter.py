@@ -10,14 +10,17 @@ from clearance.interrupts import terminable
 
 SHOWN = 6  # metrics in the summary
 EXAMPLES = """\
--p NAME=VALUE takes a value or a distribution: normal(MEAN,DEVIATION), truncated(MEAN,DEVIATION,LOW,HIGH),
-lognormal(MEDIAN,FACTOR), uniform(LOW,HIGH), triangular(LOW,MODE,HIGH). Parameters vary independently.
+-p NAME=VALUE takes a value or a distribution: normal(MEAN,DEVIATION),
+truncated(MEAN,DEVIATION,LOW,HIGH), lognormal(MEDIAN,FACTOR), uniform(LOW,HIGH),
+triangular(LOW,MODE,HIGH). Parameters vary independently.
 
-  clearance scatter six_bar_feeder -p "clearance=normal(100um,5um)" -p "viscosity=normal(50cP,4cP)" \\
+  clearance scatter six_bar_feeder -p "clearance=normal(100um,5um)" \\
+    -p "viscosity=normal(50cP,4cP)" \\
     --points 4096 --limit slider_position_deviation_max=0.2mm
 
-The runs are a sweep: `clearance plot` and `clearance report` take the directory too, and the same command again runs
-only what is missing. Exit status 0: all runs done, 1: some failed, 2: wrong input.
+The runs are a sweep: `clearance plot` and `clearance report` take the directory too, and the same
+command again runs only what is missing. Exit status 0: all runs done, 1: some failed, 2: wrong
+input.
 """
 
 

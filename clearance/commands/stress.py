@@ -18,7 +18,9 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def run(options) -> int:
-    """The stress matrix; exit status 1 if a cell crashed, hung or gave a number that is not finite."""
+    """The stress matrix; exit status 1 if a cell crashed, hung or gave a number that is not
+    finite.
+    """
     import dataclasses
 
     from clearance.evidence import pictures, stress

@@ -24,16 +24,20 @@ from clearance.interrupts import terminable
 
 SHOWN = 12  # metrics in the summary
 EXAMPLES = """\
--p NAME=VALUES takes LO:HI:N (N values), LO:HI:N:log, or a comma list; several of them make a grid. Parameters whose
-values have commas themselves (joints, thresholds) take lists with semicolons: joints="B;B,C;B,C,E". With --sample N
-ranges are LO:HI or LO:HI:log.
+-p NAME=VALUES takes LO:HI:N (N values), LO:HI:N:log, or a comma list; several of them make a
+grid. Parameters whose values have commas themselves (joints, thresholds) take lists with
+semicolons: joints="B;B,C;B,C,E". With --sample N ranges are LO:HI or LO:HI:log.
 
-  clearance sweep six_bar_feeder -p speed=100rpm:600rpm:20 -p clearance=0.05mm:0.5mm:20 --turns 4 -o map
-  clearance sweep slider_crank -p model=dry -p speed=50rpm,100rpm --turns 50 --channels "joints/C/ecc*,bodies/slider"
-  clearance sweep six_bar_feeder --sample 200 -p speed=100rpm:600rpm -p clearance=10um:500um:log --channels none
+  clearance sweep six_bar_feeder -p speed=100rpm:600rpm:20 -p clearance=0.05mm:0.5mm:20 \\
+    --turns 4 -o map
+  clearance sweep slider_crank -p model=dry -p speed=50rpm,100rpm --turns 50 \\
+    --channels "joints/C/ecc*,bodies/slider"
+  clearance sweep six_bar_feeder --sample 200 -p speed=100rpm:600rpm \\
+    -p clearance=10um:500um:log --channels none
 
-The same command again runs only what is missing; --retry-failed tries failed points again. Exit status 0: all points
-done, 1: some failed or it had to stop, 2: wrong input. A cluster: see the guide, "Sweeps".
+The same command again runs only what is missing; --retry-failed tries failed points again. Exit
+status 0: all points done, 1: some failed or it had to stop, 2: wrong input. A cluster: see the
+guide, "Sweeps".
 """
 
 
@@ -123,7 +127,9 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def add_runs(p: argparse.ArgumentParser) -> None:
-    """Options of many runs: their length, tolerance and metrics, and the processes that make them."""
+    """Options of many runs: their length, tolerance and metrics, and the processes that make
+    them.
+    """
     length = p.add_mutually_exclusive_group()
     length.add_argument(
         "--turns", type=number, help="length of each run in turns of the drive (default 2)"
@@ -147,7 +153,9 @@ def add_runs(p: argparse.ArgumentParser) -> None:
 
 
 def begin(options) -> "Progress":
-    """Progress of many runs, with lines of the log beside it; two turns where no length is given."""
+    """Progress of many runs, with lines of the log beside it; two turns where no length is
+    given.
+    """
     if options.turns is None and options.until is None:
         options.turns = 2.0
     shown = Progress(options)
@@ -393,7 +401,9 @@ def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
 
 
 def _range(name: str, metric: dict, units: str) -> str:
-    """The ends of a metric and the place of one; of a metric that is the same everywhere the value."""
+    """The ends of a metric and the place of one; of a metric that is the same everywhere the
+    value.
+    """
     if metric["min"] == metric["max"]:
         return f"{metric['min']:.5g}{units}"
     return f"{metric['min']:.5g} to {metric['max']:.5g}{units}, {_extreme(name, metric)}"

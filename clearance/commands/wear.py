@@ -21,13 +21,16 @@ from clearance.interrupts import terminable
 
 EXAMPLES = """\
   clearance wear wear_a --turns 21400 -o worn --plot
-  clearance wear slider_crank -p model=dry -p wear=1e-6mm3/Nm -p speed=1000rpm --turns 1e6 --average 20 -o worn
+  clearance wear slider_crank -p model=dry -p wear=1e-6mm3/Nm -p speed=1000rpm --turns 1e6 \\
+    --average 20 -o worn
   clearance wear mine.py -p wear=5e-4mm3/Nm --turns 20000 -o worn      # a case file of your own
 
-  clearance wear wear_a -p clearance=0.05mm:0.2mm:4 -p wear=2e-4mm3/Nm,5e-4mm3/Nm --turns 21400 -o map     # 8 lives
+  clearance wear wear_a -p clearance=0.05mm:0.2mm:4 -p wear=2e-4mm3/Nm,5e-4mm3/Nm \\
+    --turns 21400 -o map  # 8 lives
 
-Values as LO:HI:N or comma lists make a sweep of lives on all cores. Each has a directory in DIR/lives.
-Stop it when you like: the same command goes on from the last stage; with more --turns a life goes on beyond its end.
+Values as LO:HI:N or comma lists make a sweep of lives on all cores. Each has a directory in
+DIR/lives. Stop it when you like: the same command goes on from the last stage; with more --turns
+a life goes on beyond its end.
 """
 
 

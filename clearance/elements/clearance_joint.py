@@ -20,7 +20,9 @@ class ClearanceJoint(Joint):
 
     @property
     def impacts(self) -> bool:
-        """True where contact starts with a first touch; in most transitions it sets in gradually."""
+        """True where contact starts with a first touch; in most transitions it sets in
+        gradually.
+        """
         gradual = self.transition is not None and not self.transition.law.first_touch
         return self.contact is not None and not gradual
 
@@ -38,7 +40,9 @@ class ClearanceJoint(Joint):
             raise ValueError(f"{self.label()}: film needs {meaning} [m]")
 
     def _bristles(self, *names: str) -> list[State]:
-        """States of the friction law's bristles, one for each name; none where it has no bristles."""
+        """States of the friction law's bristles, one for each name; none where it has no
+        bristles.
+        """
         law = self.friction
         if law is None or law.law.family is not bristle:
             return []

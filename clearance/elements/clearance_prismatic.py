@@ -1,4 +1,6 @@
-"""Slide with clearance: a block that lifts and tilts in its guide, and touches with four corners."""
+"""Slide with clearance: a block that lifts and tilts in its guide, and touches with four
+corners.
+"""
 
 import math
 from collections.abc import Iterator

@@ -1,4 +1,6 @@
-"""Hinge with clearance: a journal that moves in a bearing; film, contact and friction push it back."""
+"""Hinge with clearance: a journal that moves in a bearing; film, contact and friction push it
+back.
+"""
 
 import math
 from collections.abc import Iterator
@@ -166,7 +168,10 @@ class ClearanceRevolute(ClearanceJoint):
                 raise ValueError(f"{label}: worn outlines need {reason}; contact is {law}")
         for surface, depths in self.outline.parameters.items() if self.outline is not None else ():
             if max(depths) > layer_of(self):
-                wall = f"through its wall of {layer_of(self):.4g} m (layer, default half the journal radius)"
+                wall = (
+                    f"through its wall of {layer_of(self):.4g} m (layer, default half the "
+                    "journal radius)"
+                )
                 raise ValueError(
                     f"{label}: outline: {surface} is worn {max(depths):.4g} m deep, {wall}"
                 )
@@ -422,7 +427,9 @@ class Journal:
         )
 
     def _of_film(self, share: Shares) -> tuple:
-        """Eccentricity ratio of the film, its radial and tangential force, and shear if it has it."""
+        """Eccentricity ratio of the film, its radial and tangential force, and shear if it has
+        it.
+        """
         m, joint, facts = self.m, self.joint, self.facts
         clearance = facts[1]
         eccentricity, turning = self.distance / clearance, self.sideways * self.inverse
@@ -515,7 +522,9 @@ class Journal:
         self.torque_a, self.torque_b = self.torque_a + torque_a, self.torque_b + torque_b
 
     def hand_over(self) -> None:
-        """Force and torques to both bodies, the power that they take out, and the heat of the oil."""
+        """Force and torques to both bodies, the power that they take out, and the heat of the
+        oil.
+        """
         w, joint, (fx, fy) = self.w, self.joint, self.force
         w.at(joint, "a", -fx, -fy)
         w.at(joint, "b", fx, fy)

@@ -24,12 +24,15 @@ class Gear(Spring):
         the turn of the wheel [m/rad], its pitch radius, to the right of the axis where positive.
     The teeth are elastic along the pitch line, so that a mesh force F follows from its deflection:
 
-        d = s (i q1 - q2 + phase),   F = k d + c d',   s: pitch radius of the second wheel; of a rack 1
+        d = s (i q1 - q2 + phase),   F = k d + c d',
+        s: pitch radius of the second wheel; of a rack 1
 
     stiffness k [N/m], damping c [N s/m]; mesh: a `spring` law of d and d' in their place, such as
-    backlash. F acts at the pitch point on both bodies; pressure_angle a [rad] adds |F| tan(a), which
-    presses the wheels apart. Pitch radii follow from the ratio and the distance of the hinges. phase
-    [rad or m]: of the teeth at the start, 0 where q2 = i q1. Stiff teeth, k -> inf, keep q2 = i q1.
+    backlash. F acts at the pitch point on both bodies; pressure_angle a [rad] adds |F| tan(a),
+    which presses the wheels apart. Pitch radii follow from the ratio and the distance of the
+    hinges.
+    phase [rad or m]: of the teeth at the start, 0 where q2 = i q1. Stiff teeth, k -> inf, keep q2 =
+    i q1.
     Source: Niemann and Winter, Maschinenelemente II, Springer 2003, ch. 21 (steel wheels: k is 14
     to 20 N/(mm um) times the width).
     """

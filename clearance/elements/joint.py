@@ -154,7 +154,9 @@ class Joint(Element):
     film_joint = None
 
     def facts_for(self, slot: str):
-        """Numbers of the joint from which the law in a field makes its data, such as a film table."""
+        """Numbers of the joint from which the law in a field makes its data, such as a film
+        table.
+        """
         return self.film_joint
 
     def seen_by(self, slot: str):

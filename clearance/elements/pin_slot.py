@@ -45,7 +45,8 @@ class ClearancePinSlot(ClearanceJoint):
         the joint. offset [m], offset_rate [m/s]: start of the pin's centre across the slot.
     On either wall, s = +1 for the upper and -1 for the lower one:
 
-        penetration = s e - c,   its rate = s e',   sliding speed = x' - s r w   (the pin's surface against the wall)
+        penetration = s e - c,   its rate = s e',
+        sliding speed = x' - s r w   (the pin's surface against the wall)
 
     with the offset e across and the displacement x along the slot, seen from it, and w the spin of
     the pin against it.

@@ -150,7 +150,9 @@ class WornJournal(Journal):
         return self.m.law(self.joint, "transition", [0.0], self.facts)[4]
 
     def _press(self) -> tuple:
-        """Put the load of the asperities on both bodies: force in the bearing's frame, normal load."""
+        """Put the load of the asperities on both bodies: force in the bearing's frame, normal
+        load.
+        """
         (fx, fy, load, moment), factor = self._asperities()
         fx, fy, load, moment = factor * fx, factor * fy, factor * load, factor * moment
         twist = moment if self.joint.journal_wears else 0.0

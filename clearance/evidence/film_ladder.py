@@ -231,7 +231,9 @@ def with_film(case, law: BoundLaw):
 
 
 def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
-    """Path of the journal over c, seconds of the compiled loop (warm where that is cheap), steps."""
+    """Path of the journal over c, seconds of the compiled loop (warm where that is cheap),
+    steps.
+    """
     mechanism = build(scene, ledger=False)
     joint = next(iter(mechanism.places))
     at, seconds = mechanism.places[joint], []

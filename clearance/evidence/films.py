@@ -230,7 +230,10 @@ def shots_report(shots: list[Shot]) -> list[str]:
         "|---|---|---|---|---|---|---|",
     ]
     for s in shots:
-        state = f"{s.time * 1e3:.5g} | {s.eccentricity_ratio:.4f} | {s.radial_rate:.4g} | {s.entrainment:.4g}"
+        state = (
+            f"{s.time * 1e3:.5g} | {s.eccentricity_ratio:.4f} | {s.radial_rate:.4g} | "
+            f"{s.entrainment:.4g}"
+        )
         lines.append(
             f"| {state} | {s.solution.load:.4g} | {s.recorded:.4g} | "
             f"{s.solution.peak_pressure / 1e6:.4g} |"

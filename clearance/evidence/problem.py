@@ -136,7 +136,10 @@ class Horizon:
     def sentence(self, turn: float | None) -> str:
         unit, length = ("turn", turn) if turn else ("s", 1.0)
         if self.time is None:
-            return f"comparable throughout ({self.checked / length:.3g} {unit}{'s' if turn else ''} checked)"
+            return (
+                f"comparable throughout ({self.checked / length:.3g} "
+                f"{unit}{'s' if turn else ''} checked)"
+            )
         parted = (
             f"; neighbouring trajectories part by {self.growth * length:.2g} decades per {unit}"
         )

@@ -185,7 +185,10 @@ def _multipliers(study: RouteStudy, record: Record, scene: Scene, progress) -> l
     _agreement(
         everything, multipliers.inverse(scene, record.time, poses), record, scene, ideal=False
     )
-    what = f"efforts and reactions in the plane of a known motion without friction: {study.equations} equations, LAPACK"
+    what = (
+        "efforts and reactions in the plane of a known motion without friction: "
+        f"{study.equations} equations, LAPACK"
+    )
     solve = Route("multipliers, solve alone", what, record.time.size, formula)
     matrices, right, channels = dense_system(scene, record, poses)
     _agreement(solve, channels, record, scene)

@@ -365,7 +365,9 @@ def stress(
     workers: int | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, name: None,
 ) -> list[Verdict]:
-    """Run the matrix, each cell in one of `workers` processes; verdicts in the order of the cells."""
+    """Run the matrix, each cell in one of `workers` processes; verdicts in the order of the
+    cells.
+    """
     cells = matrix(case, quick)
     verdicts: dict[int, Verdict] = {}
 

@@ -203,7 +203,9 @@ def _statistics(scene: Scene, progress: Callable[[str], None]) -> dict[float, di
 
 
 def _comparable(problem: Problem, remarks: list[str]) -> Problem:
-    """The problem, shortened to where a neighbour of the reference has not grown above the floor."""
+    """The problem, shortened to where a neighbour of the reference has not grown above the
+    floor.
+    """
     method = problem.reference_methods[0]
     neighbour = problem.own(method, 1e-13, DISPLACEMENT).states
     time_of_parting = parting(problem, problem.reference, neighbour, FLOOR)

@@ -17,7 +17,9 @@ class _Decorator(ModuleType):
     """A module that decorates."""
 
     def __call__(self, function: Callable | None = None, /, **checks: Check):
-        """As the family: decorate a film law; keyword arguments name the check of each parameter."""
+        """As the family: decorate a film law; keyword arguments name the check of each
+        parameter.
+        """
         return family(function, **checks)
 
 

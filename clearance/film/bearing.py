@@ -13,7 +13,8 @@ phi and psi are Patir and Cheng's pressure flow factor and Wu and Zheng's contac
 smooth surfaces. P = 0 is the ambient pressure: P = 0 at zeta = +-1/2. The force on the journal
 along n (towards the thinnest film) and t (n turned by +90 degrees) is
 
-    F_r = mu L R^3 / c^2 W_r,  W_r = integral P cos(theta),    F_t likewise with W_t = integral P sin(theta).
+    F_r = mu L R^3 / c^2 W_r,  W_r = integral P cos(theta),
+    F_t likewise with W_t = integral P sin(theta).
 
 Source: Hamrock, Schmid and Jacobson, Fundamentals of Fluid Film Lubrication (2004), chapter 7;
 Patir and Cheng (1978).
@@ -214,7 +215,9 @@ class FilmSolution:
 
     @property
     def attitude_angle(self) -> float:
-        """Angle [rad] between the load that this film carries and the line of centres, in [0, pi]."""
+        """Angle [rad] between the load that this film carries and the line of centres, in [0,
+        pi].
+        """
         return math.atan2(abs(self.tangential), -self.radial)
 
 
@@ -262,7 +265,10 @@ def coarseness(
     while load_error(finer, eccentricity_ratio, slenderness) > most:
         finer *= 2
     where = f"for eccentricity ratio {eccentricity_ratio:.6g}"
-    return f"{cells} cells around are too coarse {where}: the load may be {error:.1%} off; take {finer}"
+    return (
+        f"{cells} cells around are too coarse {where}: the load may be {error:.1%} off; take "
+        f"{finer}"
+    )
 
 
 def check_mesh(mesh: tuple[int, int]) -> tuple[int, int]:

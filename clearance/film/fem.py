@@ -60,7 +60,10 @@ SAME = 1e-6  # of angles and axial positions: one mesh line
 # of the largest unknown: what a node may lie on the wrong side without changing sides
 ROUNDING = 1e-12
 SLACK = 1e-9  # by which a content may miss [0, 1]
-NO_CONTENT = "a steady one need not exist where the gap closes faster than oil is carried away, or no groove feeds it"
+NO_CONTENT = (
+    "a steady one need not exist where the gap closes faster than oil is carried away, or "
+    "no groove feeds it"
+)
 MOST = 200  # linear systems of one solution, at most
 
 
@@ -133,7 +136,9 @@ def _mesh(bearing: Bearing, cells: tuple[int, int]) -> skfem.MeshQuad1DG:
 
 
 def quadratic_line(lines: np.ndarray) -> skfem.Basis:
-    """Quadratic elements between mesh lines: the factors of biquadratic elements on a tensor mesh."""
+    """Quadratic elements between mesh lines: the factors of biquadratic elements on a tensor
+    mesh.
+    """
     return skfem.Basis(skfem.MeshLine(lines), skfem.ElementLineP2(), intorder=5)
 
 
@@ -411,7 +416,9 @@ class _Film:
         return np.stack(columns, axis=1)
 
     def wet_ends(self, wet: np.ndarray) -> np.ndarray:
-        """An end is wet where the film beside it is: at ambient pressure its own value cannot tell."""
+        """An end is wet where the film beside it is: at ambient pressure its own value cannot
+        tell.
+        """
         wet[self.parts.end] = wet[self.parts.beside_end]
         return wet
 
@@ -523,7 +530,9 @@ class _Conserving(_Film):
         )
 
     def carriers(self, state: tuple[float, float, float]) -> list[sp.csr_matrix]:
-        """12 (transport + quasi-steady storage) of the content, and its slopes by eps, v_r and w."""
+        """12 (transport + quasi-steady storage) of the content, and its slopes by eps, v_r and
+        w.
+        """
         eps, rate, entrainment = state
         cos, forward = np.cos(self.faces), entrainment >= 0.0
         mean, psi, _ = self.mean_gap(cos, eps)

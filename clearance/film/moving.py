@@ -20,7 +20,8 @@ hold,
 lets the wet region jump node by node, and the derivatives of the force with it. Here it is, with
 the source s of the node per area, its smooth positive part s+ and the spacing d of the nodes,
 
-    lambda = s+ g((P - P_cav) / delta),   g(p) = ln(1 + exp(SHIFT - p)),   delta = WIDTH |s| d^2 / (phi H^3).
+    lambda = s+ g((P - P_cav) / delta),   g(p) = ln(1 + exp(SHIFT - p)),
+    delta = WIDTH |s| d^2 / (phi H^3).
 
 delta is the pressure of a full film about one node away from its rupture. SHIFT lets the pressure
 of the wet side begin where the sharp one does: P_cav + SATURATED delta in the cavity makes up for
@@ -559,7 +560,10 @@ class MovingFilm:
             return None
         finer = math.ceil(cells * math.sqrt(error / DOUBTFUL) / 8.0) * 8
         where = f"for eccentricity ratio {eccentricity_ratio:.6g}"
-        return f"{cells} cells around are too coarse {where}: the load may be {error:.1%} off; take {finer}"
+        return (
+            f"{cells} cells around are too coarse {where}: the load may be {error:.1%} off; "
+            f"take {finer}"
+        )
 
     def solve(
         self, eccentricity_ratio: float, radial_rate: float, entrainment: float

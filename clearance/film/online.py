@@ -186,7 +186,10 @@ _solved.shown = {"side_flow": solved_side_flow}
 def _grooves_do_not_turn_so(joint, settings):
     """A joint's grooves are on its bearing."""
     if settings["grooves"]:
-        return "grooves stand still against the line of centres here; conserving_film has them on the bearing"
+        return (
+            "grooves stand still against the line of centres here; conserving_film has them on "
+            "the bearing"
+        )
     return None
 
 

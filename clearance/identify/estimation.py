@@ -380,7 +380,9 @@ class Part:
 
 
 def parts(model: LuGre, search: Search, trials: Sequence) -> list[Part]:
-    """The fit taken apart: trials of one axis each say nothing about the parameters of other axes."""
+    """The fit taken apart: trials of one axis each say nothing about the parameters of other
+    axes.
+    """
     p = len(model.parameters)
     label = np.arange(p)
     for row in model.roughness[0]:

@@ -376,7 +376,9 @@ def fit(
 
 
 def _correlated(model: Model, values: dict[str, float], trials: Sequence) -> dict[str, float]:
-    """Number of independent errors that the samples' errors are worth, and the factor on intervals."""
+    """Number of independent errors that the samples' errors are worth, and the factor on
+    intervals.
+    """
     errors, sizes = [], model.sizes(trials)
     for trial in trials:
         along = (

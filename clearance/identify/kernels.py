@@ -193,7 +193,9 @@ def relaxed(z, w, k, dt):
 
 @compiled
 def relaxed_slopes(z, w, k, dt):
-    """Deflection after a step of constant rate, and its slopes by k and by the deflection before."""
+    """Deflection after a step of constant rate, and its slopes by k and by the deflection
+    before.
+    """
     x = k * dt
     gone = -math.expm1(-x)
     left = 1.0 - gone

@@ -6,7 +6,8 @@ interval, compressed by asinh(w / softness) so that creeping and fast motion are
 outputs are the three torques at the interval's end, which are held until the next one. With the
 inputs x, the outputs h and the cells c of the units
 
-    i, f, g, o = W x + U h + b,   c <- sig(f) c + sig(i) tanh(g),   h <- sig(o) tanh(c),   torque = R h + r.
+    i, f, g, o = W x + U h + b,   c <- sig(f) c + sig(i) tanh(g),   h <- sig(o) tanh(c),
+    torque = R h + r.
 
 Training: Adam on windows of the trials, in single precision. A window begins in the state to which
 the network of the last epoch comes along its trial, and is led in by intervals that do not count.
@@ -52,7 +53,9 @@ def missing() -> str:
 
 
 class Layout(NamedTuple):
-    """Numbers of compiled code beside the weights: interval [s], softness [rad/s], number of units."""
+    """Numbers of compiled code beside the weights: interval [s], softness [rad/s], number of
+    units.
+    """
 
     interval: float
     softness: float
@@ -442,7 +445,9 @@ def _run(network, begin, rate, begun):
 
 
 def _begins(network, windows: Windows):
-    """States (w, 2, hidden) in which windows begin, of the network as it is run along whole trials."""
+    """States (w, 2, hidden) in which windows begin, of the network as it is run along whole
+    trials.
+    """
     import jax
 
     zero, begun = (

@@ -9,7 +9,8 @@ model has `name`, `parameters`, `options` (what made it), `linear`, and
     start(), step(values, state, rate, dt)      one step of a simulation; `state` moves
     compiled(layout, packed(values), state, rate, dt, torque)      the same for compiled callers
     passive_rate(values)             up to which rate it can only take up energy
-    observed(trial), predicted(values, trial)   what is compared: torques of the measured axes (n, k)
+    observed(trial), predicted(values, trial)   what is compared: torques of the measured axes (n,
+    k)
 
 with values as an array in the order of the parameters or as a dictionary of all of them.
 """
@@ -583,7 +584,9 @@ def lugre1d(**options) -> LuGre:
 
 
 def lugre3d(**options) -> LuGre:
-    """LuGre friction of all axes, coupled by the ellipsoid of their torques; options as of `LuGre`."""
+    """LuGre friction of all axes, coupled by the ellipsoid of their torques; options as of
+    `LuGre`.
+    """
     return LuGre(coupled=True, **options)
 
 

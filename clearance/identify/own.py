@@ -330,7 +330,8 @@ def drive(par, rate, load, dt, torque):
     z = 0.0
     for n in range(rate.size):
         if n > 0:
-            change, force, slope, more = slopes(par, z, 0.5 * (rate[n - 1] + rate[n]), load, {numbers})
+            middle = 0.5 * (rate[n - 1] + rate[n])
+            change, force, slope, more = slopes(par, z, middle, load, {numbers})
             x = slope * dt
             z += dt * change * (math.expm1(x) / x if abs(x) > 1e-8 else 1.0 + 0.5 * x)
         change, force = value(par, z, rate[n], load, {numbers})

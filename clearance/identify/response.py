@@ -11,7 +11,8 @@ order, so
 a spring and a damper: no sliding, whatever the frequency. Sliding steadily at w_0 with T(w) the
 steady torque,
 
-    G(i omega) = i omega [ (w_0 T' / T) (sigma0 + i omega sigma1) / (i omega + k) + sigma2 ],   k = w_0 sigma0 / T,
+    G(i omega) = i omega [ (w_0 T' / T) (sigma0 + i omega sigma1) / (i omega + k) + sigma2 ],
+    k = w_0 sigma0 / T,
 
 which for slow oscillations is the damping T' + sigma2 of the steady curve, negative where it falls.
 The term with T' takes sigma0, sigma1 and sigma2 as constant.

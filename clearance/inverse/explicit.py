@@ -62,7 +62,9 @@ class Explicit:
         return rows[:done], self._why(times, rows, work, done) if done < times.size else ""
 
     def _places(self) -> np.ndarray:
-        """Columns of positions, speeds and accelerations, in turn, of the bodies that close loops."""
+        """Columns of positions, speeds and accelerations, in turn, of the bodies that close
+        loops.
+        """
         place = {c.path: i for i, c in enumerate(self.channels)}
         closing = [
             a.body.name for g in self.mechanism.plan.groups if g.closures for a in g.attachments
@@ -72,10 +74,16 @@ class Explicit:
 
     def _why(self, times: np.ndarray, rows: np.ndarray, work: np.ndarray, done: int) -> str:
         if np.isfinite(rows[done]).all():
-            return f"before t = {times[done]:.9g} s: a loop passes a singular position and jumps to its other branch"
+            return (
+                f"before t = {times[done]:.9g} s: a loop passes a singular position and jumps "
+                "to its other branch"
+            )
         if done == 0:
             outputs = dict(zip((c.path for c in self.channels), rows[0], strict=True))
-            return f"at t = {times[0]:.9g} s, the first sample: {what_is_lost(self.mechanism, outputs)}"
+            return (
+                f"at t = {times[0]:.9g} s, the first sample: "
+                f"{what_is_lost(self.mechanism, outputs)}"
+            )
         position = last_position(self.mechanism, work, times[done - 1], times[done])
         if position is None:
             return f"before t = {times[done]:.9g} s: the mechanism can no longer be followed"

@@ -294,7 +294,9 @@ def amount(value: float | BoundLaw, time: np.ndarray) -> np.ndarray:
 
 
 def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solve for all samples (samples, n, k); where a matrix is exactly singular, by least squares."""
+    """Solve for all samples (samples, n, k); where a matrix is exactly singular, by least
+    squares.
+    """
     try:
         return np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:

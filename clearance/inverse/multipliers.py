@@ -190,7 +190,9 @@ def _unbalanced(pairs: Pairs, geometry: Geometry, time, v, a) -> _Wrenches:
 def _add_spring(
     pairs: Pairs, geometry: Geometry, load: SpringDamper, v: np.ndarray, wrenches: _Wrenches
 ) -> None:
-    """Tension along the line of two points; none where they coincide, as it has no direction there."""
+    """Tension along the line of two points; none where they coincide, as it has no direction
+    there.
+    """
     bodies = [pairs.place[p.body] for p in (load.a, load.b)]
     local, heights = zip(*(from_centre(p) for p in (load.a, load.b)), strict=True)
     arms = [geometry.turned[:, body] * r for body, r in zip(bodies, local, strict=True)]
@@ -440,7 +442,9 @@ class _Friction:
 
 
 def _weights(joint: FrictionJoint) -> tuple[float, float, float]:
-    """Of the lengths of what rubs, as in pin_load and slide_load; none where the law needs no load."""
+    """Of the lengths of what rubs, as in pin_load and slide_load; none where the law needs no
+    load.
+    """
     if not joint.rubs_by_load:
         return 0.0, 0.0, 0.0
     g = joint.geometry
@@ -497,7 +501,10 @@ def _solved(
         if jammed.size:
             count = jammed[0]
             worst = friction.joints[int(np.abs(efforts[count]).argmax())].label()
-            fault = f"joint friction finds no balance with the reactions it makes (most of it in {worst})"
+            fault = (
+                "joint friction finds no balance with the reactions it makes (most of it in "
+                f"{worst})"
+            )
     channels = _body_channels(pairs.scene, q, v, a) | _joint_channels(
         pairs.scene, reactions, efforts
     )

@@ -91,8 +91,8 @@ BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
 #: samples that wait
 POINT, TURNS, SAMPLE, DUE, DRAWN = range(5)
 PROGRESS = 5
-#: columns of `searches`, a row for each quantity: three places inside the step and the values there,
-#: half the width, parabolas so far, and the place that is looked at next
+#: columns of `searches`, a row for each quantity: three places inside the step and the values
+#: there, half the width, parabolas so far, and the place that is looked at next
 A, B, C, AT_A, AT_B, AT_C, WIDTH, ROUND, STAGE = range(9)
 SEARCH_COLUMNS = 9
 OVER, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
@@ -116,8 +116,9 @@ def layout(*, width: int, quantities: int) -> np.dtype:
 
 #: arrays that the driver is given.
 #: pieces: addresses; at: places of ROWS; rows: (rows, W); sides: rows beside each lane, for places
-#: of its run (W, rows, W); data: tables; blank: rows of a lane before its point; where, points: rows
-#: that a point sets, and its numbers (points, rows); common: rows that all places of a run share;
+#: of its run (W, rows, W); data: tables; blank: rows of a lane before its point; where, points:
+#: rows that a point sets, and its numbers (points, rows); common: rows that all places of a run
+#: share;
 #: spans: columns BEGIN to TURN; given: (numbers, samples) of each sample; waiting: places of the
 #: points; gathered: rows kept; energies: places in the state kept at the begin of the window, in
 #: begun (points, energies); extremes: (points, turns, quantities); results: (points, gathered + 3)
@@ -377,7 +378,9 @@ def found(q, stage, theta, value):
 
 @shared
 def asked(s, lane):
-    """Have the places looked at that searches wait for, as many as there are lanes; their number."""
+    """Have the places looked at that searches wait for, as many as there are lanes; their
+    number.
+    """
     columns, width = 0, s.rows.shape[1]
     for i in range(s.quantities):
         q = s.searches[i]

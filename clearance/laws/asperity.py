@@ -4,7 +4,8 @@ Heights are Gaussian; film_thickness_ratio lambda = h_0 / sigma with the nominal
 thickness h_0 and the composite rms roughness sigma = sqrt(R_q1^2 + R_q2^2) (`composite_roughness`).
 Pressures over the parabolic gap of a conformal joint are integrated in closed form with
 
-    integral of F_n(lambda + u^2) du = B(1/2, n + 1) F_(n + 1/2)(lambda),   F_n(x) = integral_x^inf (s - x)^n phi(s) ds.
+    integral of F_n(lambda + u^2) du = B(1/2, n + 1) F_(n + 1/2)(lambda),
+    F_n(x) = integral_x^inf (s - x)^n phi(s) ds.
 
 Valid for roughness much smaller than the clearance.
 """

@@ -56,7 +56,10 @@ def _bearing_is_not_long(joint, parameters):
     """The long-bearing solution belongs to L/D > 2."""
     slenderness = joint.length / (2.0 * joint.radius)
     if slenderness < 2.0:
-        return f"pinkus_sternlicht is a long bearing's film; L/D = {slenderness:.3g} makes it too stiff"
+        return (
+            f"pinkus_sternlicht is a long bearing's film; L/D = {slenderness:.3g} makes it too "
+            "stiff"
+        )
     return None
 
 
@@ -166,7 +169,8 @@ def long_film(eccentricity_ratio, radial_rate, entrainment, joint):
     """Exact pi-film of a long bearing [N, N]: p = 0 at theta_1 and theta_1 + pi, positive between.
 
     tan theta_1 = (2 + eps^2) eps' / (eps w),   K = 3 w eps^2 / (2 + eps^2),   P0 = mu L R^3 / c^2
-    F_r = -6 P0 (w eps J_11 + 2 eps' J_20 + K J_10),   F_t = 6 P0 (w eps J_02 + 2 eps' J_11 + K J_01)
+    F_r = -6 P0 (w eps J_11 + 2 eps' J_20 + K J_10),
+    F_t = 6 P0 (w eps J_02 + 2 eps' J_11 + K J_01)
 
     with J_ab of `arc_integrals`. Rigid, aligned, isoviscous; for L/D > 2. What Pinkus and
     Sternlicht's fractions stand for.
@@ -262,7 +266,8 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
     """Film of a bearing of finite length [N, N]: long and short pressure in harmonic sum at every
     angle.
 
-    h = 1 + eps cos theta,   p_l = 6 [w eps (s(theta) - s(theta_l)) + eps' / eps (1 / h^2 - 1 / h_l^2)],
+    h = 1 + eps cos theta,
+    p_l = 6 [w eps (s(theta) - s(theta_l)) + eps' / eps (1 / h^2 - 1 / h_l^2)],
     s = sin theta (2 + eps cos theta) / ((2 + eps^2) h^2),   p_s = 3 (L/D)^2 (w eps sin theta - 2
     eps' cos theta) / h^3, 1 / p = 1 / p_l + 1 / (p_s (1 - z^2)), its axial mean in closed form
     (`harmonic_share`), positive arcs intersected: [max(theta_l, theta_s), min(theta_l,
@@ -317,7 +322,8 @@ def film_torques(
 ):
     """Friction torques of the film on journal and bearing [N m, N m], about their own centres.
 
-    T_J = -(T_c + e F_t / 2),  T_B = T_c - e F_t / 2,  T_c = 2 pi mu R^3 L (omega_J - omega_B) / (c sqrt(1 - eps^2))
+    T_J = -(T_c + e F_t / 2),  T_B = T_c - e F_t / 2,
+    T_c = 2 pi mu R^3 L (omega_J - omega_B) / (c sqrt(1 - eps^2))
 
     so that T_J + T_B + e F_t = 0 balances the moment of the two centre forces; with the
     **difference** of the absolute speeds [rad/s]; lengths in m, viscosity in Pa s. T_c assumes an

@@ -57,7 +57,8 @@ def threlfall(sliding_speed, normal_force, coefficient, transition_speed=1e-3):
 
 @friction(coefficient=non_negative, dead_speed=non_negative, full_speed=positive)
 def ambrosio(sliding_speed, normal_force, coefficient, dead_speed=1e-4, full_speed=1e-3):
-    """Ambrosio's friction [N], with a ramp: -mu N sgn(v) r,  r = (|v| - v_0) / (v_1 - v_0) within [0, 1].
+    """Ambrosio's friction [N], with a ramp: -mu N sgn(v) r,  r = (|v| - v_0) / (v_1 - v_0) within
+    [0, 1].
 
     dead_speed v_0, full_speed v_1 > v_0 [m/s]. Continuous, no stiction; keeps the sign of v from
     chattering. Source: Ambrosio, in Virtual Nonlinear Multibody Systems (2003), 57.
@@ -72,7 +73,10 @@ def ambrosio(sliding_speed, normal_force, coefficient, dead_speed=1e-4, full_spe
 def _ramp_exists(joint, parameters):
     """The ramp ends above where it begins."""
     if parameters["full_speed"] <= parameters["dead_speed"]:
-        return f"needs dead_speed < full_speed, got {parameters['dead_speed']:g} and {parameters['full_speed']:g} m/s"
+        return (
+            f"needs dead_speed < full_speed, got {parameters['dead_speed']:g} and "
+            f"{parameters['full_speed']:g} m/s"
+        )
     return None
 
 
@@ -190,5 +194,8 @@ def _damping_rubs(joint, parameters):
     """The damping's part of the force peaks at v_s / sqrt(2)."""
     most = 0.43 * parameters["damping"] * parameters["stribeck_speed"]
     if most > 4.0 * parameters["kinetic"]:
-        return f"the bristles' damping rubs with up to {most:.2g} F_n, far above kinetic {parameters['kinetic']:g}"
+        return (
+            f"the bristles' damping rubs with up to {most:.2g} F_n, far above kinetic "
+            f"{parameters['kinetic']:g}"
+        )
     return None

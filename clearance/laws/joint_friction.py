@@ -63,7 +63,9 @@ def length(x, y):
 
 
 def direction(rate, transition_rate):
-    """Sign of the rate, smoothed as tanh(rate / transition_rate) where a transition rate is given."""
+    """Sign of the rate, smoothed as tanh(rate / transition_rate) where a transition rate is
+    given.
+    """
     if transition_rate > 0.0:
         return math.tanh(rate / transition_rate)
     if rate > REST:
@@ -192,7 +194,8 @@ def joint_lugre(
 ):
     """LuGre friction of a joint at a fixed level, such as a preloaded ball joint; no load enters.
 
-    z' = w - s_0 |w| z / g(w),   g = T_c + (T_s - T_c) exp(-|w / w_s|^d),   T = -(s_0 z + s_1 z' + s_2 w)
+    z' = w - s_0 |w| z / g(w),   g = T_c + (T_s - T_c) exp(-|w / w_s|^d),
+    T = -(s_0 z + s_1 z' + s_2 w)
 
     Returns (z', T). deflection z [rad or m]; static T_s, kinetic T_c [N m or N]; stribeck_rate w_s
     [rad/s or m/s]; stiffness s_0 [N m/rad or N/m], damping s_1 and viscous s_2 [N m s/rad or N
@@ -282,7 +285,10 @@ def _falls(joint, parameters):
 def _breaks_away(joint, parameters):
     """The breakaway level is not below the Coulomb level."""
     if parameters["breakaway"] < parameters["coulomb"]:
-        return f"needs breakaway >= coulomb, got {parameters['breakaway']:g} and {parameters['coulomb']:g}"
+        return (
+            f"needs breakaway >= coulomb, got {parameters['breakaway']:g} and "
+            f"{parameters['coulomb']:g}"
+        )
     return None
 
 

@@ -8,7 +8,7 @@ frame
     overlap    g = e_x cos theta + e_y sin theta - c - h_B(theta) - h_J(theta - a)
     energy     W = K_w L R / 2 int_(g > 0) g^2 dtheta
     force      F = -dW/de = -K_w L R int g n dtheta,   normal load N = K_w L R int g dtheta >= |F|
-    moment     M = -dW/da = -K_w L R int g h_J'(theta - a) dtheta, on the journal, its opposite on the bearing
+    moment     M = -dW/da = -K_w L R int g h_J'(theta - a) dtheta on the journal, -M on the bearing
 
 The overlap is a parabola over each cell of two nodes' width, and cosine and sine are theirs: the
 integrals over the part with g > 0 are closed forms, F and M derive from one energy, and their

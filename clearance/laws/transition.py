@@ -42,7 +42,8 @@ def memberships(ratio, dry, mixed, full):
     """Memberships (full film, mixed, dry) of a film thickness ratio for thresholds
     dry < mixed < full; C1.
 
-    w_H = S((lambda - l_m) / (l_f - l_m)),  w_D = 1 - S((lambda - l_d) / (l_m - l_d)),  w_E = 1 - w_H - w_D; S: `ramp`.
+    w_H = S((lambda - l_m) / (l_f - l_m)),  w_D = 1 - S((lambda - l_d) / (l_m - l_d)),
+    w_E = 1 - w_H - w_D; S: `ramp`.
     """
     w_full = ramp((ratio - mixed) / (full - mixed))
     w_dry = 1.0 - ramp((ratio - dry) / (mixed - dry))
@@ -94,7 +95,9 @@ def flores_hybrid(gap, joint, tolerance=0.05, largest_ratio=0.999, dry=0.4, mixe
     """Flores' hybrid: film inside the clearance, a linear blend over the tolerance e_0 beyond it,
     dry contact then [-].
 
-    F = F_film for e < c;  ((c + e_0 - e) F_film + (e - c) F_dry) / e_0 for c <= e <= c + e_0;  F_dry beyond
+    F = F_film for e < c
+    F = ((c + e_0 - e) F_film + (e - c) F_dry) / e_0 for c <= e <= c + e_0
+    F = F_dry beyond
 
     tolerance e_0 over the clearance; largest_ratio: eccentricity ratio at which the film is frozen,
     for it diverges before e = c. Continuous but with kinks at c and c + e_0; e_0 has no physical

@@ -1,6 +1,7 @@
 """Asperities between worn outlines: their pressure at each place of the arc, by the gap there.
 
-    H = c - e_x cos theta - e_y sin theta + h_B(theta) + h_J(theta - a)        in the bearing's frame
+    H = c - e_x cos theta - e_y sin theta + h_B(theta) + h_J(theta - a)        in the bearing's
+    frame
     p = s F_n(H / sigma),   F_n(x) = integral_x^inf (t - x)^n phi(t) dt
     force F = -R L int p n dtheta,   normal load N = R L int p dtheta >= |F|
     moment M = -R L int p h_J' dtheta on the journal, its opposite on the bearing

@@ -51,7 +51,9 @@ def depths(data, bearing, journal, node, clearance, weights, slopes):
 
 
 def short_on_outlines(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start):
-    """Force x, y on the journal [N] and the integral of 1 / H all around [1]; angle: of the journal."""
+    """Force x, y on the journal [N] and the integral of 1 / H all around [1]; angle: of the
+    journal.
+    """
     before, t = turned(angle - 0.5 * STEP)
     bearing, journal = places(data, int(start), 0, before)
     weights, slopes = cubic(t), cubic_slope(t)

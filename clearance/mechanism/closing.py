@@ -51,7 +51,10 @@ def no_number(mechanism: Mechanism, work: np.ndarray, time: float, y: np.ndarray
         for path in (p for name in OF_LAWS for p in outputs if p.startswith(f"{here}/{name}")):
             if np.isfinite(gap) and not np.isfinite(outputs[path]):
                 name = path.rpartition("/")[2]
-                return f"{joint.label()}: {name} is not a number at a gap of {gap:.6g} m: a law has no value there"
+                return (
+                    f"{joint.label()}: {name} is not a number at a gap of {gap:.6g} m: a law "
+                    "has no value there"
+                )
     return None
 
 
@@ -81,8 +84,14 @@ def what_is_lost(
                 f"{b} at {last[f'bodies/{b}/theta']:.6g} rad" if last else b for b in bodies
             )
             joints = ", ".join(j.name for j in group.closures)
-            return f"the loop of {angles}, closed by joint {joints}, is in a singular position and cannot go on"
+            return (
+                f"the loop of {angles}, closed by joint {joints}, is in a singular position and "
+                "cannot go on"
+            )
     first = next(path for path, value in lost.items() if not np.isfinite(value))
     if not np.isfinite(lost.get("friction/iterations", 0.0)):
-        return "the equations of joint friction have no solution (friction too large: the mechanism locks itself)"
+        return (
+            "the equations of joint friction have no solution (friction too large: the "
+            "mechanism locks itself)"
+        )
     return f"{first} is not finite; a law or motion has no value here"

@@ -20,7 +20,9 @@ Vector = tuple[Value, Value]
 
 @dataclass(frozen=True)
 class Pose:
-    """Centre of mass and orientation; angle is None where a closed form gives cosine and sine only."""
+    """Centre of mass and orientation; angle is None where a closed form gives cosine and sine
+    only.
+    """
 
     x: Value
     y: Value
@@ -62,7 +64,9 @@ class Kinematics:
         return self.turned(getattr(element, side).body, *self.local(element, side))
 
     def turned(self, body: Body, x, y) -> Vector:
-        """A vector of a body's frame along the fixed axes; it is differentiated as one that turns."""
+        """A vector of a body's frame along the fixed axes; it is differentiated as one that
+        turns.
+        """
         vector = self.poses[body].turned(x, y)
         if self.columns is not None and body is not ground:
             self.columns.turn(body, vector, (x, y))
@@ -354,7 +358,9 @@ class Propagation:
         return self._loops[number]
 
     def _close(self, number: int, group: Group, rates: Rates) -> dict:
-        """Rates of a group's unknown coordinates that keep its loops closed; their motion is added."""
+        """Rates of a group's unknown coordinates that keep its loops closed; their motion is
+        added.
+        """
         residual = [r.a for j in group.closures for r in rates.residual(j)]
         if all(map(is_zero, residual)):
             values = [0.0] * len(residual)

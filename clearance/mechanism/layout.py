@@ -1,4 +1,6 @@
-"""Places of everything: in the state, the parameter vector, the work vector and a row of outputs."""
+"""Places of everything: in the state, the parameter vector, the work vector and a row of
+outputs.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property

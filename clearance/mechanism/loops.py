@@ -1,4 +1,6 @@
-"""Positions of closed loops: dyads in closed form, every other group by Newton inside the kernel."""
+"""Positions of closed loops: dyads in closed form, every other group by Newton inside the
+kernel.
+"""
 
 import itertools
 import math

@@ -21,7 +21,9 @@ class Calls:
         self.functions = {} if functions is None else functions
 
     def law(self, element, slot: str, state: list, facts: tuple = ()) -> list:
-        """Value(s) of an element's law; `facts` are what laws read of their joint, see FilmJoint."""
+        """Value(s) of an element's law; `facts` are what laws read of their joint, see
+        FilmJoint.
+        """
         law = getattr(element, slot).law
         values = self.of(element, slot, law.function, state, facts)
         if len(values) != law.family.outputs:
@@ -113,7 +115,9 @@ class Motion:
 
     # --- states
     def state(self, element, name: str) -> Jet:
-        """A state of an element; of a joint that would over-constrain the mechanism it is measured."""
+        """A state of an element; of a joint that would over-constrain the mechanism it is
+        measured.
+        """
         if (element, name) in self.first_order:
             return Jet(self.first_order[element, name])
         if (element, name) not in self.k.state:

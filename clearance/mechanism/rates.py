@@ -154,7 +154,9 @@ class Rates:
         }
 
     def residual(self, joint: Joint) -> list[Jet]:
-        """Rates of what closes a joint: measured minus given, of each coordinate that is not free."""
+        """Rates of what closes a joint: measured minus given, of each coordinate that is not
+        free.
+        """
         given = self.given(joint)
         measured = self.measured(joint, given)
         return [measured[what] - value for what, value in given.items()]

@@ -30,7 +30,9 @@ class Sharing:
             self._give(equation)
 
     def place(self, bodies: Iterable[Hashable]) -> None:
-        """These bodies have their place now; equations that they share with others pass to those."""
+        """These bodies have their place now; equations that they share with others pass to
+        those.
+        """
         freed = [e for body in bodies for e in self.held.pop(body)]
         for equation in freed:
             self._give(equation)
@@ -65,7 +67,9 @@ class Sharing:
             body = origin
 
     def smallest(self) -> frozenset | None:
-        """The smallest determined set of bodies, the first of these in their order; None for none."""
+        """The smallest determined set of bodies, the first of these in their order; None for
+        none.
+        """
         best = None
         for body in self.held:
             reached = self._around(body, len(self.held) if best is None else len(best[1]))

@@ -1,8 +1,9 @@
 """One structure: the traced mechanics of a scene and the text of its kernels.
 
 Kernels share one signature, (t, y, par, work, out):
-  rhs       out = dy/dt                                    observe   out = one row of output channels
-  jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried to the
+  rhs       out = dy/dt                                    observe   out = one row of output
+  channels jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried
+  to the
   next step events    out = penetration, its rate, contact force for each spot
   follow    out = what the run follows of elements that wear; only where some do
 What stands where in them says the layout.
@@ -68,7 +69,9 @@ class Structure:
         return self.compiled[role]
 
     def observing(self, paths: Collection[str]) -> "Structure":
-        """This structure with no other outputs than these; it shares the kernels that are compiled."""
+        """This structure with no other outputs than these; it shares the kernels that are
+        compiled.
+        """
         places = [i for i, c in enumerate(self.layout.channels) if c.path in paths]
         program = self.programs["observe"]
         observe = replace(program, outputs={k: program.outputs[i] for k, i in enumerate(places)})
@@ -232,7 +235,9 @@ class Tracing:
         return motion
 
     def _driven(self, plan: Plan, order: int) -> dict:
-        """Value (0), rate (1) or second rate (2) of each prescribed coordinate of a plan, by place."""
+        """Value (0), rate (1) or second rate (2) of each prescribed coordinate of a plan, by
+        place.
+        """
         coordinates = [
             c
             for g in plan.groups

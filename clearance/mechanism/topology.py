@@ -58,7 +58,9 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Attachment:
-    """A body placed on its parent through one joint (or, without a joint, floating in the plane)."""
+    """A body placed on its parent through one joint (or, without a joint, floating in the
+    plane).
+    """
 
     body: Body
     parent: Body

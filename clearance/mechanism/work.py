@@ -81,7 +81,9 @@ class Work:
 
     # --- energy
     def lose(self, element, power) -> None:
-        """Power that an element takes out; one that cannot take any out is no part of the ledger."""
+        """Power that an element takes out; one that cannot take any out is no part of the
+        ledger.
+        """
         if not is_zero(power):
             self.losses[element] = self.losses.get(element, 0.0) + power
 

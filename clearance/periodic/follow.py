@@ -188,8 +188,9 @@ def follow(
     doubling a curve of motions of twice the period is followed too. channels: paths or patterns of
     outputs to keep where turns begin (default: what bifurcation diagrams show). path: folder for
     follow.csv and follow.h5, written also where the user interrupts it; the same call goes on from
-    there, and with more points from the end of a curve. progress: called with a sentence. Folds, period doublings,
-    changes of the number of contacts (grazing) and of stability by complex multipliers are located.
+    there, and with more points from the end of a curve. progress: called with a sentence. Folds,
+    period doublings, changes of the number of contacts (grazing) and of stability by complex
+    multipliers are located.
     Motions behind a fold are unstable as a rule; where the branch turns again several motions
     coexist.
     Raises ValueError for bad arguments, NotPeriodic where no periodic motion is met at `low`.

@@ -474,7 +474,9 @@ def buffers_full(s):
 
 @shared
 def follow(s, t, h):
-    """Hand on what wears, at the start, middle and end of the step just made; zeros in free flight."""
+    """Hand on what wears, at the start, middle and end of the step just made; zeros in free
+    flight.
+    """
     trail = s.trail[s.log_filled]
     touches = in_contact(s)
     for j in range(s.contacts.shape[0]):

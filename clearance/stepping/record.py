@@ -157,7 +157,9 @@ def packed(record: Record, values) -> np.ndarray:
 
 
 def reader(record: Record):
-    """For use inside compiled code: the record at an address (in plain Python the record itself)."""
+    """For use inside compiled code: the record at an address (in plain Python the record
+    itself).
+    """
     if not COMPILED:
         return lambda values: values
 

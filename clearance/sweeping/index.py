@@ -227,7 +227,10 @@ class Sweep(Drawn):
             f"{'_'.join(names)} ({count})" for names, count in self.definition.points.axes
         )
         counts = dict(zip(*np.unique(self.status, return_counts=True), strict=True))
-        return f"<Sweep of {self.definition.case} over {swept}: {', '.join(f'{c} {s}' for s, c in counts.items())}>"
+        return (
+            f"<Sweep of {self.definition.case} over {swept}: "
+            f"{', '.join(f'{c} {s}' for s, c in counts.items())}>"
+        )
 
 
 def _size(path: Path) -> int:
@@ -391,7 +394,9 @@ def checked(path: Path) -> tuple[int, int]:
 def verified(
     folder: Path, definition: definitions.Definition, listed: list[Outcome]
 ) -> Iterator[Outcome]:
-    """Outcomes whose files are what they were when they were written; a broken file is put aside."""
+    """Outcomes whose files are what they were when they were written; a broken file is put
+    aside.
+    """
     for outcome in listed:
         path = folder / "runs" / f"{outcome.key}.h5"
         if not definition.files or not outcome.size or outcome.recovered:

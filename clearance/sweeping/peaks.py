@@ -63,7 +63,9 @@ def is_dry(scene: dict) -> bool:
 
 
 def statistics(by_name: dict[str, Series], beside: dict[str, Metric]) -> Found:
-    """Means of peaks, their intervals and quantiles; intervals of the rates that stand beside them."""
+    """Means of peaks, their intervals and quantiles; intervals of the rates that stand beside
+    them.
+    """
     for name, one in by_name.items():
         interval = series.mean(one.values) if one.values.size >= series.FEWEST else None
         if name.endswith(PEAK):
@@ -85,7 +87,10 @@ def statistics(by_name: dict[str, Series], beside: dict[str, Metric]) -> Found:
 def _quantiles(name: str, one: Series) -> Iterator[tuple]:
     for share in SHARES:
         if series.told(one.values.size, share):
-            text = f"exceeded in one turn of {round(1.0 / (1.0 - share))}: {one.text.removesuffix(' in a turn')}"
+            text = (
+                f"exceeded in one turn of {round(1.0 / (1.0 - share))}: "
+                f"{one.text.removesuffix(' in a turn')}"
+            )
             yield (
                 f"{name}_q{round(100 * share)}",
                 float(np.quantile(one.values, share)),

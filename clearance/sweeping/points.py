@@ -198,7 +198,8 @@ class _Range:
             or (len(given) == 3 and given[2] != "log")
         ):
             raise ValueError(
-                f'{name}: expected (low, high) or (low, high, "log") or a list to draw from, got {given!r}'
+                f'{name}: expected (low, high) or (low, high, "log") or a list to draw from, got '
+                f"{given!r}"
             )
         low, high = checks.finite(name, given[0]), checks.finite(name, given[1])
         if not low < high:

@@ -261,7 +261,9 @@ class Scatter:
         return [*(n for n in self.limits), *(n for n in varying if n not in self.limits)]
 
     def values(self, metric: str) -> np.ndarray:
-        """Finite values at the points of A and B. Raises ValueError for a metric that there is not."""
+        """Finite values at the points of A and B. Raises ValueError for a metric that there is
+        not.
+        """
         if metric not in self.sweep.metrics:
             names = ", ".join(self.sweep.metrics) or "none, for no run ended"
             raise ValueError(

@@ -1,8 +1,9 @@
 """The numbers of many points of one structure as arrays, without a scene for each.
 
 Runs are prepared at some points all over the sweep: its corners, and points between. Each number of
-their starts turns out to be the same everywhere, to be what the scene of columns (columns.py) gives,
-or to follow from one parameter, which is then prepared at each of its values. All else is put
+their starts turns out to be the same everywhere, to be what the scene of columns (columns.py)
+gives, or to follow from one parameter, which is then prepared at each of its values. All else is
+put
 together from these by the formulas of the ordinary way. The numbers must be those prepared: bit for
 bit, or within a share of them. Where they are not, the points are run one by one (`Irregular`).
 """

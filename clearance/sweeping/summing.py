@@ -1,8 +1,8 @@
 """Metrics of points in lanes: what of a run is looked at, and what comes of it.
 
 One point is run the ordinary way; it tells which metrics there are, their units and texts. Those of
-all others are made from what lanes keep: extremes in each turn, sums and tracks of samples. A metric
-that is not made so, and runs that do not end with whole turns, are `Unsuited`.
+all others are made from what lanes keep: extremes in each turn, sums and tracks of samples. A
+metric that is not made so, and runs that do not end with whole turns, are `Unsuited`.
 """
 
 import math
@@ -314,7 +314,9 @@ class Summing:
         return np.full(par.shape[1], getattr(part, name)) if place is None else par[place]
 
     def warnings(self, answers: Answers, points: Points) -> np.ndarray:
-        """Number of warnings of each run: those of the first point's joints, and of its own films."""
+        """Number of warnings of each run: those of the first point's joints, and of its own
+        films.
+        """
         scene = self.mechanism.scene
         count = np.full(len(points.until), sum(len(j.doubts()) for j in scene.joints))
         for joint in scene.clearance_joints:

@@ -90,7 +90,9 @@ class Processes:
 
 
 class _Process:
-    """One worker process: its pipe, and the blocks of points it holds, the first of them running."""
+    """One worker process: its pipe, and the blocks of points it holds, the first of them
+    running.
+    """
 
     def __init__(self, context, folder: str, stamp: str):
         self.pipe, other = context.Pipe()

@@ -78,7 +78,9 @@ def cost(node: Scalar) -> int:
 
 
 def _paths(nodes: list[Scalar], outputs: list, cut: Callable) -> dict[Scalar, Path]:
-    """Conditions under which each node is needed, outermost first, those that save little left out."""
+    """Conditions under which each node is needed, outermost first, those that save little left
+    out.
+    """
     paths: dict[Scalar, Path] = {o: () for o in outputs if isinstance(o, Scalar)}
     wanted = set(nodes)
 

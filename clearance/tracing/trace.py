@@ -112,7 +112,9 @@ def is_zero(value) -> bool:
 
 
 def defined(function: Callable, *numbers):
-    """A function of numbers, not a number where Python raises: a condition may leave the value out."""
+    """A function of numbers, not a number where Python raises: a condition may leave the value
+    out.
+    """
     try:
         value = function(*numbers)
     except (ArithmeticError, ValueError):
@@ -326,7 +328,9 @@ class Trace:
         return self.numeric(a) if isinstance(a, Scalar) else float(a)
 
     def select(self, condition, a, b):
-        """a where the condition holds, else b; a number for a condition holds where it is positive."""
+        """a where the condition holds, else b; a number for a condition holds where it is
+        positive.
+        """
         if is_number(condition):
             return a if condition > 0.0 else b
         condition = condition if condition.boolean else self.compare("gt", condition, 0.0)
@@ -404,7 +408,9 @@ class Trace:
         return [of(o) for o in outputs]
 
     def spread(self, outputs: Iterable, seeds: Iterable[Scalar]) -> int:
-        """Number of derivatives that `tangent` would form along as many columns as there are seeds."""
+        """Number of derivatives that `tangent` would form along as many columns as there are
+        seeds.
+        """
         columns = {seed: {i} for i, seed in enumerate(seeds)}
         for node in live(outputs, columns.__contains__, self._needed):
             if node not in columns:

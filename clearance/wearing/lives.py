@@ -95,7 +95,9 @@ def columns(life: Life, depth: float | None = None) -> dict[str, Metric]:
 
 
 def turns_to(turns: np.ndarray, deep: np.ndarray, aim: float) -> float:
-    """Turns at which a growing depth reaches an aim, straight between stages; nan if it does not."""
+    """Turns at which a growing depth reaches an aim, straight between stages; nan if it does
+    not.
+    """
     beyond = np.flatnonzero(deep >= aim)
     if not len(beyond) or beyond[0] == 0:
         return math.nan

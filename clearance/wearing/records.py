@@ -41,7 +41,10 @@ class Life:
 
     def __repr__(self) -> str:
         end = self.turns[-1] if self.stages else 0
-        return f"Life({str(self.path)!r}: {len(self.stages)} stages, {end:g} of {self.asked['turns']:g} turns)"
+        return (
+            f"Life({str(self.path)!r}: {len(self.stages)} stages, {end:g} of "
+            f"{self.asked['turns']:g} turns)"
+        )
 
     @property
     def done(self) -> bool:

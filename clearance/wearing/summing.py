@@ -118,7 +118,9 @@ class Sums:
         )
 
     def finish(self, volumes: dict[str, float]) -> Turn:
-        """The wear since the start; volumes: exact ones of the surfaces whose law is linear [m3]."""
+        """The wear since the start; volumes: exact ones of the surfaces whose law is linear
+        [m3].
+        """
         summed = {body: self.area * float(depth.sum()) for body, depth in self.depths.items()}
         error = 0.0
         for body, exact in volumes.items():

@@ -83,7 +83,10 @@ def right_hand_sides():
     """One evaluation against a dense augmented (multiplier) evaluation of the same scene, LAPACK in
     numba.
     """
-    yield "| six-bar feeder, lubricated joints | one right-hand side | dense multipliers | ratio | largest difference |"
+    yield (
+        "| six-bar feeder, lubricated joints | one right-hand side | dense multipliers | ratio | "
+        "largest difference |"
+    )
     yield "|---|---|---|---|---|"
     for joints in JOINTS:
         scene = cl.load_case("six_bar_feeder", joints=joints, film="pinkus_sternlicht")
@@ -169,7 +172,10 @@ def eccentricities(result):
 
 def runs():
     """Integration time, accuracy and energy residual of whole runs."""
-    yield "| two turns, warm | rtol | integration | steps | error / clearance | energy residual / turned over |"
+    yield (
+        "| two turns, warm | rtol | integration | steps | error / clearance | energy residual / "
+        "turned over |"
+    )
     yield "|---|---|---|---|---|---|"
     cases = {
         "feeder, lubricated B": ("six_bar_feeder", {"joints": "B"}),
@@ -217,7 +223,10 @@ def compiled_law(law, active, state):
     numbers = [x for v in state[1:] for x in (v if isinstance(v, tuple) else (v,))]
     for one in (function, function.slopes(tuple(range(active)))):
         called = compiled(one)
-        source = "def calls(count, first, others):\n    total, par = 0.0, others\n    for i in range(count):\n"
+        source = (
+            "def calls(count, first, others):\n    total, par = 0.0, others\n    for i in "
+            "range(count):\n"
+        )
         arguments = ", ".join(
             ["par", "first * (1.0 + 1e-9 * i)", *(f"others[{k}]" for k in range(len(numbers)))]
         )
@@ -303,7 +312,10 @@ def film_costs():
         _, seconds, count = film_ladder.journal(film_ladder.with_film(case, law), 2.0, 1e-6)
         steps[name] = seconds / count
     ratio = elements.seconds / table.seconds
-    yield "| film table, L/D = 1 | value | with Jacobian | build | FEM 64x8, warm, less accurate | a feeder's step |"
+    yield (
+        "| film table, L/D = 1 | value | with Jacobian | build | FEM 64x8, warm, less accurate | "
+        "a feeder's step |"
+    )
     yield "|---|---|---|---|---|---|"
     yield (
         f"| error {table.error_closing:.1e} closing in | {table.seconds * 1e9:.0f} ns "
@@ -342,13 +354,19 @@ def parts():
     one, six = (next(r for r in rows if r.name == n) for n in ("lubricated B", "lubricated A to F"))
     ratio = six.step * six.steps / (one.step * one.steps)
     yield ""
-    yield f"Six lubricated joints cost {ratio:.1f} times one over a turn ({six.step / one.step:.1f} times a step)."
+    yield (
+        f"Six lubricated joints cost {ratio:.1f} times one over a turn "
+        f"({six.step / one.step:.1f} times a step)."
+    )
     require(ratio <= 8.0, f"six joints cost {ratio:.1f} times one")
 
 
 def long_runs():
     """Run time a turn over 1000 turns: of the first and the last hundred."""
-    yield "| 1000 turns, no outputs | steps | a turn of the first 100 | a turn of the last 100 | ratio |"
+    yield (
+        "| 1000 turns, no outputs | steps | a turn of the first 100 | a turn of the last 100 | "
+        "ratio |"
+    )
     yield "|---|---|---|---|---|"
     cases = {
         "feeder, lubricated B, C, E": ("six_bar_feeder", {"joints": "B,C,E"}),
@@ -369,7 +387,10 @@ def long_runs():
         at = np.interp([0.0, 100.0, 900.0, 1000.0], *np.array(marks).T)
         first, last = at[1] / 100, (at[3] - at[2]) / 100
         steps = int(run.state.steps)
-        yield f"| {name} | {steps} | {first * 1e3:.3f} ms | {last * 1e3:.3f} ms | {last / first:.2f} |"
+        yield (
+            f"| {name} | {steps} | {first * 1e3:.3f} ms | {last * 1e3:.3f} ms | "
+            f"{last / first:.2f} |"
+        )
         require(code == status.DONE, f"{name}: 1000 turns ended with {code}")
         require(
             last < 1.2 * first, f"{name}: a turn costs {last / first:.2f} times more at the end"
@@ -391,7 +412,10 @@ def memory():
             "10000",
         ]
         command += ["--samples-per-turn", "40", "--json", "-o", f"{folder}/long.h5"]
-        code = f"import subprocess, resource; subprocess.run({command!r}, check=True, capture_output=True)"
+        code = (
+            f"import subprocess, resource; subprocess.run({command!r}, check=True, "
+            "capture_output=True)"
+        )
         code += "; print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
         began = time.perf_counter()
         peak = (

@@ -290,7 +290,9 @@ def damaged(
 
 # --- what is made of it
 def told(arguments: list[str]) -> str | None:
-    """Fault in the end of a command; None where it did its work or gave one line with the reason."""
+    """Fault in the end of a command; None where it did its work or gave one line with the
+    reason.
+    """
     out, err = io.StringIO(), io.StringIO()
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):

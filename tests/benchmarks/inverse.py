@@ -52,7 +52,10 @@ def row(name: str, study: routes.RouteStudy) -> str:
         study.route("explicit").operations.total,
         study.route("multipliers, solve").operations.total,
     )
-    return f"| {name} | {' | '.join(times)} | {max(apart):.0e} | {own:.0f} | {dense:.0f} ({dense / own:.1f}x) |"
+    return (
+        f"| {name} | {' | '.join(times)} | {max(apart):.0e} | {own:.0f} | {dense:.0f} "
+        f"({dense / own:.1f}x) |"
+    )
 
 
 def table() -> list[str]:

@@ -62,7 +62,9 @@ HEAD = (
 
 
 def compared(sensitivities, exact: dict, name: str) -> list[tuple[float, bool, float]]:
-    """Error over the value, whether it is within the stated one, and what the references differ by."""
+    """Error over the value, whether it is within the stated one, and what the references differ
+    by.
+    """
     rows = []
     for (metric, parameter), s in sensitivities.items():
         value, apart = exact[metric]

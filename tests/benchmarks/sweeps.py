@@ -25,7 +25,8 @@ fixed, turns, count, workers, folder = json.loads(sys.argv[1])
 side = round(count**0.5)
 points = cl.grid(speed=np.linspace(20.0, 60.0, side), clearance=np.geomspace(5e-5, 5e-4, side))
 began = time.perf_counter()
-found = cl.sweep("six_bar_feeder", points, folder, fixed=fixed, channels=[], workers=workers, turns=turns)
+options = {"channels": [], "workers": workers, "turns": turns}
+found = cl.sweep("six_bar_feeder", points, folder, fixed=fixed, **options)
 wall = time.perf_counter() - began
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 began = time.perf_counter()
@@ -33,8 +34,10 @@ cl.open_sweep(folder)
 again = time.perf_counter() - began
 wait = found.costs["wall"] - found.costs["loop"]
 print(json.dumps({
-    "wall": wall, "done": int(found.done.sum()), "loop": float(found.costs["loop"].sum()), "peak": peak,
-    "overhead": float(np.median(wait)), "again": again, "median": float(np.median(found.costs["loop"])),
+    "wall": wall, "done": int(found.done.sum()), "loop": float(found.costs["loop"].sum()),
+    "peak": peak,
+    "overhead": float(np.median(wait)), "again": again,
+    "median": float(np.median(found.costs["loop"])),
 }))
 """
 SWEEPS = {

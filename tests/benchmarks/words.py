@@ -1,8 +1,9 @@
 """Sentences and words of documentation: `python tests/benchmarks/words.py [PATH ...]`.
 
 The prose of a Markdown file is counted, or that of the docstrings of a Python file. Code blocks,
-tables, headings, pictures, generated text, the addresses of links and comments do not count. Code within a
-sentence counts as one word. A sentence ends at a full stop, a question mark, an exclamation mark,
+tables, headings, pictures, generated text, the addresses of links and comments do not count. Code
+within a sentence counts as one word. A sentence ends at a full stop, a question mark, an
+exclamation mark,
 or with its paragraph or list item. PATH: files from the root of the repository; without any the
 pages of the site, see PAGES. `--long N` prints every sentence of more than N words.
 """

@@ -695,7 +695,9 @@ class TestSymmetry:
     @given(eps=st.floats(0.01, 0.95), rate=st.floats(-1.0, 1.0), spin=st.floats(-1.0, 1.0))
     @settings(max_examples=20)
     def test_high_ambient_pressure_leaves_no_cavity(self, eps, rate, spin):
-        """Rupture at 1e9 times the scale below ambient never happens: the full film, to rounding."""
+        """Rupture at 1e9 times the scale below ambient never happens: the full film, to
+        rounding.
+        """
         full = bands.solve(bearing(cavitation="none"), eps, rate, spin, (48, 6))
         high = bands.solve(bearing(ambient=1e9 * SCALE), eps, rate, spin, (48, 6))
         assert force(high) == pytest.approx(force(full), rel=1e-12, abs=1e-12)

@@ -86,7 +86,9 @@ class TestPressure:
 
 class TestMap:
     def test_holds_the_force(self, tmp_path, capsys):
-        """At the nodes of the picture: the solver's force within 1e-3 where the journal closes in."""
+        """At the nodes of the picture: the solver's force within 1e-3 where the journal closes
+        in.
+        """
         status, _, _ = run("film", "map", "-o", tmp_path, "--json", capsys=capsys)
         assert status == 0
         film = Bearing(0.01, 1e-4, 0.02, 0.05)
@@ -111,7 +113,9 @@ class TestMap:
 
 class TestSnapshots:
     def test_are_the_run(self, feeder, tmp_path, capsys):
-        """The film solved anew from the file's motion has the force that the run had: 1e-3 (5e-5)."""
+        """The film solved anew from the file's motion has the force that the run had: 1e-3
+        (5e-5).
+        """
         chosen = ("--joint", "B", "--count", 4, "--mesh", "96x12", "-o", tmp_path, "--json")
         status, text, _ = run("film", "snapshots", feeder, *chosen, capsys=capsys)
         shots = json.loads(text)["snapshots"]

@@ -358,7 +358,9 @@ class TestMemory:
         np.testing.assert_allclose(film.trial(*state), fresh.trial(*state), rtol=1e-9, atol=1e-12)
 
     def test_cavity_is_remembered(self):
-        """A gap that opened and closes again answers less than a full one: the cavity fills first."""
+        """A gap that opened and closes again answers less than a full one: the cavity fills
+        first.
+        """
         film = MemoryFilm(bearing(), (48, 4))
         for step in range(21):
             film.commit(0.8 - 0.07 * step, 0.0, -7.0, 0.0, 0.0, 0.01 if step else 0.0)
@@ -400,7 +402,9 @@ class TestLimits:
 
     @pytest.mark.parametrize("eps", [0.2, 0.6])
     def test_short_full_film(self, eps, validated):
-        """Sommerfeld's full film in a short bearing, L/D 0.02, where the finite length counts 1e-3."""
+        """Sommerfeld's full film in a short bearing, L/D 0.02, where the finite length counts
+        1e-3.
+        """
         film = MemoryFilm(bearing(0.02, ambient=self.FLOODED), (192, 4))
         scale = film.bearing.force_scale / film.bearing.axial * math.pi
         turned = film.trial(eps, 0.0, 0.0, 0.0, 20.0, 0.01)

@@ -372,7 +372,10 @@ def test_force_map(column, validated):
     for (eps, degrees), row in FORCES.items():
         angle, expected = math.radians(degrees), complex(*row[column])
         found = film.solve(eps, math.cos(angle), 2.0 * math.sin(angle) / eps if eps else 0.0)
-        what = f"force of any motion ({cavitation}{f', ambient {sigma:g}' if sigma else ''}), finite elements"
+        what = (
+            f"force of any motion ({cavitation}{f', ambient {sigma:g}' if sigma else ''}), "
+            "finite elements"
+        )
         validated(what, complex(*force(found)), expected, 2e-3, **GRIDS)
 
 
@@ -618,7 +621,8 @@ class TestMeshError:
         said = FemFilm(bearing(0.125), (32, 4)).doubt(0.9)
         assert (
             said
-            == "32 cells around are too coarse for eccentricity ratio 0.9: the load may be 1.5% off; take 64"
+            == "32 cells around are too coarse for eccentricity ratio 0.9: the load may be 1.5% "
+            "off; take 64"
         )
         assert FemFilm(bearing(1.0), (32, 4)).doubt(0.9) is None
         with pytest.raises(

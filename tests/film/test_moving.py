@@ -1,4 +1,6 @@
-"""The finite element film of a run: against the sharp rupture of film/fem.py and the fast solver."""
+"""The finite element film of a run: against the sharp rupture of film/fem.py and the fast
+solver.
+"""
 
 import math
 
@@ -97,7 +99,9 @@ def roughness_of(film):
 
 
 def test_force_is_smooth_where_the_sharp_one_is_not():
-    """The cause of steps that were too long, every fourth of a run: nodes that turn wet one by one."""
+    """The cause of steps that were too long, every fourth of a run: nodes that turn wet one by
+    one.
+    """
     bearing = Bearing(**OPTIONS)
     assert roughness_of(MovingFilm(bearing, (32, 4))) < 3.0
     assert roughness_of(FemFilm(bearing, (32, 4))) > 6.0

@@ -138,7 +138,9 @@ class TestAgainstTheSolver:
 
     @pytest.mark.parametrize("key", [Key(0.5), Key(1.0)], ids=["0.5", "1"])
     def test_stated_errors_are_honest(self, key):
-        """Fresh states: closing error at most twice what the table says or 1e-3, its median twice."""
+        """Fresh states: closing error at most twice what the table says or 1e-3, its median
+        twice.
+        """
         found, draw, errors = tables.table(key), np.random.default_rng(11), {True: [], False: []}
         for _ in range(120):
             y, angle = draw.uniform(0.0, 5.3), draw.uniform(0.0, math.pi)
@@ -795,7 +797,9 @@ class TestSharing:
                 assert mechanism.par[first + 1] == 9.0
 
     def test_kernels_do_not_depend_on_the_table(self):
-        """Another L/D, other nodes, other cavitation: other numbers, the same structure and text."""
+        """Another L/D, other nodes, other cavitation: other numbers, the same structure and
+        text.
+        """
         films = [
             table_film(nodes=n, mesh=(24, 3), cavitation=c)
             for n, c in ((9, "reynolds"), (7, "gumbel"))

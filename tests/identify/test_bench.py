@@ -154,7 +154,9 @@ def test_the_joint_against_another_integrator(validated):
 
 
 def test_steady_sliding_lies_on_the_ellipsoid(validated):
-    """Long sliding at one rate gives the ellipsoid's torque of maximum dissipation, plus viscosity."""
+    """Long sliding at one rate gives the ellipsoid's torque of maximum dissipation, plus
+    viscosity.
+    """
     w, joint = np.array([0.3, -0.2, 0.5]), dataclasses.replace(SMOOTH, ratio=1.0)
     _, rate, angle, step = fine([lambda t, w=w: np.full_like(t, w) for w in w], 5.0)
     steady = np.array(joint.torque)

@@ -508,7 +508,9 @@ def test_correlation_of_a_constant_is_its_length():
 # --- a law for a scene
 @pytest.mark.parametrize("name", ["lugre1d", "lugre3d"])
 def test_the_law_in_a_hinge_makes_the_models_torque(name):
-    """A pendulum swings on it; its rate, 0.1 ms apart, through the model: second order in the step."""
+    """A pendulum swings on it; its rate, 0.1 ms apart, through the model: second order in the
+    step.
+    """
     found = fit(small(), name, starts=1)
     body = cl.Body("arm", 20.0, 0.5, points={"pin": (0, 0)}, com=(0.2, 0), angle=0.0)
     scene = cl.Scene(cl.Revolute(cl.ground, body["pin"], name="J", friction=found.law("spin")))

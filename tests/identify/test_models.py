@@ -289,7 +289,9 @@ def test_no_step_is_too_long(values, rate, power):
 
 
 def supplied(values, rate, deflection, coupled):
-    """Power put in less what the bristles store, by axis, (states, 3) [W]; each factor written out."""
+    """Power put in less what the bristles store, by axis, (states, 3) [W]; each factor written
+    out.
+    """
     kinetic, static, scale, stiffness, damping, viscous = values.reshape(2, 6)[[0, 0, 1]].T
     speed = np.linalg.norm(rate, axis=1, keepdims=True) if coupled else np.abs(rate)
     m = kinetic + (static - kinetic) * np.exp(-((speed / scale) ** 2))
@@ -326,7 +328,7 @@ def test_no_violation_of_passivity_inside_the_bound_and_some_outside(seed, dampi
     assert supplied(values, outside, worst, True).min() < 0.0
 
 
-def test_an_uncoupled_axis_is_passive_at_all_rates_from_rest_where_viscosity_makes_up_for_the_fall():
+def test_an_uncoupled_axis_is_passive_from_rest_where_viscosity_makes_up_for_the_fall():
     model = lugre1d()
     fall = {g: VALUES[f"{g}_static"] / VALUES[f"{g}_kinetic"] - 1.0 for g in ("tilt", "spin")}
     enough = {f"{g}_viscous": VALUES[f"{g}_damping"] * fall[g] * (1.0 + 1e-9) for g in fall}

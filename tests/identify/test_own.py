@@ -273,7 +273,10 @@ def _written(path: Path, text: str) -> str:
     return str(path)
 
 
-ONE = "@model(level=between(0.1, 10))\ndef hard(record, level):\n    return level * np.sign(record.rate)\n"
+ONE = (
+    "@model(level=between(0.1, 10))\ndef hard(record, level):\n    return level * "
+    "np.sign(record.rate)\n"
+)
 
 
 def test_the_name_of_a_model_may_be_left_out_where_its_file_has_one(tmp_path):

@@ -397,7 +397,9 @@ def test_units_that_cannot_be_right(tmp_path, change, said):
 
 
 def test_degrees_of_the_whole_programme_are_noticed(tmp_path):
-    """Of tests from half a degree to ten, in degrees, the larger ones sweep more than a joint can."""
+    """Of tests from half a degree to ten, in degrees, the larger ones sweep more than a joint
+    can.
+    """
     trials = [
         trial(f"t{n}", 0, 2000, 1.0, math.degrees(math.radians(a)))
         for n, a in enumerate((0.5, 2.0, 10.0))

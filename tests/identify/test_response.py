@@ -77,7 +77,9 @@ def test_large_amplitudes_are_sliding():
 
 
 def test_dissipation_is_that_of_the_loop():
-    """pi A^2 G'' is the closed integral of the torque over the angle, Dahl's loop included: 1e-6."""
+    """pi A^2 G'' is the closed integral of the torque over the angle, Dahl's loop included:
+    1e-6.
+    """
     values = VALUES | {"spin_static": 2.0, "spin_damping": 1e-3, "spin_viscous": 1e-3}
     amplitude, frequency = 3e-3, 0.5
     (found,) = response.whole(lugre1d(), values, amplitude, [frequency])

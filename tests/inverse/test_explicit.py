@@ -65,7 +65,9 @@ def test_a_loop_that_changes_its_branch_ends_the_run():
 
 
 def test_a_motion_out_of_reach_says_where_and_when(tmp_path):
-    """The crank of the three-loop chain may turn by +90.5 degrees; the file holds what came before."""
+    """The crank of the three-loop chain may turn by +90.5 degrees; the file holds what came
+    before.
+    """
     with pytest.raises(
         cl.SimulationError, match=r"at t = 15\.80.* s: the loop of link_[ab] at .* singular"
     ) as stopped:

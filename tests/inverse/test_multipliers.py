@@ -238,7 +238,9 @@ SCENES = {
 
 @pytest.mark.parametrize("name", SCENES)
 def test_the_traced_mechanics_agree(name, validated):
-    """All channels at five times: 1e-10; the kernel's loops close to 1e-13, the rest is rounding."""
+    """All channels at five times: 1e-10; the kernel's loops close to 1e-13, the rest is
+    rounding.
+    """
     make, until = SCENES[name]
     scene, time = make(), until * np.array([0.0, 0.21, 0.4, 0.77, 1.0])
     found, mechanism = inverse(scene, time), build(scene, ledger=False)

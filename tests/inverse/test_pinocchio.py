@@ -191,7 +191,9 @@ class TestTrees:
 
     @pytest.mark.parametrize("reading", ["P", "Q"])
     def test_five_axis_chain(self, reading, validated):
-        """The source's vertical axes: gravity along -z makes axial forces and bending moments only."""
+        """The source's vertical axes: gravity along -z makes axial forces and bending moments
+        only.
+        """
         record, found = agree(
             cl.load_case("five_axis_chain", reading=reading), np.linspace(0.0, 5.0, 80), validated
         )

@@ -278,7 +278,9 @@ class TestShowing:
 
 
 class TestCountedRecursions:
-    """The chains of the figure chain_operations: what is counted gives the torques of the kernel."""
+    """The chains of the figure chain_operations: what is counted gives the torques of the
+    kernel.
+    """
 
     def test_torques(self, validated):
         """At 1.3 s: rounding of a dozen operations, 1e-13 of the largest torque."""

@@ -68,7 +68,9 @@ def wheel():
 
 
 def tripod():
-    """An arm of three pins on a line, out of the plane, that an actuator with an outer bar holds."""
+    """An arm of three pins on a line, out of the plane, that an actuator with an outer bar
+    holds.
+    """
     arm = cl.Body(
         "arm",
         1.0,

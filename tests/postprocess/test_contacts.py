@@ -1,4 +1,6 @@
-"""Contact statistics from events and from samples, where on the bearing, and runs without contacts."""
+"""Contact statistics from events and from samples, where on the bearing, and runs without
+contacts.
+"""
 
 import numpy as np
 import pytest

@@ -570,7 +570,9 @@ def test_a_bifurcation_diagram_needs_run_files(made, tmp_path):
 
 
 def test_colours_read_in_grey():
-    """Lightness rises along the colour map: no two values look alike when printed without colour."""
+    """Lightness rises along the colour map: no two values look alike when printed without
+    colour.
+    """
     from matplotlib import colormaps
 
     red, green, blue = colormaps[figures.COLOURS](np.linspace(0.0, 1.0, 64))[:, :3].T

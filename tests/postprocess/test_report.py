@@ -221,12 +221,15 @@ def test_pictures_are_svg_or_png_whichever_is_smaller(tmp_path):
 
 def test_svg_becomes_part_of_the_page():
     svg = (
-        '<?xml version="1.0"?><svg xmlns:xlink="http://x" width="9pt" viewBox="0 0 9 9"><!-- <p> --><metadata>m'
-        '</metadata><defs><style type="text/css">*{a: b}</style></defs><g id="unused"><path id="m1"/><use '
+        '<?xml version="1.0"?><svg xmlns:xlink="http://x" width="9pt" viewBox="0 0 9 9"><!-- <p> '
+        "--><metadata>m"
+        '</metadata><defs><style type="text/css">*{a: b}</style></defs><g id="unused"><path '
+        'id="m1"/><use '
         'xlink:href="#m1" style="fill: url(#c2)"/></g><clipPath id="c2"/></svg>'
     )
     assert pages.inline(svg, "p3", '"a"') == (
-        '<svg role="img" aria-label="&quot;a&quot;" width="9pt" viewBox="0 0 9 9"><defs></defs><g><path id="p3-0"/>'
+        '<svg role="img" aria-label="&quot;a&quot;" width="9pt" viewBox="0 0 9 '
+        '9"><defs></defs><g><path id="p3-0"/>'
         '<use href="#p3-0" style="fill: url(#p3-1)"/></g><clipPath id="p3-1"/></svg>'
     )
 

@@ -351,7 +351,8 @@ def test_the_browser_draws_measured_data(shown, folder, tmp_path):
         const c = page.charts.get('bodies/slider/ax').canvas;
         const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
         let n = 0;
-        for (let i = 0; i < p.length; i += 4) n += p[i] === 224 && p[i + 1] === 168 && p[i + 2] === 0;
+        for (let i = 0; i < p.length; i += 4)
+          n += p[i] === 224 && p[i + 1] === 168 && p[i + 2] === 0;
         return n })()"""
     assert page.evaluate(painted) > len(rows) / 4  # those of the turns that are shown
 

@@ -122,7 +122,9 @@ def test_a_sweep_in_one_memory(tmp_path):
 
 
 def test_a_block_of_the_journal(tmp_path):
-    """Points of a block come back one by one; a line that a kill cuts short takes its block only."""
+    """Points of a block come back one by one; a line that a kill cuts short takes its block
+    only.
+    """
     known = {"force": ("N", "largest force")}
     made = {"version": "1", "text": "abc"}
     block = [

@@ -419,7 +419,9 @@ def test_period_of_a_known_motion(x, period, turns, per_turn):
 
 
 def test_period_error_is_the_distance_that_is_left():
-    """Both components: after a turn the subharmonic of 0.1 in x and 0.05 in y is on its other side."""
+    """Both components: after a turn the subharmonic of 0.1 in x and 0.05 in y is on its other
+    side.
+    """
     found = values(orbit(wave((0.8, 1), (0.1, 0.5)), wave((0.8, 1), (0.05, 0.5)), turns=4.0))
     assert found["period"] == math.inf  # three turns are seen: only a period of one is looked for
     assert found["period_error"] == pytest.approx(2.0 * math.hypot(0.1, 0.05), rel=1e-3)

@@ -21,7 +21,8 @@ def scene(*, length: float = 0.1) -> cl.Scene:
     length: of the pendulum [m]
     \"\"\"
     body = cl.Body("arm", mass=helper.MASS, inertia=1e-3, points={"pin": (-length, 0.0)})
-    return cl.Scene(cl.Revolute(cl.ground, body["pin"], name="P"), cl.Torque(body, torque=helper.push(size=1e-3)))
+    torque = cl.Torque(body, torque=helper.push(size=1e-3))
+    return cl.Scene(cl.Revolute(cl.ground, body["pin"], name="P"), torque)
 """
 HELPER = """
 import clearance as cl

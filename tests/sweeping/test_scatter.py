@@ -160,7 +160,10 @@ def scene(*, crank: float = 0.05, rod: float = 0.15) -> cl.Scene:
         cl.Drive(one, speed=1.0, start=0.0),
     )
 """
-PLACE = "def place(run):\n    return float(run['block'].x[-1]), 'm', 'position of the block at the end'\n"
+PLACE = (
+    "def place(run):\n    return float(run['block'].x[-1]), 'm', 'position of the block at the "
+    "end'\n"
+)
 
 
 def test_slider_crank_with_tolerances(tmp_path):

@@ -226,7 +226,8 @@ def scene(*, strength: float = 0.0, length: float = 0.1) -> cl.Scene:
     if length > 0.5:
         raise ValueError(f"length {length} m is too long")
     body = cl.Body("arm", mass=1.0, inertia=1e-3, points={"pin": (-length, 0.0)})
-    return cl.Scene(cl.Revolute(cl.ground, body["pin"], name="P"), cl.Torque(body, torque=ends(strength=strength)))
+    torque = cl.Torque(body, torque=ends(strength=strength))
+    return cl.Scene(cl.Revolute(cl.ground, body["pin"], name="P"), torque)
 """
 
 
@@ -351,7 +352,8 @@ DRIVE = """
 import sys
 import numpy as np
 import clearance as cl
-cl.sweep("slider_crank", cl.grid(speed=np.linspace(20.0, 30.0, 40)), sys.argv[1], fixed={"model": "dry"}, workers=2,
+points = cl.grid(speed=np.linspace(20.0, 30.0, 40))
+cl.sweep("slider_crank", points, sys.argv[1], fixed={"model": "dry"}, workers=2,
          turns=12.0, samples_per_turn=50, rtol=1e-8)
 """
 
@@ -494,7 +496,9 @@ def test_a_point_that_kills_its_worker_is_given_up(tmp_path):
 
 @pytest.mark.slow
 def test_a_full_disk_stops_the_sweep_and_keeps_what_is_done(tmp_path):
-    """A limit on the size of files stands for the full disk: writing a run's file fails half way."""
+    """A limit on the size of files stands for the full disk: writing a run's file fails half
+    way.
+    """
     code = (
         "import resource, sys, clearance as cl\n"
         "limit = int(sys.argv[2])\n"

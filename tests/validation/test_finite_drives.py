@@ -239,7 +239,9 @@ class TestMotor:
         assert result.solver["energy_residual_share"] < 1e-8
 
     def test_outputs(self):
-        """V i = T w + R i^2 + (L i^2 / 2)' integrated to 1e-5 (trapezoids); efficiency and units."""
+        """V i = T w + R i^2 + (L i^2 / 2)' integrated to 1e-5 (trapezoids); efficiency and
+        units.
+        """
         law = cl.dc_motor(**self.NUMBERS)
         result = cl.simulate(rotor(law), until=0.5, samples=2001, rtol=1e-9)
         drive, omega, (_, r, x, k) = (
@@ -371,7 +373,9 @@ class TestTurns:
         assert spline == pytest.approx(2.0 * math.pi * np.arange(1.0, 7.0), abs=2e-4)
 
     def test_sections(self, run):
-        """A section at 1 rad: the cosine of the slider's position there, 1e-7 of the crank (1e-9)."""
+        """A section at 1 rad: the cosine of the slider's position there, 1e-7 of the crank
+        (1e-9).
+        """
         from clearance.postprocess.sections import section
 
         assert len(section_times(run, 1.0, 1.0)) == 6  # from turn 1.16 to 6.16
@@ -390,7 +394,9 @@ class TestTurns:
         assert found["drive_crank_torque_max"].value == pytest.approx(torque.max(), rel=1e-4)
 
     def test_last(self, run):
-        """The last whole turn by its angle: from 5 to 6 of 6.4 turns, drawn from 0 to 360 degrees."""
+        """The last whole turn by its angle: from 5 to 6 of 6.4 turns, drawn from 0 to 360
+        degrees.
+        """
         angle, found, label = abscissa(run, "angle", last=1.0)
         assert label == "crank angle [deg]"
         assert 0.0 <= angle[0] < 1.0 < 358.5 < angle[-1] <= 360.0 + 1e-6

@@ -18,7 +18,8 @@ import pytest
 def test_good(validated):
     validated("speed", [1.0, 2.02], [1.0, 2.0], 0.02, source="a book", unit="m/s")
     validated("force", 3 + 4.5j, 3 + 4j, 0.11, source="a code", kind="independent", unit="N")
-    validated("share", [0.0, 10.2], [0.1, 10.0], 0.021, source="a code", kind="independent", relative=10.0)
+    of = {"source": "a code", "kind": "independent"}
+    validated("share", [0.0, 10.2], [0.1, 10.0], 0.021, relative=10.0, **of)
     validated("nothing", [0.0, 0.0], 0.0, 0.0, source="a law", kind="exact")
 
 @pytest.mark.parametrize("x", [1.25, 1.0, 0.5])
@@ -39,24 +40,25 @@ def test_left_out(validated):
     pytest.skip("no such code")
 
 def test_misspelt(validated):
-    with pytest.raises(ValueError, match="kind must be one of published, independent, exact; got 'exakt'"):
+    wrong = "kind must be one of published, independent, exact; got 'exakt'"
+    with pytest.raises(ValueError, match=wrong):
         validated("time", 1.0, 1.0, 0.1, source="a clock", kind="exakt")
 
 def test_silent():
     pass
 """
 ROWS = """
-| speed | a book | published | 2 values | 1.0e-02 | 2.0e-02 | passed | `test_stated.py::test_good` |
-| force | a code | independent | 5 N | 1.0e-01 | 1.1e-01 | passed | `test_stated.py::test_good` |
-| share | a code | independent | 2 values | 2.0e-02 | 2.1e-02 | passed | `test_stated.py::test_good` |
-| nothing | a law | exact | 2 values | 0.0e+00 | 0.0e+00 | passed | `test_stated.py::test_good` |
-| length | a law | exact | 3 values | 5.0e-01 m | 5.0e-01 m | passed | `test_stated.py::test_worst` |
-| load / torque | a paper | published | 2 N | 5.0e-01 | 1.0e-01 | FAILED | `test_stated.py::test_bad` |
-| lost | a paper | published | 2 values | nan | 1.0e-01 | FAILED | `test_stated.py::test_lost` |
-| time | a clock | published | 1 s | 0.0e+00 | 1.0e-01 | passed | `test_stated.py::test_broken` |
-| the whole test |  |  |  |  |  | FAILED | `test_stated.py::test_broken` |
-| the whole test |  |  |  |  |  | not run: no such code | `test_stated.py::test_left_out` |
-"""
+| speed | a book | published | 2 values | 1.0e-02 | 2.0e-02 | passed | `TEST::test_good` |
+| force | a code | independent | 5 N | 1.0e-01 | 1.1e-01 | passed | `TEST::test_good` |
+| share | a code | independent | 2 values | 2.0e-02 | 2.1e-02 | passed | `TEST::test_good` |
+| nothing | a law | exact | 2 values | 0.0e+00 | 0.0e+00 | passed | `TEST::test_good` |
+| length | a law | exact | 3 values | 5.0e-01 m | 5.0e-01 m | passed | `TEST::test_worst` |
+| load / torque | a paper | published | 2 N | 5.0e-01 | 1.0e-01 | FAILED | `TEST::test_bad` |
+| lost | a paper | published | 2 values | nan | 1.0e-01 | FAILED | `TEST::test_lost` |
+| time | a clock | published | 1 s | 0.0e+00 | 1.0e-01 | passed | `TEST::test_broken` |
+| the whole test |  |  |  |  |  | FAILED | `TEST::test_broken` |
+| the whole test |  |  |  |  |  | not run: no such code | `TEST::test_left_out` |
+""".replace("TEST", "test_stated.py")
 
 
 def stated(folder, *options):
