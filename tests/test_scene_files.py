@@ -401,6 +401,24 @@ def test_the_scene_file_of_the_guide(tmp_path):
     assert (case.name, case.until, scene.turn) == ("machine", 2.0, None)
 
 
+def test_memberships_and_wear_of_the_guide(tmp_path):
+    """The guide's lines of a mixed joint, in the place of the feeder's transition."""
+    block = GUIDE.read_text().split("```toml\n")[2].partition("```")[0]
+    lines = [line for line in FEEDER.splitlines() if not line.startswith("B.transition")]
+    at = lines.index('B.film = "table"')
+    text = "\n".join([*lines[:at], 'B.film = "short"', block, *lines[at + 1 :]])
+    text = text.replace('B.length = "20 mm"', 'B.length = "8 mm"')
+    (joint,) = case_of(tmp_path, text).scene().clearance_joints
+    points = [
+        (0.4, 0.0, 0.0, 1.0),
+        (0.8, 0.0, 0.7, 0.3),
+        (1.2, 0.1, 0.9, 0.0),
+        (3.0, 1.0, 0.0, 0.0),
+    ]
+    assert joint.transition == cl.fuzzy_table(points)
+    assert joint.wear.parameters["coefficient"] == pytest.approx(1e-17, rel=1e-12)
+
+
 def test_the_text_of_a_law_does_not_replace_a_module(monkeypatch):
     """A module of this name that is loaded stays; one that is not loaded is not put there."""
     document = json.loads(cl.load_case("three_loop_chain").to_json())
