@@ -45,8 +45,8 @@ RTOL, LOOSER = 1e-8, 1e-7  # tolerances of the runs, and of those that show thei
 SAFETY = 2.0  # stated error over the difference of both
 HALVINGS = 3  # of all steps, at most, where a varied run cannot make one
 PLACES = (-2, -1, 0, 1, 2)  # of the runs, in widths
-#: parts of the names of metrics that are counted sample by sample
-COUNTED = ("_mode_", "_half_width", "_jam_ratio")
+#: parts of the names of metrics that are counted sample by sample, or largest at a sample
+COUNTED = ("_mode_", "_half_width", "_jam_ratio", "_position_deviation")
 
 #: makes a run of a scene that has not begun, given the tolerance and the method
 Prepared = Callable[..., Run]

@@ -258,3 +258,41 @@ def test_why_a_file_has_none(tmp_path, monkeypatch):
 
 def _fails(*_):
     raise sensing.Impossible("a run failed")
+
+
+def test_columns_of_a_sweep(crank, tmp_path, capsys):
+    """d/dr of the smallest acceleration, -w^2 (1 + 2 r / l), at two lengths of the rod, to 1e-9;
+    its error beside it. A parameter that is none is refused before a directory is made.
+    """
+    folder = tmp_path / "out"
+    line = ["sweep", str(crank), "-p", "rod=0.15,0.2", "--turns", "2", "--channels", "none"]
+    line += ["--workers", "1", "-o", str(folder)]
+    assert main([*line, "--sensitivity", "crnk"]) == 2
+    assert "no parameter 'crnk'" in capsys.readouterr().err
+    assert not folder.exists()
+    assert main([*line, "--sensitivity", "crank"]) == 0
+    swept = cl.open_sweep(folder)
+    found = swept.metrics["block_acceleration_min_by_crank"]
+    exact = [-4.0 * (1.0 + 0.1 / rod) for rod in (0.15, 0.2)]
+    np.testing.assert_allclose(found, exact, rtol=1e-9)
+    assert (swept.metrics["block_acceleration_min_by_crank_error"] < 1e-6).all()
+    assert swept.known["block_acceleration_min_by_crank"][0] == "(m/s2)/m"
+    assert not any("period" in name for name in swept.metrics if "_by_" in name)
+
+
+def test_dry_points_of_a_sweep(tmp_path):
+    """Points that touch have no sensitivities, and say why; the others have them."""
+    fixed = {"film": "pinkus_sternlicht", "speed": 50.0}
+    found = cl.sweep(
+        "slider_crank",
+        cl.grid(model=["lubricated", "dry"]),
+        tmp_path / "out",
+        fixed=fixed,
+        turns=1,
+        channels=[],
+        workers=1,
+        sensitivity="viscosity",
+    )
+    assert found.done.all()
+    assert np.isfinite(found.metrics["joint_C_gap_min_by_viscosity"]).tolist() == [True, False]
+    assert "no sensitivities: contact of joint C starts with a touch" in found.reason[1]

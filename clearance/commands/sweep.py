@@ -85,6 +85,11 @@ def add(commands) -> argparse.ArgumentParser:
         "joint_B_force_max=1e-4, each point at "
         "the tolerance that reaches it",
     )
+    p.add_argument(
+        "--sensitivity",
+        metavar="NAMES",
+        help="columns <metric>_by_<parameter> of these parameters, and their stated errors",
+    )
     p.add_argument("--method", help="see `clearance run` (default auto)")
     p.add_argument("--max-step", type=quantity_of("s"), metavar="S", help="longest step")
     p.add_argument(
@@ -197,6 +202,7 @@ def run(options) -> int:
                 until=options.until,
                 rtol=options.rtol,
                 error=options.error,
+                sensitivity=options.sensitivity,
                 method=options.method,
                 max_step=options.max_step,
                 max_steps=options.max_steps,

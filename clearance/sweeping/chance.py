@@ -64,9 +64,11 @@ def _units(
 ) -> dict[str, str]:
     """Units by metric, of one run at the medians; empty where that run fails. Raises ValueError."""
     middle = grid(**{n: [float(law.at(0.5))] for n, law in laws.items()})
-    options = {n: v for n, v in options.items() if n in OPTIONS and n != "error"}
+    options = {n: v for n, v in options.items() if n in OPTIONS}
     definition = define(case, middle, fixed or {}, (), 0, settle, metrics, options)
-    run = prepare(find_case(definition.path).scene(**definition.values(0)), **definition.options)
+    run = prepare(
+        find_case(definition.path).scene(**definition.values(0)), **definition.run_options
+    )
     keeper = Keeper(run, definition, "", None, {}, Stating(run, None, settle))
     failure = run.record(keeper)
     return {} if failure else {n: m.units for n, m in keeper.found.items()}

@@ -57,8 +57,8 @@ class Definition:
 
     @property
     def run_options(self) -> dict:
-        """Options of a run: all but the error that is asked for, and the life of a point."""
-        return {n: v for n, v in self.options.items() if n not in ("error", "life")}
+        """Options of a run: all but errors and sensitivities, and the life of a point."""
+        return {n: v for n, v in self.options.items() if n not in ("error", "life", "sensitivity")}
 
     @property
     def life(self) -> dict | None:

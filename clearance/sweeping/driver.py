@@ -39,8 +39,10 @@ from clearance.sweeping.made import (
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.points import Points, plain
+from clearance.sweeping.sloping import sensing_of
 from clearance.sweeping.teams import Dask, Processes, prepare_start
 from clearance.sweeping.worker import NO_SPACE, files_of, load_function, run_lanes
+from clearance.varied import wanted
 
 LOG = logging.getLogger("clearance.sweep")
 SHOWN = logging.getLogger("clearance")  # beside the progress
@@ -52,7 +54,7 @@ MOST_BLOCK = 256  # points of a block
 RECENT = 32  # runs that their usual time is taken from
 SAVE = 30.0  # seconds between two writings of the index
 REAL = ("turns", "until", "rtol", "samples_per_turn", "max_step")
-OPTIONS = (*prepare.__kwdefaults__, "error", "life")  # of a run, by name
+OPTIONS = (*prepare.__kwdefaults__, "error", "life", "sensitivity")  # of a run, by name
 RTOL = prepare.__kwdefaults__["rtol"]
 
 
@@ -107,10 +109,11 @@ def sweep(
     case: name of a case or path to a case file; points: `grid(speed=[...], clearance=[...])`,
         `zipped(...)`, `sampled(...)` or products of these, SI units; fixed: case parameters that
         all points share; options: keywords of `simulate` (turns, until, rtol, method,
-        samples_per_turn, samples, energy, max_step, max_steps, error). error: "state" adds a metric
-        <metric>_error for each metric, of integration and film table together; 1e-3 or errors by
-        name choose the tolerance of each point, and a point that cannot reach them fails with the
-        reason; default: no errors.
+        samples_per_turn, samples, energy, max_step, max_steps, error, sensitivity). error: "state"
+        adds a metric <metric>_error for each metric, of integration and film table together; 1e-3
+        or errors by name choose the tolerance of each point, and a point that cannot reach them
+        fails with the reason; default: no errors. sensitivity: adds <metric>_by_<parameter> for
+        each of these parameters, and its error.
     channels: what run files keep (None: all; an empty list: no files, summaries only); compression:
         gzip level; settle: turns (seconds, without a turn) left out of the metrics, default the
         first where there is a second; metrics: your own, functions at the top level of a file, or
@@ -230,6 +233,8 @@ def define(case, points, fixed, channels, compression, settle, metrics, options)
 
 def _option(name: str, value: object) -> object:
     """The same however it was written: 2 turns are 2.0 turns."""
+    if name == "sensitivity":
+        return wanted(value)
     return float(value) if name in REAL and isinstance(value, int) else value
 
 
@@ -296,6 +301,8 @@ def _try_first(definition: Definition, demanded: Callable | None) -> None:
                 run.mechanism.scene, run.span, json.loads(run.attributes()["scene"])
             )
             _check_error(definition, run, ideal)
+            if sensing := sensing_of(definition, run.mechanism.scene):
+                sensing.check(run)
             return
         except ValueError as error:
             failure = failure or error
@@ -363,7 +370,7 @@ class _Driver:
         self.news: list[str] = []
         self.deaths: dict[int, int] = {}
         self.in_a_row = 0  # workers that died since a run ended
-        apart = {"start", "error", "life"} & definition.options.keys()
+        apart = {"start", "error", "life", "sensitivity"} & definition.options.keys()
         self.blocks = not (definition.files or definition.own or apart)
         self.alone: set[int] = set()  # points that share no block again
         self.in_lanes = 0  # runs side by side

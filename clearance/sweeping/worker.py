@@ -18,6 +18,7 @@ from clearance.recording import FULL, FileSink, ImageSink, MemorySink
 from clearance.results import Record
 from clearance.run import Run
 from clearance.scene import Scene
+from clearance.sensing import Sensing
 from clearance.simulation import prepare, reopened
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.batch import Family, Found
@@ -27,6 +28,7 @@ from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
 from clearance.sweeping.made import common, files_named, made, modules_of
 from clearance.sweeping.peaks import of_point
+from clearance.sweeping.sloping import columns, sensing_of
 from clearance.sweeping.spread import Irregular
 from clearance.sweeping.stating import Stating
 
@@ -51,6 +53,7 @@ class Keeper:
         path: Path | None,
         made: dict,
         stating: Stating,
+        sensing: Sensing | None = None,
     ):
         channels, attributes = run.mechanism.layout.channels, run.attributes()
         self.run, self.definition, self.key, self.made, self.stating = (
@@ -65,6 +68,7 @@ class Keeper:
         self.file = path and sink(
             path, channels, attributes, definition.keep, definition.compression, run.span.samples
         )
+        self.sensing = sensing
         self.found: dict[str, Metric] = {}
         self.missing: list[str] = []  # metrics of the user's own that failed, and why
         self.flush = self.memory.flush
@@ -112,6 +116,10 @@ class Keeper:
         record = self.memory.record
         self.found = self.summed(record)
         self.found |= self.stating.columns(record, self.found, self.summed)
+        if self.sensing is not None and record.complete:
+            found, reason = columns(self.sensing, self.run)
+            self.found |= found
+            self.missing += [f"no sensitivities: {reason}"] if reason else []
         for reference in self.definition.own:
             function = load_function(*reference)
             try:
@@ -365,7 +373,8 @@ def _attempt(
     while True:
         run = prepare(scene, **definition.run_options, opened=opened)
         stating = Stating(run, definition.options.get("error"), definition.settle)
-        keeper = Keeper(run, definition, key, path, made(run.mechanism, modules, files), stating)
+        about, sensing = made(run.mechanism, modules, files), sensing_of(definition, scene)
+        keeper = Keeper(run, definition, key, path, about, stating, sensing)
         failure = stating.made(keeper, keeper.summed)
         opened = reopened(keeper.run)
         if failure is None or not opened:

@@ -1,0 +1,46 @@
+"""Sensitivities of points of a sweep: metrics <metric>_by_<parameter> and their stated errors."""
+
+from clearance.metrics import Metric
+from clearance.recording import MemoryRecord
+from clearance.run import Run
+from clearance.scene import Scene
+from clearance.sensing import Impossible, Sensing, reason_without
+from clearance.simulation import prepare
+from clearance.sweeping.definition import Definition
+from clearance.sweeping.ideal import ideal_motion
+from clearance.sweeping.peaks import of_point
+
+#: options of a run that those with varied parameters have too
+KEPT = ("energy", "max_step")
+
+
+def sensing_of(definition: Definition, scene: Scene) -> Sensing | None:
+    """Sensitivities of a point, None where none are asked for. Raises ValueError."""
+    if (given := definition.options.get("sensitivity")) is None:
+        return None
+    kept = {n: v for n, v in definition.options.items() if n in KEPT}
+
+    def prepared(varied: Scene, **options) -> Run:
+        return prepare(varied, **kept, **options)
+
+    def summed(run: Run, record: MemoryRecord) -> dict[str, Metric]:
+        ideal = ideal_motion(run.mechanism.scene, run.span, record.scene)
+        return of_point(record, definition.settle, ideal)
+
+    return Sensing(scene, given, prepared, definition.settle, summed)
+
+
+def columns(sensing: Sensing, run: Run) -> tuple[dict[str, Metric], str]:
+    """Sensitivities of a run that has come to its end and their errors; why there are none."""
+    if reason := reason_without(run):
+        return {}, reason
+    try:
+        found = sensing.of(run)
+    except (Impossible, ValueError) as reason:
+        return {}, str(reason)
+    metrics = {}
+    for (metric, parameter), s in found.items():
+        name, text = f"{metric}_by_{parameter.replace('/', '_')}", f"{metric} by {parameter}"
+        metrics[name] = Metric(s.value, s.units, f"derivative of {text}")
+        metrics[f"{name}_error"] = Metric(s.error, s.units, f"stated error: derivative of {text}")
+    return metrics, ""
