@@ -161,7 +161,7 @@ def met(shaken):
     return shaken_branch(shaken)
 
 
-def hill(speed: float) -> np.ndarray:
+def hill(speed: float, damping: float = 0.02) -> np.ndarray:
     """Multipliers of the shaken pendulum at rest, whose equation is Hill's: (i + m l^2) phi'' = - c
     phi' - m l (g + y'') phi, with y of the slider.
     """
@@ -177,7 +177,7 @@ def hill(speed: float) -> np.ndarray:
 
     def rates(time, x):
         weight = arm * (9.81 + speed**2 * lift(speed * time))
-        return [x[1], -(0.02 * x[1] + weight * x[0]) / inertia]
+        return [x[1], -(damping * x[1] + weight * x[0]) / inertia]
 
     turn, options = (0.0, 2.0 * math.pi / speed), {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
     return np.linalg.eigvals(
@@ -218,6 +218,26 @@ class TestDoubling:
         assert fall == pytest.approx(fall[0], rel=0.02)
         assert not any(p.stable for p in curve)
         assert met.coexisting[0][2:] == (2, 1)
+
+    def test_a_curve_between_two_doublings(self, shaken):
+        """With more damping the curve turns in a fold, is stable from there on, and ends in the
+        doubling at the upper end: it is followed once. Hill's equation has -1 at both (1e-5).
+        """
+        met = cl.follow(
+            shaken, "speed", 8.0, 17.0, fixed={"damping": 0.1}, step=0.1, points=80, doublings=1
+        )
+        first, second, fold = met.bifurcations
+        assert [p.kind for p in (first, second, fold)] == 2 * ["period doubling"] + ["fold"]
+        for born in (first, second):
+            assert hill(born.value, 0.1).real.min() == pytest.approx(-1.0, abs=1e-5)
+        assert fold.value < first.value < second.value
+        assert "it joins motions of half its period at 15.0" in met.reason
+        curve = [p for p in met.points if p.branch]
+        assert {p.branch for p in curve} == {1}
+        assert abs(curve[-1].value - second.value) < 0.1 * 9.0
+        after = [p.stable for p in curve[curve.index(fold) + 1 :]]
+        assert all(after)
+        assert [stretch[2:] for stretch in met.coexisting] == [(3, 2), (2, 1)]
 
     def test_it_goes_on_where_it_was_interrupted(self, met, shaken, tmp_path):
         """In the first curve and in the second: what was met stays, and the same is met in all."""

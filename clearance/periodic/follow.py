@@ -283,7 +283,8 @@ def _walk(
     reasons: list[str],
 ) -> Iterator[Point]:
     """Points after those met: of the curve that a follower stands on, then of those that begin in
-    period doublings, in the order in which these were met. reasons: why each curve ends.
+    period doublings, in the order in which these were met; not of those that a curve before ended
+    in. reasons: why each curve ends.
     """
     longest, number = met[0].period * 2**doublings, point.branch
     while True:
@@ -296,12 +297,23 @@ def _walk(
             if number >= len(begins):
                 return
             number += 1
+            if _reached(begins[number - 1], met, follower):
+                continue
             try:
                 follower, point = follower.doubled(begins[number - 1])
                 break
             except NotPeriodic as reason:
                 reasons.append(str(reason))
         yield replace(point, branch=number)
+
+
+def _reached(doubling: Point, met: list[Point], follower: Follower) -> bool:
+    """True where a curve before ended in a doubling: its last point lies within a step."""
+    last = {p.branch: p for p in met if p.branch}.values()
+    near = follower.largest * abs(follower.high - follower.low)
+    return any(
+        p.period == 2 * doubling.period and abs(p.value - doubling.value) <= near for p in last
+    )
 
 
 @contextmanager
