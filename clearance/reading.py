@@ -80,6 +80,16 @@ class Damaged(ValueError):
     """A file that is not what was written, or was never written by clearance."""
 
 
+def _texts(data: h5py.Dataset) -> np.ndarray:
+    """Texts of a column; plain ones of one length are not decoded one by one."""
+    if h5py.check_string_dtype(data.dtype).length is not None and data.ndim == 1:
+        raw = np.ascontiguousarray(data[()])
+        letters = raw.view(np.uint8).reshape(len(raw), raw.itemsize)
+        if letters.size and letters.max() < 128:
+            return letters.astype(np.uint32).view(f"U{raw.itemsize}")[:, 0]
+    return np.asarray(data.asstr()[()]).astype(str)
+
+
 class Entries(dict):
     """Entries of a file by name; a missing one raises Damaged with its place."""
 
@@ -157,7 +167,7 @@ class Reader:
                     f"{self.path}: /{place} claims {data.size} values, more than the file holds"
                 )
             if h5py.check_string_dtype(data.dtype):
-                return np.asarray(data.asstr()[()]).astype(str)
+                return _texts(data)
             if data.dtype.kind not in "biuf":
                 raise Damaged(
                     f"{self.path}: /{place} holds {data.dtype}, neither numbers nor texts"

@@ -2,15 +2,15 @@
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 
 from clearance.results import replacing
-from clearance.sweeping.points import Points
+from clearance.sweeping.points import Points, spread_out
 
 FORMAT = "clearance-sweep"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2  # 1: a grid's columns had a value for each point
 #: what sweep.json holds beside its format
 FIELDS = {
     "case": str,
@@ -108,8 +108,16 @@ class Definition:
         return ", ".join(shown) or "the only point"
 
     def to_json(self) -> str:
-        document = {"format": FORMAT, "format_version": FORMAT_VERSION} | asdict(self)
-        return json.dumps(document, indent=1)
+        """All of it; a column that an axis of a grid bears has the values along the axis only."""
+        names = [f.name for f in fields(self)]
+        document = {"format": FORMAT, "format_version": FORMAT_VERSION}
+        document |= {name: getattr(self, name) for name in names}
+        points = self.points
+        columns = points.columns if points.sampled else points.along
+        document["points"] = {name: getattr(points, name) for name in ("axes", "sampled")}
+        return json.dumps(
+            document | {"points": document["points"] | {"columns": columns}}, indent=1
+        )
 
     def differences(self, other: "Definition") -> list[str]:
         """Differences of another definition, in words."""
@@ -209,7 +217,7 @@ def _definition(document: dict) -> Definition:
     ):
         raise ValueError("columns must be numbers and texts")
     axes = tuple((tuple(names), count) for names, count in points["axes"])
-    columns = {n: tuple(v) for n, v in points["columns"].items()}
+    columns = spread_out({n: tuple(v) for n, v in points["columns"].items()}, axes)
     values = {f.name: document[f.name] for f in fields(Definition) if f.name in document} | {
         "points": Points(columns, axes, points["sampled"]),
         "keep": None if keep is None else tuple(keep),

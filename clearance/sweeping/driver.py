@@ -52,7 +52,8 @@ LOOK = 0.2  # seconds between two reports of the progress
 BLOCK = 0.25  # seconds that a block of points takes a worker, about
 MOST_BLOCK = 256  # points of a block
 RECENT = 32  # runs that their usual time is taken from
-SAVE = 30.0  # seconds between two writings of the index
+SAVE = 30.0  # seconds between two writings of the index, at least
+SHARE = 20.0  # times that the last writing took, likewise
 REAL = ("turns", "until", "rtol", "samples_per_turn", "max_step")
 OPTIONS = (*prepare.__kwdefaults__, "error", "life", "sensitivity")  # of a run, by name
 RTOL = prepare.__kwdefaults__["rtol"]
@@ -365,6 +366,7 @@ class _Driver:
     def __init__(self, definition: Definition, folder: Path, progress: Callable | None):
         self.definition, self.folder, self.progress = definition, folder, progress
         self.began = self.reported = self.saved = time.perf_counter()
+        self.saving = 0.0  # seconds that the last writing of the index took
         self.counts = {DONE: 0, FAILED: 0, LOST: 0}
         self.ended, self.before = 0, 0
         self.news: list[str] = []
@@ -455,7 +457,7 @@ class _Driver:
 
     def _pending(self, retry_failed: bool) -> tuple[list[Outcome], list[int]]:
         """Outcomes that are known, and points that are to be run."""
-        listed, _ = outcomes(self.folder, self.definition)
+        listed, _ = outcomes(self.folder, self.definition, summed=False)
         done = {}
         for outcome in verified(self.folder, self.definition, listed):
             done[outcome.index] = outcome
@@ -602,9 +604,10 @@ class _Driver:
 
     def _report(self, running: int, last: bool = False) -> None:
         now = time.perf_counter()
-        if now - self.saved > SAVE:
+        if now - self.saved > max(SAVE, SHARE * self.saving):
             self._save()
             self.saved = time.perf_counter()
+            self.saving = self.saved - now
         if self.progress is not None and (last or now - self.reported > LOOK):
             self.reported = now
             self.progress(self._state(running))
@@ -644,7 +647,7 @@ class _Driver:
     def _save(self) -> Sweep:
         """Bring the index up to date."""
         os.fsync(self.journal.file.fileno())
-        result = Sweep(self.folder)
+        result = Sweep(self.folder, self.definition)
         result.write()
         LOG.info("%d done, %d failed, %d lost", *self.counts.values())
         return result
@@ -652,11 +655,11 @@ class _Driver:
     def _finish(self, interrupted: bool) -> Sweep:
         try:
             self.journal.close()
-            result = Sweep(self.folder)
+            result = Sweep(self.folder, self.definition)
             result.write()
         except OSError as error:
             self.stop = self.stop or f"the index cannot be written: {error}"
-            result = Sweep(self.folder)
+            result = Sweep(self.folder, self.definition)
         why = "interrupted" if interrupted else self.stop or "finished"
         LOG.info("%s: %d done, %d failed, %d lost", why, *self.counts.values())
         if self.ended > self.in_lanes:

@@ -20,7 +20,7 @@ from clearance.reading import Damaged, NewerFormat, open_checked
 from clearance.results import Drawn, Result, Table, extra, open_result, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
-from clearance.sweeping.journal import DONE, FAILED, Outcome
+from clearance.sweeping.journal import DONE, FAILED, Block, Outcome
 
 LOG = logging.getLogger("clearance.files")
 MISSING = "missing"
@@ -41,19 +41,19 @@ class Sweep(Drawn):
     another kind of file.
     """
 
-    def __init__(self, folder: str | Path):
+    def __init__(self, folder: str | Path, definition: definitions.Definition | None = None):
         self.folder = Path(folder)
-        definition = definitions.read(self.folder)
+        definition = definition or definitions.read(self.folder)
         if definition is None:
             life = (self.folder / "life.json").is_file()
             hint = "; it holds a life: clearance wear draws it with --plot" if life else ""
             raise FileNotFoundError(f"no sweep in {self.folder}: it has no sweep.json{hint}")
         self.definition = definition
         self.count = len(definition.points)
-        numbers = _from_index(self.folder, definition) or _from_outcomes(
+        numbers = _from_index(self.folder, definition) or _from_journal(self.folder, definition)
+        self.status, self.reason, self.costs, self.metrics, self.known = numbers or _from_outcomes(
             self.count, *outcomes(self.folder, definition)
         )
-        self.status, self.reason, self.costs, self.metrics, self.known = numbers
 
     def write(self) -> Path:
         """Keep the index as `sweep.h5`, whole or not at all."""
@@ -69,7 +69,7 @@ class Sweep(Drawn):
             runs[f"place_{i}"] = "1", f"place along axis {'_'.join(names)}", places[i]
         attributes = {
             "format_version": definitions.FORMAT_VERSION,
-            "definition": definition.to_json(),
+            "definition": definitions.digest(self.folder / "sweep.json"),
             "case": definition.case,
             "journal_bytes": _size(self.folder / "journal.jsonl"),
         }
@@ -256,7 +256,7 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
             if (
                 journal
                 and about["journal_bytes"] != journal
-                or about["definition"] != definition.to_json()
+                or not _belongs(about["definition"], folder / "sweep.json")
             ):
                 return None
             status, reason = (file.column(f"runs/{n}") for n in ("status", "reason"))
@@ -284,6 +284,44 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
     return status, reason, costs, metrics, described
 
 
+def _belongs(defined: object, path: Path) -> bool:
+    """True where an index was made for this definition; version 0.1 kept the text of it."""
+    return defined in (definitions.digest(path), path.read_text())
+
+
+def _from_journal(folder: Path, definition: definitions.Definition) -> Numbers | None:
+    """Content of a journal that has blocks, and no run has a file; None for others."""
+    found = list(journals.entries(folder / "journal.jsonl"))
+    if definition.files or not any(isinstance(entry, Block) for entry in found):
+        return None
+    count, keys = len(definition.keys), np.array(definition.keys)
+    status, reason = np.full(count, MISSING, dtype="U7"), np.full(count, "", dtype=object)
+    costs = {n: np.zeros(count) for n in RUN_COLUMNS}
+    metrics: dict[str, np.ndarray] = {}
+    described: dict[str, tuple[str, str]] = {}
+    for entry in found:
+        described |= entry.known
+        if isinstance(entry, Outcome):
+            places, own = np.array([entry.index]), [entry.key]
+            given = {n: np.array([v]) for n, v in entry.metrics.items()}
+            spent = {n: np.array([getattr(entry, n)], float) for n in RUN_COLUMNS}
+        else:
+            places, own = entry.columns["index"].astype(int), entry.keys
+            given, spent = entry.metrics, {n: entry.columns[n] for n in RUN_COLUMNS}
+        there = places < count
+        there[there] = keys[places[there]] == np.array(own)[there]
+        at = places[there]
+        status[at] = entry.status if isinstance(entry, Outcome) else DONE
+        reason[at] = entry.reason if isinstance(entry, Outcome) else ""
+        for name, values in spent.items():
+            costs[name][at] = values[there]
+        for values in metrics.values():  # of an earlier run of the point
+            values[at] = np.nan
+        for name, values in given.items():
+            metrics.setdefault(name, np.full(count, np.nan))[at] = values[there]
+    return status.astype(str), reason.astype(str), costs, metrics, described
+
+
 def _from_outcomes(
     count: int, outcomes: Iterable[Outcome], described: dict[str, tuple[str, str]]
 ) -> Numbers:
@@ -303,14 +341,16 @@ def _from_outcomes(
 
 
 def outcomes(
-    folder: Path, definition: definitions.Definition
+    folder: Path, definition: definitions.Definition, summed: bool = True
 ) -> tuple[list[Outcome], dict[str, tuple[str, str]]]:
     """The last outcome of each point, of the journal and of run files that it does not know; units
     and text of each metric.
+
+    summed: those of the journal's blocks with their metrics.
     """
     by_point: dict[int, Outcome] = {}
     described: dict[str, tuple[str, str]] = {}
-    for outcome in journals.read(folder / "journal.jsonl"):
+    for outcome in journals.read(folder / "journal.jsonl", summed):
         described.update(outcome.known)
         if outcome.index < len(definition.keys) and outcome.key == definition.keys[outcome.index]:
             by_point[outcome.index] = outcome

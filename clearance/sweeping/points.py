@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,15 @@ class Points:
         named = {n for names, _ in self.axes for n in names}
         return tuple(n for n in self.columns if n not in named)
 
+    @property
+    def along(self) -> dict[str, tuple]:
+        """Values along the axis that bears each parameter."""
+        columns, stride = {}, len(self)
+        for names, count in self.axes:
+            stride //= count
+            columns |= {n: self.columns[n][: stride * count : stride] for n in names}
+        return {name: columns[name] for name in self.columns}
+
     def varying(self, names: Axis) -> Axis:
         """Parameters that vary along an axis: those it is named after, or of samples those that
         were drawn.
@@ -76,6 +86,23 @@ class Points:
             for n, vs in self.columns.items()
         }
         return Points(columns, self.axes, self.sampled)
+
+
+def spread_out(columns: dict[str, tuple], axes: tuple[tuple[Axis, int], ...]) -> dict[str, tuple]:
+    """Values of each point; columns with those along an axis are repeated."""
+    total, stride = math.prod(count for _, count in axes), 1
+    bearers = {}
+    for names, count in reversed(axes):
+        bearers |= dict.fromkeys(names, (count, stride))
+        stride *= count
+    spread = {}
+    for name, values in columns.items():
+        count, stride = bearers.get(name, (total, 1))
+        if len(values) == count < total:
+            once = chain.from_iterable(repeat(value, stride) for value in values)
+            values = tuple(once) * (total // (count * stride))
+        spread[name] = values
+    return spread
 
 
 def plain(name: str, value: Any, kind: type, drawn: bool = False) -> Any:

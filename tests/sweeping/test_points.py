@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import clearance as cl
 from clearance.catalogue import find_case
-from clearance.sweeping.points import from_words, range_from_words
+from clearance.sweeping.points import from_words, range_from_words, spread_out
 
 CASE = find_case("six_bar_feeder").parameters
 
@@ -111,3 +111,21 @@ def test_bad_words(name, text, reason):
 def test_bad_points(call, reason):
     with pytest.raises(ValueError, match=reason):
         call()
+
+
+def test_columns_along_their_axes():
+    """A grid is kept as its axes; what is read is what was written."""
+    points = (
+        cl.grid(speed=[1.0, 2.0, 3.0])
+        * cl.zipped(clearance=[1e-4, 2e-4], joints=["B", "C"])
+        * cl.grid(model=["dry"])
+    )
+    along = points.along
+    assert {name: len(values) for name, values in along.items()} == {
+        "speed": 3,
+        "clearance": 2,
+        "joints": 2,
+        "model": 1,
+    }
+    assert spread_out(along, points.axes) == points.columns
+    assert spread_out(points.columns, points.axes) == points.columns
