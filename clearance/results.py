@@ -30,7 +30,7 @@ from clearance.errors import Error, Errors, ExtremeErrors
 from clearance.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.locks import Lock
 from clearance.reading import FACT_UNITS, Damaged, Entries, Reader, open_checked
-from clearance.sensitivity import Sensitivities, Sensitivity
+from clearance.sensitivity import COLUMNS, Sensitivities
 from clearance.version import VERSION
 
 LOG = logging.getLogger("clearance.files")
@@ -744,26 +744,20 @@ class Result(Record):
         if not self.reader.has("sensitivities"):
             about = self.reader.attributes().get("sensitivities_left_out", "none were asked for")
             return Sensitivities(reason=str(about))
-        texts = self._columns(
-            "sensitivities", "U", "metric", "parameter", "units_of", "metric_units"
-        )
-        value, error, metric_value, size = self._columns(
-            "sensitivities", "f", "value", "error", "metric_value", "size"
-        )
-        names, parameters, units, metric_units = (column.tolist() for column in texts)
-        if len({*map(len, (*texts, value, error, metric_value, size))}) != 1:
-            raise Damaged(f"{self.path}: /sensitivities holds columns that do not fit one another")
-        rows = zip(
-            value.tolist(),
-            error.tolist(),
-            units,
-            metric_value.tolist(),
-            metric_units,
-            size.tolist(),
-            strict=True,
-        )
-        keys = zip(names, parameters, strict=True)
-        return Sensitivities({k: Sensitivity(*row) for k, row in zip(keys, rows, strict=True)})
+        texts = "metric", "metric_units", "parameter", "parameter_units"
+        numbers = "metric_value", "size"
+        columns = dict(zip(texts, self._columns("sensitivities", "U", *texts), strict=True))
+        columns |= zip(numbers, self._columns("sensitivities", "f", *numbers), strict=True)
+        columns |= {n: self.reader.column(f"sensitivities/{n}") for n in ("value", "error")}
+        shape = len(columns["metric"]), len(columns["parameter"])
+        if any(
+            columns[n].dtype.kind != "f" or columns[n].shape != shape for n in ("value", "error")
+        ):
+            raise Damaged(f"{self.path}: /sensitivities holds no table of numbers")
+        try:
+            return Sensitivities.of_columns(columns)
+        except ValueError as error:
+            raise Damaged(f"{self.path}: /sensitivities: {error}") from None
 
     def _extreme_errors(self) -> ExtremeErrors | None:
         if self.located is None or not self.reader.has("extremes/stated"):
@@ -836,6 +830,10 @@ class Result(Record):
             datasets["/errors"] = xarray.Dataset(
                 columns, {"name": list(errors), "channel": list(errors.channels)}
             )
+        if found := self.sensitivities:
+            columns = {n: (COLUMNS[n][0], values) for n, values in found.columns().items()}
+            names = {n: columns.pop(n) for n in ("metric", "parameter")}
+            datasets["/sensitivities"] = xarray.Dataset(columns, names)
         return xarray.DataTree.from_dict(datasets)
 
     def save(self, path: str | Path) -> Path:

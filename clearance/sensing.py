@@ -35,7 +35,7 @@ from clearance.replay import Ends, Refused, Replay, halved
 from clearance.results import appending, create_column
 from clearance.run import Run
 from clearance.scene import Scene
-from clearance.sensitivity import Sensitivities, Sensitivity, quotient
+from clearance.sensitivity import COLUMNS, Sensitivities, Sensitivity
 from clearance.tracing.asking import Answerer
 from clearance.varied import Varied, Wanted, varied, wanted
 
@@ -152,6 +152,9 @@ class Steps:
         self.sensing, self.span, self.scene = sensing, run.span, run.mechanism.scene
         self.prepared = partial(self._prepared, run, rtol, method)
         first, ends = self.prepared(self.scene), Ends()
+        # nothing is integrated: other steps show how well extremes are located
+        if rtol == LOOSER and not run.mechanism.size:
+            first.state.longest_step /= math.sqrt(2.0)
         first.observers.append(ends)
         recorded(first)
         self.ends, self.halvings = np.array(ends.times), 0
@@ -221,8 +224,8 @@ def differences(
     g = _mean([apart / abs(slope) for _, slope, apart, _ in rows.values() if slope and apart])
     for name, (metric, slope, apart, local) in rows.items():
         error = SAFETY * max(apart, g * abs(slope)) + local
-        units = quotient(metric.units, one.units)
-        yield name, Sensitivity(slope, error, units, metric.value, metric.units, one.size)
+        parts = metric.value, metric.units, one.size, one.units
+        yield name, Sensitivity(slope, error, *parts)
 
 
 def _mean(shares: list[float]) -> float:
@@ -230,37 +233,21 @@ def _mean(shares: list[float]) -> float:
     return math.exp(float(np.mean(np.log(shares)))) if shares else 0.0
 
 
-#: columns of /sensitivities: name -> what it is
-COLUMNS = {
-    "metric": "name of a metric",
-    "parameter": "name of a parameter",
-    "units_of": "units of value and error",
-    "value": "derivative of the metric by the parameter, in units_of",
-    "error": "stated error of the derivative, in units_of",
-    "metric_value": "value of the metric, in metric_units",
-    "metric_units": "units of the metric",
-    "size": "size of the parameter, its absolute value where that is not 0, in SI units",
-}
-
-
 def write(found: Sensitivities, path: str | Path) -> None:
     """The group /sensitivities of a finished file; only the reason where there are none."""
-    rows = found.rows.values()
-    columns = {
-        "metric": [metric for metric, _ in found],
-        "parameter": [parameter for _, parameter in found],
-        "units_of": [s.units for s in rows],
-        "value": [s.value for s in rows],
-        "error": [s.error for s in rows],
-        "metric_value": [s.metric for s in rows],
-        "metric_units": [s.metric_units for s in rows],
-        "size": [s.size for s in rows],
-    }
     with appending(path) as file:
         if found.reason:
             file.attrs["sensitivities_left_out"] = found.reason
             return
         group = file.create_group("sensitivities")
-        for name, text in COLUMNS.items():
-            data = create_column(group, name, np.array(columns[name]))
+        columns = found.columns()
+        for name, (_, text) in COLUMNS.items():
+            data = create_column(group, name, columns[name])
             data.attrs["units"], data.attrs["long_name"] = "1", text
+            if columns[name].dtype.kind == "U":
+                data.attrs["_Encoding"] = "utf-8"  # for xarray
+        for scale in ("metric", "parameter"):
+            group[scale].make_scale(scale)
+        for name in COLUMNS.keys() - {"metric", "parameter"}:
+            for axis, scale in enumerate(COLUMNS[name][0]):
+                group[name].dims[axis].attach_scale(group[scale])

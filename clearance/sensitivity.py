@@ -3,14 +3,31 @@
 They are made in sensing.py and stand in the group /sensitivities of a result file.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+
+import numpy as np
 
 TRUSTED = 0.05  # error over value up to which a sensitivity is trusted
 #: error of a change relative to the metric, over that of the parameter, that hardly counts
 NEGLIGIBLE = 1e-4
 PERCENT = 0.01
+#: columns of /sensitivities: name -> dimensions, what it is
+COLUMNS = {
+    "metric": (("metric",), "name of a metric"),
+    "metric_units": (("metric",), "units of the metric"),
+    "metric_value": (("metric",), "value of the metric, in metric_units"),
+    "parameter": (("parameter",), "name of a parameter"),
+    "parameter_units": (("parameter",), "units of the parameter"),
+    "size": (("parameter",), "size of the parameter, in parameter_units"),
+    "value": (
+        ("metric", "parameter"),
+        "derivative of the metric by the parameter, in metric_units over parameter_units",
+    ),
+    "error": (("metric", "parameter"), "stated error of the derivative, in its units"),
+}
 
 
 @dataclass(frozen=True)
@@ -18,15 +35,20 @@ class Sensitivity:
     """Derivative of a metric by a parameter.
 
     value, error: of the derivative, in `units`; metric: value of the metric, in `metric_units`;
-    size: of the parameter in SI, its absolute value where that is not 0.
+    size: of the parameter in `parameter_units`, its absolute value where that is not 0.
     """
 
     value: float
     error: float
-    units: str
     metric: float
     metric_units: str
     size: float
+    parameter_units: str
+
+    @property
+    def units(self) -> str:
+        """Units of the derivative."""
+        return quotient(self.metric_units, self.parameter_units)
 
     @property
     def trusted(self) -> bool:
@@ -75,6 +97,41 @@ class Sensitivities(Mapping):
         drives = [n for n in self.metrics if n.startswith("drive_") and n.endswith(("max", "min"))]
         first = [n for n in (*joints, *drives) if n in self.metrics]
         return list(dict.fromkeys([*first, *self.metrics]))
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """All of it as columns over metrics, parameters or both; nan where there is none."""
+        of_metric = {m: s for (m, _), s in reversed(self.rows.items())}
+        of_parameter = {p: s for (_, p), s in reversed(self.rows.items())}
+        metrics = [of_metric[m] for m in self.metrics]
+        parameters = [of_parameter[p] for p in self.parameters]
+        columns = {
+            "metric": np.array(self.metrics, dtype=str),
+            "metric_units": np.array([s.metric_units for s in metrics], dtype=str),
+            "metric_value": np.array([s.metric for s in metrics]),
+            "parameter": np.array(self.parameters, dtype=str),
+            "parameter_units": np.array([s.parameter_units for s in parameters], dtype=str),
+            "size": np.array([s.size for s in parameters]),
+        }
+        for name in ("value", "error"):
+            table = [[self.rows.get((m, p)) for p in self.parameters] for m in self.metrics]
+            columns[name] = np.array(
+                [[math.nan if s is None else getattr(s, name) for s in row] for row in table]
+            )
+        return columns
+
+    @classmethod
+    def of_columns(cls, columns: Mapping[str, np.ndarray]) -> "Sensitivities":
+        """From such columns. Raises ValueError for columns that do not fit one another."""
+        plain = {name: column.tolist() for name, column in columns.items()}
+        about = zip(plain["metric_value"], plain["metric_units"], strict=True)
+        parts = list(zip(plain["size"], plain["parameter_units"], strict=True))
+        rows, tables = {}, (plain["metric"], about, plain["value"], plain["error"])
+        for metric, numbers, values, errors in zip(*tables, strict=True):
+            cells = zip(plain["parameter"], values, errors, parts, strict=True)
+            for parameter, value, error, part in cells:
+                if not math.isnan(value):
+                    rows[metric, parameter] = Sensitivity(value, error, *numbers, *part)
+        return cls(rows)
 
     def __getitem__(self, key: tuple[str, str]) -> Sensitivity:
         if key not in self.rows:

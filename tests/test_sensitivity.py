@@ -4,16 +4,19 @@ files.
 
 import json
 
+import h5py
 import numpy as np
 import pytest
+import xarray
 
 import clearance as cl
 from clearance import sensing
 from clearance.cli import main
 from clearance.metrics import Metric, metrics
+from clearance.reading import Damaged
 from clearance.replay import Ends, Replay, halved
 from clearance.results import open_result
-from clearance.sensitivity import Sensitivity, quotient
+from clearance.sensitivity import Sensitivities, Sensitivity, quotient
 from clearance.simulation import prepare
 from clearance.varied import varied, wanted
 
@@ -115,6 +118,11 @@ def test_against_independent_runs(tmp_path):
     assert np.median(shares) < 1e-3
     with open_result(path) as again:
         assert dict(again.sensitivities) == dict(found)
+        tree = again.to_xarray()
+    with xarray.open_dataset(path, group="sensitivities", engine="h5netcdf") as data:
+        xarray.testing.assert_equal(data, tree["/sensitivities"].to_dataset())
+        cell = data["value"].sel(metric="joint_C_gap_min", parameter="viscosity")
+        assert float(cell) == found["joint_C_gap_min", "viscosity"].value
 
 
 def test_same_steps_same_run():
@@ -210,9 +218,27 @@ def test_sizes_of_parameters():
     assert varied(scene, "bodies/block/mass").size == 0.5
 
 
+def test_columns_have_gaps():
+    """Columns and back: what there is not stays away."""
+    one, two = Sensitivity(1.0, 0.1, 5.0, "N", 2.0, "m"), Sensitivity(3.0, 0.3, 5.0, "N", 4.0, "-")
+    found = Sensitivities({("f", "a"): one, ("f", "b"): two, ("g", "b"): two})
+    assert dict(Sensitivities.of_columns(found.columns())) == dict(found)
+    assert np.isnan(found.columns()["value"][1, 0])
+
+
+def test_a_damaged_table(tmp_path):
+    path = tmp_path / "run.h5"
+    cl.simulate(oscillator(), until=0.1, sensitivity="bodies/block/mass", path=path).close()
+    with h5py.File(path, "r+") as file:
+        del file["sensitivities/error"]
+        file["sensitivities"].create_dataset("error", data=np.zeros(3))
+    with open_result(path) as again, pytest.raises(Damaged, match="/sensitivities holds no table"):
+        again.sensitivities  # noqa: B018
+
+
 def test_trust():
     """A twentieth of the value, or what changes the metric by 1e-4 of the parameter's change."""
-    of = {"units": "N/m", "metric": 10.0, "metric_units": "N", "size": 2.0}
+    of = {"metric": 10.0, "metric_units": "N", "size": 2.0, "parameter_units": "m"}
     assert Sensitivity(1.0, 0.05, **of).trusted
     assert not Sensitivity(1.0, 0.06, **of).trusted
     assert Sensitivity(0.0, 5e-4, **of).trusted
