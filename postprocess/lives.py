@@ -1,11 +1,13 @@
 """Pictures of a life: worn outlines by stage, depth over turns, the journal's path in its bearing,
-films and motion.
+films and motion, wear over the drive's angle; an animation.
 """
 
 from pathlib import Path
 
 import numpy as np
 from clearance.postprocess import figures
+from clearance.postprocess.channels import angle_at
+from clearance.postprocess.drawing import period
 
 from clearance.results import open_result
 from clearance.wearing.records import Life
@@ -31,14 +33,8 @@ def life(
 
     Raises ValueError for a joint that does not wear, and for a life without a stage.
     """
-    one = source if isinstance(source, Life) else Life(source)
-    if not one.stages:
-        raise ValueError(f"{one.path} has no stage yet: there is nothing to draw")
-    joint = joint or one.joints[0]
-    if joint not in one.joints:
-        raise ValueError(f"joint {joint} does not wear; {', '.join(one.joints)} do")
+    one, joint, surface = _shown(source, joint, surface)
     wears = one.asked["joints"][joint]["wears"]
-    surface = surface or wears[0]
     figure = figures.sheet(13.0, 8.6)
     grid = figure.add_gridspec(2, 3)
     round_one = figure.add_subplot(grid[0, 0], projection="polar")
@@ -50,10 +46,26 @@ def life(
     _path(panels[2], one, joint, colours)
     _rates(panels[3], one, joint, surface, colours)
     _over_life(panels[4], one, joint)
-    _rings(panels[5], one, joint, surface)
+    _around_the_drive(panels[5], one, joint, surface, colours)
     name = one.asked["scene"]["name"]
     figure.suptitle(f"{name}, joint {joint}: {one.turns[-1]:g} turns in {len(one.stages)} stages")
     return figures.save(figure, path)
+
+
+def _shown(
+    source: Life | str | Path, joint: str | None, surface: str | None
+) -> tuple[Life, str, str]:
+    """The life, joint and surface that are drawn; ValueError for what is not there."""
+    one = source if isinstance(source, Life) else Life(source)
+    if not one.stages:
+        raise ValueError(f"{one.path} has no stage yet: there is nothing to draw")
+    joint = joint or one.joints[0]
+    if joint not in one.joints:
+        raise ValueError(f"joint {joint} does not wear; {', '.join(one.joints)} do")
+    wears = one.asked["joints"][joint]["wears"]
+    if surface is not None and surface not in wears:
+        raise ValueError(f"the {surface} of joint {joint} does not wear; {', '.join(wears)} does")
+    return one, joint, surface or wears[0]
 
 
 def _some(one: Life, most: int = 12) -> list[int]:
@@ -178,15 +190,79 @@ def _of(name: str, joint: str) -> bool:
     return not name.startswith("joint_") or name.startswith(f"joint_{joint}_")
 
 
-def _rings(axes, one: Life, joint: str, surface: str) -> None:
-    """Depth over angle and turns."""
-    depth = one.depth(joint, surface)
-    if len(depth) < 2:
+def _around_the_drive(axes, one: Life, joint: str, surface: str, colours: list) -> None:
+    """Volume worn off over the angle of the drive, in the last turn of each stage."""
+    drawn = False
+    for i in _some(one):
+        with open_result(one.file(i)) as record:
+            found = _over_angle(record, joint, surface)
+        if found is not None:
+            axes.plot(*found, color=colours[i], lw=1.0)
+            drawn = True
+    if not drawn:
         axes.set_visible(False)
         return
-    shown = np.arange(-180, 180) + int(depth[-1].argmax())
-    shades = {"cmap": "magma_r", "shading": "gouraud"}
-    mesh = axes.pcolormesh(shown, one.turns, 1e6 * depth[:, shown % 360], **shades)
-    axes.figure.colorbar(mesh, ax=axes, label="depth [µm]")
-    axes.set_xlabel(f"angle of the {surface} [deg]")
-    axes.set_ylabel("turns")
+    axes.set_xticks(np.arange(0, 361, 90))
+    figures.finish(axes, "wear [10⁻⁶ mm³/deg]", "angle of the drive [deg]")
+
+
+def _over_angle(record, joint: str, surface: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Angle of the drive [deg] and volume worn off [1e-6 mm3 a degree] of the last turn; None where
+    the volume was not integrated.
+    """
+    path = f"joints/{joint}/wear_volume_{surface}"
+    if path not in record:
+        return None
+    time, volume = record.time, record.values(path)
+    last = time > time[-1] - period(record) * (1.0 + 1e-9)
+    angle = np.degrees(angle_at(record, time[last]))
+    middle, steps = 0.5 * (angle[1:] + angle[:-1]), np.abs(np.diff(angle))
+    order = np.argsort(middle % 360.0)
+    return (middle % 360.0)[order], (1e15 * np.diff(volume[last]) / steps)[order]
+
+
+FRAMES = 60
+
+
+def animation(
+    source: Life | str | Path,
+    path: str | Path,
+    joint: str | None = None,
+    surface: str | None = None,
+    frames: int = FRAMES,
+    fps: float = 15.0,
+) -> Path:
+    """A life as a .gif or .mp4: the outline as it wears, magnified, and the depth over the turns.
+
+    Frames stand at equal numbers of turns; between stages depths are straight lines. Raises
+    ValueError for what is not there, and for fewer than two frames or stages.
+    """
+    one, joint, surface = _shown(source, joint, surface)
+    if not isinstance(frames, int) or frames < 2 or len(one.stages) < 2:
+        raise ValueError(
+            f"an animation needs two frames and two stages at least, got {frames!r} and "
+            f"{len(one.stages)}"
+        )
+    figures.check_film(path, fps)
+    depth, at = one.depth(joint, surface), np.linspace(0.0, one.turns[-1], frames)
+    between = np.array([np.interp(at, one.turns, column) for column in depth.T]).T
+    figure = figures.sheet(9.0, 4.6)
+    grid = figure.add_gridspec(1, 2)
+    ring, curve = figure.add_subplot(grid[0], projection="polar"), figure.add_subplot(grid[1])
+    largest = float(depth.max())
+    (outline,) = ring.plot(ANGLE, np.ones(ANGLE.size), color="C3", lw=1.6)
+    ring.plot(ANGLE, np.ones(ANGLE.size), color="k", lw=0.6)
+    ring.set_ylim(0.0, 1.55)
+    ring.set_yticks([1.0, 1.5], ["", f"{1e6 * largest:.3g} µm"])
+    ring.set_rlabel_position(120.0)
+    title = ring.set_title("")
+    _depth(curve, one, joint, one.asked["joints"][joint]["wears"])
+    (dot,) = curve.plot([], [], "o", color="C3", ms=8)
+
+    def show(k: int) -> None:
+        outline.set_ydata(_closed(1.0 + 0.5 * between[k] / largest))
+        dot.set_data([at[k]], [1e6 * between[k].max()])
+        title.set_text(f"joint {joint}, {surface}: {at[k]:.0f} turns")
+
+    show(frames - 1)
+    return figures.save_film(figure, path, fps, frames, show, (outline, dot, title))

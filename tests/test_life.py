@@ -243,6 +243,8 @@ class TestLife:
         assert life.volume("B")[-1] == pytest.approx(
             cl.Life(folder / "worn").volume("B")[-1], rel=2e-2
         )
+        exact, _ = replayed(standing(), 40.0)
+        assert life.error[-1] > abs(life.depth("B")[-1].max() - exact.bearing[0])
         options = OPTIONS | {"jump_turns": 4000.0, "turns": 1e4}
         with pytest.raises(
             ValueError, match=r"jump_turns=4000 of linear jumps: beyond 318 turns they are unstable"
@@ -254,6 +256,43 @@ class TestLife:
         from clearance.postprocess.lives import life as draw
 
         assert draw(folder / "worn", tmp_path / "life.png").exists()
+
+    def test_plot(self, folder, capsys, undrawn):
+        """`clearance plot` of a life: the six panels; other pictures are refused."""
+        worn = str(folder / "worn")
+        assert main(["plot", worn, "--json"]) == 0
+        picture = json.loads(capsys.readouterr().out)["picture"]
+        assert Path(picture) == folder / "worn" / "life.png"
+        assert Path(picture).exists()
+        refused = {
+            (worn, "orbit"): "is a life, of which there is no orbit; there is life, animation",
+            (worn, "--joint", "C"): "joint C does not wear; B do",
+            (worn, "--surface", "journal"): "the journal of joint B does not wear; bearing does",
+            (worn, "--metrics", "gap"): "--metrics does not belong to the life of a life",
+            (worn, "animation", "--frames", "1"): "an animation needs two frames",
+        }
+        for words, reason in refused.items():
+            assert main(["plot", *words]) == 2
+            assert reason in capsys.readouterr().err
+
+    def test_animation(self, folder, tmp_path):
+        """Frames at equal turns, the last one of the end of the life."""
+        from PIL import Image
+
+        path = cl.plot(folder / "worn", "animation", tmp_path / "life.gif", frames=4)
+        with Image.open(path) as film:
+            assert film.n_frames == 4
+
+    def test_wear_over_the_drive(self, folder):
+        """Wear over the angle of the drive sums to the volume of a turn (5e-3)."""
+        from clearance.postprocess.lives import _over_angle
+
+        life = cl.Life(folder / "worn")
+        with cl.open_result(life.file(1)) as run:
+            angle, rate = _over_angle(run, "B", "bearing")
+            volume = run.joint("B").wear_volume_bearing
+        assert len(angle) == pytest.approx(360, abs=1)
+        assert 1e-15 * rate.mean() * 360.0 == pytest.approx(volume[-1] - volume[0], rel=5e-3)
 
     def test_closed_form(self, folder):
         """Rigid bodies under the first load path: the rows of case A, from a life with their
@@ -311,6 +350,21 @@ class TestWearA:
         volume = result.joint("B").wear_volume_bearing
         middle = len(volume) // 2
         assert volume[-1] - volume[middle] == pytest.approx(ROWS["W56"], rel=1e-3)
+
+    def test_every_turn_run(self, tmp_path):
+        """30 turns at a hundred times the wear, all run, against jumps: within the error stated.
+
+        The load path of the first turn alone is farther off: the load falls as the scar grows.
+        """
+        wear = 100.0 * 5.05e-13
+        jumps = cl.wear("wear_a", turns=30, directory=tmp_path / "jumps", wear=wear)
+        every = {"jump": "linear", "jump_turns": 1.0, "settle": 0, "average": 1}
+        loose = {"share": 1.0, "tolerance": 10.0}
+        turns = cl.wear("wear_a", turns=30, directory=tmp_path / "all", wear=wear, **every, **loose)
+        assert len(turns.stages) == 31
+        apart = abs(jumps.depth("B")[-1].max() - turns.depth("B")[-1].max())
+        assert apart < jumps.error[-1]
+        assert jumps.error[-1] < 0.05 * jumps.depth("B")[-1].max()
 
     def test_thousand_turns(self, tmp_path):
         """Depth after 1000 turns in five stages, within 1e-3 and within the error stated."""

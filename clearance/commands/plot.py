@@ -32,12 +32,14 @@ OF_SWEEPS = {
     "bifurcation": ("x", "channels", "settle", "angle", "at"),
     "scatter": ("metrics",),
 }
+#: kinds of pictures of lives, each with its options
+OF_LIVES = {"life": ("joint", "surface"), "animation": ("joint", "surface", "frames")}
 #: kinds that lay several runs over each other
 OF_SEVERAL = ("history", "phase", "poincare", "spectrum")
-KINDS = OF_RUNS | OF_SWEEPS
+KINDS = OF_LIVES | OF_RUNS | OF_SWEEPS
 #: options that say what is shown
 SHOWN = ("measured", "channels", "joint", "metrics", "x")
-OPTIONS = tuple(dict.fromkeys(o for own in KINDS.values() for o in own))
+OPTIONS = tuple(dict.fromkeys(o for own in (*KINDS.values(), *OF_LIVES.values()) for o in own))
 FRAMES = 120
 EXAMPLES = """\
   clearance plot run.h5                                            overview
@@ -53,6 +55,7 @@ EXAMPLES = """\
     --at model=dry
   clearance plot SWEEP bifurcation --x speed --channels slider.vx --settle 100
   clearance plot SCATTER --metrics "joint_*_gap_min"  # a directory of `clearance scatter`
+  clearance plot WORN; clearance plot WORN animation -o life.gif  # of `clearance wear`
 
 Channels are paths, short names or patterns (bodies/slider/ax, slider.ax, "*.force"); phase and
 poincare take them two by two. Without KIND: the overview of a run, the map of a grid, the scatter
@@ -76,7 +79,8 @@ def add(commands) -> argparse.ArgumentParser:
         nargs="+",
         help=f"run file, several of them ({', '.join(OF_SEVERAL)}), or sweep directory; then the "
         f"KIND of picture. "
-        f"Of runs: {', '.join(OF_RUNS)}; of sweeps: {', '.join(OF_SWEEPS)}",
+        f"Of runs: {', '.join(OF_RUNS)}; of sweeps: {', '.join(OF_SWEEPS)}; "
+        f"of lives: {', '.join(OF_LIVES)}",
     )
     p.add_argument(
         "--channels",
@@ -90,6 +94,7 @@ def add(commands) -> argparse.ArgumentParser:
         "contacts, guide; "
         "one: poincare, pressure; of hinges and slides with friction: friction",
     )
+    p.add_argument("--surface", metavar="NAME", help="bearing or journal: life")
     p.add_argument("--along", help="time, turns or angle of the drive: history")
     p.add_argument("--last", type=number, metavar="TURNS", help="only the last turns: history")
     p.add_argument(
@@ -255,6 +260,8 @@ def _where(source):
 
 
 def _drawn(options, paths: list[Path], kind: str | None) -> Path:
+    if isinstance(paths[0], Path) and is_life(paths[0]):
+        return _of_life(options, paths[0], kind or "life")
     if isinstance(paths[0], Path) and paths[0].is_dir():
         return _of_sweep(options, paths[0], kind)
     kind = kind or ("measured" if options.measured else "overview")
@@ -277,11 +284,11 @@ def _inputs(words: list[str]) -> tuple[list[Path], str | None]:
             raise FileNotFoundError(f"no file or directory {path}{hint}")
     folders = [p for p in named if p.is_dir()]
     if folders and len(paths) > 1:
-        raise ValueError(f"{folders[0]} is a directory: a sweep has a picture of its own")
-    kinds, other, what = (
-        (OF_SWEEPS, OF_RUNS, "a sweep") if folders else (OF_RUNS, OF_SWEEPS, "a run file")
-    )
-    if kind in other:
+        raise ValueError(f"{folders[0]} is a directory: a sweep or a life has a picture of its own")
+    kinds, what = (OF_SWEEPS, "a sweep") if folders else (OF_RUNS, "a run file")
+    if folders and is_life(folders[0]):
+        kinds, what = OF_LIVES, "a life"
+    if kind is not None and kind not in kinds:
         raise ValueError(
             f"{paths[0]} is {what}, of which there is no {kind}; there is {', '.join(kinds)}"
         )
@@ -485,6 +492,26 @@ DRAW = {
     "measured": _measured,
     "animation": _animation,
 }
+
+
+# --- pictures of lives
+def is_life(path: Path) -> bool:
+    """True for the directory of a life."""
+    return (path / "life.json").is_file()
+
+
+def _of_life(options, folder: Path, kind: str) -> Path:
+    from clearance.postprocess import lives
+
+    other = [n for n in OPTIONS if getattr(options, n) is not None and n not in OF_LIVES[kind]]
+    if other:
+        name = other[0].replace("_", "-")
+        raise ValueError(f"--{name} does not belong to the {kind} of a life")
+    shown = _given(options, "joint", "surface")
+    if kind == "animation":
+        output = _output(options, folder / "life.gif")
+        return lives.animation(folder, output, **shown, **_given(options, "frames"))
+    return lives.life(folder, _output(options, folder / "life.png"), **shown)
 
 
 # --- pictures of sweeps

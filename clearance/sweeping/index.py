@@ -46,7 +46,7 @@ class Sweep(Drawn):
         definition = definition or definitions.read(self.folder)
         if definition is None:
             life = (self.folder / "life.json").is_file()
-            hint = "; it holds a life: clearance wear draws it with --plot" if life else ""
+            hint = "; it holds a life: clearance plot draws it" if life else ""
             raise FileNotFoundError(f"no sweep in {self.folder}: it has no sweep.json{hint}")
         self.definition = definition
         self.count = len(definition.points)

@@ -351,6 +351,8 @@ class Driver:
                     size,
                 )
                 continue
+            if self.plan.jump == "linear":  # the jump took the wear of a turn to stay as it was
+                _, apart = _missed({n: m.rate for n, m in measured.items()}, after)
             outlines, measured, turns, stage = new, after, turns + done, stage + 1
             error += off + 0.5 * done * apart
             size = done * (GROW if miss < EASY * allowed else 1.0)

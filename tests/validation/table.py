@@ -32,6 +32,7 @@ SUBJECTS = {
         "tests/test_stepping.py::test_hertz",
     ),
     "Rough surfaces": ("tests/test_joint_laws.py",),
+    "Wear": ("tests/validation/test_wear.py",),
     "Mechanisms": ("tests/validation/", "tests/test_mechanics.py", "tests/sweeping/"),
     "Inverse dynamics": ("tests/inverse/",),
     "Joint friction": (

@@ -1,0 +1,85 @@
+"""Wear against an independent code: contact, asperities and films on outlines, replayed loads."""
+
+import math
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.laws.contact import contact_modulus
+from clearance.laws.outline import deepest, touching
+from clearance.laws.worn_asperity import moment_and_slope, pressed, row_of
+from clearance.laws.worn_film import short_on_outlines
+from clearance.materials import steel
+from clearance.wearing.replay import Replay, Worn
+from tests import test_life, test_mixed_wear, test_wear
+
+CODE = {"source": "plain code of worn joints", "kind": "independent"}
+
+
+@pytest.mark.parametrize(
+    ("depth", "e", "angle", "first"), [(0.0, 102e-6, 20.0, 1), (20e-6, 122e-6, 0.0, 8)]
+)
+def test_contact(depth, e, angle, first, validated):
+    """Force, normal load and penetration on an unworn outline and in a scar."""
+    x, y = e * math.cos(math.radians(angle)), e * math.sin(math.radians(angle))
+    numbers, joint = test_wear.data(test_wear.scar(depth)), test_wear.JOINT
+    found = [test_wear.STIFFNESS * v for v in touching(x, y, 0.0, joint, numbers, 0.0)[:3]]
+    rows = [test_wear.ROWS[f"U{first + i:02d}"] for i in range(3)]
+    size = {"unit": "N", "relative": rows[2]}
+    validated("force and normal load on a worn outline", found, rows, 1e-3, **size, **CODE)
+    lowest = deepest(x, y, 0.0, joint, numbers, 0.0)[0]
+    row = test_wear.ROWS[f"U{first + 6:02d}"]
+    validated("penetration on a worn outline", lowest, row, 1e-3, unit="m", **CODE)
+
+
+@pytest.mark.parametrize(("ratio", "first"), [(0.5, 29), (2.0, 35)])
+def test_asperities(ratio, first, validated):
+    """Largest pressure, force and normal load of rough steel, place by place."""
+    joint, rows = test_mixed_wear.ROUGH, test_mixed_wear.ROWS
+    strength = cl.greenwood_tripp.pressure[1](contact_modulus(steel, steel), 0.04, 1e-3)
+    e = joint.clearance - ratio * joint.roughness
+    fx, _, load, _ = pressed(e, 0.0, 0.0, row_of(2.5), joint, test_mixed_wear.data(), 0.0)
+    area = strength * joint.radius * joint.length
+    peak = strength * moment_and_slope(ratio, 0)[0]
+    row = rows[f"U{first}"]
+    validated("largest pressure of the asperities", peak, row, 1e-5, unit="Pa", **CODE)
+    loads = [rows[f"U{first + 1}"], rows[f"U{first + 2}"]]
+    found = -area * fx, area * load
+    validated("force and normal load of the asperities", found, loads, 1e-5, unit="N", **CODE)
+
+
+@pytest.mark.parametrize(("motion", "first"), [((0.0, 0.0, 1.0), 25), ((0.3, -0.2, 1.0), 27)])
+def test_short_film(motion, first, validated):
+    """Film force of a short bearing in a scar with sharp edges, which fall between nodes."""
+    place = 0.8 * math.cos(math.radians(20.0)), 0.8 * math.sin(math.radians(20.0))
+    numbers = test_mixed_wear.data(test_mixed_wear.scar(0.3 * test_mixed_wear.CLEARANCE))
+    joint, rest = test_mixed_wear.SHORT, (0.0, 0.0, 0.0)
+    fx, fy, _ = short_on_outlines(*place, *motion, *rest, joint, numbers, 0.0)
+    row = test_mixed_wear.ROWS[f"P{first}"], test_mixed_wear.ROWS[f"P{first + 1}"]
+    found = complex(fx, fy) / test_mixed_wear.UNIT
+    validated("film force of a worn short bearing", found, complex(*row), 1.5e-2, **CODE)
+
+
+@pytest.mark.parametrize(("turns", "depth"), [(10, "W15"), (1000, "W21")])
+def test_load_at_rest(turns, depth, validated):
+    """Depth under a load at rest on an elastic layer, by jumps."""
+    end, _ = test_life.replayed(test_life.standing(), turns)
+    exact = {"source": "elastic layer under a load at rest", "kind": "exact", "unit": "m"}
+    row = test_life.ROWS[depth]
+    validated("depth under a load at rest", float(end.bearing[0]), row, 1e-3, **exact)
+
+
+def test_both_surfaces(validated):
+    """Depths and volumes of a turn and of 1000 turns, bearing and journal worn."""
+    path, rows = test_life.turning(), test_life.ROWS
+    replay = Replay(path, test_life.MODULUS, test_life.RADIUS * test_life.LENGTH)
+    end = replay.step(Worn.of(test_life.UNWORN, path, True), 1.0)
+    found = np.array([end.bearing[270], end.bearing[315], end.journal[30]])
+    row = [rows[name] for name in ("W34", "W36", "W38")]
+    validated("depths of a turn, both surfaces", found, row, 3e-4, unit="m", **CODE)
+    volumes = [rows["W40"]] * 2
+    validated("volumes of a turn, both surfaces", end.volumes, volumes, 1e-4, unit="m3", **CODE)
+    end, _ = test_life.replayed(path, 1000)
+    found, row = [end.bearing[270], end.journal[90]], [rows["W48"], rows["W52"]]
+    validated("depths of 1000 turns, both surfaces", found, row, 2e-3, unit="m", **CODE)
