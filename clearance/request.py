@@ -106,7 +106,13 @@ class Request:
 
     def of_name(self, name: str) -> float:
         """The error that is asked for of a number."""
-        return self.asked.get(name, self.asked.get(ALL, math.inf))
+        others = self.asked.get(ALL, self.asked.get(INTEGRATION, math.inf))
+        return self.asked.get(name, others)
+
+    @property
+    def films(self) -> bool:
+        """True where the errors of film tables count."""
+        return any(name != INTEGRATION for name in self.asked)
 
     def __str__(self) -> str:
         return ", ".join(f"{e:g}" if n == ALL else f"{n} {e:g}" for n, e in self.asked.items())
@@ -192,8 +198,7 @@ class Ladder:
     run: made and not begun, at any tolerance; settle: turns left out of the metrics; summed:
         metrics of a record;
     progress: called with the done share of each run. best: the last run with stated errors. runs:
-        their tolerances. Raises ValueError for a run that is too large to be kept in memory, and
-        for names that it has not got.
+        their tolerances. Raises ValueError for a run that is too large to be kept in memory.
     """
 
     def __init__(
@@ -210,7 +215,6 @@ class Ladder:
             )
         self.run, self.request, self.settle, self.progress = run, request, settle, progress
         self.summed = summed or partial(metrics, settle=settle)
-        request.check(names(run, self.summed))
         self.start, self.best = Start.of(run), None
         self.film: tuple[MemoryRecord, MemoryRecord, float] | None = None
         self.film_rtol = math.inf
@@ -261,7 +265,7 @@ class Ladder:
             try:
                 self.runs.append(tolerance)
                 second = companion(self.run, self.start, tolerance)
-                if times := stronger(self.run.mechanism):
+                if self.request.films and (times := stronger(self.run.mechanism)):
                     strong = companion(self.run, self.start, tolerance, times)
                     self.film, self.film_rtol = (second, strong, times), tolerance
                 return tolerance, second

@@ -20,10 +20,11 @@ from clearance.demand import Demand, affordable
 from clearance.errors import AUTO, asks
 from clearance.interrupts import Held
 from clearance.mechanism.build import Mechanism, build
+from clearance.metrics import metrics
 from clearance.options import FINEST, SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
 from clearance.recording import FileSink, Unwritable, chosen
 from clearance.regimes import hole_warning
-from clearance.request import Answer, Ladder, Request
+from clearance.request import Answer, Ladder, Request, names
 from clearance.results import Record, Result
 from clearance.run import Run
 from clearance.scene import Scene
@@ -303,9 +304,10 @@ def answer(
 ) -> Result:
     """The run that a request leads to, in its file; more: adds to the finished file.
 
-    Raises NotReached, SimulationError, and KeyboardInterrupt, with the
-    best run so far kept in the file.
+    Raises ValueError for names that the run has not got, before anything runs; NotReached,
+    SimulationError, and KeyboardInterrupt, with the best run so far kept in the file.
     """
+    request.check(names(run, partial(metrics, settle=settle)))
     ladder = Ladder(run, request, settle, progress=progress)
     try:
         best = ladder.climb()

@@ -335,6 +335,7 @@ def test_a_request_beyond_the_film_table(feeder, tmp_path):
     assert kept.solver["rtol"] >= 1e-7
     assert "film table" in kept.errors.cannot
     reached = cl.simulate(feeder, turns=2, error={"integration": 1e-6}, **SAMPLES)
+    assert all(error.film == 0.0 for error in reached.errors.values())  # tables are left aside
     assert max(reached.errors[n].relative for n in printed(reached.errors)) <= 1e-6
 
 
@@ -428,6 +429,18 @@ def test_sweeps_have_columns_of_errors(tmp_path):
     assert (asked.status == "failed").all()
     assert all("film table alone" in reason for reason in asked.reason)
     assert np.isfinite(asked.metrics["joint_B_gap_min_error"]).all()
+
+
+def test_sweeps_reach_a_request(tmp_path):
+    """Each point at its tolerance, deviations from ideal joints among its numbers."""
+    points = cl.grid(speed=[cl.rpm(3000), cl.rpm(4000)])
+    options = {"fixed": {"model": "lubricated"}, "turns": 1, "workers": 1, "channels": []}
+    sweep = cl.sweep("slider_crank", points, tmp_path / "s", error="1%", **options)
+    assert sweep.done.all(), sweep.reason
+    numbers = sweep.metrics
+    for name in ("joint_C_force_max", "joint_C_gap_min", "drive_crank_torque_max"):
+        assert (numbers[f"{name}_error"] <= 0.01 * np.abs(numbers[name])).all(), name
+    assert (numbers["slider_position_deviation_max"] > 0.0).all()
 
 
 def test_sweeps_without_errors_say_why(tmp_path):

@@ -229,6 +229,8 @@ class TestCommand:
         document = json.loads(capsys.readouterr().out)
         assert document["steady"]["period"] == 1
         assert document["steady"]["multipliers"][0] == pytest.approx([-0.094, 0.149], abs=1e-3)
+        force = document["errors"]["numbers"]["joint_C_force_max"]
+        assert 0.0 < force["stated"] < 1e-6 * force["value"]
         assert cli.main(command) == 0
         printed = capsys.readouterr().out
         assert "steady       period one turn, 0.02 s; periodic to" in printed
