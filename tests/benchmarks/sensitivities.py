@@ -3,15 +3,22 @@
 `python tests/benchmarks/sensitivities.py` prints a table with a row for each scene and parameter:
 the median and the 90 % quantile over its metrics of the error over the value, the share of the
 metrics within their stated error, and CPU times. Differences of references at two widths show how
-far these can be trusted; metrics whose references differ by a tenth are left out.
+far these can be trusted; metrics whose references differ by a tenth are left out. `--tangent`
+compares the states at the end of a run instead: tangents of the collocation of radau5, and
+differences on common steps.
 """
 
+import sys
 import time
 
 import numpy as np
 
 import clearance as cl
 from clearance.metrics import metrics
+from clearance.replay import Ends, Replay
+from clearance.run import Run
+from clearance.simulation import prepare
+from clearance.stepping.tableaus import RADAU5
 
 TURNS = 2.0
 SCENES = {
@@ -74,6 +81,98 @@ def compared(sensitivities, exact: dict, name: str) -> list[tuple[float, bool, f
     return rows
 
 
+# --- tangents
+def made(viscosity: float, rtol: float, method: str) -> Run:
+    """A run of the feeder with a film law, not begun."""
+    scene = cl.load_case("six_bar_feeder", film="pinkus_sternlicht", viscosity=viscosity)
+    return prepare(scene, turns=TURNS, rtol=rtol, method=method, energy=False)
+
+
+def end(run: Run, ends: list[float] | None = None) -> tuple[np.ndarray, list[float]]:
+    """State at the end of a run, on the steps of another if given, and the ends of its steps."""
+    run, seen = run if ends is None else Replay(run, ends, run.span.until), Ends()
+    run.observers.append(seen)
+    run.go()
+    return run.state.y.copy(), seen.times
+
+
+def difference(viscosity: float, width: float, rtol: float, method: str, ends=None) -> np.ndarray:
+    """Central difference of the states at the end."""
+    above, below = (end(made(viscosity + d, rtol, method), ends)[0] for d in (width, -width))
+    return (above - below) / (2.0 * width)
+
+
+class Tangent:
+    """States and their derivatives on the steps of radau5, each step's equations solved to
+    rounding; the parameter's part of the right-hand side is a difference.
+    """
+
+    def __init__(self, viscosity: float, rtol: float):
+        run, self.width = made(viscosity, rtol, "radau5"), 1e-6 * viscosity
+        beside = [made(viscosity + d, rtol, "radau5") for d in (self.width, -self.width)]
+        self.run, self.size, self.par = run, run.mechanism.size, run.mechanism.par
+        self.above, self.below = (one.mechanism.par for one in beside)
+        self.y = run.state.y[: self.size].copy()
+        starts = [one.state.y[: self.size] for one in beside]
+        self.slope = (starts[0] - starts[1]) / (2.0 * self.width)
+
+    def rate(self, t: float, y: np.ndarray, par: np.ndarray) -> np.ndarray:
+        """Right-hand side."""
+        out = np.zeros(self.size)
+        self.run.mechanism.kernel("rhs")(t, y, par, self.run.state.work, out)
+        return out
+
+    def jacobian(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Its derivative by the state."""
+        out = np.zeros(self.size**2)
+        self.run.mechanism.kernel("jacobian")(t, y, self.par, self.run.state.work, out)
+        return out.reshape(self.size, self.size)
+
+    def step(self, t: float, h: float) -> None:
+        """One step of the state and of its derivative, with the same matrix."""
+        times, z, eye = t + RADAU5.c * h, np.zeros((3, self.size)), np.eye(3 * self.size)
+        for _ in range(12):
+            rates = np.array(
+                [self.rate(s, self.y + d, self.par) for s, d in zip(times, z, strict=True)]
+            )
+            inner = [self.jacobian(s, self.y + d) for s, d in zip(times, z, strict=True)]
+            matrix = eye - h * np.block(
+                [[a * j for a, j in zip(row, inner, strict=True)] for row in RADAU5.a]
+            )
+            z -= np.linalg.solve(matrix, (z - h * RADAU5.a @ rates).ravel()).reshape(z.shape)
+        by = [
+            self.rate(s, self.y + d, self.above) - self.rate(s, self.y + d, self.below)
+            for s, d in zip(times, z, strict=True)
+        ]
+        right = np.array([j @ self.slope for j in inner]) + np.array(by) / (2.0 * self.width)
+        change = np.linalg.solve(matrix, (h * RADAU5.a @ right).ravel()).reshape(z.shape)
+        self.y, self.slope = self.y + z[2], self.slope + change[2]
+
+
+def tangents() -> None:
+    """Largest relative errors of the derivatives of the states at the end, by method."""
+    viscosity, print_row = 0.05, "| {} | {:g} | {} | {:.0e} |".format
+    near, far = (difference(viscosity, k * 5e-5, 1e-11, "radau9") for k in (1, 2))
+    exact = (4.0 * near - far) / 3.0
+    print("| derivatives of the states at the end | rtol | steps | largest error |")
+    print("|---|---|---|---|")
+    for rtol in (1e-6, 1e-8):
+        tangent, t = Tangent(viscosity, rtol), 0.0
+        ends = end(made(viscosity, rtol, "radau5"))[1]
+        for until in ends:
+            tangent.step(t, until - t)
+            t = until
+        off = np.abs(tangent.slope / exact - 1.0).max()
+        print(print_row("tangent columns, radau5", rtol, len(ends), off))
+    for rtol in (1e-6, 1e-8):
+        ends = end(made(viscosity, rtol, "rodas5p"))[1]
+        found = difference(viscosity, 1e-5 * viscosity, rtol, "rodas5p", ends)
+        off = np.abs(found / exact - 1.0).max()
+        print(print_row("differences on common steps, rodas5p", rtol, len(ends), off))
+    apart = np.abs(difference(viscosity, 5e-7, 1e-6, "radau5") / exact - 1.0).max()
+    print(print_row("differences of independent runs, radau5", 1e-6, "-", apart))
+
+
 def main() -> None:
     print("| " + " | ".join(HEAD) + " |\n" + "|---" * len(HEAD) + "|")
     everything = []
@@ -98,4 +197,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    tangents() if "--tangent" in sys.argv else main()
