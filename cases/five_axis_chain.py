@@ -43,7 +43,7 @@ def speeding_up(time, acceleration):
 
 @cl.effort
 def servo(time, position, rate, acceleration, stiffness, damping):
-    """Torque [N m] of a position controller that is asked for speeding_up."""
+    """Torque [N m] of a position controller that follows speeding_up."""
     return stiffness * (speeding_up(time, acceleration) - position) + damping * (
         acceleration * time - rate
     )

@@ -26,7 +26,7 @@ def scene(
 ) -> cl.Scene:
     """Crank-rocker: crank 50 mm, coupler 150 mm, rocker 120 mm, frame 160 mm.
 
-    speed: crank speed; of finite drives that asked for, or at which they idle [rad/s]
+    speed: crank speed; of finite drives the set or idling speed [rad/s]
     joints: clearance joints, a comma list of A B C D [-]
     drive: speed (prescribed), pi, motor, kloss or dc, or with parameters as motor(stall=5,
         no_load=69.1) [-]

@@ -143,7 +143,7 @@ def dig(time, reach, penetrate, curl, lift, dump, home, time_constant):
 def swing_servo(
     time, position, rate, bias, amplitude, frequency, time_constant, stiffness, damping
 ):
-    """Force [N] of a position controller that is asked for swing."""
+    """Force [N] of a position controller that follows swing."""
     goal, goal_rate = swung(time, bias, amplitude, frequency, time_constant)
     return stiffness * (goal - position) + damping * (goal_rate - rate)
 
@@ -163,7 +163,7 @@ def dig_servo(
     stiffness,
     damping,
 ):
-    """Force [N] of a position controller that is asked for dig."""
+    """Force [N] of a position controller that follows dig."""
     goal, goal_rate = dug(time, reach, penetrate, curl, lift, dump, home, time_constant)
     return stiffness * (goal - position) + damping * (goal_rate - rate)
 
@@ -183,7 +183,7 @@ def scene(
     damping: float = 5e4,
     transition_rate: float = 1e-3,
 ) -> cl.Scene:
-    """Boom, stick and bucket moved by three actuators; 40 s, which is the whole dig pattern.
+    """Boom, stick and bucket moved by three actuators; 40 s, which is the entire dig pattern.
 
     simulation: 1 (sinusoids), 2 (slowly filtered dig pattern) or 3 (fast filtered dig pattern) [-]
     time_constant: of the input filter (default: 0.1, 0.1, 0.01 by simulation); 0, in simulation 1:
@@ -267,7 +267,7 @@ def _inertia(mass: float, com: tuple[float, float]) -> float:
 
 
 def _drive(kind, slide, name, simulation, time_constant, stiffness, damping) -> cl.Drive:
-    """The actuator's extension as asked for, prescribed or as the goal of a position controller."""
+    """The actuator's extension as requested, prescribed or as the goal of a position controller."""
     inputs, motion, servo = (
         (SWINGS, swing, swing_servo) if simulation == 1 else (DIGS, dig, dig_servo)
     )

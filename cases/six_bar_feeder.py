@@ -9,7 +9,7 @@ compared with the source's figures number by number.
 Crank A-B, rod 2 B-C, rocker D-C-E, rod 4 E-F, slider F along x at height 80 mm.
 
 The source's transitional joint is `model=mixed`: film and contact weighted by fuzzy states of the
-film thickness ratio. Its oil has 5 mPa s unless told otherwise. At 300 rpm and 0.1 mm that is where
+film thickness ratio. Its oil has 5 mPa s by default. At 300 rpm and 0.1 mm that is where
 the journal comes down to the roughness: the ratio falls to 0.9, all three states occur, and speed,
 clearance and further joints show. With the 50 mPa s of the film-only joint the ratio stays above 7
 and the transition never acts.
@@ -42,7 +42,7 @@ def scene(
 ) -> cl.Scene:
     """Six-bar rocking feeder (assumed parameter set feeder-A), crank angle 0 at t = 0.
 
-    speed: crank speed; of finite drives that asked for, or at which they idle [rad/s]
+    speed: crank speed; of finite drives the set or idling speed [rad/s]
     joints: clearance joints, a comma list of A B C D E F [-]
     viscosity: dynamic viscosity of the oil; auto: 0.005 when mixed, 0.05 else [Pa s]
     drive: speed (prescribed), pi, motor, kloss or dc, or with parameters as motor(stall=5,

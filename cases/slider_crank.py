@@ -33,7 +33,7 @@ def scene(
 ) -> cl.Scene:
     """Slider-crank, crank angle 0 (outer dead centre) at t = 0.
 
-    speed: crank speed; of finite drives that asked for, or at which they idle [rad/s]
+    speed: crank speed; of finite drives the set or idling speed [rad/s]
     guide_clearance: clearance of the guide on either side of the slider [m]
     clearance: radial clearance of joint C [m]
     joints: clearance joints, "C" (between rod and slider), "guide" or both [-]

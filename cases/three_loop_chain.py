@@ -36,7 +36,7 @@ CRANK = "ground-g"
 
 @cl.signal
 def turning(time, start, speed):
-    """Angle [rad] of the crank; a Drive's own constant speed would promise whole turns, which this
+    """Angle [rad] of the crank; a Drive's own constant speed would promise full turns, which this
     crank cannot do.
     """
     return start + speed * time
@@ -44,7 +44,7 @@ def turning(time, start, speed):
 
 @cl.effort
 def servo(time, position, rate, start, speed, stiffness, damping):
-    """Torque [N m] of a position controller that is asked for turning."""
+    """Torque [N m] of a position controller that follows turning."""
     return stiffness * (turning(time, start, speed) - position) + damping * (speed - rate)
 
 

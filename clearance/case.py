@@ -58,7 +58,7 @@ class Parameter:
 class Case:
     """A case file: its parameters, and the function that makes its scene of their values.
 
-    length: of a run of which none is asked for and nothing turns [s], where the file has one.
+    length: of a run of which none is requested and nothing turns [s], where the file has one.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Case:
 
     @property
     def until(self) -> float:
-        """Length of a run of which none is asked for and nothing turns [s]: 2 s where the file has
+        """Length of a run of which none is requested and nothing turns [s]: 2 s where the file has
         none.
         """
         field = "UNTIL" if self.path.suffix == ".py" else "until"

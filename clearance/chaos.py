@@ -1,8 +1,8 @@
 """Statistics of chaotic motion: means and quantiles over turns, run until their intervals are as
-narrow as asked for.
+narrow as requested.
 
 Trajectories of such a motion cannot be compared beyond their horizon, and the largest value of a
-run grows with its length. What a run can tell is how a turn is on average, and what is exceeded in
+run grows with its length. What a run can show is how a turn is on average, and what is exceeded in
 one turn of ten or of a hundred.
 """
 
@@ -58,7 +58,7 @@ class Motion:
     quantities: dict[str, Statistic]
 
     def widest(self, asked: Mapping[str, float]) -> tuple[str, float]:
-        """The quantity that is furthest from what was asked for, and its half width over the
+        """The quantity that is furthest from what was requested, and its half width over the
         mean.
         """
         name = max(asked, key=lambda n: self.quantities[n].mean.share / asked[n])
@@ -97,7 +97,7 @@ class Statistics:
 
     motions: one, or several where the starts do not show the same. asked: half width over mean by
         quantity. values: turn by turn, (starts, turns), with the transient of `left_out` turns of
-        each start. turn [s]. reached: all intervals were as narrow as asked for at two looks one
+        each start. turn [s]. reached: all intervals were as narrow as requested at two looks one
         after the other.
     """
 
@@ -130,7 +130,7 @@ class Statistics:
 
     @cached_property
     def widest(self) -> tuple[str, float]:
-        """The quantity that is furthest from what was asked for, and its half width over the
+        """The quantity that is furthest from what was requested, and its half width over the
         mean.
         """
         widths = [m.widest(self.asked) for m in self.motions]
@@ -138,8 +138,8 @@ class Statistics:
 
     @property
     def needed(self) -> int:
-        """Turns after which all that was asked for will be reached, about; 0 where no number of
-        turns can tell.
+        """Turns after which all that was requested will be reached, about; 0 where no number of
+        turns suffices.
         """
         counts = [_needed(m, n, e) for m in self.motions for n, e in self.asked.items()]
         return (
@@ -210,7 +210,7 @@ class Statistics:
         }
 
     def save(self, path: str | Path) -> Path:
-        """Write an HDF5 file of format clearance-statistics, whole or not at all."""
+        """Write an HDF5 file of format clearance-statistics, completely or not at all."""
         return save_tables(path, "clearance-statistics", {}, self._tables())
 
     def append(self, path: str | Path) -> None:
@@ -333,7 +333,7 @@ def statistics(
 
     error: half width over mean, of all quantities or of some by name or pattern: 0.05, "5%",
         {"joint_C_force_peak": 0.02}; names are those of `clearance.turns`. max_turns: of all starts
-        together. starts: runs side by side; the first begins as the scene says, journals of the
+        together. starts: runs side by side; the first begins as the scene states, journals of the
         others anywhere within 0.6 of their clearance, by `seed`. rtol, method: as in `simulate`.
         check: run a quarter of the turns again at rtol / 100 and compare the means. progress:
         called with the done share, of the turns that the scatter so far lets expect.
@@ -342,8 +342,8 @@ def statistics(
     transient; intervals must be narrow enough at two looks one after the other. Starts whose means
     differ by more than chance, and by more than `error`, are several motions, each with its
     statistics.
-    Raises ValueError for bad arguments, names that the scene has not got, scenes that nothing turns
-    or where nothing is free to move; SimulationError where the motion cannot be continued.
+    Raises ValueError for bad arguments, names that the scene does not have, scenes that nothing
+    turns or where nothing is free to move; SimulationError where the motion cannot be continued.
     """
     if not isinstance(scene, Scene):
         raise TypeError(
@@ -411,8 +411,8 @@ def _until_narrow(
 def asked_of(
     error: float | str | Mapping[str, float | str], quantities: Sequence[str]
 ) -> dict[str, float]:
-    """The half width over mean that is asked for, by quantity; in place of a largest value that of
-    its peaks. What is asked of one quantity goes before what is asked of all.
+    """The half width over mean that is requested, by quantity; in place of a largest value that of
+    its peaks. What is requested of one quantity goes before what is requested of all.
 
     Raises ValueError for names that there are not.
     """

@@ -2,7 +2,7 @@
 have given.
 
 Beside `run.h5` stands a folder `run.h5.parts`: finished stretches of the run (0000.h5, ...), each a
-whole result file, and `state.npz`, the state that the integration goes on with, written under a
+entire result file, and `state.npz`, the state that the integration goes on with, written under a
 temporary name and renamed. At the end the stretches are joined in `run.h5` and the folder is
 removed.
 """
@@ -31,8 +31,8 @@ class PartsSink:
     file.
 
     placed: whether that file has its name. full: whether the disk refused something; then the
-        stretches are not joined, which takes the room of the whole file once more, and stay as they
-        are.
+        stretches are not joined, which takes the room of the entire file once more, and stay as
+        they are.
     """
 
     placed = full = False
@@ -178,7 +178,7 @@ def _digest(text: str) -> str:
 
 
 def save(path: Path, state: dict) -> None:
-    """Write arrays and numbers, whole or not at all."""
+    """Write arrays and numbers, completely or not at all."""
     with replacing(path) as temporary, open(temporary, "wb") as file:
         np.savez(file, **state)
         file.flush()

@@ -20,7 +20,9 @@ def meant(name: str, names: Iterable[str]) -> str:
 
 
 def answers(cls: type) -> type:
-    """Decorate a class: a TypeError for an argument that it has not got lists those that it has."""
+    """Decorate a class: a TypeError for an argument that it does not have lists those that it
+    has.
+    """
     made = cls.__init__
     kinds = inspect.signature(made).parameters.values()
     names = [p.name for p in kinds if p.kind is not p.VAR_POSITIONAL][1:]

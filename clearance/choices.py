@@ -17,10 +17,10 @@ from clearance.elements import Drive
 from clearance.materials import Material
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
-# penetration at which IMPACT's damping is whole, over that of the impact it is chosen for
+# penetration at which IMPACT's damping is complete, over that of the impact it is chosen for
 STEP_DEPTH = 0.1
 LAW = re.compile(r"\s*(\w+)\s*(?:\((.*)\))?\s*")
-# of a body that IMPACT's damping gives back about the restitution asked for, at 1 m/s [kg]
+# of a body that IMPACT's damping gives back about the restitution requested, at 1 m/s [kg]
 IMPACT_MASS = 0.1
 
 
@@ -56,7 +56,7 @@ def _kelvin_voigt(pair: Pair, e: float):
 
 def _impact(pair: Pair, e: float):
     """A linear damper has no restitution of its own; this one takes from 0.1 kg at 1 m/s what
-    0.8 < e < 1 asks for.
+    0.8 < e < 1 requires.
 
     Energy m ln(1/e) v^2 = C v d I with the elastic impact's depth d = (5 m v^2 / (4 K))^(2/5) and
     path I = 1.635 of the speed over it. Off by less than 0.02 for e >= 0.8, by 0.1 for e = 0.3; e
@@ -238,7 +238,7 @@ def crank_drive(
     """The drive of a crank for a text: "speed" prescribes it, pi, motor, kloss and dc are finite.
 
     drive: a name, or one with parameters in SI units, as "motor(stall=5, no_load=69)". speed
-        [rad/s]: prescribed, asked for, or that at which a motor idles; the crank starts with it, at
+        [rad/s]: prescribed, requested, or that at which a motor idles; the crank starts with it, at
         rest where the drive has a run_up. inertia [kg m2]: that of the mechanism at the crank,
         roughly; it sizes what the text leaves open, see DRIVES.
     start: angle at t = 0 [rad]. Raises ValueError for another name, and for a finite drive of speed
@@ -307,8 +307,8 @@ def points_of(path: str | Path) -> list[tuple[float, ...]]:
     """Memberships from a CSV file: rows of film thickness ratio, full film, mixed, dry.
 
     Commas, semicolons or tabs stand between the numbers. A first line of names and lines that begin
-    with # are passed over. Raises ValueError for a file
-    that cannot be read or a row that is not four numbers.
+    with # are passed over. Raises ValueError for a file that cannot be read or a row that is not
+    four numbers.
     """
     try:
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()

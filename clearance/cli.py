@@ -1,7 +1,7 @@
 """The command line: one thin layer over the Python interface; each command is a module of
 `clearance.commands`.
 
-Exit status: 0 done, 1 the run failed part-way (what it had is kept), 2 the input was wrong.
+Exit status: 0 done, 1 the run failed part-way (what it had is stored), 2 the input was wrong.
 """
 
 import argparse
@@ -62,7 +62,7 @@ COMMANDS = (
 
 
 class Parser(argparse.ArgumentParser):
-    """Wrong arguments are one clear line (and a JSON document where one is asked for) and exit
+    """Wrong arguments are one clear line (and a JSON document where one is requested) and exit
     status 2.
     """
 

@@ -73,7 +73,7 @@ Summed = Callable[[Record], dict[str, Metric]]
 
 
 class Parted(RuntimeError):
-    """A companion did not come to its end; the message says why."""
+    """A companion did not come to its end; the message states why."""
 
 
 def reason_without(run: Run, error: str | None, output: Output | None = None) -> str:
@@ -368,7 +368,7 @@ class Statement:
 
     def add(self, path: str | Path) -> None:
         """Add the stated errors to a finished file; where there are none, or no room, a warning
-        says why.
+        states why.
         """
         summed, size = partial(metrics, settle=self.settle), size_of(self.run.mechanism)
         try:

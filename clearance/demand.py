@@ -2,9 +2,9 @@
 
 Requests that cannot end are refused before they begin.
 
-All are lower bounds, so that no run which could have been made is refused: every row is kept in the
-columns chosen at eight bytes a number (a tenth of that compressed), the log of steps counts
-nothing, no step is longer than the longest allowed, and none takes less than a microsecond.
+All are lower bounds, so that no feasible run is refused. A number in a chosen column takes eight
+bytes, a tenth of that compressed. The log of steps counts nothing. No step is longer than the
+longest allowed, and none takes less than a microsecond.
 """
 
 import os

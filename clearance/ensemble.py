@@ -1,5 +1,5 @@
 """Runs of one scene from several starts, which go on turn after turn; of each turn its numbers are
-kept.
+stored.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ PIECE = 32  # turns held in memory
 class Ensemble:
     """Runs of a mechanism from several starts.
 
-    The first begins as the scene says, journals of the others anywhere in a part of their
+    The first begins as the scene states, journals of the others anywhere in a part of their
     clearances. most: turns of each. values: numbers turn by turn, (starts, turns), by the names of
     turns.py; about: what they are.
     """
@@ -112,7 +112,7 @@ class _Latest(Observer):
         self.touches.append(([labels[int(j)] for j in rows[:, 0]], rows.copy()))
 
     def record(self, run: Run) -> MemoryRecord:
-        """All that is kept, contacts that go on among it."""
+        """All that is stored, contacts that go on among it."""
         sink, going_on = MemorySink(self.channels, self.about), run.open_contacts()
         for times, rows in self.output:
             sink.rows(times, rows)

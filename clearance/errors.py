@@ -76,7 +76,7 @@ class Errors(Mapping):
         reason: why nothing is stated, "" where something is. rtol: tolerances of the run and of its
         companion. spread: geometric mean of the relative differences of the extremes. begin, end:
         the part of the run that metrics are about [s]. extremes: errors stretch by stretch. asked:
-        relative errors that were asked for, by name; cannot: why that was not reached.
+        relative errors that were requested, by name; cannot: why that was not reached.
     """
 
     rows: Mapping[str, Error] = field(default_factory=dict)

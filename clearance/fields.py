@@ -1,4 +1,5 @@
-"""Pressure fields of films along a run: solved from its record, kept in its file, read from there.
+"""Pressure fields of films along a run: solved from its record, stored in its file, read from
+there.
 
 A field belongs to one sample of the run. /joints/NAME/film holds them over `instant`, `axial` and
 `angle`:
@@ -9,10 +10,10 @@ A field belongs to one sample of the run. /joints/NAME/film holds them over `ins
     axial     from the middle of the bearing [m]; angle: on the bearing, from its body's own x axis
     [rad] line_of_centres  angle of the thinnest film on the bearing [rad]; eccentricity_ratio
 
-The film is solved anew from the motion in the record, whichever finite-length film the run had,
-with its bearing, cavitation, ambient pressure, grooves (against the line of centres) and flow
-factors, at the nominal gap and at the temperature of the oil: finite elements with a moving mesh,
-film/moving.py.
+The film is solved anew from the motion in the record by finite elements with a moving mesh,
+film/moving.py, whichever finite-length film the run had. It has the bearing, cavitation, ambient
+pressure and flow factors of that film, and its grooves against the line of centres. The gap is the
+nominal one, the oil has its temperature at that time.
 """
 
 import math
@@ -145,7 +146,7 @@ def _with_fields(scene: dict) -> list[dict]:
 
 
 def chosen(record: Record, per_turn: int) -> np.ndarray:
-    """Places of the samples at so many equal instants a turn (of the whole run, where nothing
+    """Places of the samples at so many equal instants a turn (of the entire run, where nothing
     turns).
     """
     times = record.time
@@ -177,7 +178,7 @@ def solved(record: Record, joint: dict, places: np.ndarray) -> PressureFields:
 
 
 def keep(path, per_turn: int) -> None:
-    """Solve the fields of a result file and write them into it, whole or not at all."""
+    """Solve the fields of a result file and write them into it, completely or not at all."""
     with Result(path) as record:
         places = chosen(record, per_turn) if record.time.size > 1 else np.zeros(0, int)
         solutions = {j["name"]: solved(record, j, places) for j in _with_fields(record.scene)}

@@ -212,7 +212,7 @@ class JointFactory:
         return wet | {"transition": self.hinge.get("transition", laws.superposed())}
 
 
-#: what became of an option that is auto, from a joint; None where the joint has it not
+#: what became of an option that is auto, from a joint; None where the joint does not have it
 RESOLVED: dict[str, Callable[[Joint], object]] = {
     "viscosity": lambda joint: getattr(joint, "viscosity", None),
     "contact": lambda joint: joint.contact and joint.contact.law.name,

@@ -1,12 +1,11 @@
 """Summary metrics of a run: what a map over speed and clearance shows.
 
-Each is computed over the window of a run: whole turns after the first `settle` ones, counted by the
-angle of
-a finite drive; what there is, where that is less than a turn or no drive turns (`settle` is in
-seconds then). Extremes are located to the tolerance of the run, in its turns (hundredths of a run
-without, or several turns in runs of more than a hundred) that lie whole in the window; beside them
-samples count. Means are over time of samples, impacts count where they begin; names are made of
-body, drive and joint names:
+Each is computed over the window of a run: full turns after the first `settle` ones. Turns are
+counted by the angle of a finite drive. A run of less than a turn, or without a drive that turns,
+counts as it is; `settle` is in seconds then. Extremes are located to the tolerance of the run, in
+its turns that lie fully in the window. A run without turns has hundredths instead, one of more than
+a hundred turns stretches of several. Outside of these the samples count. Means are over time of
+samples, impacts count where they begin; names are made of body, drive and joint names:
 
   <body>_acceleration_min, _max   of bodies that slide on the ground, along their guide [m/s2]
   drive_<drive>_torque_min, _max, _rms (or force)                                       [N m] ([N])
@@ -73,7 +72,7 @@ class Metric:
 class Window:
     """The part of a run that its metrics are about: from begin to end [s], and the samples in it.
 
-    turns: whole ones, but for a window of less than one; None where no drive turns. weights: share
+    turns: full ones, but for a window of less than one; None where no drive turns. weights: share
         of the window that each sample stands for, (samples,).
     """
 
@@ -144,7 +143,7 @@ class Window:
         return self.begin, math.inf if self.end >= record.time[-1] * (1.0 - ROUNDING) else self.end
 
     def per(self) -> tuple[float, str, str]:
-        """Unit of rates: its count in the window, and how names and texts say it."""
+        """Unit of rates: its count in the window, and its form in names and texts."""
         if self.turns is None:
             return self.end - self.begin, "per_second", "in a second"
         return self.turns, "per_turn", "in a turn"
@@ -300,7 +299,7 @@ def _gap(record: Record, window: Window, joint: dict) -> Found:
 def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
     """Time in contact and impacts; contact that sets in gradually is read off the samples.
 
-    contacts: columns of the joint's rows of the events; `begun` says which begin in the window.
+    contacts: columns of the joint's rows of the events; `begun` states which begin in the window.
     """
     name, begin = joint["name"], contacts["time"]
     share, text = f"joint_{name}_contact_fraction", f"share of the time in contact of joint {name}"
@@ -435,8 +434,8 @@ def dissipation(record: Record, window: Window) -> Found:
 def periodicity(record: Record, window: Window) -> Found:
     """After how many turns the journals come back.
 
-    Impacts recur only where samples do: a turn should be a whole number of them. Else values
-    between samples are those of a cubic, and too few of them tell nothing.
+    Impacts recur only where samples do: a turn should be an integer number of samples. Else values
+    between samples are those of a cubic, and too few of them mean nothing.
     """
     joints, time = record.clearances, record.time
     moving = [
@@ -479,7 +478,7 @@ def periodicity(record: Record, window: Window) -> Found:
 
 
 def offsets(joint: dict) -> Iterator[tuple[str, float]]:
-    """The two channels that say where a body is in its clearance, and their natural sizes."""
+    """The two channels of a body's place in its clearance, and their natural sizes."""
     name, clearance = joint["name"], joint["clearance"]
     if joint["type"] == "ClearancePrismatic":
         yield f"joints/{name}/offset", clearance

@@ -60,8 +60,7 @@ class Observer:
     def piece(self, run, code: int) -> int:
         """All observers have seen a piece; code: status of the run, or that of an observer before.
 
-        Returns it, or
-        another.
+        Returns it, or another.
         """
         return code
 

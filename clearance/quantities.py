@@ -36,7 +36,7 @@ class Number:
     families: tuple[Family, ...] = ()
 
     def checked(self, label: str, value: object) -> object:
-        """The value as it is kept: a number, or a law where the field takes one.
+        """The value as the field has it: a number, or a law where the field takes one.
 
         Raises ValueError, TypeError.
         """

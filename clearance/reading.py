@@ -1,7 +1,7 @@
-"""HDF5 files of ours, read with care: what is damaged or a stranger's is told by file and place;
+"""HDF5 files of ours, read with care: what is damaged or a stranger's is stated by file and place;
 nothing is executed.
 
-Checksums tell of damage: those that HDF5 keeps of columns and of what describes them, and those of
+Checksums reveal damage: those that HDF5 keeps of columns and of what describes them, and those of
 long texts, which stand beside the texts as attributes NAME_crc32.
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 
 #: attributes whose checksum stands beside them
 CHECKED = ("scene", "kernel")
-#: units of what is known of a joint or of the energy as a whole
+#: units of what is known of a joint or of the energy in total
 FACT_UNITS = {
     "radius": "m",
     "clearance": "m",
@@ -103,7 +103,7 @@ class Entries(dict):
 
 @contextmanager
 def _reading(path: Path, place: str) -> Iterator[None]:
-    """HDF5 tells of damage by errors of many kinds."""
+    """HDF5 reports damage by errors of many kinds."""
     try:
         yield
     except Damaged:

@@ -1,4 +1,4 @@
-"""Output of a run, piece by piece: made continuous, watched, and kept in a file or in memory.
+"""Output of a run, piece by piece: made continuous, watched, and stored in a file or in memory.
 
 A `Recorder` takes the pieces and hands them to one sink: a `FileSink` writes the HDF5 result file
 (layout in results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. Ranges and the
@@ -39,7 +39,7 @@ from clearance.results import (
 )
 
 CHUNK = 2048  # rows
-# netCDF's way to say so
+# the form of netCDF
 NO_VALUES = f"This is a netCDF dimension but not a netCDF variable. {0:9d}"
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # how a system says that there is no room
 NODES = 4096  # bytes of the index of a column that a piece may add, beside 64 for each chunk
@@ -68,7 +68,7 @@ def chosen(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
     """Places of the channels whose path a pattern fits: "joints/B/*", "bodies/slider/ax", "energy";
     None: all.
 
-    The events are always kept, the log of steps where all is or a pattern is "solver".
+    The events are always stored, the log of steps where all is or a pattern is "solver".
     Raises ValueError for a pattern that fits none.
     """
     if patterns is None:
@@ -118,10 +118,10 @@ class Ranges:
 class Recorder:
     """Takes a run's output as it comes and hands it to a sink.
 
-    The ledger starts at zero and is watched; ranges and totals are kept. stepped: the run makes
-    steps, at whose ends the ledger is judged, for samples between them carry the error of the
-    interpolation; else samples are all there is, and angles are made continuous from one to the
-    next. floor: energy [J] below which the ledger cannot tell anything.
+    The ledger starts at zero and is watched; ranges and totals are stored. stepped: the run makes
+    steps, and the ledger is judged at their ends, for samples between them carry the error of the
+    interpolation. Without steps there are only samples, and angles are made continuous from one to
+    the next. floor: energy [J] below which the ledger means nothing.
     """
 
     def __init__(self, channels: list, sink, stepped: bool = False, floor: float = 0.0):
@@ -273,7 +273,7 @@ class Recorder:
         self.sink.close(status, solver, warnings, self.facts, ranges)
 
     def _know_extremes(self, extremes: Extremes | None, quantity: str, fact: str) -> None:
-        """Extremes of the whole run as attributes of the joints, with their times."""
+        """Extremes of the entire run as attributes of the joints, with their times."""
         for group in self.jointed if extremes else ():
             if f"{group}/{quantity}" in extremes and (
                 extreme := extremes.of(f"{group}/{quantity}")
@@ -299,11 +299,11 @@ class FileSink:
     expected: rows to expect, where they are few. alone: somebody else sees to it that nobody else
         writes this file.
     placed: whether the file has its final name. full: whether the disk refused a piece of the
-        record. gone: whether the file could not be kept.
+        record. gone: whether the file could not be stored.
 
     A write that fails leaves a file that HDF5 can neither mend nor close. The room for each piece,
     and for closing the file after it, is therefore claimed from the system before it is written:
-    what does not fit is refused and the file stays whole. Where a system cannot promise room, a
+    what does not fit is refused and the file stays complete. Where a system cannot promise room, a
     write that fails costs the file.
     All that writes raises Unwritable; after a refusal the file can still be closed.
     """
@@ -432,7 +432,7 @@ class FileSink:
             raise Unwritable(self.path, number) from None
 
     def abandon(self) -> None:
-        """Close the file and remove it; what comes after is not kept."""
+        """Close the file and remove it; what comes after is not stored."""
         self.full = self.gone = True
         if self.file:
             self._detach()
@@ -451,7 +451,7 @@ class FileSink:
         os.close(null)
 
     def _place(self) -> None:
-        """Give the whole file its name."""
+        """Give the complete file its name."""
         with self._writing():
             self.file.flush()
             if hasattr(os, "posix_fallocate"):  # what was claimed for nothing
@@ -706,7 +706,7 @@ class ImageSink(FileSink):
     size = check = 0
 
     def _lock(self) -> None:
-        """Nothing is written but at the end; HDF5 wants a name of its own for each image."""
+        """Nothing is written but at the end; HDF5 needs a name of its own for each image."""
         self.partial = temporary_name(self.path)
 
     def _open(self, room: int) -> h5py.File:
@@ -841,7 +841,7 @@ def filters(compression: int) -> dict:
 
 
 def _units(group: str, facts: dict) -> dict[str, str]:
-    """Units of what is known of a group as a whole, as NAME_units."""
+    """Units of what is known of a group in total, as NAME_units."""
     documented = group.partition("/")[0] in ("joints", "energy")
     return {f"{n}_units": FACT_UNITS[n] for n in facts if n in FACT_UNITS} if documented else {}
 
@@ -893,11 +893,11 @@ def _append(data, values) -> None:
 class LedgerWatch:
     """Watches the energy residual stretch by stretch, so that a jump shows however long the run is.
 
-    A stretch is long enough to turn over the range of the kinetic energy, or in motions that hardly
-    have any (a journal sinking in oil) a hundredth of what has been put in and taken out, at least
-    `floor` [J], the tolerance of the run. `worst` is the largest share of it that the residual
-    moved by, `largest` the largest residual [J], `since` the first time a share above `limit` was
-    passed.
+    A stretch is long enough to turn over the range of the kinetic energy. In motions that hardly
+    have any (a journal sinking in oil) a hundredth of the energy put in and taken out is enough.
+    The least is `floor` [J], the tolerance of the run. `worst` is the largest share of it that the
+    residual moved by, `largest` the largest residual [J], `since` the first time a share above
+    `limit` was passed.
     """
 
     limit = 0.05

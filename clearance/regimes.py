@@ -28,12 +28,10 @@ class HoleCheck:
 
     ratio: from above the full-film threshold down to where contact carries alone; load: towards the
     centre [N]; lost: largest load [N] that is given up on the way in; left: the least load [N]
-    after
-    that; where, rim: film thickness ratios of this least load and of the highest before it; cause:
-    in
-    words, empty without a hole. A joint without a hole carries more the deeper it goes; a hole
-    matters
-    where `left` is less than the joint has to carry.
+    after that; where, rim: film thickness ratios of this least load and of the highest before it;
+    cause:
+    in words, empty without a hole. A joint without a hole carries more the deeper it goes; a hole
+    matters where `left` is less than the joint has to carry.
     """
 
     ratio: tuple[float, ...]
@@ -101,8 +99,7 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
 
     entrainment: omega_J + omega_B - 2 gamma' [rad/s]; approach: speed towards the wall [m/s]. A
     weighted transition switches the film off over thresholds * roughness. A contact that begins
-    later
-    or carries less leaves a hole, into which the journal falls. Raises ValueError for joints
+    later or carries less leaves a hole, into which the journal falls. Raises ValueError for joints
     without a transition model or roughness, and for films with a memory, whose load depends on the
     past.
     """
@@ -206,7 +203,7 @@ def depth_warning(joint: Joint, depth: float) -> str | None:
     a load.
 
     Every contact law is linear elasticity of small strains; half a journal radius of solid, the
-    layer that gives way unless a joint says otherwise, is strained by 2 DEEPEST there.
+    layer that gives way unless a joint states otherwise, is strained by 2 DEEPEST there.
     """
     size, name = joint.solid
     share = depth / size

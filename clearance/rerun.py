@@ -9,7 +9,7 @@ from clearance.results import Result, open_result
 from clearance.scene import Scene
 from clearance.starting import Beginning
 
-#: attributes that say where a scene is from
+#: attributes with the origin of a scene
 ORIGIN = ("case_file", "defaults", "resolved")
 #: groups of a result file whose columns are numbers of the motion
 COMPARED = (

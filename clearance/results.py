@@ -2,8 +2,8 @@
 
 Layout (SI units; every dataset has `units` and `long_name`): /time, /bodies, /joints, /springs,
 /drives, /energy along time; /events with one row per contact; /solver with one row per step. Along
-each goes a dimension of its own, so that xarray opens the whole file as a tree. Columns carry
-checksums: a file that was damaged says where when it is read.
+each goes a dimension of its own, so that xarray opens the entire file as a tree. Columns carry
+checksums: reading a damaged file names the place.
 """
 
 import datetime
@@ -108,7 +108,8 @@ def temporary_name(path: Path) -> Path:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary name to write to; what is there at the end becomes `path`, whole or not at all.
+    """A temporary name to write to; what is there at the end becomes `path`, completely or not at
+    all.
 
     Raises ValueError as `check_replaceable` does.
     """
@@ -158,8 +159,8 @@ Table = dict[str, tuple[str, str, np.ndarray]]
 def save_tables(
     path: str | Path, kind: str, attributes: dict, tables: dict[str, tuple[dict, Table]]
 ) -> Path:
-    """Write tables of a study (group -> attributes and columns) into one HDF5 file, whole or not at
-    all.
+    """Write tables of a study (group -> attributes and columns) into one HDF5 file, completely or
+    not at all.
     """
     path = Path(path)
     with in_memory(path) as file:
@@ -291,7 +292,7 @@ class Drawn:
 class Record(Drawn, ABC):
     """Results of a run by name: `run["slider"].ax`, `run.joint("B").force`, `run.energy.residual`.
 
-    Subclasses say where it is (in a file, in memory) by `attributes`, `solver`, `warnings`,
+    Subclasses state where it is (in a file, in memory) by `attributes`, `solver`, `warnings`,
     `events`, `located`, `names`, `values`, `facts` and `units`. `located`: extremes that were
     located as the run went; None where only samples were seen. `errors`: stated errors of its
     metrics and channels, see errors.py.
@@ -381,7 +382,7 @@ class Record(Drawn, ABC):
 
     def turns_at(self, times: np.ndarray) -> np.ndarray:
         """Turns of the drive from the start to times [s], by its angle; by the nominal speed where
-        that was not kept.
+        that was not stored.
 
         Raises ValueError where no drive has a constant or nominal speed.
         """
@@ -411,7 +412,7 @@ class Record(Drawn, ABC):
 
     @property
     def clearances(self) -> dict[str, float]:
-        """Radial clearance [m] of each clearance joint whose channels were kept."""
+        """Radial clearance [m] of each clearance joint whose channels were stored."""
         joints = {j["name"]: j.get("clearance") for j in self.scene["joints"]}
         return {n: joints[n] for n in self.names("joints") if joints[n] is not None}
 
@@ -425,10 +426,10 @@ class Record(Drawn, ABC):
 
         name: path of a channel, or of a vector for its size, and the end: "joints/B/gap_min",
             "joints/B/force_max". Located to the tolerance of the run, one in each of its stretches
-            (turns, mostly), for gaps, film pressures and forces of joints, friction of those
-            without clearance, efforts of drives and accelerations along guides; of the samples
-            elsewhere. Raises KeyError for a channel the run has not got, ValueError where nothing
-            lies between.
+            (turns, mostly). These are gaps, film pressures and forces of joints, friction of joints
+            without clearance, efforts of drives and accelerations along guides. Elsewhere they are
+            those of the samples. Raises KeyError for a channel the run does not have, ValueError
+            where nothing lies between.
         """
         name = str(name).strip("/")
         path, _, which = name.rpartition("_")
@@ -537,7 +538,7 @@ class Record(Drawn, ABC):
         return self._channels("nodes", name)
 
     def pressure_fields(self, joint: str) -> PressureFields | None:
-        """Pressure fields of a joint's film; None where the run was not asked for any."""
+        """Pressure fields of a joint's film; None where none was requested of the run."""
         return None
 
     @cached_property
@@ -545,9 +546,8 @@ class Record(Drawn, ABC):
         """Channels along time as an xarray Dataset, by the names of the command line:
         `dataset["slider.ax"]`.
 
-        Names that two parts share are whole paths, as "joints/B/force_x". Coordinates: time [s],
-        and
-        turns of the drive where one turns. Raises ImportError where xarray is not installed.
+        Names that two parts share are full paths, as "joints/B/force_x". Coordinates: time [s],
+        and turns of the drive where one turns. Raises ImportError where xarray is not installed.
         """
         xarray = extra("xarray")
         groups = [f"{kind}/{n}" for kind in PARTS for n in self.names(kind)] + [
@@ -576,7 +576,7 @@ class Record(Drawn, ABC):
     @property
     def energy(self) -> Channels:
         """The energy ledger [J]: kinetic, potential, input, dissipated, residual; where it was
-        kept.
+        stored.
         """
         return Channels(self, "energy")
 
@@ -778,7 +778,7 @@ class Result(Record):
         return Entries(f"{self.path}: /events", columns)
 
     def pressure_fields(self, joint: str) -> PressureFields | None:
-        """Pressure fields of a joint's film; None where the run was not asked for any."""
+        """Pressure fields of a joint's film; None where none was requested of the run."""
         place = PATH_OF_FIELDS.format(joint)
         if not self.reader.has(place):
             return None
@@ -837,7 +837,7 @@ class Result(Record):
         return xarray.DataTree.from_dict(datasets)
 
     def save(self, path: str | Path) -> Path:
-        """Copy the file to `path`, under a temporary name until it is whole.
+        """Copy the file to `path`, under a temporary name until it is complete.
 
         Raises ValueError where that would replace a file that is no result.
         """
@@ -862,7 +862,7 @@ class Result(Record):
 
 
 def extra(package: str):
-    """A package of the extra xarray. Raises ImportError saying how it is installed."""
+    """A package of the extra xarray. Raises ImportError stating how it is installed."""
     try:
         return importlib.import_module(package)
     except ImportError:

@@ -18,16 +18,16 @@ Part = TypeVar("Part", Body, Element)
 
 @checks.answers
 class Scene:
-    """A whole mechanism: joints, drives and loads.
+    """A complete mechanism: joints, drives and loads.
 
     Bodies are found from the parts, nothing is listed twice.
 
     parts: elements (joints, drives, springs, forces) in any order, which fixes the order of
         outputs; gravity: acceleration (x, y) [m/s2], or (x, y, z) for a mechanism whose plane is
         not vertical; name: stored with results. `parameters`: those that its case was given;
-        `origin`: texts that say where it is from, stored with results too; `case`: the case that
+        `origin`: texts that state where it is from, stored with results too; `case`: the case that
         made it, with other values of its parameters too, None where none did. Raises ValueError
-        naming the part for duplicate names, parts on bodies that no joint knows, floating parts.
+        naming the part for duplicate names, parts on bodies without a joint, floating parts.
     """
 
     name: str
@@ -136,7 +136,7 @@ class Scene:
 
     @property
     def provenance(self) -> dict[str, str]:
-        """Attributes of result files: case, parameters that were given (JSON), whole scene (JSON).
+        """Attributes of result files: case, parameters that were given (JSON), entire scene (JSON).
 
         Of a case also its file and the defaults of the other parameters (JSON), of a command its
         line.
@@ -179,7 +179,7 @@ class Scene:
 
         Numbers of bodies, elements and their laws ("joints/B/contact/stiffness"). What a joint
         determines, such as the stiffness of its contact, follows. Raises ValueError for a name that
-        the scene has not got.
+        the scene does not have.
         """
         left = dict(changes)
         scene = self.rebuilt(body=lambda b: _changed(b, left), element=lambda e: _changed(e, left))
@@ -221,7 +221,8 @@ class Scene:
 
         Laws of the package are read by their names. A law of a user is made by running the text
         of its file, which the document has. Raises ValueError, with the place in the document,
-        for what cannot be read: a kind or a law that this version has not got, a law without text.
+        for what cannot be read: a kind or a law that this version does not have, a law without
+        text.
         """
         data = json.loads(text)
         return cls(*document.read(data), gravity=tuple(data["gravity"]), name=data["name"])

@@ -51,7 +51,7 @@ class _Writer:
         self.taken = {"cl", "math", "scene", *case.parameters}
 
     def text(self) -> str:
-        """The whole file."""
+        """The entire file."""
         lines = [*self._bodies(), *self._shared(), *self._scene()]
         body = "\n".join(
             f"    {line}" if line else "" for text in lines for line in text.split("\n")

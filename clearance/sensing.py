@@ -55,7 +55,7 @@ Summed = Callable[[Run, MemoryRecord], dict[str, Metric]]
 
 
 class Impossible(RuntimeError):
-    """There are no sensitivities; the message says why."""
+    """There are no sensitivities; the message states why."""
 
 
 class Sensing:
@@ -113,7 +113,7 @@ class Sensing:
         return [one.name for one in self.parameters if (metric, one.name) in rows]
 
     def add(self, run: Run, path: str | Path) -> None:
-        """Add the sensitivities of a run to its finished file; where there are none the file says
+        """Add the sensitivities of a run to its finished file; where there are none the file states
         why.
         """
         try:

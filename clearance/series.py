@@ -272,9 +272,9 @@ def motions(series: Iterable[np.ndarray], least: float = 0.0) -> list[list[int]]
     """Runs that show the same motion, in groups; series: one for each quantity, (runs, values).
 
     Two groups differ where the variance between their runs exceeds that within them by more than
-    chance does (analysis of variance of batch means, F at 99 % over all quantities and cuts), and
-    their means by more than the share `least`. Groups are cut at the widest step of the ordered
-    means until none differ.
+    chance (analysis of variance of batch means, F at 99 % over all quantities and cuts). Their
+    means must differ too, by more than the share `least`. Groups are cut at the widest step of the
+    ordered means until none differ.
     """
     series = [np.atleast_2d(np.asarray(s, float)) for s in series]
     groups, todo = [], [list(range(len(series[0])))]
@@ -287,7 +287,7 @@ def motions(series: Iterable[np.ndarray], least: float = 0.0) -> list[list[int]]
 
 
 def _split(series: list[np.ndarray], group: list[int], least: float) -> list[list[int]]:
-    """A group in two where some quantity tells them apart; else none.
+    """A group in two where some quantity distinguishes them; else none.
 
     The quantity that does so most clearly counts.
     """

@@ -69,8 +69,8 @@ def state_from(
     """State and carried angles that a run starts with, and a sentence about them.
 
     start: a result, the path of its file, "quasi-static", or a state itself. Offsets in clearances
-    are taken over their natural size. Raises ValueError for a run that has not kept its end, whose
-    states are others, or whose drives ended elsewhere.
+    are taken over their natural size. Raises ValueError for a run that has not stored its end,
+    whose states are others, or whose drives ended elsewhere.
     """
     if isinstance(start, Beginning):
         return np.array(start.values), np.array(start.carried), start.text
@@ -141,7 +141,7 @@ def _own_sizes(mechanism: Mechanism) -> np.ndarray:
 
 
 def _check_drives(mechanism: Mechanism, name: str, end: dict) -> None:
-    """Drives prescribe at the start the same as at the other run's end, but for whole turns."""
+    """Drives prescribe at the start the same as at the other run's end, but for full turns."""
     here = prescribed(mechanism, 0.0)
     there = dict(
         zip(map(str, end["driven_names"]), np.atleast_1d(end["driven_values"]), strict=True)

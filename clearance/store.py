@@ -197,7 +197,7 @@ def cached(function: Callable, signature, made_from: str, **options) -> Callable
 
 
 def _keep(dispatcher: Callable, made_from: str) -> None:
-    """Let a function of numba be kept on disk with what it was made from."""
+    """Let a function of numba be stored on disk with what it was made from."""
     dispatcher.enable_caching()
     files = dispatcher._cache
     files._cache_file = CheckedFiles(files._cache_file, made_from)
@@ -271,7 +271,7 @@ def opaque_address(function: Callable, arguments: str, count: int) -> int:
 
 
 def compiled(function: Callable) -> Callable:
-    """A plain function of the package compiled with those that it calls, kept on disk by their
+    """A plain function of the package compiled with those that it calls, stored on disk by their
     sources.
     """
     if not COMPILED:

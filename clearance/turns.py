@@ -38,11 +38,11 @@ class Series:
 def by_turn(
     record: Record, first: float = 0.0, last: float = math.inf, forces: bool = False
 ) -> dict[str, Series]:
-    """Series of a run over its whole turns between `first` and `last`, counted from `first`, by
+    """Series of a run over its full turns between `first` and `last`, counted from `first`, by
     name.
 
     forces: peaks of forces, efforts and accelerations alone. Empty for runs without turns. Numbers
-        of channels that were not kept are left out.
+        of channels that were not stored are left out.
     """
     if record.turn is None or not record.time.size:
         return {}
@@ -158,7 +158,7 @@ def _sizes(record: Record, path: str, edges: np.ndarray) -> np.ndarray | None:
 
 
 def _peaks(record: Record, name: str, edges: np.ndarray) -> np.ndarray | None:
-    """An extreme in each turn; None where a turn has none, for the channel was not kept."""
+    """An extreme in each turn; None where a turn has none, for the channel was not stored."""
     located = record.located
     if located is not None and name in located:
         first = round(edges[0] / located.length)

@@ -1,1 +1,1 @@
-"""Functions of a result file: pictures and numbers for people. Nothing here knows the solver."""
+"""Functions of a result file: pictures and numbers for people. Nothing here uses the solver."""

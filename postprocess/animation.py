@@ -42,9 +42,9 @@ def animate(
     magnify: float | None = None,
 ) -> Path:
     """Animate the last turns of a run as a .gif, or an .mp4 where ffmpeg is installed; saved under
-    `path` when whole.
+    `path` when complete.
 
-    turns: of the drive at constant speed, without one the whole run counts as a turn; frames in
+    turns: of the drive at constant speed, without one the entire run counts as a turn; frames in
         all, at equal intervals, poses interpolated between samples; fps: frames a second (a .gif
         keeps hundredths of a second a frame).
     magnify: how many times larger than the mechanism all clearances are drawn (default: each as
@@ -53,7 +53,7 @@ def animate(
         is the driest state since the frame before, so that no contact is missed. Where the file
         holds pressure fields, the one last before a frame stands around the lens. Raises ValueError
         for a span longer than the run, more frames than it has samples, channels that were not
-        kept, and files that cannot be written.
+        stored, and files that cannot be written.
     """
     check_film(path, fps)
     times = frame_times(record, turns, frames)
@@ -100,7 +100,7 @@ class Lens:
 
     eccentricity (n, 2) [m] and force on the journal (n, 2) [N] at `clock` (n,) [s]; state (n,):
     index into `states`; span of each frame: rows after the frame before, up to its own. Raises
-    ValueError naming a channel not kept.
+    ValueError naming a channel not stored.
     """
 
     def __init__(self, record: Record, joint: dict, times: np.ndarray):

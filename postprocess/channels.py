@@ -15,7 +15,7 @@ import numpy as np
 from clearance.results import Record, cubic, speed_of
 
 KINDS = ("bodies", "joints", "springs", "drives", "nodes")
-#: groups of channels that belong to the whole mechanism
+#: groups of channels that belong to the entire mechanism
 WHOLE = ("energy", "friction")
 WORDS = {
     "x": "position x",
@@ -59,7 +59,7 @@ class Channel:
 def channel(record: Record, path: str) -> Channel:
     """Channel of a name.
 
-    Raises ValueError for one that the result has not got, with the names it has.
+    Raises ValueError for one that the result does not have, with the names it has.
     """
     channels = [c for group, name in _places(record, path) if (c := _channel(record, group, name))]
     if len(channels) == 1:
@@ -172,7 +172,7 @@ def _matches(record: Record, group: str, pattern: str) -> list[str]:
 def series(record: Record, path: str) -> tuple[np.ndarray, str, str]:
     """Values (samples,), units and label of a channel.
 
-    Raises ValueError for one that the result has not got.
+    Raises ValueError for one that the result does not have.
     """
     values = channel(record, path)
     return values.of([record.values(p) for p in values.parts]), values.units, values.label
@@ -263,7 +263,7 @@ def turn_of(record: Record) -> float:
 def drive_angle(record: Record) -> tuple[float, float, str]:
     """Angle of the turning drive at t = 0 [rad], its speed [rad/s] and the name of what it turns.
 
-    The angle is the drive's start, else that of its body where it was kept, else 0. Raises
+    The angle is the drive's start, else that of its body where it was stored, else 0. Raises
     ValueError as `turn_of`.
     """
     turn_of(record)
@@ -283,7 +283,7 @@ def angle_at(record: Record, times: np.ndarray) -> np.ndarray:
 
 
 def kept(record: Record, *, last: float | None = None, settle: float = 0.0) -> slice:
-    """Samples of the last turns, or of those after `settle` turns; the last whole ones of a finite
+    """Samples of the last turns, or of those after `settle` turns; the last full ones of a finite
     drive.
 
     Raises ValueError for what is not positive.
@@ -307,11 +307,11 @@ def kept(record: Record, *, last: float | None = None, settle: float = 0.0) -> s
 def abscissa(
     record: Record, along: str, last: float | None = None
 ) -> tuple[np.ndarray, slice, str]:
-    """Time [s], drive "turns" or drive "angle" [deg] of the samples kept, which they are, and the
+    """Time [s], drive "turns" or drive "angle" [deg] of the samples stored, which they are, and the
     axis label.
 
-    Turns and angles of the `last` turns count from the whole turn in which they start.
-    Raises ValueError for another `along`, and where turns are asked for and no drive turns at
+    Turns and angles of the `last` turns count from the full turn in which they start.
+    Raises ValueError for another `along`, and where turns are requested and no drive turns at
     constant speed.
     """
     part = kept(record, last=last)
@@ -329,7 +329,7 @@ def abscissa(
 
 
 def _from_first(values: np.ndarray, period: float) -> np.ndarray:
-    """Less the whole turns at its start, so that the last turns of runs of any length lie over each
+    """Less the full turns at its start, so that the last turns of runs of any length lie over each
     other.
     """
     return values - period * np.floor(values[:1] / period + 1e-9).sum()
@@ -339,7 +339,7 @@ def principal(record: Record) -> str:
     """The last body (the slider of most mechanisms) along the axis it moves on more, as
     "bodies/slider/{}x".
 
-    Raises ValueError where no body has kept both positions.
+    Raises ValueError where no body has stored both positions.
     """
     for body in [b["name"] for b in reversed(record.scene["bodies"])]:
         if {"x", "y"} <= set(record.names(f"bodies/{body}")) and record.time.size:

@@ -102,7 +102,7 @@ def _gradual(record: Record, joint: str) -> bool:
     """True where the samples show contact and the events show none.
 
     Raises ValueError where only they could, the joint being a mixed one, and its contact force was
-    not kept.
+    not stored.
     """
     path = f"joints/{joint}/contact_force"
     if path in record:
@@ -142,8 +142,8 @@ def _from_samples(record: Record, joint: str) -> dict[str, np.ndarray]:
 
 
 def _angles(record: Record, joint: str, times: np.ndarray, frame: str) -> np.ndarray:
-    """Angles of the eccentricity [rad] in (-pi, pi], nan where channels were not kept or no sample
-    is about.
+    """Angles of the eccentricity [rad] in (-pi, pi], nan where channels were not stored or no
+    sample is about.
     """
     paths = [f"joints/{joint}/eccentricity_{axis}" for axis in "xy"]
     bearing = next(j for j in record.scene["joints"] if j["name"] == joint)["a"]["body"]
@@ -224,7 +224,7 @@ def contacts(
     began (their number, weighted by nothing), and the numbers of `contact_table`. joints: default
     the first three with a contact law;
     settle: turns left out at the start; frame: of the angles, see `contacts_of`. A run without
-        contacts gets a picture that says so. Raises ValueError for a joint without contact law.
+        contacts gets a picture that states so. Raises ValueError for a joint without contact law.
     """
     names = (
         [joints]

@@ -42,7 +42,7 @@ PAPER = (7.0, 7.8)
 
 
 def period(record: Record) -> float:
-    """Time of one turn of the drive [s]; of the whole run where nothing turns at constant speed.
+    """Time of one turn of the drive [s]; of the entire run where nothing turns at constant speed.
 
     Raises ValueError for a result of fewer than two samples.
     """
@@ -56,7 +56,7 @@ def period(record: Record) -> float:
 class Motion:
     """Poses of all bodies at some times [s]: those of the samples, or interpolated between them.
 
-    Raises ValueError naming a pose channel that the result has not got, and for times outside the
+    Raises ValueError naming a pose channel that the result does not have, and for times outside the
     run.
     """
 
@@ -182,7 +182,7 @@ class Slide:
             (guide["x"], guide["y"]),
             axis[0] if swapped else joint["axis"],
         )
-        #: half length and height of the block [m], where the joint says so
+        #: half length and height of the block [m], where the joint has them
         self.half = (0.5 * joint["overlap"], 0.5 * joint["height"]) if "height" in joint else None
         moving = self.half is None and "ground" not in (self.guide, self.block)
         self.cylinder = moving and self._telescopes(motion, outlines)
@@ -679,7 +679,7 @@ def sketch(record: Record, path: str | Path, *, at: float = 0.0, trails: bool = 
     at: when, in turns of the drive from the start of the run, or as a share of a run without a
         drive of constant speed; the sample next to it is drawn. trails: paths of the bodies' points
         over the turn from there on, or the last one. Raises ValueError for times outside the run
-        and for pose channels that were not kept.
+        and for pose channels that were not stored.
     """
     turn, time = period(record), record.time
     if not 0.0 <= at <= (time[-1] - time[0]) / turn + 1e-9:

@@ -29,7 +29,7 @@ class Group:
     """Drives or joints whose efforts have the same units: paths of those shown, by name, and how
     each of all is drawn.
 
-    remark: says that some are left out, where they are.
+    remark: that some are left out, where they are.
     """
 
     units: str
@@ -47,14 +47,14 @@ class Group:
 
 
 def drive_efforts(record: Record) -> dict[str, str]:
-    """Paths of the driving torques and forces that were kept, by drive, in the scene's order."""
+    """Paths of the driving torques and forces that were stored, by drive, in the scene's order."""
     names = [d["name"] for d in record.scene["loads"] if d["type"] == "Drive"]
     return {n: p for n in names for p in (f"drives/{n}/torque", f"drives/{n}/force") if p in record}
 
 
 def joint_friction(record: Record) -> dict[str, str]:
-    """Paths of the friction of hinges and slides without clearance that was kept, by joint, in the
-    scene's order.
+    """Paths of the friction of hinges and slides without clearance that was stored, by joint, in
+    the scene's order.
     """
     names = [j["name"] for j in rubbing_joints(record.scene)]
     return {n: p for n in names if (p := f"joints/{n}/friction") in record}
@@ -101,8 +101,8 @@ def rate(record: Record, joint: str) -> np.ndarray:
     """Rate of body b of a hinge [rad/s] or slide [m/s] against body a, (samples,), from angular
     velocities or the loss.
 
-    The power loss of a slide says nothing where there is no friction: NaN. Raises ValueError for a
-    channel not kept.
+    The power loss of a slide means nothing where there is no friction: NaN. Raises ValueError for a
+    channel not stored.
     """
     entry = next(j for j in record.scene["joints"] if j["name"] == joint)
     if entry["type"] == "Prismatic":
@@ -128,7 +128,7 @@ def draw(
     label: str,
     remark: str = "",
 ) -> None:
-    """Channels along time, those of them that were kept."""
+    """Channels along time, those of them that were stored."""
     for name, path in paths.items():
         if path in record:
             figures.line(axes, record.time, record.values(path), label=name, **styles[name])
@@ -144,7 +144,7 @@ def _finish(axes, label: str, remark: str, xlabel: str = "time [s]", margin: flo
 
 def draw_efforts(record: Record, axes, group: Group, key: bool) -> None:
     """Driving efforts of a group, dashed what they would be without joint friction; `key`: the
-    legend says so.
+    legend states so.
     """
     draw(
         record,
@@ -277,7 +277,7 @@ def efforts(record: Record, path: str | Path) -> Path:
     """Driving torques and forces, what they would be without joint friction, and the difference,
     saved under `path`.
 
-    Raises ValueError for a run that has no drive, or has kept no driving effort.
+    Raises ValueError for a run that has no drive, or has stored no driving effort.
     """
     panels = driving_panels(record, added=True)
     if not panels:

@@ -48,7 +48,7 @@ def sheet(width: float, height: float) -> Figure:
 
 
 def save(figure: Figure, path: str | Path | None, dpi: float = 150) -> Path | Figure:
-    """Write a picture, whole or not at all; its folder is made.
+    """Write a picture, completely or not at all; its folder is made.
 
     Without a path the figure itself is returned.
 
@@ -133,7 +133,7 @@ def line(axes, x: np.ndarray, values: np.ndarray, **style) -> None:
 
 
 def finish(axes, ylabel: str, xlabel: str = "time [s]", legend: bool = True) -> None:
-    """Labels, grid, and a legend above the axes where curves have names and one is wanted."""
+    """Labels, grid, and a legend above the axes where curves have names and one is required."""
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)
     axes.grid(alpha=0.3)
@@ -189,7 +189,7 @@ STROKES = (
     {"color": "#00724f", "ls": "-."},
 )
 MARKERS = "os^vDPX*"
-#: cells along each axis in which a path's points are not told apart: finer than a printed dot
+#: cells along each axis in which a path's points are not distinguished: finer than a printed dot
 CELLS = 4000
 
 
@@ -261,7 +261,7 @@ def note(axes, text: str) -> None:
 
 
 def legend_below(figure: Figure, *axes) -> None:
-    """One legend for the whole page, under its panels, in up to three columns that fit; none where
+    """One legend for the entire page, under its panels, in up to three columns that fit; none where
     nothing is named.
     """
     handles, names = _named(*axes)
@@ -275,7 +275,7 @@ def legend_below(figure: Figure, *axes) -> None:
 COLOURS = "viridis"
 #: largest over smallest value from which colours and axes are logarithmic
 FAR_APART = 30.0
-#: most whole numbers that have a colour each
+#: most integers that have a colour each
 MOST_COLOURS = 16
 
 
@@ -287,7 +287,7 @@ def wide(values: np.ndarray, ratio: float = FAR_APART) -> bool:
 
 def scale(values: np.ndarray, log: bool, integers: bool = False) -> Normalize:
     """Norm from the finite values of a map to its colours: evenly, by their logarithm, or a colour
-    a whole number.
+    an integer.
     """
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
@@ -320,7 +320,7 @@ def marked(axes, edges: tuple[np.ndarray, np.ndarray], where: np.ndarray, style:
 
 
 def colour_bar(figure: Figure, mesh, axes, label: str, **more) -> None:
-    """The scale of a map beside its axes; whole numbers have a tick each, more: see
+    """The scale of a map beside its axes; integers have a tick each, more: see
     Figure.colorbar.
     """
     norm = mesh.norm
@@ -333,8 +333,8 @@ def colour_bar(figure: Figure, mesh, axes, label: str, **more) -> None:
 
 
 def bar_of_values(figure: Figure, axes, values: np.ndarray, log: bool, label: str, **more) -> list:
-    """Colours (values,) of curves that belong to numbers, and the bar that tells them apart; more:
-    of the bar.
+    """Colours (values,) of curves that belong to numbers, and the bar that distinguishes them;
+    more: of the bar.
     """
     norm = (LogNorm if log else Normalize)(values.min(), values.max())
     colour_bar(figure, ScalarMappable(norm, COLOURS), axes, label, **{"aspect": 40} | more)
@@ -382,7 +382,7 @@ def check_film(path: str | Path, fps: float) -> None:
 
 def save_film(figure: Figure, path: str | Path, fps: float, frames: int, show, moving) -> Path:
     """Write an animation whose frame k is set by `show(k)`, under a temporary name until it is
-    whole.
+    entire.
 
     moving: the artists that frames differ in; in a .gif only they are drawn anew. Raises ValueError
         as `check_film`.

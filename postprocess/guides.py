@@ -22,7 +22,7 @@ FILL, EDGE = "#a6cee3", "0.25"
 
 
 def of_slides(record: Record) -> dict[str, dict]:
-    """Slides with clearance whose motion was kept: name -> description."""
+    """Slides with clearance whose motion was stored: name -> description."""
     joints = {j["name"]: j for j in record.scene["joints"]}
     return {
         n: joints[n]
@@ -36,8 +36,8 @@ def guides(record: Record, path: str | Path, *, joints: str | Iterable[str] | No
 
     The block in its guide at the strongest contact of each quarter of the run, clearance and tilt
     magnified alike; its offset and tilt along time over a strip of modes; its path through these
-    two. joints: default all whose motion was kept. Raises ValueError for others, and where there is
-    none.
+    two. joints: default all whose motion was stored. Raises ValueError for others, and where there
+    is none.
     """
     slides = of_slides(record)
     names = (

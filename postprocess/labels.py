@@ -1,4 +1,4 @@
-"""Texts above and beside the pictures of one or several results: titles, and names that tell
+"""Texts above and beside the pictures of one or several results: titles, and names that distinguish
 results apart.
 """
 
@@ -119,7 +119,7 @@ def axis_label(text: str, units: str, width: float = 1.7) -> str:
 
 
 def labels_of(records: list[Record], given: Iterable[str] | None = None) -> list[str]:
-    """Names that tell results apart: those given, else what differs between their scenes, else
+    """Names that distinguish results: those given, else what differs between their scenes, else
     their file names.
 
     Raises ValueError where not every result has been given a name.

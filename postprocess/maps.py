@@ -33,7 +33,7 @@ TELLING = (
     "dissipated_power",
     "period",
 )
-#: what stands for metrics that a sweep has not got: of version 0.1, or of runs without turns
+#: what stands for metrics that a sweep does not have: of version 0.1, or of runs without turns
 INSTEAD = {"_peak_mean": "_max"}
 #: end of the metrics that are half the width of another's 95 % interval
 INTERVAL = "_half_width"
@@ -191,7 +191,7 @@ class Choice:
     def along(self, name: str) -> int:
         """Free axis for which a parameter stands.
 
-        Raises ValueError where its values do not tell all places.
+        Raises ValueError where its values do not determine all places.
         """
         axis = self.axis(name)
         i = next(i for i, (names, _) in enumerate(self.free) if name in names)
@@ -248,7 +248,7 @@ class Choice:
     @property
     def period(self) -> np.ndarray:
         """Turns after which the motion comes back; inf where it does not within the run, NaN where
-        nobody can tell.
+        cannot be measured.
         """
         return self.sweep.metrics.get("period", np.full(len(self.sweep), np.nan))[self.points]
 
@@ -305,7 +305,7 @@ def chosen_metrics(
 ) -> list[str]:
     """Metrics by name or pattern, or at most six telling ones of some points (default all).
 
-    Raises ValueError for metrics that the sweep has not got, and for more than a page holds.
+    Raises ValueError for metrics that the sweep does not have, and for more than a page holds.
     """
     names_of = [n for n in sweep.metrics if not _is_error(n, sweep)]
     if metrics is None:
@@ -501,7 +501,7 @@ def _maps(
     plane: list[Axis],
     panels: list[tuple[str, np.ndarray]],
 ) -> dict[str, dict]:
-    """Draw a metric into a row of panels with one scale; tells what stands for cells without a
+    """Draw a metric into a row of panels with one scale; states what stands for cells without a
     colour.
     """
     values, units, text = _metric(choice, name)
@@ -632,7 +632,7 @@ def curves(
 
 
 def _shaded(choice: Choice, rest: list, groups: list) -> bool:
-    """True where a colour bar tells the curves apart: many values of one number."""
+    """True where a colour bar distinguishes the curves: many values of one number."""
     names = [n for names, _ in rest for n in names]
     return (
         len(groups) > len(figures.STROKES) and len(names) == 1 and not choice.axis(names[0]).named
@@ -835,7 +835,7 @@ def _parameter(choice: Choice, name: str | None) -> Axis:
 
 
 def _named(run: Record, channels: str | Iterable[str] | None) -> list[str]:
-    """Channels asked for, or the velocity of the last body and the journal of the first clearance
+    """Channels requested, or the velocity of the last body and the journal of the first clearance
     joint.
     """
     if channels is not None:
@@ -850,7 +850,7 @@ def _label(run: Record, name: str) -> str:
 
 
 def _settled(run: Record, settle: float | None) -> float:
-    """Turns left out: those asked for, or the first half of the run."""
+    """Turns left out: those requested, or the first half of the run."""
     turn_of(run)
     return float(int(0.5 * run.turns_at(run.time[-1]))) if settle is None else settle
 

@@ -128,7 +128,7 @@ class Moving:
 
     # --- mechanism
     def _machine(self) -> dict | None:
-        """Shapes and poses; None, with the reason beside it, where poses were not kept."""
+        """Shapes and poses; None, with the reason beside it, where poses were not stored."""
         try:
             document = Shapes(self.record).document()
         except Damaged:
@@ -176,7 +176,7 @@ class Moving:
 
     # --- clearances under lenses
     def _lenses(self) -> list[dict]:
-        """Clearance joints whose motion was kept."""
+        """Clearance joints whose motion was stored."""
         joints = {j["name"]: j for j in self.record.scene["joints"]}
         lenses = []
         for name in self.record.clearances:
@@ -338,7 +338,7 @@ def telling(record: Record) -> list[str]:
 
 
 def _principal(record: Record) -> list[str]:
-    """Acceleration of the last body; none where its positions were not kept."""
+    """Acceleration of the last body; none where its positions were not stored."""
     try:
         return [principal(record).format("a")]
     except Damaged:

@@ -8,7 +8,7 @@ import zlib
 
 import numpy as np
 
-#: kinds of columns: 32-bit and 64-bit floats, whole numbers below 256
+#: kinds of columns: 32-bit and 64-bit floats, integers below 256
 KINDS = {"f4": "<f4", "f8": "<f8", "u1": "u1"}
 LEVEL = 6
 

@@ -97,7 +97,7 @@ class Markup(str):
 
 
 class Cell(Markup):
-    """A whole table cell."""
+    """A complete table cell."""
 
 
 def markup(value: object) -> Markup:
@@ -129,7 +129,7 @@ def join(parts: Iterable[object], between: str = "") -> Markup:
 
 
 def number(value: float, digits: int = DIGITS) -> str:
-    """A number in print: "0.00012345", "1.2 × 10⁻⁷"; whole numbers whole, a dash for NaN."""
+    """A number in print: "0.00012345", "1.2 × 10⁻⁷"; integers entire, a dash for NaN."""
     if isinstance(value, int | np.integer):
         return str(value).replace("-", MINUS)
     if math.isnan(value):
@@ -257,7 +257,8 @@ class Page:
         """A picture in the page, as SVG or PNG, whichever is smaller; a sentence where it cannot be
         drawn.
 
-        draw: saves it under the path it is given, or raises ValueError saying why it cannot; said:
+        draw: saves it under the path it is given, or raises ValueError stating why it cannot;
+            stated:
             what it shows;
         samples: length of the record, for long ones are not tried as SVG.
         """
@@ -287,7 +288,7 @@ class Page:
         return vector if vector is not None and len(vector) <= len(image) else image
 
     def html(self) -> str:
-        """The whole document."""
+        """The entire document."""
         names = [f"s{i}" for i in range(1, len(self.sections) + 1)]
         links = (
             element("a", title, href=f"#{n}")
@@ -320,7 +321,7 @@ class Page:
         return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
 
     def save(self, path: Path) -> Path:
-        """Write the document, under a temporary name until it is whole."""
+        """Write the document, under a temporary name until it is complete."""
         with replacing(path) as temporary:
             temporary.write_text(self.html(), encoding="utf-8")
         return path
@@ -330,7 +331,7 @@ def inline(svg: str, name: str, words: str) -> Markup:
     """An SVG file as an element of a page: without prolog, styles and comments, its ids made the
     page's own.
 
-    name: what its ids begin with; said: its alternative text. Ids that nothing refers to are left
+    name: what its ids begin with; stated: its alternative text. Ids that nothing refers to are left
         out.
     """
     body = re.sub(

@@ -176,7 +176,7 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
     """Journal paths of clearance joints, and the states of mixed ones over the last turns, saved
     under `path`.
 
-    joints: default all whose eccentricity was kept. Raises ValueError for others, and where there
+    joints: default all whose eccentricity was stored. Raises ValueError for others, and where there
         is none.
     """
     with_paths = _with_paths(result)
@@ -208,7 +208,7 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
 
 
 def _with_paths(result: Result) -> list[str]:
-    """Joints with clearance whose eccentricity, or offset and tilt, were kept."""
+    """Joints with clearance whose eccentricity, or offset and tilt, were stored."""
     slides = of_slides(result)
     journals = {"eccentricity_x", "eccentricity_y"}
     return [
@@ -298,7 +298,7 @@ def joint_forces(result: Result, axes) -> None:
 def _largest(
     result: Record, axes, values: dict[str, np.ndarray], label: str, paths: dict[str, str]
 ) -> None:
-    """Curves (samples,) by name; of many, those that reach furthest, which the label says; dots:
+    """Curves (samples,) by name; of many, those that reach furthest, which the label states; dots:
     their extremes.
     """
     shown, remark = efforts.largest(values)
@@ -396,7 +396,7 @@ def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray, n
     when (n,) [s].
 
     Both ends of each contact stand between the samples, on the clearance circle: where the free
-    flight beside them leads, or on the chord where no flight lasts a whole sample interval.
+    flight beside them leads, or on the chord where no flight lasts a complete sample interval.
     """
     time, e, events = record.time, record.joint(joint).eccentricity, record.events
     places = np.flatnonzero(events["joint"] == joint)

@@ -1,4 +1,4 @@
-"""Pressure fields that a run has kept, over the unwrapped bearing."""
+"""Pressure fields that a run has stored, over the unwrapped bearing."""
 
 from pathlib import Path
 
@@ -51,7 +51,7 @@ def pressures(record: Record, path: str | Path, *, joint: str | None = None) -> 
 
 
 def _fields(record: Record, joint: str | None) -> tuple[str, PressureFields]:
-    """The joint asked for, or the first one with fields, and its fields."""
+    """The joint requested, or the first one with fields, and its fields."""
     names = [n for n in record.clearances if record.pressure_fields(n) is not None]
     if not names:
         raise ValueError(f"{record.path.name} has kept no pressure fields; {KEEP}")
@@ -63,7 +63,7 @@ def _fields(record: Record, joint: str | None) -> tuple[str, PressureFields]:
 
 
 def _field(axes, fields: PressureFields, place: int, steps: np.ndarray):
-    """The field of one instant; its angles are closed to a whole turn."""
+    """The field of one instant; its angles are closed to a full turn."""
     around = np.append(fields.angle, fields.angle[0] + 2.0 * np.pi)
     angle, axial = np.degrees(around), 1e3 * fields.axial
     pressure, content = (_closed(values[place]) for values in (fields.pressure, fields.content))

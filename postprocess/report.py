@@ -2,7 +2,7 @@
 nothing else.
 
 Everything in it comes from the result file or the sweep directory; what cannot be shown, for a
-channel was not kept or the run was too short, is said in a sentence.
+channel was not stored or the run was too short, is stated in a sentence.
 """
 
 import hashlib
@@ -50,11 +50,11 @@ from clearance.sweeping.index import Sweep, open_sweep
 #: turns left out of a Poincare section, and passages that make one worth drawing
 SETTLE, PASSAGES = 2.0, 4
 ROUNDING = 1e-9  # of a turn
-#: attributes that say where a run is from
+#: attributes that state where a run is from
 ORIGINS = {"case_file": "case", "command": "command"}
 #: channels that a sentence names at most
 NAMED = 6
-#: what a run file knows of a joint as a whole: name, words, units
+#: what a run file has of a joint as a complete: name, words, units
 JOINT_FACTS = (
     ("film_pressure", "largest film pressure, an estimate", "Pa"),
     ("film_thickness_ratio", "smallest film thickness ratio", "1"),
@@ -182,7 +182,7 @@ def _mechanism(page: Page, run: Result) -> list[Markup]:
 def _needing(
     run: Result, paths: list[str], draw: Callable[[Path], object]
 ) -> Callable[[Path], object]:
-    """A way to draw a picture of channels that says which of them were not kept."""
+    """A way to draw a picture of channels that states which of them were not stored."""
     absent = [p for p in paths if p not in run]
 
     def checked(path: Path) -> object:
@@ -261,7 +261,7 @@ def _ledger(run: Result) -> str:
 def _summary(run: Result, settle: float | None) -> list[Markup]:
     """The metrics of the settled motion, and the extremes of the start-up beside them.
 
-    Where they need channels that were not kept, the ranges of those that were.
+    Where they need channels that were not stored, the ranges of those that were.
     """
     numbers, words = kept_metrics(run), "As the sweep that this run belongs to has kept them."
     before = {}
@@ -377,19 +377,19 @@ def _before(metric: Metric | None, units: str) -> str:
 
 
 def kept_metrics(run: Result) -> dict[str, Metric]:
-    """The metrics that a sweep has kept in a run's file; none in the file of a run by itself."""
+    """The metrics that a sweep has stored in a run's file; none in the file of a run by itself."""
     values, described = run.facts("metrics"), json.loads(run.facts("sweep").get("known", "{}"))
     return {n: Metric(float(values[n]), *described[n]) for n in described if n in values}
 
 
 def kept_channels(run: Result) -> list[str]:
-    """Paths of all channels that were kept."""
+    """Paths of all channels that were stored."""
     owners = [f"{kind}/{name}" for kind in KINDS for name in run.names(kind)]
     return [f"{owner}/{name}" for owner in [*owners, *WHOLE] for name in run.names(owner)]
 
 
 def _ranges(run: Result) -> Markup:
-    """Smallest and largest values of the channels that were kept."""
+    """Smallest and largest values of the channels that were stored."""
     rows = []
     for path in kept_channels(run):
         low, high = run.extremes(path)
@@ -399,7 +399,7 @@ def _ranges(run: Result) -> Markup:
 
 
 def _overview(page: Page, run: Result, settle: float | None) -> Markup:
-    """The overview, or where it needs more channels than were kept, those that were."""
+    """The overview, or where it needs more channels than were stored, those that were."""
     wanted, present = overview_channels(run), kept_channels(run)
     words = "Motion, drive, joint forces, energies, and journal paths of the joints with clearance"
     if joint_friction(run) and not run.clearances:
@@ -506,8 +506,8 @@ def _turns(run: Result) -> float:
 
 
 def _settle(run: Result) -> tuple[float, str]:
-    """Turns left out of a picture, the first where there is a second, and what its caption says of
-    them.
+    """Turns left out of a picture, the first where there is a second, and what its caption states
+    of them.
     """
     return (1.0, ", without the first turn") if _turns(run) > 2.0 - ROUNDING else (0.0, "")
 

@@ -155,7 +155,7 @@ SPRINGS = "clearance.laws.spring:"  # whose units are those of a line or of a tw
 
 
 def described(scene: dict) -> Markup:
-    """A paragraph that says what the mechanism is, of a scene's description as plain data."""
+    """A paragraph that states what the mechanism is, of a scene's description as plain data."""
     joints, loads = scene["joints"], scene["loads"]
     counted = [f"{len(scene['bodies'])} bodies" if len(scene["bodies"]) != 1 else "1 body"]
     for kind, word in KINDS.items():

@@ -256,7 +256,7 @@ def _motion(record: Record) -> list[Pair]:
 
 
 def _journal(record: Record, joint: str | None) -> list[Pair]:
-    """The journal's centre of the joint asked for, or of the first clearance joint there is."""
+    """The journal's centre of the joint requested, or of the first clearance joint there is."""
     if joint is not None and joint not in record.clearances:
         names = ", ".join(record.clearances) or "none"
         raise ValueError(

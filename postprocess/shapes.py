@@ -31,7 +31,7 @@ class Shapes(Drawing):
 
     shapes: in the order in which they are drawn; labels: names of joints and where they stand; box:
     left, bottom, right, top of what the mechanism sweeps [m].
-    Raises ValueError for pose channels that were not kept.
+    Raises ValueError for pose channels that were not stored.
     """
 
     def __init__(self, record: Record):

@@ -28,7 +28,7 @@ class Spectrum:
     """Single-sided amplitudes (frequencies,) in the channel's units over frequency [Hz]; the first
     is the mean.
 
-    turns: whole turns of the drive it is of, or None where no drive turns at constant speed;
+    turns: full turns of the drive it is of, or None where no drive turns at constant speed;
         window: the one used.
     """
 
@@ -57,9 +57,9 @@ class Spectrum:
 def spectrum(record: Record, path: str, *, settle: float = 0.0, window: str = "hann") -> Spectrum:
     """Amplitude spectrum of a channel after `settle` turns.
 
-    It is taken over the last whole number of turns, so that every harmonic of the drive falls on a
-    frequency of its own and has its true amplitude; runs without a turning drive are taken whole. A
-    window of "hann" keeps what is not periodic from spreading, "none" keeps the mean square
+    It is taken over the last integer of turns, so that every harmonic of the drive falls on a
+    frequency of its own and has its true amplitude; runs without a turning drive are taken entire.
+    A window of "hann" keeps what is not periodic from spreading, "none" keeps the mean square
     (Parseval). One turn alone has no window, for a window would mix neighbouring harmonics. Samples
     that do not divide a turn evenly are interpolated as in `channels.at`. Content above half the
     sampling rate folds down: contacts much shorter than a few samples need more `samples_per_turn`.
@@ -80,7 +80,7 @@ def amplitudes(
     """Frequencies [Hz] and single-sided amplitudes (n // 2 + 1,) of n values, `step` [s] apart; the
     mean comes first.
 
-    A sinusoid of whole periods has its amplitude at its frequency, and with "hann" half of it at
+    A sinusoid of entire periods has its amplitude at its frequency, and with "hann" half of it at
     both neighbours; one between two frequencies shows 15 % ("hann") or 36 % ("none") less at worst.
     """
     count, mean = len(values), values.mean()
@@ -98,7 +98,7 @@ def amplitudes(
 
 
 def _even(record: Record, path: str, settle: float) -> tuple[np.ndarray, float, int | None]:
-    """Values at even steps [s] over the last whole number of turns, or over the whole run; their
+    """Values at even steps [s] over the last integer of turns, or over the entire run; their
     step, the turns.
     """
     samples = kept(record, settle=settle)

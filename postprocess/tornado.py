@@ -21,7 +21,7 @@ def tornado(
     """A panel for each metric, a bar for each parameter, the longest on top, with stated errors.
 
     metrics: names or patterns, default forces, gaps and efforts, four in all. Raises ValueError for
-        a run without sensitivities, and for metrics that it has not got.
+        a run without sensitivities, and for metrics that it does not have.
     """
     found = run.sensitivities
     if not found:

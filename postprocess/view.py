@@ -146,7 +146,7 @@ def of_all(runs: list[Moving]) -> dict:
 
 
 def _write(path: Path, facts: dict, blocks: list[str]) -> Path:
-    """Write a page, whole or not at all."""
+    """Write a page, completely or not at all."""
     with replacing(path) as temporary:
         temporary.write_text(document(facts, blocks), encoding="utf-8")
     return path

@@ -43,7 +43,7 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def run(options) -> int:
-    """Make the data, write them and say what they are."""
+    """Make the data, write them and print what they are."""
     from clearance.identify.bench import bench
     from clearance.identify.records import write
 

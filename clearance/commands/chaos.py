@@ -33,7 +33,7 @@ def add_turns(command: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True)
 class Chaotic:
-    """A chaotic motion whose statistics are asked for: half width over mean by quantity, turns of
+    """A chaotic motion whose statistics are requested: half width over mean by quantity, turns of
     all starts, starts, and its horizon in words.
     """
 
@@ -43,8 +43,8 @@ class Chaotic:
     horizon: str
 
     def statistics(self, options, scene, output: Path) -> tuple[dict, str | None]:
-        """Statistics into the run's file, with a picture where one is wanted: part of the summary,
-        and what failed.
+        """Statistics into the run's file, with a picture where one is requested: part of the
+        summary, and what failed.
         """
         from clearance.simulation import SimulationError
 
@@ -86,7 +86,7 @@ class Chaotic:
 
 
 def recognised(options, scene) -> Chaotic | None:
-    """The chaotic motion whose statistics are asked for; None for other motions and requests.
+    """The chaotic motion whose statistics are requested; None for other motions and requests.
 
     Raises ValueError for --max-turns and --starts of a motion that is not chaotic, and for numbers
     and names that its statistics cannot have.

@@ -18,7 +18,7 @@ LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no t
 
 
 def add_command(commands, name: str, help: str, **more) -> argparse.ArgumentParser:
-    """A command whose own help begins with what the list of commands says of it."""
+    """A command whose own help begins with its line in the list of commands."""
     return commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.", **more)
 
 
@@ -108,7 +108,7 @@ def add_force(command: argparse.ArgumentParser) -> None:
 def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
     """The parameters of a case in print: those given, then the defaults of the others.
 
-    resolved: what became of those that are auto, as far as it is told.
+    resolved: what became of those that are auto, as far as it is known.
     """
     from clearance.units import shown
 
@@ -125,7 +125,7 @@ def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
 
 
 def length_of(options, case, scene) -> dict[str, float | None]:
-    """Turns or seconds: as asked for, else two turns, else what the case says where nothing turns
+    """Turns or seconds: as requested, else two turns, else what the case states where nothing turns
     evenly.
     """
     if options.turns is None and options.until is None:
@@ -161,7 +161,7 @@ def complain(options, message: str, status: int, **more) -> int:
 
 
 def given(options, names: dict) -> dict[str, str]:
-    """Names and texts of all -p NAME=VALUE. Raises ValueError for a name the case has not got or
+    """Names and texts of all -p NAME=VALUE. Raises ValueError for a name the case does not have or
     that stands twice.
     """
     values: dict[str, str] = {}
@@ -184,7 +184,7 @@ def quiet(options):
 
 
 def scene_of(options):
-    """The case asked for, its parameters as given, and its scene."""
+    """The case requested, its parameters as given, and its scene."""
     from clearance.catalogue import find_case
 
     with quiet(options):

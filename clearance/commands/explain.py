@@ -20,7 +20,7 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def run(options) -> int:
-    """Build the scene and say what it became."""
+    """Build the scene and print what was compiled."""
     from clearance.evidence import ablation
     from clearance.evidence.explain import explain
 

@@ -68,7 +68,7 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def run(options) -> int:
-    """Draw what is asked for; one that fails does not stop the others.
+    """Draw what is requested; one that fails does not stop the others.
 
     Raises ValueError for unknown names.
     """

@@ -108,7 +108,7 @@ def _mesh(text: str) -> tuple[int, int]:
 
 
 def run(options) -> int:
-    """Make the study asked for."""
+    """Make the study requested."""
     make_folder(options)
     return options.study(options)
 

@@ -200,7 +200,9 @@ def _lines(branch, document: dict) -> list[str]:
 
 
 def _readable(value: float, units: str) -> str:
-    """A value in the unit in which it reads well, with enough digits to tell bifurcations apart."""
+    """A value in the unit in which it reads well, with enough digits to distinguish
+    bifurcations.
+    """
     from clearance.postprocess.labels import shown_in
 
     unit, factor = shown_in(units, [value])

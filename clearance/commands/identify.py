@@ -86,7 +86,7 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def run(options) -> int:
-    """Fit the model, say what came out and keep it."""
+    """Fit the model, print the result and write it."""
     from clearance.identify.fit import fit
     from clearance.identify.records import read
 
@@ -155,7 +155,7 @@ def _model(options):
 
 
 def _own_model(options, model):
-    """A model of one's own with the bounds and the lag asked for."""
+    """A model of one's own with the bounds and the lag requested."""
     if options.options:
         raise ValueError(
             f"-p {options.options[0]}: a model of one's own has no options; its file holds its "

@@ -37,7 +37,7 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def run(options) -> int:
-    """Write the report and say where it is.
+    """Write the report and print its path.
 
     Raises FileNotFoundError or ValueError for what is no run and no sweep.
     """

@@ -116,10 +116,10 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def run(options) -> int:
-    """Run the case, say what it cost and gave; exit status 1 where it ended early.
+    """Run the case, print its cost and its results; exit status 1 where it ended early.
 
-    Raises KeyboardInterrupt, with a note that says what is kept, where the user or the system asks
-    it to end.
+    Raises KeyboardInterrupt, with a note that states what is stored, where the user or the system
+    asks it to end.
     """
     with terminable():
         case, values, scene = again.scene_of(options) if options.again else scene_of(options)
@@ -187,7 +187,7 @@ def _output(options, case) -> Path:
 
 @contextmanager
 def _noted(note: str) -> Iterator[None]:
-    """An interrupt that says nothing of what is kept says it with this note."""
+    """The note of an interrupt that does not state what is stored."""
     try:
         yield
     except KeyboardInterrupt as request:
@@ -197,8 +197,8 @@ def _noted(note: str) -> Iterator[None]:
 
 
 def _simulated(options, case, scene, output: Path):
-    """The result, None where no file could be kept, and why the run ended early, None where it did
-    not.
+    """The result, None where no file could be stored, and why the run ended early, None where it
+    did not.
     """
     from clearance.simulation import SimulationError, simulate
 
@@ -365,7 +365,7 @@ def _assumed(estimates: list[dict]) -> list[str]:
 
 def _metrics(of, result, settle: float | None) -> dict:
     """Metrics as plain data, extremes with their times; none where they need channels that were not
-    kept.
+    stored.
     """
     try:
         given = of(result, settle)
@@ -388,7 +388,7 @@ def _stated(result, names: list[str], summary_name: str) -> dict:
 
 
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
-#: attributes of joints that a summary states of the whole run
+#: attributes of joints that a summary prints for the entire run
 JOINT_FACTS = (
     "film_pressure",
     "piezoviscous_number",
@@ -414,7 +414,7 @@ def _two(result, name: str, summary_name: str, begin: float, end: float) -> dict
 
 def _joints(result, begin: float, end: float) -> dict:
     """Peak forces, smallest gaps and friction of the settled motion, and of the start-up; regimes
-    of the whole run.
+    of the entire run.
     """
     from clearance.extremes import JOINT_EXTREMES
 
@@ -437,7 +437,7 @@ def _joints(result, begin: float, end: float) -> dict:
 
 
 def _is_there(result, name: str) -> bool:
-    """The channel of an extreme was kept, or the extreme itself."""
+    """The channel of an extreme was stored, or the extreme itself."""
     path = name.rpartition("_")[0]
     return (
         path in result or f"{path}_x" in result or bool(result.located and name in result.located)

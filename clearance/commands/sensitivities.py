@@ -19,7 +19,7 @@ def add_option(command: argparse.ArgumentParser) -> None:
 
 
 def document(result) -> dict:
-    """Sensitivities of a result by metric and parameter as plain data, those that tell most first;
+    """Sensitivities of a result by metric and parameter as plain data, the most telling first;
     the reason where there are none.
     """
     found = result.sensitivities

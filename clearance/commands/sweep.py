@@ -416,7 +416,9 @@ def _range(name: str, metric: dict, units: str) -> str:
 
 
 def _extreme(name: str, metric: dict) -> str:
-    """The end that tells more and where it is: of minima the smallest, else the largest in size."""
+    """The end that matters more and where it is: of minima the smallest, else the largest in
+    size.
+    """
     if name.endswith("_min"):
         return f"smallest at {_words(metric['min_at'])}"
     if abs(metric["min"]) > abs(metric["max"]):

@@ -38,8 +38,8 @@ CREEP = 5e-3  # m/s: sliding speed below which a block across its guide counts a
 class ClearancePrismatic(ClearanceJoint):
     """Slide with clearance: a block (on b), 2a long and 2b high, between walls (on a) at +-(b + c).
 
-    The walls run along `axis` through point a. Point b is the block's centre: it moves by s along
-    the axis and by the offset e across it, n = axis turned by +90 degrees; the block's frame has
+    The walls run along `axis` through point a. Point b is the block's centre. It moves by s along
+    the axis and by the offset e across it, n = axis turned by +90 degrees. The block's frame has
     the constant angle `angle` against a's and the tilt psi. From point b, along the guide's axes,
     corner (sx, sy) stands at
 
@@ -49,7 +49,7 @@ class ClearancePrismatic(ClearanceJoint):
         force on the block -sy F(delta, delta', delta'_0) n + f(v, F) d at r
 
     with an impact speed delta'_0 of its own, and the opposite force at the same place on the guide.
-    Contact of a whole face is that of two corners.
+    Contact of a complete face is that of two corners.
 
     axis: direction (x, y) in a's frame, any length but zero; angle: of b's frame against a's [rad].
     clearance c, on either side; overlap 2a; height 2b; width of the faces [m], for laws per width.
@@ -57,10 +57,10 @@ class ClearancePrismatic(ClearanceJoint):
     Hertz's of a sphere on a plane, K = 4 E* sqrt(r) / 3.
     contact, friction: bound laws, of each corner.
     film: a pad law of both faces, with gaps c -+ e -+ x tan psi. It needs the width, a lubricant,
-    and a transition, which says at each edge what film and contact make of its gap. Of the film's
-    share there is the mean of both edges. roughness: for transitions [m].
-    material, layer: for moduli that laws leave to the joint.
-    offset [m], offset_rate [m/s], tilt [rad], tilt_rate [rad/s]: start values.
+    and a transition, which gives the force of film and contact at each edge from its gap. Of the
+    film's share there is the mean of both edges. roughness: for transitions [m].
+    material, layer: for moduli that laws leave to the joint. offset [m], offset_rate [m/s], tilt
+    [rad], tilt_rate [rad/s]: start values.
     Source: Flores, Ambrosio, Claro and Lankarani, Kinematics and Dynamics of Multibody Systems with
     Imperfect Joints (2008), chapter 3; Flores, Leine and Glocker, Multibody Syst. Dyn. 23 (2010)
     165.
@@ -248,9 +248,8 @@ class Block:
         """Load, moment and drag of the film between a face and its wall.
 
         Its gap is that which the transition makes of the gaps of both edges. The load at an edge is
-        reduced by the
-        slope of that gap, as its rate is: the film then takes out of the block's motion what it
-        takes out itself.
+        reduced by the slope of that gap, as its rate is: the film then takes out of the block's
+        motion what it takes out itself.
         """
         m, w, joint = self.m, self.w, self.joint
         half, slope = self.half[0], self.sine / self.cosine

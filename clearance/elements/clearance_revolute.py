@@ -45,7 +45,7 @@ class ClearanceRevolute(ClearanceJoint):
 
     radius: journal radius R_J [m] (the bearing's is R_J + clearance); clearance: radial clearance c
         [m]; length of the bearing [m], needed by a film.
-    contact, friction, film, asperity: bound laws, or None for what the joint has not got;
+    contact, friction, film, asperity: bound laws, or None for what the joint does not have;
     lubricant: the film's oil.
     transition: how film and contact share the joint, needed where it has both; asperities are part
         of it.
@@ -57,9 +57,9 @@ class ClearanceRevolute(ClearanceJoint):
     roughness: composite rms roughness [m], switches the film thickness ratio output on.
     heat: the balance of heat that sets the oil's temperature and with it its viscosity, or None for
         a constant one.
-    material: of journal and bearing, and layer: thickness [m] of the elastic layer that flattens
-        (default half the journal radius), for the diagnostics of the film, and for stiffness and
-        moduli that laws leave to the joint. eccentricity [m] and eccentricity_rate [m/s]: start
+    material: of journal and bearing. layer: thickness [m] of the elastic layer that flattens
+        (default half the journal radius). The diagnostics of the film use them, and so do stiffness
+        and moduli that laws leave to the joint. eccentricity [m] and eccentricity_rate [m/s]: start
         values of the journal's displacement in the bearing, along the fixed axes x and y.
     """
 

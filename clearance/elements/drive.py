@@ -34,13 +34,12 @@ class Drive(Load):
         axis).
     Exactly one of: speed, constant [rad/s or m/s]; motion, a `signal` law giving the coordinate
     over time [rad or m]; torque or force, a number or an `effort` law (time, position, rate)
-    [N m or N], or a
-    `drive_state` law, whose state starts at 0.
+    [N m or N], or a `drive_state` law, whose state starts at 0.
     start: the coordinate at t = 0 [rad or m] (default: that of the rough start); for a torque or
         force, speed_start is the rate at t = 0.
-    nominal: speed [rad/s] of a rotating drive without a constant one, for what is counted in turns:
-    the length of runs and their samples are those of this speed, metrics and pictures count turns
-    of the angle itself.
+    nominal: speed [rad/s] of a rotating drive without a constant one. Lengths of runs and samples
+        given in turns are those of this speed. Metrics and pictures count turns of the angle
+        itself.
     """
 
     target: Body | Revolute | Prismatic

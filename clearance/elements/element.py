@@ -1,8 +1,7 @@
 """An element is anything in a scene: a joint, a drive, a spring, a force.
 
-Its file says all that there is to say about it: its numbers with unit and check, its states, what
-it
-keeps together, what it applies, its contacts and its outputs. The compiler asks nothing else.
+Its file defines all of it: its numbers with unit and check, its states, its closing equations, the
+forces it applies, its contacts and its outputs. The compiler uses nothing else.
 """
 
 from collections.abc import Iterable, Iterator

@@ -15,8 +15,8 @@ class FrictionJoint(Joint):
     carry.
 
     friction: a bound `joint_friction` or `joint_bristle` law, or None. self_aligning: the joint
-        takes no axial force and no bending moment and leaves loads out of the plane to others; in a
-        closed loop some joint must, or they have no unique answer.
+        transmits no axial force and no bending moment. A closed loop needs at least one such joint,
+        else loads out of the plane are statically indeterminate.
     """
 
     #: fields that make a load of the reaction, and the ones that every load-dependent law needs

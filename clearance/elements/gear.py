@@ -19,9 +19,10 @@ class Gear(Spring):
     """Meshing teeth of a wheel and a second wheel or a rack, which one carrier bears; it may move.
 
     first: Revolute of the wheel, second: Revolute of the other wheel or Prismatic of the rack, both
-        with the carrier as body a. ratio i: turn of the second wheel over that of the first [-],
-        negative for external teeth, between 0 and 1 for a pinion in a ring; way of the rack over
-        the turn of the wheel [m/rad], its pitch radius, to the right of the axis where positive.
+        with the carrier as body a. ratio i: turn of the second wheel over that of the first [-]. It
+        is negative for external teeth, between 0 and 1 for a pinion in a ring. Of a rack it is the
+        pitch radius of the wheel [m/rad]; the rack lies to the right of its axis where it is
+        positive.
     The teeth are elastic along the pitch line, so that a mesh force F follows from its deflection:
 
         d = s (i q1 - q2 + phase),   F = k d + c d',

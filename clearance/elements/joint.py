@@ -39,7 +39,7 @@ def axis_field() -> Field:
 class Joint(Element):
     """Base of all joints: points a and b on two different bodies.
 
-    along, across, turn: FREE or Known, all that there is to say about the joint's kinematics.
+    along, across, turn: FREE or Known, the kinematics of the joint.
     turns: offsets are measured in the frame of body a along `axis`; else along the fixed axes x, y.
     """
 
@@ -142,7 +142,8 @@ class Joint(Element):
             yield name, units, f"{meaning} {axis} on {body}, out of the plane", value
 
     def efforts_along(self, m) -> tuple:
-        """Efforts along a slide that its reaction has not got, and all that act there, in words.
+        """Efforts along a slide that its reaction does not include, and all that act there, in
+        words.
 
         The effort of a drive that prescribes the motion stands in the reaction already.
         """

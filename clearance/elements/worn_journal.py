@@ -27,8 +27,8 @@ FOLLOWED = (
 class WornJournal(Journal):
     """The journal in worn outlines.
 
-    The gap is the smallest of all around; until something is worn the force
-    is that of the contact law.
+    The gap is the smallest of all around; until something is worn the force is that of the contact
+    law.
     """
 
     def _polar(self, trace, x, y) -> None:

@@ -127,7 +127,7 @@ def _loop(scene: Scene, ledger: bool, outputs: bool) -> Callable[[], tuple[float
 
 
 def doubt(rows: list[Part]) -> str:
-    """A sentence where repeats differ so much that small differences between rows say nothing."""
+    """A sentence where repeats differ so much that small differences between rows mean nothing."""
     worst = max(rows, key=lambda r: r.spread)
     if worst.spread < DOUBT:
         return ""

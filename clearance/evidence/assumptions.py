@@ -1,7 +1,7 @@
 """Static estimates of what a run leaves out: links that bend, bearings that give, hot contacts.
 
 Nothing of this is in the equations of motion. Each estimate states its formula, and what it takes
-for numbers that the scene has not got.
+for numbers that the scene does not have.
 """
 
 import math
@@ -71,8 +71,8 @@ def assumptions(
     sections: by body, the diameter of a round bar [m], or width and height of a rectangular one,
     the height in the plane of motion; others count as round steel bars of the body's mass. settle:
     turns left out, as in `metrics`.
-    Raises ValueError for bodies that the run has not got. Channels that were not kept leave their
-    estimates out.
+    Raises ValueError for bodies that the run does not have. Channels that were not stored leave
+    their estimates out.
     """
     sections = dict(sections or {})
     bodies = {b["name"] for b in record.scene["bodies"]}

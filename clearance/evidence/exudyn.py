@@ -1,5 +1,5 @@
-"""The same scene in Exudyn, a whole multibody code: redundant coordinates, generalized-alpha, the
-joint's own film law.
+"""The same scene in Exudyn, a complete multibody code: redundant coordinates, generalized-alpha,
+the joint's own film law.
 
 Bodies, hinges, guides and drive are Exudyn's; the film force enters as a user function of a
 connector, as an Exudyn user would add it. Only films: Exudyn's time steps do not stop at the start

@@ -1,5 +1,5 @@
-"""Film models from coarse to fine: error against run time, for single states and for a whole run;
-mesh convergence.
+"""Film models from coarse to fine: error against run time, for single states and for a complete
+run; mesh convergence.
 """
 
 import math
@@ -181,7 +181,7 @@ def single_states(progress: Callable[[str], None], quick: bool = False) -> list[
     return rungs
 
 
-# --- a whole run
+# --- a complete run
 def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = False) -> list[Rung]:
     """The feeder with each film: time of the integration, distance of the journal's path from the
     finest table's.
@@ -248,7 +248,7 @@ def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
 def ladder(
     turns: float = 1.0, quick: bool = False, progress: Callable[[str], None] = lambda text: None
 ) -> Ladder:
-    """The whole film ladder."""
+    """The entire film ladder."""
     remarks = [
         f"single states: {STATES} on a path through eps 0.1 to 0.97 in a bearing of L/D = 1; "
         f"reference the fast solver "

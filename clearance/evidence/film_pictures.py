@@ -155,7 +155,7 @@ def _rung_labels(rungs: list):
 
 
 def ladder(study, path: str | Path) -> Path:
-    """Error against run time, left of single states and right of a whole run."""
+    """Error against run time, left of single states and right of a complete run."""
     figure = sheet(11.0, 5.4)
     left, right = figure.subplots(1, 2)
     for axes, rungs, unit in ((left, study.states, 1e6), (right, study.runs, 1e3)):

@@ -53,7 +53,7 @@ def force_map(bearing: Bearing, nodes: int = 33) -> tuple[dict, Table]:
 
 
 def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=None) -> list[Shot]:
-    """Films of a lubricated joint at moments spread over the last turn (or the whole run) of a
+    """Films of a lubricated joint at moments spread over the last turn (or the entire run) of a
     result file.
 
     The motion comes from the file alone: eccentricity from the joint, its rate from the bodies'
@@ -92,8 +92,8 @@ def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=Non
 
 
 def _from_file(bearing: Bearing, fields: PressureFields, i: int) -> FilmSolution:
-    """A field of a file as a film in the frame of the line of centres; what no pressure tells is
-    nan.
+    """A field of a file as a film in the frame of the line of centres; what no pressure determines
+    is nan.
     """
     theta = (fields.angle - fields.line_of_centres[i] + math.pi) % (2.0 * math.pi)
     order, half = np.argsort(theta), fields.axial >= -1e-9 * bearing.length
@@ -119,7 +119,7 @@ def _from_file(bearing: Bearing, fields: PressureFields, i: int) -> FilmSolution
 
 
 def joint_with_film(result: Result, joint: str | None) -> str:
-    """The joint asked for, or the first with a film. Raises ValueError naming those there are."""
+    """The joint requested, or the first with a film. Raises ValueError naming those there are."""
     films = [j["name"] for j in result.scene["joints"] if j.get("film")]
     if not films:
         raise ValueError(f"{result.path}: this run has no joint with a film")

@@ -1,12 +1,12 @@
 """Largest Lyapunov exponent of a scene: how fast neighbouring motions part, with its error.
 
-Two-trajectory method of Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9: a
-companion runs beside the motion, is put back to a small distance along the line that joins them
-many times a turn, and the logarithms of its growth are added up. The state is the whole one: a
-contact law that looks at the impact speed remembers it while the contact lasts, so its difference
-belongs to the separation and is put back with it, until the contact has lasted so long that its
-impact speed is a number of the scene rather than a state. A second companion, further away by
-`WIDER` on the same motion, shows what the finite distance does.
+Two-trajectory method of Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9. A
+companion runs beside the motion. Many times a turn it is put back to a small distance along the
+line that joins them. The logarithms of its growth are added up. The state is the full one. A
+contact law may depend on the impact speed while the contact lasts. Its difference then belongs to
+the separation and is put back with it. A contact that has lasted long no longer counts: its impact
+speed is a number of the scene rather than a state. A second companion, further away by `WIDER` on
+the same motion, shows what the finite distance does.
 """
 
 import math
@@ -35,7 +35,7 @@ LASTING = 5.0
 # a companion this far away takes over the contacts of the motion, whether or not it has met them
 # itself
 FAR = 1e-2
-# turns (or a multiple of them) whose mean growth is one sample, samples wanted of long runs
+# turns (or a multiple of them) whose mean growth is one sample, samples required of long runs
 STRETCH, STRETCHES = 8, 20
 SLIVER = 1e-6  # step over the largest that counts as one cut short by a stop
 FEWEST = 4  # stretches of which a sampling error is told
@@ -46,7 +46,7 @@ SURE = 2.0  # errors by which an exponent must differ from zero
 class Exponent:
     """Largest Lyapunov exponent. growth: logarithm of the growth of the separation, turn by turn,
     without the transient (shape turns); wider: the same of the second companion; turn [s]; distance
-    and rtol as asked for; settle: turns left out. Where the scene has no turn, the interval takes
+    and rtol as requested; settle: turns left out. Where the scene has no turn, the interval takes
     its place.
     """
 
@@ -96,7 +96,7 @@ class Exponent:
 
     @property
     def resolution(self) -> float:
-        """Exponent per turn that a run of this length cannot tell from zero: neighbours on a
+        """Exponent per turn that a run of this length cannot distinguish from zero: neighbours on a
         regular motion may part in proportion to time, which looks like log(end / begin) / turns.
         """
         return math.log1p(self.turns / max(self.settle, 1)) / self.turns
@@ -130,9 +130,9 @@ class Exponent:
 
 
 def _sampling(growth: np.ndarray) -> float:
-    """Standard error of the mean growth, from the means of stretches of some turns: in a motion
-    that repeats itself after a few turns what grows in one of them shrinks in another, and single
-    turns scatter far more than their mean.
+    """Standard error of the mean growth, from the means of stretches of some turns. Single turns
+    scatter far more than their mean: a motion that repeats itself after a few turns grows in one of
+    them and shrinks in another.
     """
     length = STRETCH * max(len(growth) // (STRETCH * STRETCHES), 1)
     count = max(len(growth) // length, FEWEST)
@@ -208,7 +208,7 @@ def _whole(field: str, value: object, least: int) -> int:
 
 
 class _Motion:
-    """A trajectory that stops where it is told to."""
+    """A trajectory that stops at given times."""
 
     def __init__(self, mechanism: Mechanism, until: float, rtol: float):
         self.run = Run(mechanism, Span(until, 2), Solver(rtol), outputs=False)
@@ -268,7 +268,7 @@ class _Companion(_Motion):
         return grown
 
     def _restart(self, y: np.ndarray) -> None:
-        """Go on from another state: what the stepper kept of its last steps is forgotten."""
+        """Go on from another state: what the stepper stored of its last steps is forgotten."""
         state, mechanism = self.run.state, self.run.mechanism
         state.y[:] = y
         mechanism.kernel("rhs")(state.time, state.y, mechanism.par, state.work, state.f)

@@ -1,6 +1,6 @@
 """Other people's integrators on the same compiled right-hand side.
 
-All optional but scipy; imported when asked for.
+All optional but scipy; imported when requested.
 
 A peer is prepared once (whatever it compiles then is reported apart) and then solves a problem at a
 tolerance. Peers get the same natural scales as absolute tolerances, and a dry law that remembers
@@ -21,7 +21,7 @@ from clearance import store
 from clearance.evidence.problem import NotSolved, Problem, Solution
 
 BIGGEST_STEP = 1.0 / 96.0  # of a turn, where contacts must not be jumped over
-# of a turn, after a contact event: a longer one could jump over the whole contact
+# of a turn, after a contact event: a longer one could jump over the entire contact
 FIRST_STEP = 1e-7
 BUDGET = 20.0  # seconds a peer may spend on one solution
 PHASES = 100_000

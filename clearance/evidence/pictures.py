@@ -37,7 +37,7 @@ def sheet(width: float, height: float) -> Figure:
 
 
 def saved(figure: Figure, path: str | Path) -> Path:
-    """Write a picture of the kind of its name, whole or not at all; its folder is made."""
+    """Write a picture of the kind of its name, completely or not at all; its folder is made."""
     path = Path(path)
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=130, format=path.suffix[1:])
@@ -47,8 +47,8 @@ def saved(figure: Figure, path: str | Path) -> Path:
 def work_precision(study, path: str | Path) -> Path:
     """Error against run time, both logarithmic: own methods as thick lines, others thin and dashed.
 
-    Beside it stated
-    against true errors of the own methods: below the diagonal a statement would be too small.
+    Beside it stated against true errors of the own methods: below the diagonal a statement would be
+    too small.
     """
     figure = sheet(12.0, 5.2)
     axes, beside = figure.subplots(1, 2, width_ratios=(3, 2))

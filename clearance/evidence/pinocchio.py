@@ -225,9 +225,9 @@ def inverse_in_loop(
     """Efforts of drives (samples, drives) and forces x, y of the cuts on their bodies b (samples,
     cuts, 2).
 
-    Pinocchio called from Python, sample by sample: rnea, and where there are loops also
-    computeJointJacobians, the Jacobians of the two points of each cut, and one dense solve of as
-    many equations as the tree has joints.
+    Pinocchio called from Python, sample by sample: rnea. With loops also computeJointJacobians, the
+    Jacobians of the two points of each cut, and one dense solve. The solve has as many equations as
+    the tree has joints.
     """
     pin, m, data, size = model.pin, model.model, model.data, 2 * len(model.cuts)
     efforts, matrix, loads = np.empty(q.shape), np.empty(q.shape[1:] * 2), _Loads(model, outer)

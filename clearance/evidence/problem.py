@@ -24,7 +24,7 @@ PARTED = 1e-2
 
 
 class NotSolved(RuntimeError):
-    """A solver gave up or cannot do the scene; the message says why."""
+    """A solver gave up or cannot do the scene; the message states why."""
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,7 @@ def compare(
 
 
 def _timed(call: Callable[[], object]) -> Callable[[], float]:
-    """A call that says how long it took [s]."""
+    """A call that returns its duration [s]."""
 
     def once() -> float:
         began = clock.perf_counter()
@@ -259,7 +259,7 @@ def _reactions_are_ideal(scene: Scene) -> bool:
 def _agreement(
     route: Route, channels: dict, record: Record, scene: Scene, ideal: bool = True
 ) -> None:
-    """Note the largest differences of efforts and reactions; ideal: what is found knows no
+    """Note the largest differences of efforts and reactions; ideal: what is found has no
     friction.
     """
     efforts = {

@@ -247,9 +247,9 @@ def check_nodes(field: str, nodes: int) -> int:
 def load_error(cells: int, eccentricity_ratio: float, slenderness: float) -> float:
     """Largest relative error of the load to expect of so many equal biquadratic cells around.
 
-    The pressure's peak is sqrt(2 (1 - eps)) rad wide each side; with n cells in that the error is
-    0.08 / n^2, from n = 2 on and for L/D from 1/2 on 0.025 / n^2: measured against fine meshes in
-    rotation, squeeze and both, for L/D from 1/10 to 2 and eccentricity ratios up to 0.9975.
+    The pressure's peak is sqrt(2 (1 - eps)) rad wide each side. With n cells in it, n from 2 on,
+    the error is 0.08 / n^2, for L/D from 1/2 on 0.025 / n^2. These are measured against fine meshes
+    in rotation, squeeze and both, for L/D from 1/10 to 2 and eccentricity ratios up to 0.9975.
     """
     inside = cells * math.sqrt(2.0 * max(1.0 - eccentricity_ratio, 1e-12)) / (2.0 * math.pi)
     return (0.025 if slenderness >= 0.5 and inside >= 2.0 else TOO_COARSE) / inside**2

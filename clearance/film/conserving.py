@@ -777,7 +777,7 @@ class MemoryFilm:
         Returns (4, 6): rows force_x, force_y on the journal [N], shear (integral of 1/H over the
         wet area, out of 2 pi; a cavitated cell counts with its content: streamlets), side_flow out
         of the film at both ends [m3/s]; columns value and d/d(ex, ey, vx, vy, spin) with every cell
-        kept full or cavitated as it is.
+        left full or cavitated as it is.
 
         The content is stored at 12 (H (f - old) / elapsed + old dH/dt), the implicit Euler step of
         a straight path to

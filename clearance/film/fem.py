@@ -23,10 +23,10 @@ an M-matrix on any mesh, lumped storage and upwind transport. Each node has one 
 where the gap is full, th - 1 where it is not.
 
 The mesh is uniform between the edges of the grooves and never adapted. A mesh of 64 by 8 is within
-1e-3 of the load up to an eccentricity ratio of 0.7 for any length, up to 0.85 for L/D from 1/2 on;
-at 0.9 it is within 4e-3 for any, 1e-3 from L/D 1/2 on (mass-conserving: 0.8 % at L/D 1). Nearer
-contact more cells around are needed, about in proportion to 1 / sqrt(1 - eps): see `load_error` in
-film/bearing.py.
+1e-3 of the load up to an eccentricity ratio of 0.7 for any length, up to 0.85 for L/D from 1/2 on.
+At 0.9 it is within 4e-3 for any length, within 1e-3 from L/D 1/2 on (mass-conserving: 0.8 % at L/D
+1). Nearer contact more cells around are needed, about in proportion to 1 / sqrt(1 - eps): see
+`load_error` in film/bearing.py.
 
 Source: Hintermueller, Ito and Kunisch, SIAM J. Optim. 13 (2003) 865, the active set; Elrod, J.
 Lubrication Technology 103 (1981) 350 and Woloszynski, Podsiadlo and Stachowiak, Tribology Letters
@@ -417,7 +417,7 @@ class _Film:
 
     def wet_ends(self, wet: np.ndarray) -> np.ndarray:
         """An end is wet where the film beside it is: at ambient pressure its own value cannot
-        tell.
+        state.
         """
         wet[self.parts.end] = wet[self.parts.beside_end]
         return wet
@@ -663,11 +663,11 @@ class FemFilm:
         """The film in one state: eps, d(eps)/dt [1/s] and omega_J + omega_B - 2 gamma' [rad/s].
 
         warm: the cavitated region of the last solution is the first guess of this one; the answer
-            is the same. content is 1 in the film and 0 where it has ruptured, but of a
-            mass-conserving film: there it is the one that no longer changes in the frame of the
-            line of centres, storage of a squeezed film being content times d(H)/dt. shear counts
-            the full film only. Raises ValueError beyond contact, and for a mass-conserving film
-            without a groove or where it has no such content.
+            is the same. content is 1 in the film and 0 where it has ruptured. Of a mass-conserving
+            film it is the one that no longer changes in the frame of the line of centres; a
+            squeezed film stores content times d(H)/dt. shear counts the full film only. Raises
+            ValueError beyond contact, and for a mass-conserving film without a groove or where it
+            has no such content.
         """
         state = self._state(eccentricity_ratio, radial_rate, entrainment)
         if refused := coarseness(self._cells, state[0], self.bearing.slenderness):
@@ -713,8 +713,8 @@ class FemFilm:
 
         The state is the one after the step; before it, the eccentricity ratio was smaller by step
         times radial_rate. Grooves stay where they are in the frame of the line of centres.
-        `mass_defect` tells how well oil was kept. Raises TypeError for other films, ValueError for
-        a content of wrong shape or outside [0, 1].
+        `mass_defect` states how well oil was stored. Raises TypeError for other films, ValueError
+        for a content of wrong shape or outside [0, 1].
         """
         if not isinstance(self._film, _Conserving):
             raise TypeError(

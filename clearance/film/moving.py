@@ -418,7 +418,7 @@ def error_of(cells: int, eccentricity_ratio: float, slenderness: float) -> float
 
     Third order in the cells, second order and larger where the bearing is short, for the rupture is
     as wide as it is long there; larger near contact, too. An upper bound of what fine meshes of the
-    fast solver say, for L/D from 1/8 to 1 and eccentricity ratios up to 0.99, in rotation, in
+    fast solver state, for L/D from 1/8 to 1 and eccentricity ratios up to 0.99, in rotation, in
     squeeze towards the wall and in both.
     """
     near = (0.02 / max(1.0 - eccentricity_ratio, 1e-12)) ** 2

@@ -2,7 +2,7 @@
 the table.
 
 `solved` is memoryless and stands where any film law stands. `conserving` has a memory: the oil
-content of the gap, over the bearing, is kept from step to step (implicit Euler between accepted
+content of the gap, over the bearing, is stored from step to step (implicit Euler between accepted
 states), and its liner may be elastic. Both are answered in Python (tracing/asking.py), some 1e3 to
 1e4 times dearer than the table. The finite elements of a run are those of film/moving.py, smooth in
 the motion; film/fem.py is their reference.
@@ -70,7 +70,7 @@ def conserving_keep(
 
 
 def _usual(solve: Callable[[float, float], object]) -> float:
-    """Mean CPU time of solutions as a step of a run asks for them: values at some states apart,
+    """Mean CPU time of solutions as a step of a run requests them: values at some states apart,
     then slopes.
 
     The first ones prepare what the others use and do not count.

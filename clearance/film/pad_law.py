@@ -81,7 +81,7 @@ def pad_film(*, nodes: int = NODES, mesh: tuple[int, int] = MESH) -> BoundLaw:
 
     nodes: of the table over y, an odd number of 17 or more; twice as many over theta. mesh:
     cells along the pad and over half its width, of the solver behind it. A table is built once, in
-    some seconds, and kept on disk by B / 2a and options. Raises ValueError for other numbers.
+    some seconds, and stored on disk by B / 2a and options. Raises ValueError for other numbers.
     """
     if nodes != int(checks.finite("pad_table: nodes", nodes)) or nodes < 17 or nodes % 2 == 0:
         raise ValueError(f"pad_table: nodes must be an odd number of 17 or more, got {nodes!r}")

@@ -1,6 +1,6 @@
 """The film tables that come with the package: `python -m clearance.film.shipped` makes them again.
 
-A table is asked for by its key and by the source of what makes it (see table.Key.name): after a
+A table is requested by its key and by the source of what makes it (see table.Key.name): after a
 change of the solver none of these is taken until they are made again.
 """
 

@@ -23,7 +23,7 @@ def solve_film(
         edges, which it meets only to a cell. mesh: cells around and over half the length (default
         (128, 16), of fem (64, 8)).
     Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, a condition the
-    solver has not got.
+    solver does not have.
     """
     if solver == "auto":
         edged = any(g.width > 0.0 or g.length < 1.0 for g in bearing.grooves)

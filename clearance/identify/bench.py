@@ -1,10 +1,10 @@
 """A synthetic test bench of a ball joint, after the programme of Pfitzer et al., Lubricants 2025,
 13(10), 436.
 
-Nothing here was measured. The joint is richer than every model that is fitted to it: eight
-ellipsoidal LuGre elements side by side whose break-away angles span 0.0004 to 0.02 rad (an
-Iwan-like spectrum), a Stribeck peak, friction that depends on direction, on where the ball sits in
-its seat and on warm-up, and a level that differs from run to run.
+Nothing here was measured. The joint is richer than every model that is fitted to it. Eight
+ellipsoidal LuGre elements stand side by side; their break-away angles span 0.0004 to 0.02 rad (an
+Iwan-like spectrum). There is a Stribeck peak. Friction depends on direction, on the place of the
+ball in its seat and on warm-up. Its level differs from run to run.
 """
 
 import math
@@ -140,7 +140,7 @@ def bench(
     """The synthetic measurement of the whole programme, the same numbers for the same arguments.
 
     scatter: relative standard deviation of the level from run to run; noise: standard deviation of
-        the torque [N m]; rate_of_samples [1/s]; preloads [N], under each of which the whole
+        the torque [N m]; rate_of_samples [1/s]; preloads [N], under each of which the entire
         programme is run. Raises ValueError for numbers out of range.
 
     Calibrated by hand: the shares of the elements (the stiff ones carry more), the amplitudes of
@@ -269,7 +269,7 @@ def _after(time: np.ndarray) -> np.ndarray:
 
 def sine(time: np.ndarray, amplitude: float, frequency: float, cycles: int) -> np.ndarray:
     """Rate (n,) [rad/s] of a sinusoidal motion of an angle [rad], from rest at its end; `cycles`
-    only say how long.
+    only set how long.
     """
     w = 2.0 * math.pi * frequency
     return amplitude * w * np.sin(w * time)

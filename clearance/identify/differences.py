@@ -18,7 +18,7 @@ from clearance.identify.own import FunctionError, Own
 
 FINISH = 1e-8  # relative change of the cost and of the parameters at which a fit ends
 MOST = 60  # steps of a fit
-# differences made larger; relative change of slopes by that from which they are doubted
+# differences made larger; relative change of slopes by that from which they are reduced
 COARSER, UNSMOOTH = 3.0, 0.2
 FAILS = ValueError, ArithmeticError, RuntimeError  # of a function: that point is refused
 

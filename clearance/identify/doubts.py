@@ -1,5 +1,5 @@
 """Doubts about a fit: records that no friction gives, errors as large as the torque, errors that
-hang together.
+are connected.
 """
 
 import math
@@ -123,7 +123,7 @@ def of_lag(facts: Mapping, trials: Sequence) -> tuple[str, ...]:
 
 
 def of_intervals(widening: float, samples: int, independent: float) -> tuple[str, ...]:
-    """Intervals from errors that hang together."""
+    """Intervals from autocorrelated residuals."""
     if widening < WIDER:
         return ()
     return (

@@ -3,9 +3,9 @@
 LuGre: nonlinear least squares (trust region, bounds, static torque not below the kinetic one) in
 the logarithms of the parameters, from analytic sensitivities. Axes that no trial couples are fitted
 each for itself; starts are compared on a part of the samples, the best are followed on all. After
-each pass over the samples the residuals r and slopes J are reduced to the triangle that has the
-same J^T J, J^T r and r^T r, so that scipy makes the very steps it would make with all rows, at no
-cost. Characteristic curve: linear least squares.
+each pass over the samples the residuals r and slopes J are reduced to a triangle with the same J^T
+J, J^T r and r^T r. The steps of scipy are therefore those with all rows, at no cost. Characteristic
+curve: linear least squares.
 """
 
 import math
@@ -28,7 +28,7 @@ MOST_LOOKS, MOST = 25, 300  # passes over the samples of a start, and of the fin
 # samples of a trial that starts are judged by, at least; one in so many of them, at most
 FEW, MOST_THINNED = 1000, 10
 FOLLOWED = 3  # starts that are followed on all samples
-# starts agree within this NRMSE; doubted where fewer than this share of them do
+# starts agree within this NRMSE; reduced where fewer than this share of them do
 NEAR, ENOUGH = 0.005, 0.2
 HUGE = 1e100  # N m, whose square is a number
 # weight of neighbouring knots being equal, over that of all samples: what holds knots without
@@ -380,7 +380,7 @@ class Part:
 
 
 def parts(model: LuGre, search: Search, trials: Sequence) -> list[Part]:
-    """The fit taken apart: trials of one axis each say nothing about the parameters of other
+    """The fit taken apart: trials of one axis each give nothing about the parameters of other
     axes.
     """
     p = len(model.parameters)

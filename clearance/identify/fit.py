@@ -117,7 +117,7 @@ class Fit:
         return not (model.knots or model.network or model.static)
 
     def law(self, axis: str = "spin", arm: float | None = None):
-        """The friction of one axis (spin, tilt; of models that tell them apart tilt_x, tilt_y) as
+        """The friction of one axis (spin, tilt; of models that distinguish them tilt_x, tilt_y) as
         `cl.joint_lugre`.
 
         Turned about that axis alone, the model is that law. Where the torque is proportional to the

@@ -1,10 +1,10 @@
 """A recurrent network as a model of ball-joint friction: one LSTM layer and a linear read-out, no
 physics.
 
-It goes at an interval of its own, 4 ms: its inputs are the means of the three rates over the
-interval, compressed by asinh(w / softness) so that creeping and fast motion are both seen; its
-outputs are the three torques at the interval's end, which are held until the next one. With the
-inputs x, the outputs h and the cells c of the units
+It has an interval of its own, 4 ms. Its inputs are the means of the three rates over the interval,
+compressed by asinh(w / softness), which resolves creeping and fast motion. Its outputs are the
+three torques at the interval's end, which are held until the next one. With the inputs x, the
+outputs h and the cells c of the units
 
     i, f, g, o = W x + U h + b,   c <- sig(f) c + sig(i) tanh(g),   h <- sig(o) tanh(c),
     torque = R h + r.
@@ -134,8 +134,8 @@ class LSTM(Model):
 
     Training: window, samples that count of a window, and lead, those before them, in intervals;
     batch, windows a step; held_out, share of the windows that is not trained on; epochs, most of
-    them, of three passes over the
-    others each; patience, epochs without a better score of the windows held out before it ends;
+    them, of three passes over the others each; patience, epochs without a better score of the
+    windows held out before it ends;
     rate, Adam's at first.
     """
 

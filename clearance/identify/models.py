@@ -82,7 +82,7 @@ FINER = 4  # steps of a sample where a lag is fitted: corners of the rate then l
 
 
 def preload_of(trial) -> float:
-    """Preload [N] of a trial. Raises ValueError where no fact says it."""
+    """Preload [N] of a trial. Raises ValueError where no fact gives it."""
     facts = getattr(trial, "facts", {})
     if "preload" not in facts:
         name = getattr(trial, "name", "?")
@@ -131,7 +131,7 @@ class Model:
         return ("tilt", "tilt", "spin") if self.symmetric else ("tilt_x", "tilt_y", "spin")
 
     def bounded(self, parameters: Sequence[Parameter], least: float) -> tuple[Parameter, ...]:
-        """Parameters with the bounds asked for."""
+        """Parameters with the bounds requested."""
         self._check_names(self.bounds, [p.name for p in parameters], "bounds")
         return tuple(
             p.within(self.bounds[p.name], least if p.low > 0.0 else p.low)
@@ -180,7 +180,7 @@ class Model:
         return self.torque(values, trial)[:, np.flatnonzero(trial.measured)]
 
     def modelled(self, values: Values, trial):
-        """The trial with what the model says in place of what was measured."""
+        """The trial with what the model predicts in place of what was measured."""
         return trial.with_torque(self.torque(values, trial))
 
     def senses(self, trial) -> np.ndarray:
@@ -228,7 +228,7 @@ class LuGre(Model):
         at rest it keeps what it was. bounds: of parameters by name. |w| is the rate's norm where
         axes are coupled, else the axis' own.
 
-    load: how the whole torque follows the fact `preload` F of a trial: fixed (not), proportional or
+    load: how the total torque follows the fact `preload` F of a trial: fixed (not), proportional or
         power,
     (F / preload)^load_exponent; all other numbers are then those at `preload` [N]. lag: a parameter
     lag [s], by which torques come after the rates they belong to, is fitted too.
@@ -469,10 +469,10 @@ class LuGre(Model):
         """Rate [rad/s] up to which no axis gives off more energy than its bristles hold, inf where
         that never happens.
 
-        With z' S0 z / 2 in the bristles that is so while |M w| / T_i^2 <= 4
-        (sigma1_i + sigma2_i) / sigma1_i^2, whatever the deflection; uncoupled and started at rest
-        (|sigma0 z| <= max T) also where sigma2 >= sigma1 (max T / T - 1). A stiffness that changes
-        with the speed does work that is not counted. Rounded down by 0.6 %.
+        With z' S0 z / 2 in the bristles that is so while |M w| / T_i^2 <= 4 (sigma1_i + sigma2_i) /
+        sigma1_i^2, whatever the deflection; uncoupled and started at rest (|sigma0 z| <= max T)
+        also where sigma2 >= sigma1 (max T / T - 1). A stiffness that changes with the speed does
+        work that is not counted. Rounded down by 0.6 %.
         """
         values_at = self.functions(values, SPEEDS)
         torque, damping, viscous = (

@@ -43,7 +43,7 @@ GROUPS = "tilt", "tilt", "spin"  # whose parameters a law has about x, y, z
 def between(low: float, high: float, units: str = "1", start: float | None = None) -> Parameter:
     """A parameter to be fitted: its bounds, its SI unit, and where the search starts.
 
-    start: the geometric mean of the bounds unless told otherwise, their mean where one is not
+    start: the geometric mean of the bounds by default, their mean where one is not
         positive. Positive parameters are searched for in their logarithms. Raises ValueError for
         bounds that do not rise and a start outside.
     """
@@ -139,7 +139,7 @@ class Own(Model):
         return np.stack([trial[c] for c in self.predicts], axis=1)
 
     def predicted(self, values: Values, trial) -> np.ndarray:
-        """The same as the model says."""
+        """The same as the model predicts."""
         return self._called(values, trial) if self.predicts else super().predicted(values, trial)
 
     def modelled(self, values: Values, trial):

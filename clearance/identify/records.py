@@ -1,5 +1,5 @@
-"""Measured joint friction: trials of a test bench, the files they are kept in, and what is checked
-of them.
+"""Measured joint friction: trials of a test bench, the files they are stored in, and what is
+checked of them.
 
 HDF5 (format "clearance-measurement"; SI, every dataset has `units` and `long_name`):
 
@@ -13,10 +13,10 @@ HDF5 (format "clearance-measurement"; SI, every dataset has `units` and `long_na
         left out was not measured
 
 Frame: that of the housing; x and y tilt, z is the stud, about which the joint spins. A dataset
-whose `units` say ms, deg/s, N mm or kN m is converted.
+whose `units` state ms, deg/s, N mm or kN m is converted.
 
-CSV: one line a sample, headed by the same names, and `trial` (else the whole file is one trial),
-`role` (else training), `kind`, `axis`. Other units are taken only where the name says so: time_ms,
+CSV: one line a sample, headed by the same names, and `trial` (else the entire file is one trial),
+`role` (else training), `kind`, `axis`. Other units are taken only where the name has them: time_ms,
 rate_z_deg_s, torque_z_N_mm. The cells of a torque that a trial did not measure stay empty. Commas,
 semicolons or tabs part cells, numbers have decimal points. Lines "# name = value" and "#
 trial.name = value" above the header are facts. Columns of other names are left aside.
@@ -43,7 +43,7 @@ from clearance.units import UNITS as KNOWN_UNITS
 FORMAT = "clearance-measurement"
 FORMAT_VERSION = 1
 AXES = "xyz"
-#: what a trial can be said to be
+#: roles of a trial
 LABELS = {
     "kind": ("triangle", "sine", "mixed", "other"),
     "axis": ("spin", "tilt", "mixed"),
@@ -70,7 +70,7 @@ LONGEST_STEP = 0.05  # s
 HIGHEST_RATE = 50.0  # rad/s, eight turns a second
 WIDEST_TILT, WIDEST_SPIN = math.pi, 2.0 * math.pi  # rad from end to end
 TORQUES = 1e-3, 200.0  # N m: largest torque of a measurement
-#: how to say that a column is in other units
+#: form of a column in other units
 CALL = "Then call it {} in CSV, or its units {!r} in HDF5"
 TRUST = "; if these are SI, --trust-units (trusted=True) reads them as they are"
 
@@ -252,7 +252,7 @@ def check(trial: str, columns: dict[str, np.ndarray], row: Where = "row {}".form
     """Raises ValueError for columns (n,) of a trial that are too short, not finite, or whose time
     is uneven.
 
-    row: says where sample i stands; rows count from 0.
+    row: place of sample i; rows count from 0.
     """
     time = columns["time"]
     if len(time) < FEWEST:
@@ -446,7 +446,7 @@ def _read_hdf5(file: Reader, predicts: Mapping[str, str] | None = None) -> Measu
 
 
 def _hdf5_trial(file: Reader, name: str, about: dict) -> Trial:
-    """A trial of a group of datasets, in the units they say."""
+    """A trial of a group of datasets, in the units they state."""
     columns, present = {}, file.names(f"trials/{name}")
     for column in (
         c
@@ -497,7 +497,7 @@ def plain(value):
 def _read_csv(
     path: Path, rows: dict[str, Where], predicts: Mapping[str, str] | None = None
 ) -> Measurement:
-    """Read a CSV file; `rows` is filled with what says the line of a trial's sample."""
+    """Read a CSV file; `rows` is filled with the line of each sample of a trial."""
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
@@ -685,7 +685,9 @@ def _numbers(trial: str, column: str, texts, lines: np.ndarray) -> np.ndarray:
 
 # --- writing
 def write(path: str | Path, measurement: Measurement) -> Path:
-    """Write a measurement, CSV where the file's name ends so, else HDF5; whole or not at all."""
+    """Write a measurement, CSV where the file's name ends so, else HDF5; completely or not at
+    all.
+    """
     path = Path(path)
     if path.suffix.lower() == ".csv":
         return _write_csv(path, measurement)

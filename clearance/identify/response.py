@@ -1,4 +1,4 @@
-"""Frequency response of bristle friction: linearised, and of the whole law at several amplitudes.
+"""Frequency response of bristle friction: linearised, and of the full law at several amplitudes.
 
 The angle is x = w_0 t + A sin(omega t), so the rate w_0 + A omega cos(omega t). Of the torque's
 first harmonic, G = G' + i G'' [N m/rad] over the angle's: the storage moment G' is a stiffness, the
@@ -70,7 +70,7 @@ def whole(
     axis: int = 2,
     rate: float = 0.0,
 ) -> np.ndarray:
-    """G (n,) [N m/rad] of the whole law: first harmonic of its torque at an amplitude [rad] of the
+    """G (n,) [N m/rad] of the full law: first harmonic of its torque at an amplitude [rad] of the
     angle.
     """
     return np.array([_harmonic(model, values, amplitude, f, axis, rate) for f in frequencies])

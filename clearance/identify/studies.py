@@ -1,9 +1,9 @@
 """Studies of ball-joint friction models on the synthetic bench, after Pfitzer et al., Lubricants 13
 (2025) 436.
 
-How well the four models fit and predict; what they say beyond their data, against the bench's joint
-itself; what a fixed step does to them in a simulation; how the estimation went; whether known
-parameters come back; what a step costs.
+Fit and prediction of the four models; their predictions beyond their data, against the bench's
+joint itself; the effect of a fixed step in a simulation. The course of the estimation, the recovery
+of known parameters, and the cost of a step.
 """
 
 import math

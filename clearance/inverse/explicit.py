@@ -91,7 +91,7 @@ class Explicit:
 
 
 def _built(scene: Scene) -> Mechanism:
-    """The mechanism of a scene whose whole motion is prescribed.
+    """The mechanism of a scene whose entire motion is prescribed.
 
     Raises ValueError naming what is free.
     """

@@ -372,7 +372,7 @@ class _Friction:
         return solve(np.eye(len(self.laws)) - share * slopes * response, error[..., None])[..., 0]
 
     def followed(self, parts: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray | None, int]:
-        """Efforts of one sample, from no friction to the whole of it, and Newton steps; None where
+        """Efforts of one sample, from no friction to all of it, and Newton steps; None where
         the way ends.
 
         Strong friction can have several solutions: this is the one that grows out of none.
@@ -476,7 +476,7 @@ def _values(functions: list[Callable], rates: np.ndarray, loads: np.ndarray) -> 
 def _solved(
     pairs: Pairs, friction: _Friction, time: np.ndarray, q: np.ndarray
 ) -> tuple[dict[str, np.ndarray], str]:
-    """All channels up to the first sample without a unique answer, and what is said of it ("" where
+    """All channels up to the first sample without a unique answer, and its reason ("" where
     all have one).
     """
     geometry = Geometry(pairs, q)

@@ -1,9 +1,9 @@
 """The start of a run: bodies put together from a rough position, every loop closed, velocities from
 the drives.
 
-The coordinates that the mechanism's plan leaves free (the angle of an undriven crank or of a
-pendulum) start where the scene says and the other bodies move to close the loops; only where no
-loop closes so do they give way as well.
+Coordinates that the plan of the mechanism leaves free start at the values of the scene, such as the
+angle of an undriven crank or of a pendulum. The other bodies move to close the loops. Only if the
+loops cannot be closed so do the free coordinates give way as well.
 
 Works on absolute coordinates of all bodies (numpy, once per run).
 """
@@ -117,7 +117,7 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
 @dataclass(frozen=True)
 class _Row:
     """One constraint equation: of which part, its coordinate's place, its value, and the rate its
-    start asks for.
+    start requires.
     """
 
     label: str
@@ -319,7 +319,7 @@ class _System:
         return best, worst
 
     def beside(self, q: np.ndarray) -> np.ndarray:
-        """Some position with nothing special about it."""
+        """A random nearby position, so that ranks are not those of a singular one."""
         return q + 0.1 * self.size * np.random.default_rng(1).uniform(-1.0, 1.0, q.size)
 
     def _report_open(self, labels, residual) -> None:

@@ -112,7 +112,7 @@ class Mechanism:
     @cached_property
     def scale(self) -> np.ndarray:
         """Natural size of each state: 1 rad for free angles, the size for lengths, what elements
-        say of their own states; rates times the frequency.
+        state of their own gives; rates times the frequency.
         """
         sizes = {f"{e.key}/{s.name}": s.size for e in self.scene.elements for s in e.states()}
         sizes |= {c.key: 1.0 if c.turns else self.start.size for c in self.plan.free}
@@ -219,7 +219,7 @@ def _films(sources: dict) -> dict:
 
 
 def _parameters(structure: Structure, values: list[float], sources: dict) -> np.ndarray:
-    """The parameter vector: numbers, what is derived from them, and what laws read as a whole."""
+    """The parameter vector: numbers, what is derived from them, and what laws read as a block."""
     data = _data(sources, structure, values)
     par = np.zeros(len(values) + structure.layout.derived)
     par[: len(values)] = values
@@ -259,7 +259,7 @@ def _sources(scene: Scene) -> dict:
 
 
 def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.ndarray]:
-    """Numbers that laws read as a whole, such as film tables; they stand behind all others, shared
+    """Numbers that laws read as a block, such as film tables; they stand behind all others, shared
     ones once.
     """
     end, placed = len(values) + structure.layout.derived, {}

@@ -59,7 +59,7 @@ class Dynamics:
         work.potential = work.potential - mass * (gx * pose.x + gy * pose.y)
 
     def with_friction(self, work: Work, efforts: dict) -> Work:
-        """Applied wrenches, with the friction efforts of joints without clearance."""
+        """Applied wrenches plus the friction efforts of joints without clearance."""
         result = replace(work, wrench=dict(work.wrench), across=dict(work.across))
         for joint, effort in efforts.items():
             result.on(joint, effort)

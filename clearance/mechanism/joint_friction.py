@@ -4,10 +4,9 @@ reactions.
 The reactions are linear in the friction efforts s: R = R_0 + G s, and friction is s = law(rate,
 Q(R)). Where no friction reaches a reaction that friction depends on, G has structural zeros only
 and s is explicit; that is so as long as only driven joints rub in a mechanism whose motion is
-prescribed. Elsewhere the kernel solves
-s = law(rate, Q(R_0 + G s)) by fixed point, and where that contracts slowly by Newton's method along
-a growing share of the friction: strong friction can have several solutions, and this is the one
-that grows out of none.
+prescribed. Elsewhere the kernel solves s = law(rate, Q(R_0 + G s)) by fixed point. Where that
+contracts slowly, it uses Newton's method along a growing share of the friction. Strong friction can
+have several solutions; this is the one that grows out of none.
 """
 
 import math

@@ -39,8 +39,7 @@ class Kinematics:
     """Poses, and fields over them.
 
     number(name) reads a scene number. coordinate: values of coordinates by their place; rate: of
-    those
-    that the real motion has; state: (element, name) -> value and rate of states that are
+    those that the real motion has; state: (element, name) -> value and rate of states that are
     coordinates. memory(i): work slot i, for what is carried from step to step.
     """
 

@@ -27,8 +27,7 @@ class Layout:
     `dissipated` has taken out, and the integrals `sums` (all where there is a ledger). Work: the
     impact speed of each spot, negative in free flight; the coordinates that a step carries to the
     next, (name, of what); the times up to which elements with a memory remember. Parameters: those
-    of
-    the scene by name, then derived ones.
+    of the scene by name, then derived ones.
     followed: numbers that a run hands on step by step.
     """
 

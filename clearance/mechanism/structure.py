@@ -6,7 +6,7 @@ Kernels share one signature, (t, y, par, work, out):
   to the
   next step events    out = penetration, its rate, contact force for each spot
   follow    out = what the run follows of elements that wear; only where some do
-What stands where in them says the layout.
+Their places are in the layout.
 """
 
 import hashlib

@@ -11,7 +11,7 @@ from clearance.tracing.trace import Value, is_zero
 
 @dataclass
 class Work:
-    """Takes up what `Element.act` says; k: kinematics, rates: along the real motion.
+    """Adds up the effects of `Element.act`; k: kinematics, rates: along the real motion.
 
     wrench: (x, y, moment) on bodies about their centres of mass; across: what acts out of the
         plane, (force z, moment x, moment y). kinetic, potential [J]; input_power [W] of drives and

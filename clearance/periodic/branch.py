@@ -2,9 +2,9 @@
 
 Pseudo-arclength continuation: the unknowns are the coordinates Y of the section, in natural sizes,
 and the parameter p over its range. F(Y, p) = P(Y; p) - Y = 0 is a curve. From a point on it the way
-goes along its tangent by ds, and back to the curve at right angles to that, so that folds are
-passed: there the parameter turns and the tangent has no share of it. In a period doubling a curve
-of motions of twice the period begins, along the eigenvector of the multiplier -1.
+goes along its tangent by ds, and back to the curve at right angles to that. So it passes folds,
+where the parameter turns back and the tangent has no share of it. In a period doubling a curve of
+motions of twice the period begins, along the eigenvector of the multiplier -1.
 Source: Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, ch. 4 and 7.
 """
 
@@ -292,7 +292,7 @@ class Follower:
         """Points of the branch from the first on, bifurcations among them where they lie.
 
         It ends where the parameter leaves its range, after so many points, or where no step is
-        short enough; `reason` says which.
+        short enough; `reason` states which.
         """
         point, length = first, min(FIRST, self.largest)
         self.reason = f"{most}{POINTS}"

@@ -32,7 +32,7 @@ class Branch:
     """Periodic motions of a case over a parameter, in the order in which they were met.
 
     parameter and its units; fixed: the other parameters that were given; channels: paths of the
-    outputs in `points`, with their units; reason: why it ends; request: what was asked for, as
+    outputs in `points`, with their units; reason: why it ends; request: what was requested, as
     plain data.
     """
 
@@ -343,7 +343,7 @@ def _check(case, parameter: str, fixed: dict, low: float, high: float) -> None:
 
 
 def _channels(scene, patterns: list[str] | None) -> dict[str, str]:
-    """Paths and units of the outputs to keep: those asked for, else the eccentricity of the
+    """Paths and units of the outputs to keep: those requested, else the eccentricity of the
     first joint with clearance and the velocities of bodies on guides.
     """
     channels = build(scene, ledger=False).layout.channels

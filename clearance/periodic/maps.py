@@ -1,7 +1,7 @@
 """The map of a section: where a motion stands one period later, and the derivative of that by
 differences.
 
-The state is the whole one. A contact law that looks at the impact speed remembers it while the
+The state is complete. A contact law that looks at the impact speed remembers it while the
 contact lasts, so a section inside a contact has that speed as a coordinate more; a section in free
 flight has none.
 """
@@ -37,7 +37,7 @@ TRIES = 400  # such advances to one passage, at most
 
 
 class NotPeriodic(RuntimeError):
-    """No periodic motion was reached; the message says what was."""
+    """No periodic motion was reached; the message gives the best."""
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,7 @@ class Motion:
 
 
 def _check(mechanism: Mechanism) -> None:
-    """Raises ValueError for scenes whose state is not the whole one, or has nothing in it."""
+    """Raises ValueError for scenes whose state is not complete, or has nothing in it."""
     if mechanism.size == 0:
         raise ValueError(
             "this scene has no degree of freedom: it repeats itself with its drives, and nothing "
@@ -281,7 +281,7 @@ class Section:
 
     # --- the map
     def next(self, place: Place) -> Place:
-        """The next passage; angles go back by whole turns. duration [s] and contacts are those
+        """The next passage; angles go back by full turns. duration [s] and contacts are those
         of the way.
         """
         before = self.motion.run.contact_count
@@ -301,14 +301,14 @@ class Section:
         return self._wound(self.motion.go(place, self.phase * turn, turn), place)
 
     def _wound(self, place: Place, like: Place) -> Place:
-        """A place with its angles as near to those of another as whole turns bring them."""
+        """A place with its angles as near to those of another as full turns bring them."""
         y = place.y.copy()
         for i in self.winding:
             y[i] -= 2.0 * math.pi * round((y[i] - like.y[i]) / (2.0 * math.pi))
         return self.motion.moved(place, y)
 
     def _crossed(self, place: Place) -> Place:
-        """The passage of an autonomous motion through the same angle, after whole turns."""
+        """The passage of an autonomous motion through the same angle, after full turns."""
         motion, i = self.motion, self.angle
         rate = i + motion.mechanism.coordinates
         motion._begin(place, 0.0)
@@ -334,7 +334,7 @@ class Section:
         )
 
     def _straight(self, time: float) -> Place:
-        """The place a very short time ahead or behind; the duration of the passage is kept."""
+        """The place a very short time ahead or behind; the duration of the passage is stored."""
         here, state = self.motion.here(), self.motion.run.state
         self.duration = float(state.time) + time
         return self.motion.moved(here, here.y + time * self.motion.rates(float(state.time), here))

@@ -124,7 +124,7 @@ def steady(
 
 
 def tolerance_of(tolerance: float | str, rtol: float | None) -> tuple[float, float]:
-    """The distance asked for and the local tolerance that suits it.
+    """The distance requested and the local tolerance that suits it.
     Raises ValueError naming them.
     """
     tolerance = checks.share("tolerance", tolerance)
@@ -268,9 +268,9 @@ class Search:
 
 
 def calmest(section: Section, place: Place) -> tuple[float, Place]:
-    """The phase of the next turn that lies furthest from the beginnings and ends of contacts,
-    and where the motion stands there: the middle of a long free flight, else of the longest
-    stretch in the same contacts.
+    """The phase of the next turn that lies furthest from the beginnings and ends of contacts, with
+    the state there. It is the middle of a long free flight, else of the longest stretch in the same
+    contacts.
     """
     motion = section.motion
     times = motion.turn * (section.phase + np.arange(1, PHASES + 1) / PHASES)

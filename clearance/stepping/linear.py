@@ -1,7 +1,7 @@
 """Small dense LU with partial pivoting, real and complex.
 
-The diagonal holds the inverse pivots: a division costs as much as a whole row. The pivot rows are
-kept as numbers.
+The diagonal holds the inverse pivots: a division costs as much as a complete row. The pivot rows
+are stored as numbers.
 """
 
 from clearance.stepping.types import shared

@@ -42,7 +42,7 @@ SLIVER = 1e-9  # of a step: parts of it that are not looked into
 # --- angles
 @inline
 def unwind(s, row, ahead):
-    """Make the angles of a row continuous: whole turns by the mean of the rates here and at the
+    """Make the angles of a row continuous: full turns by the mean of the rates here and at the
     last step's end.
     """
     for k in range(s.angles.shape[0]):
@@ -104,7 +104,7 @@ def may_peak(s, k, per_width, per_back, curving):
     it bends too little.
 
     The slope's change over the interval is taken as four times that of the chords, of this interval
-    and of the last. In the first interval of a phase only the values at its ends tell it; a contact
+    and of the last. In the first interval of a phase only the values at its ends show it; a contact
     may be over within that.
 
     per_width, per_back: 1 over the lengths of both intervals, the second 0 in the first interval;

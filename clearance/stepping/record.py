@@ -85,7 +85,7 @@ class Fields(AttributeTemplate):
 def reading(context, builder, value):
     """The function that reads a word of a record.
 
-    Nothing changes a record while compiled code runs, so one reading does for a whole function.
+    Nothing changes a record while compiled code runs, so one reading serves a complete function.
     """
     word = context.get_value_type(types.intp)
     words = builder.bitcast(value, word.as_pointer())

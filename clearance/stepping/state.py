@@ -259,6 +259,6 @@ def evaluate(s, theta):
 
 @inline
 def invalidate(s):
-    """Forget what the method kept from earlier steps."""
+    """Forget what the method has from earlier steps."""
     s.jacobian_state = s.lu_state = s.has_predictor = 0
     s.last_h = 0.0

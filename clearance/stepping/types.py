@@ -28,7 +28,7 @@ DIGEST = hashlib.sha256(
 
 
 def compiled(signature):
-    """Compile for the whole package, once (plain Python when numba is switched off).
+    """Compile for the entire package, once (plain Python when numba is switched off).
 
     Without numba's runtime: nothing in here may allocate, and no array is counted; counting took
     half of the time.
