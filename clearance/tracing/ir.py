@@ -6,7 +6,7 @@ vector form (sines, powers, called functions of numba) are taken lane by lane. A
 where any lane needs it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import llvmlite.ir as ir
 
@@ -41,11 +41,20 @@ class Lowering:
     """Writes programs into a function that is being built.
 
     arrays: pointers to y, par, work, out and data, where tables stand; time: the value of t;
-    addresses: of functions that cannot be traced.
+    addresses: of functions that cannot be traced. unchanging: arrays that keep their numbers while
+    the function runs; a compiler that must expect otherwise takes the square of a kernel's size.
     """
 
-    def __init__(self, builder: ir.IRBuilder, arrays: dict, time, addresses: dict, width: int = 1):
-        self.builder, self.module = builder, builder.module
+    def __init__(
+        self,
+        builder: ir.IRBuilder,
+        arrays: dict,
+        time,
+        addresses: dict,
+        width: int = 1,
+        unchanging: Collection[str] = (),
+    ):
+        self.builder, self.module, self.unchanging = builder, builder.module, unchanging
         self.arrays, self.time, self.addresses, self.width = arrays, time, addresses, width
         self.kind = DOUBLE if width == 1 else ir.VectorType(DOUBLE, width)
         self.truth = BIT if width == 1 else ir.VectorType(BIT, width)
@@ -116,7 +125,10 @@ class Lowering:
         return pointer if self.width == 1 else self.builder.bitcast(pointer, self.kind.as_pointer())
 
     def load(self, array: str, index: int) -> ir.Value:
-        return self.builder.load(self.place(array, index), align=8)
+        number = self.builder.load(self.place(array, index), align=8)
+        if array in self.unchanging:
+            number.set_metadata("invariant.load", self.module.add_metadata([]))
+        return number
 
     # --- steps
     def run(self, steps: list) -> None:

@@ -45,7 +45,10 @@ def kernel(program: Program) -> Callable:
     def write(builder, arguments):
         time, *arrays = arguments
         arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
-        Lowering(builder, arrays | {"data": arrays["par"]}, time, places).write(program)
+        lowering = Lowering(
+            builder, arrays | {"data": arrays["par"]}, time, places, unchanging=("y", "par")
+        )
+        lowering.write(program)
 
     return store.Kernel(write)
 
