@@ -10,6 +10,7 @@ import clearance as cl
 from clearance import cli
 from clearance.laws.law import signal
 from clearance.metrics import metrics
+from clearance.periodic import stated
 from clearance.periodic.steady import steady, tolerance_of
 
 MASS, DAMPING, STIFFNESS, FORCE, FREQUENCY = 2.0, 3.0, 800.0, 40.0, 12.0
@@ -177,6 +178,19 @@ class TestStatedErrors:
         assert len(covered) > 3
         assert np.mean(covered) >= share
         assert all(errors[name].relative < 1e-3 for name in exact if exact[name].value)
+
+    def test_a_companion_that_fails(self, monkeypatch):
+        """In a fold no step is defined: the orbit is kept, and its file says why nothing is
+        stated.
+        """
+
+        def singular(section, fixed):
+            raise np.linalg.LinAlgError("Singular matrix")
+
+        monkeypatch.setattr(stated, "_moved", singular)
+        orbit = steady(rotor(), 1e-8).orbit
+        assert orbit.errors.reason == "the companion at rtol 1e-12 failed: Singular matrix"
+        assert orbit.complete
 
     def test_the_films_part(self):
         """A table's forces larger by its error: the gap of a loaded journal changes by about as

@@ -51,7 +51,7 @@ def _orbit(
     try:
         other = _again(section, rtol, times)
         run = orbiting(other, _moved(other, fixed))
-    except (NotPeriodic, NotSolved) as reason:
+    except (NotPeriodic, NotSolved, np.linalg.LinAlgError) as reason:
         raise Parted(f"the companion at rtol {rtol:g} failed: {reason}") from None
     run.take_mechanism(strengthened(run.mechanism, times))
     sink = MemorySink(run.mechanism.layout.channels, run.attributes())
