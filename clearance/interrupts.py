@@ -1,4 +1,4 @@
-"""Signals that ask a run to end: taken in order, between two pieces of its output."""
+"""Signals that end a run: taken in order, between two pieces of its output."""
 
 import multiprocessing
 import os

@@ -1,11 +1,10 @@
-"""Requests for an error: the cheapest run whose stated errors are as small as asked for, or why
+"""Requests for an error: the cheapest run whose stated errors are as small as requested, or why
 there is none.
 
 The ladder of tolerances begins with a pair at ten times the error and at the error. While a stated
-error e is larger than the asked one, eps, the tolerance falls to r max(1e-3, 0.5 eps / e), and the
-run before is the companion of the
-next: its difference is that of a companion at 10 r times 9 / (k - 1), where the tolerances are k
-apart.
+error e is larger than the requested one, eps, the tolerance falls to r max(1e-3, 0.5 eps / e). The
+run before is the companion of the next. Where the tolerances are k apart, its difference is that of
+a companion at 10 r times 9 / (k - 1).
 """
 
 import math
@@ -89,7 +88,7 @@ class Request:
     def wanted(self, errors: Errors) -> Iterator[tuple[str, float, Error, bool]]:
         """Names, largest relative errors, stated errors, and whether film tables count.
 
-        Raises ValueError for a name that the run has not got.
+        Raises ValueError for a name that the run does not have.
         """
         for name, eps in self.asked.items():
             if name in (ALL, INTEGRATION):
@@ -105,7 +104,7 @@ class Request:
                 raise ValueError(f"error: the run has no {name!r}{checks.meant(name, names)}")
 
     def of_name(self, name: str) -> float:
-        """The error that is asked for of a number."""
+        """The error that is requested of a number."""
         others = self.asked.get(ALL, self.asked.get(INTEGRATION, math.inf))
         return self.asked.get(name, others)
 
@@ -198,7 +197,7 @@ class Ladder:
     run: made and not begun, at any tolerance; settle: turns left out of the metrics; summed:
         metrics of a record;
     progress: called with the done share of each run. best: the last run with stated errors. runs:
-        their tolerances. Raises ValueError for a run that is too large to be kept in memory.
+        their tolerances. Raises ValueError for a run that is too large to be held in memory.
     """
 
     def __init__(
@@ -252,7 +251,7 @@ class Ladder:
             rtol = max(rtol * self._fall(errors), TIGHTEST)
 
     def _fall(self, errors: Errors) -> float:
-        """Share of the tolerance to go on at; parted trajectories tell nothing of it."""
+        """Share of the tolerance to go on at; parted trajectories give none."""
         if errors.trajectory > PARTED:
             return LOST_STEP
         return max(LARGEST_STEP, AIM / self.past[-1][1])
@@ -307,7 +306,7 @@ class Ladder:
         pair, size = Pair(tight.record, loose[1], (rtol, loose[0])), size_of(self.run.mechanism)
         errors = stated(pair, self.summed, self.settle, size)
         apart = loose[0] / rtol
-        # runs that have parted tell nothing of tighter ones
+        # runs that have parted give nothing for tighter ones
         if apart > 1.0 and not errors.trajectory > PARTED:
             errors = stated(pair, self.summed, self.settle, size, (apart - 1.0) / (LOOSER - 1.0))
         return errors if self.film is None else self._with_films(errors)

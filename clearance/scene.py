@@ -20,7 +20,7 @@ Part = TypeVar("Part", Body, Element)
 class Scene:
     """A complete mechanism: joints, drives and loads.
 
-    Bodies are found from the parts, nothing is listed twice.
+    Bodies follow from the parts; nothing is listed twice.
 
     parts: elements (joints, drives, springs, forces) in any order, which fixes the order of
         outputs; gravity: acceleration (x, y) [m/s2], or (x, y, z) for a mechanism whose plane is

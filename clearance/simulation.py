@@ -35,7 +35,7 @@ LOG = logging.getLogger("clearance")
 
 class SimulationError(RuntimeError):
     """A run failed part-way. `result` holds what had been computed; None where no file of it could
-    be kept.
+    be stored.
     """
 
     def __init__(self, message: str, result: Result | None):
@@ -44,7 +44,7 @@ class SimulationError(RuntimeError):
 
 
 class NotReached(SimulationError):
-    """An error that was asked for cannot be reached. `result` is the best run, with what it has
+    """An error that was requested cannot be reached. `result` is the best run, with what it has
     reached.
     """
 
@@ -87,14 +87,14 @@ def simulate(
         or of the span); give one where loads act more briefly than that. max_steps: give up after
         so many. progress: called with the done share of the span.
     channels: paths or patterns of the output to keep, such as "bodies/slider/ax", "joints/B/*" or
-        "solver", the log of steps (default all; the events are always kept);
+        "solver", the log of steps (default all; the events are always stored);
     compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time
         between checkpoints beside the file: the same call goes on from the last one after a crash,
         and gives the same file. force: begin although the run needs more than 2^31 rows, a day or
         the free disk (see demand.py).
-    start: the result (or the path of its file) of another run, at whose end this one begins, in any
-        scene with the same states; or "quasi-static": journals at rest where their films carry the
-        joint forces (default: as the scene says).
+    start: the result of another run (or the path of its file), at whose end this one begins; its
+        scene must have the same states. Or "quasi-static": journals at rest where their films carry
+        the joint forces. Default: the start of the scene.
     pressure_fields: how many pressure fields of its films a turn the file shall hold (of the run,
         where nothing turns), solved after the run from its motion, see fields.py; none unless asked
         for.
@@ -111,11 +111,11 @@ def simulate(
     sensitivity: parameters by which the metrics are differentiated, such as "clearance,viscosity"
         of a case, "joints/B/clearance" of any scene (`Result.sensitivities`, see sensing.py); of
         one that is 0 with a size: {"load": 1.0}. Raises ValueError for bad arguments and impossible
-        scenes before anything runs, SimulationError for a run that fails part-way, with time, joint
-        and state in
-        the message and the partial result attached, also where the disk is full; NotReached, with
-        the best run, where an error cannot be reached that was asked for;
-    KeyboardInterrupt once what was computed is kept, with a note that says where.
+        scenes before anything runs. Raises SimulationError for a run that fails part-way, also
+        where the disk is full: the message has time, joint and state, and the partial result is
+        attached. Raises NotReached, with the best run, for a requested error that cannot be
+        reached. Raises KeyboardInterrupt once the results so far are stored, with a note of the
+        place.
     """
     request = _request(error, checkpoint)
     output = Output(path, channels, compression, checkpoint, pressure_fields)
@@ -178,7 +178,7 @@ def _sensing(scene: Scene, given, prepared: partial, settle: float | None):
 
 
 def _request(error: str | float | Mapping | None, checkpoint: float | None) -> Request | None:
-    """The request for an error; None where none is asked for. Raises ValueError."""
+    """The request for an error; None where none is requested. Raises ValueError."""
     if not asks(error):
         return None
     if checkpoint is not None:
@@ -276,13 +276,13 @@ def write(
     more: Callable[[Path], None] | None = None,
 ) -> Result:
     """Run to the end, streaming into the file; a signal and a full disk end it early, the file
-    kept.
+    stored.
 
     error: "auto" and "state" state the errors of its numbers, as `simulate` does; settle: turns
         left out of those. What an observer changes is changed in the second run too. pair: puts
         companions beside the record, where the run from the same start is none. more: adds to the
         finished file.
-    Raises SimulationError, and KeyboardInterrupt with a note that says what is kept.
+    Raises SimulationError, and KeyboardInterrupt with a note that states what is stored.
     """
     reason = "" if error and pair else reason_without(run, error, output)
     statement = None if reason else Statement(run, settle, output.checkpoint is not None, pair)
@@ -304,8 +304,8 @@ def answer(
 ) -> Result:
     """The run that a request leads to, in its file; more: adds to the finished file.
 
-    Raises ValueError for names that the run has not got, before anything runs; NotReached,
-    SimulationError, and KeyboardInterrupt, with the best run so far kept in the file.
+    Raises ValueError for names that the run does not have, before anything runs; NotReached,
+    SimulationError, and KeyboardInterrupt, with the best run so far stored in the file.
     """
     request.check(names(run, partial(metrics, settle=settle)))
     ladder = Ladder(run, request, settle, progress=progress)

@@ -37,7 +37,7 @@ OF_LIVES = {"life": ("joint", "surface"), "animation": ("joint", "surface", "fra
 #: kinds that lay several runs over each other
 OF_SEVERAL = ("history", "phase", "poincare", "spectrum")
 KINDS = OF_LIVES | OF_RUNS | OF_SWEEPS
-#: options that say what is shown
+#: options that select what is shown
 SHOWN = ("measured", "channels", "joint", "metrics", "x")
 OPTIONS = tuple(dict.fromkeys(o for own in (*KINDS.values(), *OF_LIVES.values()) for o in own))
 FRAMES = 120
@@ -166,7 +166,7 @@ def add(commands) -> argparse.ArgumentParser:
 
 
 def run(options) -> int:
-    """Draw the picture and say where it is.
+    """Draw the picture and print its path.
 
     Raises ValueError for options that do not belong to it.
     """

@@ -188,7 +188,7 @@ class ClearancePrismatic(ClearanceJoint):
             "friction; with compliant contact there are other states at rest beside this one"
         )
 
-    # --- what the compiler asks
+    # --- for the compiler
     def states(self) -> list[State]:
         tilt = self.clearance / (0.5 * self.overlap)
         return [

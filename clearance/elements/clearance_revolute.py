@@ -266,7 +266,7 @@ class ClearanceRevolute(ClearanceJoint):
         node = self.heat and self.heat.to
         return {} if node is None else {"thermal node": node}
 
-    # --- what the compiler asks
+    # --- for the compiler
     def states(self) -> list[State]:
         states = [
             State(f"eccentricity_{axis}", "m", self.clearance, 2, start, rate)
@@ -458,8 +458,8 @@ class Journal:
             self.w.show(self.joint, name, *SHOWN[name], value)
 
     def _with_memory(self, eccentricity, closing, turning) -> tuple:
-        """Radial and tangential force and shear of a film that lives on the bearing, asked in the
-        bearing's frame.
+        """Radial and tangential force and shear of a film that is fixed to the bearing, in the
+        frame of the bearing.
         """
         m, joint, (spin_a, spin_b) = self.m, self.joint, self.spins
         away = self.vector(eccentricity, 0.0), self.vector(closing, eccentricity * turning)

@@ -143,7 +143,7 @@ class Drive(Load):
             yield f"{self.key}/whole_turn", math.copysign(2.0 * math.pi, self.nominal), NEVER
         yield from super().numbers()
 
-    # --- what the compiler asks
+    # --- for the compiler
     def motion_at(self, m) -> tuple:
         """Prescribed coordinate, its rate and its second rate at the present time."""
         if self.motion is not None:

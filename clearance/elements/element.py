@@ -112,7 +112,7 @@ class Element(Described):
             n: (laws | numbers)[n] for n in values if n in laws or n in numbers
         }
 
-    # --- what the compiler asks
+    # --- for the compiler
     def states(self) -> list[State]:
         """States of its own."""
         return []

@@ -93,7 +93,7 @@ class ClearancePinSlot(ClearanceJoint):
     def place_of(self, states: dict[str, float]) -> str:
         return f"offset {states['offset'] / self.clearance:.9f} c"
 
-    # --- what the compiler asks
+    # --- for the compiler
     def states(self) -> list[State]:
         return [State("offset", "m", self.clearance, 2, self.offset, self.offset_rate)]
 

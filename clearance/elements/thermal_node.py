@@ -67,7 +67,7 @@ class ThermalNode(Load):
         yield from super().numbers()
         yield f"{self.key}/cold", self.cold, NEVER
 
-    # --- what the compiler asks
+    # --- for the compiler
     def states(self) -> list[State]:
         start = 0.0 if self.start is None else self.start - self.cold
         return [State("warming", "K", WARMING, order=1, start=start)]

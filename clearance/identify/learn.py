@@ -14,7 +14,7 @@ the network of the last epoch comes along its trial, and is led in by intervals 
 JAX, equinox and optax do it, which the extra `learn` installs and which are imported only here and
 only to train. Trained networks run without them, in double precision.
 
-It knows the rates it was shown and no others: beyond them its torque may be anything, also energy
+It is trained on the rates of its data only. Beyond them its torque may be anything, also energy
 that friction cannot give.
 """
 

@@ -75,7 +75,7 @@ def _by_multipliers(solver: Explicit, times: np.ndarray, rows: np.ndarray) -> np
     """The same channels by the other route; positions are its own, polished from those of the
     kernel.
 
-    The kernel may know angles up to full turns only: too little for a torsion spring.
+    The kernel may have angles up to full turns only: too little for a torsion spring.
     """
     place, poses = {c.path: i for i, c in enumerate(solver.channels)}, None
     if not any(isinstance(load, TorsionSpring) for load in solver.scene.loads):
