@@ -237,6 +237,13 @@ class TestLife:
         with pytest.raises(ValueError, match=r"holds another life \(other tolerance\)"):
             cl.wear(rotor(), directory=folder / "worn", tolerance=0.1, **OPTIONS)
 
+    def test_a_turn_that_swallows_a_scar(self, tmp_path):
+        """A coefficient that wears a tenth of the clearance in a turn is refused."""
+        scene = rotor(wear=cl.archard(coefficient=1e-9))
+        reason = r"wears its bearing .* m deep, and share = 0.1 of the clearance is 1e-05 m"
+        with pytest.raises(ValueError, match=reason):
+            cl.wear(scene, directory=tmp_path, **OPTIONS)
+
     def test_linear(self, folder, tmp_path):
         """Explicit jumps agree while they are short, and are refused beyond their stability."""
         life = cl.wear(rotor(), directory=tmp_path / "short", jump="linear", **OPTIONS)

@@ -142,6 +142,23 @@ def test_turns_to():
     assert math.isnan(turns_to(turns, deep + 5.0, 2.5))
 
 
+def test_lives_of_figures_are_used_again(tmp_path):
+    """A figure's life is lived once, and anew where that is asked for."""
+    from clearance.paper_figures.workshop import Workshop
+
+    def made(fresh=False):
+        work = Workshop(tmp_path, "name", fresh=fresh)
+        life = work.life(rotor(), turns=1.0, settle=0, average=1)
+        assert work.results[0]["call"] == "wear"
+        return life.path, (life.path / "stage-0000.npz").stat().st_mtime_ns
+
+    first = made()
+    assert made() == first
+    again = made(fresh=True)
+    assert again[0] == first[0]
+    assert again[1] > first[1]
+
+
 def test_a_life_names_the_units_of_its_metrics(tmp_path):
     """The first line of a life's journal has units and texts of the metrics of all."""
     life = cl.wear(rotor(), turns=1.0, directory=tmp_path, settle=0, average=1)

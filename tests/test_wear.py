@@ -246,6 +246,16 @@ class TestJoint:
             modules
         )
 
+    def test_coefficient_against_the_material(self):
+        """A coefficient times the hardness that no pair reaches is warned of, with the numbers."""
+        severe, usual = 1e-10, 1e-13
+        with cl.simulate(slider_crank(wear=cl.archard(coefficient=severe)), until=1e-4) as run:
+            words = [w for w in run.warnings if "the severest dry wear" in w]
+        assert words
+        assert "archard: coefficient 1e-10 m2/N = 0.1 mm3/(N m) times the hardness of" in words[0]
+        with cl.simulate(slider_crank(wear=cl.archard(coefficient=usual)), until=1e-4) as run:
+            assert not any("the severest dry wear" in w for w in run.warnings)
+
     def test_refused(self):
         """Joints that worn outlines cannot stand in, by field and reason."""
         scene = cl.load_case("slider_crank", model="dry", contact="liu")

@@ -18,6 +18,8 @@ from clearance.laws.law import surface_wear
 
 LARGEST = 1e-9  # m2/N; softer than any bearing: a number in other units
 LEAST = 1e-22
+HARDNESS = 1e-2  # of Young's modulus, about
+SEVERE = 1e-2  # coefficient times hardness of the severest dry wear of metals, about
 
 
 def coefficient_of_wear(field: str, value: object) -> float:
@@ -67,6 +69,37 @@ def sarkar(pressure, sliding_speed, coefficient, friction):
     Source: Sarkar, Friction and Wear, Academic Press 1980.
     """
     return coefficient * math.sqrt(1.0 + 3.0 * friction * friction) * pressure * sliding_speed
+
+
+def _severe(coefficient: float, joint) -> str | None:
+    """Objection to a coefficient whose product with the material's hardness no pair reaches."""
+    product = coefficient * HARDNESS * joint.material.young
+    if product <= SEVERE:
+        return None
+    material = f"the hardness of {joint.material.name} (Young's modulus / {1.0 / HARDNESS:g})"
+    return (
+        f"coefficient {coefficient:g} m2/N = {coefficient * 1e9:g} mm3/(N m) times {material} is "
+        f"{product:.2g}; the severest dry wear has {SEVERE:g}: look at its unit, or give the "
+        f"joint its material"
+    )
+
+
+@archard.doubts
+def _archard_severe(joint, parameters):
+    """Archard's coefficient against the material."""
+    return _severe(parameters["coefficient"], joint)
+
+
+@sarkar.doubts
+def _sarkar_severe(joint, parameters):
+    """Sarkar's coefficient against the material."""
+    return _severe(parameters["coefficient"], joint)
+
+
+@archard_reye.doubts
+def _reye_severe(joint, parameters):
+    """Reye's coefficient times friction against the material."""
+    return _severe(parameters["energy_coefficient"] * parameters["friction"], joint)
 
 
 def is_linear(law) -> bool:

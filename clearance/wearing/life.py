@@ -361,6 +361,8 @@ class Driver:
         return Life(self.folder)
 
     def _first(self, outlines: dict[str, Worn]) -> dict[str, Measured]:
+        for text in (text for joint in self.joints.values() for text in joint.doubts()):
+            LOG.warning("%s", text)
         measured, values = self.stage(0, outlines)
         for name, one in measured.items():
             if (
@@ -371,8 +373,21 @@ class Driver:
                 raise ValueError(
                     f"joint {name}: its law of wear is not linear in the pressure; take jump=linear"
                 )
+            self._check_turn(name, one)
         self._keep(0, outlines, measured, 0.0, 0.0, self.plan.turns * FIRST, values, 0.0)
         return measured
+
+    def _check_turn(self, name: str, measured: Measured) -> None:
+        """Raise ValueError where one turn deepens a scar by more than a jump may."""
+        most = self.plan.share * self.joints[name].clearance
+        for surface, rate in measured.rate.items():
+            if rate.max() > most:
+                turn = f"the first turn wears its {surface} {rate.max():.3g} m deep"
+                share = f"share = {self.plan.share:g} of the clearance is {most:.3g} m"
+                raise ValueError(
+                    f"joint {name}: {turn}, and {share}: no jump is that short; look at the unit "
+                    f"of its coefficient, or allow a larger share"
+                )
 
     def _resumed(self) -> tuple:
         """Outlines, turns, error and next jump of the last stage in the journal, and its number."""
