@@ -387,11 +387,16 @@ class Statement:
 
 def add_errors(errors: Errors, path: str | Path) -> None:
     """Add stated errors to a finished file; a warning where there is no room for them."""
-    if shutil.disk_usage(Path(path).parent).free < os.path.getsize(path) + ROOM:
+    if not has_room(path):
         LOG.warning("%s has no stated errors: there is no room for them", path)
         return
     with appending(path) as file:
         write_errors(file, errors)
+
+
+def has_room(path: str | Path) -> bool:
+    """True where the disk has room for another copy of a finished file with more in it."""
+    return shutil.disk_usage(Path(path).parent).free >= os.path.getsize(path) + ROOM
 
 
 def size_of(mechanism: Mechanism) -> float | None:

@@ -27,7 +27,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.companion import COUNTS, LARGEST
+from clearance.companion import COUNTS, LARGEST, has_room
 from clearance.interrupts import Held
 from clearance.metrics import Metric, metrics
 from clearance.recording import MemoryRecord, MemorySink
@@ -101,21 +101,16 @@ class Sensing:
         for one in self.parameters:
             values, others = fine.around(one, PLACES), loose.around(one, (-1, 1))
             rows |= {(name, one.name): s for name, s in differences(one, values, others)}
-        return Sensitivities(
-            {
-                (m, p): rows[m, p]
-                for m in dict.fromkeys(m for m, _ in rows)
-                for p in self._names(m, rows)
-            }
-        )
-
-    def _names(self, metric: str, rows: dict) -> list[str]:
-        return [one.name for one in self.parameters if (metric, one.name) in rows]
+        keys = [(m, one.name) for m in dict.fromkeys(m for m, _ in rows) for one in self.parameters]
+        return Sensitivities({key: rows[key] for key in keys if key in rows})
 
     def add(self, run: Run, path: str | Path) -> None:
         """Add the sensitivities of a run to its finished file; where there are none the file states
         why.
         """
+        names = ", ".join(one.name for one in self.parameters)
+        runs = 3 + (len(PLACES) + 1) * len(self.parameters)
+        LOG.info("sensitivities to %s: %d more runs", names, runs)
         try:
             found = self.of(run)
         except (Impossible, ValueError) as reason:
@@ -124,7 +119,10 @@ class Sensing:
         except KeyboardInterrupt as request:
             request.add_note(f"what was computed is kept in {path}, without sensitivities")
             raise
-        write(found, path)
+        if has_room(path):
+            write(found, path)
+        else:
+            LOG.warning("%s has no sensitivities: there is no room for them", path)
 
 
 def reason_without(run: Run) -> str:

@@ -282,6 +282,16 @@ def test_why_a_file_has_none(tmp_path, monkeypatch):
         result.sensitivities["block_acceleration_max", "bodies/block/mass"]
 
 
+def test_a_full_disk_keeps_the_run(tmp_path, monkeypatch, caplog):
+    """The run stays as it was if the disk has no room for the table."""
+    monkeypatch.setattr(sensing, "has_room", lambda _: False)
+    path = tmp_path / "run.h5"
+    result = cl.simulate(oscillator(), until=0.1, sensitivity="bodies/block/mass", path=path)
+    assert result.complete
+    assert not result.sensitivities
+    assert "no room" in caplog.text
+
+
 def _fails(*_):
     raise sensing.Impossible("a run failed")
 
