@@ -81,7 +81,7 @@ def test_units_and_readable_summary(tmp_path, capsys):
     [
         (["-p", "clearance=-1mm"], "clearance must be positive, got -0.001"),
         (["-p", "clearance=20mm"], "radius 0.01 m must be larger than clearance 0.02 m"),
-        (["-p", "colour=red"], "no parameter 'colour'; it has speed, clearance"),
+        (["-p", "colour=red"], "no parameter 'colour'; it has speed, joints"),
         (["-p", "speed=10furlong"], "speed: unknown unit 'furlong'"),
         (["-p", "speed=fast"], "speed: 'fast' is not a number"),
         (["-p", "speed"], "expected NAME=VALUE"),
