@@ -89,7 +89,7 @@ BOXES = {
     "compiler": Box(
         "compiler", "mechanism/: one\nkernel a scene", 2, 0.0, "#6a1b9a", "mechanism*", step=2
     ),
-    "stepping": Box("stepping", "time loop,\nsteppers, events", 3, -1.15, "#8e7cc3", "stepping*"),
+    "stepping": Box("stepping", "time loop,\nsteppers, events", 3, -1.25, "#8e7cc3", "stepping*"),
     "film": Box(
         "film", "Reynolds equation,\nforce tables", 3, 1.15, "#00897b", "film film.* films"
     ),
@@ -116,7 +116,7 @@ BOXES = {
         "files",
         "written by runs,\nread by pictures",
         4,
-        -1.55,
+        -1.65,
         "#ef6c00",
         "recording checkpoint reading results",
         step=4,
