@@ -124,7 +124,7 @@ BOXES = {
     "evidence": Box("evidence", "accuracy, cost,\nextremes", 5, 1.0, "#546e7a", "evidence*"),
     "sweeps": Box(
         "sweeps",
-        "many runs: sweeps,\nchaos, wear, fits",
+        "sweeps, chaos,\nwear, fits",
         5,
         -1.0,
         "#9e9d24",
