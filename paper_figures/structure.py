@@ -109,7 +109,8 @@ BOXES = {
         0.0,
         "#c62828",
         "simulation run run.* options watched diagnosis observers starting fields inverse* "
-        "turns metrics lanes* rerun request companion standing wearing.summing varied replay sensing",
+        "turns metrics lanes* rerun request companion standing wearing.summing varied replay "
+        "sensing",
         step=3,
     ),
     "files": Box(
