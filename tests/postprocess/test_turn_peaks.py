@@ -14,7 +14,7 @@ def test_a_picture_from_a_file(tmp_path, monkeypatch):
     cl.simulate(SCENE, turns=1, path=tmp_path / "run.h5").close()
     with pytest.raises(ValueError, match="holds no statistics"):
         turn_peaks(tmp_path / "run.h5", tmp_path / "t.png")
-    found = cl.statistics(SCENE, {"joint_C_force_peak": 1.0}, max_turns=200, check=False)
+    found = cl.statistics(SCENE, {"joint_C_force_peak": 0.99}, max_turns=200, check=False)
     found.append(tmp_path / "run.h5")
     seen = []
     monkeypatch.setattr("matplotlib.axes.Axes.axhline", lambda self, y, **style: seen.append(y))
