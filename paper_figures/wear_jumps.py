@@ -79,12 +79,9 @@ def exact(turns: float, steps: int = 20000) -> tuple[float, float]:
 def draw(work: workshop.Workshop) -> None:
     turns = work.less(TURNS, 100.0)
     start, depth = exact(turns)
-    rows = [
-        found
-        for kind in KINDS
-        for jump in JUMPS
-        if (found := lived(work, kind, jump, turns, depth, start))
-    ]
+    jumps = [jump * turns / TURNS for jump in JUMPS]
+    lives = (lived(work, kind, jump, turns, depth, start) for kind in KINDS for jump in jumps)
+    rows = [row for row in lives if row]
     one = min(row[3] / row[4] for row in rows)  # CPU of a stage, which is a turn
     figure = figures.sheet(7.2, 5.0)
     axes = figure.subplots()

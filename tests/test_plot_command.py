@@ -206,7 +206,10 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
     ("arguments", "line"),
     [
         (["nosuch.h5"], "no file or directory nosuch.h5"),
-        (["dry.h5", "portrait"], "portrait is no kind of picture; those are life, animation, overview"),
+        (
+            ["dry.h5", "portrait"],
+            "portrait is no kind of picture; those are life, animation, overview",
+        ),
         (["dry.h5", "map"], "dry.h5 is a run file, of which there is no map; there is overview"),
         (
             ["grid", "history"],
@@ -225,7 +228,10 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
             ["dry.h5", "lubricated.h5"],
             "several runs are for history, phase, poincare, spectrum, not for overview",
         ),
-        (["grid", "dry.h5", "history"], "grid is a directory: a sweep or a life has a picture of its own"),
+        (
+            ["grid", "dry.h5", "history"],
+            "grid is a directory: a sweep or a life has a picture of its own",
+        ),
         (
             ["lubricated.h5", "pressure"],
             "lubricated.h5 has kept no pressure fields; run it with --pressure-fields N",
