@@ -53,6 +53,8 @@ _count = itertools.count()
 DIMENSIONS = {"events": "event", "solver": "step_number"}
 #: group of the pressure fields of a joint's film, see fields.py
 FIELDS = "film"
+#: group of a joint that holds sums of its wear
+WEAR = "wear"
 PATH_OF_FIELDS = f"joints/{{}}/{FIELDS}"
 #: of HDF5: from 1.8 (2008) on, what describes the columns has checksums, too
 LIBVER = ("v108", "v108")
@@ -594,7 +596,7 @@ class Result(Record):
 
     def names(self, group: str) -> tuple[str, ...]:
         aside = {"time", DIMENSIONS.get(group)} if group else set()
-        aside |= {FIELDS} if group.startswith("joints/") else set()
+        aside |= {FIELDS, WEAR} if group.startswith("joints/") else set()
         return tuple(n for n in self.reader.names(group) if n not in aside)
 
     def values(self, path: str) -> np.ndarray:

@@ -5,6 +5,7 @@ A number may be a text with a unit ("0.1 mm"), which is checked against the fiel
 """
 
 import ast
+import logging
 import math
 import re
 import tomllib
@@ -25,6 +26,7 @@ from clearance.materials import steel
 from clearance.scene import Scene
 from clearance.units import UNITS, quantity
 
+LOG = logging.getLogger("clearance")
 #: section of a file -> kinds of elements that may stand in it
 SECTIONS: dict[str, list[str]] = {}
 for _name, _kind in KINDS.items():
@@ -73,6 +75,8 @@ def scene_file(path: Path) -> Case:
         raise ValueError(f"{path}:{line}: {words}") from None
     try:
         parameters = _head(document)
+        if unused := parameters.keys() - set(PARAMETER.findall(text)):
+            LOG.warning("%s: nothing in the file reads %s", path, ", ".join(sorted(unused)))
         length = document.get("until")
         with at("until"):
             length = quantity(length, "s") if isinstance(length, str) else length
@@ -221,7 +225,7 @@ def formula(
     if alone := PARAMETER.fullmatch(text.strip()):
         unit = (units or {}).get(alone[1])
         return f"{values[alone[1]]!r} {unit}" if unit else values[alone[1]]
-    plain = MEASURED.sub(lambda m: repr(float(m[1]) * UNITS[m[2]][1]), text)
+    plain = MEASURED.sub(lambda m: repr(quantity(m[0])), text)
     plain = PARAMETER.sub(lambda m: f"given_{m[1]}", plain)
     names = CONSTANTS | {f"given_{name}": value for name, value in values.items()}
     try:

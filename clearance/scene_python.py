@@ -17,7 +17,7 @@ from clearance.laws.law import BoundLaw
 from clearance.materials import Lubricant, Material, steel
 from clearance.quantities import Described
 from clearance.scene_files import FUNCTIONS, MEASURED, PARAMETER, SECTIONS, scene_file
-from clearance.units import UNITS, quantity
+from clearance.units import quantity
 
 WIDTH = 100  # of a line
 #: functions of the package that turn a number in a unit into SI
@@ -168,7 +168,7 @@ class _Writer:
         if not isinstance(value, str):
             return repr(value)
         if "$" in value:
-            text = MEASURED.sub(lambda m: repr(float(m[1]) * UNITS[m[2]][1]), value)
+            text = MEASURED.sub(lambda m: repr(quantity(m[0])), value)
             return MATHS.sub(r"math.\1", PARAMETER.sub(r"\1", text))
         match = QUANTITY.match(value)
         if match and match[2] in SPELLED:

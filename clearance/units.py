@@ -2,6 +2,7 @@
 
 import math
 import re
+from decimal import Decimal
 
 from clearance.checks import meant
 
@@ -40,6 +41,7 @@ UNITS = {
     "kgm2": ("kg m2", 1.0),
     "gcm2": ("kg m2", 1e-7),
     "N": ("N", 1.0),
+    "mN": ("N", 1e-3),
     "kN": ("N", 1e3),
     "Nm": ("N m", 1.0),
     "kNm": ("N m", 1e3),
@@ -55,6 +57,8 @@ UNITS = {
     "m3/J": ("m2/N", 1.0),
     "Pa": ("Pa", 1.0),
     "kPa": ("Pa", 1e3),
+    "Pa/m": ("Pa/m", 1.0),
+    "N/mm3": ("Pa/m", 1e9),
     "bar": ("Pa", 1e5),
     "MPa": ("Pa", 1e6),
     "GPa": ("Pa", 1e9),
@@ -63,6 +67,8 @@ UNITS = {
 READ_AS = {"rad/s": ("rpm",), "m": ("mm", "um"), "Pa s": ("cP",)}
 _KINDS = {kind for kind, _ in UNITS.values()}
 
+#: most digits of a decimal factor
+DECIMAL_DIGITS = 6
 _QUANTITY = re.compile(
     r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ][\w/.µ "
     r"]*|(?<=\s)1/\w+)?\s*$"
@@ -71,27 +77,27 @@ _QUANTITY = re.compile(
 
 def rpm(value: float) -> float:
     """Revolutions per minute to rad/s."""
-    return value * UNITS["rpm"][1]
+    return si(value, "rpm")
 
 
 def mm(value: float) -> float:
     """Millimetres to m."""
-    return value * 1e-3
+    return si(value, "mm")
 
 
 def um(value: float) -> float:
     """Micrometres to m."""
-    return value * 1e-6
+    return si(value, "um")
 
 
 def cP(value: float) -> float:
     """Centipoise to Pa s."""
-    return value * 1e-3
+    return si(value, "cP")
 
 
 def degree(value: float) -> float:
     """Degrees to rad."""
-    return value * UNITS["deg"][1]
+    return si(value, "deg")
 
 
 def shown(value: object, units: str) -> str:
@@ -128,4 +134,18 @@ def quantity(text: str, units: str | None = None) -> float:
         raise ValueError(
             f"{text!r} is in {kind}, expected {units if units in _KINDS else 'a plain number'}"
         )
-    return float(number) * factor
+    return scaled_by(number, factor)
+
+
+def si(value: float, unit: str) -> float:
+    """A value in a unit of `UNITS` in SI, as `quantity` reads it; arrays element by element."""
+    factor = UNITS[unit][1]
+    return value * factor if hasattr(value, "__len__") else scaled_by(repr(float(value)), factor)
+
+
+def scaled_by(number: str, factor: float) -> float:
+    """A decimal number times a factor; rounded once where the factor is decimal, as 1e-6 is."""
+    exact = Decimal(repr(factor))
+    if len(exact.as_tuple().digits) > DECIMAL_DIGITS:
+        return float(number) * factor
+    return float(Decimal(number) * exact)

@@ -4,6 +4,7 @@ what there is.
 
 import inspect
 import json
+import math
 import re
 import subprocess
 import sys
@@ -702,3 +703,15 @@ def test_samples_are_those_of_the_whole_run_where_nothing_turns_evenly():
     )
     counts = [span_of(s, **length, samples_per_turn=50).samples for s, length in lengths]
     assert counts == [51, 101]
+
+
+@pytest.mark.parametrize("unit", ["cm", "mm", "um", "nm", "cP", "kPa", "GPa", "g", "mm3/Nm", "ms"])
+def test_quantities_are_rounded_once(unit):
+    """A number in a decimal unit is the float next to it, as Python reads it in SI."""
+    power = round(math.log10(cl.units.UNITS[unit][1]))
+    for digits in ("-10", "0.8", "118", "5.05e-4", "53.2140089972525", "7"):
+        number, _, exponent = digits.partition("e")
+        assert cl.units.quantity(digits + unit) == float(f"{number}e{int(exponent or 0) + power}")
+    assert cl.units.quantity("300rpm") == cl.rpm(300.0)
+    assert (cl.um(0.8), cl.mm(118), cl.cP(7)) == (0.8e-6, 0.118, 7e-3)
+    assert (cl.mm(np.array([118.0])) == [118.0 * 1e-3]).all()

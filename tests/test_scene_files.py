@@ -162,6 +162,13 @@ def test_a_file_without_elements_is_refused_by_name(tmp_path, text):
         case_of(tmp_path, text).scene()
 
 
+def test_a_parameter_that_nothing_reads_is_named(tmp_path, caplog):
+    case_of(tmp_path, FEEDER)
+    assert caplog.text == ""
+    case_of(tmp_path, FEEDER.replace("[parameters]", "[parameters]\nload = 1"))
+    assert "nothing in the file reads load" in caplog.text
+
+
 def test_a_missing_field_and_a_body_without_joint(tmp_path):
     """The first names the table of the element, the second its own line."""
     with pytest.raises(ValueError, match="joint.B: ClearanceRevolute needs radius"):

@@ -517,7 +517,7 @@ def _settled_lines(s: dict) -> list[str]:
         lines.append(
             line
             + (
-                f", {drive['peak_ideal']:.6g} without joint friction"
+                f", {drive['peak_ideal']:.6g} without joint friction in the same motion"
                 if "peak_ideal" in drive
                 else ""
             )

@@ -191,6 +191,16 @@ def test_worn_outlines_go_with_their_joint(tmp_path):
     assert "worn" not in fresh["lenses"][0]
 
 
+def test_a_run_that_sums_wear_has_a_page(tmp_path):
+    """Sums of wear stand beside the channels of their joint and are none."""
+    scene = cl.load_case("slider_crank", model="dry", contact="winkler", wear=1e-16)
+    run = cl.simulate(scene, turns=0.1)
+    assert run.facts("joints/C/wear")
+    (moving_run,) = facts_of(cl.view(run, tmp_path / "worn.html"))[0]["runs"]
+    assert "joints/C/wear_volume_bearing" in moving_run["columns"]
+    assert "joints/C/wear" not in moving_run["columns"]
+
+
 def test_curves_have_their_stated_errors(folder, tmp_path):
     """As the file has them; a dry run states none."""
     facts, _ = facts_of(view([folder / "dry.h5", folder / "oil.h5"], tmp_path / "both.html"))
