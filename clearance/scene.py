@@ -119,8 +119,8 @@ class Scene:
     def kinks(self) -> list[float]:
         """Times [s] at which slopes of laws of time jump, in their order."""
         values = [getattr(e, f.name) for e in self.elements for f in fields(e)]
-        laws = [v for v in values if isinstance(v, BoundLaw) and v.law.kinks is not None]
-        return sorted({time for law in laws for time in law.law.kinks(law.values) if time > 0.0})
+        laws = [(v.law.kinks, v.values) for v in values if isinstance(v, BoundLaw)]
+        return sorted({t for kinks, given in laws if kinks for t in kinks(given) if t > 0.0})
 
     @property
     def turn(self) -> float | None:

@@ -5,6 +5,7 @@ import json
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from clearance.results import replacing
 from clearance.sweeping.points import Points, spread_out
@@ -110,7 +111,7 @@ class Definition:
     def to_json(self) -> str:
         """All of it; a column that an axis of a grid bears has the values along the axis only."""
         names = [f.name for f in fields(self)]
-        document = {"format": FORMAT, "format_version": FORMAT_VERSION}
+        document: dict[str, Any] = {"format": FORMAT, "format_version": FORMAT_VERSION}
         document |= {name: getattr(self, name) for name in names}
         points = self.points
         columns = points.columns if points.sampled else points.along

@@ -80,7 +80,12 @@ class Block:
 
     def outcomes(self, summed: bool = True) -> list[Outcome]:
         """One for each point; summed: with its metrics."""
-        shared = {"status": DONE, "known": self.known, "made": self.made, "together": True}
+        shared: dict[str, Any] = {
+            "status": DONE,
+            "known": self.known,
+            "made": self.made,
+            "together": True,
+        }
         columns = {n: v.astype(int) if n in COUNTS else v for n, v in self.columns.items()}
         rows = zip(*(v.tolist() for v in columns.values()), strict=True)
         entries = [dict(zip(columns, row, strict=True)) for row in rows]

@@ -49,7 +49,8 @@ class Points:
     @property
     def along(self) -> dict[str, tuple]:
         """Values along the axis that bears each parameter."""
-        columns, stride = {}, len(self)
+        columns: dict[str, tuple] = {}
+        stride = len(self)
         for names, count in self.axes:
             stride //= count
             columns |= {n: self.columns[n][: stride * count : stride] for n in names}
@@ -91,7 +92,7 @@ class Points:
 def spread_out(columns: dict[str, tuple], axes: tuple[tuple[Axis, int], ...]) -> dict[str, tuple]:
     """Values of each point; columns with those along an axis are repeated."""
     total, stride = math.prod(count for _, count in axes), 1
-    bearers = {}
+    bearers: dict[str, tuple[int, int]] = {}
     for names, count in reversed(axes):
         bearers |= dict.fromkeys(names, (count, stride))
         stride *= count
