@@ -32,12 +32,11 @@ from pathlib import Path
 import numpy as np
 
 from clearance.elements.clearance_joint import ClearanceJoint
-from clearance.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors
+from clearance.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors, geometric_mean
 from clearance.film.tabulated import Tabulated
-from clearance.interrupts import Held
 from clearance.mechanism.build import Mechanism
 from clearance.metrics import Metric, Window, metrics, offsets
-from clearance.observers import Replay
+from clearance.observers import ChangesAgain
 from clearance.options import Output
 from clearance.recording import MemoryRecord, MemorySink, write_errors
 from clearance.results import Record, Result, appending
@@ -135,13 +134,11 @@ def companion(run: Run, start: Start, rtol: float, times: float = 0.0) -> Memory
         def strengthen(other: Run) -> None:
             other.take_mechanism(strengthened(other.mechanism, times))
 
-        other.observers.append(Replay(changes, strengthen))
-    sink = MemorySink(other.mechanism.layout.channels, run.attributes())
-    with Held() as held:
-        failure = other.record(sink, check=held.check)
+        other.observers.append(ChangesAgain(changes, strengthen))
+    record, failure = other.remembered(run.attributes())
     if failure is not None:
         raise Parted(f"the companion at rtol {rtol:g} failed {failure}")
-    return sink.record
+    return record
 
 
 def beside(run: Run, start: Start) -> tuple[float, MemoryRecord]:
@@ -282,7 +279,7 @@ def spread(numbers: Iterable[Number]) -> float:
     shares = [
         abs(n.value - n.other) / abs(n.value) for n in numbers if n.value not in (0.0, n.other)
     ]
-    return math.exp(float(np.mean(np.log(shares)))) if shares else 0.0
+    return geometric_mean(shares)
 
 
 def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:

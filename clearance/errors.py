@@ -58,6 +58,11 @@ def share(error: float, value: float) -> float:
     return abs(error / value)
 
 
+def geometric_mean(shares: list[float]) -> float:
+    """Geometric mean of positive shares; 0 of none."""
+    return math.exp(float(np.mean(np.log(shares)))) if shares else 0.0
+
+
 @dataclass(frozen=True)
 class ExtremeErrors:
     """Stated errors of located extremes: stated, film as of `Error`, (stretches, quantities)."""

@@ -72,7 +72,7 @@ class Every(Observer):
         self.period, self.reach = checks.positive("period", period), function
 
 
-class Replay(Observer):
+class ChangesAgain(Observer):
     """Makes the changes of another run again, at their times [s]; then(run): called after them."""
 
     def __init__(self, changes: Sequence[tuple[float, dict]], then: Callable):

@@ -609,7 +609,7 @@ def write_extremes(file: h5py.File, extremes: Extremes) -> None:
         "when": extremes.times,
     }
     for name, values in columns.items():
-        _column(group, name, values, EXTREME_COLUMNS[name])
+        described_column(group, name, values, EXTREME_COLUMNS[name])
     for scale in ("quantity", "stretch"):
         group[scale].make_scale(scale)
     group["units_of"].dims[0].attach_scale(group["quantity"])
@@ -657,7 +657,7 @@ def write_errors(file: h5py.File, errors: Errors) -> None:
     }
     columns |= {n: np.array([getattr(e, n) for e in rows]) for n in ("value", "stated", "film")}
     for name, values in columns.items():
-        _column(group, name, values, ERROR_COLUMNS[name])
+        described_column(group, name, values, ERROR_COLUMNS[name])
     for scale in ("name", "channel"):
         group[scale].make_scale(scale)
     for name in columns.keys() - {"name", "channel"}:
@@ -679,12 +679,12 @@ def write_errors(file: h5py.File, errors: Errors) -> None:
 
 def _add_extreme_errors(group: h5py.Group, errors: ExtremeErrors) -> None:
     for name, about in EXTREME_ERRORS.items():
-        data = _column(group, name, getattr(errors, name), about)
+        data = described_column(group, name, getattr(errors, name), about)
         data.dims[0].attach_scale(group["stretch"])
         data.dims[1].attach_scale(group["quantity"])
 
 
-def _column(
+def described_column(
     group: h5py.Group, name: str, values: np.ndarray, about: tuple[str, str]
 ) -> h5py.Dataset:
     """A column of a table with its units and what it is."""

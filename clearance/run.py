@@ -17,7 +17,7 @@ from clearance.interrupts import Held, ended
 from clearance.mechanism.build import Mechanism, changed
 from clearance.mechanism.dead_centre import DeadCentre
 from clearance.options import Solver, Span, choose_method, implicit, kernel_roles, longest_step
-from clearance.recording import Recorder, Unwritable
+from clearance.recording import MemoryRecord, MemorySink, Recorder, Unwritable
 from clearance.results import Record
 from clearance.starting import end_state, state_from
 from clearance.stepping import status
@@ -431,6 +431,18 @@ class Run:
             finished = "complete" if done else f"partial: {failure or 'stopped by an error'}"
             self._close(recording, finished, clock_of_the_wall.perf_counter() - began)
         return failure
+
+    def remembered(self, attributes: dict | None = None) -> tuple[MemoryRecord, str | None]:
+        """Run to the end in memory: the record, and why it ended early, None where it did not.
+
+        attributes: of the record, default those of this run.
+        """
+        sink = MemorySink(
+            self.mechanism.layout.channels, self.attributes() if attributes is None else attributes
+        )
+        with Held() as held:
+            failure = self.record(sink, check=held.check)
+        return sink.record, failure
 
     def _sum_wear(self) -> None:
         """Let the wear of joints be summed, unless it is."""

@@ -28,11 +28,11 @@ from pathlib import Path
 import numpy as np
 
 from clearance.companion import COUNTS, LARGEST, has_room
-from clearance.interrupts import Held
+from clearance.errors import geometric_mean
 from clearance.metrics import Metric, metrics
-from clearance.recording import MemoryRecord, MemorySink
+from clearance.recording import MemoryRecord, described_column
 from clearance.replay import Ends, Refused, Replay, halved
-from clearance.results import appending, create_column
+from clearance.results import appending
 from clearance.run import Run
 from clearance.scene import Scene
 from clearance.sensitivity import COLUMNS, Sensitivities, Sensitivity
@@ -112,15 +112,15 @@ class Sensing:
         runs = 3 + (len(PLACES) + 1) * len(self.parameters)
         LOG.info("sensitivities to %s: %d more runs", names, runs)
         try:
-            found = self.of(run)
+            sensitivities = self.of(run)
         except (Impossible, ValueError) as reason:
             LOG.warning("%s has no sensitivities: %s", path, reason)
-            found = Sensitivities(reason=str(reason))
+            sensitivities = Sensitivities(reason=str(reason))
         except KeyboardInterrupt as request:
             request.add_note(f"what was computed is kept in {path}, without sensitivities")
             raise
         if has_room(path):
-            write(found, path)
+            write(sensitivities, path)
         else:
             LOG.warning("%s has no sensitivities: there is no room for them", path)
 
@@ -186,20 +186,18 @@ class Steps:
             return self.middle[self.halvings]
         run = self.prepared(self.sensing.scene_at(one, place))
         replay = Replay(run, self.ends, self.span.until)
-        found = self.sensing.summed(replay, recorded(replay))
+        sums = self.sensing.summed(replay, recorded(replay))
         if place == 0:
-            self.middle[self.halvings] = found
-        return found
+            self.middle[self.halvings] = sums
+        return sums
 
 
 def recorded(run: Run) -> MemoryRecord:
     """The record of a run. Raises Impossible where it fails."""
-    sink = MemorySink(run.mechanism.layout.channels, run.attributes())
-    with Held() as held:
-        failure = run.record(sink, check=held.check)
+    record, failure = run.remembered()
     if failure is not None:
         raise Impossible(f"a run for them failed {failure}")
-    return sink.record
+    return record
 
 
 def differences(
@@ -210,40 +208,34 @@ def differences(
     for name, metric in values[0].items():
         if name.endswith(COUNTS) or any(part in name for part in COUNTED):
             continue
-        if not all(name in found for found in (*values.values(), *others.values())):
+        if not all(name in sums for sums in (*values.values(), *others.values())):
             continue
-        m = {place: found[name].value for place, found in values.items()}
+        m = {place: sums[name].value for place, sums in values.items()}
         looser = (others[1][name].value - others[-1][name].value) / (2.0 * d)
         if np.isfinite([*m.values(), looser]).all():
             slope, twice = (m[1] - m[-1]) / (2.0 * d), (m[2] - m[-2]) / (4.0 * d)
             corner = (m[1] - 2.0 * m[0] + m[-1]) / d, (m[2] - 2.0 * m[0] + m[-2]) / (2.0 * d)
             local = abs(slope - twice) + 0.5 * abs(corner[0] - 0.5 * corner[1])
             rows[name] = metric, slope, abs(slope - looser), local
-    g = _mean([apart / abs(slope) for _, slope, apart, _ in rows.values() if slope and apart])
+    g = geometric_mean(
+        [apart / abs(slope) for _, slope, apart, _ in rows.values() if slope and apart]
+    )
     for name, (metric, slope, apart, local) in rows.items():
         error = SAFETY * max(apart, g * abs(slope)) + local
         parts = metric.value, metric.units, one.size, one.units
         yield name, Sensitivity(slope, error, *parts)
 
 
-def _mean(shares: list[float]) -> float:
-    """Geometric mean; 0 of none."""
-    return math.exp(float(np.mean(np.log(shares)))) if shares else 0.0
-
-
-def write(found: Sensitivities, path: str | Path) -> None:
+def write(sensitivities: Sensitivities, path: str | Path) -> None:
     """The group /sensitivities of a finished file; only the reason where there are none."""
     with appending(path) as file:
-        if found.reason:
-            file.attrs["sensitivities_left_out"] = found.reason
+        if sensitivities.reason:
+            file.attrs["sensitivities_left_out"] = sensitivities.reason
             return
         group = file.create_group("sensitivities")
-        columns = found.columns()
+        columns = sensitivities.columns()
         for name, (_, text) in COLUMNS.items():
-            data = create_column(group, name, columns[name])
-            data.attrs["units"], data.attrs["long_name"] = "1", text
-            if columns[name].dtype.kind == "U":
-                data.attrs["_Encoding"] = "utf-8"  # for xarray
+            described_column(group, name, columns[name], ("1", text))
         for scale in ("metric", "parameter"):
             group[scale].make_scale(scale)
         for name in COLUMNS.keys() - {"metric", "parameter"}:

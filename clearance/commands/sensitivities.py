@@ -22,11 +22,11 @@ def document(result) -> dict:
     """Sensitivities of a result by metric and parameter as plain data, the most telling first;
     the reason where there are none.
     """
-    found = result.sensitivities
-    if found.reason:
-        return {"reason": found.reason}
-    plain: dict = {metric: {} for metric in found.telling(result.clearances)}
-    for (metric, parameter), s in found.items():
+    table = result.sensitivities
+    if table.reason:
+        return {"reason": table.reason}
+    plain: dict = {metric: {} for metric in table.telling(result.clearances)}
+    for (metric, parameter), s in table.items():
         plain[metric][parameter] = {
             "value": s.value,
             "error": s.error,
@@ -41,13 +41,13 @@ def document(result) -> dict:
 
 def lines(summary: dict) -> list[str]:
     """Changes of the first metrics where each parameter grows by 1 %, with their stated errors."""
-    found = summary.get("sensitivities", {})
-    if "reason" in found:
-        return [f"  sensitivity  none: {found['reason']}"]
-    if not found:
+    table = summary.get("sensitivities", {})
+    if "reason" in table:
+        return [f"  sensitivity  none: {table['reason']}"]
+    if not table:
         return []
-    names = list(dict.fromkeys(name for by_parameter in found.values() for name in by_parameter))
-    rows = [(name, [_words(by.get(n)) for n in names]) for name, by in found.items()]
+    names = list(dict.fromkeys(name for by_parameter in table.values() for name in by_parameter))
+    rows = [(name, [_words(by.get(n)) for n in names]) for name, by in table.items()]
     head = ("sensitivity  change for 1 % more of", names)
     wide = [max(len(cells[i]) for _, cells in (head, *rows)) + 2 for i in range(len(names))]
     text = [

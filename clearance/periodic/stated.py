@@ -21,7 +21,7 @@ from clearance.companion import LOOSER, LOOSEST, Pair, Parted, strengthened, str
 from clearance.evidence.problem import NotSolved
 from clearance.periodic.maps import Motion, NotPeriodic, Section
 from clearance.periodic.shooting import Fixed
-from clearance.recording import MemoryRecord, MemorySink
+from clearance.recording import MemoryRecord
 from clearance.results import Record
 from clearance.run import Run
 
@@ -54,10 +54,10 @@ def _orbit(
     except (NotPeriodic, NotSolved, np.linalg.LinAlgError) as reason:
         raise Parted(f"the companion at rtol {rtol:g} failed: {reason}") from None
     run.take_mechanism(strengthened(run.mechanism, times))
-    sink = MemorySink(run.mechanism.layout.channels, run.attributes())
-    if (failure := run.record(sink)) is not None:
+    record, failure = run.remembered()
+    if failure is not None:
         raise Parted(f"the companion at rtol {rtol:g} failed {failure}")
-    return sink.record
+    return record
 
 
 def _again(section: Section, rtol: float, times: float) -> Section:

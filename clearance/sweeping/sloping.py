@@ -18,10 +18,10 @@ def sensing_of(definition: Definition, scene: Scene) -> Sensing | None:
     """Sensitivities of a point, None where none are asked for. Raises ValueError."""
     if (given := definition.options.get("sensitivity")) is None:
         return None
-    kept = {n: v for n, v in definition.options.items() if n in KEPT}
+    options_of_all = {n: v for n, v in definition.options.items() if n in KEPT}
 
     def prepared(varied: Scene, **options) -> Run:
-        return prepare(varied, **kept, **options)
+        return prepare(varied, **options_of_all, **options)
 
     def summed(run: Run, record: MemoryRecord) -> dict[str, Metric]:
         ideal = ideal_motion(run.mechanism.scene, run.span, record.scene)
@@ -35,11 +35,11 @@ def columns(sensing: Sensing, run: Run) -> tuple[dict[str, Metric], str]:
     if reason := reason_without(run):
         return {}, reason
     try:
-        found = sensing.of(run)
+        sensitivities = sensing.of(run)
     except (Impossible, ValueError) as reason:
         return {}, str(reason)
     metrics = {}
-    for (metric, parameter), s in found.items():
+    for (metric, parameter), s in sensitivities.items():
         name, text = f"{metric}_by_{parameter.replace('/', '_')}", f"{metric} by {parameter}"
         metrics[name] = Metric(s.value, s.units, f"derivative of {text}")
         metrics[f"{name}_error"] = Metric(s.error, s.units, f"stated error: derivative of {text}")

@@ -40,9 +40,9 @@ def planned(life: Mapping[str, object], options: Mapping[str, object]) -> dict[s
         raise ValueError("a life needs turns, its length")
     asked["turns"] = checks.positive("turns", asked["turns"])
     plan = asdict(Plan(**(DEFAULTS | asked)))
-    kept = plan | {"depth": None if depth is None else checks.positive("depth", depth)}
+    life_plan = plan | {"depth": None if depth is None else checks.positive("depth", depth)}
     run = {n: plan[n] for n in ("rtol", "samples_per_turn")}
-    return {"turns": float(plan["settle"] + plan["average"]), **run, "life": kept}
+    return {"turns": float(plan["settle"] + plan["average"]), **run, "life": life_plan}
 
 
 def folder_of(folder: Path, key: str) -> Path:
@@ -59,13 +59,13 @@ def lived(
     directory = folder_of(folder, key)
     directory.parent.mkdir(exist_ok=True)
     ended = wear(scene, directory=directory, **plan)
-    found = columns(ended, life["depth"])
+    metrics = columns(ended, life["depth"])
     return Outcome(
         index,
         key,
         DONE,
-        metrics={n: float(m.value) for n, m in found.items()},
-        known={n: (m.units, m.text) for n, m in found.items()},
+        metrics={n: float(m.value) for n, m in metrics.items()},
+        known={n: (m.units, m.text) for n, m in metrics.items()},
         wall=time.perf_counter() - began,
         made=made,
     )
@@ -73,25 +73,29 @@ def lived(
 
 def columns(life: Life, depth: float | None = None) -> dict[str, Metric]:
     """Metrics of the last stage's run, and of the life; depth: [m], default one clearance."""
-    known = life.stages[0].get("known", {})
+    described = life.stages[0].get("known", {})
     last = life.stages[-1]["metrics"]
-    found = {n: Metric(v, *known[n]) for n, v in last.items() if n in known}
-    found["life_error"] = Metric(float(life.error[-1]), "m", "depth that the jumps may have missed")
-    found["life_stages"] = Metric(float(len(life.stages)), "1", "stages of the life")
+    metrics = {n: Metric(v, *described[n]) for n, v in last.items() if n in described}
+    metrics["life_error"] = Metric(
+        float(life.error[-1]), "m", "depth that the jumps may have missed"
+    )
+    metrics["life_stages"] = Metric(float(len(life.stages)), "1", "stages of the life")
     for joint, size in life.asked["joints"].items():
         for surface in size["wears"]:
             worn, name = life.depth(joint, surface), f"joint_{joint}_{surface}"
             deep = worn.max(axis=1)
             aim = size["clearance"] if depth is None else depth
-            found[f"{name}_depth"] = Metric(float(deep[-1]), "m", f"largest depth of the {surface}")
+            metrics[f"{name}_depth"] = Metric(
+                float(deep[-1]), "m", f"largest depth of the {surface}"
+            )
             angle = math.radians(float(worn[-1].argmax()))
-            found[f"{name}_depth_angle"] = Metric(angle, "rad", "its angle on the worn body")
+            metrics[f"{name}_depth_angle"] = Metric(angle, "rad", "its angle on the worn body")
             volume = float(life.volume(joint, surface)[-1])
-            found[f"{name}_volume"] = Metric(volume, "m3", f"volume worn off the {surface}")
+            metrics[f"{name}_volume"] = Metric(volume, "m3", f"volume worn off the {surface}")
             text = "turns until the largest depth is that asked for, default one clearance"
             turns = turns_to(life.turns, deep, aim)
-            found[f"{name}_turns_to_depth"] = Metric(turns, "1", text)
-    return found
+            metrics[f"{name}_turns_to_depth"] = Metric(turns, "1", text)
+    return metrics
 
 
 def turns_to(turns: np.ndarray, deep: np.ndarray, aim: float) -> float:
