@@ -10,6 +10,7 @@ from clearance.laws.contact import layer_of, oedometric_modulus
 from clearance.laws.law import memory_film
 
 FULL_FILM = 3.0  # film thickness ratio above which surfaces count as separated
+TOUCHING = 1.0  # below this asperities carry a large share
 PIEZOVISCOUS = 0.5  # alpha p above which the viscosity no longer counts as constant
 FLATTENING = 0.2  # flattening over film thickness above which the surfaces no longer count as rigid
 # penetration over journal radius (half height of a block) up to which solids count as linearly
@@ -236,12 +237,19 @@ class Regime:
         """Places at which rigid, isoviscous, smooth theory is only formal."""
         warnings, pressure = [], f"film pressure reaches about {self.film_pressure / 1e6:.3g} MPa"
         ratio = self.film_thickness_ratio
-        rough = joint.transition is not None and joint.transition.law.carries_roughness
+        law = joint.transition and joint.transition.law
+        rough = law is not None and law.carries_roughness
         if ratio is not None and ratio < FULL_FILM and not rough:
             warnings.append(
                 f"the film thickness ratio falls to {ratio:.2g}; below {FULL_FILM:g} asperities "
                 f"share the load and a "
                 "smooth film alone is only formal"
+            )
+        if rough and law.needs_asperity and joint.asperity is None and ratio < TOUCHING:
+            warnings.append(
+                f"the film thickness ratio falls to {ratio:.2g}; below {TOUCHING:g} asperities "
+                f"carry a large share, which {law.name} has from an asperity law alone: give one, "
+                "such as greenwood_tripp"
             )
         if self.piezoviscous_number > PIEZOVISCOUS:
             number = self.piezoviscous_number

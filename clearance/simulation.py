@@ -136,7 +136,7 @@ def simulate(
         max_steps=max_steps,
         start=start,
     )
-    sensing = sensitivity and _sensing(scene, sensitivity, prepared, settle)
+    sensing = None if sensitivity is None else _sensing(scene, sensitivity, prepared, settle)
     run = prepared()
     if sensing:
         sensing.check(run)

@@ -41,6 +41,8 @@ def wanted(given: Wanted) -> dict[str, float | str | None]:
 
     Raises ValueError.
     """
+    if not given:
+        raise ValueError(f"sensitivity {given!r}: give at least one parameter, such as clearance")
     if isinstance(given, Mapping):
         return dict(given)
     sizes: dict[str, float | str | None] = {}

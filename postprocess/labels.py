@@ -20,6 +20,7 @@ NAMED = 5
 #: SI units -> units in which numbers read well: (from which largest value on, unit, factor)
 SHOWN_IN = {
     "m": ((1.0, "m", 1.0), (5e-5, "mm", 1e3), (0.0, "µm", 1e6)),
+    "m3": ((0.0, "mm³", 1e9),),
     "rad/s": ((0.0, "rpm", 30.0 / math.pi),),
     "rad": ((0.0, "°", 180.0 / math.pi),),
     "s": ((1.0, "s", 1.0), (0.0, "ms", 1e3)),
@@ -100,6 +101,11 @@ def shown_in(units: str, values, scales: dict = SHOWN_IN) -> tuple[str, float]:
     largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0) * (1.0 + 1e-9)
     choices = scales.get(units, ((0.0, units, 1.0),))
     return next(((unit, factor) for least, unit, factor in choices if largest >= least))
+
+
+def with_unit(value: float, unit: str) -> str:
+    """A number in print, with its unit where it has one."""
+    return f"{value:.4g}" if unit in ("?", "1", "-") else f"{value:.4g} {unit}"
 
 
 def wrapped(text: str, width: float) -> str:

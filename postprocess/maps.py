@@ -11,7 +11,7 @@ from textwrap import wrap
 import numpy as np
 from clearance.postprocess import figures
 from clearance.postprocess.channels import channel, drive_angle, interpolation, principal, turn_of
-from clearance.postprocess.labels import axis_label, shown_in, wrapped
+from clearance.postprocess.labels import axis_label, shown_in, with_unit, wrapped
 from clearance.postprocess.sections import bifurcation, section, section_times
 
 from clearance.metrics import FEWEST as TURNS
@@ -222,7 +222,9 @@ class Choice:
         """Case, what all its points share, and how long the runs are; then more lines."""
         d = self.sweep.definition
         shared = [_said(n, v, d.units.get(n, "?")) for n, v in (d.fixed | self.fixed).items()]
-        if d.options.get("turns"):
+        if life := d.options.get("life"):
+            shared.append(f"lives of {life['turns']:g} turns")
+        elif d.options.get("turns"):
             shared.append(f"runs of {d.options['turns']:g} turns")
         elif d.options.get("until"):
             shared.append(f"runs of {d.options['until']:g} s")
@@ -274,8 +276,7 @@ def _said(name: str, value: object, units: str) -> str:
     if isinstance(value, bool | str | np.str_ | np.bool_):
         return f"{name.replace('_', ' ')} {value}"
     unit, factor = shown_in(units, [value])
-    unit = {"?": "", "1": "", "-": ""}.get(unit, f" {unit}")
-    return f"{name.replace('_', ' ')} {value * factor:.4g}{unit}"
+    return f"{name.replace('_', ' ')} {with_unit(value * factor, unit)}"
 
 
 def by_ratio(values: np.ndarray) -> bool:

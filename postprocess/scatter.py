@@ -3,7 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from clearance.postprocess.figures import PRINTED, Sheet, save, sheet
+from clearance.postprocess.figures import Sheet, save, sheet, with_units
+from clearance.postprocess.labels import shown_in, with_unit
 from clearance.postprocess.maps import chosen_metrics
 
 MOST = 4  # metrics of a picture
@@ -34,23 +35,23 @@ def scatter(
 
 def _histogram(axes, result, metric: str) -> None:
     values, (units, text) = result.values(metric), result.sweep.known.get(metric, ("?", metric))
-    axes.hist(values, BINS, color="#90a4ae", density=True)
+    units, factor = shown_in(units, values)
+    axes.hist(factor * values, BINS, color="#90a4ae", density=True)
     for share, style in ((0.05, ":"), (0.5, "-"), (0.95, ":")):
-        axes.axvline(
-            result.quantile(metric, share).value, color="#263238", linestyle=style, linewidth=1.0
-        )
+        place = factor * result.quantile(metric, share).value
+        axes.axvline(place, color="#263238", linestyle=style, linewidth=1.0)
     title = f"median and 5, 95 % of {len(values)} runs"
     if metric in result.limits:
-        limit, share = result.limits[metric], result.beyond(metric)
+        limit, share = factor * result.limits[metric], result.beyond(metric)
         low, high = axes.get_xlim()
         if low <= limit <= high:
             axes.axvline(limit, color="#c62828", linewidth=1.5)
         title += (
-            f"; beyond {limit:.4g}: {100 * share.value:.3g} % ({100 * share.low:.3g} to "
-            f"{100 * share.high:.3g} %)"
+            f"; beyond {with_unit(limit, units)}: {100 * share.value:.3g} % ("
+            f"{100 * share.low:.3g} to {100 * share.high:.3g} %)"
         )
     axes.set_title(title, fontsize="small", loc="left")
-    axes.set_xlabel(f"{text} [{PRINTED.get(units, units)}]", fontsize="small")
+    axes.set_xlabel(with_units(text, units), fontsize="small")
     axes.locator_params(axis="x", nbins=5)
     axes.set_yticks([])
     axes.set_ylabel("density")
@@ -65,6 +66,8 @@ def _bars(axes, result, metric: str) -> None:
         )
         axes.set_axis_off()
         return
+    if any(i.doubtful for i in indices.values()):
+        axes.set_title("first above total: too few points", fontsize="small", loc="left")
     names, reach = sorted(indices, key=lambda n: indices[n].total.value), 1.0
     for k, (part, color) in enumerate((("total", "#b0bec5"), ("first", "#1565c0"))):
         ends = [getattr(indices[n], part) for n in names]

@@ -5,6 +5,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from clearance.postprocess.figures import Sheet, save, sheet, with_units
+from clearance.postprocess.labels import shown_in
 
 from clearance.checks import meant
 from clearance.results import Result
@@ -56,16 +57,18 @@ def _chosen(names: list[str], metrics: list[str] | None) -> list[str]:
 def _panel(axes, metric: str, found: Mapping) -> None:
     """Bars of one metric, the longest on top, and their errors."""
     names = sorted(found, key=lambda n: abs(found[n].change))
+    metric_units = next(iter(found.values())).metric_units
+    units, factor = shown_in(metric_units, [one.change for one in found.values()])
     for place, name in enumerate(names):
         one = found[name]
         style = {} if one.trusted else UNCERTAIN
-        axes.barh(place, -one.change, 0.7, color=SHRINKS, label=_once("- 1 %", place), **style)
-        axes.barh(place, one.change, 0.7, color=GROWS, label=_once("+ 1 %", place), **style)
-        axes.errorbar(one.change, place, xerr=one.change_error, color="black", capsize=2.0, lw=0.8)
+        change, error = factor * one.change, factor * one.change_error
+        axes.barh(place, -change, 0.7, color=SHRINKS, label=_once("- 1 %", place), **style)
+        axes.barh(place, change, 0.7, color=GROWS, label=_once("+ 1 %", place), **style)
+        axes.errorbar(change, place, xerr=error, color="black", capsize=2.0, lw=0.8)
     marks = [n if found[n].trusted else f"{n}\n(uncertain)" for n in names]
     axes.set_yticks(range(len(names)), marks)
     axes.axvline(0.0, color="black", linewidth=0.8)
-    units = next(iter(found.values())).metric_units
     axes.set_xlabel(with_units(f"change of {metric}", units), fontsize="small")
     axes.locator_params(axis="x", nbins=7)
 

@@ -1028,6 +1028,23 @@ class TestMixedJoints:
         assert cl.hole_check(joint, 60.0).lost < 0.02 * max(hole.load)
 
     @pytest.mark.parametrize(
+        ("options", "ratio", "warned"),
+        [
+            ({"transition": "load_sharing", "asperity": "none"}, 0.8, True),
+            ({"transition": "load_sharing", "asperity": "none"}, 1.1, False),
+            ({"transition": "load_sharing"}, 0.8, False),
+            ({"transition": "fuzzy"}, 0.8, False),
+        ],
+    )
+    def test_touching_asperities_need_a_law(self, options, ratio, warned):
+        """Shared loads without an asperity law, below a film thickness ratio of 1."""
+        scene = cl.load_case("slider_crank", model="mixed", **options)
+        joint = scene.clearance_joints[0]
+        found = regimes.regime(joint, 1e3, ratio * joint.roughness).warnings(joint)
+        texts = [w for w in found if "falls to 0.8; below 1 asperities" in w]
+        assert len(texts) == len(found) == int(warned)
+
+    @pytest.mark.parametrize(
         ("law", "stiffness", "cause"),
         [
             (laws.fuzzy(datum=0.0), None, "the film fades before contact begins, at the wall"),

@@ -3,11 +3,13 @@ files.
 """
 
 import json
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 import xarray
+from clearance.postprocess.tornado import tornado
 
 import clearance as cl
 from clearance import sensing
@@ -187,6 +189,8 @@ def test_units(units, parameter, quotient_of):
         ("bodies/one/angle", "its value is 0.*give the size that counts"),
         ("crank,crank", "crank is asked for twice"),
         ("crank,", "a name is missing"),
+        ("", "sensitivity '': give at least one parameter"),
+        ((), r"sensitivity \(\): give at least one parameter"),
         ({"crank": -1.0}, "size of crank must be positive, got -1"),
         ("crank=x", "size of crank: 'x' is not a number"),
         ("crank=1N", "size of crank: '1N' is in N, expected m"),
@@ -267,6 +271,17 @@ def test_the_command(crank, tmp_path, capsys):
     page = (tmp_path / "run.html").read_text()
     assert ">Sensitivities<" in page
     assert main([*line, "--steady", "1e-6"]) == 2
+
+
+def test_bars_have_units_that_read_well():
+    """Changes of a gap by 60 nm and 2 um are drawn in um: 1e6 of them, to rounding."""
+    of = {"error": 0.0, "metric": 1e-5, "metric_units": "m", "size": 1.0, "parameter_units": "1"}
+    rows = {("joint_B_gap_min", n): Sensitivity(v, **of) for n, v in (("a", 6e-6), ("b", -2e-4))}
+    run = SimpleNamespace(sensitivities=Sensitivities(rows), clearances=["B"])
+    panel = tornado(run).axes[0]
+    assert panel.get_xlabel() == "change of joint_B_gap_min [µm]"
+    widths = [bar.get_width() for bar in panel.patches]
+    assert widths == pytest.approx([-0.06, 0.06, 2.0, -2.0], rel=1e-12)
 
 
 def test_why_a_file_has_none(tmp_path, monkeypatch):

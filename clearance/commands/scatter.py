@@ -9,6 +9,7 @@ from clearance.commands.sweep import add_runs, begin
 from clearance.interrupts import terminable
 
 SHOWN = 6  # metrics in the summary
+MORE_POINTS = "no exact index is; see the intervals, which more points narrow"
 EXAMPLES = """\
 -p NAME=VALUE takes a value or a distribution: normal(MEAN,DEVIATION),
 truncated(MEAN,DEVIATION,LOW,HIGH), lognormal(MEDIAN,FACTOR), uniform(LOW,HIGH),
@@ -176,6 +177,8 @@ def readable(document: dict) -> list[str]:
             parts = sorted(m["indices"].items(), key=lambda item: -item[1]["total"]["value"])
             lines.append("    share of the variance, alone and with interactions:")
             lines += [f"      {n:<36} {_share(i['first'])}, {_share(i['total'])}" for n, i in parts]
+            if above := [n for n, i in parts if i["doubtful"]]:
+                lines.append(f"      first above total for {', '.join(above)}: {MORE_POINTS}")
     if len(d["metrics"]) > SHOWN:
         lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics: --json has them all")
     return [*lines, f"  picture      {d['picture']}", f"  directory    {d['folder']}"]

@@ -102,6 +102,8 @@ class Law:
         self.first_touch = False  # of transitions: contact starts at the wall, as an event
         # of transitions: rough surfaces share the load below full film
         self.carries_roughness = False
+        # of these: beside an asperity law alone, nothing else stands for asperities
+        self.needs_asperity = False
         self.linear_in_viscosity = True  # of films
         self.on_outlines = False  # of films: whether worn outlines have it beside a contact
         # of asperities: order n of F_n in their pressure, and its factor [Pa], by parameters

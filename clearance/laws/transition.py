@@ -355,4 +355,4 @@ def load_sharing(gap, joint, dry=0.4, mixed=1.0, full=3.0):
 
 load_sharing.demands(_ordered)
 load_sharing.doubts(_wide)
-load_sharing.carries_roughness = True
+load_sharing.carries_roughness = load_sharing.needs_asperity = True

@@ -196,6 +196,11 @@ class Indices:
     first: Estimate
     total: Estimate
 
+    @property
+    def doubtful(self) -> bool:
+        """True where the first is printed above the total, which no exact index is."""
+        return round(self.first.value, 2) > round(self.total.value, 2)
+
 
 def indices(values: np.ndarray, names: list[str], seed: int = 0) -> dict[str, Indices]:
     """Sobol' indices of each parameter, from values at the points of `design`, (points,), rows of
@@ -300,7 +305,7 @@ class Scatter:
             "deviation": float(values.std(ddof=1)),
             "quantiles": {f"{share:g}": vars(quantile(values, share)) for share in QUANTILES},
             "indices": {
-                n: {"first": vars(i.first), "total": vars(i.total)}
+                n: {"first": vars(i.first), "total": vars(i.total), "doubtful": i.doubtful}
                 for n, i in self.indices(metric).items()
             },
         }

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from clearance.postprocess import figures
 from clearance.postprocess.labels import shown_in
-from clearance.postprocess.maps import bifurcation_of, by_ratio, chosen_metrics, curves, edges, maps
+from clearance.postprocess.maps import (
+    Choice,
+    bifurcation_of,
+    by_ratio,
+    chosen_metrics,
+    curves,
+    edges,
+    maps,
+)
 from clearance.postprocess.sections import section
 from matplotlib.collections import PatchCollection, QuadMesh
 from matplotlib.colors import BoundaryNorm, LogNorm
@@ -148,6 +156,14 @@ def test_by_ratio(values, ratio):
 )
 def test_display_units(units, values, unit, factor):
     assert shown_in(units, values) == (unit, factor)
+
+
+def test_titles_of_lives(made):
+    """They name the turns of the lives, not those of the runs in them."""
+    sweep = made(grid(speed=SPEEDS), {"depth": lambda speed: speed})
+    sweep.definition.options["life"] = {"turns": 3000.0}
+    title = Choice.of(sweep).title(width=7.0)
+    assert title.replace("\u00a0", " ") == "formula: lives of 3000 turns"
 
 
 # --- maps

@@ -5,12 +5,15 @@ import math
 
 import numpy as np
 import pytest
+from clearance.postprocess.scatter import scatter
 from scipy import stats
 
 import clearance as cl
 from clearance.commands.common import DONE
 from clearance.sweeping.scatter import (
     Distribution,
+    Estimate,
+    Indices,
     design,
     from_words,
     indices,
@@ -45,6 +48,12 @@ def test_ishigami():
         assert found[name].first.value == pytest.approx(one, abs=0.03)
         assert found[name].total.value == pytest.approx(all_of_it, abs=0.03)
         assert found[name].total.low <= all_of_it <= found[name].total.high
+
+
+@pytest.mark.parametrize(("first", "total", "doubtful"), [(0.52, 0.5, True), (0.504, 0.5, False)])
+def test_doubtful_indices(first, total, doubtful):
+    """A first index above the total counts from two printed digits on."""
+    assert Indices(*(Estimate(v, 0.0, 1.0) for v in (first, total))).doubtful is doubtful
 
 
 def test_indices_are_those_of_scipy():
@@ -244,8 +253,18 @@ def test_the_command(tmp_path, capsys):
     assert gap["limit"] == pytest.approx(1e-5, rel=1e-12)
     assert 0.0 <= gap["beyond"]["low"] <= gap["beyond"]["high"] <= 1.0
     assert (tmp_path / "out" / "scatter.png").stat().st_size > 10_000
+    left, right, *_ = scatter(open_scatter(tmp_path / "out"), metrics=["joint_C_gap_min"]).axes
+    assert left.get_xlabel() == "smallest gap of joint C, negative in contact [mm]"
+    median = gap["quantiles"]["0.5"]["value"]
+    assert left.lines[1].get_xdata()[0] == pytest.approx(1e3 * median, rel=1e-12)
+    assert "beyond 0.01 mm: " in left.get_title(loc="left")
+    above = [n for n, i in gap["indices"].items() if i["doubtful"]]
+    assert ("first above total" in right.get_title(loc="left")) is bool(above)
     assert main(line) == DONE
     printed = capsys.readouterr().out
+    assert ("no exact index is" in printed) is any(
+        i["doubtful"] for m in list(document["metrics"].values())[:6] for i in m["indices"].values()
+    )
     first = gap["indices"]["clearance"]["first"]
     words = f"{first['value']:.2f} ({first['low']:.2f} to {first['high']:.2f})"
     assert f"clearance {words}" in " ".join(printed.split())
