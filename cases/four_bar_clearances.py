@@ -14,6 +14,11 @@ nor do forces between impacts. Rigid bodies have impulses and no such peaks. In 
 they lie beyond the axis of forces, with a mark for each; `--samples-per-turn 4000`, of the whole
 run here, shows the paths of the journals at impacts.
 
+The example takes the friction of an impact by the sliding at its end. Stiff contacts follow the
+sliding. They differ where an impact turns it round, in this run once, at 0.0221 s in D. The
+example's step of 1e-4 s is 5 % off in forces where journals swing fast. Rigid bodies with a small
+step and the sliding followed agree with this case to 7e-6 rad and 0.16 % of the forces.
+
 The controller has the linkage without clearance as its model, M theta'' + C theta' + G = torque.
 With e = theta - wished it commands
 

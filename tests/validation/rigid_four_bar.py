@@ -2,14 +2,20 @@
 controller with it.
 
 Bodies and walls are rigid, impacts have restitution 0, Coulomb friction is set-valued; 7
-coordinates, no loop is closed. Moreau's midpoint rule: contacts are those whose gap is closed at
-the middle of a step; their impulses are solved for by block Gauss-Seidel. First order in the step.
-Writes the rows that the tests read (ten seconds):
+coordinates, no loop is closed. The rule is that of the reference run: Moreau and Jean's with
+theta = 1/2, contacts are those whose gap is closed at the end of a step, and the end is projected
+onto them. Their impulses are solved for by block Gauss-Seidel. First order in the step.
 
-    python -m tests.validation.rigid_four_bar
+Friction of an impact has two laws. Moreau's takes the sliding at its end, as the reference run
+does. The other one follows the sliding through the impact, as a stiff contact does (Darboux,
+Keller). They differ where an impact turns the sliding round.
+
+`python -m tests.validation.rigid_four_bar` writes the rows that the tests read: of the reference's
+step and law, and of a small step with the sliding followed (one minute).
 
 Source: Moreau, in Nonsmooth Mechanics and Applications (1988), 1; Jean, Comput. Methods Appl. Mech.
-Eng. 177 (1999) 235.
+Eng. 177 (1999) 235; Acary, Comput. Methods Appl. Mech. Eng. 256 (2013) 224, for the projection;
+Keller, J. Appl. Mech. 53 (1986) 1, for sliding in impacts.
 """
 
 from pathlib import Path
@@ -21,10 +27,13 @@ from numba import njit
 from clearance.catalogue import find_case
 
 CASE = find_case("four_bar_clearances").function.__globals__
-ROWS = Path(__file__).with_name("rigid_four_bar.csv")
+FOLDER = Path(__file__).parent
 HEADS = ["time", "crank", "coupler", "rocker"]
 HEADS += [f"{joint}_{part}" for joint in "BCD" for part in ("x", "y", "across", "along")]
-STEP = 2e-6  # s
+#: step [s] of the rows of each file, and whether they follow the sliding through impacts
+RUNS = {"rigid_four_bar.csv": (2e-6, True), "rigid_four_bar_coarse.csv": (1e-4, False)}
+TURNING = 1e-4  # m/s, sliding within which friction turns round in impacts, as in the case
+TOUCHING = 1e-6  # m, gap to which the end of a step is projected
 FRICTION, CLEARANCE, RADIUS = 0.1, 5e-3, 0.055
 FRAME = 3.0 + 0.0j  # m
 #: of angles of crank, coupler, rocker [kg m2], then places of centres of coupler and rocker [kg]
@@ -115,21 +124,77 @@ def impulses(closed, free, coupling):
 
 
 @njit
-def run(step, steps, every):
+def impact(v, rows, closed):
+    """Speeds after the closed contacts have stopped, with friction by the sliding at each moment.
+
+    Pushes grow as their contacts approach, as those of equal dampers do.
+    """
+    first, v = 0.0, v.copy()
+    while True:
+        speeds, pushes, fastest = rows @ v, np.zeros(6), 0.0
+        for n in range(0, 6, 2):
+            if closed[n // 2] and speeds[n] < 0.0:
+                pushes[n] = -speeds[n]
+                slide = min(1.0, max(-1.0, speeds[n + 1] / TURNING))
+                pushes[n + 1] = -FRICTION * slide * pushes[n]
+                fastest = max(fastest, pushes[n])
+        first = max(first, fastest)
+        if fastest <= 1e-7 * first:
+            return v
+        v = v + 2e-4 * (rows.T @ pushes) / INERTIA
+
+
+@njit
+def loads(time, q, v):
+    """Weights and the controller's torque [N m, N]."""
+    force = np.array([0.0, 0.0, 0.0, 0.0, -9.81, 0.0, -9.81])
+    force[0] = CONTROL(time, q[0], v[0], 200.0, 10.0) - 0.5 * 9.81 * np.cos(q[0])
+    return force
+
+
+@njit
+def ended(time, step, q, v, closed):
+    """Places, speeds and impulses at the end of a step with these contacts closed: the implicit
+    trapezium, by iteration."""
+    begin, end = loads(time - step, q, v), v
+    while True:
+        place = q + 0.5 * step * (v + end)
+        _, _, rows = pins(place)
+        free = v + 0.5 * step * (begin + loads(time, place, end)) / INERTIA
+        pushes = impulses(closed, rows @ free, (rows / INERTIA) @ rows.T)
+        last, end = end, free + (rows.T @ pushes) / INERTIA
+        if np.abs(end - last).max() < 1e-12:
+            return place, end, pushes
+
+
+@njit
+def projected(q, closed):
+    """The nearest places at which the closed contacts touch, and the gaps there."""
+    while True:
+        _, gaps, rows = pins(q)
+        if not closed.any() or np.abs(gaps[closed]).max() < TOUCHING:
+            return q, gaps
+        across = rows[::2][closed]
+        q = q - across.T @ np.linalg.solve((across / INERTIA) @ across.T, gaps[closed]) / INERTIA
+
+
+@njit
+def run(step, steps, every, followed):
     """Rows of HEADS, one each `every` steps: angles [rad], places of journals in bearings [m],
-    forces [N]."""
+    forces [N]. followed: the sliding through impacts."""
     q, v, table = START.copy(), np.zeros(7), np.zeros((steps // every, 16))
+    pushes, before = np.zeros(6), np.zeros(3, np.bool_)
     for k in range(1, steps + 1):
-        middle = q + 0.5 * step * v
-        _, gaps, rows = pins(middle)
-        force = np.array([0.0, 0.0, 0.0, 0.0, -9.81, 0.0, -9.81])
-        force[0] = CONTROL((k - 0.5) * step, middle[0], v[0], 200.0, 10.0) - 0.5 * 9.81 * np.cos(
-            middle[0]
-        )
-        free = v + step * force / INERTIA
-        pushes = impulses(gaps <= 0.0, rows @ free, (rows / INERTIA) @ rows.T)
-        v = free + (rows.T @ pushes) / INERTIA
-        q = middle + 0.5 * step * v
+        closed = np.zeros(3, np.bool_)
+        while True:
+            if followed and (closed & ~before).any():
+                v, before = impact(v, pins(q)[2], closed), closed.copy()
+            end, speeds, pushes = ended(k * step, step, q, v, closed)
+            end, gaps = projected(end, closed)
+            if ((gaps > 0.0) | closed).all():
+                break
+            closed |= gaps <= 0.0
+        q, v, before = end, speeds, closed
         if k % every == 0:
             offsets, _, _ = pins(q)
             row = table[k // every - 1]
@@ -140,10 +205,19 @@ def run(step, steps, every):
     return table
 
 
+def second(step, followed):
+    """The 20 rows of a second."""
+    steps = round(1.0 / step)
+    return run(step, steps, steps // 20, followed)
+
+
 if __name__ == "__main__":
-    steps = round(1.0 / STEP)
-    head = f"rigid time stepping, step {STEP:g} s, by python -m tests.validation.rigid_four_bar\n"
-    head += (
-        "angles [rad], places of the journals in their bearings [m], forces across and along [N]\n"
-    )
-    np.savetxt(ROWS, run(STEP, steps, steps // 20), "%.9g", ",", header=head + ",".join(HEADS))
+    for name, (step, followed) in RUNS.items():
+        friction = "followed through" if followed else "by the end of"
+        head = [
+            f"rigid time stepping, step {step:g} s, sliding {friction} impacts",
+            "angles [rad], places of journals in bearings [m], forces across and along [N];",
+            "by python -m tests.validation.rigid_four_bar",
+        ]
+        head = "\n".join([*head, ",".join(HEADS)])
+        np.savetxt(FOLDER / name, second(step, followed), "%.9g", ",", header=head)

@@ -1,10 +1,13 @@
 """Four-bar with three dry clearance joints, against rigid time stepping: a public reference run,
-and one of our own.
+and two of our own.
 
-The reference run (siconos_four_bar.csv) has a step of 1e-4 s and is of first order. At 0.15 and
-0.55 s the journals swing by 0.7 degrees in such a step and the forces change by 1 %; there it is
-several per cent off its limit of small steps, as the second run shows, which is ours but has
-another formulation and a step of 2e-6 s (rigid_four_bar.py).
+The reference run (siconos_four_bar.csv) has a step of 1e-4 s. Our program (rigid_four_bar.py) has
+its rule. With its step it gives its rows: 8e-6 rad, 0.12 % of forces, 0.09 degrees. With a step of
+2e-6 s its rows at 0.15 and 0.55 s change by up to 5 %: that is the step's error. At 0.05 s the
+forces of C and D change by 0.6 and 1.1 % with the friction of one impact: at 0.0221 s the journal
+of D meets its bearing and its sliding turns round. The reference takes friction by the sliding at
+the end of an impact; a stiff contact follows the sliding. With both mended, rigid bodies and this
+case agree in all rows: 7e-6 rad, 0.16 % of forces, 0.15 degrees.
 """
 
 from functools import cache
@@ -21,6 +24,7 @@ BODIES = ("crank", "coupler", "rocker")
 JOURNALS = "crank,coupler,rocker"
 SICONOS = {"source": "reference run of Siconos, step 1e-4 s", "kind": "independent"}
 RIGID = {"source": "rigid time stepping, step 2e-6 s", "kind": "independent"}
+COARSE = {"source": "reference run of Siconos, by its own rule and step", "kind": "independent"}
 IN_RADIANS = {"unit": "rad", "relative": False}
 IN_DEGREES = {"unit": "deg", "relative": False}
 STEP = 1e-4  # s, of the reference run
@@ -32,7 +36,8 @@ def table(name, skipped):
     return np.genfromtxt(HERE / name, delimiter=",", names=True, skip_header=skipped)
 
 
-REFERENCE, SMALL_STEPS = table("siconos_four_bar.csv", 6), table("rigid_four_bar.csv", 2)
+REFERENCE, SMALL_STEPS = table("siconos_four_bar.csv", 6), table("rigid_four_bar.csv", 3)
+ITS_STEPS = table("rigid_four_bar_coarse.csv", 3)
 
 
 @cache
@@ -107,24 +112,60 @@ def test_reference_run(validated):
     validated(name, off, np.zeros_like(off), 2.0, **IN_DEGREES, **SICONOS)
 
 
+def test_rule_of_the_reference(validated):
+    """Our rows of its rule and step: twice what they miss, 8e-6 rad, 0.12 % and 0.09 degrees.
+
+    Its impulses are solved to 1e-6, its journals lie within 1e-6 m of their bearings: 2e-4 rad.
+    """
+    noted, largest = columns(REFERENCE, *BODIES), sizes(REFERENCE).max(axis=0) / STEP
+    validated(
+        "angles, by the reference's rule",
+        columns(ITS_STEPS, *BODIES),
+        noted[1:],
+        2e-5,
+        **IN_RADIANS,
+        **COARSE,
+    )
+    share = (sizes(ITS_STEPS) - sizes(REFERENCE)[1:] / STEP) / largest
+    options = {"relative": 1.0} | COARSE
+    validated("forces, by the reference's rule", share, np.zeros_like(share), 2.5e-3, **options)
+    off = turned(ends(ITS_STEPS) * (-1.0, -1.0, 1.0), ends(REFERENCE)[1:])
+    name = "directions of journals, by the reference's rule"
+    validated(name, off, np.zeros_like(off), 0.2, **IN_DEGREES, **COARSE)
+
+
 def test_small_steps(validated):
-    """Rows after the start: forces within 1.5 % of the joint's largest, 2 degrees, 2e-4 rad."""
+    """All rows after the start: twice what is missed, 7e-6 rad, 0.16 % of the joint's largest
+    force, 0.15 degrees. The rows have an error of the first order in their step of 2e-6 s."""
     result = run()
     noted = columns(SMALL_STEPS, *BODIES)
-    validated("angles", angles(result)[1:], noted, ANGLE, **IN_RADIANS, **RIGID)
+    validated("angles", angles(result)[1:], noted, 2e-5, **IN_RADIANS, **RIGID)
     for name, force, size in zip("BCD", forces(result)[1:].T, sizes(SMALL_STEPS).T, strict=True):
         options = {"unit": "N", "relative": size.max()} | RIGID
-        validated(f"force of {name}", force, size, 0.015, **options)
+        validated(f"force of {name}", force, size, 3e-3, **options)
     off = turned(places(result)[1:], ends(SMALL_STEPS))
-    validated("directions of journals", off, np.zeros_like(off), 2.0, **IN_DEGREES, **RIGID)
+    validated("directions of journals", off, np.zeros_like(off), 0.3, **IN_DEGREES, **RIGID)
 
 
-def test_steps_of_the_reference_are_what_is_off():
-    """At 0.55 s our runs lie on one side of the reference, nearer to one another than to it."""
-    at = int(np.argmin(abs(REFERENCE["time"] - 0.55)))
-    reference, small = sizes(REFERENCE)[at] / STEP, sizes(SMALL_STEPS)[at - 1]
-    assert (small < reference).all()
-    assert (abs(forces(run())[at] - small) < 0.5 * abs(small - reference)).all()
+def test_step_and_friction_of_impacts_are_what_is_off():
+    """The case misses the reference by up to 4.9 %, and the rows of the rule change by as much.
+
+    Within 0.3 % of the joint's largest force, the sum of what both comparisons above allow.
+    """
+    largest = sizes(REFERENCE).max(axis=0) / STEP
+    missed = (forces(run())[1:] - sizes(REFERENCE)[1:] / STEP) / largest
+    changed = (sizes(SMALL_STEPS) - sizes(ITS_STEPS)) / largest
+    assert np.abs(missed).max() > 0.04
+    assert np.abs(missed - changed).max() < 3e-3
+
+
+@pytest.mark.slow
+def test_stored_rows_are_those_of_the_program():
+    """The rule's rows are made again: angles to 1e-8 rad, what is left of rounding at impacts."""
+    from tests.validation import rigid_four_bar
+
+    rows = rigid_four_bar.second(STEP, followed=False)
+    assert np.abs(rows[:, 1:4] - columns(ITS_STEPS, *BODIES)).max() < 1e-8
 
 
 def test_a_journal_on_the_other_body_misses():
