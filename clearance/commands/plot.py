@@ -183,10 +183,10 @@ def run(options) -> int:
 def plot(source, kind: str | None = None, output: str | Path | None = None, **options):
     """Draw a picture of a run or of a sweep, as `clearance plot` does.
 
-    source: a run file or Result (for history, phase, poincare and spectrum also a list of them),
-    or the directory of a sweep or Sweep. kind: overview, history, orbit, phase, poincare, spectrum,
-    contacts, guide, efforts, friction, pressure, sketch, tornado, measured, animation of a run;
-    map, curves, bifurcation, scatter of a sweep; default: the overview of a run, the map of a grid,
+    source: a run file or Result (for history, phase, poincare and spectrum also a list of them), or
+    the directory of a sweep or Sweep. kind, of a run: overview, history, orbit, phase, poincare,
+    spectrum, contacts, guide, efforts, friction, pressure, sketch, tornado, measured, animation. Of
+    a sweep: map, curves, bifurcation, scatter; default: the overview of a run, the map of a grid,
     the scatter of a scatter, the curves of other sweeps.
     output: .png, .pdf or .svg, of an animation .gif or .mp4. The path is returned; without one,
     the matplotlib figure, which notebooks show.
@@ -343,7 +343,7 @@ def _overview(options, records, output: Path) -> Path:
 
     try:
         return overview(records[0], output, **_given(options, "settle"))
-    except (KeyError, AttributeError) as error:  # what a channel that was not kept raises
+    except (KeyError, AttributeError) as error:  # exceptions for a channel that is not in the file
         reason = str(error.args[0]).partition(";")[0]
         raise ValueError(
             f"overview needs more channels than were kept: {reason}; draw a history"

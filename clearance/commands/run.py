@@ -119,7 +119,7 @@ def run(options) -> int:
     """Run the case, print its cost and its results; exit status 1 where it ended early.
 
     Raises KeyboardInterrupt, with a note that states what is stored, where the user or the system
-    asks it to end.
+    ends it.
     """
     with terminable():
         case, values, scene = again.scene_of(options) if options.again else scene_of(options)
@@ -206,7 +206,7 @@ def _simulated(options, case, scene, output: Path):
     bar = ProgressBar() if watched else None
     if not options.json:
         logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
-        logging.getLogger("skfem").setLevel(logging.WARNING)  # it tells of every basis
+        logging.getLogger("skfem").setLevel(logging.WARNING)  # it reports every basis
     more = {"checkpoint": options.checkpoint, "force": options.force}
     more["sensitivity"] = options.sensitivity
     arguments = options.of_file if options.again else _arguments(options, case, scene)

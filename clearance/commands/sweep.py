@@ -164,7 +164,7 @@ def begin(options) -> "Progress":
     if options.turns is None and options.until is None:
         options.turns = 2.0
     shown = Progress(options)
-    if not shown.quiet:  # compiling takes a while; what becomes of points is told by the progress
+    if not shown.quiet:  # compiling takes a while; the progress bar reports what becomes of points
         logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")
         logging.getLogger("clearance.sweep").propagate = False
     return shown

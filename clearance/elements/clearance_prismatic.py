@@ -53,8 +53,8 @@ class ClearancePrismatic(ClearanceJoint):
 
     axis: direction (x, y) in a's frame, any length but zero; angle: of b's frame against a's [rad].
     clearance c, on either side; overlap 2a; height 2b; width of the faces [m], for laws per width.
-    corner_radius: of rounded corners [m], makes the stiffness of laws that leave it to the joint:
-    Hertz's of a sphere on a plane, K = 4 E* sqrt(r) / 3.
+    corner_radius: of rounded corners [m]. Laws without a stiffness of their own take Hertz's of a
+    sphere on a plane, K = 4 E* sqrt(r) / 3.
     contact, friction: bound laws, of each corner.
     film: a pad law of both faces, with gaps c -+ e -+ x tan psi. It needs the width, a lubricant,
     and a transition, which gives the force of film and contact at each edge from its gap. Of the

@@ -33,9 +33,9 @@ class Drive(Load):
     target: a Body, a Revolute (angle of b against a) or a Prismatic (displacement of b along the
         axis).
     Exactly one of: speed, constant [rad/s or m/s]; motion, a `signal` law giving the coordinate
-    over time [rad or m]; torque or force, a number or an `effort` law (time, position, rate)
-    [N m or N], or a `drive_state` law, whose state starts at 0.
-    start: the coordinate at t = 0 [rad or m] (default: that of the rough start); for a torque or
+    over time [rad or m]; torque or force. These two are a number or an `effort` law (time,
+    position, rate) [N m or N], or a `drive_state` law, whose state starts at 0.
+    start: the coordinate at t = 0 [rad or m] (default: that of the rough start). For a torque or
         force, speed_start is the rate at t = 0.
     nominal: speed [rad/s] of a rotating drive without a constant one. Lengths of runs and samples
         given in turns are those of this speed. Metrics and pictures count turns of the angle
@@ -109,7 +109,7 @@ class Drive(Load):
 
     @property
     def prescribes(self) -> bool:
-        """True where the motion is given (and the effort found), not the other way round."""
+        """True where the motion is given and the effort is the result."""
         return self.speed is not None or self.motion is not None
 
     @property

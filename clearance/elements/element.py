@@ -1,7 +1,7 @@
 """An element is anything in a scene: a joint, a drive, a spring, a force.
 
-Its file defines all of it: its numbers with unit and check, its states, its closing equations, the
-forces it applies, its contacts and its outputs. The compiler uses nothing else.
+Its file defines all of it: numbers with unit and check, states, closing equations, applied forces,
+contacts and outputs. The compiler uses nothing else.
 """
 
 from collections.abc import Iterable, Iterator

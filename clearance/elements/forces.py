@@ -32,7 +32,7 @@ class PointForce(Load):
 @checks.answers
 @dataclass(frozen=True)
 class Force(PointForce):
-    """Force on a point of a body, along the fixed axes: x, y and z (out of the plane) are numbers
+    """Force on a point of a body, along the fixed axes. x, y and z (out of the plane) are numbers
     or `signal` laws of time [N].
     """
 
@@ -52,7 +52,7 @@ class Force(PointForce):
 @checks.answers
 @dataclass(frozen=True)
 class FollowerForce(PointForce):
-    """Force on a point of a body, along the axes of the body's frame, with which it turns: x, y are
+    """Force on a point of a body, along the axes of the body's frame, with which it turns. x, y are
     numbers or `signal` laws of time [N].
     """
 

@@ -20,8 +20,8 @@ class Prismatic(FrictionJoint):
     axis: direction (x, y) in a's frame, any length but zero; angle: constant angle of b's frame
         against a's [rad].
     friction, self_aligning: see FrictionJoint. A law that depends on the reaction needs the overlap
-    of slide and guide s [m], and where the slide carries a moment about its own axis friction_arm
-    R_n [m].
+    of slide and guide s [m]. Where the slide carries a moment about its own axis, it also needs
+    friction_arm R_n [m].
     """
 
     a: Point

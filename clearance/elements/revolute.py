@@ -17,8 +17,8 @@ class Revolute(FrictionJoint):
     """Hinge without clearance: point b coincides with point a.
 
     friction, self_aligning: see FrictionJoint. A law that depends on the reaction needs pin_radius
-    R_p, and where the hinge carries axial force or bending moments friction_arm R_n of its thrust
-    face and bending_arm R_b [m].
+    R_p. Where the hinge carries axial force or bending moments, it also needs friction_arm R_n of
+    its thrust face and bending_arm R_b [m].
     """
 
     a: Point

@@ -20,7 +20,8 @@ class ThermalNode(Load):
     C T' = sum of what flows in - h (T - T_s)   [W]
 
     name; capacity C [J/K]; conductance h [W/K] to the surroundings at T_s [K] (default 313.15), or
-    to another node `to`, which takes what flows and whose temperature is T_s; start: temperature at
+    to another node `to`. That node takes the heat, and T_s is then its temperature; start:
+    temperature at
     t = 0 [K] (default that of the surroundings of the last node in the row). Joints heat a node by
     `heat=HeatBalance(..., to=node)`. Nodes make a linear network.
     Raises ValueError for a capacity that is not positive, a negative conductance, and for

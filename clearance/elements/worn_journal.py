@@ -1,5 +1,5 @@
-"""A journal in a bearing whose outlines are worn: the forces of an elastic foundation between them,
-of the film, and of the asperities at the gap of each place.
+"""A journal in a bearing whose outlines are worn. The forces are those of an elastic foundation
+between them, of the film, and of the asperities at the gap of each place.
 """
 
 from clearance.elements.clearance_revolute import Journal
@@ -8,8 +8,8 @@ from clearance.laws.law import FilmJoint, memory_film
 from clearance.laws.outline import deepest
 from clearance.laws.wear import is_linear
 
-#: what a run follows of a joint that wears: eccentricity in the bearing's frame, angle of the
-#: journal against it, clearance that the contact feels [m], pressure over overlap [Pa/m], sliding
+#: quantities of a joint with wear that a run follows: eccentricity in the bearing's frame, angle of
+#: the journal against it, clearance of the contact [m], pressure over overlap [Pa/m], sliding
 #: speed, force and normal load of the solids: contact and asperities
 FOLLOWED = (
     "x",

@@ -2,16 +2,16 @@
 set, two grids.
 
 Nodes are uniform in (1 - EVEN) g + EVEN theta with cos(theta) = (cos g - k) / (1 - k cos g). Nodes
-uniform in g alone, for k = eps, resolve the pressure's peak around the bearing at any eccentricity
-(along it the thin layers at the ends are not: 1 % of the force at contact). But near contact they
-leave few cells to the wide gap, and there the oil leaves. The second-order error is clean: (4
-fine - coarse) / 3 gains a factor of 10 to 30. Edges of wide or short grooves are right to a cell
-only; finite elements meet them.
+uniform in g alone, for k = eps, resolve the pressure's peak around the bearing at any eccentricity.
+Along it they do not resolve the thin layers at the ends: 1 % of the force at contact. But near
+contact they leave few cells to the wide gap, and there the oil leaves. The second-order error is
+clean: (4 fine - coarse) / 3 gains a factor of 10 to 30. Edges of wide or short grooves are right to
+a cell only; finite elements meet them.
 
-The ring of columns is cut where the pressure is known: on a full groove, or for a film without
-grooves that cavitates at ambient pressure where the infinitely long periodic film has its minimum
-(the finite film cavitates there over its whole length, by the comparison principle). Where nothing
-is known the ring is folded, which doubles the band.
+The ring of columns is cut where the pressure is prescribed: on a full groove. A film without
+grooves that cavitates at ambient pressure is cut at the pressure minimum of the infinitely long
+periodic film. The finite film cavitates there over its full length, by the comparison principle.
+Where nothing is known the ring is folded, which doubles the band.
 """
 
 import math
@@ -94,8 +94,8 @@ def angles(count, clustering, first, even):
 
 @njit(cache=True, error_model="numpy")
 def around(places, eps, clustering, thickness):
-    """Integrals of a grid (7, count): 1 / integral of 1/(phi H^3) to the next node; over each cell
-    those of phi H^3, cos, sin, 12 psi cos, -12 psi sin, 1/H.
+    """Integrals of a grid (7, count). First 1 / integral of 1/(phi H^3) to the next node. Then,
+    over each cell, those of phi H^3, cos, sin, 12 psi cos, -12 psi sin, 1/H.
 
     thickness: clearance over roughness, 0 for smooth surfaces.
     """
@@ -333,7 +333,7 @@ def mark(theta, zeta, grooves, pressure, state):
 
 @njit(cache=True, error_model="numpy")
 def full_groove(state):
-    """The last column whose pressure is given over its whole length, or -1."""
+    """The last column whose pressure is given over its full length, or -1."""
     cut = -1
     for j in range(state.shape[0]):
         if (state[j] == GIVEN).all():
@@ -484,7 +484,7 @@ class FastFilm:
     """The film of one bearing on one nest of grids. mesh: cells around and over half the length.
 
     Raises ValueError for a mesh too coarse and for mass-conserving cavitation, which this solver
-    has not got.
+    does not have.
     """
 
     def __init__(self, bearing: Bearing, mesh: tuple[int, int] = (128, 16)):
@@ -551,7 +551,7 @@ class FastFilm:
         end = np.zeros((len(theta), 1))
         pressure = np.hstack([pressure, end])[forward] * self.bearing.pressure_scale
         wet = ((state == WET) | (state == GIVEN))[forward]
-        wet = np.hstack([wet, wet[:, -1:]])  # at ambient pressure an end cannot tell
+        wet = np.hstack([wet, wet[:, -1:]])  # at ambient pressure the end gives no sign
         return FilmSolution(
             self.bearing,
             (theta % (2.0 * math.pi))[forward],
@@ -575,8 +575,8 @@ def solve(
     gamma' [rad/s]).
 
     mesh: cells around and over half the length. The force of a closing film is right to 4e-3 (2e-4
-    in the median) on (48, 6), which costs 0.1 ms, and to 7e-4 (1e-5) on (128, 16), 2 ms. There the
-    side flow is right to 1e-3 up to an eccentricity ratio of 0.995, to 2e-3 at 0.999.
+    in the median) on (48, 6), which costs 0.1 ms. On (128, 16) it is right to 7e-4 (1e-5), at 2 ms.
+    There the side flow is right to 1e-3 up to an eccentricity ratio of 0.995, to 2e-3 at 0.999.
     Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, or
     mass-conserving cavitation.
     """

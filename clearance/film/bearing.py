@@ -32,9 +32,9 @@ from clearance.laws.law import FilmJoint
 if TYPE_CHECKING:
     import numpy as np
 
-#: how a film that would fall below the cavitation pressure is treated: Swift-Stieber (P and its
-#: slope vanish at the rupture), pressure cut off after the solution, not at all,
-#: Jakobsson-Floberg-Olsson (mass-conserving)
+#: treatment of a film that would fall below the cavitation pressure. Swift-Stieber (P and its slope
+#: vanish at the rupture); pressure cut off after the solution; none; Jakobsson-Floberg-Olsson
+#: (mass-conserving).
 CAVITATIONS = ("reynolds", "gumbel", "none", "mass_conserving")
 # cells around and over half the length, at least and at most
 COARSEST, FINEST = (16, 2), (2048, 128)
@@ -42,7 +42,7 @@ LARGEST = 257  # nodes of a table each way
 THINNEST = 2.0  # clearance over roughness, at least, of flow factors
 # errors of the load that a mesh is refused for, that a run warns of
 TOO_COARSE, DOUBTFUL = 0.08, 0.01
-CONTACT = 1.0 - 1e-9  # eccentricity ratio a solver is not asked beyond
+CONTACT = 1.0 - 1e-9  # largest eccentricity ratio for a solver
 
 
 @checks.answers
@@ -167,9 +167,9 @@ class FilmSolution:
     theta: from the widest gap [rad], (n,); axial: z from the middle [m], (m,), 0 to L/2 (the film
         is symmetric);
     pressure: above ambient [Pa], (n, m); content: share of the gap that holds oil, (n, m); radial,
-        tangential: force on the journal [N]; shear: integral of 1/H over the wet area, of the unit
-        area (theta, zeta), so that the Couette torque is mu R^3 L / c (omega_J - omega_B) shear (2
-        pi / sqrt(1 - eps^2) for a full film); side_flow: oil that leaves at both ends [m3/s], what
+        tangential: force on the journal [N]; shear: integral of 1/H over the wetted area, of the
+        unit area (theta, zeta). The Couette torque is mu R^3 L / c (omega_J - omega_B) shear (2 pi
+        / sqrt(1 - eps^2) for a full film); side_flow: oil that leaves at both ends [m3/s], what
         comes in there not counted; iterations: linear systems solved; unknowns.
     """
 

@@ -1,9 +1,9 @@
 """The film with memory: oil is conserved through cavitation, and the bearing may have an elastic
 liner.
 
-In the frame of the *bearing*, where cavitated oil stays where it is, with theta from the bearing's
-own x axis, the journal's centre at (ex, ey) c moving at (vx, vy) c, and p = mu (R/c)^2 P as in
-`clearance.film.bearing`:
+The frame is that of the *bearing*, where cavitated oil stays where it is, with theta from the
+bearing's own x axis. The journal's centre is at (ex, ey) c and moves at (vx, vy) c, and p = mu
+(R/c)^2 P as in `clearance.film.bearing`:
 
     d_theta(H^3 d_theta P) + (R/L)^2 d_zeta(H^3 d_zeta P) = 6 spin d_theta(f H) + 12 d_t(f H)
     P >= lowest,  0 <= f <= 1,  (P - lowest) (1 - f) = 0
@@ -11,21 +11,21 @@ own x axis, the journal's centre at (ex, ey) c moving at (vx, vy) c, and p = mu 
 
 spin = omega_J - omega_B; f is the content, the share of the gap that holds oil. At the ends and in
 the grooves the pressure is given and f = 1. The liner is a Winkler foundation: it yields in
-proportion to the pressure above ambient (kappa in m/Pa), so that H is the gap of the unloaded
-bearing at ambient pressure.
+proportion to the pressure above ambient (kappa in m/Pa). H is the gap of the unloaded bearing at
+ambient pressure.
 
 h_B(theta) and h_J(theta - a) are worn depths over c of bearing and journal, a the angle of the
 journal against the bearing. The journal's turn on, d_t h_J = -spin h_J': with the drag of H they
 count with +6 spin h_B' and -6 spin h_J'.
 
 Finite volumes on a uniform grid over half the length. A cell has one unknown, P - lowest where it
-is full and f where it is cavitated; a Newton step switches cells, and between switches the rigid
+is full and f where it is cavitated. A Newton step switches cells, and between switches the rigid
 problem is linear. Every matrix met has a positive diagonal that dominates its column (an M matrix),
 so a band LU needs no pivoting. The ring is folded, columns 0, n-1, 1, n-2, ..., which keeps the
 band at twice the cells over the half length.
 
-Sources: Jakobsson and Floberg (1957) and Olsson (1965), the condition; Elrod (1981), one unknown
-per cell; Woloszynski, Podsiadlo and Stachowiak, Tribology Letters 58 (2015), Newton steps for it.
+Sources: Jakobsson and Floberg (1957) and Olsson (1965), the condition. Elrod (1981), one unknown
+per cell. Woloszynski, Podsiadlo and Stachowiak, Tribology Letters 58 (2015), Newton steps for it.
 """
 
 import math
@@ -70,9 +70,9 @@ def join(here, mid, far, own_slope, mid_slope, far_slope, sizes, face):
     """Conductance and gap of one face: exact for a one-dimensional film between the middles of its
     two cells.
 
-    With the flow q = 6 spin H - H^3 P' constant between them, q = 6 spin gap - conductance
-    (P_next - P_this), where conductance = 1 / I3, gap = I2 / I3 and I_k is the integral of H^-k
-    (Simpson); both times the cells' axial size.
+    With the flow q = 6 spin H - H^3 P' constant between them, q = 6 spin gap - conductance (P_next
+    - P_this). Here conductance = 1 / I3, gap = I2 / I3 and I_k is the integral of H^-k (Simpson).
+    Both are multiplied by the cells' axial size.
     """
     width, depth = sizes[0], sizes[1]
     (here, own_on), (mid, mid_on), (far, far_on) = floored(here), floored(mid), floored(far)
@@ -97,8 +97,8 @@ def stiffen(least, drag, face):
     """Let the conductance not fall below least |drag|, smoothly: what a soft liner drags along
     counts upwind then.
 
-    Otherwise the gap that the pressure opens travels on central differences, which wiggle where the
-    film is thin (cell Peclet number above 1) and keep the Newton steps from settling. A
+    Otherwise the gap that the pressure opens travels on central differences. They oscillate where
+    the film is thin (cell Peclet number above 1), and the Newton steps do not settle. A
     second-order change of the resolved film.
     """
     plain = face[COND]
@@ -246,10 +246,12 @@ def add_along(i, k, kind, p, flow, cell, place, matrix, rest):
 def assemble(kind, p, content, old, base, growth, flow, face, cell, place, matrix, rest):
     """Matrix and right-hand side of one Newton step.
 
-    The balance of a cell, flows out counted positive:
+    The balance of a cell, with flows out counted positive, is
+
         hold V (f - old) + base + press old growth + sum of the flows = 0
-    kind, p = P - lowest, content f (n, nz): the state; old: content of the last moment; base: what
-    the motion sweeps;
+
+    kind, p = P - lowest, content f (n, nz): the state; old: content of the last moment;
+    base: flow swept by the motion;
     growth: that of the cells' volumes V (n, nz); flow: drag = 6 spin, hold, press [1/s], end
         pressure, end factor (the conductance of the end over that between two cells), carried (1:
         the flow carries the content, 0: it carries full gaps, the memoryless film), area of a cell,
@@ -598,22 +600,22 @@ class MemoryFilm:
     """One joint's film with memory: the content, and the liner's pressure, of the last accepted
     moment.
 
-    bearing: its grooves are at angles from the bearing's own x axis; `cavitation` is not asked when
-        conserving;
+    bearing: its grooves are at angles from the bearing's own x axis; a conserving film does not
+        read `cavitation`;
     mesh: cells around and over half the length; liner: compliance [m/Pa], 0 for a rigid bearing;
         conserving: False leaves the memory of the content out (P >= lowest where P and its slope
         vanish: Swift-Stieber); outline, journal: worn depths [m] of bearing and journal at equal
         angles of their bodies' frames, None where unworn.
 
-    Fields of the last accepted moment: content (n, m); pressure above ambient [Pa] (n, m); at theta
-    [rad] (n,) and axial, z from the middle [m] (m,). mass_defect: oil made or lost in the last
-    commit, over the oil in the gap.
+    Fields of the last accepted moment: content (n, m) and pressure above ambient [Pa] (n, m). They
+    stand at theta [rad] (n,) and axial, z from the middle [m] (m,). mass_defect: oil made or lost
+    in the last commit, over the oil in the gap.
     iterations: linear systems of the last call. The grid begins at the first groove, so that its
-        line is met; other grooves take the nearest columns, and a groove's width and length are
-        rounded to whole cells.
+        line is met. Other grooves take the nearest columns. A groove's width and length are rounded
+        to full cells.
 
-    Raises ValueError for a mesh that is too coarse, for flow factors (bearing.roughness), and for a
-    film that is not conserving with another condition than "reynolds".
+    Raises ValueError for a mesh that is too coarse and for flow factors (bearing.roughness). A film
+    that is not conserving raises it for another condition than "reynolds".
     """
 
     def __init__(
@@ -773,11 +775,11 @@ class MemoryFilm:
         it is.
 
         ex, ey: the journal's centre over c; vx, vy: its rate [1/s] as seen from the turning
-        bearing; spin [rad/s]; angle of a worn journal against the bearing.
-        Returns (4, 6): rows force_x, force_y on the journal [N], shear (integral of 1/H over the
-        wet area, out of 2 pi; a cavitated cell counts with its content: streamlets), side_flow out
-        of the film at both ends [m3/s]; columns value and d/d(ex, ey, vx, vy, spin) with every cell
-        left full or cavitated as it is.
+        bearing; spin [rad/s]; angle of a worn journal against the bearing. Returns (4, 6). The rows
+        are force_x, force_y on the journal [N], shear, and side_flow out of the film at both ends
+        [m3/s]. shear is the integral of 1/H over the wetted area, out of 2 pi; a cavitated cell
+        counts with its content (streamlets). The columns are the value and d/d(ex, ey, vx, vy,
+        spin), with every cell left full or cavitated as it is.
 
         The content is stored at 12 (H (f - old) / elapsed + old dH/dt), the implicit Euler step of
         a straight path to

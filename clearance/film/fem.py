@@ -7,9 +7,9 @@ of `clearance.film.bearing`. With the test function v and no flow through zeta =
     integral phi H^3 (P_theta v_theta + (R/L)^2 P_zeta v_zeta) = -12 integral psi (v_r
     cos(theta) - v_t sin(theta)) v.
 
-Memoryless films use biquadratic elements. The matrix is assembled once, as a fixed sparse operator
-T with A.data = T @ (phi H^3), because the gap enters only by its values at the quadrature angles.
-Swift-Stieber rupture ("reynolds") is a primal-dual active set on the nodal pressures.
+Memoryless films use biquadratic elements. The gap enters only by its values at the quadrature
+angles. The matrix is therefore assembled once, as a fixed sparse operator T with A.data = T @ (phi
+H^3). Swift-Stieber rupture ("reynolds") is a primal-dual active set on the nodal pressures.
 
 The mass-conserving film (Jakobsson, Floberg, Olsson) balances the oil with its content th of the
 gap,
@@ -23,10 +23,10 @@ an M-matrix on any mesh, lumped storage and upwind transport. Each node has one 
 where the gap is full, th - 1 where it is not.
 
 The mesh is uniform between the edges of the grooves and never adapted. A mesh of 64 by 8 is within
-1e-3 of the load up to an eccentricity ratio of 0.7 for any length, up to 0.85 for L/D from 1/2 on.
-At 0.9 it is within 4e-3 for any length, within 1e-3 from L/D 1/2 on (mass-conserving: 0.8 % at L/D
-1). Nearer contact more cells around are needed, about in proportion to 1 / sqrt(1 - eps): see
-`load_error` in film/bearing.py.
+1e-3 of the load up to an eccentricity ratio of 0.7 for any length. For L/D from 1/2 on it is so up
+to 0.85. At 0.9 it is within 4e-3 for any length, within 1e-3 from L/D 1/2 on (mass-conserving: 0.8
+% at L/D 1). Nearer contact more cells around are needed, about in proportion to 1 / sqrt(1 - eps):
+see `load_error` in film/bearing.py.
 
 Source: Hintermueller, Ito and Kunisch, SIAM J. Optim. 13 (2003) 865, the active set; Elrod, J.
 Lubrication Technology 103 (1981) 350 and Woloszynski, Podsiadlo and Stachowiak, Tribology Letters
@@ -664,7 +664,7 @@ class FemFilm:
 
         warm: the cavitated region of the last solution is the first guess of this one; the answer
             is the same. content is 1 in the film and 0 where it has ruptured. Of a mass-conserving
-            film it is the one that no longer changes in the frame of the line of centres; a
+            film it is the one that no longer changes in the frame of the line of centres. A
             squeezed film stores content times d(H)/dt. shear counts the full film only. Raises
             ValueError beyond contact, and for a mass-conserving film without a groove or where it
             has no such content.

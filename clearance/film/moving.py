@@ -8,9 +8,9 @@ The mesh moves. It is uniform in u, with
 
     theta = u + a sin(u),   a = 1 - sqrt(1 - eps),
 
-so that cells at the thinnest film are narrow in proportion to the length of the film there,
-sqrt(1 - eps), and the force does not jump as from one mesh to another. With grooves, whose edges
-are mesh lines, a = 0.
+so that cells at the thinnest film are narrow in proportion to the length of the film there, sqrt(1
+- eps). The force does not jump as from one mesh to another. With grooves, whose edges are mesh
+lines, a = 0.
 
 The rupture is smooth. Swift-Stieber's condition for the oil that a node of the cavity does not
 hold,
@@ -30,7 +30,7 @@ is the gradient of a strictly convex function: there is one solution, an analyti
 motion. "gumbel" cuts the full film off by a softplus of delta.
 
 Newton's method starts from the last solution with its factors, those of a band whose last column
-closes the ring; new factors are made where it converges slowly. Derivatives are exact, the movement
+closes the ring. New factors are made where it converges slowly. Derivatives are exact, the movement
 of mesh and rupture in them: complex steps through the equations.
 
 Errors against fine meshes: see `error_of`.
@@ -67,7 +67,7 @@ AT_REST = 1e-15  # speed [1/s] below which the width of the rupture no longer sh
 STEP = 1e-30  # of complex derivatives
 DONE = 1e-8  # correction over the largest pressure at which Newton's method ends
 LEAST_RATE = 0.01  # of convergence that is believed
-SLOW, FAR = 0.2, 0.1  # convergence, first correction of old factors that ask for fresh ones
+SLOW, FAR = 0.2, 0.1  # convergence, first correction of old factors that needs fresh ones
 # error of the load, up to an eccentricity ratio; cells around at least
 TARGET, EXPECTED, FEWEST = 3e-3, 0.98, 36
 MOST = 60  # corrections of one solution, at most
@@ -75,15 +75,15 @@ REYNOLDS, GUMBEL, FULL = range(3)
 KINDS = {"reynolds": REYNOLDS, "gumbel": GUMBEL, "none": FULL}
 
 #: what does not depend on the motion. By cell around and quadrature point: u, weight and slopes of
-#: the shapes by u; shapes by point; along half the length: mass, stiffness (R/L)^2, load of the
-#: nodes; free: nodes without a pressure given, (columns, rows), the ends last; moves: whether the
-#: mesh does; thickness: clearance over roughness, 0: smooth
+#: the shapes by u. Then the shapes by point. Along half the length: mass, stiffness (R/L)^2, load
+#: of the nodes; free: nodes without a pressure given, (columns, rows), the ends last; moves:
+#: whether the mesh does; thickness: clearance over roughness, 0: smooth
 Grid = namedtuple(
     "Grid",
     "places weights shapes slopes mass stiffness load free moves thickness axial lowest kind",
 )
-#: of one motion. Integrals of phi H^3 by cell and pair of shapes: of slopes, of values; by column:
-#: source, s+, |s|, delta, integrals of cos, sin and 1/H
+#: of one motion. Integrals of phi H^3 by cell and pair of shapes: of slopes, of values. By column:
+#: source, s+, |s|, delta, integrals of cos, sin and 1/H.
 Terms = namedtuple("Terms", "along across source positive size delta cos sin shear")
 #: of Newton's matrix: upper band of all columns but the last, their couplings with it, its block
 Factors = namedtuple("Factors", "band border corner")
@@ -416,10 +416,10 @@ def error_of(cells: int, eccentricity_ratio: float, slenderness: float) -> float
     """Relative error of the load to expect of so many cells around that move, with as many along as
     `mesh_for` takes.
 
-    Third order in the cells, second order and larger where the bearing is short, for the rupture is
-    as wide as it is long there; larger near contact, too. An upper bound of what fine meshes of the
-    fast solver state, for L/D from 1/8 to 1 and eccentricity ratios up to 0.99, in rotation, in
-    squeeze towards the wall and in both.
+    Third order in the cells. Second order and larger where the bearing is short, for the rupture is
+    as wide as it is long there. Larger near contact, too. An upper bound of the errors against fine
+    meshes of the fast solver, for L/D from 1/8 to 1 and eccentricity ratios up to 0.99. It covers
+    rotation, squeeze towards the wall and both.
     """
     near = (0.02 / max(1.0 - eccentricity_ratio, 1e-12)) ** 2
     short = max(0.5 / slenderness, 1.0) ** 1.2

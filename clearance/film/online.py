@@ -3,9 +3,9 @@ the table.
 
 `solved` is memoryless and stands where any film law stands. `conserving` has a memory: the oil
 content of the gap, over the bearing, is stored from step to step (implicit Euler between accepted
-states), and its liner may be elastic. Both are answered in Python (tracing/asking.py), some 1e3 to
-1e4 times dearer than the table. The finite elements of a run are those of film/moving.py, smooth in
-the motion; film/fem.py is their reference.
+states). Its liner may be elastic. Both are answered in Python (tracing/asking.py), some 1e3 to 1e4
+times dearer than the table. The finite elements of a run are those of film/moving.py, smooth in the
+motion; film/fem.py is their reference.
 """
 
 import time as clock_of_the_wall
@@ -20,7 +20,7 @@ from clearance.tracing.asking import KEEP, SLOPES, VALUE, Answerer, answered
 USUAL = {"fem": 5000, "fast": 16_000, "conserving": 100_000}
 VALUES = 15  # solutions without slopes for one with them, in usual runs
 APART = 0.01  # eccentricity ratios of the stages of a step
-NEAREST = 1.0 - 1e-4  # eccentricity ratio that a finite element mesh is asked for at most
+NEAREST = 1.0 - 1e-4  # largest eccentricity ratio for a finite element mesh
 
 
 def solved(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
@@ -44,7 +44,7 @@ def conserving(
     bearing's axes, shear.
 
     Jakobsson, Floberg and Olsson's film (film/conserving.py) a time `time` minus that of the last
-    accepted step after it; eccentricity over clearance and its rate [1/s] in the bearing's frame,
+    accepted step after it. eccentricity over clearance and its rate [1/s] in the bearing's frame,
     spin = omega_J - omega_B [rad/s]; angle of a worn journal.
     """
     return answered(
@@ -232,10 +232,10 @@ def fem_film(
 
     cavitation: "reynolds", "gumbel" or "none"; ambient: pressure at the ends above cavitation [Pa]
         or None; grooves stand still against the *line of centres*; flow_factors: with those of the
-        joint's roughness; mesh: cells around and over half the length (default: 36 by 3 for L/D
-        from 1/2 to 1, more around where the bearing is shorter, along where it is longer), for a
-        load within 0.3 % up to an eccentricity ratio of 0.98. A turn of the feeder takes some 5000
-        solutions of 0.4 ms.
+        joint's roughness; mesh: cells around and over half the length. The default is 36 by 3 for
+        L/D from 1/2 to 1, more around for a shorter bearing, more along for a longer one. It gives
+        a load within 0.3 % up to an eccentricity ratio of 0.98. A turn of the feeder takes some
+        5000 solutions of 0.4 ms.
     """
     return _memoryless("fem", cavitation, ambient, grooves, flow_factors, mesh)
 

@@ -47,12 +47,12 @@ def pad_table(gap, slope, gap_rate, slope_rate, speed, face, data, start):
 
     gap h0 [m], slope m, their rates [m/s, 1/s], speed U [m/s]; face: half length a, width B [m],
     viscosity mu [Pa s]. w, k and A are C2 cubic splines of the solutions of Reynolds' equation over
-    the rectangle 2a x B (see film/pad_table.py), for |tau| up to 0.9967; beyond it they are linear
-    in y, as they are in the limit. A is the wetted area, weighted by h0 / h;
-    where its spline swings below zero beside a dry pad it is zero. Where the gap opens at
-    both edges the film carries nothing. The power taken out is never negative, but for the error of
-    the table. Rigid, isoviscous, cavitating at ambient pressure. An edge that touches meets a force
-    of the order of log(1 / gap) only. Source: Pinkus and Sternlicht (1961), chapter 3.
+    the rectangle 2a x B (see film/pad_table.py), for |tau| up to 0.9967. Beyond it they are linear
+    in y, as they are in the limit. A is the wetted area, weighted by h0 / h; where its spline
+    swings below zero beside a dry pad it is zero. Where the gap opens at both edges the film
+    carries nothing. The power taken out is never negative, but for the error of the table. Rigid,
+    isoviscous, cavitating at ambient pressure. An edge that touches meets a force of the order of
+    log(1 / gap) only. Source: Pinkus and Sternlicht (1961), chapter 3.
     """
     a = face.half_length
     tau = min(max(slope * a / gap, -STEEPEST), STEEPEST)

@@ -1,7 +1,7 @@
 """The film tables that come with the package: `python -m clearance.film.shipped` makes them again.
 
-A table is requested by its key and by the source of what makes it (see table.Key.name): after a
-change of the solver none of these is taken until they are made again.
+A table is requested by its key and by the source of what makes it (see table.Key.name). After a
+change of the solver none of these tables is used until they are made again.
 """
 
 from clearance.film import table as tables

@@ -19,9 +19,9 @@ def solve_film(
     eccentricity_ratio eps; radial_rate d(eps)/dt [1/s]; entrainment w = omega_J + omega_B - 2
     gamma' [rad/s].
     solver: "fast" (finite volumes in Sommerfeld's angle), "fem" (biquadratic elements; also
-        mass-conserving) or "auto": the fast one but for mass conservation and for grooves with
-        edges, which it meets only to a cell. mesh: cells around and over half the length (default
-        (128, 16), of fem (64, 8)).
+        mass-conserving) or "auto". "auto" takes the fast one, but "fem" for mass conservation and
+        for grooves with edges, which the fast one meets only to a cell. mesh: cells around and over
+        half the length (default (128, 16), of fem (64, 8)).
     Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, a condition the
     solver does not have.
     """

@@ -8,8 +8,8 @@ s = sqrt(1 - eps^2), V' = (v_r, s v_t) and alpha' the angle of V' it is
 
 and w_r, w_t, K stay bounded and smooth up to contact: near it the gap is a parabola of half-width
 sqrt(2 (1 - eps)). They are kept on a grid uniform in y = -ln(1 - eps) and alpha' as C2 cubic
-B-splines. Beyond the last y the force goes on (C1) to its limit, the film of a parabolic gap, from
-which it differs in proportion to s, that is to exp(-y / 2); K stays as it is. The film of the
+B-splines. Beyond the last y the force continues (C1) to its limit, the film of a parabolic gap. It
+differs from the limit in proportion to s, that is to exp(-y / 2). K stays as it is. The film of the
 concentric bearing, -A (v_r, -v_t), is taken off before, so that the force and its derivatives are
 exact in the centre.
 
@@ -22,8 +22,8 @@ and q is the smooth one. It has a spline over y and alpha with about half the no
 last y it stays as it is. The grid that solves it has more nodes in the wide gap.
 
 An ambient pressure above the cavitation pressure adds a third axis tau = S / (S + 3), S = sigma |V|
-s^4 / |V'|, from cavitation at ambient pressure (0) to the full film (1); sigma |V| = p_ambient
-(c/R)^2 / mu.
+s^4 / |V'|, with sigma |V| = p_ambient (c/R)^2 / mu. It goes from cavitation at ambient pressure (0)
+to the full film (1).
 """
 
 import hashlib
@@ -96,7 +96,7 @@ class Table(Tabulated):
 @dataclass(frozen=True)
 class Key:
     """Inputs of a table. slenderness L/D; cavitation; thickness: clearance over roughness of the
-    flow factors, 0 for smooth surfaces; nodes over y and alpha'; layers over tau, 1 without ambient
+    flow factors, 0 for smooth surfaces. nodes over y and alpha'; layers over tau, 1 without ambient
     pressure; mesh of the solver.
     """
 
@@ -362,7 +362,7 @@ def table(key: Key) -> Table:
 
     A damaged file, or one made of something else, is built again, with a warning.
 
-    Several processes may ask at once: the first builds, the others wait for it.
+    Where several processes need a table at once, the first builds it and the others wait.
     """
     path = path_of(key)
     for place in (SHIPPED / path.name, path):
@@ -381,8 +381,9 @@ def between(key) -> Tabulated:
     """The table of any key: of its own where its `blended` entries have at most three digits, else
     between neighbours.
 
-    Neighbours are BESIDE apart in ln(L/D), and in the logarithm of clearance over roughness where
-    flow factors ask for it, so that a sweep over clearances needs a few tables and not one a point.
+    Neighbours are BESIDE apart in ln(L/D). With flow factors they are so in the logarithm of
+    clearance over roughness, too. A sweep over clearances then needs a few tables and not one a
+    point.
     Linear in these logarithms: the film is at most of degree two in L/D, so that this adds at most
     BESIDE^2 / 2 to the error.
     """

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     import numpy as np
 
 #: numbers before the coefficients: A; nodes over y and alpha', cells per y, per alpha', nodes over
-#: tau; values of A; where the side flow begins; the same four of the side flow, over y and alpha
+#: tau. Then values of A; where the side flow begins; the same four of the side flow, over y and
+#: alpha
 HEAD = 11
 TOP = 6.2  # largest y of the nodes
 LAST = 1.0 - math.exp(-TOP)  # its eccentricity ratio, 0.998
@@ -25,9 +26,9 @@ class Tabulated:
     """Numbers that a film law reads from a table, and how far they are from the film they stand
     for.
 
-    Each kind has the fields of its errors, its `error` (the largest of the force where the film
-    carries) and `stronger(factor)`, its numbers with all forces and the friction of the film times
-    a factor.
+    Each kind has the fields of its errors and its `error`, the largest of the force where the film
+    carries. `stronger(factor)` are its numbers with all forces and the friction of the film times a
+    factor.
     """
 
     numbers: "np.ndarray"
@@ -120,9 +121,9 @@ def answering(eps, radial_rate, across):
     """Eccentricity ratio that a film answers at: its own, but no more than LAST where the journal
     recedes straight.
 
-    As alpha' nears 180 degrees (between 165 and 177) the film near the contact has nothing to say;
-    the force is that of the oil around it, which stays as it is, and what a table knows of the
-    first is amplified by s^-3.
+    As alpha' nears 180 degrees (between 165 and 177) the film near the contact carries nothing. The
+    force is that of the oil around it, which stays as it is. An error of the table in the first
+    part is amplified by s^-3.
     """
     if eps <= LAST or radial_rate >= 0.0:
         return eps
@@ -342,11 +343,11 @@ def table_film(
 
     cavitation: "reynolds" (Swift-Stieber), "gumbel" or "none"; ambient: pressure at the bearing's
         ends above the cavitation pressure [Pa], None where the film cavitates at ambient pressure;
-        flow_factors: whether Patir and Cheng's factors make the film that of the joint's rough
-        surfaces; nodes of the table over -ln(1 - eps) and alpha'; mesh (around, along half the
-        length; default 96 x 12, with ambient pressure 64 x 8) of the solver behind it. A table is
-        built once (a second or two, with ambient pressure some fifteen) and kept on disk by L/D and
-        options. Raises ValueError for options that do not go together.
+        flow_factors: True for a film of the joint's rough surfaces by Patir and Cheng's factors.
+        nodes of the table over -ln(1 - eps) and alpha'; mesh (around, along half the length;
+        default 96 x 12, with ambient pressure 64 x 8) of its solver. A table is built once (a
+        second or two, with ambient pressure some fifteen) and stored on disk by L/D and options.
+        Raises ValueError for options that do not go together.
     """
     if cavitation not in CAVITATIONS[:3]:
         raise ValueError(

@@ -34,13 +34,13 @@ def inverse_dynamics(
 
     until: seconds from t = 0, or turns of the constant-speed drive, in `samples` rows (default 400
         a turn, or 401); or
-    time: growing times [s] of one's own. route: "explicit", the compiled kernel that goes through
-        the mechanism group by group; "multipliers", one linear solve over all bodies and
-        constraints, an independent formulation for checking.
+    time: growing times [s] of one's own. route: "explicit" or "multipliers". The first is the
+        compiled kernel, which takes the mechanism group by group. The second is one linear solve
+        over all bodies and constraints, an independent formulation for checks.
     path: write an HDF5 file there (default: the record stays in memory). The channels are those of
         `simulate` without the energy ledger, which is an integral.
-    Raises ValueError for bad arguments and scenes with something left to find (clearance, a free
-    coordinate, a torque drive); SimulationError, with what had been computed as `result`, where the
+    Raises ValueError for bad arguments and for scenes with an unknown motion (clearance, a free
+    coordinate, a torque drive). Raises SimulationError, with the rows so far as `result`, where the
     motion leads into a singular position.
     """
     if not isinstance(scene, Scene):
@@ -92,7 +92,7 @@ def _by_multipliers(solver: Explicit, times: np.ndarray, rows: np.ndarray) -> np
 
 
 def _filled(solver: Explicit, rows: np.ndarray, outputs: dict[str, np.ndarray]) -> np.ndarray:
-    """Rows with the channels found; springs and energies are those of the kernel."""
+    """Rows with the computed channels; springs and energies are those of the kernel."""
     rows = rows.copy()
     for i, channel in enumerate(solver.channels):
         if channel.path in outputs:

@@ -1,7 +1,7 @@
 """Inverse dynamics by the compiled kernel: group by group, in the order in which the mechanism can
 be solved.
 
-What a scene prescribes fixes all positions, velocities and accelerations; each group of the plan (a
+The prescribed motion fixes all positions, velocities and accelerations. Each group of the plan (a
 single body, a dyad, a larger group) then gives its reactions to the groups before it, down to the
 drives. This is the route from subsystem to subsystem of Guo, Ju and Wang, Aerospace 11 (2024) 368,
 Algorithm 1, with the group as subsystem.

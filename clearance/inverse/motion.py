@@ -30,8 +30,7 @@ TURN = 2.0 * math.pi
 #: gets no further
 CLOSED, CLOSURE = 1e-15, 1e-10
 #: condition number of the held coordinates from which a position is singular. It is 10 to 300 in
-#: common mechanisms; next to a dead centre poses are known to that many roundings, forces to the
-#: square of it
+#: common mechanisms. Next to a dead centre poses have that many roundings, forces the square of it.
 SINGULAR = 1e7
 #: largest first correction of a predicted pose [rad, sizes], and shortest step over the last time,
 #: of a motion followed
@@ -46,7 +45,7 @@ def prescribed(
     s, per s2.
 
     time (samples,) [s]; start: the coordinate at t = 0 of a drive with a speed but no start value
-    of its own. Raises ValueError for a drive whose motion is found from its torque or force.
+    of its own. Raises ValueError for a drive whose motion follows from its torque or force.
     """
     time = np.asarray(time, dtype=float)
     if not drive.prescribes:
@@ -73,9 +72,9 @@ class Pairs:
 
     a, b: places of their bodies in (*bodies, ground); local_a, local_b: their points x + i y from
     the centres of mass, in the bodies' frames, and height_a, height_b out of the plane [m]; slides:
-    which turn with a, and axis (unit vector in a's frame). Relative coordinates are numbered 3
-    p + (0 along, 1 across, 2 turn): free is the one no joint holds (pairs,), driven (drives,), held
-    (coordinates,) all that joints and drives hold, in this order.
+    which turn with a, and axis (unit vector in a's frame). Relative coordinates are numbered 3 p +
+    (0 along, 1 across, 2 turn), in this order: free is the one no joint holds (pairs,), driven
+    (drives,), held (coordinates,) all that joints and drives hold.
     """
 
     def __init__(self, scene: Scene, start: Start):
@@ -138,8 +137,9 @@ class Pairs:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Newton's method on all that is held, all samples at once.
 
-        Returns the poses (samples, bodies, 3), what stays open of each held coordinate (samples,
-        held) and the largest first correction (samples,), both in rad and sizes of the mechanism.
+        Returns the poses (samples, bodies, 3), the residual of each held coordinate (samples, held)
+        and the largest first correction (samples,). The last two are in rad and sizes of the
+        mechanism.
         """
         q, left, jump = guess.copy(), np.full(values.shape, np.inf), np.zeros(len(guess))
         active, trial = np.arange(len(guess)), guess
@@ -162,7 +162,7 @@ class Pairs:
         return q, left, jump
 
     def whole_turns(self, q: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Whole turns [rad] that angles at these poses are away from what is prescribed (samples,
+        """Complete turns [rad] between angles at these poses and the prescribed ones (samples,
         held).
         """
         away = Geometry(self, q).values[:, self.held] - values
@@ -185,8 +185,8 @@ class Pairs:
         there.
 
         A step predicts by velocity and acceleration and corrects all samples within it at once. It
-        is accepted where no first correction exceeds JUMP, so that the motion stays on its branch;
-        a singular position between two samples is passed the smooth way.
+        is accepted where no first correction exceeds JUMP, so that the motion stays on its branch.
+        A singular position between two samples is passed the smooth way.
         """
         node = np.array([[self.start.pose[b] for b in self.scene.bodies]])
         turns = self.whole_turns(node, self.prescribed(np.zeros(1))[0])
@@ -240,9 +240,9 @@ class Geometry:
     """Pairs at some poses q (samples, bodies, 3) of the centres of mass.
 
     With ground (samples, bodies + 1): angle, turned = exp(i angle), centre x + i y. Of the pairs
-    (samples, pairs): axis of the coordinate along, arm_b to point b from b's centre, reach to where
-    the joint acts on a (the sliding point of a slide). values (samples, 3 pairs) of the relative
-    coordinates, rows (samples, 3 pairs, 3 bodies) their gradients.
+    (samples, pairs): axis of the coordinate along, and arm_b to point b from b's centre. reach goes
+    to where the joint acts on a (the sliding point of a slide). values (samples, 3 pairs) of the
+    relative coordinates, rows (samples, 3 pairs, 3 bodies) their gradients.
     """
 
     def __init__(self, pairs: Pairs, q: np.ndarray):

@@ -5,15 +5,15 @@ With the motion and the notation of inverse/motion.py, the balance of all bodies
 
     J^T lambda = M q'' - F - G^T s
 
-where lambda are the forces of joints and the efforts of drives, F all other loads, s the friction
-efforts and G the gradients of the coordinates they act on. One solve gives lambda without friction
-and for unit efforts, so all reactions are known as R_0 + R s. The friction load of a joint is a
-norm of its reaction, and s = law(rate, load(R_0 + R s)) is
+Here lambda are the forces of joints and the efforts of drives, F all other loads, and s the
+friction efforts. G holds the gradients of the coordinates they act on. One solve gives lambda
+without friction and for unit efforts, so all reactions are known as R_0 + R s. The friction load of
+a joint is a norm of its reaction, and s = law(rate, load(R_0 + R s)) is
 left: explicit where only driven joints rub, a contraction elsewhere. The traced mechanics has no
 part in any of this.
 
-A force f_x + i f_y at the arm r and the height h has the moment Im(conj(r) f) and, with a part f_z
-out of the plane, the moments m_x + i m_y = i (h f - f_z r).
+A force f_x + i f_y at the arm r and the height h has the moment Im(conj(r) f). With a part f_z out
+of the plane it has the moments m_x + i m_y = i (h f - f_z r).
 """
 
 from collections.abc import Callable
@@ -32,15 +32,15 @@ from clearance.tracing.kernels import evaluated
 
 #: samples solved at once: more only take memory
 BLOCK = 2048
-#: change of the friction loads over the largest: where they are found, and what is accepted where
-#: it falls no further
+#: change of the friction loads over the largest: at convergence, and the accepted one where it
+#: falls no further
 FOUND, ROUNDING = 1e-13, 1e-9
 #: contraction of the friction's fixed point above which Newton's method takes over, and evaluations
 #: before it is judged
 SLOW, PATIENCE = 0.5, 2
 LIMIT = 100
-#: then: least share of the friction taken up at a time, Newton steps for it, the last of them and
-#: the largest change with it over the efforts
+#: after that: least share of the friction added at a time, and Newton steps for it. Then the change
+#: of the last step and the largest change with it, over the efforts.
 SHORTEST, CORRECTIONS, CLOSED, FURTHEST = 1e-4, 6, 1e-12, 0.3
 
 
@@ -63,7 +63,7 @@ def inverse(
     motion.
 
     time: increasing (samples,) [s]. poses: guesses of (x, y, angle) of the centres of mass
-        (samples, bodies, 3) [m, rad], angles on their right turns; without them the motion is
+        (samples, bodies, 3) [m, rad], angles on their right turns. Without them the motion is
         followed from the assembled start at t = 0. Returns arrays over time by the paths of result
         files; where joints rub also friction/iterations (evaluations of the laws) and
         friction/contraction. Raises ValueError for a scene that is not fully prescribed,
@@ -91,7 +91,7 @@ def inverse(
     return outputs
 
 
-# --- what is asked
+# --- arguments
 def _check(scene: Scene) -> None:
     """Joints without clearance, drives that prescribe, and as many equations as coordinates."""
     if scene.clearance_joints:
@@ -308,7 +308,7 @@ class _Friction:
     """Joints with friction: their laws, and the loads that their reactions come to.
 
     Five parts of a reaction rub: two pairs that act by their length, and a single one. Of a hinge
-    the radial force, the bending moments and the axial force; of a slide the force across (in the
+    the radial force, the bending moments and the axial force. Of a slide the force across (in the
     plane and out of it), the moments about the axes across it and the moment about its own axis.
     The load is the sum of weights (joints, 3) times these lengths.
     """
@@ -404,7 +404,7 @@ class _Friction:
         on.
 
         Returns efforts and loads (samples, joints), evaluations of the laws and contraction of the
-        fixed point (samples,), and which samples found no balance.
+        fixed point (samples,). The last part marks samples without a balance.
         """
         efforts, samples = np.zeros(rates.shape), len(rates)
         loads = self.loads(parts, efforts)[0]

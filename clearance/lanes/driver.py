@@ -2,8 +2,9 @@
 
 Every lane has its own time, step and phase; a piece changes the lanes that are in its phase. So a
 run does not depend, bit for bit, on which others run beside it. Lanes iterate until enough of them
-wait for the end of their step. Samples, and places inside a step where extremes are searched for as
-in stepping/locating.py, are looked at several at a time: all of one run, in rows beside the lanes.
+wait for the end of their step. Samples, and places inside a step in the search for extremes (see
+stepping/locating.py), are evaluated several at a time. They are all of one run, in rows beside the
+lanes.
 """
 
 import hashlib
@@ -92,7 +93,7 @@ BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
 POINT, TURNS, SAMPLE, DUE, DRAWN = range(5)
 PROGRESS = 5
 #: columns of `searches`, a row for each quantity: three places inside the step and the values
-#: there, half the width, parabolas so far, and the place that is looked at next
+#: there. Then half the width, parabolas so far, and the next place
 A, B, C, AT_A, AT_B, AT_C, WIDTH, ROUND, STAGE = range(9)
 SEARCH_COLUMNS = 9
 OVER, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
@@ -120,10 +121,10 @@ def layout(*, width: int, quantities: int) -> np.dtype:
 #: rows that a point sets, and its numbers (points, rows); common: rows that all places of a run
 #: share;
 #: spans: columns BEGIN to TURN; given: (numbers, samples) of each sample; waiting: places of the
-#: points; gathered: rows kept; energies: places in the state kept at the begin of the window, in
-#: begun (points, energies); extremes: (points, turns, quantities); results: (points, gathered + 3)
-#: with status, steps and rejected ones; tracks: (points, outputs, samples); means: 1 for a sum, 0
-#: for a largest value; inner: 1 for a quantity that is searched for inside steps
+#: points; gathered: rows stored; energies: places in the state, stored at the begin of the window
+#: in begun (points, energies); extremes: (points, turns, quantities); results: (points, gathered +
+#: 3) with status, steps and rejected ones; tracks: (points, outputs, samples); means: 1 for a sum,
+#: 0 for a largest value; inner: 1 for a quantity that is searched for inside steps
 CUBE = types.float64[:, :, ::1]
 ARRAYS = {
     "pieces": INTEGERS,
@@ -329,7 +330,7 @@ def look(s, lane, column, quantity, stage, theta):
 
 @shared
 def see(s, lane, columns):
-    """Outputs at the places that are looked at; the largest of each quantity is kept."""
+    """Outputs at the places of the search; the largest of each quantity stays."""
     for k in range(columns, s.rows.shape[1]):  # copies, which nobody reads
         s.sides[lane, s.at[INNER_TIME], k] = s.sides[lane, s.at[INNER_TIME], 0]
         for i in range(s.states):

@@ -162,7 +162,7 @@ class Functions:
         return value
 
     def rounded(self, x: Number) -> tuple[Number, ir.Value]:
-        """The nearest whole number (of less than 2^31), and as integers."""
+        """The nearest integer (of less than 2^31), as floats and as integers."""
         near = self.intrinsic("rint", x)
         small = self.build.fptosi(near.value, ir.VectorType(INT32, self.width))
         return near, self.build.sext(small, self.whole)

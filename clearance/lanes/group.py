@@ -258,7 +258,7 @@ class Group:
 
 
 def integers(values) -> np.ndarray:
-    """Whole numbers as the driver reads them."""
+    """Numbers without a fraction, as the driver reads them."""
     return np.array(list(values), dtype=np.int64)
 
 

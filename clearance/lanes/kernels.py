@@ -21,7 +21,7 @@ def write(
 ) -> ir.Function:
     """A kernel f(t, y, par, work, out, data): vectors hold the W numbers of a place side by side.
 
-    data: numbers that all lanes read, such as tables, at the places that parameters tell. shared:
+    data: numbers that all lanes read, such as tables, at the places in the parameters. shared:
         functions that kernels of the module have in common; without it the kernel stands alone.
     """
     function = begin(module, name, len(ARRAYS), apart=shared is not None)

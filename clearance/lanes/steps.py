@@ -139,8 +139,8 @@ def start(rows: Rows, shape: Shape, entries: Entries, order: float) -> Piece:
 
 
 def proposed(piece: Piece):
-    """The next step, stretched or halved so that the run does not end in a sliver; and a status
-    other than 0 where it is too small.
+    """The next step, stretched or halved so that the run does not end in a very short one. The
+    status is other than 0 where the step is too small.
     """
     t, end = piece.one("t"), piece.one("end")
     h, left = piece.smallest(piece.one("step"), piece.one("longest")), end - t

@@ -1,8 +1,8 @@
 """Outputs of the lanes: extremes located on the dense output, and sums over samples.
 
-The search is that of stepping/locating.py: a step is looked into where its ends and the end before
-let a larger value lie inside, at places that the driver asks for. Such places, and samples, of one
-run are looked at several at a time, one in each lane.
+The search is that of stepping/locating.py. A step is searched where its ends and the end before
+allow a larger value inside, at places that the driver gives. Such places, and samples, of one run
+are looked at several at a time, one in each lane.
 """
 
 from collections.abc import Callable
@@ -42,9 +42,9 @@ class Reduction:
 
 @dataclass(frozen=True)
 class Watch:
-    """Outputs that are kept of a run.
+    """Outputs that are stored of a run.
 
-    quantities: see above; reductions: sums over samples; tracks: outputs kept at every sample;
+    quantities: see above; reductions: sums over samples; tracks: outputs stored at every sample;
         given: how many numbers of each sample the reductions are given.
     """
 

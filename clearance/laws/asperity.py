@@ -85,7 +85,7 @@ def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, 
     sigma)^2 sqrt(sigma / beta)
 
     modulus E* [Pa] (`contact_modulus`, not 2 E*), roughness_group eta beta sigma (0.03 to 0.05),
-    slope_ratio sigma / beta (1e-4 to 1e-2), e = c - lambda sigma the eccentricity. From the
+    slope_ratio sigma / beta (1e-4 to 1e-2). e = c - lambda sigma is the eccentricity. From the
     pressure K' E* F_5/2. Smooth and monotone. Source: Greenwood and Tripp, Proc. IMechE 185 (1970)
     625; integrated over the arc.
     """

@@ -4,15 +4,15 @@ Most laws are an elastic force times a hysteresis factor,
 
     F = F_elastic(delta) max(1 + chi delta' / max(delta'_0, v_g), 0)   for delta > 0, else 0,
 
-with penetration delta [m], its rate delta' [m/s], impact speed delta'_0 [m/s] (the rate at first
-touch, frozen while the contact lasts) and a damping factor chi that each author derives from the
-restitution e. Impact speeds below the grazing speed v_g count as v_g, so that the damping stays
-finite; the factor is cut at zero, so that a rebound is never pulled back. In joints with a
-transition model contact has no first touch and delta'_0 is a typical speed throughout, see
+with penetration delta [m], its rate delta' [m/s] and impact speed delta'_0 [m/s]. The impact speed
+is the rate at first touch, frozen while the contact lasts. Each author derives the damping factor
+chi from the restitution e. Impact speeds below the grazing speed v_g count as v_g, so that the
+damping stays finite. The factor is cut at zero, so that a rebound is never pulled back. In joints
+with a transition model contact has no first touch and delta'_0 is a typical speed throughout, see
 transition.py.
 
-All of them are linear elasticity of small strains: whatever depth a formula allows, a run warns of
-penetrations beyond a twentieth of the journal radius (`regimes.depth_warning`).
+All of them are linear elasticity of small strains. A formula may allow greater depths, but a run
+warns of penetrations beyond a twentieth of the journal radius (`regimes.depth_warning`).
 
 Stiffness, moduli and lengths that are not given are those of the joint that the law stands in.
 
@@ -185,7 +185,7 @@ def damped_force(
 
 
 def _warns_of_other_restitution(law, damping):
-    """Add the doubt that a law delivers another restitution than the one asked for."""
+    """Add the warning that a law delivers another restitution than its parameter."""
 
     @law.doubts
     def doubt(joint, parameters):
@@ -511,7 +511,7 @@ def exact_restitution(
     grazing_speed=GRAZING_SPEED,
     damping=None,
 ):
-    """The hysteresis factor that delivers exactly the restitution asked for [N]; chi is solved for
+    """The hysteresis factor that delivers exactly the given restitution [N]; chi is solved for
     once, when bound.
 
     chi (1 + e) = ln((1 + chi) / (1 - chi e)), for every stiffness, exponent and mass; e in
@@ -586,9 +586,9 @@ def johnson(
     delta / (4 DR))
 
     modulus E* [Pa] (`contact_modulus`), bearing length L [m], radius_difference DR = clearance [m],
-    restitution. Valid for delta < 4 DR / e^2 = 0.541 DR, where the compliance reaches zero; from 95
-    % of that on the force goes on with its slope there, and the joint warns if it is ever taken
-    there.
+    restitution. Valid for delta < 4 DR / e^2 = 0.541 DR, where the compliance reaches zero. From 95
+    % of that on the force continues with its slope there. The joint warns if a run reaches this
+    range.
     Source: Johnson, Contact Mechanics (1985), section 5.6; Lambert W form after Pereira, Ramalho
     and Ambrosio (2011).
     """
@@ -662,8 +662,8 @@ def winkler(
     e = c + delta = c / cos a; for small delta F = 4 sqrt(2) / 3 K_w L R delta^1.5 / sqrt(c)
 
     layer_modulus K_w [Pa/m] (`layer_modulus`), length L, radius R, radius_difference c [m].
-    Conformal, knows L and c, for any penetration up to half the bore; the layer's thickness is the
-    modelling freedom.
+    Conformal; depends on L and c; for any penetration up to half the bore. The thickness of the
+    layer is the free choice of this model.
     Source: elastic foundation after Johnson, Contact Mechanics (1985), section 4.3; integrated over
     the conformal arc.
     """
@@ -695,8 +695,8 @@ def impact(
 ):
     """The IMPACT function of ADAMS [N]: F = max(K delta^n + STEP(delta, 0, 0, d, C) delta', 0).
 
-    stiffness K [N/m^n], exponent n, damping C [N s/m] reached at the depth d [m]. It does not look
-    at the impact speed and knows no restitution.
+    stiffness K [N/m^n], exponent n, damping C [N s/m] reached at the depth d [m]. It does not
+    depend on the impact speed and has no restitution.
     Source: MSC ADAMS/Solver manual, functions IMPACT and STEP.
     """
     if penetration <= 0.0:

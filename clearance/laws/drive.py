@@ -1,6 +1,6 @@
 """Finite drives: torque over speed of motors, speed control, and run-ups.
 
-Efforts are torques [N m] on a rotating coordinate and forces [N] along a slide; positions and rates
+Efforts are torques [N m] on a rotating coordinate and forces [N] along a slide. Positions and rates
 are then in rad and rad/s, or m and m/s.
 """
 
@@ -45,9 +45,9 @@ def kloss(time, position, rate, breakdown, slip, synchronous):
 def pi_speed(state, time, position, rate, proportional, integral, speed, limit=0.0, run_up=0.0):
     """T = K_p (w_r - w) + K_i z [N m], |T| <= limit: speed control with anti-windup.
 
-    proportional K_p [N m s/rad]; integral K_i [N m/rad]; speed w_0 [rad/s], reached by w_r in a
-    straight ramp of run_up [s] (0: at once); limit of the torque [N m] (0: none). The state z [rad]
-    is the integral of the error, z' = w_r - w + (T - T*) / K_p, where T* is the torque without
+    proportional K_p [N m s/rad]; integral K_i [N m/rad]; limit of the torque [N m] (0: none). Speed
+    w_0 [rad/s]; w_r reaches it in a straight ramp of run_up [s] (0: at once). The state z [rad] is
+    the integral of the error, z' = w_r - w + (T - T*) / K_p, where T* is the torque without
     limit: back-calculation, which lets z follow a limited torque within K_p / K_i.
     Without integral it is `motor_line` with stall K_p w_0 and no load w_0.
     Raises ValueError for a proportional gain that is not positive and other negative numbers.
@@ -75,11 +75,11 @@ pi_speed.own_state = "integral", "rad", "integral of the speed's error, as the l
 def dc_motor(state, time, position, rate, voltage, resistance, inductance, constant, run_up=0.0):
     """T = k i, L i' = V - R i - k w [N m]: a motor of direct current with permanent magnets.
 
-    voltage V [V], which comes in a straight ramp of run_up [s] (0: at once); resistance R [Ohm];
-    inductance L [H]; constant k [N m/A = V s/rad]. The state is the current i [A], at first 0.
+    voltage V [V]; resistance R [Ohm]; inductance L [H]; constant k [N m/A = V s/rad]. The voltage
+    rises in a straight ramp of run_up [s] (0: at once). The state is the current i [A], at first 0.
     Its electric time constant is L / R; for L -> 0 it is `motor_line` with stall k V / R and no
-    load V / k. Iron losses and the brushes' drop are left out.
-    Raises ValueError for numbers that are not positive and a voltage of 0.
+    load V / k. Iron losses and the brushes' drop are left out. Raises ValueError for numbers that
+    are not positive and a voltage of 0.
     Source: Leonhard, Control of Electrical Drives, 3rd ed., Springer 2001, ch. 5.
     """
     applied = ramped(time, run_up) * voltage
@@ -120,9 +120,9 @@ dc_motor.shown = {
 def ramp(time, speed, duration, start=0.0):
     """q = q_0 + w t^2 / (2 t_r) up to t_r, then q_0 + w (t - t_r / 2) [rad or m]: a run-up.
 
-    speed w [rad/s or m/s], reached in the duration t_r [s] at constant acceleration and kept; start
-    q_0 [rad or m]. The acceleration jumps at t_r and at 0, the rate does not.
-    Raises ValueError for a duration that is not positive.
+    speed w [rad/s or m/s], reached in the duration t_r [s] at constant acceleration, then constant;
+    start q_0 [rad or m]. The acceleration jumps at t_r and at 0, the rate does not. Raises
+    ValueError for a duration that is not positive.
     Source: uniform acceleration.
     """
     if time < duration:

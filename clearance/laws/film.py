@@ -1,10 +1,10 @@
 """Oil film forces of a journal bearing, in the frame of the line of centres.
 
-Conventions: the journal's centre is displaced from the bearing's by e = eps c along n (towards the
-thinnest film), t is n turned by +90 degrees. A film law returns the force *on the journal* along n
+Conventions: the journal's centre is displaced from the bearing's by e = eps c along n, towards the
+thinnest film. t is n turned by +90 degrees. A film law returns the force *on the journal* along n
 (radial) and t (tangential). radial_rate = d(eps)/dt [1/s]; entrainment w = omega_J + omega_B - 2
-gamma' [rad/s], with the **sum** of the absolute angular speeds and the absolute rate gamma' of the
-line of centres.
+gamma' [rad/s]. The entrainment has the **sum** of the absolute angular speeds and the absolute rate
+gamma' of the line of centres.
 """
 
 import math
@@ -28,13 +28,12 @@ def pinkus_sternlicht(eccentricity_ratio, radial_rate, entrainment, joint):
     g)
     F_t =  6 pi eps w P0 / ((2 + eps^2) sqrt(1 - eps^2)) g
 
-    Continuously differentiable in eps' for w != 0, tends to -6 pi eps' P0 for eps -> 0, finite for
-    every state (eps counts as at most 1, and 1 - eps^2 is kept above 1e-9). Rigid, aligned,
-    isoviscous;
-    meant for L/D > 2, far too large below.
+    Continuously differentiable in eps' for w != 0; tends to -6 pi eps' P0 for eps -> 0. Finite for
+    every state: eps counts as at most 1, and 1 - eps^2 as at least 1e-9. Rigid, aligned,
+    isoviscous; meant for L/D > 2, far too large below.
     Source: Pinkus and Sternlicht, Theory of Hydrodynamic Lubrication (1961), in the form used by
-    Flores et al. (2006), with k^2 = (1 - eps^2)((w / 2 eps')^2 + 1/eps^2) multiplied out; the
-    receding branch carries the plus sign.
+    Flores et al. (2006). Here k^2 = (1 - eps^2)((w / 2 eps')^2 + 1/eps^2) is multiplied out, and
+    the receding branch carries the plus sign.
     """
     eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), 1.0)
     scale = joint.viscosity * joint.length * joint.radius**3 / joint.clearance**2
@@ -274,7 +273,7 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
     theta_s) + pi],  F_r = P0 integral of p cos theta,  F_t of p sin theta
 
     by 24 Gauss points in the Sommerfeld angle (error below 1e-5 up to eps = 0.999). Rigid, aligned,
-    isoviscous; mostly within 7 % of the Reynolds equation for L/D <= 1 (22 % where the journal
+    isoviscous. For L/D <= 1 mostly within 7 % of the Reynolds equation (22 % where the journal
     recedes at eps = 0.9), 3 to 25 % at L/D = 2.
     Source: Reason and Narang, ASLE Trans. 25 (1982) 437, extended to squeeze.
     """
@@ -325,7 +324,7 @@ def film_torques(
     T_J = -(T_c + e F_t / 2),  T_B = T_c - e F_t / 2,
     T_c = 2 pi mu R^3 L (omega_J - omega_B) / (c sqrt(1 - eps^2))
 
-    so that T_J + T_B + e F_t = 0 balances the moment of the two centre forces; with the
+    so that T_J + T_B + e F_t = 0 balances the moment of the two centre forces. The law takes the
     **difference** of the absolute speeds [rad/s]; lengths in m, viscosity in Pa s. T_c assumes an
     oil-filled cavitated arc (upper bound); Petroff's torque for eps -> 0.
     Source: Pinkus and Sternlicht (1961); the same form stands in MBDyn's hydrodynamic plain bearing

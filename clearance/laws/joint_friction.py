@@ -1,13 +1,12 @@
 """Friction of hinges and slides without clearance: a torque or force against their motion, made by
 their reactions.
 
-A reaction comes to one number, the friction load Q, through the geometry of the joint: for a hinge
-Q is a torque [N m] and the rate an angular velocity [rad/s], for a slide Q is a force [N] and the
-rate a speed [m/s]. A law returns the torque on body b (the force on b along the axis), opposed to
-the rate of b against a. With transition_rate = 0 the sign function stands at rest (and 0 below
-1e-14, which is rounding): right for prescribed motion. Where the motion is found from the forces,
-give a transition_rate, or a law that is smooth at rest. `joint_lugre` sticks: the deflection of its
-bristles is a state of the joint.
+The geometry of the joint turns a reaction into one number, the friction load Q. For a hinge Q is a
+torque [N m] and the rate an angular velocity [rad/s]. For a slide Q is a force [N] and the rate a
+speed [m/s]. A law returns the torque on body b (the force on b along the axis), opposed to the rate
+of b against a. With transition_rate = 0 the sign function stands at rest (and 0 below 1e-14, which
+is rounding): right for prescribed motion. In forward dynamics give a transition_rate, or a law that
+is smooth at rest. `joint_lugre` sticks: the deflection of its bristles is a state of the joint.
 """
 
 import math
@@ -41,8 +40,8 @@ def slide_load(normal, axial, twist, tilt, bending, friction_arm_inverse, overla
     """Friction load of a slide [N]: Q = f_p + t_p / (s / 2) + |t_m| / R_n.
 
     f_p = |(normal, axial)| force across the slide, in the plane and out of it [N]; t_p = |(tilt,
-    bending)| moment about the axes across the slide, t_m = twist about the slide itself [N m];
-    overlap s of slide and guide [m] as overlap_inverse 1 / s, friction_arm R_n as
+    bending)| moment about the axes across the slide, t_m = twist about the slide itself [N m].
+    Parameters: overlap s of slide and guide [m] as overlap_inverse 1 / s, friction_arm R_n as
     friction_arm_inverse 1 / R_n [1/m].
     Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 47, in the form of the ADAMS joint
     friction.
@@ -86,8 +85,8 @@ def joint_coulomb(rate, load, coefficient, viscous=0.0, load_viscous=0.0, transi
 
     coefficient mu; viscous c [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m];
     transition_rate: of the smoothed sign [rad/s or m/s].
-    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 42; the source does not say whether its
-    viscous coefficient is c or c_Q.
+    Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 42. The source leaves open if its viscous
+    coefficient is c or c_Q.
     """
     return -(
         coefficient * load * direction(rate, transition_rate)
@@ -118,8 +117,8 @@ def joint_stribeck(
     """Stribeck friction of a joint [N m or N]: -((mu_k + (mu_s - mu_k) exp(-|w / w_s|^d)) Q
     sgn(w) + c w + c_Q Q w).
 
-    static mu_s, kinetic mu_k; stribeck_rate w_s [rad/s or m/s]; exponent d: 2 (Gauss) or 1
-    (Tustin); viscous c [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m];
+    static mu_s, kinetic mu_k; stribeck_rate w_s [rad/s or m/s]; exponent d, 2 (Gauss) or 1
+    (Tustin). viscous c [N m s or N s/m]; load_viscous c_Q per unit of load [s or s/m];
     transition_rate: of the smoothed sign. Source: Guo, Ju and Wang, Aerospace 11 (2024) 368, Eq. 52
     (exponent not given there).
     """
@@ -142,10 +141,10 @@ def breakaway_linear(rate, load, breakaway, coulomb, viscous=0.0, decay=10.0, th
 
     -[F_C + (F_b - F_C) exp(-c |w|)] sgn(w) - f w from |w| = w_t on, below it the straight line
     through zero to the same
-    value: continuous. breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m]; decay c
-        [s or s/m]; threshold w_t [rad/s or m/s].
+    value: continuous. breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m]. decay c [s
+        or s/m]; threshold w_t [rad/s or m/s].
     Source: Chacko and Khan, Tribology in Industry 39 (2017), Eqs. 14-17, the legacy friction block
-    of Simscape; of the printed equations two signs and a bracket are corrected (see the case
+    of Simscape. Two signs and a bracket of the printed equations are corrected (see the case
     mobile_manipulator).
     """
     speed = max(abs(rate), threshold)
@@ -198,9 +197,9 @@ def joint_lugre(
     T = -(s_0 z + s_1 z' + s_2 w)
 
     Returns (z', T). deflection z [rad or m]; static T_s, kinetic T_c [N m or N]; stribeck_rate w_s
-    [rad/s or m/s]; stiffness s_0 [N m/rad or N/m], damping s_1 and viscous s_2 [N m s/rad or N
-    s/m]; exponent d. It sticks with the stiffness s_0, breaks away at T_s and slides steadily at
-    g + s_2 |w|. Passive at all rates if and only if s_2 >= s_1 (T_s - T_c) / T_c.
+    [rad/s or m/s]. stiffness s_0 [N m/rad or N/m], damping s_1 and viscous s_2 [N m s/rad or N
+    s/m]; exponent d. It sticks with the stiffness s_0, breaks away at T_s and slides steadily at g
+    + s_2 |w|. Passive at all rates if and only if s_2 >= s_1 (T_s - T_c) / T_c.
     Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419;
     as joint friction Pfitzer et al., Lubricants 13 (2025) 436 (1-D LuGre per axis).
     """

@@ -13,8 +13,8 @@ from functools import lru_cache
 
 from clearance.checks import Check, finite, meant
 
-#: what laws read of their joint: journal radius [m], radial clearance [m], bearing length [m],
-#: viscosity [Pa s], composite rms roughness [m]; zero where the joint has none
+#: values of the joint that laws read, zero where the joint has none: journal radius [m],
+#: radial clearance [m], bearing length [m], viscosity [Pa s], composite rms roughness [m]
 FilmJoint = namedtuple("FilmJoint", "radius clearance length viscosity roughness", defaults=(0.0,))
 
 #: what pad laws read of a face of a block: half length and width [m], viscosity [Pa s]
@@ -36,8 +36,7 @@ class OfJoint:
     """A check of a parameter that may be left out where the law stands in a joint, which determines
     it.
 
-    function(joint, parameters) -> its number, None where the joint has not got what it needs for
-    that.
+    function(joint, parameters) -> its number, None where the joint lacks the values for it.
     """
 
     def __init__(self, check: Check, function: Callable[[object, dict], float | None]):
@@ -157,8 +156,8 @@ class Law:
         return self.__name__
 
     def doubts(self, function: Callable) -> Callable:
-        """Decorate `function(joint, parameters) -> str or None`: what a user should know when a
-        joint uses this law.
+        """Decorate `function(joint, parameters) -> str or None`: a warning for the user of this
+        law.
         """
         self.doubt = function
         return function
@@ -177,10 +176,10 @@ class Law:
 class DataLaw(Law):
     """A law that reads numbers made for its joint, such as a table of forces.
 
-    Its first parameters are `data`, a flat array, and `start`, where its numbers begin in it: in a
-    kernel that is the parameter vector, so that other numbers never mean another kernel.
-    make(facts, settings) -> an object with those `numbers`; facts are what the law reads of its
-    joint; settings choose them and are no numbers of the kernel.
+    Its first parameters are `data`, a flat array, and `start`, the index of its first number in it.
+    In a kernel `data` is the parameter vector, so that other numbers need no other kernel.
+    make(facts, settings) -> an object with those `numbers`. The facts are values of the joint that
+    the law reads. The settings choose the numbers and are no numbers of the kernel.
     """
 
     def __init__(
@@ -243,7 +242,7 @@ class BoundLaw:
     def replaced(self, **changes: float) -> "BoundLaw":
         """The law with some of its parameters changed.
 
-        Raises TypeError for one that it has not got.
+        Raises TypeError for a parameter that does not exist.
         """
         given = [n for n in self.law.given if n not in self.of_joint]
         numbers = {n: self.values[n] for n in given if self.values[n] is not None}
@@ -312,8 +311,7 @@ class BoundLaw:
 contact = Family("contact", ("penetration", "penetration_rate", "impact_speed"), 1)
 friction = Family("friction", ("sliding_speed", "normal_force"), 1)
 #: friction of a hinge (rate [rad/s], load and result [N m]) or a slide (rate [m/s], load and result
-#: [N]); `load` is what the joint's reaction comes to through its geometry, see
-#: laws/joint_friction.py
+#: [N]). `load` follows from the joint's reaction and its geometry, see laws/joint_friction.py.
 joint_friction = Family("joint_friction", ("rate", "load"), 1)
 #: the same with a state of its own, the deflection of its bristles [rad or m]: returns (its rate,
 #: torque or force)
@@ -322,11 +320,11 @@ joint_bristle = Family("joint_bristle", ("deflection", "rate", "load"), 2)
 #: force [N])
 bristle = Family("bristle", ("deflection", "sliding_speed", "normal_force"), 2)
 film = Family("film", ("eccentricity_ratio", "radial_rate", "entrainment", "joint"), 2)
-#: a film that knows its wet area too: returns (radial, tangential, integral of 1/H over the wet
+#: a film that also returns its wetted area: (radial, tangential, integral of 1/H over the wetted
 #: area)
 wet_film = Family("film", film.state, 3)
 #: a film with a memory, in the bearing's frame: returns (force x, force y, integral of 1/H over the
-#: wet area) angle: of a worn journal against the bearing
+#: wetted area). angle: of a worn journal against the bearing
 memory_film = Family(
     "film",
     ("eccentricity_x", "eccentricity_y", "rate_x", "rate_y", "spin", "angle", "time", "joint"),

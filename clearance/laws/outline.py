@@ -1,20 +1,18 @@
 """Contact of a journal and a bearing whose outlines are worn: an elastic foundation over the arc.
 
 Worn depths h_B(theta) of the bearing and h_J(theta') of the journal stand at NODES angles of each
-body's
-frame; theta' = theta - a, where the journal is turned by a against the bearing. In the bearing's
-frame
+body's frame. theta' = theta - a, where the journal is turned by a against the bearing. In the
+bearing's frame
 
     overlap    g = e_x cos theta + e_y sin theta - c - h_B(theta) - h_J(theta - a)
     energy     W = K_w L R / 2 int_(g > 0) g^2 dtheta
     force      F = -dW/de = -K_w L R int g n dtheta,   normal load N = K_w L R int g dtheta >= |F|
     moment     M = -dW/da = -K_w L R int g h_J'(theta - a) dtheta on the journal, -M on the bearing
 
-The overlap is a parabola over each cell of two nodes' width, and cosine and sine are theirs: the
-integrals over the part with g > 0 are closed forms, F and M derive from one energy, and their
+The overlap is a parabola over each cell of two nodes' width, and cosine and sine are theirs. The
+integrals over the part with g > 0 are then closed forms. F and M derive from one energy, and their
 derivatives are exact. Unworn they are Winkler's closed form to 1e-4 for penetrations from c / 1000
-on.
-h_J is read between its nodes by Catmull and Rom's cubic (C1).
+on. h_J is read between its nodes by Catmull and Rom's cubic (C1).
 
 Source: elastic foundation after Johnson, Contact Mechanics (1985), section 4.3; Mukras, Kim,
 Mauntler,

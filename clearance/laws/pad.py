@@ -1,8 +1,8 @@
 """Oil film between a flat pad and a flat wall: the faces of a block in its guide.
 
-The gap is h = h0 + m x over x in [-a, a], x along the wall from the pad's middle; the pad slides
-with U over the wall. A pad law returns load W [N], the moment M of the load about the pad's middle
-[N m], both of the pressure on the pad, and the drag on the pad [N], opposed to U. Everything of the
+The gap is h = h0 + m x over x in [-a, a], with x along the wall from the middle of the pad. The pad
+slides with U over the wall. A pad law returns the load W [N] and the moment M [N m] of the pressure
+about the pad's middle. It also returns the drag on the pad [N], opposed to U. Everything of the
 motion is in u = h0' - m U / 2 and w = m': wedge and squeeze are the same thing for a flat pad.
 """
 

@@ -1,17 +1,17 @@
 """Shares of film and contact in a rough joint, from full film to dry contact.
 
-A transition law takes the nominal gap h_0 = c - e [m] (negative where the nominal circles overlap)
-and its joint, and returns what the joint is made of:
+A transition law takes the nominal gap h_0 = c - e [m] and its joint. The gap is negative where the
+nominal circles overlap. The law returns the parts of the joint:
 
-    film share, film gap [m] and its slope by h_0, contact share, penetration the contact law sees
-    [m], memberships in the states full film, mixed, dry (non-negative, sum 1).
+    film share, film gap [m] and its slope by h_0, contact share, penetration for the contact law
+    [m]. Last come the memberships in the states full film, mixed, dry (non-negative, sum 1).
 
     F = film share F_film(film gap, slope eps') - (contact share
     F_contact(penetration) + F_asperity(lambda)) n
 
 lambda = h_0 / sigma with the composite roughness sigma. The film is never evaluated at or beyond
-the wall. Contact begins without an event in all but `flores_hybrid`: there, contact laws that look
-at the impact speed get a typical one, clearance times the mechanism's angular frequency or the
+the wall. Contact begins without an event in all but `flores_hybrid`. Contact laws with an impact
+speed get a typical one there. It is the clearance times the mechanism's angular frequency, or the
 start's speed if that is larger.
 """
 
@@ -79,8 +79,8 @@ def superposed(gap, joint, smallest_gap=1e-3, dry=0.4, mixed=1.0, full=3.0):
     """No transition: F = F_film(max(h_0, smallest_gap c)) + F_contact(e - c) [N], the sum of both
     laws.
 
-    The film is whole down to smallest_gap (over the clearance c), contact begins at the wall. The
-    thresholds only label the states in the output. Source: the plain sum, to compare the other
+    The film is complete down to smallest_gap (over the clearance c), contact begins at the wall.
+    The thresholds only label the states in the output. Source: the plain sum, to compare the other
     transitions with.
     """
     floor = smallest_gap * joint.clearance
@@ -251,10 +251,9 @@ class Table:
 def _slopes(points: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
     """Slopes of the three memberships at each point.
 
-    Those of the parabola through a point and its neighbours, all three shortened by one factor
-    until
-    every membership is monotone between points (Fritsch and Carlson): their sum stays 1 and each
-    stays in [0, 1].
+    These are the slopes of the parabola through a point and its neighbours. One factor shortens all
+    three until every membership is monotone between points (Fritsch and Carlson). Their sum stays 1
+    and each stays in [0, 1].
     """
     widths = [b[0] - a[0] for a, b in pairwise(points)]
     rises = [

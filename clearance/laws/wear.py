@@ -3,12 +3,11 @@
     h' = w(p, v) [m/s],   volume V' = R L int w(p, |v|) dtheta [m3/s]
 
 pressure p >= 0 of the solids [Pa] (the film's pressure wears nothing), sliding_speed v >= 0 [m/s].
-Coefficients k [m2/N] are volumes over load and way: 1 mm3/(N m) = 1e-9 m2/N, and k = K / H with a
-dimensionless coefficient K and a hardness H [Pa]. Steel on steel, oiled: 1e-18 to 1e-16 m2/N; dry
-metals 1e-15 to 1e-13; PTFE on steel 1e-13 to 1e-12. The worn volume of a law that is linear in the
-pressure follows from the normal load alone, V' = w(N, |v|), and is integrated with the motion; that
-of
-another law is summed over the arc at each step.
+Coefficients k [m2/N] are volumes over load and sliding distance: 1 mm3/(N m) = 1e-9 m2/N. k = K / H
+with a dimensionless coefficient K and a hardness H [Pa]. Steel on steel, oiled: 1e-18 to 1e-16
+m2/N; dry metals 1e-15 to 1e-13; PTFE on steel 1e-13 to 1e-12. For a law that is linear in the
+pressure the worn volume follows from the normal load alone, V' = w(N, |v|), and is integrated with
+the motion. For another law it is summed over the arc at each step.
 """
 
 import math

@@ -1,9 +1,9 @@
 """The start of a run: bodies put together from a rough position, every loop closed, velocities from
 the drives.
 
-Coordinates that the plan of the mechanism leaves free start at the values of the scene, such as the
-angle of an undriven crank or of a pendulum. The other bodies move to close the loops. Only if the
-loops cannot be closed so do the free coordinates give way as well.
+Coordinates that the plan of the mechanism leaves free start at the values of the scene. Examples
+are the angle of an undriven crank or of a pendulum. The other bodies move to close the loops. Only
+if the loops cannot be closed so do the free coordinates give way as well.
 
 Works on absolute coordinates of all bodies (numpy, once per run).
 """
@@ -40,9 +40,10 @@ class Start:
     """Assembled poses and velocities: body -> (x, y, angle) of the centre of mass; size of the
     mechanism [m].
 
-    measured: clearance joints that would over-constrain the mechanism if they were closed (a third
-        bearing of a bar, a second coupler of a parallelogram); their eccentricity follows from the
-        other coordinates. relative: value and rate of each relative coordinate, by (joint, name).
+    measured: clearance joints that would over-constrain the mechanism without their clearance, such
+        as a third bearing of a bar or a second coupler of a parallelogram. Their eccentricity
+        follows from the other coordinates. relative: value and rate of each relative coordinate, by
+        (joint, name).
     """
 
     pose: dict[Body, tuple[float, float, float]]
@@ -86,7 +87,7 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     """Close all loops and find the start velocities.
 
     Raises ValueError naming the joint for a loop that cannot close (and by how much), a locked
-    mechanism or a redundant loop, a drive that fights another.
+    mechanism or a redundant loop. The same holds for a drive that contradicts another.
     """
     numbers = numbers or Numbers(scene)
     system = _System(scene, numbers)
@@ -171,7 +172,7 @@ class _System:
 
     # --- rough start
     def rough(self) -> np.ndarray:
-        """Body angles as given, positions as given or found by following the joints from ground."""
+        """Body angles as given; positions as given, or along the joints from the ground."""
         q = np.zeros(3 * len(self.scene.bodies))
         placed = {ground}
         given = {

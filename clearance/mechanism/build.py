@@ -36,7 +36,7 @@ class Mechanism:
     par: np.ndarray
     y0: np.ndarray
     work0: np.ndarray
-    # joint -> what its film law reads (a table) or asks
+    # joint -> data of its film law: a table or a callback
     sources: dict = field(default_factory=dict)
 
     @property
@@ -237,7 +237,7 @@ def place_named(scene: Scene, what: str, name: str) -> tuple:
 
 
 def _check_friction(scene: Scene, structure: Structure) -> None:
-    """A sign function at rest cannot be integrated where the rate is found from the forces."""
+    """A sign function at rest cannot be integrated where the rate follows from the forces."""
     for joint in (j for j in scene.joints if j.name in structure.forced):
         law = joint.friction
         if law.law.smooth and not law.law.smooth(law.values):

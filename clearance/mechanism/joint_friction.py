@@ -3,7 +3,7 @@ reactions.
 
 The reactions are linear in the friction efforts s: R = R_0 + G s, and friction is s = law(rate,
 Q(R)). Where no friction reaches a reaction that friction depends on, G has structural zeros only
-and s is explicit; that is so as long as only driven joints rub in a mechanism whose motion is
+and s is explicit. This holds as long as only driven joints rub in a mechanism whose motion is
 prescribed. Elsewhere the kernel solves s = law(rate, Q(R_0 + G s)) by fixed point. Where that
 contracts slowly, it uses Newton's method along a growing share of the friction. Strong friction can
 have several solutions; this is the one that grows out of none.
@@ -17,15 +17,15 @@ from clearance.mechanism.motion import Calls
 from clearance.tracing.function import Function, Inside, Loop
 from clearance.tracing.trace import Trace
 
-#: change of the friction efforts over their sum at which they are found
+#: change of the friction efforts over their sum at convergence
 TOLERANCE = 1e-13
 #: contraction of the fixed point from which Newton's method takes over, and steps before that is
 #: judged
 SLOW, PATIENCE = 0.5, 4
 LIMIT = 60
-#: share of the friction that Newton's method takes up at first, least share before the mechanism
-#: counts as jammed, corrections for a share, the last of them over the efforts, and the largest
-#: change of these with a share
+#: share of the friction that Newton's method begins with, and the least share before the mechanism
+#: counts as jammed. Then corrections for a share, the last of them over the efforts, and the
+#: largest change of the efforts with a share.
 STRIDE, SHORTEST, CORRECTIONS, CLOSED, FURTHEST = 0.0625, 1e-4, 6, 1e-12, 0.3
 
 

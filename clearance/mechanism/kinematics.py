@@ -1,7 +1,7 @@
 """Planar kinematics along a plan, written once over traced scalars.
 
 Poses are of centres of mass. A *field* gives each body a planar twist (x, y, turning): real
-velocities, velocities per unit of one independent speed (columns), or accelerations; all three
+velocities, velocities per unit of one independent speed (columns), or accelerations. All three
 follow the same linear rules, accelerations with the quadratic terms added.
 """
 

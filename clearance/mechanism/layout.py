@@ -23,11 +23,11 @@ class Channel:
 class Layout:
     """The places of a structure's numbers, by their names in result files.
 
-    State: coordinates, their rates, states of first order, the energy put in, what each of
-    `dissipated` has taken out, and the integrals `sums` (all where there is a ledger). Work: the
+    State: coordinates, their rates, states of first order, the energy put in, and the losses of
+    each of `dissipated`. Last come the integrals `sums` (all where there is a ledger). Work: the
     impact speed of each spot, negative in free flight; the coordinates that a step carries to the
-    next, (name, of what); the times up to which elements with a memory remember. Parameters: those
-    of the scene by name, then derived ones.
+    next, (name, of what). Last come the times of the memory of elements. Parameters: those of the
+    scene by name, then derived ones.
     followed: numbers that a run hands on step by step.
     """
 

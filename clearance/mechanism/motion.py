@@ -109,7 +109,7 @@ class Motion:
         return {n: self.calls.of(element, slot, f, state, facts)[0] for n, f in functions.items()}
 
     def keep(self, element, slot: str, state: list, facts: tuple) -> Value:
-        """Asks a law with a memory to remember this state."""
+        """Calls a law with a memory to store this state."""
         law = getattr(element, slot).law
         return self.calls.of(element, slot, law.keep, state, facts)[0]
 
@@ -138,9 +138,9 @@ class Motion:
         """Penetration that the contact law of a spot with a first touch feels, and its impact
         speed.
 
-        In free flight (a negative impact speed, see stepping/loop.py) the law feels no penetration:
-        a trial step may cross the wall and stays smooth, so that the contact's start can be found
-        on it.
+        In free flight (a negative impact speed, see stepping/loop.py) the law feels no penetration.
+        A trial step may cross the wall and stays smooth, so that the start of the contact can be
+        located on it.
         """
         speed = self.impact_speed(element, spot)
         touching = speed + 0.5

@@ -1,9 +1,9 @@
 """Every number of a scene in one flat vector, so that a sweep changes numbers and never the
 compiled code.
 
-Structure is what the vector leaves out: kinds, laws, connectivity, and which geometric numbers are
-exactly 0 (for a slide's direction also +-1): those are folded into the code, because most
-mechanisms are full of them.
+Structure is the rest: kinds, laws, connectivity, and the geometric numbers that are exactly 0 (for
+a slide's direction also +-1). These are folded into the code, because most mechanisms are full of
+them.
 """
 
 from collections.abc import Iterator

@@ -1,9 +1,8 @@
 """Rates of points and directions of a mechanism, from one statement of each joint.
 
 A jet is a value with its rate along the real motion and a second rate. Vectors that turn with a
-body keep
-a rule of their own, a = alpha x v - w^2 v + 2 w x r + q: differentiating cosine and sine would cost
-more.
+body have a rule of their own, a = alpha x v - w^2 v + 2 w x r + q. Differentiating cosine and sine
+would cost more.
 """
 
 from clearance.body import Body

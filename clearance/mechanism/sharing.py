@@ -1,9 +1,9 @@
 """Unknowns that their equations determine: a bipartite matching of equations and bodies.
 
-Every equation (two of a joint, one of a drive) is given to one of the bodies that it constrains,
-three to a body at most, as a body has three coordinates. Where all equations find a place, a set of
+Every equation (two of a joint, one of a drive) is given to one of the bodies that it constrains. A
+body takes three at most, as it has three coordinates. Where all equations find a place, a set of
 bodies is determined if each of them holds three that constrain no body outside the set. The
-smallest such set around a body is what can be reached from it along the equations that bodies hold,
+smallest such set around a body can be reached from it along the equations that bodies hold,
 whatever the matching (Dulmage and Mendelsohn, Canadian J. Math. 10 (1958) 517).
 """
 

@@ -1,7 +1,7 @@
 """Loads of a planar motion out of its plane: axial forces and bending moments of the joints.
 
 Each body is balanced along z and about x and y. The loads are gravity and forces along z, offsets
-of points and centres of mass in z, and products of inertia; a joint answers with an axial force and
+of points and centres of mass in z, and products of inertia. A joint answers with an axial force and
 two bending moments at its point.
 """
 
@@ -23,7 +23,7 @@ def reactions_across(scene, arms, loads: dict) -> dict:
     """Axial force and bending moments (z, x, y) on body b about the joint's point, of every joint
     that carries them.
 
-    loads: body -> (force z, moment x, moment y) about its centre of mass; arms(joint): arms (x, y)
+    loads: body -> (force z, moment x, moment y) about its centre of mass. arms(joint): arms (x, y)
         of bodies a and b to the joint's point. Empty where nothing acts out of the plane. Bodies
         are taken off from the ends: each leaves its load to its only joint. Raises ValueError where
         that leaves a loop with loads, or a body that nothing carries.

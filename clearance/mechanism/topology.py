@@ -299,7 +299,7 @@ class _Planner:
         here = _own_point(joint, body)
         joints = [j for j in self.joints if body in j.bodies() and j is not joint]
         if not all(_hinge(j) for j in joints):
-            return math.inf  # the point of a slide says nothing about how far the body can turn
+            return math.inf  # the point of a slide does not limit the turning of the body
         others = [_own_point(j, body) for j in joints]
         return min((math.hypot(p.x - here.x, p.y - here.y) for p in others), default=math.inf)
 
@@ -307,8 +307,8 @@ class _Planner:
         """Attach one body by a free joint coordinate: a hinge before a slide, the shortest body
         first.
 
-        The shortest link of a loop is the one that can turn all the way; a slide or a long rocker
-        as the coordinate would be singular at its dead centres. Joints that tie the body to what is
+        The shortest link of a loop is the one that can make full turns. A slide or a long rocker as
+        the coordinate would be singular at its dead centres. Joints that tie the body to what is
         known take their equations from its coordinates, the turn last: a body in two slots.
         """
         reachable = [j for j in self.joints if len(set(j.bodies()) & self.known) == 1]

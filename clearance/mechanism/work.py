@@ -28,7 +28,7 @@ class Work:
     efforts: dict = field(default_factory=dict)  # of drives that push
     # (element, state) -> rate of a state of first order, a sum
     rates: dict = field(default_factory=dict)
-    commits: dict = field(default_factory=dict)  # element -> asks it to remember this state
+    commits: dict = field(default_factory=dict)  # element -> call that stores this state
     # (element, name) -> (unit, description, rate) of an integral
     sums: dict = field(default_factory=dict)
     # element -> {name: value} that a run follows step by step
@@ -106,7 +106,7 @@ class Work:
         self.rates[element, state] = self.rates.get((element, state), 0.0) + value
 
     def keep(self, element, value) -> None:
-        """Asks a law with a memory to remember the state of an accepted step."""
+        """Calls a law with a memory to store the state of an accepted step."""
         self.commits[element] = value
 
     def sum(self, element, name: str, unit: str, text: str, rate) -> None:

@@ -276,8 +276,8 @@ class Follower:
             return np.zeros(0)
 
     def _joined(self, point: Point) -> bool:
-        """True where a curve has passed through a motion of half its period since the point before:
-        from there on it comes back, half a period later.
+        """True where a curve has passed through a motion of half its period since the point before.
+        From there on it comes back, half a period later.
         """
         if self.halves is None:
             return False

@@ -187,13 +187,12 @@ def follow(
     the states and shares of the range. doublings: how often the period may double: from each period
     doubling a curve of motions of twice the period is followed too. channels: paths or patterns of
     outputs to keep where turns begin (default: what bifurcation diagrams show). path: folder for
-    follow.csv and follow.h5, written also where the user interrupts it; the same call goes on from
-    there, and with more points from the end of a curve. progress: called with a sentence. Folds,
-    period doublings, changes of the number of contacts (grazing) and of stability by complex
-    multipliers are located.
-    Motions behind a fold are unstable as a rule; where the branch turns again several motions
-    coexist.
-    Raises ValueError for bad arguments, NotPeriodic where no periodic motion is met at `low`.
+    follow.csv and follow.h5, written also where the user interrupts it. The same call continues
+    from there, and with more points from the end of a curve. progress: called with a sentence.
+    Folds, period doublings, changes of the number of contacts (grazing) and of stability by complex
+    multipliers are located. Motions behind a fold are unstable as a rule; where the branch turns
+    again several motions coexist. Raises ValueError for bad arguments, NotPeriodic where no
+    periodic motion is met at `low`.
     Source: see branch.py.
     """
     the_case, fixed = find_case(case), dict(fixed or {})
@@ -282,9 +281,9 @@ def _walk(
     doublings: int,
     reasons: list[str],
 ) -> Iterator[Point]:
-    """Points after those met: of the curve that a follower stands on, then of those that begin in
-    period doublings, in the order in which these were met; not of those that a curve before ended
-    in. reasons: why each curve ends.
+    """The next points: of the curve that a follower stands on, then of those that begin in period
+    doublings, in the order in which these were met. Curves in which an earlier curve ended are left
+    out. reasons: why each curve ends.
     """
     longest, number = met[0].period * 2**doublings, point.branch
     while True:
@@ -343,8 +342,8 @@ def _check(case, parameter: str, fixed: dict, low: float, high: float) -> None:
 
 
 def _channels(scene, patterns: list[str] | None) -> dict[str, str]:
-    """Paths and units of the outputs to keep: those requested, else the eccentricity of the
-    first joint with clearance and the velocities of bodies on guides.
+    """Paths and units of the outputs to store: those requested, else the eccentricity of the first
+    joint with clearance and the velocities of bodies on guides.
     """
     channels = build(scene, ledger=False).layout.channels
     if patterns is not None:

@@ -1,9 +1,9 @@
 """The map of a section: where a motion stands one period later, and the derivative of that by
 differences.
 
-The state is complete. A contact law that looks at the impact speed remembers it while the
-contact lasts, so a section inside a contact has that speed as a coordinate more; a section in free
-flight has none.
+The state is complete. A contact law with an impact speed stores it while the contact lasts. A
+section inside a contact therefore has that speed as a further coordinate. A section in free flight
+has none.
 """
 
 import dis

@@ -79,8 +79,8 @@ def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def slow_states(section: Section) -> list[int]:
-    """Places in the section's coordinates of states that may need many turns: warmings, states
-    of drives, and the speed of a drive that finds its own.
+    """Places in the section's coordinates of states that may need many turns. These are warmings,
+    states of drives, and the speed of a drive that depends on its load.
     """
     layout = section.motion.mechanism.layout
     names = {n for n in layout.first_order if n.endswith("/warming") or n.startswith("drives/")}

@@ -4,8 +4,8 @@ With y of the orbit, P' the map at ten times its local tolerance and D its deriv
 
     y' = y + (1 - D)^-1 (P'(y) - y)
 
-is the fixed point of P' to first order: one step of Newton's method. y' differs from y by what the
-iteration has left over, and by what the integration errs by in a period, both grown as the orbit
+is the fixed point of P' to first order: one step of Newton's method. y' differs from y by the
+residual of the iteration and by the error of the integration in a period. Both grow as the orbit
 makes them grow: 1 / (1 - mu) for a multiplier mu. The two orbits are compared as a run and its
 companion are, and a third one has stronger film tables (companion.py).
 

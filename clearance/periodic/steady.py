@@ -1,6 +1,4 @@
-"""The periodic motion of a scene: found by waiting where it is quick, solved for where it is
-not.
-"""
+"""Periodic motion of a scene, by waiting where that is quick, else by a solver."""
 
 import math
 from collections.abc import Callable
@@ -22,7 +20,7 @@ from clearance.scene import Scene
 from clearance.simulation import prepare, write
 
 FINE, COARSE = 1e-13, 1e-9  # local tolerances, at least and at most
-FINER = 1e-6  # local tolerance over the one asked for
+FINER = 1e-6  # local tolerance over the requested one
 NEAR = 1e-2  # natural sizes: a motion that comes back so nearly is worth Newton's method
 CLOSE = 3.0  # least change over some turns: a shorter period may have so much more
 AGAIN = 20  # periods more where that failed
@@ -81,18 +79,19 @@ def steady(
     """The periodic motion that a scene settles to.
 
     tolerance: distance from it, in natural sizes of the states (clearance for eccentricities, 10 K
-    for warmings). Motions that forget their start in some turns are waited for. Slow states, as the
-    warming of oil, integrals of drives and the speed of a flywheel, are solved for alone, by a
-    secant method with the fast states carried along. Then, and for dry joints, Newton's method
+    for warmings). Motions that forget their start in some turns are waited for. Slow states, such
+    as the warming of oil, integrals of drives and the speed of a flywheel, have a solver of their
+    own. It is a secant method that carries the fast states along. Then, and for dry joints,
+    Newton's method
     closes the orbit and gives its multipliers: P(y) = y, where P is the map of a section in free
-    flight, if there is one. period [s]: takes the place of the turn of the drive; a drive without
+    flight, if there is one. period [s]: takes the place of the turn of the drive. A drive without
     constant speed has an unknown period, and the section is an angle of it. most_turns: plain turns
     before it is given up. start: as in `simulate`. rtol: local tolerance (default 1e-6 times the
     tolerance); method: as in `simulate`. path, samples_per_turn, channels, compression: of the file
     that keeps one period, as in `simulate`. error: "auto" states the errors of its numbers, of
         integration and of what is left over, see stated.py; None: not.
-    Raises ValueError for scenes that nothing drives periodically, that have no freedom or films
-    with a memory; NotPeriodic where no period is reached (a chaotic motion), or none is isolated;
+    Raises ValueError for scenes without a periodic drive or a freedom, and for films with a memory.
+    Raises NotPeriodic where no period is reached (a chaotic motion), or none is isolated. Raises
     NotSolved where the motion ends.
     Source: Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, ch. 7.
     """

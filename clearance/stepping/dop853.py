@@ -44,7 +44,7 @@ def step(address, t, h):
     that of order 5 is bounded by itself.
 
     `s.stiffness`: step times the largest eigenvalue felt, from the last two slopes (Hairer and
-    Wanner, Solving Ordinary Differential Equations II (1996), IV.2); the method is unstable above
+    Wanner, Solving Ordinary Differential Equations II (1996), IV.2). The method is unstable above
     about 6.1.
     """
     s = state_at(address)

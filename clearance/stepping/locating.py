@@ -1,9 +1,9 @@
 """Extremes of a run's outputs, located on the dense output of its steps, and angles followed from
 step to step.
 
-A row of `peaks` follows one quantity, a channel or the length of a vector of two, times a sign:
-always its largest value is looked for. Each step's end is one look. A step is looked into only
-where its ends and the end before let a larger value lie inside: once in the middle, then at the
+A row of `peaks` follows one quantity, a channel or the length of a vector of two, times a sign. Its
+largest value is always the target. Each step's end is one look. A step is looked into only
+where its ends and the end before allow a larger value inside. The places are the middle, then the
 summits of parabolas through three places ever closer to it. Rows of a joint belong to its contact
 going on. The others begin anew with each stretch of the run, whose values and times go to `best`
 and `when`.

@@ -2,10 +2,10 @@
 
 Any stepper, any kernel, compiled once.
 
-The loop runs until its step budget or a buffer is used up and can be called again where it stopped;
-all its state lives in the arrays it is given. Contacts start and end exactly at step ends, so that
-no step crosses the kink and the stepper keeps its order; the impact speed is frozen in `work` when
-a contact starts.
+The loop runs until its step budget or a buffer is used up. It can be called again where it stopped,
+because all its state lives in the arrays it is given. Contacts start and end exactly at step ends,
+so that no step crosses the kink and the stepper keeps its order. The impact speed is frozen in
+`work` when a contact starts.
 """
 
 import math
@@ -71,8 +71,8 @@ def probe(s, t, h, theta):
 # --- contact events
 @shared
 def summit(s, t, h, joint, low, high, wanted):
-    """theta of the deepest (for wanted < 0: the shallowest) place between two probes: the rate
-    changes its sign.
+    """theta of the deepest (for `wanted` < 0: the shallowest) place between two probes, where the
+    rate changes its sign.
     """
     for _ in range(50):
         middle = 0.5 * (low + high)
@@ -86,8 +86,8 @@ def summit(s, t, h, joint, low, high, wanted):
 
 @shared
 def crossing(s, t, h, joint, low, high, wanted):
-    """theta between low and high where the penetration of a joint changes its sign (wanted: the
-    sign at high).
+    """theta between low and high where the penetration of a joint changes its sign. `wanted` is the
+    sign at high.
     """
     for _ in range(60):
         if high - low < 1e-15:
@@ -180,7 +180,7 @@ def aligned(s, t, h, event, theta):
 
     The size is that of the step made last, moved by no more than `nudge` can: clock and state never
     part. It is 0 where the event is at the very start, negative where the step failed. Newton's
-    method on the penetration at the end, or bisection where that leaves the bracket; a step that
+    method on the penetration at the end, or bisection where that leaves the bracket. A step that
     does not reach the event, as at a graze, ends without one.
     """
     wanted = -1.0 if s.contacts[event, TOUCHING] > 0.0 else 1.0
@@ -280,9 +280,9 @@ def weigh_films(s, values):
     """Natural sizes of the eccentricity of pure film joints and of its rate: less than usual where
     the film is thin.
 
-    rtol (size + |y|) is at most a share of the film left: a larger error could take the journal
-    through the wall, or throw it back from it. And rtol size of the rate is at most that share of
-    what the film gives way under the mechanism's own acceleration, for a larger error would turn
+    rtol (size + |y|) is at most a share of the remaining film. A larger error could take the
+    journal through the wall, or throw it back from it. rtol size of the rate is at most that share
+    of the film's closing speed under the mechanism's own acceleration. A larger error would turn
     approach into recession. Damping: the Jacobian's, remembered for a few steps, because a receding
     film has hardly any.
     """
@@ -338,7 +338,7 @@ def proposed(s, t):
 
 @shared
 def shrink(s, h, factor, code):
-    """Reject a step; the reason is kept for the message, should steps become too small."""
+    """Reject a step; the reason is stored for the message, should steps become too small."""
     s.rejected += 1
     s.last_refusal = code
     s.refusals += 1
@@ -347,7 +347,8 @@ def shrink(s, h, factor, code):
 
 @shared
 def refuse(s, t, h):
-    """Reject a step whose error is too large. Refused again, the order of its error is doubted.
+    """Reject a step whose error is too large. After a second rejection the order of its error is
+    uncertain.
 
     Where a contact ends inside the step, the next one ends about there.
     """

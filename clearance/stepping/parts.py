@@ -1,5 +1,5 @@
-"""Numba's compiler for functions made of many helpers: each is optimised and made machine code
-once, in its callers, and goes through those passes only that its kind of code needs.
+"""Numba's compiler for functions made of many helpers. Each helper is optimised and becomes machine
+code once, in its callers. It takes only the passes that its kind of code needs.
 
 Numba itself does both for every helper, and again for each of its callers and for theirs.
 """
@@ -18,7 +18,7 @@ from numba.core.types.functions import BaseFunction
 from numba.core.typing import Signature
 
 #: in order. Left out are those for closures, contexts, literals, generators, overloads that are
-#: put into their callers, and expressions of whole arrays: no function here has any.
+#: put into their callers, and expressions of arrays: no function here has any.
 PASSES = (
     untyped_passes.TranslateByteCode,
     untyped_passes.FixupArgs,
@@ -52,7 +52,7 @@ _search = BaseFunction.get_call_type
 
 
 def _signature(function: BaseFunction, context, arguments, named) -> Signature:
-    """The signature of an operator on arguments of these types, looked for once: numba tries tens
+    """The signature of an operator on arguments of these types, searched for once. Numba tries tens
     of candidates, at each use when it types and again when it lowers.
     """
     if named:

@@ -58,7 +58,7 @@ FLOATS = (
 INTEGERS = (
     "states",  # that the error estimate counts: all but the energy integrals
     "coordinates",  # of the states
-    "samples",  # of the whole run
+    "samples",  # of the complete run
     "step_limit",
     "commits",  # numbers in `work` that steps set at their ends
     "remembering",  # films with a memory

@@ -1,12 +1,12 @@
 """Coefficients of the steppers.
 
 DOP853: the explicit pair of order 8(5,3) of Dormand and Prince with dense output of order 7, twelve
-stages and three more for the dense output; Hairer, Norsett and Wanner, Solving Ordinary
+stages and three more for the dense output. Source: Hairer, Norsett and Wanner, Solving Ordinary
 Differential Equations I (1993), II.10, code dop853. RADAU5, RADAU9: Radau IIA with three and five
-stages, order 5 and 9, in the real and complex eigenbasis of the inverse matrix; Hairer and Wanner,
-Solving Ordinary Differential Equations II (1996), IV.5 and IV.8, and "Stiff differential equations
-solved by Radau methods", J. Comput. Appl. Math. 111 (1999). The nodes are zeros of a Legendre
-combination, everything else follows from them.
+stages, order 5 and 9, in the real and complex eigenbasis of the inverse matrix. Source: Hairer and
+Wanner, Solving Ordinary Differential Equations II (1996), IV.5 and IV.8, and "Stiff differential
+equations solved by Radau methods", J. Comput. Appl. Math. 111 (1999). The nodes are zeros of a
+Legendre combination, everything else follows from them.
 """
 
 from typing import NamedTuple

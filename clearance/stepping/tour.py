@@ -69,9 +69,9 @@ def tour(observe, commit, commits, times, y, par, work, longest, places, size, p
     observe, commit: addresses of the kernels; commits: how many values an accepted place leaves for
     the next (0: none, commit is not called). Between two times the mechanism is followed in
     stretches of at most `longest` [s], so that what is solved by iteration stays on its branch.
-    places: columns of positions, speeds and accelerations, in turn, that must not jump from one
-    place followed to the next, as they do where a loop changes its branch; size: of the mechanism
-    [m]; pair: two rows for these places.
+    places: columns of positions, speeds and accelerations, in turn. They must not jump from one
+    place to the next, as they do where a loop changes its branch; size: of the mechanism [m]; pair:
+    two rows for these places.
     """
     look, keep = kernel_at(observe), kernel_at(commit)
     followed = commits > 0 or places.size > 0

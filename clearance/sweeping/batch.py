@@ -3,8 +3,8 @@
 The numbers of their starts come as arrays (spread.py). One point is run the ordinary way, and what
 its metrics look at is noted: the others have no other outputs. They take the same steps by the same
 loop, and their metrics come from the same functions: they are those of the ordinary way bit for
-bit. A point that fails, is in doubt, needs more than its family has or comes to where models end
-for other reasons than the family's joints is `Apart`: run the ordinary way.
+bit. Some points are `Apart` and run the ordinary way. They fail, carry a warning, need more than
+their family has, or end for another reason than the family's joints.
 """
 
 import copy
@@ -58,7 +58,7 @@ class Noted(MemoryRecord):
 
 
 class Part(MemoryRecord):
-    """A run in memory, of which those channels were kept that its metrics look at."""
+    """A run in memory with the channels that its metrics read."""
 
     attributes = {"status": "complete"}
 

@@ -41,7 +41,7 @@ def scatter(
     spread: distributions by parameter, SI units, also in words: {"clearance": "normal(1e-4,
         5e-6)"}; points: runs in all, at most; seed: the same seed, the same points; limits: of
         metrics, whose probability of going beyond is computed, as numbers in SI or in words:
-        "0.2mm". Their names and units are those of a run at the medians. channels: kept in run
+        "0.2mm". Their names and units are those of a run at the medians. channels: stored in run
         files (none: no files); options: of `sweep`, among them fixed and turns. The same call again
         runs only what is missing. Raises ValueError for wrong input, and what `sweep` raises.
     """
@@ -78,7 +78,7 @@ def _limits(limits: Mapping[str, float | str], metrics: Mapping[str, str]) -> di
     """Limits in SI.
 
     metrics: units by metric; empty where they are not known. Raises ValueError for a metric that a
-        run has not got, and for a unit of another kind.
+        run lacks, and for a unit of another kind.
     """
     found = {}
     for name, limit in limits.items():

@@ -1,4 +1,4 @@
-"""Definition of a sweep: its case, points and options, kept as `sweep.json` in its directory."""
+"""Definition of a sweep: its case, points and options, stored as `sweep.json` in its directory."""
 
 import hashlib
 import json
@@ -34,9 +34,9 @@ class Definition:
 
     case: name, or path to a case file; source: digest of its text; fixed: parameters that all
         points share; options: keywords of `simulate` (turns, rtol, ...); keep: patterns of the
-        channels kept in run files, () for no files, None for all; compression: gzip level; settle:
-        turns left out of the metrics; own: a user's metrics, each "file.py:name" and the digest of
-        the file; units: of the parameters.
+        channels stored in run files, () for no files, None for all; compression: gzip level;
+        settle: turns left out of the metrics; own: a user's metrics, each "file.py:name" and the
+        digest of the file; units: of the parameters.
     """
 
     case: str
@@ -79,7 +79,7 @@ class Definition:
 
     @cached_property
     def spread(self) -> tuple[str, ...]:
-        """Names of the swept numbers that are no whole numbers."""
+        """Names of the swept numbers that are not integers."""
         columns = self.points.columns.items()
         return tuple(
             n for n, v in columns if isinstance(v[0], float) and any(one != v[0] for one in v)
@@ -164,7 +164,7 @@ def digest(path: Path) -> str:
 
 
 def write(definition: Definition, folder: Path) -> None:
-    """Keep a definition, whole or not at all."""
+    """Store a definition completely or not at all."""
     with replacing(folder / "sweep.json") as temporary:
         temporary.write_text(definition.to_json())
 

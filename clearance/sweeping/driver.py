@@ -60,7 +60,9 @@ RTOL = prepare.__kwdefaults__["rtol"]
 
 
 class SweepError(RuntimeError):
-    """A sweep had to stop before its end. What was done is kept; `sweep` reads it."""
+    """A sweep had to stop before its end. Finished points stay in the directory; `sweep` reads
+    them.
+    """
 
     def __init__(self, message: str, sweep: Sweep):
         super().__init__(message)
@@ -111,26 +113,25 @@ def sweep(
         `zipped(...)`, `sampled(...)` or products of these, SI units; fixed: case parameters that
         all points share; options: keywords of `simulate` (turns, until, rtol, method,
         samples_per_turn, samples, energy, max_step, max_steps, error, sensitivity). error: "state"
-        adds a metric <metric>_error for each metric, of integration and film table together; 1e-3
-        or errors by name choose the tolerance of each point, and a point that cannot reach them
-        fails with the reason; default: no errors. sensitivity: adds <metric>_by_<parameter> for
-        each of these parameters, and its error.
+        adds a metric <metric>_error for each metric, of integration and film table together. 1e-3
+        or errors by name choose the tolerance of each point. A point that cannot reach them fails
+        with the reason; default: no errors. sensitivity: adds <metric>_by_<parameter> for each of
+        these parameters, and its error.
     channels: what run files keep (None: all; an empty list: no files, summaries only); compression:
         gzip level; settle: turns (seconds, without a turn) left out of the metrics, default the
         first where there is a second; metrics: your own, functions at the top level of a file, or
         "file.py:name" (see metrics.py).
     workers: processes, default one a core; scheduler: address of a Dask scheduler instead. The same
-        call again runs only what is missing; retry_failed: also what failed. Where points are
-        missing and the package, a law, a module that the case imports or the scene's numbers have
-        changed since the others were run, it is refused; accept_changes: go on all the same. force:
-        begin although a run needs more than 2^31 rows or a day, or all files more than the free
-        disk.
-    progress: called with a `Progress` now and then. life: arguments of `wear`, turns among them:
-        each point is the life of a mechanism that wears, in `lives/`, and keeps no run file;
-        `depth` [m]: that turns are counted to.
+        call again runs only what is missing; retry_failed: also what failed. This is refused where
+        points are missing and the package, a law, an imported module or the scene's numbers have
+        changed since; accept_changes: go on all the same. force: begin although a run needs more
+        than 2^31 rows or a day, or all files more than the free disk.
+    progress: called with a `Progress` now and then. life: arguments of `wear`, turns among them.
+        Each point is the life of a mechanism that wears, in `lives/`, and has no run file. `depth`
+        [m] is the depth up to which turns are counted.
     Raises ValueError or TypeError for wrong input before anything runs, also where the folder holds
-    another sweep or is in use; SweepError where it cannot go on (a full disk, workers that all
-    die). A point that fails is no error: see `status` and `reason` of the sweep.
+    another sweep or is in use. Raises SweepError where it cannot go on (a full disk, workers that
+    all die). A point that fails is no error: see `status` and `reason` of the sweep.
     """
     if life is not None:
         options, channels = _of_lives(life, channels, settle, metrics, options), ()
@@ -160,7 +161,7 @@ def sweep(
 
 
 def _of_lives(life, channels, settle, metrics, options) -> dict:
-    """Options of a sweep of lives. Raises ValueError for what lives have not got."""
+    """Options of a sweep of lives. Raises ValueError for options that lives do not have."""
     from clearance.wearing.lives import planned
 
     for name, value in (("channels", channels), ("settle", settle), ("metrics", metrics or None)):
@@ -311,7 +312,7 @@ def _try_first(definition: Definition, demanded: Callable | None) -> None:
 
 
 def _check_error(definition: Definition, run, ideal: dict) -> None:
-    """Raises ValueError for an error that is asked of a number which a point has not got."""
+    """Raises ValueError for a requested error of a number that a point does not have."""
     if not asks(error := definition.options.get("error")):
         return
 
@@ -399,7 +400,7 @@ class _Driver:
         interrupted = True  # until the work has ended
         self.journal = Journal(self.folder)
         try:
-            for outcome in recovered:  # runs whose files the journal did not know
+            for outcome in recovered:  # runs whose files the journal did not list
                 self.journal.add(outcome)
             if pending:
                 pending = self._in_lanes(pending, workers, scheduler)
@@ -544,9 +545,7 @@ class _Driver:
         return max(next((n for n, i in enumerate(queue.ahead(room)) if i in self.alone), room), 1)
 
     def _ended(self, outcome: Outcome, queue: Queue) -> bool:
-        """True for an outcome that is to be kept; a point that was lost with its worker is tried
-        again.
-        """
+        """True for an outcome to store; a point that was lost with its worker is tried again."""
         index = outcome.index
         if outcome.made and (changed := common_differences(outcome.made, self.now)):
             self.stop = f"a worker runs something else than the driver: {'; '.join(changed)}"

@@ -12,14 +12,14 @@ from clearance.run import Run
 from clearance.scene import Scene
 from clearance.stepping import status as codes
 
-MOST_KEPT = 64  # ideal motions kept in memory
+MOST_KEPT = 64  # ideal motions held in memory
 _made: dict[tuple, dict | None] = {}
 
 
 def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     """Position [m] and acceleration [m/s2] along its guide of each body that slides on the ground,
-    at the samples of a run; None where nothing slides or ideal joints leave a freedom, so that
-    there is no one ideal motion.
+    at the samples of a run. None where nothing slides, or where ideal joints leave a freedom, so
+    that there is no one ideal motion.
 
     Where one drive at constant speed moves everything the motion is that at unit speed, stretched:
     it is worked out once for all speeds.

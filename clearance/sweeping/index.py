@@ -56,7 +56,7 @@ class Sweep(Drawn):
         )
 
     def write(self) -> Path:
-        """Keep the index as `sweep.h5`, whole or not at all."""
+        """Store the index as `sweep.h5`, completely or not at all."""
         definition = self.definition
         places = np.unravel_index(np.arange(self.count), self.shape or (1,))
         runs = {
@@ -123,8 +123,8 @@ class Sweep(Drawn):
 
     @cached_property
     def dataset(self):
-        """Metrics over the swept parameters, as an xarray Dataset: a grid has a dimension for each
-        parameter, lists that go together share one, samples have the dimension `run`.
+        """Metrics over the swept parameters, as an xarray Dataset. A grid has a dimension for each
+        parameter, lists of equal length share one, samples have the dimension `run`.
         """
         xarray = extra("xarray")
         dims, coordinates = [], {}
@@ -200,7 +200,7 @@ class Sweep(Drawn):
         return Life(self.folder / "lives" / self.definition.keys[index])
 
     def _place(self, index: int | None, method: str | None, values: dict) -> int:
-        """Place of the point that is asked for. Raises ValueError for none or several."""
+        """Place of the requested point. Raises ValueError for none or several."""
         if method not in (None, "nearest"):
             raise ValueError(f'method must be "nearest" or None, got {method!r}')
         if index is None:
@@ -285,7 +285,7 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
 
 
 def _belongs(defined: object, path: Path) -> bool:
-    """True where an index was made for this definition; version 0.1 kept the text of it."""
+    """True where an index was made for this definition; version 0.1 stored the text of it."""
     return defined in (definitions.digest(path), path.read_text())
 
 
@@ -343,8 +343,8 @@ def _from_outcomes(
 def outcomes(
     folder: Path, definition: definitions.Definition, summed: bool = True
 ) -> tuple[list[Outcome], dict[str, tuple[str, str]]]:
-    """The last outcome of each point, of the journal and of run files that it does not know; units
-    and text of each metric.
+    """The last outcome of each point, from the journal and from run files that it does not list;
+    units and text of each metric.
 
     summed: those of the journal's blocks with their metrics.
     """
@@ -392,7 +392,7 @@ def _index_outcomes(
 
 
 def from_file(path: Path, index: int, key: str) -> Outcome | None:
-    """The outcome that a run file tells of; None for one that is broken."""
+    """The outcome in a run file; None for a broken file."""
     try:
         with open_result(path) as run:
             facts, about = run.facts("metrics"), run.facts("sweep")

@@ -30,15 +30,15 @@ ALONE = "alone"  # the reason of one that must not share a block again: its bloc
 class Outcome:
     """Outcome of one point.
 
-    key: the point's name, "" where no worker tells but its team. status: done; failed (the run
-        itself, which will fail again); lost (a worker died, a disk was full: try again). reason:
-        why, or which own metrics of a run are missing.
+    key: the point's name, "" where the outcome comes from a team and not from a worker. status:
+        done; failed (the run itself, which will fail again); lost (a worker died, a disk was full:
+        try again). reason: why, or which own metrics of a run are missing.
     metrics: values by name; known: units and text of metrics
     that this journal has not named before. wall: seconds in all, loop: of these in the compiled
     loop; size and check: bytes and CRC-32 of the run's file; made: what it was run with, see
     made.py;
-    recovered: told by the run's file or the index, the journal does not know it; together: run in
-        the memory of others;
+    recovered: from the run's file or the index, the journal does not list it; together: run in the
+        memory of others;
     alone: why it was not, for the driver only.
     """
 
@@ -148,9 +148,7 @@ class Journal:
         return fresh
 
     def _take_back(self, place: int) -> None:
-        """Nothing of a line that could not be written whole stays, neither in the file nor waiting
-        to be written.
-        """
+        """Nothing of an incomplete line stays, neither in the file nor waiting to be written."""
         raw = self.file.detach()
         raw.truncate(place)
         raw.close()
@@ -179,7 +177,7 @@ def unpacked(text: str | list) -> np.ndarray:
 
 
 def whole(path: Path) -> int:
-    """Bytes of a journal up to the end of its last whole line."""
+    """Bytes of a journal up to the end of its last complete line."""
     if not path.exists():
         return 0
     with open(path, "rb") as file:
@@ -260,7 +258,7 @@ def _outcome(document: dict) -> Outcome:
 
 
 def _count(value) -> int:
-    """A whole number from 0 on, also one that was kept as 3.0.
+    """An integer from 0 on, also one that was stored as 3.0.
 
     Raises ValueError or TypeError for what is none.
     """

@@ -1,9 +1,8 @@
 """Inputs of a point's run: version, files the case imports or names, text of its kernels, numbers
 of its scene.
 
-The definition of a sweep says what was asked for. Each outcome says what was run, so that a sweep
-that goes on after an imported file, a law or the package has changed does not put two physics in
-one table.
+The definition of a sweep holds the request. Each outcome holds what was run. A sweep that goes on
+after a change of an imported file, a law or the package must not put two physics in one table.
 """
 
 import ast
@@ -19,7 +18,7 @@ from clearance.mechanism.build import Mechanism
 from clearance.sweeping.definition import digest
 from clearance.version import VERSION
 
-#: modules in these folders come with Python, a package or this one: their versions tell them apart
+#: modules in these folders come with Python, a package or this one: their versions identify them
 FOREIGN = tuple(Path(sysconfig.get_path(n)) for n in ("stdlib", "platstdlib", "purelib", "platlib"))
 FOREIGN += (Path(__file__).resolve().parent.parent,)
 
@@ -95,9 +94,7 @@ def common_differences(before: dict, now: dict) -> list[str]:
 
 
 def point_differences(before: dict, now: dict, before_scene: str | None, scene: str) -> list[str]:
-    """Changes of a point's inputs, in words; kept: JSON of the scene that was run, where its file
-    says it.
-    """
+    """Changes of a point's inputs, in words. `kept`: JSON of the scene, where its file has it."""
     differences = (
         ["the law or kernel text has been changed"] if before.get("text") != now["text"] else []
     )

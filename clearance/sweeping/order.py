@@ -1,7 +1,7 @@
 """Order of the points: the longest first, so that no long run is left to the end alone.
 
-How long a run takes is guessed from its neighbours: points far apart are tried first, and each time
-the number of finished runs has doubled the rest is sorted by what the nearest finished point took.
+The time of a run is estimated from its neighbours. Points far apart are tried first. Each time the
+number of finished runs has doubled, the rest is sorted by the time of the nearest finished point.
 """
 
 from collections import deque

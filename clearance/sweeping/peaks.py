@@ -1,9 +1,9 @@
 """Metrics of a point of a sweep: those of a run, but in place of extremes that grow with its length
 means over turns.
 
-The largest value of a dry run grows with the number of its turns, 2.65 times the mean of turn peaks
-after 10 turns of a slider-crank, 3.56 times after 500. Where some joint is dry the extremes are
-therefore left out, and there are
+The largest value of a dry run grows with the number of its turns. For a slider-crank it is 2.65
+times the mean of turn peaks after 10 turns, and 3.56 times after 500. Where some joint is dry the
+extremes are therefore left out, and there are
 
   <name>_peak_mean                of a quantity of turns.py: mean over turns of its largest value in
   a turn <name>_peak_mean_half_width     half of the 95 % interval of that mean, of eight turns or

@@ -78,7 +78,7 @@ class Points:
         return Points(columns, self.axes + other.axes, self.sampled or other.sampled)
 
     def typed(self, kinds: dict[str, type]) -> "Points":
-        """Values of the kinds that the case declares; drawn whole numbers are rounded.
+        """Values of the kinds that the case declares; drawn integers are rounded.
 
         Raises ValueError for what is no such value.
         """
@@ -250,8 +250,8 @@ def from_words(parameter, text: str) -> list:
     """Values of a case parameter from the command line: LO:HI:N, LO:HI:N:log, or a list with commas
     or semicolons.
 
-    parameter: a catalogue.Parameter, which knows the units. Raises ValueError naming the parameter
-        and what was given.
+    parameter: a catalogue.Parameter with its units. Raises ValueError naming the parameter and what
+        was given.
     """
     if ":" in text and parameter.kind in (float, int):
         return _spread(parameter, text)

@@ -1,11 +1,11 @@
 """Scatter: the spread of metrics under parameters that vary by chance, and the share of each
 parameter in it.
 
-Runs at scrambled Sobol' points, in a sweep directory: two independent samples A and B of n points
-each, and for every parameter the points of A with that one of B (Saltelli, Comput. Phys. Commun.
-145 (2002) 280, and 181 (2010) 259). A and B give quantiles and probabilities, all together first
-and total Sobol' indices. Intervals are those of independent points (95 %); Sobol' points lie more
-evenly, so that they are on the safe side.
+Runs at scrambled Sobol' points, in a sweep directory. There are two independent samples A and B of
+n points each. For every parameter there are the points of A with that one of B (Saltelli, Comput.
+Phys. Commun. 145 (2002) 280, and 181 (2010) 259). A and B give quantiles and probabilities, all
+together first and total Sobol' indices. Intervals are those of independent points (95 %); Sobol'
+points lie more evenly, so that they are on the safe side.
 """
 
 import json
@@ -120,8 +120,8 @@ def from_words(text: str, number: Callable[[str], float] = float) -> Distributio
 
 
 def design(spread: Mapping[str, Distribution], points: int, seed: int = 0) -> tuple[Points, int]:
-    """At most so many points, and the number n of those in each sample, a power of two: A, B, then
-    A with one of B.
+    """At most so many points, and the number n of those in each sample, a power of two. The points
+    are A, B, then A with one of B.
 
     Raises ValueError for too few points.
     """
@@ -206,9 +206,9 @@ def indices(values: np.ndarray, names: list[str], seed: int = 0) -> dict[str, In
     """Sobol' indices of each parameter, from values at the points of `design`, (points,), rows of
     NaN left out.
 
-    First: mean of f_B (f_AB - f_A), total: half the mean of (f_A - f_AB)^2, both over the variance
-    (Saltelli et al. 2010, table 2 b and f); intervals by the bootstrap. Empty where the values do
-    not vary, or fewer than eight rows are whole.
+    First order: mean of f_B (f_AB - f_A); total: half the mean of (f_A - f_AB)^2; both over the
+    variance (Saltelli et al. 2010, table 2 b and f). Intervals come from the bootstrap. Empty where
+    the values do not vary, or fewer than eight rows are complete.
     """
     rows = values.reshape(len(names) + 2, -1)
     rows = rows[:, np.isfinite(rows).all(axis=0)]

@@ -15,7 +15,7 @@ KEPT = ("energy", "max_step")
 
 
 def sensing_of(definition: Definition, scene: Scene) -> Sensing | None:
-    """Sensitivities of a point, None where none are asked for. Raises ValueError."""
+    """Sensitivities of a point, None where none are requested. Raises ValueError."""
     if (given := definition.options.get("sensitivity")) is None:
         return None
     options_of_all = {n: v for n, v in definition.options.items() if n in KEPT}

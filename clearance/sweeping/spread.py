@@ -1,11 +1,11 @@
 """The numbers of many points of one structure as arrays, without a scene for each.
 
 Runs are prepared at some points all over the sweep: its corners, and points between. Each number of
-their starts turns out to be the same everywhere, to be what the scene of columns (columns.py)
-gives, or to follow from one parameter, which is then prepared at each of its values. All else is
-put
-together from these by the formulas of the ordinary way. The numbers must be those prepared: bit for
-bit, or within a share of them. Where they are not, the points are run one by one (`Irregular`).
+their starts belongs to one of three kinds. It is the same everywhere, or the scene of columns
+(columns.py) gives it, or it follows from one parameter and is prepared at each value of it. All
+else is put together from these by the formulas of the ordinary way. The numbers must be those
+prepared: bit for bit, or within a share of them. Where they are not, the points are run one by one
+(`Irregular`).
 """
 
 import itertools
@@ -34,7 +34,7 @@ class Irregular(Exception):
 
 @dataclass(frozen=True)
 class Start:
-    """All numbers with which a run begins, before films have a say in natural sizes."""
+    """All numbers with which a run begins, before films change natural sizes."""
 
     numbers: np.ndarray  # of the parameter vector, without the derived ones and tables
     state: np.ndarray
@@ -171,8 +171,8 @@ class Spread:
         return (one == other) | (np.abs(one - other) <= self.share * np.abs(other))
 
     def _classify(self, given: dict[str, np.ndarray], rows: np.ndarray) -> None:
-        """Tell numbers that are the same everywhere, those that the scene of columns gives, and
-        those that follow from one parameter.
+        """Separate the numbers that are the same everywhere, those that the scene of columns gives,
+        and those that follow from one parameter.
         """
         varying = ~self._same(self.fixed, rows).all(axis=0)
         try:

@@ -11,7 +11,7 @@ from clearance.run import Run
 
 
 class Stating:
-    """Errors of one point: those that its run has, or a run with those that are asked for.
+    """Errors of one point: those that its run has, or a run with the requested ones.
 
     error: of `simulate`; settle: turns left out of the metrics.
     """

@@ -1,8 +1,8 @@
 """Metrics of points in lanes: what of a run is looked at, and what comes of it.
 
-One point is run the ordinary way; it tells which metrics there are, their units and texts. Those of
-all others are made from what lanes keep: extremes in each turn, sums and tracks of samples. A
-metric that is not made so, and runs that do not end with whole turns, are `Unsuited`.
+One point is run the ordinary way; it gives the metrics, their units and texts. Those of
+all others are made from what lanes keep: extremes in each turn, sums and tracks of samples. Other
+metrics, and runs that do not end with a complete turn, are `Unsuited`.
 """
 
 import math
@@ -117,12 +117,12 @@ class Summing:
 
     @property
     def kept(self) -> int:
-        """Numbers that are kept of a run."""
+        """Numbers that are stored of a run."""
         turns = math.ceil(self.span.until / self.mechanism.scene.turn)
         return len(self.wanted.tracks) * self.span.samples + len(self.wanted.quantities) * turns
 
     def _check_window(self) -> None:
-        """Metrics are about the last whole turns of the run, which begin with a turn."""
+        """Metrics are about the last complete turns of the run, which begin with a turn."""
         window = Window.of(self.record, self.settle)
         turn, until = self.mechanism.scene.turn, self.span.until
         if window is None or not turn or window.turns is None or self.record.uneven:

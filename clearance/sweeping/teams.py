@@ -1,8 +1,8 @@
 """Workers of a sweep: processes on this machine, or the workers of a Dask scheduler.
 
-A team takes blocks of points (`give`), tells of those that ended (`wait`), and says how many blocks
-it wants to have in hand (`places`, of them `held`). It survives the death of a worker and tells
-which point the worker was at.
+A team takes blocks of points (`give`) and returns those that ended (`wait`). `places` is the number
+of blocks that it can take, `held` the number that it has. It survives the death of a worker and
+reports the worker's point.
 """
 
 import logging
@@ -125,7 +125,7 @@ class _Process:
         """Outcomes of the points that a dead worker held: the begun one is lost, the others wait
         again.
 
-        Which one of a begun block it was at nobody can tell: all are to be run alone.
+        The point of a begun block at which it died is unknown: all are to be run alone.
         """
         self.process.join()
         code = self.process.exitcode
@@ -232,7 +232,7 @@ class Dask:
         return len(self.hand)
 
     def give(self, block: tuple[int, ...]) -> None:
-        # impure: asked twice it is run twice, so that a restart never gets an old answer
+        # impure: a second call runs it again, so that a restart never gets an old answer
         future = self.client.submit(self.run, *self.task, block, pure=False)
         self.hand[future] = block
         future.add_done_callback(self._arrive)

@@ -1,8 +1,9 @@
 """Points of a sweep run side by side in lanes, with the metrics of the ordinary way.
 
 The points differ in numbers, which come as arrays (spread.py); their metrics come from what lanes
-keep (summing.py). Where a scene, an option or a metric does not suit lanes, the points are left to
-the ordinary way, and `Unsuited` says why. So is a point that fails or whose energy does not add up.
+keep (summing.py). Where a scene, an option or a metric does not suit lanes, the points run the
+ordinary way, and `Unsuited` gives the reason. So is a point that fails or whose energy does not add
+up.
 """
 
 import os
@@ -30,10 +31,10 @@ EXACT = 1e-12  # share within which numbers of the starts are the same
 SAME = 1e-9  # the same of natural sizes that come of a kernel
 TOGETHER = 128  # points of a block, at least where memory allows
 STEPS = 500_000  # of a block, about: a second
-TRACKED = 2**24  # numbers of a block's turns and samples that are kept at a time
+TRACKED = 2**24  # numbers of a block's turns and samples that are stored at a time
 FEWEST = 24  # points that are worth machine code of their own
 FILMS = {"clearance": CLEARANCE, "pull": PULL, "rate_x": RATE_X, "rate_y": RATE_Y}
-#: options of runs that lanes know
+#: options of runs that lanes have
 OPTIONS = {"turns", "rtol", "method", "samples_per_turn", "samples", "energy", "max_steps"}
 
 

@@ -43,7 +43,7 @@ _families: dict[tuple[str, tuple], Family | str] = {}
 
 
 class Keeper:
-    """A sink that keeps a run in memory for its metrics, and in a file where one is wanted."""
+    """A sink that holds a run in memory for its metrics, and also writes a file on request."""
 
     def __init__(
         self,
@@ -208,8 +208,7 @@ def run_block(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome
 
 
 def run_point(folder: str, stamp: str, index: int) -> Outcome:
-    """Run one point and tell how it ended; nothing is raised but what says that no point can be run
-    at all.
+    """Run one point and return its outcome. It raises only errors that no point can run with.
 
     folder: the sweep's directory; stamp: changes with its definition, which is read once. Raises
         FileNotFoundError where the directory is not seen, Changed where a file is not the one that
@@ -226,7 +225,7 @@ def run_point(folder: str, stamp: str, index: int) -> Outcome:
     except Changed:
         raise
     except (OSError, MemoryError) as error:
-        if path is not None:  # the point will be run again: what was kept of it is of no use
+        if path is not None:  # the point will be run again: its stored part is of no use
             path.unlink(missing_ok=True)
         reason = NO_SPACE if _is_full(error) else _explained(error)
         return Outcome(index, key, LOST, reason, wall=time.perf_counter() - began)
@@ -235,8 +234,8 @@ def run_point(folder: str, stamp: str, index: int) -> Outcome:
 
 
 def _explained(error: BaseException) -> str:
-    """An error in one line: its kind where the text alone may not say, and where in a user's file
-    it came from.
+    """An error in one line: its kind where the text alone is unclear, and the place in a user's
+    file that it came from.
     """
     try:
         text = " ".join(str(error).split())
@@ -252,7 +251,9 @@ def _explained(error: BaseException) -> str:
 
 
 def run_lanes(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome]:
-    """Run some points in lanes, see `run_point`; those that fail there or are in doubt alone."""
+    """Run some points in lanes, see `run_point`. Those that fail there or carry a warning run
+    alone.
+    """
     made = {o.index: o for block in _lanes(folder, stamp).outcomes(indices, 1) for o in block}
     return [made.get(i) or run_point(folder, stamp, i) for i in indices]
 

@@ -1,7 +1,7 @@
 """Calls from a kernel into Python, for a film that no formula and no table holds.
 
-A block of the parameter vector is the letter: [address of the answerer, what is wanted, inputs...,
-answer...]. The kernel fills in the inputs and calls; the answer stands in the same block. Only
+A callback block in the parameter vector is [address of the callback, request, inputs...,
+outputs...]. The kernel fills in the inputs and calls; the answer stands in the same block. Only
 scenes with such a film carry a block.
 """
 
@@ -10,7 +10,7 @@ import math
 import weakref
 from collections.abc import Callable
 
-# wanted: outputs; their derivatives by the inputs too; remember this state
+# requests: outputs; their derivatives by the inputs too; store this state
 VALUE, SLOPES, KEEP = 1.0, 2.0, 3.0
 _answerers: "weakref.WeakValueDictionary[int, Answerer]" = weakref.WeakValueDictionary()
 
@@ -49,7 +49,7 @@ class Answerer:
         return self.fill((ctypes.c_double * size).from_address(place))
 
     def fill(self, block) -> float:
-        """Answer what the block asks, in place."""
+        """Fulfil the request of the block, in place."""
         begin, width = 2 + self.inputs, 1 + self.inputs
         values = None
         if not self.over:  # then only nan: the run shall end soon
@@ -69,8 +69,8 @@ def answered(data, start, wanted, inputs, outputs):
     """Values of the block at data[start] for some inputs, a tuple; zeros where it is to remember
     them.
 
-    outputs: how many of the values, or the places in the block of what is wanted. Kernels have a
-        compiled form of this, with its derivatives (`mechanism.function.Answer`).
+    outputs: number of the values, or places of the values in the block of the request. Kernels have
+        a compiled form of this, with its derivatives (`mechanism.function.Answer`).
     """
     block = data[int(start) :]
     block[1] = wanted

@@ -221,9 +221,10 @@ class Answer:
     """An answer of Python to a kernel, through a block of the parameter vector
     (tracing/asking.py).
 
-    Arguments: where the block begins, then its inputs. outputs: how many of its values are wanted;
-    by: the inputs that their derivatives are wanted by. With `keep` the block is to remember its
-    inputs and gives zeros.
+    Arguments: where the block begins, then its inputs. outputs: number of the values that are
+    needed;
+    by: the inputs of the derivatives. With `keep` the block is to remember its inputs and gives
+    zeros.
     """
 
     operations, values_of, name = SHORT + 1, None, "answered"
@@ -293,7 +294,7 @@ class Expansion:
         if not (isinstance(function, Function) and function.short):
             return trace.call(function, args)
         section = trace.section
-        if trace is self.trace:  # texts say which law begins here
+        if trace is self.trace:  # texts mark which law begins here
             trace.section = f"{section}: {function.name}"
         values = self._copied(
             function.outputs, trace, dict(zip(function.arguments, args, strict=True))

@@ -2,7 +2,7 @@
 
 Python evaluates the expressions, with operators and calls as operations of the trace. Branches
 become selects, a loop over a range is unrolled, and a loop that ends by a condition stays one.
-Numbers of the function's module or closure are taken as they stand. The sign of a zero is not kept,
+Numbers of the function's module or closure are taken as they stand. The sign of a zero may change,
 and a product with a constant zero is zero.
 """
 
@@ -55,7 +55,7 @@ def _remainder(trace: Trace, a, b):
 
 
 def _quotient(trace: Trace, a, b):
-    """a // b: whole, as far as the remainder leaves it."""
+    """a // b, an integer as far as the remainder leaves it."""
     if is_number(a) and is_number(b):
         return defined(operator.floordiv, a, b)
     quotient = trace.div(trace.sub(a, _remainder(trace, a, b)), b)

@@ -63,7 +63,7 @@ class Lowering:
         self.functions: dict[object, ir.Function] = {}
 
     def write(self, program: Program) -> None:
-        """The whole of a kernel."""
+        """The complete text of a kernel."""
         self.slots = program.slots
         self.define_all(program.functions)
         self.run(program.steps)
@@ -221,7 +221,7 @@ class Lowering:
         return self.builder.load(self.builder.gep(self.arrays["data"], [index]))
 
     def integer(self, value) -> ir.Value:
-        """A number that indices are made of. These are whole in Python, and so are their parts."""
+        """A number that indices are made of. It is an integer in Python, and so are its parts."""
         if not isinstance(value, Scalar):
             return self.splat(ir.Constant(INT64, int(value)))
         key = "integer", value

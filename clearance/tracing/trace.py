@@ -253,7 +253,7 @@ class Trace:
         return self.node("div", a, b)
 
     def power(self, a, b):
-        """a to the power of b; small whole exponents as products, 1/2 as a root."""
+        """a to the power of b; small integer exponents as products, 1/2 as a root."""
         if is_number(a) and is_number(b):
             return defined(operator.pow, a, b)
         if is_number(b) and b in (0, 1, 2, 3, 4):

@@ -4,9 +4,9 @@ between them.
 A stage runs the scene on its outlines and measures wear and load path of a turn. A jump replays
 that
 path (wearing/replay.py) until a depth has grown by a share of the clearance. The stage at its end
-measures anew: where its wear of a turn differs from what the replay ends with by more than the
-tolerance, the loads have changed, and half the jump is made instead. Half that difference times the
-turns of the jump, and the error of the replay, are what the life may be off by.
+measures anew. Its wear of a turn may differ from the last one of the replay by more than the
+tolerance. The loads have changed then, and half the jump is made instead. Half that difference
+times the turns of the jump, and the error of the replay, are what the life may be off by.
 """
 
 import json
@@ -123,10 +123,10 @@ def wear(
     case: name or file of a case with its parameters, or a scene; turns: how many it shall do.
         share: of the clearance, by which a depth grows in a jump at most; tolerance: of wear of a
         turn, by which it may differ from that predicted.
-    settle, average: turns of a stage before it is measured, and over which; more, up to 50, where
-    wear scatters from turn to turn (dry clearance is chaotic). jump: "replay" (implicit, of the
-    load path), or "linear" (wear of a turn times turns, as in the literature), which is refused
-    beyond its stability. jump_turns: longest jump.
+    settle, average: turns of a stage before the measurement, and turns of the measurement. There
+    are more, up to 50, where wear scatters from turn to turn (dry clearance is chaotic). jump:
+    "replay" (implicit, of the load path), or "linear" (wear of a turn times turns, as in the
+    literature), which is refused beyond its stability. jump_turns: longest jump.
     progress: called with the share of the turns that is done.
     Raises ValueError for bad input, for a directory of another life, and where a joint is worn
     through.
@@ -292,7 +292,7 @@ class Driver:
     def _straight(self, name: str, outline: Worn, measured: Measured, turns: float, most: float):
         """Wear of a turn times turns.
 
-        Raises ValueError for a jump that is asked for and unstable.
+        Raises ValueError for a requested jump that is unstable.
         """
         stable = 2.0 / max(self._replay(name, measured).stiff, 1e-300)
         if self.plan.jump_turns is not None and self.plan.jump_turns > stable:

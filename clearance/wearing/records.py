@@ -18,7 +18,7 @@ SURFACES = ("bearing", "journal")
 
 
 def lines(path: Path) -> Iterator[dict]:
-    """Whole lines of a journal; one that a kill has cut short is none."""
+    """Complete lines of a journal; a line that a kill has cut short does not count."""
     if not path.exists():
         return
     for line in path.read_bytes().splitlines(keepends=True):
@@ -48,7 +48,7 @@ class Life:
 
     @property
     def done(self) -> bool:
-        """True where the last stage stands at the end that was asked for."""
+        """True where the last stage stands at the requested end."""
         return bool(self.stages) and self.stages[-1]["turns"] >= self.asked["turns"]
 
     @property
@@ -136,7 +136,7 @@ class Life:
 
 
 def _angle(wanted: float) -> float:
-    """a of a / cos a - sin a = wanted, by bisection to rounding."""
+    """Solution a of a / cos a - sin a = target, by bisection to rounding."""
     low, high = 0.0, 0.5 * math.pi
     for _ in range(80):
         middle = 0.5 * (low + high)

@@ -1,9 +1,9 @@
 """Goes on with the wear of a joint over many turns by replaying the load path of one.
 
-A load path is what a run has measured in a turn: force on the journal, its angle, and depth over
+A load path is the record of one turn of a run: force on the journal, its angle, and depth over
 pressure w for each part. At each part the journal rests where the foundation carries the force, in
-two unknowns, and both surfaces wear. m turns at once multiply w by m, and the step is implicit: the
-foundation that wears by w m p under a pressure p is a softer one,
+two unknowns, and both surfaces wear. m turns at once multiply w by m, and the step is implicit. A
+foundation that wears by w m p under a pressure p acts like a softer one,
 
     p = K_w / (1 + K_w m (w_B + w_J)) g
 
@@ -235,7 +235,7 @@ class Replay:
     def step(self, worn: Worn, turns: float) -> Worn:
         """Outlines after so many turns at once.
 
-        Raises RuntimeError where no place of rest is found.
+        Raises RuntimeError where no place of rest exists.
         """
         new = worn.copy()
         done = self._replay(

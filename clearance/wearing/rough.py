@@ -4,8 +4,8 @@
 
 g is the overlap before the step, m the turns of the step, w the depth over pressure of a turn. The
 second equation makes the step implicit, place by place: no number of turns is unstable. A film
-carries its part of the load beside it. The path holds what the solids carry, as the run before has
-measured it; the run behind a jump finds what wear has changed of that.
+carries its part of the load beside it. The path holds the load of the solids, as the run before has
+measured it. The run behind a jump shows how wear has changed it.
 """
 
 import math

@@ -27,7 +27,7 @@ AROUND_COS, AROUND_SIN = COS[1 : NODES + 1], SIN[1 : NODES + 1]
 
 @dataclass
 class Turn:
-    """Wear of one turn, or of a whole run.
+    """Wear of one turn, or of a complete run.
 
     depths, volumes: worn off each surface, by "bearing" and "journal" [m], [m3]; error: share by
     which the sum over the bins missed the volume. rubbing: int N |v| dt [J]. path: rows of PATH,
@@ -42,7 +42,7 @@ class Turn:
 
 
 #: columns of a load path: force on the journal in the bearing's frame [N], its angle, depth over
-#: pressure [m/Pa] of both surfaces, clearance of the contact [m]
+#: pressure of both surfaces [m/Pa], clearance of the contact [m]
 PATH = ("force_x", "force_y", "angle", "bearing", "journal", "clearance")
 
 
@@ -185,7 +185,7 @@ def grouped(rows: np.ndarray) -> np.ndarray:
 class Wearing(Observer):
     """Sums the wear of all joints of a run that wear; turns: by joint, one for each period.
 
-    period: of the turns [s], None for the whole run.
+    period: of the turns [s], None for the complete run.
     """
 
     def __init__(self, run, period: float | None = None):

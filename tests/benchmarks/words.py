@@ -1,16 +1,18 @@
 """Sentences and words of documentation: `python tests/benchmarks/words.py [PATH ...]`.
 
-The prose of a Markdown file is counted, or that of the docstrings of a Python file. Code blocks,
-tables, headings, pictures, generated text, the addresses of links and comments do not count. Code
-within a sentence counts as one word. A sentence ends at a full stop, a question mark, an
-exclamation mark,
-or with its paragraph or list item. PATH: files from the root of the repository; without any the
-pages of the site, see PAGES. `--long N` prints every sentence of more than N words.
+The prose of a Markdown file is counted, or the docstrings and comments of a Python file. Code
+blocks, equations, tables, headings, pictures, generated text and the addresses of links do not
+count. Code within a sentence counts as one word. A sentence ends at a full stop, a question mark,
+an exclamation mark, or with its paragraph, list item or definition (`name: text`). PATH: files from
+the root of the repository. The default is the pages of the site and the Python files by folder.
+`--long N` prints every sentence of more than N words, and the banned words.
 """
 
 import argparse
 import ast
+import io
 import re
+import tokenize
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +28,8 @@ PAGES = (
     *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs").glob("*.md")),
     *sorted(str(p.relative_to(ROOT)) for p in (ROOT / "docs" / "notebooks").glob("*.md")),
 )
+#: folders of Python files
+FOLDERS = ("clearance", "cases", "postprocess", "paper_figures", "docs", "tests")
 #: verbs of people for code, and words that stand for a missing technical term
 BANNED = re.compile(
     r"\b(asks?|asked|says?|said|knows?|wants?|wanted|doubts?|doubted|tells?|told|found|kept|whole"
@@ -44,6 +48,11 @@ GENERATED = re.compile(r"<!-- [\w :-]+ -->.*?<!-- ([\w-]+:)?end -->", re.DOTALL)
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 CODE = re.compile(r"(`+)[^`]+\1|\$[^$\n]+\$")
 END = re.compile(r"(?<=[.!?])[)*\"]*\s+(?=[\"(*\[]*\w)")
+#: a line that is an equation: one symbol or call on the left, or columns of symbols
+EQUATION = re.compile(r"^\s*\S+( \([^)]*\))? (=|<=|>=) |\S {2,}\S|^\s*\S+\(.*\).* = ")
+#: where a further definition begins, as in "radius: of the pin [m]; width: its extent [rad]"
+DEFINITION = re.compile(r"(?<=[.;])\s+(?=[a-z_]\w*(?:, \w+)*: )")
+PRAGMA = re.compile(r"#!|# (noqa|type:|pragma)")
 WORD = re.compile(r"[^\W_]")
 
 
@@ -113,31 +122,75 @@ def sentences(paragraph: str) -> list[str]:
     return [p for p in parts if length(p)]
 
 
-def docstrings(code: str) -> str:
-    """Docstrings of a Python text, one after the other."""
+def docstrings(code: str) -> list[str]:
+    """Docstrings of a Python text."""
     documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
     nodes = [n for n in ast.walk(ast.parse(code)) if isinstance(n, documented)]
-    return "\n\n".join(ast.get_docstring(n) or "" for n in nodes)
+    return [text for n in nodes if (text := ast.get_docstring(n))]
+
+
+def comments(code: str) -> list[str]:
+    """Comments of a Python text: lines below each other are one, a comment beside code is one."""
+    blocks: list[str] = []
+    above = None  # line and column of the comment before
+    for token in tokenize.generate_tokens(io.StringIO(code).readline):
+        if token.type != tokenize.COMMENT or PRAGMA.match(token.string):
+            continue
+        line, column = token.start
+        text = token.string.lstrip("#: ")
+        if above == (line - 1, column) and not token.line[:column].strip():
+            blocks[-1] += f"\n{text}"
+        else:
+            blocks.append(text)
+        above = line, column
+    return blocks
+
+
+def definitions(text: str) -> Iterator[str]:
+    """Paragraphs of a docstring or comment, each `name: text` apart, equations left out."""
+    text = re.sub(r"^(?=\w[\w, *]*: )", "\n", text, flags=re.MULTILINE)
+    prose = [line for line in text.splitlines() if not EQUATION.search(line)]
+    for paragraph in paragraphs("\n".join(prose)):
+        yield from DEFINITION.split(paragraph)
 
 
 def counted(path: Path) -> Count:
-    """Prose of a Markdown file, or of the docstrings of a Python file."""
+    """Prose of a Markdown file, or of the docstrings and comments of a Python file."""
     text = path.read_text(encoding="utf-8")
-    text = docstrings(text) if path.suffix == ".py" else text
-    return Count(tuple(s for p in paragraphs(text) for s in sentences(p)))
+    if path.suffix == ".py":
+        pieces = (p for t in docstrings(text) + comments(text) for p in definitions(t))
+    else:
+        pieces = paragraphs(text)
+    return Count(tuple(s for p in pieces for s in sentences(p)))
+
+
+def packages() -> dict[str, Count]:
+    """Prose of the Python files in each folder of the repository that has some."""
+    sentences_of: dict[str, tuple[str, ...]] = {}
+    for top in FOLDERS:
+        for path in sorted((ROOT / top).rglob("*.py")):
+            folder = str(path.parent.relative_to(ROOT))
+            sentences_of[folder] = sentences_of.get(folder, ()) + counted(path).sentences
+    return {folder: Count(all_of_them) for folder, all_of_them in sentences_of.items()}
+
+
+def row(name: str, count: Count) -> str:
+    """Row of the table."""
+    cells = (len(count.sentences), sum(count.lengths), f"{count.mean:.1f}", count.longest)
+    return f"| {name} | " + " | ".join(map(str, cells)) + f" | {len(count.banned)} |"
 
 
 def main():
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("paths", nargs="*", default=PAGES, metavar="PATH")
+    options.add_argument("paths", nargs="*", metavar="PATH")
     options.add_argument("--long", type=int, metavar="N", help="print sentences of more words")
     options = options.parse_args()
-    print("| page | sentences | words | mean | longest | banned words |")
+    counts = {name: counted(ROOT / name) for name in options.paths or PAGES}
+    counts |= {} if options.paths else packages()
+    print("| page or package | sentences | words | mean | longest | banned words |")
     print("|---|---|---|---|---|---|")
-    for name in options.paths:
-        count = counted(ROOT / name)
-        cells = (len(count.sentences), sum(count.lengths), f"{count.mean:.1f}", count.longest)
-        print(f"| {name} | " + " | ".join(map(str, cells)) + f" | {len(count.banned)} |")
+    for name, count in counts.items():
+        print(row(name, count))
         if options.long:
             print(*(f"    {length(s)}: {s}" for s in count.longer(options.long)), sep="\n")
             print(*(f"    {word}: {sentence}" for word, sentence in count.banned), sep="\n")
