@@ -8,9 +8,9 @@ from clearance.laws.law import FilmJoint, memory_film
 from clearance.laws.outline import deepest
 from clearance.laws.wear import is_linear
 
-#: quantities of a joint with wear that a run follows: eccentricity in the bearing's frame, angle of
-#: the journal against it, clearance of the contact [m], pressure over overlap [Pa/m], sliding
-#: speed, force and normal load of the solids: contact and asperities
+#: quantities of a joint with wear that a run follows. Eccentricity in the bearing's frame, angle of
+#: the journal against it, clearance of the contact [m]. Pressure over overlap [Pa/m], sliding
+#: speed, force and normal load of the solids (contact and asperities).
 FOLLOWED = (
     "x",
     "y",

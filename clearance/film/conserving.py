@@ -253,10 +253,11 @@ def assemble(kind, p, content, old, base, growth, flow, face, cell, place, matri
     kind, p = P - lowest, content f (n, nz): the state; old: content of the last moment;
     base: flow swept by the motion;
     growth: that of the cells' volumes V (n, nz); flow: drag = 6 spin, hold, press [1/s], end
-        pressure, end factor (the conductance of the end over that between two cells), carried (1:
-        the flow carries the content, 0: it carries full gaps, the memoryless film), area of a cell,
-        brake [1/s] on the liner's steps; place: position of each column (n,); matrix (n nz, 2
-        w + 1): row i holds a_ij at w + j - i; rest (n nz, 1).
+        pressure, end factor, carried, area of a cell, brake [1/s] on the liner's steps. The end
+        factor is the conductance of the end over that between two cells. carried is 1 where the
+        flow carries the content, 0 where it carries full gaps (the memoryless film). place:
+        position of each column (n,); matrix (n nz, 2 w + 1): row i holds a_ij at w + j - i;
+        rest (n nz, 1).
     Written in differences from the last moment so that hold -> infinity loses no digits.
     """
     (n, nz), w = kind.shape, matrix.shape[1] // 2

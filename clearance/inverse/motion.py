@@ -73,8 +73,8 @@ class Pairs:
     a, b: places of their bodies in (*bodies, ground); local_a, local_b: their points x + i y from
     the centres of mass, in the bodies' frames, and height_a, height_b out of the plane [m]; slides:
     which turn with a, and axis (unit vector in a's frame). Relative coordinates are numbered 3 p +
-    (0 along, 1 across, 2 turn), in this order: free is the one no joint holds (pairs,), driven
-    (drives,), held (coordinates,) all that joints and drives hold.
+    (0 along, 1 across, 2 turn), in this order: free (pairs,), driven (drives,), held
+    (coordinates,). free is the one that no joint holds, held are all that joints and drives hold.
     """
 
     def __init__(self, scene: Scene, start: Start):

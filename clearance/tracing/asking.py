@@ -16,8 +16,8 @@ _answerers: "weakref.WeakValueDictionary[int, Answerer]" = weakref.WeakValueDict
 
 
 class Answerer:
-    """Stands behind one block. answer(wanted, inputs) -> array (outputs, 1 + inputs): values, then
-    derivatives.
+    """The callback of one block. `answer(wanted, inputs)` returns an array (outputs, 1 + inputs):
+    values, then derivatives.
 
     numbers: the block as it starts. failure: what went wrong inside the last answer, which was nan
         then: a run tries a shorter step. over: nothing more will come, after an interrupt or where

@@ -1,10 +1,9 @@
 """Sums the wear of a run over its accepted steps, surface by surface.
 
-At start, middle and end of each step (Lobatto's weights 1/6, 4/6, 1/6) the pressure of the
-foundation
-p = K_w g over the nodes of both outlines becomes depth, w(p, |v|) dt. Where the law is linear in
-the
-pressure, the depths are then scaled to the worn volume that was integrated with the motion.
+The pressure p = K_w g of the foundation over the nodes of both outlines becomes depth,
+w(p, |v|) dt. It is evaluated at start, middle and end of each step (Lobatto's weights 1/6, 4/6,
+1/6). Where the law is linear in the pressure, the depths are then scaled to the worn volume that
+was integrated with the motion.
 """
 
 from dataclasses import dataclass, field

@@ -52,7 +52,7 @@ END = re.compile(r"(?<=[.!?])[)*\"]*\s+(?=[\"(*\[]*\w)")
 EQUATION = re.compile(r"^\s*\S+( \([^)]*\))? (=|<=|>=) |\S {2,}\S|^\s*\S+\(.*\).* = ")
 #: where a further definition begins, as in "radius: of the pin [m]; width: its extent [rad]"
 DEFINITION = re.compile(r"(?<=[.;])\s+(?=[a-z_]\w*(?:, \w+)*: )")
-PRAGMA = re.compile(r"#!|# (noqa|type:|pragma)")
+PRAGMA = re.compile(r"#!|# (ruff|noqa|type:|pragma)")
 WORD = re.compile(r"[^\W_]")
 
 
@@ -169,6 +169,8 @@ def packages() -> dict[str, Count]:
     sentences_of: dict[str, tuple[str, ...]] = {}
     for top in FOLDERS:
         for path in sorted((ROOT / top).rglob("*.py")):
+            if "made" in path.parts:  # by the build of the site
+                continue
             folder = str(path.parent.relative_to(ROOT))
             sentences_of[folder] = sentences_of.get(folder, ()) + counted(path).sentences
     return {folder: Count(all_of_them) for folder, all_of_them in sentences_of.items()}
