@@ -159,14 +159,14 @@ TRANSITIONS: dict[str, Callable] = {
 }
 
 
-def one_of(field: str, value: str, known: Collection[str]) -> str:
-    """The value, one of the known ones.
+def one_of(field: str, value: str, names: Collection[str]) -> str:
+    """The value, one of some names.
 
     Raises ValueError with these and the closest for another.
     """
-    if value not in known:
-        answer = f"got {value!r}{checks.meant(value, known)}"
-        raise ValueError(f"{field} must be one of {', '.join(known)}; {answer}")
+    if value not in names:
+        answer = f"got {value!r}{checks.meant(value, names)}"
+        raise ValueError(f"{field} must be one of {', '.join(names)}; {answer}")
     return value
 
 
@@ -207,16 +207,18 @@ def _replaced(law: laws.BoundLaw, changes: dict[str, float]) -> laws.BoundLaw:
         raise ValueError(str(error)) from None
 
 
-def joint_names(joints: str | Collection[str], known: Collection[str]) -> tuple[str, ...]:
+def joint_names(joints: str | Collection[str], candidates: Collection[str]) -> tuple[str, ...]:
     """Names from a comma list such as "B,C,E" or from a collection of names."""
     given = joints.split(",") if isinstance(joints, str) else joints
     names = tuple(n.strip() for n in given if n.strip())
     for name in names:
-        one_of("joints", name, tuple(known))
+        one_of("joints", name, tuple(candidates))
     if len(set(names)) != len(names):
         raise ValueError(f"joints: a name stands twice in {joints!r}")
     if not names:
-        raise ValueError(f"joints: name at least one of {', '.join(known)}, or choose model=ideal")
+        raise ValueError(
+            f"joints: name at least one of {', '.join(candidates)}, or choose model=ideal"
+        )
     return names
 
 

@@ -72,7 +72,7 @@ class JointOptions:
 
     def factory(
         self,
-        known: Collection[str],
+        joints: Collection[str],
         *,
         radius: float,
         length: float,
@@ -80,13 +80,13 @@ class JointOptions:
     ) -> "JointFactory":
         """`factory(name, a, b)` makes a hinge: with clearance if it is chosen, ideal otherwise.
 
-        known: names of the joints that can have clearance. radius of the journal, length of the
+        joints: names of the joints that can have clearance. radius of the journal, length of the
         bearing [m]. Contact stiffness and moduli come from the radii, the length and the material.
         Raises ValueError for names and numbers that give no joint.
         """
         choices.one_of("model", self.model, choices.MODELS)
         checks.positive("clearance", self.clearance)
-        chosen = choices.joint_names(self.joints, known) if self.model != "ideal" else ()
+        chosen = choices.joint_names(self.joints, joints) if self.model != "ideal" else ()
         self._check()
         slots: dict = {"radius": radius, "clearance": self.clearance, "length": length}
         if self.roughness > 0.0:

@@ -832,8 +832,8 @@ class Result(Record):
             datasets["/errors"] = xarray.Dataset(
                 columns, {"name": list(errors), "channel": list(errors.channels)}
             )
-        if found := self.sensitivities:
-            columns = {n: (COLUMNS[n][0], values) for n, values in found.columns().items()}
+        if sensitivities := self.sensitivities:
+            columns = {n: (COLUMNS[n][0], values) for n, values in sensitivities.columns().items()}
             names = {n: columns.pop(n) for n in ("metric", "parameter")}
             datasets["/sensitivities"] = xarray.Dataset(columns, names)
         return xarray.DataTree.from_dict(datasets)

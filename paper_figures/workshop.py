@@ -186,17 +186,17 @@ class Workshop:
     def life(self, case, parameters: Mapping | None = None, **plan) -> cl.Life:
         """The life of `cl.wear(case, **plan, **parameters)`, of a case or a scene."""
         parameters = dict(parameters or {})
-        whole = case if isinstance(case, cl.Scene) else cl.load_case(case, **parameters)
-        note = {"call": "wear", "case": whole.name, "parameters": parameters, "options": plan}
-        text = json.dumps([plan, whole.to_json(), _sources()], sort_keys=True, default=str)
+        scene = case if isinstance(case, cl.Scene) else cl.load_case(case, **parameters)
+        note = {"call": "wear", "case": scene.name, "parameters": parameters, "options": plan}
+        text = json.dumps([plan, scene.to_json(), _sources()], sort_keys=True, default=str)
         digest = hashlib.sha256(text.encode()).hexdigest()[:12]
-        path = self.shared / f"{whole.name}-life-{digest}"
+        path = self.shared / f"{scene.name}-life-{digest}"
         if self.fresh:
             shutil.rmtree(path, ignore_errors=True)
         path.parent.mkdir(parents=True, exist_ok=True)
-        with Lock(path.with_suffix(".lock"), wait=True), _named(f"{self.name}: {whole.name}"):
-            self.say(f"{whole.name}: {_listed(parameters | plan)}")
-            result = cl.wear(whole, directory=path, **plan)
+        with Lock(path.with_suffix(".lock"), wait=True), _named(f"{self.name}: {scene.name}"):
+            self.say(f"{scene.name}: {_listed(parameters | plan)}")
+            result = cl.wear(scene, directory=path, **plan)
         self.results.append({"file": self._relative(path)} | note)
         return result
 

@@ -195,9 +195,9 @@ def _around_the_drive(axes, one: Life, joint: str, surface: str, colours: list) 
     drawn = False
     for i in _some(one):
         with open_result(one.file(i)) as record:
-            found = _over_angle(record, joint, surface)
-        if found is not None:
-            axes.plot(*found, color=colours[i], lw=1.0)
+            volumes = _over_angle(record, joint, surface)
+        if volumes is not None:
+            axes.plot(*volumes, color=colours[i], lw=1.0)
             drawn = True
     if not drawn:
         axes.set_visible(False)

@@ -348,12 +348,12 @@ def _stated(run: Result) -> str:
 
 def _sensitivities(page: Page, run: Result) -> list[Markup]:
     """Tornado of the first metrics, and changes of all of them with their stated errors."""
-    found = run.sensitivities
+    sensitivities = run.sensitivities
     rows = [
-        (breakable(metric), parameter, *_change(found[metric, parameter]))
-        for metric in found.telling(run.clearances)
-        for parameter in found.parameters
-        if (metric, parameter) in found
+        (breakable(metric), parameter, *_change(sensitivities[metric, parameter]))
+        for metric in sensitivities.telling(run.clearances)
+        for parameter in sensitivities.parameters
+        if (metric, parameter) in sensitivities
     ]
     titles = ["metric", "parameter", "change", "stated error", "units", "trusted"]
     words = "Changes of the metrics where a parameter grows by 1 % of its size."

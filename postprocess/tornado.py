@@ -24,17 +24,18 @@ def tornado(
     metrics: names or patterns, default forces, gaps and efforts, four in all. Raises ValueError for
         a run without sensitivities, and for metrics that it does not have.
     """
-    found = run.sensitivities
-    if not found:
+    sensitivities = run.sensitivities
+    if not sensitivities:
         raise ValueError(
-            f"the run has no sensitivities: {found.reason}; make it with --sensitivity NAMES"
+            f"the run has no sensitivities: {sensitivities.reason}; "
+            "make it with --sensitivity NAMES"
         )
-    chosen = _chosen(found.telling(run.clearances), metrics)
-    height = HEAD + BAR * len(found.parameters)
+    chosen = _chosen(sensitivities.telling(run.clearances), metrics)
+    height = HEAD + BAR * len(sensitivities.parameters)
     figure = sheet(WIDTH, height * len(chosen) + 0.4)
     panels = figure.subplots(len(chosen), squeeze=False)[:, 0]
     for axes, metric in zip(panels, chosen, strict=True):
-        _panel(axes, metric, {p: s for (m, p), s in found.items() if m == metric})
+        _panel(axes, metric, {p: s for (m, p), s in sensitivities.items() if m == metric})
     handles = panels[0].get_legend_handles_labels()
     figure.legend(*handles, loc="outside upper center", ncols=3, fontsize="small", frameon=False)
     return save(figure, path)
@@ -54,19 +55,19 @@ def _chosen(names: list[str], metrics: list[str] | None) -> list[str]:
     return chosen
 
 
-def _panel(axes, metric: str, found: Mapping) -> None:
+def _panel(axes, metric: str, sensitivities: Mapping) -> None:
     """Bars of one metric, the longest on top, and their errors."""
-    names = sorted(found, key=lambda n: abs(found[n].change))
-    metric_units = next(iter(found.values())).metric_units
-    units, factor = shown_in(metric_units, [one.change for one in found.values()])
+    names = sorted(sensitivities, key=lambda n: abs(sensitivities[n].change))
+    metric_units = next(iter(sensitivities.values())).metric_units
+    units, factor = shown_in(metric_units, [one.change for one in sensitivities.values()])
     for place, name in enumerate(names):
-        one = found[name]
+        one = sensitivities[name]
         style = {} if one.trusted else UNCERTAIN
         change, error = factor * one.change, factor * one.change_error
         axes.barh(place, -change, 0.7, color=SHRINKS, label=_once("- 1 %", place), **style)
         axes.barh(place, change, 0.7, color=GROWS, label=_once("+ 1 %", place), **style)
         axes.errorbar(change, place, xerr=error, color="black", capsize=2.0, lw=0.8)
-    marks = [n if found[n].trusted else f"{n}\n(uncertain)" for n in names]
+    marks = [n if sensitivities[n].trusted else f"{n}\n(uncertain)" for n in names]
     axes.set_yticks(range(len(names)), marks)
     axes.axvline(0.0, color="black", linewidth=0.8)
     axes.set_xlabel(with_units(f"change of {metric}", units), fontsize="small")

@@ -66,9 +66,9 @@ def test_the_command_line(result, tmp_path, monkeypatch, capsys):
     """The same numbers, and a file beside; options of the file are refused."""
     monkeypatch.chdir(tmp_path)
     assert cli.main(["run", str(result), "--again"]) == 0
-    told = capsys.readouterr().out
-    assert "given        model = dry" in told
-    assert "every number is that of run.h5, to the last bit" in told
+    printed = capsys.readouterr().out
+    assert "given        model = dry" in printed
+    assert "every number is that of run.h5, to the last bit" in printed
     with cl.open_result("run_again.h5") as made, cl.open_result(result) as first:
         assert made.file.attrs["case_file"] == first.file.attrs["case_file"] == "four_bar"
         assert differences(first, made) == {}

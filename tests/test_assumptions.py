@@ -48,19 +48,19 @@ def lubricated():
 class TestBending:
     def test_a_link_of_a_given_section(self, shaken):
         """5 m a L^3 / (384 E I), a = A w^2 at t = 0: rounding of the motion, 1e-6."""
-        (found,) = cl.assumptions(shaken, {"link": (WIDTH, HEIGHT)})
+        (actual,) = cl.assumptions(shaken, {"link": (WIDTH, HEIGHT)})
         moment = WIDTH * HEIGHT**3 / 12.0
         exact = 5.0 * MASS * AMPLITUDE * FREQUENCY**2 * LENGTH**3 / (384.0 * 207e9 * moment)
-        assert found.value == pytest.approx(exact, rel=1e-6)
-        assert (found.kind, found.part, found.share) == ("bending", "link", None)
+        assert actual.value == pytest.approx(exact, rel=1e-6)
+        assert (actual.kind, actual.part, actual.share) == ("bending", "link", None)
 
     def test_a_bar_of_its_mass(self, shaken):
         """Without a section: a round steel bar of the mass and length, whose diameter given
         gives the same.
         """
         diameter = 2.0 * math.sqrt(MASS / (7850.0 * LENGTH * math.pi))
-        (own,), (given,) = cl.assumptions(shaken), cl.assumptions(shaken, {"link": (diameter,)})
-        assert own.value == pytest.approx(given.value, rel=1e-12)
+        (ours,), (given,) = cl.assumptions(shaken), cl.assumptions(shaken, {"link": (diameter,)})
+        assert ours.value == pytest.approx(given.value, rel=1e-12)
 
     def test_wrong_sections(self, shaken):
         with pytest.raises(ValueError, match="no body 'lnik'.*link"):
@@ -112,11 +112,11 @@ class TestFlash:
         dry = {"friction": "coulomb", "friction_coefficient": 0.1, "contact": "hertz"}
         scene = cl.load_case("slider_crank", model="dry", speed=cl.rpm(300), **dry)
         run = cl.simulate(scene, turns=4)
-        found = {a.kind: a for a in cl.assumptions(run) if a.part == "C"}
+        actual = {a.kind: a for a in cl.assumptions(run) if a.part == "C"}
         lost = np.interp([run.turn, run.time[-1]], run.time, run.values("joints/C/dissipated"))
         power = (lost[1] - lost[0]) / (run.time[-1] - run.turn)
-        assert found["bulk"].value * module.WARM == pytest.approx(power, rel=0.25)
-        assert 0.0 < found["flash"].value < 100.0
+        assert actual["bulk"].value * module.WARM == pytest.approx(power, rel=0.25)
+        assert 0.0 < actual["flash"].value < 100.0
 
 
 class TestCommands:

@@ -125,12 +125,12 @@ def test_a_changed_run_goes_on_from_its_checkpoint(tmp_path):
         if 0.5 <= share < 1.0:
             raise KeyboardInterrupt
 
-    whole = oscillator(tmp_path / "whole.h5")
+    entire = oscillator(tmp_path / "whole.h5")
     with pytest.raises(KeyboardInterrupt):
         oscillator(tmp_path / "run.h5", interrupt)
     again = oscillator(tmp_path / "run.h5")
-    np.testing.assert_array_equal(again["rod"].theta, whole["rod"].theta)
-    np.testing.assert_array_equal(again.energy.residual, whole.energy.residual)
+    np.testing.assert_array_equal(again["rod"].theta, entire["rod"].theta)
+    np.testing.assert_array_equal(again.energy.residual, entire.energy.residual)
 
 
 class Work(Observer):

@@ -21,7 +21,7 @@ FORCE = "joint_C_force_peak"
 
 
 @pytest.fixture(scope="module")
-def found():
+def actual():
     return cl.statistics(SCENE, {FORCE: 0.3, "drive_*_rms": 0.1}, max_turns=1000)
 
 
@@ -32,41 +32,41 @@ def test_a_run_goes_on_where_it_stopped():
     ensemble = Ensemble(build(SCENE), 50, Solver(1e-10), 2, 0)
     for count in (1, 2):
         ensemble.extend(count)
-    whole = turns.by_turn(cl.simulate(SCENE, turns=2, rtol=1e-10))
-    assert set(whole) == set(ensemble.values)
-    for name, one in whole.items():
+    entire = turns.by_turn(cl.simulate(SCENE, turns=2, rtol=1e-10))
+    assert set(entire) == set(ensemble.values)
+    for name, one in entire.items():
         assert ensemble.values[name][0] == pytest.approx(one.values, rel=1e-5), name
     assert ensemble.values[FORCE][1, 1] != ensemble.values[FORCE][0, 1]  # starts differ
 
 
-def test_reached(found):
+def test_reached(actual):
     """Both that were asked for; nothing else need be."""
-    assert found.reached
-    assert set(found.asked) == {FORCE, "drive_crank_torque_rms"}
-    assert found[FORCE].mean.share <= 0.3
-    assert found.verdict.startswith("+- 30 % asked for, +- ")
-    starts, turns = found.shape
+    assert actual.reached
+    assert set(actual.asked) == {FORCE, "drive_crank_torque_rms"}
+    assert actual[FORCE].mean.share <= 0.3
+    assert actual.verdict.startswith("+- 30 % asked for, +- ")
+    starts, turns = actual.shape
     assert starts == 4
-    assert found[FORCE].mean.count == starts * (turns - found.left_out)
-    assert found.check.agrees
-    assert found.check.rtol == pytest.approx(1e-8)
+    assert actual[FORCE].mean.count == starts * (turns - actual.left_out)
+    assert actual.check.agrees
+    assert actual.check.rtol == pytest.approx(1e-8)
 
 
-def test_other_starts_give_the_same(found):
+def test_other_starts_give_the_same(actual):
     """Intervals of 95 %: means differ by less than both half widths together."""
     other = cl.statistics(SCENE, {FORCE: 0.3}, max_turns=1000, seed=7, check=False)
     for name in (FORCE, "dissipated_per_turn", "joint_C_impacts_per_turn"):
-        one, two = found[name].mean, other[name].mean
+        one, two = actual[name].mean, other[name].mean
         assert abs(one.value - two.value) < one.half_width + two.half_width, name
 
 
-def test_quantiles(found):
+def test_quantiles(actual):
     """One turn in ten is above; one in a hundred needs 500 turns."""
-    kept = found.values[FORCE][:, found.left_out :]
-    q = found[FORCE].quantiles[0]
-    assert np.mean(kept > q.value) == pytest.approx(0.1, abs=1.0 / kept.size)
+    stored = actual.values[FORCE][:, actual.left_out :]
+    q = actual[FORCE].quantiles[0]
+    assert np.mean(stored > q.value) == pytest.approx(0.1, abs=1.0 / stored.size)
     assert q.low < q.value < q.high
-    assert found["drive_crank_torque_rms"].quantiles == ()
+    assert actual["drive_crank_torque_rms"].quantiles == ()
 
 
 def test_not_reached():
@@ -80,36 +80,36 @@ def test_not_reached():
     assert f"only +- {100 * share:.2g} % for {name} over 160 turns: needs about" in result.verdict
 
 
-def test_files(found, tmp_path):
+def test_files(actual, tmp_path):
     """Series turn by turn, means and intervals; the same group in the file of a run, twice."""
-    with h5py.File(found.save(tmp_path / "s.h5")) as file:
+    with h5py.File(actual.save(tmp_path / "s.h5")) as file:
         assert file.attrs["format"] == "clearance-statistics"
-        np.testing.assert_array_equal(file[f"by_turn/{FORCE}"], found.values[FORCE])
+        np.testing.assert_array_equal(file[f"by_turn/{FORCE}"], actual.values[FORCE])
         assert file[f"by_turn/{FORCE}"].attrs["units"] == "N"
-        assert file["by_turn"].attrs["left_out"] == found.left_out
+        assert file["by_turn"].attrs["left_out"] == actual.left_out
         at = list(file["motion_1/quantity"].asstr()).index(FORCE)
-        assert file["motion_1/half_width"][at] == found[FORCE].mean.half_width
-        assert file["motion_1/q90"][at] == found[FORCE].quantiles[0].value
+        assert file["motion_1/half_width"][at] == actual[FORCE].mean.half_width
+        assert file["motion_1/q90"][at] == actual[FORCE].quantiles[0].value
     cl.simulate(SCENE, turns=1, path=tmp_path / "run.h5").close()
     for _ in range(2):
-        found.append(tmp_path / "run.h5")
+        actual.append(tmp_path / "run.h5")
     with cl.open_result(tmp_path / "run.h5") as run, h5py.File(tmp_path / "run.h5") as file:
         assert run.complete
         assert file["statistics/by_turn"].attrs["reached"]
 
 
-def test_shown(found):
-    text = "\n".join(found.lines())
-    assert f"the first {found.left_out} of each left out" in text
+def test_shown(actual):
+    text = "\n".join(actual.lines())
+    assert f"the first {actual.left_out} of each left out" in text
     assert "1 turn in 10 above" in text
     assert "means over" in text
     assert "agree" in text
-    plain = found.plain()
-    assert plain["motions"][0]["quantities"][FORCE]["mean"] == found[FORCE].mean.value
+    plain = actual.plain()
+    assert plain["motions"][0]["quantities"][FORCE]["mean"] == actual[FORCE].mean.value
     assert plain["check"]["agrees"] is True
 
 
-def test_several_motions_are_not_averaged(found):
+def test_several_motions_are_not_averaged(actual):
     """Starts of other size are another motion; each has its statistics."""
     ensemble = Ensemble(build(SCENE), 50, Solver(1e-4), 4, 0)
     ensemble.extend(1)
@@ -119,7 +119,7 @@ def test_several_motions_are_not_averaged(found):
     motions = chaos._motions(ensemble, 0, {FORCE: 0.05})
     assert [m.starts for m in motions] == [(0, 1, 3), (2,)]
     assert motions[1].quantities[FORCE].mean.value == pytest.approx(10.0, abs=1.0)
-    several = replace(found, motions=motions, asked={FORCE: 0.05})
+    several = replace(actual, motions=motions, asked={FORCE: 0.05})
     assert "motion 2 of 2: start 3" in "\n".join(several.lines())
     with pytest.raises(ValueError, match="2 motions were seen"):
         several[FORCE]
@@ -131,10 +131,10 @@ def test_two_motions_of_one_mechanism():
     """
     dry = {"restitution": 0.9, "friction": "coulomb", "friction_coefficient": 0.03}
     scene = cl.load_case("slider_crank", clearance=1e-3, speed=cl.rpm(3900), **dry)
-    found = cl.statistics(scene, {FORCE: "1%"}, starts=12, seed=1, check=False)
-    forces = [motion.quantities[FORCE].mean.value for motion in found.motions]
+    actual = cl.statistics(scene, {FORCE: "1%"}, starts=12, seed=1, check=False)
+    forces = [motion.quantities[FORCE].mean.value for motion in actual.motions]
     assert len(forces) == 2
-    assert sorted(start for motion in found.motions for start in motion.starts) == [*range(12)]
+    assert sorted(start for motion in actual.motions for start in motion.starts) == [*range(12)]
     orbit = cl.steady(scene, error=None)
     assert orbit.period == 2
     assert min(forces) == pytest.approx(turns.by_turn(orbit.orbit)[FORCE].values.mean(), rel=1e-3)
@@ -173,11 +173,11 @@ def command(tmp_path, capsys, *words):
 def test_command(tmp_path, capsys):
     """Chaos is recognised; the run's file has the statistics, and a picture stands beside it."""
     words = ["--error", "joint_C_force_max=60%", "--max-turns", "800", "--plot"]
-    status, said = command(tmp_path, capsys, *words)
-    assert status == 0, said.err
-    assert "comparable until turn" in said.out
-    assert "+- 60 % asked for, +- " in said.out
-    assert "reached for joint_C_force_peak" in said.out
+    status, message = command(tmp_path, capsys, *words)
+    assert status == 0, message.err
+    assert "comparable until turn" in message.out
+    assert "+- 60 % asked for, +- " in message.out
+    assert "reached for joint_C_force_peak" in message.out
     assert (tmp_path / "r_turns.png").stat().st_size > 20_000
     with h5py.File(tmp_path / "r.h5") as file:
         assert file["statistics/by_turn"].attrs["reached"]
@@ -185,21 +185,21 @@ def test_command(tmp_path, capsys):
 
 def test_command_that_does_not_reach_it(tmp_path, capsys):
     """Exit status 1, what was reached, what it would take; the file is kept."""
-    status, said = command(tmp_path, capsys, "--error", "1%", "--max-turns", "160", "--json")
-    document = json.loads(said.out)
+    status, message = command(tmp_path, capsys, "--error", "1%", "--max-turns", "160", "--json")
+    document = json.loads(message.out)
     assert status == 1
-    assert "only +- " in said.err
-    assert "needs about" in said.err
-    found = document["turn_statistics"]
-    assert not found["reached"]
-    assert found["turns"] == 160
+    assert "only +- " in message.err
+    assert "needs about" in message.err
+    actual = document["turn_statistics"]
+    assert not actual["reached"]
+    assert actual["turns"] == 160
     assert (tmp_path / "r.h5").exists()
 
 
 def test_command_of_other_motions(tmp_path, capsys):
-    status, said = command(tmp_path, capsys, "-p", "model=ideal", "--max-turns", "800")
+    status, message = command(tmp_path, capsys, "-p", "model=ideal", "--max-turns", "800")
     assert status == 2
-    assert "--max-turns and --starts are for chaotic motion" in said.err
+    assert "--max-turns and --starts are for chaotic motion" in message.err
 
 
 @pytest.mark.parametrize(
@@ -211,9 +211,9 @@ def test_command_of_other_motions(tmp_path, capsys):
 )
 def test_command_that_is_refused_before_the_run(words, message, tmp_path, capsys):
     """Exit status 2, and no file."""
-    status, said = command(tmp_path, capsys, *words)
+    status, text = command(tmp_path, capsys, *words)
     assert status == 2
-    assert message in said.err
+    assert message in text.err
     assert not (tmp_path / "r.h5").exists()
 
 

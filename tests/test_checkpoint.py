@@ -61,7 +61,7 @@ def killed_at(path, stretches: int) -> None:
 @pytest.mark.slow
 def test_a_killed_run_goes_on_and_gives_the_same_file(tmp_path):
     scene = cl.load_case("slider_crank", model="dry")
-    whole = cl.simulate(
+    entire = cl.simulate(
         scene, turns=TURNS, samples_per_turn=200, path=tmp_path / "whole.h5", compression=1
     )
     path = tmp_path / "run.h5"
@@ -69,7 +69,7 @@ def test_a_killed_run_goes_on_and_gives_the_same_file(tmp_path):
     killed_at(path, 3)
     subprocess.run([sys.executable, "-c", CALL, str(path), str(TURNS)], check=True)
     assert not (tmp_path / "run.h5.parts").exists()
-    same(whole.path, path)
+    same(entire.path, path)
 
 
 def test_an_interrupted_run_keeps_its_file_and_goes_on(tmp_path):

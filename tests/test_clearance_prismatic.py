@@ -96,16 +96,16 @@ def test_rates_against_differences(name):
     mechanism = build(loosened(MOVING[name]()))
     y, work = at_state(mechanism, 3e-4, 0.01)
     size, h, n = mechanism.coordinates, 1e-6, 3 * len(mechanism.layout.spots)
-    events, found = kernel(mechanism, "events"), []
+    events, actual = kernel(mechanism, "events"), []
     rate = np.zeros(y.size)
     kernel(mechanism, "rhs")(0.0, y, mechanism.par, work, rate)
     for step in (-h, 0.0, h):
         moved, out = y.copy(), np.zeros(n)
         moved[:size] += step * y[size : 2 * size] + 0.5 * step**2 * rate[size : 2 * size]
         events(step, moved, mechanism.par, work, out)
-        found.append(out.reshape(-1, 3))
-    slope = (found[2][:, 0] - found[0][:, 0]) / (2.0 * h)
-    assert found[1][:, 1] == pytest.approx(slope, abs=1e-6 * np.abs(slope).max())
+        actual.append(out.reshape(-1, 3))
+    slope = (actual[2][:, 0] - actual[0][:, 0]) / (2.0 * h)
+    assert actual[1][:, 1] == pytest.approx(slope, abs=1e-6 * np.abs(slope).max())
 
 
 @pytest.mark.parametrize("name", MOVING)
@@ -116,8 +116,8 @@ def test_jacobian_against_differences(name):
     mechanism = build(loosened(MOVING[name]()), ledger=False)
     y, work = at_state(mechanism, 1.01e-3, 1e-4)
     n = mechanism.size
-    found, ends = np.zeros(n * n), [np.zeros(n), np.zeros(n)]
-    kernel(mechanism, "jacobian")(0.0, y, mechanism.par, work, found)
+    actual, ends = np.zeros(n * n), [np.zeros(n), np.zeros(n)]
+    kernel(mechanism, "jacobian")(0.0, y, mechanism.par, work, actual)
     rhs = kernel(mechanism, "rhs")
     for column in range(n):
         h = 1e-6 * mechanism.scale[column]
@@ -126,7 +126,7 @@ def test_jacobian_against_differences(name):
             moved[column] += step
             rhs(0.0, moved, mechanism.par, work, end)
         slope = (ends[1] - ends[0]) / (2.0 * h)
-        assert found.reshape(n, n)[:, column] == pytest.approx(
+        assert actual.reshape(n, n)[:, column] == pytest.approx(
             slope, abs=1e-5 * np.abs(slope).max()
         )
 

@@ -46,12 +46,12 @@ def test_run_json(tmp_path, capsys):
         capsys=capsys,
     )
     assert (status, err) == (0, "")
-    found = json.loads(text)
-    assert found["status"] == "complete"
-    assert found["file"] == str(out)
-    assert found["steps"] > 10
-    assert found["energy_residual"] < 1e-4 * found["energy_turned_over"]
-    assert found["joints"]["B"]["smallest_gap"] > 0.0
+    document = json.loads(text)
+    assert document["status"] == "complete"
+    assert document["file"] == str(out)
+    assert document["steps"] > 10
+    assert document["energy_residual"] < 1e-4 * document["energy_turned_over"]
+    assert document["joints"]["B"]["smallest_gap"] > 0.0
     assert out.exists()
 
 
@@ -215,9 +215,9 @@ def test_a_run_that_fails_half_way(tmp_path, capsys):
     out = tmp_path / "r.h5"
     status, text, err = run("run", path, "--until", "1s", "-o", out, "--json", capsys=capsys)
     assert status == 1
-    found = json.loads(text)
-    assert found["status"] == "failed"
-    assert "joint J" in found["message"]
+    document = json.loads(text)
+    assert document["status"] == "failed"
+    assert "joint J" in document["message"]
     assert "at t = " in err
     assert out.exists()
 
@@ -253,10 +253,10 @@ def test_what_a_case_prints_stays_out_of_the_json(tmp_path, capsys):
         "run", path, "-p", "mass=2kg", "-p", "teeth=3.5", "-o", out, "--json", capsys=capsys
     )
     assert status == 0
-    found = json.loads(text)
-    assert found["simulated_s"] == 2.0
-    assert found["parameters"] == {"mass": 2.0, "teeth": 3.5}
-    assert json.loads(cl.open_result(out).attributes["parameters"]) == found["parameters"]
+    document = json.loads(text)
+    assert document["simulated_s"] == 2.0
+    assert document["parameters"] == {"mass": 2.0, "teeth": 3.5}
+    assert json.loads(cl.open_result(out).attributes["parameters"]) == document["parameters"]
 
 
 def test_outputs_that_cannot_be_written(tmp_path, capsys):
@@ -300,9 +300,9 @@ def test_peaks_are_those_of_the_contacts(tmp_path, capsys):
 def test_cases(capsys):
     status, text, _ = run("cases", "--json", capsys=capsys)
     assert status == 0
-    found = json.loads(text)
-    assert {"six_bar_feeder", "slider_crank", "four_bar", "double_pendulum"} <= set(found)
-    for case in found.values():
+    document = json.loads(text)
+    assert {"six_bar_feeder", "slider_crank", "four_bar", "double_pendulum"} <= set(document)
+    for case in document.values():
         for name, parameter in case["parameters"].items():
             assert parameter["units"] != "?", name
             assert parameter["text"], name
@@ -332,11 +332,11 @@ def test_explain(capsys):
         capsys=capsys,
     )
     assert status == 0
-    found = json.loads(text)
-    assert found["states"][:2] == ["joints/B/eccentricity_x", "joints/B/eccentricity_y"]
-    assert {"film", "lubricant", "friction", "Newton loops"} <= set(found["left_out"])
-    assert "jacobian" not in found["kernels"]
-    assert not any("film" in c for k in found["kernels"].values() for c in k["calls"])
+    document = json.loads(text)
+    assert document["states"][:2] == ["joints/B/eccentricity_x", "joints/B/eccentricity_y"]
+    assert {"film", "lubricant", "friction", "Newton loops"} <= set(document["left_out"])
+    assert "jacobian" not in document["kernels"]
+    assert not any("film" in c for k in document["kernels"].values() for c in k["calls"])
     ideal = json.loads(
         run("explain", "six_bar_feeder", "-p", "model=ideal", "--json", capsys=capsys)[1]
     )
@@ -374,8 +374,8 @@ def test_installed_entry_point():
     assert done.stderr == "clearance: clearance must be positive, got -0.001\n"
 
 
-@pytest.mark.parametrize("kept", ["bodies/slider/x", "joints/C/ecc*", "none"])
-def test_a_run_that_keeps_little_is_summed_up_all_the_same(kept, tmp_path, capsys):
+@pytest.mark.parametrize("stored", ["bodies/slider/x", "joints/C/ecc*", "none"])
+def test_a_run_that_keeps_little_is_summed_up_all_the_same(stored, tmp_path, capsys):
     words = [
         "run",
         "slider_crank",
@@ -388,12 +388,12 @@ def test_a_run_that_keeps_little_is_summed_up_all_the_same(kept, tmp_path, capsy
         "--json",
     ]
     assert cli.main([*words, "-o", str(tmp_path / "all.h5")]) == 0
-    whole = json.loads(capsys.readouterr().out)
-    assert cli.main([*words, "--channels", kept, "-o", str(tmp_path / "some.h5")]) == 0
+    entire = json.loads(capsys.readouterr().out)
+    assert cli.main([*words, "--channels", stored, "-o", str(tmp_path / "some.h5")]) == 0
     some = json.loads(capsys.readouterr().out)
-    assert some["energy_residual"] == whole["energy_residual"] > 0.0
-    assert some["contacts"] == whole["contacts"]
-    assert some["joints"]["C"] == whole["joints"]["C"]
+    assert some["energy_residual"] == entire["energy_residual"] > 0.0
+    assert some["contacts"] == entire["contacts"]
+    assert some["joints"]["C"] == entire["joints"]["C"]
 
 
 IDEAL_RUN = ["run", "slider_crank", "-p", "model=ideal", "--turns", "1"]

@@ -45,9 +45,9 @@ def test_helpers_become_machine_code_in_their_callers_only():
     """
     caller, helper = _caller_and_helper()
     assert caller(np.array([2.0, 3.0, 5.0])) == 21.0
-    (whole,) = caller.overloads.values()
+    (entire,) = caller.overloads.values()
     (part,) = helper.overloads.values()
-    assert whole.library.get_pointer_to_function(whole.fndesc.llvm_func_name) > 0
+    assert entire.library.get_pointer_to_function(entire.fndesc.llvm_func_name) > 0
     assert part.library.get_pointer_to_function(part.fndesc.llvm_func_name) == 0
     steps = [timing.name for timing in part.library.recorded_timings]
     assert not [name for name in steps if "Module" in name or "Finalize" in name], steps

@@ -31,8 +31,8 @@ def test_each_command_can_be_given(command):
     elif options.command in SCENES:
         scene_of(options)
     elif options.command == "identify":
-        known = models.model(options.model).options
-        assert {p.partition("=")[0] for p in options.options} <= set(known)
+        reference = models.model(options.model).options
+        assert {p.partition("=")[0] for p in options.options} <= set(reference)
 
 
 def test_the_four_sources_are_there():

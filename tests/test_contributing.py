@@ -112,28 +112,28 @@ def test_the_copy_is_what_runs(walked):
         f"import importlib; print(*(importlib.import_module(m).__file__ for m in {modules}), "
         "sep='\\n')"
     )
-    found = run(walked, "-c", code)
-    assert found.returncode == 0, found.stderr
-    assert all(Path(line).is_relative_to(walked) for line in found.stdout.split())
+    actual = run(walked, "-c", code)
+    assert actual.returncode == 0, actual.stderr
+    assert all(Path(line).is_relative_to(walked) for line in actual.stdout.split())
 
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if "pytest" in c])
 def test_printed_tests_pass(walked, command):
-    found = run(walked, *printed(command))
-    assert found.returncode == 0, found.stdout[-3000:] + found.stderr[-1000:]
-    assert " passed" in found.stdout
+    actual = run(walked, *printed(command))
+    assert actual.returncode == 0, actual.stdout[-3000:] + actual.stderr[-1000:]
+    assert " passed" in actual.stdout
 
 
 def test_the_new_case_is_listed(walked):
-    found = run(walked, "-m", "clearance.cli", "cases", "--json")
-    assert found.returncode == 0, found.stderr
-    assert "quick_return" in json.dumps(json.loads(found.stdout))
+    actual = run(walked, "-m", "clearance.cli", "cases", "--json")
+    assert actual.returncode == 0, actual.stderr
+    assert "quick_return" in json.dumps(json.loads(actual.stdout))
 
 
 def test_printed_run(walked):
     (command,) = (c for c in COMMANDS if c.startswith("clearance run"))
-    found = run(walked, *printed(command))
-    assert found.returncode == 0, found.stdout + found.stderr
+    actual = run(walked, *printed(command))
+    assert actual.returncode == 0, actual.stdout + actual.stderr
     with cl.open_result(walked / shlex.split(command)[-1]) as result:
         assert result.complete
         assert "carvalho_martins" in result.attributes["scene"]
@@ -160,11 +160,11 @@ def test_printed_tests_can_fail(walked, file, right, wrong, test):
     assert text.count(right) == 1
     path.write_text(text.replace(right, wrong))
     try:
-        found = run(walked, *printed(f"python -m pytest {test}"))
+        actual = run(walked, *printed(f"python -m pytest {test}"))
     finally:
         path.write_text(text)
-    assert found.returncode == 1, found.stdout[-2000:]
-    assert "AssertionError" in found.stdout or "assert " in found.stdout
+    assert actual.returncode == 1, actual.stdout[-2000:]
+    assert "AssertionError" in actual.stdout or "assert " in actual.stdout
 
 
 @pytest.mark.skipif(importlib.util.find_spec("ruff") is None, reason="ruff is not installed")
@@ -172,8 +172,8 @@ def test_the_linter_has_nothing_to_say(walked):
     names = {where.split("`")[1] for where, _ in FENCED.findall(TEXT)} | {
         name for name, _, _ in LINE.findall(TEXT)
     }
-    found = run(walked, "-m", "ruff", "check", "--no-cache", *sorted(names))
-    assert found.returncode == 0, found.stdout
+    actual = run(walked, "-m", "ruff", "check", "--no-cache", *sorted(names))
+    assert actual.returncode == 0, actual.stdout
 
 
 def test_the_law_is_new():

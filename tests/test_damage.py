@@ -36,7 +36,7 @@ def dry(files, tmp_path):
     return Path(shutil.copy(files["dry run"][0], tmp_path / "dry.h5"))
 
 
-def said(capsys, *arguments, status=2):
+def text_one(capsys, *arguments, status=2):
     """The line that a command ends with."""
     assert main([str(a) for a in arguments]) == status
     (line,) = capsys.readouterr().err.splitlines()
@@ -83,7 +83,7 @@ def test_R7_a_flipped_bit_is_reported_with_its_dataset(files, dry, tmp_path, cap
     ):
         run.joint("C").force_x  # noqa: B018
     for arguments in (["plot", dry, "history", "--channels", "C.force,slider.ax"], ["report", dry]):
-        assert f"{dry}: /joints/C/force_x cannot be read" in said(capsys, *arguments)
+        assert f"{dry}: /joints/C/force_x cannot be read" in text_one(capsys, *arguments)
     folder = shutil.copytree(files["run of a sweep"][0], tmp_path / "sweep")
     sweep = cl.open_sweep(folder)
     flip_in(sweep.path(2), "joints/C/gap")
@@ -119,7 +119,7 @@ def test_R7_long_texts_have_checksums(dry, capsys):
     """
     with h5py.File(dry, "a") as file:
         file.attrs["scene"] = file.attrs["scene"].replace('"clearance": ', '"clearance": 1')
-    assert "attribute scene is not what was written: its checksum differs" in said(
+    assert "attribute scene is not what was written: its checksum differs" in text_one(
         capsys, "plot", dry
     )
 
@@ -142,7 +142,7 @@ def test_R5_a_missing_attribute_is_named(dry, capsys, place, name, message):
         with cl.open_result(dry) as run, pytest.raises(Damaged, match=message):
             run.units("joints/C/gap") if name == "units" else run.range("joints/C/gap")
     else:
-        assert message in said(capsys, "report", dry)
+        assert message in text_one(capsys, "report", dry)
 
 
 def test_R5_a_scene_without_something(dry, capsys):
@@ -151,14 +151,16 @@ def test_R5_a_scene_without_something(dry, capsys):
         scene = json.loads(file.attrs["scene"])
         del scene["bodies"][1]["com"], file.attrs["scene_crc32"]
         file.attrs["scene"] = json.dumps(scene)
-    assert said(capsys, "plot", dry, "sketch") == f"clearance: {dry}: attribute scene has no 'com'"
+    assert (
+        text_one(capsys, "plot", dry, "sketch") == f"clearance: {dry}: attribute scene has no 'com'"
+    )
 
 
 @pytest.mark.parametrize(
     "command", [["run"], ["sweep", "-p", "speed=1,2"], ["lyapunov"], ["explain"]]
 )
 def test_R5_a_result_file_is_no_case(dry, capsys, command):
-    assert "is a result, no case; clearance run " in said(capsys, command[0], dry, *command[1:])
+    assert "is a result, no case; clearance run " in text_one(capsys, command[0], dry, *command[1:])
 
 
 def test_R5_nothing_is_read_from_another_file(dry, tmp_path):
@@ -285,12 +287,12 @@ def test_R10_folders_and_seeds(files, tmp_path, capsys):
         ["lyapunov", "slider_crank"],
         ["identify", "--data", bench],
     ):
-        assert said(capsys, *arguments, "-o", tmp_path / "file").endswith(
+        assert text_one(capsys, *arguments, "-o", tmp_path / "file").endswith(
             "file is a file; give the name of a folder"
         )
     huge = "100000000000000000000"
     assert (
-        said(capsys, "bench-data", "ball_joint", "--seed", huge)
+        text_one(capsys, "bench-data", "ball_joint", "--seed", huge)
         == f"clearance: --seed must be less than 2^63, got {huge}"
     )
 
@@ -321,7 +323,7 @@ def room(size):
 def test_R8_a_full_disk_is_said_and_nothing_half_is_left(dry, tmp_path, capsys, arguments):
     arguments = [a.format(tmp_path, dry=dry) for a in arguments]
     with room(2000):
-        line = said(capsys, *arguments, status=1)
+        line = text_one(capsys, *arguments, status=1)
     assert line.endswith(": File too large")
     assert line.startswith(f"clearance: {tmp_path}/")
     left = [p for p in tmp_path.rglob("*") if p.is_file() and p.suffix != ".md"]
@@ -333,7 +335,7 @@ def test_R10_a_folder_that_cannot_be_written_is_named(capsys, monkeypatch, tmp_p
         raise OSError(30, "Read-only file system", str(path))
 
     monkeypatch.setattr(Path, "write_bytes", refused)
-    line = said(capsys, "bench-data", "ball_joint", "-o", tmp_path / "b.h5")
+    line = text_one(capsys, "bench-data", "ball_joint", "-o", tmp_path / "b.h5")
     assert line == f"clearance: directory {tmp_path}: Read-only file system"
 
 
@@ -350,10 +352,10 @@ def test_U5_the_file_opens_as_a_tree(files):
         np.testing.assert_array_equal(tree["joints/C/gap"], run.joint("C").gap)
         assert tree["joints/C"].attrs["clearance"] == run.clearances["C"]
         assert tree["joints/C"].attrs["clearance_units"] == "m"
-        own = run.to_xarray()
-        assert own["events"].ds.equals(tree["events"].ds.drop_vars([]))
+        ours = run.to_xarray()
+        assert ours["events"].ds.equals(tree["events"].ds.drop_vars([]))
         for group in ("bodies/slider", "joints/C", "drives/crank", "energy", "solver"):
-            assert own[group].ds.equals(tree[group].ds), group
+            assert ours[group].ds.equals(tree[group].ds), group
 
 
 def test_A6_numbers_of_a_joint_stand_in_its_group(files):

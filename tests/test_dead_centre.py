@@ -60,12 +60,12 @@ def test_M5_a_run_that_ends_at_a_dead_centre_names_the_loop(name):
     with pytest.raises(cl.SimulationError) as caught:
         cl.simulate(ENDS[name](), until=2.0, samples=200)
     loop = "(beam.two|two.beam)" if name.startswith("parallelogram") else "(rod.slider|slider.rod)"
-    said = (
+    message = (
         rf"loop {loop} came to its dead centre, .* "
         r"fell to (\S+) of its scale \((\S+) at the start\)"
     )
     for text in (str(caught.value), *caught.value.result.warnings):
-        _, fell, begun = re.search(said, text).groups()
+        _, fell, begun = re.search(message, text).groups()
         assert float(fell) < 0.01 < 0.5 < float(begun)
         assert "rtol" not in text
 

@@ -36,9 +36,9 @@ def ideal(**more):
 def test_R9_run_refuses_what_cannot_end(request_, why, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["run", *IDEAL, *request_]) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
-    assert re.search(why, said), said
+    printed = capsys.readouterr().err
+    assert printed.count("\n") == 1
+    assert re.search(why, printed), printed
     assert not list(tmp_path.iterdir())
 
 
@@ -77,10 +77,10 @@ def test_R9_what_the_disk_cannot_hold_is_refused(tmp_path, monkeypatch):
     cl.simulate(ideal(), turns=2, path=tmp_path / "run.h5", force=True).close()
     assert cli.main(["run", *IDEAL, "-o", str(tmp_path / "run.h5"), "--force", "--json"]) == 0
     call = {"fixed": {"model": "ideal"}, "turns": 2.0, "workers": 1}
-    points, kept = cl.grid(speed=[10.0, 20.0]), {"channels": ["bodies/slider/x"]}
+    points, stored = cl.grid(speed=[10.0, 20.0]), {"channels": ["bodies/slider/x"]}
     with pytest.raises(ValueError, match="files of"):
         cl.sweep("slider_crank", points, tmp_path / "never", **call)
-    assert cl.sweep("slider_crank", points, tmp_path / "out", **call, **kept).done.all()
+    assert cl.sweep("slider_crank", points, tmp_path / "out", **call, **stored).done.all()
 
 
 def test_R9_usual_requests_are_never_refused():
@@ -112,5 +112,5 @@ def test_R9_lyapunov_and_inverse_refuse_it(capsys):
 def test_R9_work_precision_of_a_scene_that_does_not_move(capsys):
     """Nothing but gravity on a slider at rest: it bounces on its bearing without end."""
     assert cli.main(["work-precision", "slider_crank", "-p", "speed=0", "--json"]) == 2
-    told = json.loads(capsys.readouterr().out)
-    assert told["message"].startswith("this scene does not move: the speed of drive ")
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["message"].startswith("this scene does not move: the speed of drive ")

@@ -57,10 +57,10 @@ def powers(x, y, gain):
 
 def check(function, state, rest, active, tolerance=1e-7):
     """Central differences with h = 1e-6: 1e-7 of the value's size."""
-    found = differentiated(function, active)(*state, *rest)
+    actual = differentiated(function, active)(*state, *rest)
     value = function(*state, *rest)
     values = value if isinstance(value, tuple) else (value,)
-    assert found[: len(values)] == pytest.approx(values, rel=1e-14)
+    assert actual[: len(values)] == pytest.approx(values, rel=1e-14)
     for n, i in enumerate(active):
         h = 1e-6 * max(abs(state[i]), 1.0)
         up, down = list(state), list(state)
@@ -70,7 +70,7 @@ def check(function, state, rest, active, tolerance=1e-7):
         for k, (a, b) in enumerate(
             zip(*((v if isinstance(v, tuple) else (v,)) for v in (high, low)), strict=True)
         ):
-            slope = found[len(values) + k * len(active) + n]
+            slope = actual[len(values) + k * len(active) + n]
             assert slope == pytest.approx(
                 (a - b) / (2 * h), rel=tolerance, abs=tolerance * max(1.0, abs(values[k]))
             )
@@ -209,7 +209,7 @@ def test_film_law(ratio, rate, entrainment):
     joint = FilmJoint(1.0, 1.0, 1.0, 1.0)
     function = laws.pinkus_sternlicht.function
     value = function(ratio, rate, entrainment, joint)
-    found = differentiated(function, (0, 1, 2), laws.pinkus_sternlicht.kinds)(
+    actual = differentiated(function, (0, 1, 2), laws.pinkus_sternlicht.kinds)(
         ratio, rate, entrainment, joint
     )
     for i, h in enumerate((1e-7, 1e-4, 1e-4)):
@@ -219,7 +219,7 @@ def test_film_law(ratio, rate, entrainment):
         high, low = function(*up, joint), function(*down, joint)
         for k in range(2):
             size = abs(value[0]) + abs(value[1])
-            slope = found[2 + 3 * k + i]
+            slope = actual[2 + 3 * k + i]
             assert slope == pytest.approx(
                 (high[k] - low[k]) / (2 * h), rel=2e-4, abs=1e-7 * size / h
             )

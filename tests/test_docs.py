@@ -43,7 +43,7 @@ def cells(path):
 def test_every_section_of_the_guide_stands_on_one_page(pages):
     text = pages.GUIDE.read_text()
     parts = pages.divided(text)
-    titles = [s.title for own in parts.values() for s in own]
+    titles = [s.title for part in parts.values() for s in part]
     headings = re.findall(
         r"^#{2,3} (.+)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE
     )
@@ -54,15 +54,15 @@ def test_every_section_of_the_guide_stands_on_one_page(pages):
 
 def test_links_between_pages_of_the_guide_lead_somewhere(pages):
     """To the page that has the section, or to a file of the checkout."""
-    found = pages.guide_pages(pages.GUIDE.read_text())
+    actual = pages.guide_pages(pages.GUIDE.read_text())
     folder = DOCS / "made" / "guide"
-    for text in found.values():
+    for text in actual.values():
         for target in re.findall(
             r"\]\(([^)\s]+)\)", re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)
         ):
             file, _, anchor = target.partition("#")
-            if file.removesuffix(".md") in found:
-                headings = re.findall(r"^#+ (.+)$", found[file.removesuffix(".md")], re.MULTILINE)
+            if file.removesuffix(".md") in actual:
+                headings = re.findall(r"^#+ (.+)$", actual[file.removesuffix(".md")], re.MULTILINE)
                 assert anchor in map(pages.anchor, headings), target
             else:
                 assert target.startswith("http") or (folder / file).resolve().exists(), target
@@ -126,7 +126,7 @@ def test_laws_that_are_advised_exist():
     """Each name in the second column of a table, and each one in a warning."""
     text = (DOCS / "choose.md").read_text()
     words = set(re.findall(r"`(\w+)`", text))
-    known = {
+    reference = {
         *laws.__all__,
         *choices.MODELS,
         *choices.FILMS,
@@ -136,7 +136,7 @@ def test_laws_that_are_advised_exist():
         "run",
     }
     assert len(words) > 20
-    assert words <= known
+    assert words <= reference
 
 
 def test_glossary_names_what_there_is():

@@ -140,11 +140,11 @@ def test_what_gets_no_errors(tmp_path, feeder):
     )
     none = cl.simulate(feeder, turns=0.1, error=None, **SAMPLES)
     assert none.errors.reason == "none was asked for"
-    kept = cl.simulate(feeder, turns=0.1, path=tmp_path / "run.h5", checkpoint=60.0, **SAMPLES)
-    assert kept.errors.reason.startswith("a run with checkpoints is a long one: ")
-    assert np.isnan(kept.errors.trajectory)
+    stored = cl.simulate(feeder, turns=0.1, path=tmp_path / "run.h5", checkpoint=60.0, **SAMPLES)
+    assert stored.errors.reason.startswith("a run with checkpoints is a long one: ")
+    assert np.isnan(stored.errors.trajectory)
     with pytest.raises(KeyError, match="checkpoints"):
-        kept.errors["trajectory"]
+        stored.errors["trajectory"]
     with pytest.raises(ValueError, match="'exact' is no number"):
         cl.simulate(feeder, turns=0.1, error="exact")
 
@@ -227,13 +227,13 @@ def test_a_companion_that_fails(feeder, monkeypatch):
         return plain(run, start, rtol, times)
 
     monkeypatch.setattr(companion, "companion", lambda *a: failing(*a, least=1e-6))
-    found = cl.simulate(feeder, turns=0.1, **SAMPLES)
+    result = cl.simulate(feeder, turns=0.1, **SAMPLES)
     assert asked == pytest.approx([1e-5, 1e-7, 1e-7])
-    assert found.errors.rtol == pytest.approx((1e-6, 1e-7))
+    assert result.errors.rtol == pytest.approx((1e-6, 1e-7))
     monkeypatch.setattr(companion, "companion", failing)
-    found = cl.simulate(feeder, turns=0.1, **SAMPLES)
-    assert found.complete
-    assert found.errors.reason == "the companion at rtol 1e-07 failed"
+    result = cl.simulate(feeder, turns=0.1, **SAMPLES)
+    assert result.complete
+    assert result.errors.reason == "the companion at rtol 1e-07 failed"
 
 
 def test_an_interrupt_keeps_the_run(feeder, tmp_path, monkeypatch):
@@ -246,9 +246,9 @@ def test_an_interrupt_keeps_the_run(feeder, tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt) as request:
         cl.simulate(feeder, turns=0.1, path=tmp_path / "run.h5", **SAMPLES)
     assert "without stated errors" in request.value.__notes__[0]
-    with open_result(tmp_path / "run.h5") as kept:
-        assert kept.complete
-        assert not kept.errors
+    with open_result(tmp_path / "run.h5") as stored:
+        assert stored.complete
+        assert not stored.errors
 
 
 def test_motions_that_do_not_forget_their_start():
@@ -256,11 +256,11 @@ def test_motions_that_do_not_forget_their_start():
     above the true.
     """
     scene = cl.load_case("double_pendulum")
-    found, exact = (
+    actual, exact = (
         cl.simulate(scene, until=4.0, rtol=r, error=e) for r, e in ((1e-4, "state"), (1e-12, None))
     )
-    true = max(np.abs(found[b].theta - exact[b].theta).max() for b in found.names("bodies"))
-    assert true < found.errors.trajectory
+    true = max(np.abs(actual[b].theta - exact[b].theta).max() for b in actual.names("bodies"))
+    assert true < actual.errors.trajectory
 
 
 def test_shares_and_sums():
@@ -275,13 +275,15 @@ def test_json(tmp_path, capsys):
     """The command's document has them beside its numbers; --no-error leaves them out."""
     out = ["--turns", "0.1", "-o", str(tmp_path / "r.h5"), "--json", "--samples-per-turn", "100"]
     assert main(["run", "six_bar_feeder", *out]) == 0
-    found = json.loads(capsys.readouterr().out)
-    numbers = found["errors"]["numbers"]
-    assert found["joints"]["B"]["peak_force_error"] == numbers["joints/B/force_max"]["stated"] > 0.0
+    document = json.loads(capsys.readouterr().out)
+    numbers = document["errors"]["numbers"]
+    assert (
+        document["joints"]["B"]["peak_force_error"] == numbers["joints/B/force_max"]["stated"] > 0.0
+    )
     assert main(["run", "six_bar_feeder", "--no-error", *out]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["errors"] == {"reason": "none was asked for"}
-    assert "peak_force_error" not in found["joints"]["B"]
+    document = json.loads(capsys.readouterr().out)
+    assert document["errors"] == {"reason": "none was asked for"}
+    assert "peak_force_error" not in document["joints"]["B"]
 
 
 # --- errors that are asked for
@@ -308,16 +310,16 @@ def test_a_request_is_reached(feeder, exact):
     """All that is printed, 1e-3: stated and true errors are below it, and the tolerance was not
     tighter than 1e-6.
     """
-    found = cl.simulate(feeder, turns=2, error=1e-3, **SAMPLES)
-    assert found.solver["rtol"] > 1e-6
-    assert (found.errors.asked, found.errors.cannot) == ({"all": 1e-3}, "")
-    force = found.errors["joint_B_force_max"]
+    result = cl.simulate(feeder, turns=2, error=1e-3, **SAMPLES)
+    assert result.solver["rtol"] > 1e-6
+    assert (result.errors.asked, result.errors.cannot) == ({"all": 1e-3}, "")
+    force = result.errors["joint_B_force_max"]
     # 1e-7 of the force; from the first, loose companion it was 3e-4
     assert force.film < force.stated
     truth = metrics(exact)
-    for name in printed(found.errors):
-        true = abs(found.errors[name].value - truth[name].value)
-        assert true <= found.errors[name].stated <= 1e-3 * abs(found.errors[name].value)
+    for name in printed(result.errors):
+        true = abs(result.errors[name].value - truth[name].value)
+        assert true <= result.errors[name].stated <= 1e-3 * abs(result.errors[name].value)
 
 
 def test_a_request_beyond_the_film_table(feeder, tmp_path):
@@ -330,10 +332,10 @@ def test_a_request_beyond_the_film_table(feeder, tmp_path):
         cl.simulate(
             feeder, turns=2, error={"joint_B_gap_min": 1e-6}, path=tmp_path / "run.h5", **SAMPLES
         )
-    kept = stop.value.result
-    assert kept.complete
-    assert kept.solver["rtol"] >= 1e-7
-    assert "film table" in kept.errors.cannot
+    stored = stop.value.result
+    assert stored.complete
+    assert stored.solver["rtol"] >= 1e-7
+    assert "film table" in stored.errors.cannot
     reached = cl.simulate(feeder, turns=2, error={"integration": 1e-6}, **SAMPLES)
     assert all(error.film == 0.0 for error in reached.errors.values())  # tables are left aside
     assert max(reached.errors[n].relative for n in printed(reached.errors)) <= 1e-6
@@ -392,8 +394,8 @@ def test_an_interrupted_request_keeps_its_best_run(feeder, tmp_path, monkeypatch
     with pytest.raises(KeyboardInterrupt) as request:
         cl.simulate(feeder, turns=0.1, error=1e-3, path=tmp_path / "run.h5", **SAMPLES)
     assert "best run so far is kept" in request.value.__notes__[0]
-    with open_result(tmp_path / "run.h5") as kept:
-        assert kept.errors.asked == {"all": 1e-3}
+    with open_result(tmp_path / "run.h5") as stored:
+        assert stored.errors.asked == {"all": 1e-3}
 
 
 def test_the_command_asks(tmp_path, capsys):
@@ -404,9 +406,9 @@ def test_the_command_asks(tmp_path, capsys):
     assert main(["run", "six_bar_feeder", "--error", "1%", *out]) == 0
     assert "0.01 asked, over the value, at most " in capsys.readouterr().out
     assert main(["run", "six_bar_feeder", "--error", "joint_B_gap_min=1e-6", "--json", *out]) == 1
-    found = json.loads(capsys.readouterr().out)
-    assert "the film table alone" in found["message"]
-    assert found["errors"]["asked"] == {"joint_B_gap_min": 1e-6}
+    document = json.loads(capsys.readouterr().out)
+    assert "the film table alone" in document["message"]
+    assert document["errors"]["asked"] == {"joint_B_gap_min": 1e-6}
     assert main(["run", "six_bar_feeder", "--error", "1%", "--rtol", "1e-3", *out]) == 2
     assert "leave out --rtol" in capsys.readouterr().err
 

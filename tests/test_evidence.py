@@ -81,11 +81,11 @@ class TestWorkPrecision:
         study = work_precision.work_precision("dry", cl.load_case("slider_crank"), turns=3.0)
         assert study.turns < 3.0
         assert any("chaotic" in r for r in study.remarks)
-        own = next(c for c in study.curves if c.own)
-        assert own.error[-1] < 1e5 * own.rtol[-1]
+        ours = next(c for c in study.curves if c.own)
+        assert ours.error[-1] < 1e5 * ours.rtol[-1]
         assert len(study.statistics) == 3
-        for found in study.statistics.values():
-            assert found["joint_C_impacts_per_turn"].error > 0.0
+        for actual in study.statistics.values():
+            assert actual["joint_C_impacts_per_turn"].error > 0.0
 
     def test_bad_spans(self):
         scene = cl.load_case("double_pendulum")
@@ -107,9 +107,9 @@ class TestWorkPrecision:
         status = cli.main(
             ["work-precision", "double_pendulum", "--until", "0.2", "-o", str(tmp_path), "--json"]
         )
-        found = json.loads(capsys.readouterr().out)
+        printed = json.loads(capsys.readouterr().out)
         assert status == 0
-        assert {c["name"] for c in found["curves"] if c["own"]} == set(METHODS)
+        assert {c["name"] for c in printed["curves"] if c["own"]} == set(METHODS)
         assert all(
             (tmp_path / n).exists()
             for n in ("work_precision.h5", "work_precision.md", "work_precision.png")
@@ -125,12 +125,16 @@ def test_peers_solve_the_same_problem(name, validated):
     """
     problem = Problem(cl.load_case("slider_crank", model="lubricated", viscosity=0.4), 0.004)
     try:
-        found = PEERS[name][1](problem)(problem, 1e-7)
+        actual = PEERS[name][1](problem)(problem, 1e-7)
     except NotSolved as reason:
         pytest.skip(f"{name} cannot: {reason}")
     options = {"source": name, "kind": "independent", "relative": False}
     validated(
-        "end state less a peer's, through a film", problem.error(found.states), 0.0, 1e-2, **options
+        "end state less a peer's, through a film",
+        problem.error(actual.states),
+        0.0,
+        1e-2,
+        **options,
     )
 
 
@@ -150,10 +154,10 @@ class TestHorizon:
     def test_chaos_is_found(self):
         """Dry slider-crank: neighbours part within two turns, by decades a turn."""
         scene = cl.load_case("slider_crank")
-        found = horizon(scene, 3 * scene.turn, 1e-6, "dop853")
-        assert 0.1 * scene.turn < found.time < 2.5 * scene.turn
-        assert found.growth * scene.turn > 0.5
-        assert "comparable until turn" in found.sentence(scene.turn)
+        actual = horizon(scene, 3 * scene.turn, 1e-6, "dop853")
+        assert 0.1 * scene.turn < actual.time < 2.5 * scene.turn
+        assert actual.growth * scene.turn > 0.5
+        assert "comparable until turn" in actual.sentence(scene.turn)
 
     def test_a_tighter_tolerance_reaches_further(self):
         scene = cl.load_case("slider_crank")
@@ -166,11 +170,11 @@ class TestHorizon:
 
     def test_a_regular_motion_has_none(self):
         """An elastic ball between two walls parts only linearly."""
-        found = horizon(
+        actual = horizon(
             ball(gravity=(0.0, 0.0), eccentricity_rate=(0.3, 0.0)), 0.05, 1e-9, "dop853"
         )
-        assert found.time is None
-        assert "comparable throughout" in found.sentence(None)
+        assert actual.time is None
+        assert "comparable throughout" in actual.sentence(None)
 
     def test_run_reports_it(self, tmp_path, capsys):
         assert cli.main(["run", "slider_crank", "--turns", "10", "-o", str(tmp_path / "r.h5")]) == 0

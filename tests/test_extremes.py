@@ -16,17 +16,17 @@ def test_stretches_hold_their_extremes():
     ones are None.
     """
     values = np.array([[3.0, -1.0], [7.0, -5.0], [5.0, -2.0]])
-    kept = Extremes(2.0, ("a_max", "b_min"), ("N", "m"), values, np.full((3, 2), np.nan))
+    stored = Extremes(2.0, ("a_max", "b_min"), ("N", "m"), values, np.full((3, 2), np.nan))
     assert (
-        kept.of("a_max", 2.0 * (1.0 + 1e-12)).value
-        == better("a_max", [None, kept.of("a_max")]).value
+        stored.of("a_max", 2.0 * (1.0 + 1e-12)).value
+        == better("a_max", [None, stored.of("a_max")]).value
     )
-    assert (kept.of("a_max").value, better("a_max", [])) == (7.0, None)
-    assert kept.of("a_max", 2.1).value == 5.0
-    assert kept.of("b_min", 0.0, 3.9).value == -1.0
-    assert kept.of("b_min", 0.1, 3.9) is None
+    assert (stored.of("a_max").value, better("a_max", [])) == (7.0, None)
+    assert stored.of("a_max", 2.1).value == 5.0
+    assert stored.of("b_min", 0.0, 3.9).value == -1.0
+    assert stored.of("b_min", 0.1, 3.9) is None
     cut = Extremes(
-        2.0, kept.names, kept.units, values, np.array([[1.0, 1.0], [3.5, 3.5], [4.5, 4.5]])
+        2.0, stored.names, stored.units, values, np.array([[1.0, 1.0], [3.5, 3.5], [4.5, 4.5]])
     )
     assert cut.of("a_max", 3.0, 4.0).value == 7.0  # it lies in the part that is left of its stretch
     assert cut.of("a_max", 3.6, 4.0) is None
@@ -58,14 +58,14 @@ def test_R6_peaks_converge_with_the_tolerance(name):
     """
     case, values = FILMS[name]
     scene = cl.load_case(case, **values)
-    found, exact = (
+    actual, exact = (
         cl.simulate(scene, turns=2, rtol=r, samples_per_turn=20).located for r in (1e-6, 1e-11)
     )
     errors = []
     for quantity in exact.names:
         value = exact.of(quantity, scene.turn).value
         if abs(value) > 1e-9:
-            errors.append(abs(found.of(quantity, scene.turn).value / value - 1.0))
+            errors.append(abs(actual.of(quantity, scene.turn).value / value - 1.0))
     assert len(errors) >= 10
     assert max(errors) < 1e-5
     assert np.median(errors) < 1e-6

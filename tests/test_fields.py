@@ -20,15 +20,15 @@ def feeder(tmp_path_factory):
     return cl.simulate(cl.load_case("six_bar_feeder"), turns=0.2, path=path, pressure_fields=20)
 
 
-def integrals(found, joint):
+def integrals(actual, joint):
     """Radial and tangential force of every field, Simpson's rule along and trapezia around (n,
     2).
     """
-    rule = np.full(len(found.axial), 2.0)
+    rule = np.full(len(actual.axial), 2.0)
     rule[1::2], rule[[0, -1]] = 4.0, 1.0
-    line = np.einsum("iza,z->ia", found.pressure, rule) * np.diff(found.axial)[0] / 3.0
-    theta = found.angle - found.line_of_centres[:, None] + np.pi
-    part = joint["radius"] * np.diff(found.angle)[0]
+    line = np.einsum("iza,z->ia", actual.pressure, rule) * np.diff(actual.axial)[0] / 3.0
+    theta = actual.angle - actual.line_of_centres[:, None] + np.pi
+    part = joint["radius"] * np.diff(actual.angle)[0]
     return np.stack([(line * f(theta)).sum(axis=1) * part for f in (np.cos, np.sin)], axis=-1)
 
 
@@ -36,10 +36,10 @@ def test_fields_carry_the_force_of_the_run(feeder, validated):
     """The table of the run and the elements of the fields: 1e-3 of each force, what both are right
     to.
     """
-    found = feeder.pressure_fields("B")
+    actual = feeder.pressure_fields("B")
     joint, channels = next(j for j in feeder.scene["joints"] if j["name"] == "B"), feeder.joint("B")
-    wanted = np.column_stack([channels.film_radial, channels.film_tangential])[found.instant]
-    both = (f[:, 0] + 1j * f[:, 1] for f in (integrals(found, joint), wanted))
+    wanted = np.column_stack([channels.film_radial, channels.film_tangential])[actual.instant]
+    both = (f[:, 0] + 1j * f[:, 1] for f in (integrals(actual, joint), wanted))
     source = "film table in the run"
     validated(
         "integral of pressure fields in a file",
@@ -61,12 +61,12 @@ def test_layout(feeder):
         assert [d.keys()[0] for d in group["pressure"].dims] == ["instant", "axial", "angle"]
         assert (group["time"][()] == file["time"][()][group["instant"][()]]).all()
         assert np.diff(group["time"][()]) == pytest.approx(0.01, abs=1e-3)
-    found = feeder.pressure_fields("B")
-    assert found.pressure.shape == found.content.shape == (4, 17, 180)
-    assert found.pressure.min() == 0.0 < found.pressure.max()
-    assert 0.0 == found.content.min() < found.content.max() == 1.0
-    assert (found.pressure == found.pressure[:, ::-1]).all()
-    assert found.pressure[:, [0, -1]] == pytest.approx(0.0, abs=1e-6 * found.pressure.max())
+    actual = feeder.pressure_fields("B")
+    assert actual.pressure.shape == actual.content.shape == (4, 17, 180)
+    assert actual.pressure.min() == 0.0 < actual.pressure.max()
+    assert 0.0 == actual.content.min() < actual.content.max() == 1.0
+    assert (actual.pressure == actual.pressure[:, ::-1]).all()
+    assert actual.pressure[:, [0, -1]] == pytest.approx(0.0, abs=1e-6 * actual.pressure.max())
 
 
 def test_opens_as_a_tree(feeder):
@@ -137,19 +137,19 @@ def test_picture(feeder, tmp_path, monkeypatch):
     pages = []
     monkeypatch.setattr(pressures, "save", lambda figure, path, dpi: pages.append(figure))
     pressures.pressures(feeder, tmp_path / "p.png", joint="B")
-    found, (page,) = feeder.pressure_fields("B"), pages
+    actual, (page,) = feeder.pressure_fields("B"), pages
     panels = [axes for axes in page.axes if axes.get_title()]
-    assert len(panels) == len(found.time) == 4
+    assert len(panels) == len(actual.time) == 4
     for axes, time, pressure, line in zip(
-        panels, found.time, found.pressure, found.line_of_centres, strict=True
+        panels, actual.time, actual.pressure, actual.line_of_centres, strict=True
     ):
         assert axes.get_title().startswith(f"{1e3 * time:.4g} ms")
         assert axes.get_title().endswith(f"up to {1e-6 * pressure.max():.3g} MPa")
         field, _, edge = axes.collections
-        assert field.get_clim()[1] == pytest.approx(1e-6 * found.pressure.max(), rel=0.1)
+        assert field.get_clim()[1] == pytest.approx(1e-6 * actual.pressure.max(), rel=0.1)
         assert len(edge.get_paths()[0].vertices) > 10
         assert axes.lines[0].get_xdata()[0] == pytest.approx(np.degrees(line))
-        assert axes.get_ylim() == pytest.approx((1e3 * found.axial[0], 1e3 * found.axial[-1]))
+        assert axes.get_ylim() == pytest.approx((1e3 * actual.axial[0], 1e3 * actual.axial[-1]))
 
 
 def test_pictures_of_joints_without_fields_are_refused(feeder, capsys):

@@ -266,8 +266,8 @@ def a_figure(folder, name, *_):
 
 def is_running(pid: str) -> bool:
     """Zombies, which wait for whoever inherits them, do not run."""
-    found = subprocess.run(["ps", "-o", "stat=", "-p", pid], capture_output=True, text=True).stdout
-    return bool(found) and not found.startswith("Z")
+    actual = subprocess.run(["ps", "-o", "stat=", "-p", pid], capture_output=True, text=True).stdout
+    return bool(actual) and not actual.startswith("Z")
 
 
 def test_an_interrupt_ends_all_that_draws_and_what_was_done_is_noted(tmp_path, monkeypatch):

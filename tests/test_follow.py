@@ -254,9 +254,9 @@ class TestDoubling:
                 shaken_branch(shaken, tmp_path, interrupt(at))
             with (tmp_path / "follow.csv").open() as file:
                 assert len(list(csv.reader(file))) == 1 + at
-        kept = np.loadtxt(tmp_path / "follow.csv", delimiter=",", skiprows=1, usecols=0)
+        stored = np.loadtxt(tmp_path / "follow.csv", delimiter=",", skiprows=1, usecols=0)
         again = shaken_branch(shaken, tmp_path)
-        assert again.values[:25].tolist() == kept.tolist()
+        assert again.values[:25].tolist() == stored.tolist()
         (one,), (two,) = met.bifurcations, again.bifurcations
         assert two.value == pytest.approx(one.value, abs=1e-5)
         assert again.points[-1].value == pytest.approx(9.5, abs=1e-5)
@@ -335,14 +335,14 @@ class TestCommand:
         assert len(document["branch"]["torque"]) == document["points"]
 
     def test_wrong_input(self, case, tmp_path, capsys):
-        for words, said in (
+        for words, message in (
             ((), "one parameter needs a range"),
             (("-p", "torque=0.5:0.5"), "the range begins where it ends"),
             (("-p", "torque=0.5:1", "--over", "nowhere"), "--over belongs to a picture"),
             (("-p", "torque=0.5:1", "--points", "1"), "points must be"),
         ):
             assert cli.main(["follow", str(case), *words]) == 2
-            assert said in capsys.readouterr().err
+            assert message in capsys.readouterr().err
 
     def test_no_periodic_motion(self, capsys):
         assert (

@@ -83,14 +83,14 @@ class TestFiveAxisChain:
 
     def test_axial_forces_are_the_weights(self, validated):
         for t in (0.0, 2.0):
-            found = outputs("five_axis_chain", t, *(f"joints/{n}/axial_force" for n in FIVE))
+            actual = outputs("five_axis_chain", t, *(f"joints/{n}/axial_force" for n in FIVE))
             weights, options = (
                 (107.8, 49.0, 19.6, 49.0, 19.6),
                 {"source": "weights of the links", "kind": "exact"},
             )
             validated(
                 "axial forces of the chain",
-                found,
+                actual,
                 weights,
                 last(9),
                 unit="N",
@@ -155,14 +155,14 @@ class TestFiveAxisChain:
         angle.
         """
         for t in (0.0, 2.0):
-            found = outputs("five_axis_chain", t, "joints/5/bending_x", "joints/5/bending_y")
+            actual = outputs("five_axis_chain", t, "joints/5/bending_x", "joints/5/bending_y")
             wanted, options = (
                 19.6 * math.hypot(0.3, 0.5196),
                 {"source": "weight times overhang", "kind": "exact"},
             )
             validated(
                 "bending moment of joint 5",
-                math.hypot(*found),
+                math.hypot(*actual),
                 wanted,
                 1e-12,
                 unit="N m",
@@ -185,8 +185,8 @@ class TestFiveAxisChain:
             t = result.time[k]
             row = observed(mechanism("five_axis_chain"), t)
             wanted = np.array([row[f"drives/{n}/torque"] for n in FIVE])
-            found = np.array([result.drive(n).torque[k] for n in FIVE])
-            assert np.abs(found - wanted).max() < 5e-3 * np.abs(wanted).max()
+            actual = np.array([result.drive(n).torque[k] for n in FIVE])
+            assert np.abs(actual - wanted).max() < 5e-3 * np.abs(wanted).max()
             angles = np.array([result[f"link{n}"].theta[k] for n in FIVE])
             relative = angles - np.array([0.0, angles[0], angles[1], angles[0], angles[3]])
             np.testing.assert_allclose(0.1 * t * t - relative, wanted / stiffness, atol=1e-4)
@@ -228,14 +228,14 @@ class TestThreeLoopChain:
     def test_reference(self, t, angle, torque, pin, cuts, validated):
         """Friction of the driven pin alone changes none of these."""
         row = observed(mechanism("three_loop_chain"), t)
-        turned, found = math.degrees(row["bodies/link_g/theta"]), [row[p] for p in self.CUTS]
+        turned, actual = math.degrees(row["bodies/link_g/theta"]), [row[p] for p in self.CUTS]
         validated("crank angle of the three-loop chain", turned, angle, last(3), unit="deg", **GUO)
         ideal = row["drives/crank/torque_ideal"]
         validated("crank torque of the three-loop chain", ideal, torque, last(7), unit="N m", **GUO)
         validated(
-            "crank pin force of the three-loop chain", found[:2], pin, last(6), unit="N", **GUO
+            "crank pin force of the three-loop chain", actual[:2], pin, last(6), unit="N", **GUO
         )
-        validated("cut forces of the three-loop chain", found[2:], cuts, last(5), unit="N", **GUO)
+        validated("cut forces of the three-loop chain", actual[2:], cuts, last(5), unit="N", **GUO)
 
     def test_frictionless(self):
         paths = ["drives/crank/torque", *self.CUTS]
@@ -252,25 +252,25 @@ class TestThreeLoopChain:
         ],
     )
     def test_friction_of_the_crank_pin(self, friction, torques, validated):
-        found = [
+        actual = [
             outputs("three_loop_chain", t, "joints/ground-g/friction", friction=friction)[0]
             for t in range(0, 11, 2)
         ]
         what = f"{friction} friction of the crank pin, three-loop chain"
-        validated(what, [-f for f in found], torques, last(5), unit="N m", **GUO)
+        validated(what, [-f for f in actual], torques, last(5), unit="N m", **GUO)
 
     @pytest.mark.parametrize(
-        ("t", "torque", "friction", "own"),
+        ("t", "torque", "friction", "ours"),
         [(0, 0.999011, 0.119002, 0.016167), (10, 1.164278, 0.285188, 0.061713)],
     )
-    def test_friction_in_all_pins(self, t, torque, friction, own, validated):
+    def test_friction_in_all_pins(self, t, torque, friction, ours, validated):
         row = observed(mechanism("three_loop_chain", where="all", pin_radius=0.005), float(t))
-        whole, ideal = row["drives/crank/torque"], row["drives/crank/torque_ideal"]
-        found, what = (
-            [whole, whole - ideal, -row["joints/ground-g/friction"]],
+        entire, ideal = row["drives/crank/torque"], row["drives/crank/torque_ideal"]
+        actual, what = (
+            [entire, entire - ideal, -row["joints/ground-g/friction"]],
             "friction in all pins, three-loop chain",
         )
-        validated(what, found, (torque, friction, own), last(6), unit="N m", **GUO)
+        validated(what, actual, (torque, friction, ours), last(6), unit="N m", **GUO)
         assert row["friction/iterations"] == 8
         if t == 0:
             validated(
@@ -358,10 +358,10 @@ class TestThreeLoopChain:
             return out
 
         end = 0.3
-        found = solve_ivp(
+        actual = solve_ivp(
             slope, (0.0, end), m.y0, method="DOP853", rtol=1e-8, atol=1e-10, max_step=1e-3
         )
-        row, first = observed(m, end, found.y[:, -1]), observed(m, 0.0)
+        row, first = observed(m, end, actual.y[:, -1]), observed(m, 0.0)
         wanted = observed(mechanism("three_loop_chain", **given), end)
         assert row["drives/crank/torque"] == pytest.approx(wanted["drives/crank/torque"], rel=1e-2)
         error = wanted["bodies/link_g/theta"] - row["bodies/link_g/theta"]
@@ -448,9 +448,9 @@ class TestMobileManipulator:
                 - (corners(extension + 2 * h) - corners(extension - 2 * h))
             ) / (12.0 * h)
             added = -sum(law(w * speed, 0.0) * w for w in slopes) - slide_law(speed, 0.0)
-            found = row[f"drives/{name}/force"] - row[f"drives/{name}/force_ideal"]
+            actual = row[f"drives/{name}/force"] - row[f"drives/{name}/force_ideal"]
             options = {"source": "virtual power, cosine law", "kind": "independent"}
-            validated("friction in actuator forces", found, added, 1e-9, unit="N", **options)
+            validated("friction in actuator forces", actual, added, 1e-9, unit="N", **options)
             hinge = CASE["LINKS"][name][1]
 
     def test_lever_arms_of_the_figures(self):
@@ -630,8 +630,8 @@ class TestMobileManipulator:
                 mechanism("mobile_manipulator", friction="breakaway_smooth"), float(result.time[k])
             )
             wanted = np.array([row[p] for p in self.PATHS])
-            found = np.array([result.drive(n).force[k] for n in ACTUATORS])
-            assert np.abs(found - wanted).max() < 0.01 * np.abs(wanted).max()
+            actual = np.array([result.drive(n).force[k] for n in ACTUATORS])
+            assert np.abs(actual - wanted).max() < 0.01 * np.abs(wanted).max()
             lag = np.abs(wanted).max() / 5e7
             for body in ("boom", "stick", "bucket"):
                 angle = row[f"bodies/{body}/theta"]

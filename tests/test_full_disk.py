@@ -55,14 +55,14 @@ def limited(limit, path, *more, promise="promise", turns=TURNS):
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def entire(tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "run.h5"
     return cl.simulate(cl.load_case("slider_crank", model="dry"), turns=TURNS, path=path)
 
 
 @pytest.mark.parametrize("compression", ["0", "4"])
 @pytest.mark.parametrize("limit", [1_000_000, 5_000_000])
-def test_what_fitted_is_kept(tmp_path, whole, limit, compression):
+def test_what_fitted_is_kept(tmp_path, entire, limit, compression):
     """The same rows as without a limit, as many as there was room for, and a summary of these
     alone.
     """
@@ -73,18 +73,18 @@ def test_what_fitted_is_kept(tmp_path, whole, limit, compression):
     assert ended.stderr.endswith(f" s: {path} {REASON}; what fitted is kept in {path}\n")
     assert ended.stderr.count("\n") == 1
     assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
-    with cl.open_result(path) as kept:
-        assert kept.status.startswith("partial: at t = ")
-        assert kept.status.endswith(REASON)
-        rows = kept.time.size
-        assert (limit > 2_000_000) <= rows < whole.time.size
+    with cl.open_result(path) as stored:
+        assert stored.status.startswith("partial: at t = ")
+        assert stored.status.endswith(REASON)
+        rows = stored.time.size
+        assert (limit > 2_000_000) <= rows < entire.time.size
         for name in ("time", "joints/C/gap", "energy/residual", "bodies/rod/theta") if rows else ():
             np.testing.assert_array_equal(
-                kept.values(name), whole.values(name)[:rows], err_msg=name
+                stored.values(name), entire.values(name)[:rows], err_msg=name
             )
         if rows:
-            gap = kept.values("joints/C/gap")
-            assert kept.range("joints/C/gap") == (gap.min(), gap.max())
+            gap = stored.values("joints/C/gap")
+            assert stored.range("joints/C/gap") == (gap.min(), gap.max())
             assert path.stat().st_size > (0.5 * limit if compression == "0" else 0)
 
 
@@ -111,7 +111,7 @@ def test_no_room_to_begin(tmp_path, promise):
     assert not list(tmp_path.iterdir())
 
 
-def test_checkpoints_are_kept_and_the_run_goes_on(tmp_path, whole):
+def test_checkpoints_are_kept_and_the_run_goes_on(tmp_path, entire):
     """The stretches fit and the file that joins them does not."""
     path = tmp_path / "run.h5"
     ended = limited(8_000_000, path, "--checkpoint", "0.05")
@@ -125,7 +125,7 @@ def test_checkpoints_are_kept_and_the_run_goes_on(tmp_path, whole):
     after = limited(0, path, "--checkpoint", "0.05")
     assert after.returncode == 0, after.stderr
     assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
-    same(whole.path, path)
+    same(entire.path, path)
 
 
 def test_a_checkpoint_that_finds_no_room_keeps_the_one_before(tmp_path, monkeypatch):

@@ -57,9 +57,9 @@ def test_elastic_teeth_vibrate():
     one, two = DISTANCE / 3.0, 2.0 * DISTANCE / 3.0
     frequency = math.sqrt(1e6 * (one**2 / PINION + two**2 / WHEEL))
     wanted = -1e-4 * two * np.cos(frequency * run.time)
-    found = run.values("springs/gear/deflection")
-    np.testing.assert_allclose(found, wanted, atol=1e-6 * 1e-4 * two)
-    np.testing.assert_allclose(run.values("springs/gear/force"), 1e6 * found, rtol=1e-12)
+    actual = run.values("springs/gear/deflection")
+    np.testing.assert_allclose(actual, wanted, atol=1e-6 * 1e-4 * two)
+    np.testing.assert_allclose(run.values("springs/gear/force"), 1e6 * actual, rtol=1e-12)
 
 
 def test_a_planet_rolls_on_a_sun_at_rest():

@@ -114,9 +114,9 @@ def test_contacts_take_what_the_joint_determines(name):
         with pytest.raises(TypeError, match="missing stiffness"):
             law(**given)
         return
-    found = pin(law(**given), length=0.02).contact
-    assert None not in found.numbers
-    known = {
+    actual = pin(law(**given), length=0.02).contact
+    assert None not in actual.numbers
+    reference = {
         "stiffness": cl.hertz_stiffness(0.01, 1e-4),
         "modulus": cl.contact_modulus(cl.steel, cl.steel),
         "layer_modulus": cl.layer_modulus(cl.steel, 0.005),
@@ -124,18 +124,18 @@ def test_contacts_take_what_the_joint_determines(name):
         "radius": 0.01,
         "radius_difference": 1e-4,
     }
-    whole = law(**given, **{n: v for n, v in known.items() if n in law.given})
-    assert found == whole
-    assert found(1e-6, 0.01, 0.1) == whole(1e-6, 0.01, 0.1) > 0.0
+    entire = law(**given, **{n: v for n, v in reference.items() if n in law.given})
+    assert actual == entire
+    assert actual(1e-6, 0.01, 0.1) == entire(1e-6, 0.01, 0.1) > 0.0
 
 
 def test_what_is_given_stays():
     """Only what was left out comes from the joint; another material gives another stiffness."""
     assert pin(cl.hertz(stiffness=7.0)).contact.values["stiffness"] == 7.0
     bronze = cl.Material("bronze", young=110e9, poisson=0.34, density=8800.0)
-    found = pin(cl.hertz(), material=bronze).contact.values["stiffness"]
+    actual = pin(cl.hertz(), material=bronze).contact.values["stiffness"]
     assert (
-        found
+        actual
         == cl.hertz_stiffness(0.01, 1e-4, bronze)
         < cl.hertz_stiffness(0.01, 1e-4, bronze, cl.steel)
     )
@@ -165,7 +165,7 @@ def test_what_no_joint_can_determine_is_named():
 
 # --- arguments, cases, units that do not exist
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "message"),
     [
         (
             lambda b: cl.TorsionSpring(cl.ground, b, angle=1.0),
@@ -184,8 +184,8 @@ def test_what_no_joint_can_determine_is_named():
         (lambda b: cl.lankarani_nikravesh(restitutoin=0.9), "did you mean restitution"),
     ],
 )
-def test_unknown_arguments_are_answered_with_the_known_ones(make, said):
-    with pytest.raises(TypeError, match=said):
+def test_unknown_arguments_are_answered_with_the_known_ones(make, message):
+    with pytest.raises(TypeError, match=message):
         make(cl.Body("body", 1.0, 1e-3))
 
 
@@ -195,7 +195,7 @@ def test_signatures_stay():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["run", "six_bar_feedr"], "did you mean six_bar_feeder"),
         (["run", "slider_crank", "-p", "clearence=1mm"], "did you mean clearance"),
@@ -205,11 +205,11 @@ def test_signatures_stay():
     ],
 )
 def test_misspelt_names_are_answered_with_the_closest(
-    arguments, said, capsys, tmp_path, monkeypatch
+    arguments, message, capsys, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
     assert cli.main(arguments) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 def test_cases_lists_those_that_are_named(tmp_path, capsys):
@@ -217,29 +217,29 @@ def test_cases_lists_those_that_are_named(tmp_path, capsys):
     mine = tmp_path / "liner.py"
     mine.write_text(next(b for b in BLOCKS if "def scene(" in b))
     assert cli.main(["cases", str(mine), "four_bar", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert list(found) == ["liner", "four_bar"]
-    assert found["liner"]["parameters"]["clearance"]["units"] == "m"
+    printed = json.loads(capsys.readouterr().out)
+    assert list(printed) == ["liner", "four_bar"]
+    assert printed["liner"]["parameters"]["clearance"]["units"] == "m"
     assert cli.main(["cases", "four_barr"]) == 2
 
 
 def test_figures_are_drawn_in_the_order_asked_for():
     from clearance.commands.figures import _chosen
 
-    known = ["a_map", "a_run", "b"]
-    assert _chosen(["b", "a_*"], known) == ["b", "a_map", "a_run"]
-    assert _chosen(["a_run", "a_*"], known) == ["a_run", "a_map"]
-    assert _chosen([], known) == known
+    reference = ["a_map", "a_run", "b"]
+    assert _chosen(["b", "a_*"], reference) == ["b", "a_map", "a_run"]
+    assert _chosen(["a_run", "a_*"], reference) == ["a_run", "a_map"]
+    assert _chosen([], reference) == reference
 
 
 def test_S18_run_says_its_parameters_with_units(capsys, tmp_path):
     """Those given first, in SI and in units people think in."""
     arguments = ["run", "slider_crank", "-p", "model=ideal", "-p", "speed=300", "--turns", "0.1"]
     assert cli.main([*arguments, "-o", str(tmp_path / "run.h5")]) == 0
-    said = capsys.readouterr().out
-    assert "given        speed = 300 rad/s (2865 rpm), model = ideal" in said
-    assert "clearance 0.0005 m (0.5 mm)" in said
-    assert "roughness 8e-07 m (0.8 um)" in said
+    printed = capsys.readouterr().out
+    assert "given        speed = 300 rad/s (2865 rpm), model = ideal" in printed
+    assert "clearance 0.0005 m (0.5 mm)" in printed
+    assert "roughness 8e-07 m (0.8 um)" in printed
 
 
 def test_S15_a_log_gets_a_line_now_and_then(capsys, monkeypatch):
@@ -302,10 +302,10 @@ def test_a_fixed_point_is_drawn_as_one(periodic, monkeypatch):
     """
     from clearance.postprocess import figures
 
-    kept = []
-    monkeypatch.setattr(figures, "save", lambda figure, path: kept.append(figure))
+    stored = []
+    monkeypatch.setattr(figures, "save", lambda figure, path: stored.append(figure))
     cl.plot(periodic, "poincare", "section.png")
-    (axes,) = kept[0].axes
+    (axes,) = stored[0].axes
     with cl.open_result(periodic) as run:
         for limits, channel in (
             (axes.get_xlim(), run["slider"].vx),
@@ -342,9 +342,9 @@ def test_U3_own_laws_run(journals, joint):
     in the file.
     """
     with cl.open_result(journals / "run.h5") as run:
-        found = run.joint(joint)
+        actual = run.joint(joint)
         shares = np.array(
-            [getattr(found, f"membership_{s}") for s in ("full_film", "mixed", "dry")]
+            [getattr(actual, f"membership_{s}") for s in ("full_film", "mixed", "dry")]
         )
         np.testing.assert_allclose(shares.sum(axis=0), 1.0, atol=1e-12)
         assert shares[0].min() < 0.9
@@ -355,11 +355,11 @@ def test_U3_own_laws_run(journals, joint):
 def test_U3_own_friction_and_asperity_act(journals):
     """Element by element as the laws say (1e-9: rounding)."""
     with cl.open_result(journals / "run.h5") as run:
-        found, ratio = run.joint("P"), run.joint("P").film_thickness_ratio
+        actual, ratio = run.joint("P"), run.joint("P").film_thickness_ratio
         np.testing.assert_allclose(
-            found.asperity_force, 1e6 * 0.01 * 0.02 * np.exp(-ratio), rtol=1e-9
+            actual.asperity_force, 1e6 * 0.01 * 0.02 * np.exp(-ratio), rtol=1e-9
         )
-        assert np.abs(found.friction).max() > 0.0
+        assert np.abs(actual.friction).max() > 0.0
 
 
 def test_U3_points_act_as_their_law(journals):
@@ -369,11 +369,11 @@ def test_U3_points_act_as_their_law(journals):
     scope: dict = {}
     exec(next(b for b in BLOCKS if "cl.fuzzy_table(" in b), scope)
     with cl.open_result(journals / "run.h5") as run:
-        found = run.joint("Q")
+        actual = run.joint("Q")
         joint = JOINT._replace(viscosity=0.001)
-        expected = scope["transition"](found.film_thickness_ratio * joint.roughness, joint)
-        np.testing.assert_allclose(found.membership_full_film, expected[5], atol=1e-9)
-        np.testing.assert_allclose(found.membership_dry, expected[7], atol=1e-9)
+        expected = scope["transition"](actual.film_thickness_ratio * joint.roughness, joint)
+        np.testing.assert_allclose(actual.membership_full_film, expected[5], atol=1e-9)
+        np.testing.assert_allclose(actual.membership_dry, expected[7], atol=1e-9)
 
 
 @pytest.mark.parametrize("picture", ["orbit", "history", "phase", "overview", "contacts"])
@@ -451,12 +451,12 @@ def test_memberships_from_points_are_memberships():
         shares = random.dirichlet((0.5, 0.5, 0.5), count)
         shares[-1] = 1.0, 0.0, 0.0
         law = cl.fuzzy_table(np.column_stack([ratios, shares]))
-        found = memberships_of(law)
-        assert found.min() > -1e-12
-        np.testing.assert_allclose(found.sum(axis=0), 1.0, atol=1e-12)
+        actual = memberships_of(law)
+        assert actual.min() > -1e-12
+        np.testing.assert_allclose(actual.sum(axis=0), 1.0, atol=1e-12)
         at_points = np.array(law(ratios * JOINT.roughness, JOINT)[5:])
         np.testing.assert_allclose(at_points.T, shares, atol=1e-9)
-        slope = np.diff(found, axis=1) / np.diff(RATIOS)
+        slope = np.diff(actual, axis=1) / np.diff(RATIOS)
         assert (
             np.abs(np.diff(slope, axis=1)).max()
             < 0.05 * (1.0 + np.abs(slope).max()) * 3.0 / np.diff(ratios).min()
@@ -464,7 +464,7 @@ def test_memberships_from_points_are_memberships():
 
 
 @pytest.mark.parametrize(
-    ("points", "said"),
+    ("points", "message"),
     [
         ([(1.0, 1.0, 0.0, 0.0)], "at least two points"),
         ([(1.0, 0.0, 1.0), (2.0, 1.0, 0.0, 0.0)], "point 0 must be .film thickness ratio"),
@@ -477,8 +477,8 @@ def test_memberships_from_points_are_memberships():
         ([(1.0, 0.0, -0.5, 1.5), (2.0, 1.0, 0.0, 0.0)], "point 0: mixed must lie in"),
     ],
 )
-def test_points_that_are_no_table_are_refused(points, said):
-    with pytest.raises(ValueError, match=said):
+def test_points_that_are_no_table_are_refused(points, message):
+    with pytest.raises(ValueError, match=message):
         cl.fuzzy_table(points)
 
 
@@ -657,8 +657,8 @@ def test_run_says_what_auto_came_to(capsys, tmp_path):
         str(tmp_path / "run.h5"),
     ]
     assert cli.main(arguments) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "viscosity auto: 0.05 Pa s (50 cP)" in said
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "viscosity auto: 0.05 Pa s (50 cP)" in printed
     assert cli.main([*arguments, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["resolved"] == {"viscosity": 0.05}
 

@@ -21,10 +21,10 @@ def handlers():
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     yield
-    found = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    actual = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
     for number, handler in before:
         signal.signal(number, handler)
-    assert found == (signal.default_int_handler, signal.SIG_DFL)
+    assert actual == (signal.default_int_handler, signal.SIG_DFL)
 
 
 class Thing:
@@ -36,9 +36,9 @@ def signal_in_a_callback(number):
     raises.
     """
     thing = Thing()
-    kept = weakref.ref(thing, lambda _: signal.raise_signal(number))
+    stored = weakref.ref(thing, lambda _: signal.raise_signal(number))
     del thing
-    assert kept() is None
+    assert stored() is None
 
 
 def once(number, share=0.2):
@@ -104,9 +104,9 @@ def test_a_signal_in_a_run_keeps_its_file(tmp_path, number, word):
             break
         time.sleep(0.005)
     process.send_signal(number)
-    _, said = process.communicate(timeout=60.0)
-    said = [line for line in said.splitlines() if "compiling" not in line]
-    assert (process.returncode, said) == (
+    _, message = process.communicate(timeout=60.0)
+    message = [line for line in message.splitlines() if "compiling" not in line]
+    assert (process.returncode, message) == (
         1,
         [f"clearance: {word}; what was computed is kept in {path}"],
     )
@@ -216,11 +216,11 @@ def test_handlers_are_put_back_after_an_error():
 
 
 def test_a_run_in_a_thread_leaves_handlers_alone():
-    found, seen = [], set()
+    actual, seen = [], set()
 
     def run():
         scene = cl.load_case("slider_crank")
-        found.append(
+        actual.append(
             cl.simulate(
                 scene, turns=1, progress=lambda _: seen.add(signal.getsignal(signal.SIGINT))
             )
@@ -229,5 +229,5 @@ def test_a_run_in_a_thread_leaves_handlers_alone():
     thread = threading.Thread(target=run)
     thread.start()
     thread.join()
-    assert found[0].complete
+    assert actual[0].complete
     assert seen == {signal.default_int_handler}

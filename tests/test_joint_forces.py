@@ -62,8 +62,8 @@ def test_film_in_any_direction(direction):
     expected = pinkus_sternlicht()(
         0.6, rate[0] / C, -50.0 - 2 * rate[1] / (0.6 * C), scene.joints[0]
     )
-    found = turn.T @ [row["joints/J/force_x"], row["joints/J/force_y"]]
-    assert found == pytest.approx(expected, rel=1e-12)
+    actual = turn.T @ [row["joints/J/force_x"], row["joints/J/force_y"]]
+    assert actual == pytest.approx(expected, rel=1e-12)
 
 
 STEEL = laws.contact_modulus(cl.steel, cl.steel)
@@ -136,8 +136,8 @@ def test_mixed_force_is_its_parts(name, ratio):
         push += joint.asperity((1.0 - ratio) * C / 1e-6, facts)
     assert row["joints/J/force_x"] == pytest.approx(film * radial - push, rel=1e-9)
     assert row["joints/J/force_y"] == pytest.approx(film * tangential, rel=1e-9, abs=1e-9)
-    found = [row[f"joints/J/membership_{s}"] for s in ("full_film", "mixed", "dry")]
-    assert found == pytest.approx(states, abs=1e-12)
+    actual = [row[f"joints/J/membership_{s}"] for s in ("full_film", "mixed", "dry")]
+    assert actual == pytest.approx(states, abs=1e-12)
 
 
 def test_asperities_rub():
@@ -149,7 +149,7 @@ def test_asperities_rub():
 
 
 def test_only_what_was_chosen_is_there():
-    plain, whole = observed(build(pair())), observed(build(mixed("lugre", 0.9)))
+    plain, entire = observed(build(pair())), observed(build(mixed("lugre", 0.9)))
     for name in (
         "membership_dry",
         "asperity_force",
@@ -158,7 +158,7 @@ def test_only_what_was_chosen_is_there():
         "bristle_deflection",
     ):
         assert f"joints/J/{name}" not in plain
-    assert "joints/J/asperity_force" not in whole
+    assert "joints/J/asperity_force" not in entire
     assert build(mixed("lugre", 0.9)).size == build(mixed("fuzzy", 0.9)).size + 1
 
 

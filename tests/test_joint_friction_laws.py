@@ -161,10 +161,10 @@ class TestBreakaway:
         give others.
         """
         law = breakaway_linear(breakaway=25.0, coulomb=20.0)
-        found, options = -law(1e-4, 0.0), {"unit": "N m", "relative": False}
+        actual, options = -law(1e-4, 0.0), {"unit": "N m", "relative": False}
         validated(
             "friction at the threshold",
-            found,
+            actual,
             24.995,
             5e-4,
             source="Chacko and Khan 2017",
@@ -172,7 +172,7 @@ class TestBreakaway:
         )
         validated(
             "friction at the threshold",
-            found,
+            actual,
             24.9950025,
             5e-8,
             source="closed form",
@@ -213,19 +213,19 @@ class TestBreakaway:
         moves the peak by 1e-7 of w_b. The scan is 1e-4 of w_b fine.
         """
         some = np.linspace(1e-5, 1.0, 100_000)
-        found = -SMOOTH(some, 0.0)
+        actual = -SMOOTH(some, 0.0)
         options = {"source": "breakaway level and rate given", "kind": "exact", "relative": False}
-        validated("peak of the smooth friction", found.max(), 25.0, 1e-7, unit="N m", **options)
-        validated("rate of that peak", some[np.argmax(found)], 0.1, 2e-5, unit="rad/s", **options)
+        validated("peak of the smooth friction", actual.max(), 25.0, 1e-7, unit="N m", **options)
+        validated("rate of that peak", some[np.argmax(actual)], 0.1, 2e-5, unit="rad/s", **options)
 
     def test_smooth_form_has_a_slope_at_rest(self, validated):
         """sqrt(2 e) (F_b - F_C) / w_S + F_C / w_C with w_S = sqrt(2) w_b and w_C = w_b / 10."""
         slope = math.sqrt(2.0 * math.e) * 5.0 / (math.sqrt(2.0) * 0.1) + 20.0 / 0.01
-        found, options = (
+        actual, options = (
             -SMOOTH(1e-9, 0.0) / 1e-9,
             {"unit": "N m s/rad", "source": "closed form", "kind": "exact"},
         )
-        validated("slope of the smooth friction at rest", found, slope, 1e-9, **options)
+        validated("slope of the smooth friction at rest", actual, slope, 1e-9, **options)
 
 
 class TestLoads:
@@ -235,8 +235,8 @@ class TestLoads:
 
     def test_slide(self):
         """|(3, 4)| + |(6, 8)| / (0.05 / 2) + |-2| / 0.02."""
-        found = slide_load(3.0, 4.0, -2.0, 6.0, 8.0, 1.0 / 0.02, 1.0 / 0.05)
-        assert found == pytest.approx(505.0, rel=1e-14)
+        actual = slide_load(3.0, 4.0, -2.0, 6.0, 8.0, 1.0 / 0.02, 1.0 / 0.05)
+        assert actual == pytest.approx(505.0, rel=1e-14)
 
     def test_joints_give_their_geometry(self):
         """Ratio R_p / R_b and the inverses of overlap and arm, as the load functions take them."""

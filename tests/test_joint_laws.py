@@ -42,9 +42,9 @@ finite = {"allow_nan": False, "allow_infinity": False}
 
 def derivative(law: BoundLaw, state: tuple, active: int) -> np.ndarray:
     """Outputs by arguments, from the exact derivative of the law's source."""
-    found = differentiated(law.law.function, range(active), law.law.kinds)(*state, *law.numbers)
+    actual = differentiated(law.law.function, range(active), law.law.kinds)(*state, *law.numbers)
     outputs = law.law.family.outputs
-    return np.array(found[outputs:]).reshape(outputs, active)
+    return np.array(actual[outputs:]).reshape(outputs, active)
 
 
 def difference(law: BoundLaw, state: tuple, active: int, steps: tuple) -> np.ndarray:
@@ -107,19 +107,19 @@ class TestContact:
             relative=False,
             **factors,
         )
-        found = laws.delivered_restitution(laws.exact_damping(e))
-        validated("restitution of the damping factor", found, e, 1e-9, relative=False, **both)
+        actual = laws.delivered_restitution(laws.exact_damping(e))
+        validated("restitution of the damping factor", actual, e, 1e-9, relative=False, **both)
 
     @pytest.mark.parametrize("name", ["exact_restitution", "winkler", "liu", "johnson"])
     @pytest.mark.parametrize("e", [0.2, 0.6, 0.9])
     def test_exact_restitution_for_any_elastic_force(self, name, e, validated):
         """The factor does not ask what the elastic force is: 2e-3 by integrating the impact."""
         law = CONTACTS[name](PAIR, e)
-        found = delivered_restitution(
+        actual = delivered_restitution(
             law, mass=0.14 * 1e6, speed=1e-3 if name == "johnson" else 0.01
         )
         options = {"source": "the restitution asked for", "kind": "exact", "relative": False}
-        validated("restitution by integrating an impact", found, e, 2e-3, **options)
+        validated("restitution by integrating an impact", actual, e, 2e-3, **options)
 
     @pytest.mark.parametrize("name", CONTACTS)
     @given(
@@ -150,9 +150,9 @@ class TestContact:
         law, state = CONTACTS[name](PAIR, 0.8), (depth, rate, 1.0)
         if abs(1.0 + rate) < 0.05:
             return
-        found, checked = derivative(law, state, 2), difference(law, state, 2, (1e-4 * depth, 1e-5))
+        actual, checked = derivative(law, state, 2), difference(law, state, 2, (1e-4 * depth, 1e-5))
         size = np.abs(checked) + law(*state) * np.array([[1.0 / depth, 1.0]])
-        assert (np.abs(found - checked) < 1e-5 * size).all()
+        assert (np.abs(actual - checked) < 1e-5 * size).all()
 
     def test_winkler_by_quadrature(self, validated):
         """K_w L times the integral of (e cos a - c) R cos a over the arc of overlap; 1e-9."""
@@ -182,13 +182,13 @@ class TestContact:
         law = laws.winkler(
             layer_modulus=modulus, length=0.04, radius=9.5e-3, radius_difference=5e-4
         )
-        found, options = (
+        actual, options = (
             law(1e-8, 0.0, 1.0) / 1e-8**1.5,
             {"source": "hand calculation", "kind": "independent"},
         )
         validated(
             "coefficient of Winkler's layer, Flores' joint",
-            found,
+            actual,
             1.79e12,
             5e-3,
             unit="N/m^1.5",
@@ -240,21 +240,21 @@ class TestContact:
         impact.
         """
         law = CONTACTS["impact"](PAIR, e)
-        found = delivered_restitution(law, mass=0.1, stiffness=law.parameters["stiffness"])
-        assert found == pytest.approx(e, abs=off)
+        actual = delivered_restitution(law, mass=0.1, stiffness=law.parameters["stiffness"])
+        assert actual == pytest.approx(e, abs=off)
 
     def test_impact_is_adams(self, validated):
         """IMPACT(...) of the manual: K x^e less STEP times rate, never pulling; STEP(d / 2) is half
         of its top.
         """
         law = laws.impact(stiffness=1e8, exponent=2.0, damping=50.0, depth=1e-4)
-        found, wanted = (
+        actual, wanted = (
             [law(d, 0.3, 9.9) for d in (5e-5, 2e-4)],
             [1e8 * 5e-5**2 + 7.5, 1e8 * 2e-4**2 + 15.0],
         )
         validated(
             "force of IMPACT",
-            found,
+            actual,
             wanted,
             1e-6,
             unit="N",
@@ -399,13 +399,13 @@ class TestFilms:
         """
         eps, wedge_r, wedge_t, approach, recede = row
         film = laws.harmonic()
-        found = (
+        actual = (
             *film(eps, 0.0, 1.0, UNIT),
             film(eps, 1.0, 0.0, UNIT)[0],
             film(eps, -1.0, 0.0, UNIT)[0],
         )
         options = {"source": "Reynolds equation by finite differences", "kind": "independent"}
-        for mine, theirs in zip(found, (-wedge_r, wedge_t, -approach, recede), strict=True):
+        for mine, theirs in zip(actual, (-wedge_r, wedge_t, -approach, recede), strict=True):
             validated("force of the harmonic film, L/D 1", mine, theirs, 0.08, **options)
 
     @pytest.mark.parametrize(
@@ -502,10 +502,10 @@ class TestFilms:
         wanted = [
             0.5 * np.pi * np.sum(w * np.sin(t) ** a * np.cos(t) ** b / h**3) for a, b in powers
         ]
-        found, size = arc_integrals(eps, 1 - eps**2, start), max(map(abs, wanted))
+        actual, size = arc_integrals(eps, 1 - eps**2, start), max(map(abs, wanted))
         validated(
             "arc integrals",
-            found,
+            actual,
             wanted,
             1e-10,
             source="Gauss points",
@@ -617,10 +617,10 @@ class TestFilms:
             return
         law, state = FILMS[name](), (eps, rate, w, JOINT)
         steps = (1e-6 * (1 - eps), 1e-5, 1e-5)
-        found, checked = derivative(law, state, 3), difference(law, state, 3, steps)
+        actual, checked = derivative(law, state, 3), difference(law, state, 3, steps)
         scale = np.array([[1.0 - eps, abs(rate) + abs(w), abs(rate) + abs(w)]])
         size = np.abs(checked * scale).max() + np.abs(law(*state)).max()
-        assert (np.abs((found - checked) * scale) < 1e-4 * size).all()
+        assert (np.abs((actual - checked) * scale) < 1e-4 * size).all()
 
     def test_wrong_entrainment_changes_the_film(self):
         """Trap 2: the sum of the speeds carries; with the difference bodies that turn alike would
@@ -646,22 +646,24 @@ class TestAsperities:
         u = np.linspace(-8.0, 8.0, 4001)
         pressure = [gaussian_moment(2.5, x + v * v) for v in u[::20]]
         integral = np.trapezoid(pressure, u[::20])
-        found, options = (
+        actual, options = (
             5 * math.pi / 16 * third_moment(x),
             {"source": "quadrature", "kind": "independent"},
         )
-        validated("Greenwood and Tripp's load of a parabolic gap", found, integral, 1e-5, **options)
+        validated(
+            "Greenwood and Tripp's load of a parabolic gap", actual, integral, 1e-5, **options
+        )
 
     @pytest.mark.parametrize("x", [-2.0, 0.5])
     def test_closed_form_for_one_rough_surface(self, x, validated):
         u = np.linspace(-8.0, 8.0, 201)
         integral = np.trapezoid([gaussian_moment(1.5, x + v * v) for v in u], u)
-        found, options = (
+        actual, options = (
             3 * math.pi / 8 * second_moment(x),
             {"source": "quadrature", "kind": "independent"},
         )
         validated(
-            "Greenwood and Williamson's load of a parabolic gap", found, integral, 1e-5, **options
+            "Greenwood and Williamson's load of a parabolic gap", actual, integral, 1e-5, **options
         )
 
     #: section 2.5: exact integrals, and how far two engineering fits of F_5/2 and one of F_2 are
@@ -731,9 +733,9 @@ class TestAsperities:
             strength * modulus * np.array([gaussian_moment(order, min(g, 60.0)) for g in gap])
         )
         load = np.trapezoid(pressure * np.cos(angle), angle) * joint.radius * joint.length
-        found = law(modulus=modulus, roughness_group=0.05, slope_ratio=2e-3)(ratio, joint)
+        actual = law(modulus=modulus, roughness_group=0.05, slope_ratio=2e-3)(ratio, joint)
         options = {"unit": "N", "source": "pressure summed over the arc", "kind": "independent"}
-        validated("load of asperities in a joint", found, load, 2e-2, **options)
+        validated("load of asperities in a joint", actual, load, 2e-2, **options)
 
     def test_composite_roughness(self):
         assert laws.composite_roughness(3e-7, 4e-7) == pytest.approx(5e-7)
@@ -748,9 +750,9 @@ class TestAsperities:
         """phi_p at H = 1 and 3, isotropic: 1 - 0.9 exp(-0.56 H); phi_s at H = 1: 1.899
         exp(-0.92 + 0.05).
         """
-        found = [laws.pressure_flow_factor(*x) for x in ((1.0,), (3.0,), (2.0, 9.0))]
+        actual = [laws.pressure_flow_factor(*x) for x in ((1.0,), (3.0,), (2.0, 9.0))]
         options = {"source": "Patir and Cheng 1978, 1979", "relative": False}
-        validated("pressure flow factors", found, [0.4859, 0.8323, 1.3076], 1e-4, **options)
+        validated("pressure flow factors", actual, [0.4859, 0.8323, 1.3076], 1e-4, **options)
         validated("shear flow factor", laws.shear_flow_factor(1.0), 0.7956, 1e-4, **options)
 
     def test_smooth_limit_of_the_flow_factors(self):
@@ -763,8 +765,8 @@ class TestAsperities:
         ("ratio", "factor"), [(0.0, 0.501), (0.5, 0.6899), (1.0, 0.8411), (2.0, 0.9778)]
     )
     def test_contact_flow_factor_is_what_wu_and_zheng_fitted(self, ratio, factor, validated):
-        found, source = laws.contact_flow_factor(ratio), "Wu and Zheng 1989"
-        validated("contact flow factor", found, factor, 2e-3, source=source, relative=False)
+        actual, source = laws.contact_flow_factor(ratio), "Wu and Zheng 1989"
+        validated("contact flow factor", actual, factor, 2e-3, source=source, relative=False)
 
     def test_unknown_pattern(self):
         with pytest.raises(ValueError, match="pattern must be one of 1/9, 1/6"):
@@ -880,17 +882,17 @@ class TestTransitions:
     def test_memberships_are_those_of_the_film_thickness_ratio(self, name):
         """In every rung alike, so that rungs can be compared."""
         for ratio in (0.2, 0.7, 1.7, 4.0):
-            found = TRANSITIONS[name](dry=0.4, mixed=1.0, full=3.0)(ratio * 0.8e-6, JOINT)[5:]
-            assert found == pytest.approx(laws.memberships(ratio, 0.4, 1.0, 3.0))
+            actual = TRANSITIONS[name](dry=0.4, mixed=1.0, full=3.0)(ratio * 0.8e-6, JOINT)[5:]
+            assert actual == pytest.approx(laws.memberships(ratio, 0.4, 1.0, 3.0))
 
     def test_mean_gap_by_quadrature(self, validated):
         x, w = GAUSS
         for ratio in (-1.0, 0.0, 1.5):
             s = -ratio + 6.0 * (x + 1.0)
             mean = 6.0 * np.sum(w * (ratio + s) * np.exp(-0.5 * s * s) / math.sqrt(2 * math.pi))
-            found = laws.load_sharing()(ratio * 0.8e-6, JOINT)[1] / 0.8e-6
+            actual = laws.load_sharing()(ratio * 0.8e-6, JOINT)[1] / 0.8e-6
             gap, options = (
-                math.sqrt(found**2 - 0.02**2),
+                math.sqrt(actual**2 - 0.02**2),
                 {"source": "quadrature", "kind": "independent"},
             )
             validated("mean gap of rough surfaces over sigma", gap, mean, 1e-4, **options)
@@ -916,13 +918,13 @@ class TestTransitions:
     @settings(max_examples=50, deadline=None)
     def test_exact_derivative(self, name, gap):
         law = TRANSITIONS[name](dry=0.4, mixed=1.0, full=3.0)
-        found = derivative(law, (gap, JOINT), 1)[:, 0]
+        actual = derivative(law, (gap, JOINT), 1)[:, 0]
         sides = [
             (np.array(law(gap + s * 1e-12, JOINT)) - np.array(law(gap, JOINT))) / (s * 1e-12)
             for s in (1, -1)
         ]
         size = np.abs(sides[0]) + 1.0 / JOINT.roughness
-        close = np.minimum(*(np.abs(found - s) for s in sides)) < 1e-3 * size
+        close = np.minimum(*(np.abs(actual - s) for s in sides)) < 1e-3 * size
         assert close[:5].all()
 
 
@@ -1006,13 +1008,13 @@ class TestMixedJoints:
             film=laws.harmonic(),
         )
         hard = mixed_joint(transition=laws.fuzzy(), asperity=None)
-        found = {
+        actual = {
             n: cl.hole_check(j, 60.0)
             for n, j in (("soft", soft), ("hard", hard), ("sharing", mixed_joint()))
         }
-        assert not found["soft"].monotone
-        assert found["sharing"].monotone
-        assert found["soft"].lost > 1.5 * found["hard"].lost
+        assert not actual["soft"].monotone
+        assert actual["sharing"].monotone
+        assert actual["soft"].lost > 1.5 * actual["hard"].lost
 
     def test_hole_check_compares_with_the_load_before_the_drop(self):
         """Contact from the wall on, far stiffer than the film: what the film lost is lost all the
@@ -1040,9 +1042,9 @@ class TestMixedJoints:
         """Shared loads without an asperity law, below a film thickness ratio of 1."""
         scene = cl.load_case("slider_crank", model="mixed", **options)
         joint = scene.clearance_joints[0]
-        found = regimes.regime(joint, 1e3, ratio * joint.roughness).warnings(joint)
-        texts = [w for w in found if "falls to 0.8; below 1 asperities" in w]
-        assert len(texts) == len(found) == int(warned)
+        actual = regimes.regime(joint, 1e3, ratio * joint.roughness).warnings(joint)
+        texts = [w for w in actual if "falls to 0.8; below 1 asperities" in w]
+        assert len(texts) == len(actual) == int(warned)
 
     @pytest.mark.parametrize(
         ("law", "stiffness", "cause"),
@@ -1169,10 +1171,10 @@ class TestMixedJoints:
             eccentricity_rate=(2.0, 0.0),
         )
         result = cl.simulate(cl.Scene(joint, gravity=(0.0, 0.0)), until=0.04)
-        said = (
+        message = (
             f"joint J: penetrations reach {share * 0.01:.2g} m, {share:.2g} of the journal radius"
         )
-        assert [w.startswith(said) for w in result.warnings] == [True] * warned
+        assert [w.startswith(message) for w in result.warnings] == [True] * warned
 
     def test_impossible_penetrations_explain_a_broken_ledger(self):
         """A journal 34 radii outside its bearing is named; of shallow contacts the loop is
@@ -1180,7 +1182,7 @@ class TestMixedJoints:
         """
         run = prepare(cl.load_case("slider_crank"), turns=1)
         channels = run.mechanism.layout.channels
-        for gap, said in (
+        for gap, message in (
             (-0.34, "joint C: penetrations reach 0.34 m"),
             (-1e-5, "a loop passed a dead centre"),
         ):
@@ -1196,7 +1198,7 @@ class TestMixedJoints:
             run.state.started, run.state.peaks[quantity, VALUE] = 1, -gap
             failure = Diagnosis(run, writer).failure(codes.LEDGER_BROKEN)
             assert failure.startswith(
-                f"from t = 0.1 s on: {codes.MESSAGES[codes.LEDGER_BROKEN]}: {said}"
+                f"from t = 0.1 s on: {codes.MESSAGES[codes.LEDGER_BROKEN]}: {message}"
             )
 
     def test_hole_check_needs_a_transition(self):

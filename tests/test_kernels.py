@@ -66,7 +66,7 @@ class TestColumns:
     @pytest.mark.parametrize("name", ["film", "dry", "newton", "branches"])
     def test_a_matrix_by_columns_is_that_of_its_entries(self, name, monkeypatch):
         """1e-12 of the largest entry of a row: sums are taken in another order."""
-        found = []
+        actual = []
         for most in (0, 10**9):
             monkeypatch.setattr(structure, "MOST_DERIVATIVES", most)
             monkeypatch.setattr(building, "_structures", {})
@@ -76,10 +76,10 @@ class TestColumns:
             for kernel in (mechanism.kernel("jacobian"), plain_kernel(program)):
                 out = np.zeros(mechanism.size**2)
                 kernel(0.01, moved(mechanism), mechanism.par, np.append(mechanism.work0, 0.0), out)
-                found.append(out.reshape(mechanism.size, -1))
-        rows = np.abs(found[0]).max(axis=1, keepdims=True) + 1e-300
-        for other in found[1:]:
-            assert (np.abs(other - found[0]) / rows).max() < 1e-12
+                actual.append(out.reshape(mechanism.size, -1))
+        rows = np.abs(actual[0]).max(axis=1, keepdims=True) + 1e-300
+        for other in actual[1:]:
+            assert (np.abs(other - actual[0]) / rows).max() < 1e-12
 
     def test_text_of_a_chain_grows_with_its_links(self):
         """Twice the links are at most 2.2 times the operations of each kernel, from 20 links on."""
@@ -185,12 +185,12 @@ class TestLaws:
         law = cl.joint_friction(table_of)
         scene = pendulum(law(gain=0.3))
         mechanism = build(scene, ledger=False)
-        found, plain = np.zeros(2), np.zeros(2)
+        actual, plain = np.zeros(2), np.zeros(2)
         y = mechanism.y0 + np.array([0.1, 2.0])
         work = np.append(mechanism.work0, 0.0)
-        mechanism.kernel("rhs")(0.0, y, mechanism.par, work, found)
+        mechanism.kernel("rhs")(0.0, y, mechanism.par, work, actual)
         plain_kernel(mechanism.structure.programs["rhs"])(0.0, y, mechanism.par, work, plain)
-        np.testing.assert_allclose(found, plain, rtol=1e-14)
+        np.testing.assert_allclose(actual, plain, rtol=1e-14)
         assert explain(scene)["kernels"]["rhs"]["compiled_apart"]["table_of"] == "it uses np"
 
     def test_what_cannot_be_differentiated_is_refused_by_name(self, monkeypatch):

@@ -26,10 +26,10 @@ class TestHertz:
     )
     def test_published_stiffness(self, clearance, expected, validated):
         """Steel, bearing radius 10 mm (models of the Flores group); 4 printed digits."""
-        found = laws.hertz_stiffness(0.01 - clearance, clearance)
+        actual = laws.hertz_stiffness(0.01 - clearance, clearance)
         validated(
             "Hertzian stiffness of steel joints",
-            found,
+            actual,
             expected,
             5e-4,
             unit="N/m^1.5",
@@ -78,13 +78,13 @@ class TestLankaraniNikravesh:
         printed digits.
         """
         law = laws.lankarani_nikravesh(stiffness=1e6, restitution=given_value)
-        found, what = (
+        actual, what = (
             delivered_restitution(law),
             "restitution delivered by Lankarani and Nikravesh, by RK4",
         )
         validated(
             what,
-            found,
+            actual,
             delivered,
             6e-4,
             source="chi (1 + e) = ln(...)",
@@ -97,9 +97,9 @@ class TestLankaraniNikravesh:
     )
     def test_closed_form_of_the_delivered_restitution(self, asked, delivered, validated):
         """chi (1 + e) = ln((1 + chi) / (1 - chi e)), 3 printed digits of the known table."""
-        found = delivered_by(0.75 * (1 - asked**2))
+        actual = delivered_by(0.75 * (1 - asked**2))
         what, source = "restitution delivered by Lankarani and Nikravesh", "table by integration"
-        validated(what, found, delivered, 6e-4, source=source, kind="independent", relative=False)
+        validated(what, actual, delivered, 6e-4, source=source, kind="independent", relative=False)
 
     def test_full_restitution_is_hertz(self):
         law = laws.lankarani_nikravesh(stiffness=1e6, restitution=1.0)
@@ -127,11 +127,11 @@ class TestHuntCrossley:
         """
         alpha = 0.3
         law = laws.hunt_crossley_memoryless(stiffness=1e6, dissipation=alpha)
-        found = delivered_restitution(law, speed=speed)
+        actual = delivered_restitution(law, speed=speed)
         allowed, source = (alpha * speed) ** 2 + 2e-5, "Hunt and Crossley 1975, 1 - alpha v"
         what = f"restitution at {speed:g} m/s"
-        validated(what, found, 1.0 - alpha * speed, allowed, source=source, relative=False)
-        assert found == pytest.approx(delivered_by(1.5 * alpha * speed), abs=1e-4)
+        validated(what, actual, 1.0 - alpha * speed, allowed, source=source, relative=False)
+        assert actual == pytest.approx(delivered_by(1.5 * alpha * speed), abs=1e-4)
 
     def test_no_dissipation_is_hertz(self):
         law = laws.hunt_crossley_memoryless(stiffness=1e6, dissipation=0.0)
@@ -185,8 +185,13 @@ class TestPinkusSternlicht:
 
     def test_centred_journal_is_a_damper(self, validated):
         """-6 pi P0 eps' in every direction; the tangential speed enters through w = -2 gamma'."""
-        found, options = FILM(1e-7, 2.0, 0.0, UNIT)[0], {"source": "-6 pi P0 eps'", "kind": "exact"}
-        validated("force of a concentric journal, long film", found, -12 * math.pi, 1e-6, **options)
+        actual, options = (
+            FILM(1e-7, 2.0, 0.0, UNIT)[0],
+            {"source": "-6 pi P0 eps'", "kind": "exact"},
+        )
+        validated(
+            "force of a concentric journal, long film", actual, -12 * math.pi, 1e-6, **options
+        )
         swirl = 3.0 / 1e-7
         assert FILM(1e-7, 0.0, -2.0 * swirl, UNIT)[1] == pytest.approx(-6 * math.pi * 3.0, rel=1e-5)
 
@@ -198,10 +203,10 @@ class TestPinkusSternlicht:
             ((0.5, 1.0, 1.0), (-46.69790, 6.41712)),
             ((0.5, 1e-12, 1.0), (-1.777778, 4.836798)),
         ):
-            found = FILM(*state, UNIT)
+            actual = FILM(*state, UNIT)
             options = {"source": "exact long film, cut off at zero", "kind": "exact"}
             validated(
-                "force of Pinkus and Sternlicht", complex(*found), complex(*exact), 0.09, **options
+                "force of Pinkus and Sternlicht", complex(*actual), complex(*exact), 0.09, **options
             )
 
     @given(ratios, rates.filter(lambda r: abs(r) > 1e-6))
@@ -222,11 +227,11 @@ class TestPinkusSternlicht:
         )
 
     def test_petroff(self, validated):
-        found = laws.film_torques(0.0, 0.0, 100.0, 0.0, *JOINT[:4])
+        actual = laws.film_torques(0.0, 0.0, 100.0, 0.0, *JOINT[:4])
         petroff = 2 * math.pi * 0.05 * 0.01**3 * 0.02 / 1e-4 * 100.0
         validated(
             "drag torques",
-            found,
+            actual,
             (-petroff, petroff),
             1e-12,
             unit="N m",

@@ -29,9 +29,9 @@ def parts(result):
 
 
 def kinetic(result, body):
-    own = next(b for b in result.scene["bodies"] if b["name"] == body)
+    ours = next(b for b in result.scene["bodies"] if b["name"] == body)
     x, y, turning = result[body].vx, result[body].vy, result[body].omega
-    return 0.5 * own["mass"] * (x**2 + y**2) + 0.5 * own["inertia"] * turning**2
+    return 0.5 * ours["mass"] * (x**2 + y**2) + 0.5 * ours["inertia"] * turning**2
 
 
 def bouncy(restitution):
@@ -93,13 +93,13 @@ def test_parts_add_up_to_the_total(name):
     """
     make, span, expected = SCENES[name]
     result = cl.simulate(make(), rtol=1e-8, **span)
-    found = parts(result)
-    assert set(found) == expected
-    largest = max(np.abs(p).max() for p in found.values())
+    actual = parts(result)
+    assert set(actual) == expected
+    largest = max(np.abs(p).max() for p in actual.values())
     np.testing.assert_allclose(
-        sum(found.values()), result.energy.dissipated, rtol=0.0, atol=1e-15 * largest
+        sum(actual.values()), result.energy.dissipated, rtol=0.0, atol=1e-15 * largest
     )
-    assert all(abs(p[-1]) > 1e-3 * largest for p in found.values())
+    assert all(abs(p[-1]) > 1e-3 * largest for p in actual.values())
     assert np.abs(result.energy.residual).max() < 1e-6 * result.facts("energy")["turned_over"]
 
 
@@ -132,11 +132,11 @@ def test_each_part_is_as_accurate_as_the_run(kind, method):
     """
     span = {"until": 0.004, "samples": 201}
     reference = parts(cl.simulate(feeder(kind), rtol=1e-12, method="radau9", **span))
-    found = parts(cl.simulate(feeder(kind), rtol=1e-7, method=method, **span))
+    actual = parts(cl.simulate(feeder(kind), rtol=1e-7, method=method, **span))
     energy = sum(abs(p).max() for p in reference.values())
     for path, expected in reference.items():
         np.testing.assert_allclose(
-            found[path], expected, rtol=0.0, atol=3e-6 * energy, err_msg=path
+            actual[path], expected, rtol=0.0, atol=3e-6 * energy, err_msg=path
         )
 
 
@@ -164,14 +164,14 @@ def test_two_dry_joints_each_take_out_what_their_own_body_loses(friction):
     result = cl.simulate(scene, until=5e-3, rtol=1e-10, samples=4001)
     time, events = result.time, result.events
     for name in ("hard", "soft"):
-        joint, energy, own = result.joint(name), kinetic(result, name), events["joint"] == name
+        joint, energy, ours = result.joint(name), kinetic(result, name), events["joint"] == name
         flying = joint.contact_force == 0.0
         lost = energy[0] - energy
         np.testing.assert_allclose(
             joint.dissipated[flying], lost[flying], rtol=0, atol=1e-8 * energy[0]
         )
         assert joint.dissipated[-1] > 0.02 * energy[0]
-        starts, ends = events["time"][own], (events["time"] + events["duration"])[own]
+        starts, ends = events["time"][ours], (events["time"] + events["duration"])[ours]
         flights = [
             joint.dissipated[(time > a) & (time < b)]
             for a, b in zip(ends, starts[1:], strict=False)
@@ -253,14 +253,14 @@ def test_dampers_take_out_what_theory_says():
         gravity=(0.0, 0.0),
     )
     result = cl.simulate(scene, until=1.0, rtol=1e-10)
-    found, t = parts(result), result.time
-    assert set(found) == {"springs/brake", "springs/drag", "springs/strut"}
+    actual, t = parts(result), result.time
+    assert set(actual) == {"springs/brake", "springs/drag", "springs/strut"}
     for path, spin, inertia, damping in (
         ("springs/brake", 30.0, 2e-3, 3e-3),
         ("springs/drag", 7.0, 5e-3, 1e-3),
     ):
         lost = -0.5 * inertia * spin**2 * np.expm1(-2.0 * damping * t / inertia)
-        np.testing.assert_allclose(found[path], lost, rtol=0.0, atol=1e-9 * lost[-1])
+        np.testing.assert_allclose(actual[path], lost, rtol=0.0, atol=1e-9 * lost[-1])
     lengths = {n: result.values(f"springs/{n}/length") for n in ("strut", "spring")}
     energy = (
         kinetic(result, "block")
@@ -268,9 +268,9 @@ def test_dampers_take_out_what_theory_says():
         + 5.0 * (lengths["spring"] - 0.4) ** 2
     )
     np.testing.assert_allclose(
-        found["springs/strut"], energy[0] - energy, rtol=0.0, atol=1e-9 * energy[0]
+        actual["springs/strut"], energy[0] - energy, rtol=0.0, atol=1e-9 * energy[0]
     )
-    assert found["springs/strut"][-1] > 0.3 * energy[0]
+    assert actual["springs/strut"][-1] > 0.3 * energy[0]
 
 
 def test_dampers_of_a_prescribed_motion_are_integrated_to_tolerance():
@@ -281,12 +281,12 @@ def test_dampers_of_a_prescribed_motion_are_integrated_to_tolerance():
     let it be.
     """
     result = cl.simulate(steered(), until=2.0, rtol=1e-6, max_step=1.0)
-    found = parts(result)
+    actual = parts(result)
     np.testing.assert_allclose(
-        found["springs/twist"], 0.02 * 25.0 * result.time, rtol=1e-12, atol=1e-15
+        actual["springs/twist"], 0.02 * 25.0 * result.time, rtol=1e-12, atol=1e-15
     )
     tight = parts(cl.simulate(steered(), until=2.0, rtol=1e-12))
-    np.testing.assert_allclose(found["springs/strut"], tight["springs/strut"], rtol=0.0, atol=1e-5)
+    np.testing.assert_allclose(actual["springs/strut"], tight["springs/strut"], rtol=0.0, atol=1e-5)
     assert result.solver["steps"] < 10
 
 

@@ -97,9 +97,9 @@ class TestReplay:
         """
         end = Replay(turning(), MODULUS, RADIUS * LENGTH)
         end = end.step(Worn.of(UNWORN, turning(), True), 1.0)
-        found = end.bearing[270], end.bearing[315], end.journal[30], *end.volumes
+        life = end.bearing[270], end.bearing[315], end.journal[30], *end.volumes
         rows = [ROWS[row] for row in ("W34", "W36", "W38", "W40", "W40")]
-        assert found == pytest.approx(rows, rel=3e-4)
+        assert life == pytest.approx(rows, rel=3e-4)
 
     @pytest.mark.parametrize(("turns", "first"), [(100, 42), (1000, 48)])
     def test_many_turns_of_both(self, turns, first):
@@ -229,8 +229,8 @@ class TestLife:
 
     def test_goes_on_as_if_never_stopped(self, folder, tmp_path):
         """The same numbers as a life that nobody stopped."""
-        whole = cl.wear(rotor(), directory=tmp_path, **OPTIONS)
-        assert np.array_equal(whole.depth("B"), cl.Life(folder / "worn").depth("B"))
+        entire = cl.wear(rotor(), directory=tmp_path, **OPTIONS)
+        assert np.array_equal(entire.depth("B"), cl.Life(folder / "worn").depth("B"))
 
     def test_another_life(self, folder):
         """A directory belongs to one life; more turns go on with it, other numbers do not."""

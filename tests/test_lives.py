@@ -58,17 +58,17 @@ def test_columns(lives):
     reason.
     """
     folder, _ = lives
-    found = cl.open_sweep(folder)
-    assert list(found.status) == ["done", "done", "failed"]
-    assert "archard: coefficient must be 0 or lie in" in found.reason[2]
-    alone = cl.Life(found.life(wear=2e-13).path)
-    assert found.metrics["joint_B_bearing_depth"][1] == alone.depth("B")[-1].max()
-    assert found.metrics["joint_B_bearing_volume"][1] == alone.volume("B")[-1]
-    assert found.metrics["life_error"][1] == alone.error[-1]
-    assert found.metrics["life_stages"][1] == 3.0
-    assert found.known["joint_B_bearing_depth"][0] == "m"
-    assert found.metrics["joint_B_force_max"][0] == pytest.approx(1000.0, rel=0.2)
-    first, second, _ = found.metrics["joint_B_bearing_turns_to_depth"]
+    lives = cl.open_sweep(folder)
+    assert list(lives.status) == ["done", "done", "failed"]
+    assert "archard: coefficient must be 0 or lie in" in lives.reason[2]
+    alone = cl.Life(lives.life(wear=2e-13).path)
+    assert lives.metrics["joint_B_bearing_depth"][1] == alone.depth("B")[-1].max()
+    assert lives.metrics["joint_B_bearing_volume"][1] == alone.volume("B")[-1]
+    assert lives.metrics["life_error"][1] == alone.error[-1]
+    assert lives.metrics["life_stages"][1] == 3.0
+    assert lives.known["joint_B_bearing_depth"][0] == "m"
+    assert lives.metrics["joint_B_force_max"][0] == pytest.approx(1000.0, rel=0.2)
+    first, second, _ = lives.metrics["joint_B_bearing_turns_to_depth"]
     assert 0.0 < second < first < 40.0
     assert second == pytest.approx(0.5 * first, rel=0.05)
 
@@ -84,8 +84,8 @@ def test_goes_on(lives, tmp_path):
     depth = sweep.metrics["joint_B_bearing_depth"].copy()
     life = sweep.life(0).path
     rows = [json.loads(row) for row in (copy / "journal.jsonl").read_text().splitlines()]
-    kept = [json.dumps(row) for row in rows if row["index"] != 0]
-    (copy / "journal.jsonl").write_text("\n".join([*kept, ""]))
+    stored = [json.dumps(row) for row in rows if row["index"] != 0]
+    (copy / "journal.jsonl").write_text("\n".join([*stored, ""]))
     (copy / "sweep.h5").unlink()
     stages = (life / "journal.jsonl").read_text().splitlines(keepends=True)
     (life / "journal.jsonl").write_text("".join(stages[:2]))

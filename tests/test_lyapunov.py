@@ -91,50 +91,50 @@ class TestKnownExponents:
         The growth over a damped period is the same from every phase, so what is left are the
         local errors over the distance, 1e-10 / 1e-6, averaged over 1200 stops: below 1e-5.
         """
-        found = lyapunov(
+        exponent = lyapunov(
             oscillator(), turns=50, settle=2, interval=2.0 * math.pi / math.sqrt(400.0 - 0.75**2)
         )
         options = {"unit": "1/s", "source": "-c / (2 m)", "kind": "exact"}
-        validated("exponent of a damped oscillator", found.per_second, -0.75, 1e-5, **options)
-        assert found.error_per_second < 1e-5
-        assert found.verdict == "regular"
+        validated("exponent of a damped oscillator", exponent.per_second, -0.75, 1e-5, **options)
+        assert exponent.error_per_second < 1e-5
+        assert exponent.verdict == "regular"
 
     def test_damped_oscillator_over_another_interval(self):
         """Out of step with the oscillation the growth scatters, and the stated error covers it:
         within 3 errors.
         """
-        found = lyapunov(oscillator(), turns=50, settle=2, interval=0.2)
-        assert abs(found.per_second + 0.75) < 3.0 * found.error_per_second < 1.0
+        exponent = lyapunov(oscillator(), turns=50, settle=2, interval=0.2)
+        assert abs(exponent.per_second + 0.75) < 3.0 * exponent.error_per_second < 1.0
 
     def test_periodic_pendulum(self, validated):
         """The two exponents add up to -1 / q; where neighbours spiral in, each is half of it:
         -0.25. Within 3 errors, and these below 2 %.
         """
-        found = lyapunov(pendulum(0.9), turns=150, interval=2.0 * math.pi / DRIVE)
-        assert found.error_per_second < 0.005
+        exponent = lyapunov(pendulum(0.9), turns=150, interval=2.0 * math.pi / DRIVE)
+        assert exponent.error_per_second < 0.005
         options = {
             "unit": "1/s",
             "source": "half the divergence, Baker and Gollub's pendulum",
             "kind": "exact",
         }
-        allowed = 3.0 * found.error_per_second
+        allowed = 3.0 * exponent.error_per_second
         validated(
             "exponent of a periodic pendulum",
-            found.per_second,
+            exponent.per_second,
             -0.25,
             allowed,
             relative=False,
             **options,
         )
-        assert found.verdict == "regular"
+        assert exponent.verdict == "regular"
 
     def test_chaotic_pendulum(self, validated):
         """Against the variational equations on a motion of their own: two samples of one mean, so
         within 3 of their errors together.
         """
-        found = lyapunov(pendulum(1.5), turns=200, interval=2.0 * math.pi / DRIVE)
+        exponent = lyapunov(pendulum(1.5), turns=200, interval=2.0 * math.pi / DRIVE)
         other = variational_pendulum(1.5, turns=200)
-        allowed = 3.0 * math.hypot(found.error, other.error)
+        allowed = 3.0 * math.hypot(exponent.error, other.error)
         options = {
             "source": "variational equations by scipy",
             "kind": "independent",
@@ -142,13 +142,13 @@ class TestKnownExponents:
         }
         validated(
             "exponent of a chaotic pendulum, a turn",
-            found.per_turn,
+            exponent.per_turn,
             other.per_turn,
             allowed,
             **options,
         )
-        assert found.error < 0.15 * found.per_turn
-        assert found.verdict == other.verdict == "chaotic"
+        assert exponent.error < 0.15 * exponent.per_turn
+        assert exponent.verdict == other.verdict == "chaotic"
 
     def test_double_pendulum(self):
         """Undamped and low, it is nearly two linear oscillators: neighbours part in proportion to
@@ -192,14 +192,14 @@ class TestSliderCrank:
         Without the impact speed in the separation it is another.
         """
         wanted = variational_growth(crank(), turns=4)
-        found = lyapunov(crank(), turns=4, settle=0, rtol=1e-12)
+        exponent = lyapunov(crank(), turns=4, settle=0, rtol=1e-12)
         options = {
             "source": "variational equations by scipy",
             "kind": "independent",
             "relative": False,
         }
-        validated("growth with impacts, turn by turn", found.growth, wanted, 1e-3, **options)
-        validated("the same at the wider distance", found.wider, wanted, 1e-3, **options)
+        validated("growth with impacts, turn by turn", exponent.growth, wanted, 1e-3, **options)
+        validated("the same at the wider distance", exponent.wider, wanted, 1e-3, **options)
         monkeypatch.setattr(module, "LASTING", -1.0)
         assert np.abs(lyapunov(crank(), turns=4, settle=0, rtol=1e-12).growth - wanted).max() > 0.05
 
@@ -218,9 +218,9 @@ class TestSliderCrank:
             (1e-6, 1e-12, 96),
         ):
             monkeypatch.setattr(module, "STOPS", stops)
-            found = lyapunov(crank(), turns=5, settle=0, distance=distance, rtol=rtol)
-            assert found.growth == pytest.approx(usual, abs=2e-2), (distance, rtol, stops)
-            assert abs(found.effect) < 2e-2
+            exponent = lyapunov(crank(), turns=5, settle=0, distance=distance, rtol=rtol)
+            assert exponent.growth == pytest.approx(usual, abs=2e-2), (distance, rtol, stops)
+            assert abs(exponent.effect) < 2e-2
 
     def test_period_one_and_chaos(self):
         """At a clearance of 1 mm with friction 0.03 the motion repeats itself every turn from 1500
@@ -237,15 +237,15 @@ class TestSliderCrank:
         itself every two turns, growing in one and shrinking in the other, and the error is not that
         of single turns.
         """
-        found = lyapunov(crank(5000, 1e-4), turns=60)
-        assert found.growth[0::2].mean() * found.growth[1::2].mean() < 0.0
-        assert found.sampling < 0.1 * found.growth.std() / math.sqrt(found.turns)
-        assert found.verdict == "regular"
+        exponent = lyapunov(crank(5000, 1e-4), turns=60)
+        assert exponent.growth[0::2].mean() * exponent.growth[1::2].mean() < 0.0
+        assert exponent.sampling < 0.1 * exponent.growth.std() / math.sqrt(exponent.turns)
+        assert exponent.verdict == "regular"
 
     def test_with_a_film(self):
         """An implicit method does it as well: oil makes the motion repeat itself."""
-        found = lyapunov(cl.load_case("slider_crank", model="lubricated"), turns=8, settle=4)
-        assert found.verdict == "regular"
+        exponent = lyapunov(cl.load_case("slider_crank", model="lubricated"), turns=8, settle=4)
+        assert exponent.verdict == "regular"
 
 
 def variational_growth(scene, turns, rtol=1e-10):
@@ -262,9 +262,9 @@ def variational_growth(scene, turns, rtol=1e-10):
     rhs, jacobian, events = (m.kernel(role) for role in ("rhs", "jacobian", "events"))
 
     def call(kernel, size, t, y, impact_speed=None):
-        out, own = np.zeros(size), work.copy()
-        own[0] = work[0] if impact_speed is None else impact_speed
-        kernel(t, np.ascontiguousarray(y), m.par, own, out)
+        out, ours = np.zeros(size), work.copy()
+        ours[0] = work[0] if impact_speed is None else impact_speed
+        kernel(t, np.ascontiguousarray(y), m.par, ours, out)
         return out
 
     def slope(t, z):
@@ -332,12 +332,12 @@ class TestError:
         assert 0.6 / 20.0 < made(growth).sampling < 1.6 / 20.0
 
     def test_distance_and_sampling_add_up(self):
-        found = made(np.random.default_rng(5).standard_normal(400), effect=-0.3)
-        assert found.effect == pytest.approx(-0.3)
-        assert found.error == pytest.approx(math.hypot(found.sampling, 0.3))
-        assert found.error_per_second == pytest.approx(found.error / 0.5)
-        assert found.band[-1] == pytest.approx(found.error)
-        assert found.running[-1] == pytest.approx(found.per_turn)
+        exponent = made(np.random.default_rng(5).standard_normal(400), effect=-0.3)
+        assert exponent.effect == pytest.approx(-0.3)
+        assert exponent.error == pytest.approx(math.hypot(exponent.sampling, 0.3))
+        assert exponent.error_per_second == pytest.approx(exponent.error / 0.5)
+        assert exponent.band[-1] == pytest.approx(exponent.error)
+        assert exponent.running[-1] == pytest.approx(exponent.per_turn)
 
     def test_verdicts(self):
         """Two errors decide; what neighbours that part in proportion to time would do is no
@@ -382,21 +382,21 @@ class TestBadInput:
 class TestShowing:
     def test_files_and_tables(self, tmp_path):
         done = []
-        found = {"oil/none": lyapunov(crank(5000), turns=12, settle=2, progress=done.append)}
+        exponent = {"oil/none": lyapunov(crank(5000), turns=12, settle=2, progress=done.append)}
         assert done[-1] == 1.0
         assert len(done) == 14
-        x = found["oil/none"]
-        assert f"{x.per_turn:.4g}" in module.table(found)[-1]
-        document = json.loads(json.dumps(module.plain(found)))["oil/none"]
+        x = exponent["oil/none"]
+        assert f"{x.per_turn:.4g}" in module.table(exponent)[-1]
+        document = json.loads(json.dumps(module.plain(exponent)))["oil/none"]
         assert document["per_second"] == pytest.approx(x.per_turn / x.turn)
         assert document["verdict"] == x.verdict
         assert len(document["growth"]) == 12
-        with h5py.File(module.save(found, tmp_path)) as file:
+        with h5py.File(module.save(exponent, tmp_path)) as file:
             group = file["oil none"]
             assert group["running"][-1] == pytest.approx(group.attrs["per_turn"])
             assert np.isnan(group["running_error"][:3]).all()
             assert np.isfinite(group["running_error"][3:]).all()
         path = pictures.lyapunov(
-            found | {"made": made(np.ones(12))}, tmp_path / "new" / "lyapunov.png"
+            exponent | {"made": made(np.ones(12))}, tmp_path / "new" / "lyapunov.png"
         )
         assert path.stat().st_size > 10_000

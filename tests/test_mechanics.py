@@ -243,9 +243,9 @@ def test_M5_bodies_with_next_to_no_mass_are_safe():
     them a second.
     """
     mass, link = 0.2, 0.15
-    whole = connecting_rod(mass, mass * 0.4 * 0.6 * link**2)
+    entire = connecting_rod(mass, mass * 0.4 * 0.6 * link**2)
     light = connecting_rod(1e-15, 1e-15, crank_lump=0.6 * mass, slider_lump=0.4 * mass)
-    first, second = (cl.simulate(s, until=1.0, samples=101, rtol=1e-9) for s in (whole, light))
+    first, second = (cl.simulate(s, until=1.0, samples=101, rtol=1e-9) for s in (entire, light))
     assert second.warnings == []
     assert first["crank"].theta[-1] > 20.0
     np.testing.assert_allclose(second["crank"].theta, first["crank"].theta, rtol=0, atol=1e-6)

@@ -52,11 +52,11 @@ def data(bearing=None, journal=None):
 WAVY = data(scar(20e-6), 8e-6 * (1.0 + np.cos(THETA - 1.0)) + 3e-6 * np.cos(5.0 * THETA) ** 2)
 
 
-def check_slopes(function, found, place, steps, *others):
+def check_slopes(function, actual, place, steps, *others):
     """Exact derivatives against central differences (1e-6 of the largest of a column)."""
     count = len(function(*place, *others))
-    slopes = np.array(found[count:]).reshape(count, len(place))
-    assert tuple(found[:count]) == pytest.approx(function(*place, *others), rel=1e-12)
+    slopes = np.array(actual[count:]).reshape(count, len(place))
+    assert tuple(actual[:count]) == pytest.approx(function(*place, *others), rel=1e-12)
     for i, h in enumerate(steps):
         step = h * np.eye(len(place))[i]
         up, down = (np.array(function(*(place + s), *others)) for s in (step, -step))
@@ -76,8 +76,8 @@ class TestAsperities:
         place = e * math.cos(0.3), e * math.sin(0.3)
         fx, fy, load, _ = pressed(*place, 0.0, row_of(2.5), ROUGH, data(), 0.0)
         area = strength * ROUGH.radius * ROUGH.length
-        found = strength * moment_and_slope(ratio, 0)[0], area * math.hypot(fx, fy), area * load
-        assert found == pytest.approx([ROWS[f"U{first + i}"] for i in range(3)], rel=1e-5)
+        actual = strength * moment_and_slope(ratio, 0)[0], area * math.hypot(fx, fy), area * load
+        assert actual == pytest.approx([ROWS[f"U{first + i}"] for i in range(3)], rel=1e-5)
 
     @pytest.mark.parametrize("law", [cl.greenwood_tripp, cl.greenwood_williamson])
     def test_sum_over_the_arc_is_the_law(self, law):
@@ -94,21 +94,21 @@ class TestAsperities:
     def test_moments(self, order):
         """The table of F_n against its integral, 1e-5; arrays and single numbers alike."""
         ratios = np.array([-3.3, -0.51, 0.0, 0.77, 2.9, 5.9])
-        found = [moment_and_slope(r, row_of(order))[0] for r in ratios]
+        actual = [moment_and_slope(r, row_of(order))[0] for r in ratios]
         exact = [gaussian_moment(order, r) for r in ratios]
-        assert found == pytest.approx(exact, rel=1e-5, abs=1e-9)
+        assert actual == pytest.approx(exact, rel=1e-5, abs=1e-9)
         many = pressures(ratios * ROUGHNESS, ROUGHNESS, 1.0, row_of(order))
-        assert many == pytest.approx(found, rel=1e-12)
+        assert many == pytest.approx(actual, rel=1e-12)
 
     def test_slopes_and_energy(self):
         """Exact slopes on two worn surfaces; the stiffness is symmetric, for one energy is
         behind.
         """
         place, others = np.array([118e-6, 30e-6, 0.37]), (0, ROUGH, WAVY, 0.0)
-        found = pressed_slopes(*place, *others)
-        assert found[2] > 0.0
-        check_slopes(pressed, found, place, (1e-11, 1e-11, 1e-6), *others)
-        matrix = np.array([found[4:7], found[7:10], found[13:16]])
+        actual = pressed_slopes(*place, *others)
+        assert actual[2] > 0.0
+        check_slopes(pressed, actual, place, (1e-11, 1e-11, 1e-6), *others)
+        matrix = np.array([actual[4:7], actual[7:10], actual[13:16]])
         assert matrix == pytest.approx(matrix.T, rel=1e-12)
 
 
@@ -131,32 +131,32 @@ class TestShortFilm:
             (lambda t: 0.05 * np.sin(2 * t) ** 2),
         )
         numbers = data(CLEARANCE * wave(THETA), CLEARANCE * ripple(THETA))
-        found = short_on_outlines(*place, *motion, turned, 0.0, 0.0, SHORT, numbers, 0.0)
+        actual = short_on_outlines(*place, *motion, turned, 0.0, 0.0, SHORT, numbers, 0.0)
         fine = np.linspace(0.0, 2.0 * math.pi, 7200, endpoint=False)
-        c, s, own = np.cos(fine), np.sin(fine), fine - turned
-        gap = 1.0 - place[0] * c - place[1] * s + wave(fine) + ripple(own)
-        slopes = -0.1 * np.sin(fine - 1.0) - 0.1 * np.sin(4.0 * own)
+        c, s, ours = np.cos(fine), np.sin(fine), fine - turned
+        gap = 1.0 - place[0] * c - place[1] * s + wave(fine) + ripple(ours)
+        slopes = -0.1 * np.sin(fine - 1.0) - 0.1 * np.sin(4.0 * ours)
         drag = 6.0 * motion[2] * (place[0] * s - place[1] * c + slopes)
         source = drag - 12.0 * (motion[0] * c + motion[1] * s)
         pressure = np.where(source < 0.0, source / gap**3, 0.0)
         share = UNIT * (SHORT.length / SHORT.radius) ** 2 / 12.0 * 2.0 * math.pi / fine.size
         expected = share * (pressure @ c), share * (pressure @ s)
-        assert found[:2] == pytest.approx(expected, rel=1e-4)
+        assert actual[:2] == pytest.approx(expected, rel=1e-4)
 
     def test_unworn(self):
         """The closed form of the short bearing, within 1e-4."""
         closing, turning, spin, eps = 0.1, 0.3, 1.0, 0.8
         expected = cl.laws.short_film()(eps, closing, spin - 2.0 * turning, SHORT)
         place = eps, 0.0, closing, eps * turning, spin
-        found = short_on_outlines(*place, 0.0, 0.0, 0.0, SHORT, data(), 0.0)
-        assert found[:2] == pytest.approx(expected, rel=1e-4)
+        actual = short_on_outlines(*place, 0.0, 0.0, 0.0, SHORT, data(), 0.0)
+        assert actual[:2] == pytest.approx(expected, rel=1e-4)
 
     def test_slopes(self):
         """Exact by place, rates, spin, angle and lift; squeezing is symmetric."""
         place, others = np.array([0.5, 0.3, 0.2, -0.1, 1.0, 0.37, 0.01, 0.05]), (SHORT, WAVY, 0.0)
-        found = short_slopes(*place, *others)
-        check_slopes(short_on_outlines, found, place, [1e-6] * 8, *others)
-        assert found[3 + 3] == pytest.approx(found[3 + 8 + 2], rel=1e-12)
+        actual = short_slopes(*place, *others)
+        check_slopes(short_on_outlines, actual, place, [1e-6] * 8, *others)
+        assert actual[3 + 3] == pytest.approx(actual[3 + 8 + 2], rel=1e-12)
 
     def test_lift_is_a_larger_clearance(self):
         """A gap lifted all around is that of uniform wear, to rounding."""

@@ -67,7 +67,7 @@ class Paused:
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def entire(tmp_path_factory):
     return cl.simulate(
         ideal(), turns=TURNS, path=tmp_path_factory.mktemp("whole") / "run.h5", error=None
     ).path
@@ -75,7 +75,7 @@ def whole(tmp_path_factory):
 
 @pytest.mark.parametrize("second", [{}, {"checkpoint": 1e-9}])
 @pytest.mark.parametrize("first", [{}, {"checkpoint": 1e-9}])
-def test_R1_a_second_run_onto_the_name_is_refused(tmp_path, whole, first, second):
+def test_R1_a_second_run_onto_the_name_is_refused(tmp_path, entire, first, second):
     """The first is bit for bit what it would have been alone, and nothing but its file is left."""
     path = tmp_path / "run.h5"
     with Paused(path, **first) as run:
@@ -86,10 +86,10 @@ def test_R1_a_second_run_onto_the_name_is_refused(tmp_path, whole, first, second
         assert names(tmp_path) == before
     assert run.error is None
     assert names(tmp_path) == ["run.h5"]
-    same(whole, path)
+    same(entire, path)
 
 
-def test_R1_the_command_line_refuses_it_too(tmp_path, whole):
+def test_R1_the_command_line_refuses_it_too(tmp_path, entire):
     path = tmp_path / "run.h5"
     with Paused(path) as run:
         call = [
@@ -107,11 +107,11 @@ def test_R1_the_command_line_refuses_it_too(tmp_path, whole):
     assert run.error is None
     assert (done.returncode, done.stdout) == (2, "")
     assert f"clearance: another run writes {path} (process " in done.stderr
-    same(whole, path)
+    same(entire, path)
 
 
 @pytest.mark.parametrize("checkpoint", ["0", "1e-9"])
-def test_R1_what_a_killed_run_left_is_in_nobodys_way(tmp_path, whole, checkpoint):
+def test_R1_what_a_killed_run_left_is_in_nobodys_way(tmp_path, entire, checkpoint):
     """A lock ends with its process; the unfinished file is written anew, or the run goes on from
     its checkpoint.
     """
@@ -128,10 +128,10 @@ def test_R1_what_a_killed_run_left_is_in_nobodys_way(tmp_path, whole, checkpoint
     again = {"checkpoint": float(checkpoint) or None, "error": None}
     cl.simulate(ideal(), turns=TURNS, path=path, **again).close()
     assert names(tmp_path) == ["run.h5"]
-    same(whole, path)
+    same(entire, path)
 
 
-def test_R1_without_locks_both_files_are_whole(tmp_path, whole, monkeypatch):
+def test_R1_without_locks_both_files_are_whole(tmp_path, entire, monkeypatch):
     """Without locks of the file system each run writes a file of its own and the last one takes the
     name.
     """
@@ -147,7 +147,7 @@ def test_R1_without_locks_both_files_are_whole(tmp_path, whole, monkeypatch):
         assert cl.open_result(path).complete
     assert run.error is None
     assert names(tmp_path) == ["run.h5"]
-    same(whole, path)
+    same(entire, path)
 
 
 def test_R1_a_sweeps_image_needs_no_lock(tmp_path):

@@ -277,7 +277,7 @@ def test_names_that_kernels_use_themselves():
     underscore.
     """
     joint = {"name": "J", "radius": 0.01, "clearance": 1e-3}
-    half, whole = (
+    half, entire = (
         cl.simulate(
             cl.Scene(
                 cl.ClearanceRevolute(cl.ground, cl.Body("ball", 0.5, 1e-4), contact=law, **joint)
@@ -286,7 +286,7 @@ def test_names_that_kernels_use_themselves():
         )
         for law in (solve_gap(stiffness=2e6), _spring(stiffness=1e6))
     )
-    np.testing.assert_array_equal(half.joint("J").contact_force, whole.joint("J").contact_force)
+    np.testing.assert_array_equal(half.joint("J").contact_force, entire.joint("J").contact_force)
     assert half.joint("J").contact_force.max() > 0.0
 
 
@@ -406,25 +406,25 @@ def test_a_law_without_a_value_is_named(low, high, gap):
     joint = cl.ClearanceRevolute(
         cl.ground, ball, name="J", radius=0.01, clearance=1e-4, contact=law
     )
-    said = (
+    message = (
         r"joint J: contact_force is not a number at a gap of (\S+) m: "
         r"a law has no value there \(J: ecc"
     )
-    with pytest.raises(cl.SimulationError, match=said) as caught:
+    with pytest.raises(cl.SimulationError, match=message) as caught:
         cl.simulate(cl.Scene(joint), until=0.1)
-    assert float(re.search(said, str(caught.value))[1]) == pytest.approx(gap, abs=1e-9)
+    assert float(re.search(message, str(caught.value))[1]) == pytest.approx(gap, abs=1e-9)
 
 
 def test_what_the_force_of_a_slide_is():
     """Of a driven slide the drive's force is in it, and the file says so; of others it is the
     reaction.
     """
-    said = {c.path: c.long_name for c in build(m.actuator()).layout.channels}
+    message = {c.path: c.long_name for c in build(m.actuator()).layout.channels}
     assert (
-        said["joints/cylinder/force_x"]
+        message["joints/cylinder/force_x"]
         == "force x on piston, with that of drive oil along the slide"
     )
-    assert said["joints/O/force_x"] == "force x on boom"
+    assert message["joints/O/force_x"] == "force x on boom"
     plain = {c.path: c.long_name for c in build(engine("ABCg")).layout.channels}
     assert plain["joints/g/force_y"] == "force y on piston"
 

@@ -57,12 +57,12 @@ def test_reynolds_equation_by_quadrature(tau, closing, turning, sliding):
     moment = -width * 0.5 * (weight @ (x**2 * gradient))
     # the moving pad is sheared by mu U / h + h p' / 2 and pushed back by p m
     drag = width * (weight @ (mu * speed / h + 0.5 * h * gradient)) + slope * load
-    found = LAW(gap, slope, rate, lean, speed, FACE)
+    actual = LAW(gap, slope, rate, lean, speed, FACE)
     size = 12.0 * mu * width * a**3 / (gap * (1.0 - abs(tau))) ** 3
     size *= max(abs(rate) + abs(slope * speed) + a * abs(lean), 1e-6)
-    assert found[0] == pytest.approx(load, abs=1e-8 * size)
-    assert found[1] == pytest.approx(moment, abs=1e-8 * a * size)
-    assert found[2] == pytest.approx(
+    assert actual[0] == pytest.approx(load, abs=1e-8 * size)
+    assert actual[1] == pytest.approx(moment, abs=1e-8 * a * size)
+    assert actual[2] == pytest.approx(
         drag, abs=1e-8 * max(size * gap / a, mu * width * a * abs(speed) / gap)
     )
 
@@ -235,10 +235,10 @@ def test_edges_touch_through_the_film(film, transition):
     )
     scene = cl.Scene(guide, cl.Torque(body, 5.0), gravity=(0.0, 0.0))
     result = cl.simulate(scene, until=0.2, rtol=1e-5, samples=401)
-    found = result.joint("guide")
-    assert found.mode[-1] == 3.0
-    assert found.moment[-1] == pytest.approx(-5.0, rel=1e-3)
-    couple = 2.0 * found.contact_force_4[-1] * 0.025
+    actual = result.joint("guide")
+    assert actual.mode[-1] == 3.0
+    assert actual.moment[-1] == pytest.approx(-5.0, rel=1e-3)
+    couple = 2.0 * actual.contact_force_4[-1] * 0.025
     assert couple == pytest.approx(5.0, rel=0.02)
     assert np.abs(result.energy.residual).max() < 1e-2 * result.energy.input[-1]
 
@@ -252,12 +252,12 @@ def test_what_a_film_needs():
         "contact": cl.hertz(stiffness=1e9),
         "name": "g",
     }
-    for more, said in (
+    for more, message in (
         ({}, "film needs lubricant"),
         ({"lubricant": cl.Lubricant(0.05)}, "film needs the width"),
         ({"lubricant": cl.Lubricant(0.05), "width": 0.02}, "film needs a transition"),
     ):
-        with pytest.raises(ValueError, match=f"joint g: {said}"):
+        with pytest.raises(ValueError, match=f"joint g: {message}"):
             cl.ClearancePrismatic(cl.ground, body["P"], film=cl.full_pad(), **given, **more)
     with pytest.raises(ValueError, match="joint g: transition superposed needs a film"):
         cl.ClearancePrismatic(cl.ground, body["P"], transition=cl.superposed(), **given)

@@ -104,13 +104,13 @@ class TestClosedForms:
         """w = T_s / (T_s / w_0 + c); the multiplier is exp(-(T_s / w_0 + c) T / J): linear,
         right to 1e-6.
         """
-        found, slope = steady(rotor(), 1e-8), STALL / NO_LOAD + DRAG
+        actual, slope = steady(rotor(), 1e-8), STALL / NO_LOAD + DRAG
         speed = STALL / slope
-        assert found.autonomous
-        assert found.states["rate of bodies/disc/angle"] == pytest.approx(speed, rel=1e-8)
-        assert found.duration == pytest.approx(2.0 * math.pi / speed, rel=1e-8)
-        expected = math.exp(-slope * found.duration / INERTIA)
-        assert found.multipliers == pytest.approx([expected], abs=1e-6)
+        assert actual.autonomous
+        assert actual.states["rate of bodies/disc/angle"] == pytest.approx(speed, rel=1e-8)
+        assert actual.duration == pytest.approx(2.0 * math.pi / speed, rel=1e-8)
+        expected = math.exp(-slope * actual.duration / INERTIA)
+        assert actual.multipliers == pytest.approx([expected], abs=1e-6)
 
 
 class TestDryJoint:
@@ -155,11 +155,11 @@ class TestSlowStates:
         """The heat that the oil takes in leaves by conductance: first law, to 1e-6 of it.
         Waiting would take more than ten times as many turns.
         """
-        found = steady(warm())
-        assert found.slow == ("joints/J/warming",)
-        power = found.orbit.joint("J").power_loss.mean()
-        assert found.states["joints/J/warming"] * 1.0 == pytest.approx(power, rel=1e-5)
-        assert found.plain_turns > 10.0 * found.turns_spent
+        actual = steady(warm())
+        assert actual.slow == ("joints/J/warming",)
+        power = actual.orbit.joint("J").power_loss.mean()
+        assert actual.states["joints/J/warming"] * 1.0 == pytest.approx(power, rel=1e-5)
+        assert actual.plain_turns > 10.0 * actual.turns_spent
 
 
 class TestStatedErrors:
@@ -168,8 +168,8 @@ class TestStatedErrors:
         """Against the motion solved to 1e-9 in place of 1e-4; the warming's multiplier is 0.99. Of
         numbers that differ by more than 1e-11 all are covered, of few runs one in ten may not be.
         """
-        found, exact = steady(scene(), 1e-4), metrics(steady(scene(), 1e-9, error=None).orbit, 0.0)
-        errors, covered = found.orbit.errors, []
+        actual, exact = steady(scene(), 1e-4), metrics(steady(scene(), 1e-9, error=None).orbit, 0.0)
+        errors, covered = actual.orbit.errors, []
         assert errors.rtol == pytest.approx((1e-10, 1e-9))
         for name in exact:
             true = abs(errors[name].value - exact[name].value)
@@ -196,9 +196,9 @@ class TestStatedErrors:
         """A table's forces larger by its error: the gap of a loaded journal changes by about as
         much. Nothing is stated where nothing is wanted.
         """
-        found = steady(warm()).orbit
-        gap = found.errors["joint_J_gap_min"]
-        table = found.facts("joints/J")["film_table_error_closing"]
+        actual = steady(warm()).orbit
+        gap = actual.errors["joint_J_gap_min"]
+        table = actual.facts("joints/J")["film_table_error_closing"]
         assert 0.05 * table < gap.film / gap.value < 20.0 * table
         assert steady(warm(), error=None).orbit.errors.reason == "none was asked for"
 

@@ -73,9 +73,9 @@ def test_pictures_of_a_run(kind, folder, tmp_path, capsys):
     more = ["--frames", 5] if kind == "animation" else []
     status, text, err = run("plot", tmp_path / "dry.h5", kind, *more, "--json", capsys=capsys)
     assert (status, err) == (0, "")
-    found = json.loads(text)
+    document = json.loads(text)
     path = tmp_path / f"dry_{kind}{'.gif' if kind == 'animation' else '.png'}"
-    assert found == {"status": "complete", "picture": str(path)}
+    assert document == {"status": "complete", "picture": str(path)}
     assert size(path) > 8000
 
 
@@ -335,10 +335,10 @@ def test_lyapunov(tmp_path, capsys):
     )
     assert (status, err) == (0, "")
     document = json.loads(text)
-    found = document["slider_crank model=lubricated film=pinkus_sternlicht"]
-    assert found["verdict"] == "regular"
-    assert found["per_turn"] < -5.0
-    assert (found["turns"], found["settle"]) == (4, 1)
+    actual = document["slider_crank model=lubricated film=pinkus_sternlicht"]
+    assert actual["verdict"] == "regular"
+    assert actual["per_turn"] < -5.0
+    assert (actual["turns"], actual["settle"]) == (4, 1)
     assert [p.rpartition("/")[2] for p in document["files"]] == [
         "lyapunov.h5",
         "lyapunov.png",
@@ -395,9 +395,9 @@ def test_pictures_of_a_result_without_a_file(tmp_path):
         pin_radius=0.01,
         friction=joint_coulomb(coefficient=0.1),
     )
-    found = cl.inverse_dynamics(cl.Scene(pin, cl.Drive(pin, speed=3.0)), turns=1.0)
-    assert len(found.plot.efforts().axes) > 1
-    assert found.view(tmp_path / "arm.html").exists()
+    result = cl.inverse_dynamics(cl.Scene(pin, cl.Drive(pin, speed=3.0)), turns=1.0)
+    assert len(result.plot.efforts().axes) > 1
+    assert result.view(tmp_path / "arm.html").exists()
 
 
 def test_pictures_of_an_open_sweep(folder):

@@ -166,20 +166,20 @@ def test_trajectories_may_have_gaps(points):
     axes = Figure().add_subplot()
     figures.trajectory(axes, x, y)
     shown = axes.lines[0].get_xydata()
-    kept = np.isfinite(shown).all(axis=1)
-    assert shown[kept, 0].max() <= 0.5
-    assert shown[kept, 0].max() == pytest.approx(x[np.isfinite(y)].max(), abs=1e-3)
+    stored = np.isfinite(shown).all(axis=1)
+    assert shown[stored, 0].max() <= 0.5
+    assert shown[stored, 0].max() == pytest.approx(x[np.isfinite(y)].max(), abs=1e-3)
     strokes = np.abs(np.diff(shown, axis=0)).max(axis=1)
     assert np.nanmax(strokes) < 1.01 * max(40.0 * np.pi / points, 1e-3)
 
 
 def test_legends_fit_the_page(monkeypatch):
-    found = []
-    monkeypatch.setattr(Figure, "legend", lambda *_, **options: found.append(options["ncols"]))
+    actual = []
+    monkeypatch.setattr(Figure, "legend", lambda *_, **options: actual.append(options["ncols"]))
     for names in (["a", "b"], ["a", "b", "c", "d"], ["x" * 25, "y"], ["x" * 80, "y"]):
         figure = figures.sheet(7.0, 3.0)
         axes = figure.add_subplot()
         for name in names:
             axes.plot([0.0], [0.0], label=name)
         figures.legend_below(figure, axes)
-    assert found == [2, 3, 2, 1]
+    assert actual == [2, 3, 2, 1]

@@ -37,12 +37,12 @@ def test_python_example(tmp_path, monkeypatch, capsys):
 SWEEPS = [(README, "feeder_map", "["), (GUIDE, "map", "slider_acceleration_max")]
 
 
-@pytest.mark.parametrize(("blocks", "folder", "said"), SWEEPS)
-def test_sweep_examples(blocks, folder, said, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(("blocks", "folder", "message"), SWEEPS)
+def test_sweep_examples(blocks, folder, message, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     exec(compile(next(b for b in blocks if "cl.sweep(" in b), "README", "exec"), {})
     assert cl.open_sweep(tmp_path / folder).done.all()
-    assert said in capsys.readouterr().out
+    assert message in capsys.readouterr().out
 
 
 def test_result_file_example(tmp_path, monkeypatch, capsys):
@@ -124,9 +124,9 @@ def commands(block):
         lexer = shlex.shlex(line, posix=True, punctuation_chars=";&|")
         lexer.whitespace_split = True
         for end, words in itertools.groupby(lexer, lambda word: word in (";", "&&", "|", "do")):
-            found = list(words)
-            if not end and found[0].rpartition("/")[2] == "clearance":
-                yield found[1:]
+            actual = list(words)
+            if not end and actual[0].rpartition("/")[2] == "clearance":
+                yield actual[1:]
 
 
 @pytest.mark.parametrize("page", PAGES)

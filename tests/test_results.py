@@ -224,13 +224,13 @@ def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
     from clearance import run as running
 
     scene = cl.load_case("slider_crank")
-    whole = cl.simulate(scene, until=2e-3, samples=301)
+    entire = cl.simulate(scene, until=2e-3, samples=301)
     monkeypatch.setattr(running, "ROWS", 7)
     monkeypatch.setattr(running, "LOG_ROWS", 5)
     monkeypatch.setattr(running, "IMPACT_ROWS", 2)
     monkeypatch.setattr(running, "BUDGET", 11)
     pieces = cl.simulate(scene, until=2e-3, samples=301)
-    assert len(whole.events["time"]) > 3
+    assert len(entire.events["time"]) > 3
     for path in (
         "time",
         "bodies/rod/theta",
@@ -239,7 +239,7 @@ def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
         "events/peak_force",
         "solver/time",
     ):
-        np.testing.assert_array_equal(whole.file[path][()], pieces.file[path][()], err_msg=path)
+        np.testing.assert_array_equal(entire.file[path][()], pieces.file[path][()], err_msg=path)
 
 
 def test_a_killed_run_leaves_no_file_under_the_final_name(tmp_path):
@@ -373,7 +373,7 @@ def test_a_late_jump_of_energy_is_seen_in_a_long_run():
 def test_chosen_channels(tmp_path):
     scene = cl.load_case("slider_crank", model="dry")
     options = {"turns": 1.0, "samples_per_turn": 50}
-    whole = cl.simulate(scene, **options)
+    entire = cl.simulate(scene, **options)
     some = cl.simulate(
         scene, **options, channels=["bodies/slider/a[xy]", "joints/C"], compression=3
     )
@@ -384,12 +384,12 @@ def test_chosen_channels(tmp_path):
     assert some.file["solver/step"].shape == (0,)  # the log of steps is for those who ask
     assert (
         cl.simulate(scene, **options, channels=["solver"]).file["solver/step"].shape
-        == whole.file["solver/step"].shape
+        == entire.file["solver/step"].shape
     )
-    np.testing.assert_array_equal(some["slider"].ax, whole["slider"].ax)
-    np.testing.assert_array_equal(some.events["peak_force"], whole.events["peak_force"])
-    assert some.facts("joints/B") == whole.facts("joints/B")
-    assert some.facts("energy") == whole.facts("energy")
+    np.testing.assert_array_equal(some["slider"].ax, entire["slider"].ax)
+    np.testing.assert_array_equal(some.events["peak_force"], entire.events["peak_force"])
+    assert some.facts("joints/B") == entire.facts("joints/B")
+    assert some.facts("energy") == entire.facts("energy")
     with pytest.raises(KeyError, match="may not have been kept"):
         some.values("energy/kinetic")
     with pytest.raises(

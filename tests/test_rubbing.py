@@ -35,14 +35,14 @@ def four_bar(law=None, pin_radius=0.005, drive=None, gravity=(0.0, -9.81), **mor
     rad/s).
     """
     b = bars()
-    own = {"friction": law, "pin_radius": pin_radius} if law is not None else {}
+    options = {"friction": law, "pin_radius": pin_radius} if law is not None else {}
     ends = {
         "A": (cl.ground.at(0, 0), b["crank"]["near"]),
         "B": (b["crank"]["far"], b["coupler"]["near"]),
         "C": (b["coupler"]["far"], b["rocker"]["far"]),
         "D": (cl.ground.at(0.16, 0), b["rocker"]["near"]),
     }
-    joints = [cl.Revolute(*e, name=n, **own, **more.get(n, {})) for n, e in ends.items()]
+    joints = [cl.Revolute(*e, name=n, **options, **more.get(n, {})) for n, e in ends.items()]
     return cl.Scene(
         *joints, drive(b) if drive else cl.Drive(b["crank"], speed=3.0, start=0.3), gravity=gravity
     )
@@ -57,23 +57,23 @@ def row(scene, time=0.0, y=None):
     return {c.path: float(v) for c, v in zip(mechanism.layout.channels, out, strict=True)}
 
 
-def consistent(scene, found, tolerance=1e-11):
+def consistent(scene, actual, tolerance=1e-11):
     """The friction of each joint is what its law makes of its rate and of the reaction it
     leaves.
     """
     for joint in (j for j in scene.joints if j.friction is not None):
         here = {
             n.rpartition("/")[2]: v
-            for n, v in found.items()
+            for n, v in actual.items()
             if n.startswith(f"joints/{joint.name}/")
         }
-        spin = {b.name: found[f"bodies/{b.name}/omega"] for b in scene.bodies} | {"ground": 0.0}
+        spin = {b.name: actual[f"bodies/{b.name}/omega"] for b in scene.bodies} | {"ground": 0.0}
         if isinstance(joint, cl.Revolute):
             rate = spin[joint.b.body.name] - spin[joint.a.body.name]
             across = [here.get(n, 0.0) for n in ("axial_force", "bending_x", "bending_y")]
             load = pin_load(here["force_x"], here["force_y"], *across, *joint.geometry.values())
         else:
-            rate = found[f"bodies/{joint.b.body.name}/vx"]  # slides along x on ground here
+            rate = actual[f"bodies/{joint.b.body.name}/vx"]  # slides along x on ground here
             load = slide_load(
                 here["force_y"], 0.0, 0.0, here["moment"], 0.0, *joint.geometry.values()
             )
@@ -82,12 +82,12 @@ def consistent(scene, found, tolerance=1e-11):
         assert here["power_loss"] == pytest.approx(-here["friction"] * rate, rel=1e-13)
 
 
-def energy_rate(scene, found):
+def energy_rate(scene, actual):
     """Rate of kinetic energy and of potential energy of gravity [W]."""
     total = 0.0
     for b in scene.bodies:
-        x, y, theta = (found[f"bodies/{b.name}/{n}"] for n in ("vx", "vy", "omega"))
-        ax, ay, alpha = (found[f"bodies/{b.name}/{n}"] for n in ("ax", "ay", "alpha"))
+        x, y, theta = (actual[f"bodies/{b.name}/{n}"] for n in ("vx", "vy", "omega"))
+        ax, ay, alpha = (actual[f"bodies/{b.name}/{n}"] for n in ("ax", "ay", "alpha"))
         total += (
             b.mass * (x * (ax - scene.gravity[0]) + y * (ay - scene.gravity[1]))
             + b.inertia * theta * alpha
@@ -112,10 +112,10 @@ def test_friction_in_every_pin_satisfies_its_own_equations(law, time):
     ten times larger.
     """
     scene = four_bar(law)
-    found = row(scene, time)
-    consistent(scene, found)
-    assert 1.0 <= found["friction/iterations"] <= 12.0
-    assert 0.0 < found["friction/contraction"] < 0.2
+    actual = row(scene, time)
+    consistent(scene, actual)
+    assert 1.0 <= actual["friction/iterations"] <= 12.0
+    assert 0.0 < actual["friction/contraction"] < 0.2
 
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
@@ -123,11 +123,11 @@ def test_driving_power_is_energy_and_losses(law):
     """Tolerance 1e-12 of the power: rounding of some hundred operations."""
     scene = four_bar(law)
     for time in np.linspace(0.0, 2.0, 7):
-        found = row(scene, time)
-        lost = sum(found[f"joints/{n}/power_loss"] for n in "ABCD")
-        power = found["drives/crank/power"]
+        actual = row(scene, time)
+        lost = sum(actual[f"joints/{n}/power_loss"] for n in "ABCD")
+        power = actual["drives/crank/power"]
         assert power == pytest.approx(
-            energy_rate(scene, found) + lost, abs=1e-12 * max(abs(power), lost)
+            energy_rate(scene, actual) + lost, abs=1e-12 * max(abs(power), lost)
         )
 
 
@@ -144,10 +144,12 @@ def test_newton_takes_over_where_the_fixed_point_contracts_slowly():
     """Pins as large as the crank, close to locking: the same equations hold."""
     scene = four_bar(cl.joint_coulomb(coefficient=1.0), pin_radius=0.05)
     for time in (0.25, 0.5, 0.75):
-        found = row(scene, time)
-        consistent(scene, found, 1e-10)
-        assert found["friction/contraction"] > 0.5
-        assert 4.0 < found["friction/iterations"] < 300.0  # a share of the friction after the other
+        actual = row(scene, time)
+        consistent(scene, actual, 1e-10)
+        assert actual["friction/contraction"] > 0.5
+        assert (
+            4.0 < actual["friction/iterations"] < 300.0
+        )  # a share of the friction after the other
 
 
 def test_of_several_solutions_it_is_the_one_that_grows_out_of_no_friction(validated):
@@ -189,19 +191,19 @@ def test_friction_that_locks_the_mechanism_is_said():
 
 def test_driven_joints_rub_without_any_iteration():
     law = LAWS["coulomb"]
-    own = {"A": {"friction": law, "pin_radius": 0.01}}
-    scene = four_bar(**own)
+    options = {"A": {"friction": law, "pin_radius": 0.01}}
+    scene = four_bar(**options)
     text = build(scene, ledger=False).structure.texts["observe"]
     assert "pin_load" in text
     assert "rub_" not in text
-    found, bare = row(scene, 0.4), row(four_bar(), 0.4)
-    consistent(scene, found, 1e-14)
-    assert "friction/iterations" not in found
+    actual, bare = row(scene, 0.4), row(four_bar(), 0.4)
+    consistent(scene, actual, 1e-14)
+    assert "friction/iterations" not in actual
     for name in "ABCD":
         for axis in "xy":
-            assert found[f"joints/{name}/force_{axis}"] == bare[f"joints/{name}/force_{axis}"]
-    assert found["drives/crank/torque"] == pytest.approx(
-        bare["drives/crank/torque"] - found["joints/A/friction"], rel=1e-14
+            assert actual[f"joints/{name}/force_{axis}"] == bare[f"joints/{name}/force_{axis}"]
+    assert actual["drives/crank/torque"] == pytest.approx(
+        bare["drives/crank/torque"] - actual["joints/A/friction"], rel=1e-14
     )
 
 
@@ -211,10 +213,10 @@ def test_laws_without_load_need_no_reaction():
     text = build(scene, ledger=False).structure.texts["observe"]
     assert "rub_" not in text
     assert "pin_load" not in text
-    found = row(scene, 0.4)
-    assert "joints/B/friction_load" not in found
-    spin = found["bodies/coupler/omega"] - found["bodies/crank/omega"]
-    assert found["joints/B/friction"] == pytest.approx(law(spin, 0.0), rel=1e-14)
+    actual = row(scene, 0.4)
+    assert "joints/B/friction_load" not in actual
+    spin = actual["bodies/coupler/omega"] - actual["bodies/crank/omega"]
+    assert actual["joints/B/friction"] == pytest.approx(law(spin, 0.0), rel=1e-14)
 
 
 def test_a_scene_without_friction_has_nothing_of_it():
@@ -247,20 +249,20 @@ def test_a_slide_rubs_with_its_normal_force_and_moment():
         cl.Force(block["shoe"], x=-50.0),
     )
     for time in (0.0, 0.1, 0.2):
-        found = row(scene, time)
-        rate = found["bodies/block/vx"]
-        normal, moment = found["joints/guide/force_y"], found["joints/guide/moment"]
+        actual = row(scene, time)
+        rate = actual["bodies/block/vx"]
+        normal, moment = actual["joints/guide/force_y"], actual["joints/guide/moment"]
         load = abs(normal) + abs(moment) / 0.03
-        assert found["joints/guide/friction_load"] == pytest.approx(load, rel=1e-12)
-        assert found["joints/guide/friction"] == pytest.approx(
+        assert actual["joints/guide/friction_load"] == pytest.approx(load, rel=1e-12)
+        assert actual["joints/guide/friction"] == pytest.approx(
             -0.15 * load * math.copysign(1.0, rate), rel=1e-12
         )
         # all that passes through the guide along it is friction
-        assert found["joints/guide/force_x"] == pytest.approx(
-            found["joints/guide/friction"], rel=1e-12
+        assert actual["joints/guide/force_x"] == pytest.approx(
+            actual["joints/guide/friction"], rel=1e-12
         )
-        pushed = energy_rate(scene, found) + 50.0 * rate + found["joints/guide/power_loss"]
-        assert found["drives/crank/power"] == pytest.approx(pushed, rel=1e-11)
+        pushed = energy_rate(scene, actual) + 50.0 * rate + actual["joints/guide/power_loss"]
+        assert actual["drives/crank/power"] == pytest.approx(pushed, rel=1e-11)
 
 
 # --- forward dynamics
@@ -330,10 +332,10 @@ def hanging():
         angular_velocity=2.0,
         angle=-0.4,
     )
-    own = {"friction": law, "pin_radius": 0.02}
+    options = {"friction": law, "pin_radius": 0.02}
     return cl.Scene(
-        cl.Revolute(cl.ground, upper["near"], name="A", **own),
-        cl.Revolute(upper["far"], lower["near"], name="B", **own),
+        cl.Revolute(cl.ground, upper["near"], name="A", **options),
+        cl.Revolute(upper["far"], lower["near"], name="B", **options),
     )
 
 
@@ -405,14 +407,14 @@ def test_forward_motion_from_inverse_torque(validated):
     # a Chebyshev series of the torque, smooth with this transition rate
     series = np.polynomial.chebyshev.Chebyshev.fit(given_run.time, torque, 60, domain=[0.0, 1.0])
     assert np.abs(series(given_run.time) - torque).max() < 1e-6 * np.abs(torque).max()
-    found = cl.simulate(
+    result = cl.simulate(
         four_bar(law, drive=lambda b: _series_drive(b, series.coef)), until=1.0, rtol=1e-10
     )
     options = {"source": "the prescribed motion", "kind": "exact", "relative": False}
     validated(
         "motion by the torque found",
-        found["crank"].theta,
-        0.3 + 3.0 * found.time,
+        result["crank"].theta,
+        0.3 + 3.0 * result.time,
         1e-4,
         unit="rad",
         **options,
@@ -473,20 +475,23 @@ def plate(**joint):
     )
 
 
-def spatial(scene, found):
+def spatial(scene, actual):
     """Newton and Euler in space about the centres of mass: what joints must carry, independently
     written.
     """
     balance = {}
     for b in scene.bodies:
-        c, s = math.cos(found[f"bodies/{b.name}/theta"]), math.sin(found[f"bodies/{b.name}/theta"])
+        c, s = (
+            math.cos(actual[f"bodies/{b.name}/theta"]),
+            math.sin(actual[f"bodies/{b.name}/theta"]),
+        )
         turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        w, alpha = (np.array([0, 0, found[f"bodies/{b.name}/{n}"]]) for n in ("omega", "alpha"))
+        w, alpha = (np.array([0, 0, actual[f"bodies/{b.name}/{n}"]]) for n in ("omega", "alpha"))
         pxz, pyz = b.products
         inertia = (
             turn @ np.array([[1.0, 0, -pxz], [0, 1.0, -pyz], [-pxz, -pyz, b.inertia]]) @ turn.T
         )
-        a = np.array([found[f"bodies/{b.name}/ax"], found[f"bodies/{b.name}/ay"], 0.0])
+        a = np.array([actual[f"bodies/{b.name}/ax"], actual[f"bodies/{b.name}/ay"], 0.0])
         force = b.mass * (a - np.array([*scene.gravity, 0.0][:3]))
         balance[b.name] = [force, inertia @ alpha + np.cross(w, inertia @ w), turn]
     return balance
@@ -497,8 +502,8 @@ def test_loads_out_of_the_plane_of_a_chain(validated):
     rounding.
     """
     scene = plate()
-    found = row(scene, 0.3)
-    balance = spatial(scene, found)
+    actual = row(scene, 0.3)
+    balance = spatial(scene, actual)
     tool, arm = scene.bodies[1], scene.bodies[0]
     height = {"arm": 0.01, "tool": -0.03}
 
@@ -516,7 +521,7 @@ def test_loads_out_of_the_plane_of_a_chain(validated):
     moment2 = balance["arm"][1] + np.cross(far, force) + moment - np.cross(shoulder, force2)
     for name, f, n in (("elbow", force, moment), ("shoulder", force2, moment2)):
         here = {
-            k: found[f"joints/{name}/{k}"]
+            k: actual[f"joints/{name}/{k}"]
             for k in ("force_x", "force_y", "axial_force", "bending_x", "bending_y")
         }
         expected = [*f, *n[:2]]
@@ -555,10 +560,10 @@ def test_loops_need_to_say_who_carries_loads_out_of_the_plane(validated):
     with pytest.raises(ValueError, match=r"closed loop \(joints .*self_aligning=True"):
         build(four_bar(gravity=gravity))
     scene = four_bar(gravity=gravity, C={"self_aligning": True})
-    found = row(scene, 0.2)
+    actual = row(scene, 0.2)
     weights = {b.name: 2.0 * b.mass for b in scene.bodies}
-    assert found["joints/C/axial_force"] == 0.0
-    carried = [found[f"joints/{n}/axial_force"] for n in "BAD"]
+    assert actual["joints/C/axial_force"] == 0.0
+    carried = [actual[f"joints/{n}/axial_force"] for n in "BAD"]
     wanted = [weights["coupler"], weights["coupler"] + weights["crank"], weights["rocker"]]
     options = {"unit": "N", "source": "weights of the bars", "kind": "exact"}
     validated("axial forces of a horizontal four-bar", carried, wanted, 1e-14, **options)
@@ -583,9 +588,9 @@ def test_a_planar_scene_has_no_loads_out_of_the_plane():
 def test_any_friction_in_every_pin(coefficient, radius, viscous, time):
     law = cl.joint_coulomb(coefficient=coefficient, viscous=viscous)
     scene = four_bar(law, pin_radius=radius)
-    found = row(scene, time)
-    consistent(scene, found, 1e-10)
-    assert all(found[f"joints/{n}/power_loss"] >= 0.0 for n in "ABCD")
+    actual = row(scene, time)
+    consistent(scene, actual, 1e-10)
+    assert all(actual[f"joints/{n}/power_loss"] >= 0.0 for n in "ABCD")
 
 
 # --- stiff and extreme

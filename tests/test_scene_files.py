@@ -192,8 +192,8 @@ def test_a_missing_field_and_a_body_without_joint(tmp_path):
 )
 def test_formulas(text, value):
     """To rounding."""
-    found = formula(text, {"a": 0.05, "n": 3.0, "word": "dry"})
-    assert found == (value if isinstance(value, str) else pytest.approx(value, rel=1e-15))
+    actual = formula(text, {"a": 0.05, "n": 3.0, "word": "dry"})
+    assert actual == (value if isinstance(value, str) else pytest.approx(value, rel=1e-15))
 
 
 @pytest.mark.parametrize(

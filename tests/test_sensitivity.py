@@ -65,11 +65,11 @@ def test_ideal_slider_crank(crank):
         "speed": -2.0 * w * r * (1.0 + r / length),
     }
     for name, value in exact.items():
-        found = result.sensitivities["block_acceleration_min", name]
-        assert found.value == pytest.approx(value, rel=1e-9, abs=1e-9)
-        assert found.trusted
-    assert found.units == "(m/s2)/(rad/s)"
-    assert found.change == pytest.approx(0.02 * found.metric, rel=1e-9)
+        actual = result.sensitivities["block_acceleration_min", name]
+        assert actual.value == pytest.approx(value, rel=1e-9, abs=1e-9)
+        assert actual.trusted
+    assert actual.units == "(m/s2)/(rad/s)"
+    assert actual.change == pytest.approx(0.02 * actual.metric, rel=1e-9)
 
 
 def oscillator(stiffness=200.0, mass=0.5):
@@ -86,8 +86,8 @@ def test_oscillator():
     no case made. To 1e-6: differences of runs at 1e-8, which err alike.
     """
     names = "springs/S/stiffness", "bodies/block/mass"
-    found = cl.simulate(oscillator(), until=0.4, sensitivity=names).sensitivities
-    by_stiffness, by_mass = (found["block_acceleration_max", name] for name in names)
+    result = cl.simulate(oscillator(), until=0.4, sensitivity=names).sensitivities
+    by_stiffness, by_mass = (result["block_acceleration_max", name] for name in names)
     assert by_stiffness.value == pytest.approx(0.03 / 0.5, rel=1e-6)
     assert by_mass.value == pytest.approx(-0.03 * 200.0 / 0.25, rel=1e-6)
     assert by_stiffness.units == "(m/s2)/(N/m)"
@@ -105,26 +105,26 @@ def test_against_independent_runs(tmp_path):
 
     scene = cl.load_case("slider_crank", **FILM)
     path = tmp_path / "run.h5"
-    found = cl.simulate(scene, turns=1, sensitivity=["viscosity"], path=path).sensitivities
+    result = cl.simulate(scene, turns=1, sensitivity=["viscosity"], path=path).sensitivities
     d = 4e-4
     near, far = (
         {n: (above - low[n]) / (2.0 * k * d) for n, above in numbers(0.4 + k * d).items()}
         for k, low in ((1, numbers(0.4 - d)), (2, numbers(0.4 - 2.0 * d)))
     )
     shares = []
-    for (metric, _), one in found.items():
+    for (metric, _), one in result.items():
         exact, apart = near[metric], abs(near[metric] - far[metric])
         assert abs(one.value - exact) <= one.error + apart
         shares.append(abs(one.value - exact) / max(abs(exact), 1e-300))
     assert len(shares) > 10
     assert np.median(shares) < 1e-3
     with open_result(path) as again:
-        assert dict(again.sensitivities) == dict(found)
+        assert dict(again.sensitivities) == dict(result)
         tree = again.to_xarray()
     with xarray.open_dataset(path, group="sensitivities", engine="h5netcdf") as data:
         xarray.testing.assert_equal(data, tree["/sensitivities"].to_dataset())
         cell = data["value"].sel(metric="joint_C_gap_min", parameter="viscosity")
-        assert float(cell) == found["joint_C_gap_min", "viscosity"].value
+        assert float(cell) == result["joint_C_gap_min", "viscosity"].value
 
 
 def test_same_steps_same_run():
@@ -225,9 +225,9 @@ def test_sizes_of_parameters():
 def test_columns_have_gaps():
     """Columns and back: what there is not stays away."""
     one, two = Sensitivity(1.0, 0.1, 5.0, "N", 2.0, "m"), Sensitivity(3.0, 0.3, 5.0, "N", 4.0, "-")
-    found = Sensitivities({("f", "a"): one, ("f", "b"): two, ("g", "b"): two})
-    assert dict(Sensitivities.of_columns(found.columns())) == dict(found)
-    assert np.isnan(found.columns()["value"][1, 0])
+    actual = Sensitivities({("f", "a"): one, ("f", "b"): two, ("g", "b"): two})
+    assert dict(Sensitivities.of_columns(actual.columns())) == dict(actual)
+    assert np.isnan(actual.columns()["value"][1, 0])
 
 
 def test_a_damaged_table(tmp_path):
@@ -323,9 +323,9 @@ def test_columns_of_a_sweep(crank, tmp_path, capsys):
     assert not folder.exists()
     assert main([*line, "--sensitivity", "crank"]) == 0
     swept = cl.open_sweep(folder)
-    found = swept.metrics["block_acceleration_min_by_crank"]
+    actual = swept.metrics["block_acceleration_min_by_crank"]
     exact = [-4.0 * (1.0 + 0.1 / rod) for rod in (0.15, 0.2)]
-    np.testing.assert_allclose(found, exact, rtol=1e-9)
+    np.testing.assert_allclose(actual, exact, rtol=1e-9)
     assert (swept.metrics["block_acceleration_min_by_crank_error"] < 1e-6).all()
     assert swept.known["block_acceleration_min_by_crank"][0] == "(m/s2)/m"
     assert not any("period" in name for name in swept.metrics if "_by_" in name)
@@ -334,7 +334,7 @@ def test_columns_of_a_sweep(crank, tmp_path, capsys):
 def test_dry_points_of_a_sweep(tmp_path):
     """Points that touch have no sensitivities, and say why; the others have them."""
     fixed = {"film": "pinkus_sternlicht", "speed": 50.0}
-    found = cl.sweep(
+    swept = cl.sweep(
         "slider_crank",
         cl.grid(model=["lubricated", "dry"]),
         tmp_path / "out",
@@ -344,6 +344,6 @@ def test_dry_points_of_a_sweep(tmp_path):
         workers=1,
         sensitivity="viscosity",
     )
-    assert found.done.all()
-    assert np.isfinite(found.metrics["joint_C_gap_min_by_viscosity"]).tolist() == [True, False]
-    assert "no sensitivities: contact of joint C starts with a touch" in found.reason[1]
+    assert swept.done.all()
+    assert np.isfinite(swept.metrics["joint_C_gap_min_by_viscosity"]).tolist() == [True, False]
+    assert "no sensitivities: contact of joint C starts with a touch" in swept.reason[1]

@@ -38,8 +38,8 @@ class TestMean:
         """95 of 100: two standard deviations of 400 seeds are 2.2 %; batches are a little
         correlated still.
         """
-        found = [series.mean(x, widened=False) for x in correlated(rho, count)]
-        share = np.mean([abs(m.value) <= m.half_width for m in found])
+        actual = [series.mean(x, widened=False) for x in correlated(rho, count)]
+        share = np.mean([abs(m.value) <= m.half_width for m in actual])
         assert 0.92 < share < 0.98
 
     @pytest.mark.parametrize(("rho", "count"), [(0.5, 400), (0.9, 4000)])
@@ -50,8 +50,8 @@ class TestMean:
         What batches have in common makes them up to 10 % too small for batches of ten correlation
         times.
         """
-        found = np.mean([series.mean(x, widened=False).error ** 2 for x in correlated(rho, count)])
-        assert found == pytest.approx(variance_of_mean(rho, count), rel=0.12)
+        actual = np.mean([series.mean(x, widened=False).error ** 2 for x in correlated(rho, count)])
+        assert actual == pytest.approx(variance_of_mean(rho, count), rel=0.12)
         scatter = np.var(correlated(rho, count).mean(axis=1), ddof=1)
         # sqrt(2 / 400) = 7 %, three times
         assert scatter == pytest.approx(variance_of_mean(rho, count), rel=0.25)
@@ -85,8 +85,8 @@ class TestMean:
         """1000 series: 92 to 98 of 100, as is asked of those of turns; two standard deviations are
         1.4 %.
         """
-        found = [series.mean(x) for x in correlated(rho, count, 1000)]
-        assert 0.92 <= np.mean([abs(m.value) <= m.half_width for m in found]) <= 0.98 + 0.014
+        actual = [series.mean(x) for x in correlated(rho, count, 1000)]
+        assert 0.92 <= np.mean([abs(m.value) <= m.half_width for m in actual]) <= 0.98 + 0.014
 
     @pytest.mark.parametrize("count", [40, 100, 280])
     def test_bursts(self, count):
@@ -99,8 +99,8 @@ class TestMean:
         x = fresh.copy()
         for i in range(1, x.shape[1]):
             x[:, i] = np.where(again[:, i], 0.5 * (x[:, i - 1] + fresh[:, i]), fresh[:, i])
-        found = [series.mean(row) for row in x[:, 50:]]
-        assert 0.92 <= np.mean([abs(m.value - 1.0) <= m.half_width for m in found]) <= 0.98
+        actual = [series.mean(row) for row in x[:, 50:]]
+        assert 0.92 <= np.mean([abs(m.value - 1.0) <= m.half_width for m in actual]) <= 0.98
 
     def test_widened_where_short(self):
         """As far as values are correlated or skewed: fully those that are both, not at all where
@@ -115,15 +115,15 @@ class TestMean:
     def test_correlation(self):
         """Of 4000 short series, whose sample value would be -0.05 and 0.35: within 0.02."""
         for rho in (0.0, 0.5):
-            found = [series.correlation(x[None]) for x in correlated(rho, 20, 4000)]
-            assert np.mean(found) == pytest.approx(rho, abs=0.02)
+            actual = [series.correlation(x[None]) for x in correlated(rho, 20, 4000)]
+            assert np.mean(actual) == pytest.approx(rho, abs=0.02)
 
     def test_needed(self):
         """The width falls with the root of the number of values."""
-        found = series.Mean(2.0, 0.2, 100, 10)
-        assert found.share == pytest.approx(0.1)
-        assert found.needed(0.05) == 400
-        assert found.needed(0.2) == 100
+        actual = series.Mean(2.0, 0.2, 100, 10)
+        assert actual.share == pytest.approx(0.1)
+        assert actual.needed(0.05) == 400
+        assert actual.needed(0.2) == 100
 
     def test_too_few(self):
         with pytest.raises(ValueError, match="at least 8 values, got 3"):
@@ -138,15 +138,15 @@ class TestQuantile:
         """
         from scipy.special import ndtri
 
-        found = [series.quantile(x, share) for x in correlated(rho, 1000)]
-        held = np.mean([q.low <= ndtri(share) and not ndtri(share) > q.high for q in found])
+        actual = [series.quantile(x, share) for x in correlated(rho, 1000)]
+        held = np.mean([q.low <= ndtri(share) and not ndtri(share) > q.high for q in actual])
         assert 0.91 < held <= 0.99
 
     def test_an_end_that_cannot_be_told(self):
         """One in a hundred of 50 values: nothing bounds it from above."""
-        found = series.quantile(np.arange(50.0), 0.99)
-        assert math.isnan(found.high)
-        assert found.low < found.value <= 49.0
+        actual = series.quantile(np.arange(50.0), 0.99)
+        assert math.isnan(actual.high)
+        assert actual.low < actual.value <= 49.0
         assert not series.told(50, 0.99)
         assert series.told(50, 0.9)
         with pytest.raises(ValueError, match="between 0 and 1"):

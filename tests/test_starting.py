@@ -32,10 +32,10 @@ def test_a_run_goes_on_where_another_ended(settled):
     tolerances.
     """
     scene = cl.load_case("six_bar_feeder")
-    whole = cl.simulate(scene, turns=3, samples_per_turn=50)
+    entire = cl.simulate(scene, turns=3, samples_per_turn=50)
     more = cl.simulate(scene, turns=1, samples_per_turn=50, start=settled)
     for axis in "xy":
-        late = getattr(whole.joint("B"), f"eccentricity_{axis}")[100:]
+        late = getattr(entire.joint("B"), f"eccentricity_{axis}")[100:]
         np.testing.assert_allclose(
             getattr(more.joint("B"), f"eccentricity_{axis}"), late, atol=1e-5 * 1e-4
         )
@@ -56,11 +56,11 @@ def test_a_pendulum_goes_on_where_another_ended():
     1e-10.
     """
     scene = cl.load_case("double_pendulum")
-    whole = cl.simulate(scene, until=2.0, samples=21, rtol=1e-10)
+    entire = cl.simulate(scene, until=2.0, samples=21, rtol=1e-10)
     first = cl.simulate(scene, until=1.0, samples=2, rtol=1e-10)
     more = cl.simulate(scene, until=1.0, samples=11, rtol=1e-10, start=first)
     for body in ("upper", "lower"):
-        np.testing.assert_allclose(more[body].theta, whole[body].theta[10:], atol=1e-6)
+        np.testing.assert_allclose(more[body].theta, entire[body].theta[10:], atol=1e-6)
 
 
 def test_U4_a_settled_start_has_no_peak_of_a_start_up(settled):

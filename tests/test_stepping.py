@@ -67,10 +67,10 @@ def test_order(method, order, steps, validated):
     """
     reference = state(cl.simulate(pendulum(), until=1.0, rtol=1e-13, samples=2))
     (e1, n1), (e2, n2) = (fixed_step_error(method, n, reference) for n in steps)
-    found = math.log(e1 / e2) / math.log(n2 / n1)
-    assert found < order + 1.5
+    actual = math.log(e1 / e2) / math.log(n2 / n1)
+    assert actual < order + 1.5
     what, options = f"order of {method}, or more", {"source": ORDERS[method], "relative": False}
-    validated(what, min(found, order), order, 0.5, **options)
+    validated(what, min(actual, order), order, 0.5, **options)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -78,8 +78,8 @@ def test_error_follows_the_tolerance(method):
     """Ten times the tolerance per digit, within a factor of 300 (global against local error)."""
     reference = state(cl.simulate(pendulum(), until=1.0, rtol=1e-13, samples=2))
     for rtol in (1e-5, 1e-8):
-        found = state(cl.simulate(pendulum(), until=1.0, rtol=rtol, samples=2, method=method))
-        assert np.abs(found - reference).max() < 300 * rtol
+        actual = state(cl.simulate(pendulum(), until=1.0, rtol=rtol, samples=2, method=method))
+        assert np.abs(actual - reference).max() < 300 * rtol
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -224,16 +224,16 @@ def advanced(scene, until, rtol, step):
     from clearance.stepping.state import TOUCHING
 
     run = Run(build(scene), Span(until, 2), Solver(rtol, "dop853"))
-    state, found, touching = run.state, [], np.zeros(len(run.state.contacts))
+    state, actual, touching = run.state, [], np.zeros(len(run.state.contacts))
     monitor = run.mechanism.kernel("events")
     values = np.zeros(3 * len(state.contacts))
     while step(run) == 0:
         now = state.contacts[:, TOUCHING].copy()
         if (now != touching).any():
             monitor(state.time, state.y, run.mechanism.par, state.work, values)
-            found.append((state.time, np.flatnonzero(now != touching), now, values.copy()))
+            actual.append((state.time, np.flatnonzero(now != touching), now, values.copy()))
         touching = now
-    return found, run
+    return actual, run
 
 
 def test_contacts_begin_and_end_within_the_dead_band(monkeypatch):
@@ -244,9 +244,9 @@ def test_contacts_begin_and_end_within_the_dead_band(monkeypatch):
 
     monkeypatch.setattr(running, "BUDGET", 1)
     scene = cl.load_case("six_bar_feeder", model="dry", joints="B,C,E")
-    found, run = advanced(scene, 0.25 * scene.turn, 1e-5, lambda run: run.advance())
-    assert len(found) > 50
-    for _, joints, _, values in found:
+    actual, run = advanced(scene, 0.25 * scene.turn, 1e-5, lambda run: run.advance())
+    assert len(actual) > 50
+    for _, joints, _, values in actual:
         for j in joints:
             assert abs(values[3 * j]) <= run.state.band[j]
 
@@ -258,9 +258,9 @@ def test_restarts_keep_the_order():
     scene, until, errors = ball(restitution=0.9, eccentricity_rate=(0.02, 0.0)), 0.12, []
     exact = cl.simulate(scene, until=until, rtol=1e-13, samples=2)
     for rtol in (1e-5, 1e-7, 1e-9):
-        found = cl.simulate(scene, until=until, rtol=rtol, samples=2)
-        assert len(exact.events["time"]) == len(found.events["time"]) > 5
-        e = [getattr(found.joint("J"), n)[-1] - getattr(exact.joint("J"), n)[-1] for n in EXY]
+        result = cl.simulate(scene, until=until, rtol=rtol, samples=2)
+        assert len(exact.events["time"]) == len(result.events["time"]) > 5
+        e = [getattr(result.joint("J"), n)[-1] - getattr(exact.joint("J"), n)[-1] for n in EXY]
         errors.append(math.hypot(*e) / 1e-3)
         assert errors[-1] < 2 * rtol
     assert errors[2] < errors[0] / 20
@@ -405,9 +405,9 @@ def test_forces_of_very_thick_films_are_right():
     scene = cl.load_case(
         "four_bar", model="lubricated", viscosity=10.0, speed=cl.rpm(30), clearance=1e-6
     )
-    exact, found = (cl.simulate(scene, turns=1, rtol=r).joint("C") for r in (1e-11, 1e-6))
+    exact, actual = (cl.simulate(scene, turns=1, rtol=r).joint("C") for r in (1e-11, 1e-6))
     size = np.abs(exact.force_x[20:]).max()
-    assert np.abs(exact.force_x - found.force_x)[20:].max() < 1e-3 * size
+    assert np.abs(exact.force_x - actual.force_x)[20:].max() < 1e-3 * size
 
 
 def test_stiff_and_explicit_methods_agree_in_a_film():
@@ -415,14 +415,14 @@ def test_stiff_and_explicit_methods_agree_in_a_film():
     is warned about.
     """
     scene = cl.load_case("slider_crank", model="lubricated")
-    found = {m: cl.simulate(scene, turns=0.2, rtol=1e-9, method=m) for m in METHODS}
-    for result in found.values():
+    actual = {m: cl.simulate(scene, turns=0.2, rtol=1e-9, method=m) for m in METHODS}
+    for result in actual.values():
         apart = np.abs(
-            result.joint("C").eccentricity_x - found["radau9"].joint("C").eccentricity_x
+            result.joint("C").eccentricity_x - actual["radau9"].joint("C").eccentricity_x
         ).max()
         assert apart < 1e-6 * 0.5e-3
-    assert any("explicit" in w for w in found["dop853"].warnings)
-    assert "asked for" in found["dop853"].solver["method_reason"]
+    assert any("explicit" in w for w in actual["dop853"].warnings)
+    assert "asked for" in actual["dop853"].solver["method_reason"]
 
 
 @pytest.mark.parametrize(

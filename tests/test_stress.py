@@ -107,8 +107,8 @@ def test_a_fault_is_called_one(monkeypatch):
 def test_command(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(stress, "matrix", lambda case, quick: REDUCED[:2])
     assert cli.main(["stress", "-o", str(tmp_path), "--json", "--workers", "1"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert [c["kind"] for c in found["cells"]] == ["done", "done"]
+    printed = json.loads(capsys.readouterr().out)
+    assert [c["kind"] for c in printed["cells"]] == ["done", "done"]
     with h5py.File(tmp_path / "stress.h5") as file:
         assert list(file["cells/kind"].asstr()) == ["done", "done"]
     assert (tmp_path / "stress.png").stat().st_size > 5000
@@ -123,9 +123,9 @@ def test_H3_json_is_strict(capsys, monkeypatch):
     assert np.isnan(out_of_time.energy)
     monkeypatch.setattr(stress, "stress", lambda *options, **more: [out_of_time])
     cli.main(["stress", "--json"])
-    found = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-    assert found["cells"][0]["energy"] is None
-    assert found["cells"][0]["warnings"] == []
+    printed = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert printed["cells"][0]["energy"] is None
+    assert printed["cells"][0]["warnings"] == []
 
 
 def test_H3_every_command_prints_by_the_one_writer():

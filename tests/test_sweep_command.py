@@ -21,17 +21,17 @@ def sweep(folder, *words, capsys=None):
 
 def test_a_grid_again_and_its_summary(tmp_path, capsys):
     words = [*FILM, "-p", "speed=20,30", "-p", "clearance=0.1mm:0.3mm:3"]
-    status, said = sweep(tmp_path / "out", *words, capsys=capsys)
+    status, message = sweep(tmp_path / "out", *words, capsys=capsys)
     assert status == 0
-    assert "slider_crank: 6 of 6 points done, 0 failed" in said.out
-    assert "joint_C_force_max" in said.out
-    status, said = sweep(tmp_path / "out", *words, "--json", capsys=capsys)
-    document = json.loads(said.out)
+    assert "slider_crank: 6 of 6 points done, 0 failed" in message.out
+    assert "joint_C_force_max" in message.out
+    status, message = sweep(tmp_path / "out", *words, "--json", capsys=capsys)
+    document = json.loads(message.out)
     assert (status, document["done"], document["done_before"]) == (0, 6, 6)
     assert document["metrics"]["joint_C_force_max"]["units"] == "N"
-    assert not said.err
-    found = cl.open_sweep(tmp_path / "out")
-    assert found.definition.fixed == {"model": "lubricated", "film": "pinkus_sternlicht"}
+    assert not message.err
+    swept = cl.open_sweep(tmp_path / "out")
+    assert swept.definition.fixed == {"model": "lubricated", "film": "pinkus_sternlicht"}
     log = (tmp_path / "out" / "sweep.log").read_text()
     assert "6 points, 6 to run" in log
     assert "finished: 6 done, 0 failed" in log
@@ -91,13 +91,13 @@ def test_samples(tmp_path, capsys):
     status, _ = sweep(tmp_path / "out", *words, "--channels", "none", capsys=capsys)
     assert status == 0
     expected = cl.sampled(5, seed=2, speed=(20.0, 30.0), clearance=(5e-5, 2e-4, "log"))
-    found = cl.open_sweep(tmp_path / "out").definition.points
-    assert found.columns["speed"] == expected.columns["speed"]
-    assert found.columns["clearance"] == pytest.approx(expected.columns["clearance"], rel=1e-12)
+    swept = cl.open_sweep(tmp_path / "out").definition.points
+    assert swept.columns["speed"] == expected.columns["speed"]
+    assert swept.columns["clearance"] == pytest.approx(expected.columns["clearance"], rel=1e-12)
 
 
 def test_failed_points_give_status_1(tmp_path, capsys):
-    status, said = sweep(
+    status, message = sweep(
         tmp_path / "out",
         *FILM,
         "-p",
@@ -109,10 +109,10 @@ def test_failed_points_give_status_1(tmp_path, capsys):
         capsys=capsys,
     )
     assert status == 1
-    assert "0 of 2 points done, 2 failed" in said.out
-    assert "step limit" in said.out or "steps" in said.out
-    assert "--retry-failed" in said.out
-    assert "failed speed=20" in said.err
+    assert "0 of 2 points done, 2 failed" in message.out
+    assert "step limit" in message.out or "steps" in message.out
+    assert "--retry-failed" in message.out
+    assert "failed speed=20" in message.err
 
 
 @pytest.mark.parametrize(
@@ -148,17 +148,17 @@ def test_wrong_input_is_one_line(words, reason, tmp_path, capsys):
         )
         == 2
     )
-    said = capsys.readouterr()
-    assert reason in said.err
-    assert len(said.err.splitlines()) == 1
+    printed = capsys.readouterr()
+    assert reason in printed.err
+    assert len(printed.err.splitlines()) == 1
     assert not (tmp_path / "x").exists()
 
 
 def test_another_sweep_in_the_directory(tmp_path, capsys):
     sweep(tmp_path / "out", *FILM, "-p", "speed=20,30", capsys=capsys)
-    status, said = sweep(tmp_path / "out", *FILM, "-p", "speed=20,31", capsys=capsys)
+    status, message = sweep(tmp_path / "out", *FILM, "-p", "speed=20,31", capsys=capsys)
     assert status == 2
-    assert "holds another sweep: speed 20.0,30.0 instead of 20.0,31.0" in said.err
+    assert "holds another sweep: speed 20.0,30.0 instead of 20.0,31.0" in message.err
 
 
 @pytest.mark.parametrize(("every", "shown"), [(math.inf, False), (0.0, True)])
@@ -168,9 +168,9 @@ def test_progress_on_a_pipe_is_lines(every, shown, tmp_path, monkeypatch, capsys
     """
     monkeypatch.setattr(command.Progress, "every", every)
     words = [*FILM, "-p", "speed=20,30", "--max-steps", "3"]
-    status, said = sweep(tmp_path / "o", *words, capsys=capsys)
+    status, message = sweep(tmp_path / "o", *words, capsys=capsys)
     assert status == 1
-    lines = said.err.splitlines()
+    lines = message.err.splitlines()
     failures = [line for line in lines if line.startswith("clearance: failed speed=")]
     progress = [line for line in lines if re.match(r"clearance: \d of 2 done, \d failed, ", line)]
     assert len(failures) == 2

@@ -16,12 +16,12 @@ class TestRadau:
     def test_quadrature(self, k, validated):
         """B(2s - 1): the weights, the last row, integrate polynomials up to degree 2s - 2."""
         for q in range(1, 2 * k.c.size):
-            found, options = (
+            actual, options = (
                 k.a[-1] @ k.c ** (q - 1),
                 {"source": "order condition 1 / q", "kind": "exact"},
             )
             validated(
-                f"quadrature of Radau IIA with {k.c.size} stages", found, 1.0 / q, 1e-13, **options
+                f"quadrature of Radau IIA with {k.c.size} stages", actual, 1.0 / q, 1e-13, **options
             )
 
     def test_eigenbasis(self, k):
@@ -47,21 +47,21 @@ class TestRadau:
 def test_published_radau5(validated):
     """Eigenvalues of the inverse stage matrix (Hairer and Wanner 1996, IV.8), 10 printed digits."""
     pair, source = t.RADAU5.pairs[0], "Hairer and Wanner 1996, IV.8"
-    found, printed = (
+    actual, printed = (
         (t.RADAU5.real, pair.real, abs(pair.imag)),
         (3.6378342527, 2.6810828736, 3.0504301993),
     )
-    validated("eigenvalues of Radau5's inverse stage matrix", found, printed, 1e-10, source=source)
+    validated("eigenvalues of Radau5's inverse stage matrix", actual, printed, 1e-10, source=source)
 
 
 def test_dop853_quadrature(validated):
     """The weights integrate polynomials up to degree 7 exactly, the nodes are the row sums."""
     for q in range(1, 9):
-        found, options = (
+        actual, options = (
             t.B @ t.C[:12] ** (q - 1),
             {"source": "order condition 1 / q", "kind": "exact"},
         )
-        validated("quadrature of DOP853", found, 1.0 / q, 1e-12, **options)
+        validated("quadrature of DOP853", actual, 1.0 / q, 1e-12, **options)
     np.testing.assert_allclose(t.A.sum(axis=1), t.C, atol=1e-14)
 
 

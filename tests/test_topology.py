@@ -39,8 +39,8 @@ def test_M2_ladders(windows, driven):
     planner = topology._Planner(scene, scene.joints)
     plan = planner.run()
     assert [g.form for g in plan.groups] == ["tree", *["RRR"] * windows]
-    found = [{a.body.name for a in g.attachments} for g in plan.groups]
-    assert found == [{"rocker0"}, *({f"coupler{i}", f"rocker{i + 1}"} for i in range(windows))]
+    actual = [{a.body.name for a in g.attachments} for g in plan.groups]
+    assert actual == [{"rocker0"}, *({f"coupler{i}", f"rocker{i + 1}"} for i in range(windows))]
     assert len(plan.free) == (0 if driven else 1)
     assert planner.sharing.visits < 10 * windows**2
 
@@ -67,9 +67,9 @@ def test_M2_as_all_subsets(seed):
     while sum(map(len, (sharing := Sharing(bodies, equations)).held.values())) < len(equations):
         equations.pop(draw.randrange(len(equations)))
     while bodies:
-        found = sharing.smallest()
-        assert found == tried(bodies, equations)
-        placed = found or {bodies[0]}
+        actual = sharing.smallest()
+        assert actual == tried(bodies, equations)
+        placed = actual or {bodies[0]}
         bodies = [b for b in bodies if b not in placed]
         equations = [tuple(e for e in ends if e not in placed) for ends in equations]
         equations = [ends for ends in equations if ends]

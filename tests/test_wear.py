@@ -46,10 +46,10 @@ class TestContact:
         x, y = e * math.cos(math.radians(angle)), e * math.sin(math.radians(angle))
         numbers = data(scar(depth))
         f = touching_slopes(x, y, 0.0, JOINT, numbers, 0.0)
-        found = [STIFFNESS * v for v in (f[0], f[1], f[2], -f[4], -f[5], -f[8])]
-        found.append(deepest(x, y, 0.0, JOINT, numbers, 0.0)[0])
+        actual = [STIFFNESS * v for v in (f[0], f[1], f[2], -f[4], -f[5], -f[8])]
+        actual.append(deepest(x, y, 0.0, JOINT, numbers, 0.0)[0])
         rows = [ROWS[f"U{first + i:02d}"] for i in range(7)]
-        assert found == pytest.approx(rows, rel=1e-3, abs=1e-6)
+        assert actual == pytest.approx(rows, rel=1e-3, abs=1e-6)
 
     @pytest.mark.parametrize("penetration", [1e-7, 5e-7, 5e-6, 5e-5])
     def test_unworn_is_winkler(self, penetration):
@@ -70,12 +70,12 @@ class TestContact:
     def test_slopes(self, place):
         """Exact derivatives against central differences (1e-6 of the largest of a row)."""
         place = np.array(place)
-        found = np.array(touching_slopes(*place, JOINT, WAVY, 0.0))
-        assert tuple(found[:4]) == touching(*place, JOINT, WAVY, 0.0)
+        actual = np.array(touching_slopes(*place, JOINT, WAVY, 0.0))
+        assert tuple(actual[:4]) == touching(*place, JOINT, WAVY, 0.0)
         for i, h in enumerate((1e-11, 1e-11, 1e-6)):
             step = h * np.eye(3)[i]
             up, down = (np.array(touching(*(place + s), JOINT, WAVY, 0.0)) for s in (step, -step))
-            slope = found[4:].reshape(4, 3)
+            slope = actual[4:].reshape(4, 3)
             assert slope[:, i] == pytest.approx(
                 (up - down) / (2.0 * h), rel=1e-6, abs=1e-6 * abs(slope).max()
             )
@@ -105,9 +105,9 @@ class TestContact:
         uniform = np.full(NODES, 20e-6)
         expected = touching(1.25e-4, 3e-5, 0.0, wide, data(), 0.0)[:3]
         for numbers in (data(uniform), data(None, uniform)):
-            found = touching(1.25e-4, 3e-5, 1.234, JOINT, numbers, 0.0)
-            assert found[:3] == pytest.approx(expected, rel=1e-9)
-            assert found[3] == pytest.approx(0.0, abs=1e-20)
+            actual = touching(1.25e-4, 3e-5, 1.234, JOINT, numbers, 0.0)
+            assert actual[:3] == pytest.approx(expected, rel=1e-9)
+            assert actual[3] == pytest.approx(0.0, abs=1e-20)
 
     def test_turned_together(self):
         """Journal and bearing change places: a journal's scar under a turned journal is a bearing's
@@ -115,9 +115,9 @@ class TestContact:
         """
         shift = 47
         x, y = 1.18e-4, 2e-5
-        found = touching(x, y, shift * STEP, JOINT, data(None, scar(20e-6)), 0.0)
+        actual = touching(x, y, shift * STEP, JOINT, data(None, scar(20e-6)), 0.0)
         expected = touching(x, y, 0.0, JOINT, data(np.roll(scar(20e-6), shift)), 0.0)
-        assert found[:3] == pytest.approx(expected[:3], rel=1e-9)
+        assert actual[:3] == pytest.approx(expected[:3], rel=1e-9)
 
 
 class TestLaws:

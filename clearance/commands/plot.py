@@ -39,7 +39,7 @@ OF_SEVERAL = ("history", "phase", "poincare", "spectrum")
 KINDS = OF_LIVES | OF_RUNS | OF_SWEEPS
 #: options that select what is shown
 SHOWN = ("measured", "channels", "joint", "metrics", "x")
-OPTIONS = tuple(dict.fromkeys(o for own in (*KINDS.values(), *OF_LIVES.values()) for o in own))
+OPTIONS = tuple(dict.fromkeys(o for some in (*KINDS.values(), *OF_LIVES.values()) for o in some))
 FRAMES = 120
 EXAMPLES = """\
   clearance plot run.h5                                            overview

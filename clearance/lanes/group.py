@@ -234,8 +234,8 @@ class Group:
             "means": integers(r.mean for r in self.watch.reductions),
             "inner": integers(q.searched for q in self.watch.quantities),
         }
-        own = {name: memory[name] for name in memory.dtype.names if memory[name].ndim}
-        record = SimpleNamespace(**shared, **arrays, **own, memory=memory.ctypes.data)
+        parts = {name: memory[name] for name in memory.dtype.names if memory[name].ndim}
+        record = SimpleNamespace(**shared, **arrays, **parts, memory=memory.ctypes.data)
         words = packed(driver.LANES, record)
         driver.run(words.ctypes.data)
 

@@ -153,5 +153,5 @@ def pressures(gaps: np.ndarray, roughness: float, strength: float, row: int) -> 
     rise, fall = SLOPES[row, k] / PARTS, SLOPES[row, k + 1] / PARTS
     bend, twist = 3.0 * (b - a) - 2.0 * rise - fall, rise + fall - 2.0 * (b - a)
     below = np.minimum(gaps / roughness - LEAST, 0.0) * SLOPES[row, 0]
-    found = a + t * (rise + t * (bend + t * twist)) + below
-    return strength * np.where(ratios < MOST, found, 0.0)
+    moment = a + t * (rise + t * (bend + t * twist)) + below
+    return strength * np.where(ratios < MOST, moment, 0.0)

@@ -223,9 +223,9 @@ class Follower:
         unknowns = np.append(section.vector(place), self._share(point.value))
         along = np.zeros(unknowns.size)
         along[-1] = point.slope
-        found = self._point(unknowns, along)
-        self.halves = None if self.halves is None else self._halves(found)
-        return found
+        point = self._point(unknowns, along)
+        self.halves = None if self.halves is None else self._halves(point)
+        return point
 
     # --- motions of twice the period
     def doubled(self, point: Point) -> tuple["Follower", Point]:

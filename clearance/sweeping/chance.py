@@ -80,7 +80,7 @@ def _limits(limits: Mapping[str, float | str], metrics: Mapping[str, str]) -> di
     metrics: units by metric; empty where they are not known. Raises ValueError for a metric that a
         run lacks, and for a unit of another kind.
     """
-    found = {}
+    numbers = {}
     for name, limit in limits.items():
         if metrics and name not in metrics and not name.endswith(SELDOM):
             answer = f"{checks.meant(name, metrics)}; there are {', '.join(metrics)}"
@@ -89,8 +89,8 @@ def _limits(limits: Mapping[str, float | str], metrics: Mapping[str, str]) -> di
             number = quantity(limit, metrics.get(name)) if isinstance(limit, str) else limit
         except ValueError as error:
             raise ValueError(f"limit of {name}: {error}") from None
-        found[name] = checks.finite(f"limit of {name}", number)
-    return found
+        numbers[name] = checks.finite(f"limit of {name}", number)
+    return numbers
 
 
 def _law(name: str, text: str) -> Distribution:

@@ -291,25 +291,25 @@ def _belongs(defined: object, path: Path) -> bool:
 
 def _from_journal(folder: Path, definition: definitions.Definition) -> Numbers | None:
     """Content of a journal that has blocks, and no run has a file; None for others."""
-    found = list(journals.entries(folder / "journal.jsonl"))
-    if definition.files or not any(isinstance(entry, Block) for entry in found):
+    entries = list(journals.entries(folder / "journal.jsonl"))
+    if definition.files or not any(isinstance(entry, Block) for entry in entries):
         return None
     count, keys = len(definition.keys), np.array(definition.keys)
     status, reason = np.full(count, MISSING, dtype="U7"), np.full(count, "", dtype=object)
     costs = {n: np.zeros(count) for n in RUN_COLUMNS}
     metrics: dict[str, np.ndarray] = {}
     described: dict[str, tuple[str, str]] = {}
-    for entry in found:
+    for entry in entries:
         described |= entry.known
         if isinstance(entry, Outcome):
-            places, own = np.array([entry.index]), [entry.key]
+            places, own_keys = np.array([entry.index]), [entry.key]
             given = {n: np.array([v]) for n, v in entry.metrics.items()}
             spent = {n: np.array([getattr(entry, n)], float) for n in RUN_COLUMNS}
         else:
-            places, own = entry.columns["index"].astype(int), entry.keys
+            places, own_keys = entry.columns["index"].astype(int), entry.keys
             given, spent = entry.metrics, {n: entry.columns[n] for n in RUN_COLUMNS}
         there = places < count
-        there[there] = keys[places[there]] == np.array(own)[there]
+        there[there] = keys[places[there]] == np.array(own_keys)[there]
         at = places[there]
         status[at] = entry.status if isinstance(entry, Outcome) else DONE
         reason[at] = entry.reason if isinstance(entry, Outcome) else ""

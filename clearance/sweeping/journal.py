@@ -227,13 +227,13 @@ def _block(document: dict) -> Block:
     columns = {name: unpacked(block[name]) for name in COLUMNS}
     metrics = {str(name): unpacked(text) for name, text in block["metrics"].items()}
     keys, made = [str(key) for key in block["key"]], document.get("made", {})
-    known = {name: (str(u), str(t)) for name, (u, t) in document.get("known", {}).items()}
+    described = {name: (str(u), str(t)) for name, (u, t) in document.get("known", {}).items()}
     if any(v.shape != (len(keys),) for v in (*columns.values(), *metrics.values())):
         raise ValueError
     counts = np.array([columns[name] for name in COUNTS])
     if not isinstance(made, dict) or not (counts == np.floor(counts)).all() or (counts < 0).any():
         raise ValueError
-    return Block(keys, columns, metrics, known, made)
+    return Block(keys, columns, metrics, described, made)
 
 
 def _outcome(document: dict) -> Outcome:

@@ -59,7 +59,8 @@ class Wanted:
         c = self.channel(f"joints/{joint}/force_x", 2)
         self.quantities[f"joints/{joint}/force_max"] = Quantity(c, True, 1.0)
         self.mean(
-            f"{joint} force", lambda p, row, given, own: row[c] * row[c] + row[c + 1] * row[c + 1]
+            f"{joint} force",
+            lambda p, row, given, constants: row[c] * row[c] + row[c + 1] * row[c + 1],
         )
 
     def mean(self, name: str, value: Callable) -> None:
@@ -68,7 +69,7 @@ class Wanted:
     def square(self, name: str, path: str) -> None:
         """Mean square of an output."""
         c = self.channel(path)
-        self.mean(name, lambda p, row, given, own: row[c] * row[c])
+        self.mean(name, lambda p, row, given, constants: row[c] * row[c])
 
     def watch(self, given: int, extra: int) -> Watch:
         return Watch(
@@ -175,11 +176,11 @@ class Summing:
                 continue
             x, y, ax, ay = (wanted.channel(f"bodies/{body}/{n}") for n in ("x", "y", "ax", "ay"))
 
-            def far(p, row, given, own, x=x, y=y, dx=dx, dy=dy, k=2 * number):
+            def far(p, row, given, constants, x=x, y=y, dx=dx, dy=dy, k=2 * number):
                 return p.size(row[x] * dx + row[y] * dy - given[k])
 
-            def beyond(p, row, given, own, ax=ax, ay=ay, dx=dx, dy=dy, k=2 * number + 1):
-                gap = row[ax] * dx + row[ay] * dy - given[k] * own[0]
+            def beyond(p, row, given, constants, ax=ax, ay=ay, dx=dx, dy=dy, k=2 * number + 1):
+                gap = row[ax] * dx + row[ay] * dy - given[k] * constants[0]
                 return gap * gap
 
             wanted.reductions[f"{body} far"] = Reduction(far, mean=False)

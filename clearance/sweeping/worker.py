@@ -117,8 +117,8 @@ class Keeper:
         self.found = self.summed(record)
         self.found |= self.stating.columns(record, self.found, self.summed)
         if self.sensing is not None and record.complete:
-            found, reason = columns(self.sensing, self.run)
-            self.found |= found
+            derived, reason = columns(self.sensing, self.run)
+            self.found |= derived
             self.missing += [f"no sensitivities: {reason}"] if reason else []
         for reference in self.definition.own:
             function = load_function(*reference)

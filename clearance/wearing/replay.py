@@ -155,13 +155,13 @@ def moved(
         force_x, force_y, load, *_ = carried(x, y, angle, joint, old, 0.0, solids)
         if load <= LIGHT * solids.strength:
             return x, y
-        found = rest_rough(force_x, force_y, angle, joint, new, 1.0, 0.0, solids, x, y)
-        return found[:2] if math.isfinite(found[2]) else (x, y)
+        place = rest_rough(force_x, force_y, angle, joint, new, 1.0, 0.0, solids, x, y)
+        return place[:2] if math.isfinite(place[2]) else (x, y)
     force_x, force_y, load, _ = touching(x, y, angle, joint, old, 0.0)
     if load <= 0.0:
         return x, y
-    found_x, found_y, load = rest(force_x, force_y, angle, joint, new, 1.0, x, y)
-    return (found_x, found_y) if math.isfinite(load) else (x, y)
+    rest_x, rest_y, load = rest(force_x, force_y, angle, joint, new, 1.0, x, y)
+    return (rest_x, rest_y) if math.isfinite(load) else (x, y)
 
 
 @cache

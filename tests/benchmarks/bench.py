@@ -149,10 +149,10 @@ def starts():
                 cpu(command, CLEARANCE_STORE=f"{folder}/{name}{i}".replace(" ", ""))
                 for i in range(3)
             ]
-            known = [
+            known_structure = [
                 cpu(command, CLEARANCE_STORE=f"{folder}/{name}0".replace(" ", "")) for _ in range(3)
             ]
-            new, old = statistics.median(news), statistics.median(known)
+            new, old = statistics.median(news), statistics.median(known_structure)
             yield f"| {name} | {new:.1f} s | {old:.1f} s | {new - old:.1f} s |"
             require(old < 2.0, f"{name}: a known structure needs {old:.1f} s of CPU")
             require(
@@ -195,12 +195,12 @@ def runs():
             cl.simulate(cl.load_case(case, **options), turns=2, rtol=1e-12, samples_per_turn=100)
         )
         for rtol in (1e-4, 1e-6, 1e-8, 1e-10):
-            found = []
+            computed = []
             for _ in range(REPEATS):
                 result = cl.simulate(
                     cl.load_case(case, **options), turns=2, rtol=rtol, samples_per_turn=100
                 )
-                found.append(result.solver["wall_s"] * 1e3)
+                computed.append(result.solver["wall_s"] * 1e3)
                 residual = (
                     np.abs(result.energy.residual).max()
                     / result.file["energy"].attrs["turned_over"]
@@ -213,13 +213,13 @@ def runs():
                 f"{name}: energy residual {residual:.0e} at rtol {rtol:.0e}",
             )
             shown = f"{error:.0e}" if film else "-"
-            cost = f"{statistics.median(found):.1f} ms"
+            cost = f"{statistics.median(computed):.1f} ms"
             yield f"| {name} | {rtol:.0e} | {cost} | {steps} | {shown} | {residual:.0e} |"
 
 
 def compiled_law(law, active, state):
     """(value, value and Jacobian) of a bound law as compiled functions of the index of a call."""
-    found, function = [], traced(law.law.function, law.law.kinds)
+    result, function = [], traced(law.law.function, law.law.kinds)
     numbers = [x for v in state[1:] for x in (v if isinstance(v, tuple) else (v,))]
     for one in (function, function.slopes(tuple(range(active)))):
         called = compiled(one)
@@ -235,8 +235,8 @@ def compiled_law(law, active, state):
         source += f"        found = called({arguments})\n        total += {' + '.join(parts)}"
         scope = {"called": called}
         exec(source + "\n    return total\n", scope)  # noqa: S102
-        found.append((njit(error_model="numpy")(scope["calls"]), state[0], np.array(numbers)))
-    return found
+        result.append((njit(error_model="numpy")(scope["calls"]), state[0], np.array(numbers)))
+    return result
 
 
 def law_costs():

@@ -95,9 +95,9 @@ def cut(path: Path, rng: random.Random) -> str:
 
 
 def _items(file: h5py.File) -> list[str]:
-    found = ["/"]
-    file.visit(found.append)
-    return sorted(found)
+    numbers_found = ["/"]
+    file.visit(numbers_found.append)
+    return sorted(numbers_found)
 
 
 def _one_of(file: h5py.File, rng: random.Random, kind=object) -> str:
@@ -289,7 +289,7 @@ def damaged(
 
 
 # --- what is made of it
-def told(arguments: list[str]) -> str | None:
+def printed(arguments: list[str]) -> str | None:
     """Fault in the end of a command; None where it did its work or gave one line with the
     reason.
     """
@@ -301,8 +301,8 @@ def told(arguments: list[str]) -> str | None:
         status = request.code
     except Exception:
         return traceback.format_exc(limit=-3)
-    said = [line for line in err.getvalue().splitlines() if line.startswith("clearance:")]
-    if status and (status not in (1, 2) or len(said) != 1 or len(said[0]) > 2000):
+    message = [line for line in err.getvalue().splitlines() if line.startswith("clearance:")]
+    if status and (status not in (1, 2) or len(message) != 1 or len(message[0]) > 2000):
         return f"exit status {status}: {err.getvalue()[:500]!r}"
     return None
 
@@ -335,15 +335,17 @@ def _channels(run) -> Iterator[str]:
             yield from (f"{kind}/{name}/{channel}" for channel in run.names(f"{kind}/{name}"))
 
 
-def unnoticed(path: Path, whole: dict) -> str | None:
+def unnoticed(path: Path, entire: dict) -> str | None:
     """A number that is read and was not written; None where there is none."""
     try:
-        found = numbers(path)
+        numbers_found = numbers(path)
     except (ValueError, OSError):
         return None
-    if list(found) != list(whole):
-        return f"there is {sorted(set(found) ^ set(whole))[:3]}"
-    wrong = [name for name, value in found.items() if not np.array_equal(value, whole[name])]
+    if list(numbers_found) != list(entire):
+        return f"there is {sorted(set(numbers_found) ^ set(entire))[:3]}"
+    wrong = [
+        name for name, value in numbers_found.items() if not np.array_equal(value, entire[name])
+    ]
     return f"{wrong[0]} is another" if wrong else None
 
 
@@ -357,15 +359,15 @@ def attempts(seed: int, cases: int, files: dict, folder: Path) -> Iterator[tuple
         copy, did = damaged(source, inside, way, rng, folder)
         command = rng.choice(commands)
         arguments = [part.format(copy, out=folder / "out") for part in command]
-        yield f"{name}, {way.__name__}, {did}: {' '.join(command)}", told(arguments)
+        yield f"{name}, {way.__name__}, {did}: {' '.join(command)}", printed(arguments)
 
 
 def flips(seed: int, cases: int, source: Path, folder: Path) -> Iterator[tuple[str, str | None]]:
     """Single bits of a result file: noticed, or without effect on its numbers."""
-    rng, whole = random.Random(seed), numbers(source)
+    rng, entire = random.Random(seed), numbers(source)
     for _ in range(cases):
         copy, did = damaged(source, "", flip, rng, folder)
-        yield f"{did}: read", unnoticed(copy, whole)
+        yield f"{did}: read", unnoticed(copy, entire)
 
 
 def parsed(arguments: list[str] | None = None) -> int:

@@ -213,10 +213,10 @@ def scenes() -> Iterator[Scene]:
     """All scenes, with the reference and the runs of whole decades."""
     for group, entries in SCENES.items():
         for case, values in entries:
-            told = (
+            output = (
                 f"{n}={v:.4g}" if isinstance(v, float) else f"{n}={v}" for n, v in values.items()
             )
-            name = " ".join([case, *told])
+            name = " ".join([case, *output])
             scene = cl.load_case(case, **values)
             length = {"turns": TURNS} if scene.turn else {"until": 2.0}
             one = Scene(group, name, prepare(scene, samples_per_turn=SAMPLES, **length))

@@ -73,13 +73,13 @@ def summary(folders: dict[str, Path], levels=LEVELS) -> list[str]:
     ]
     for name, folder in folders.items():
         with h5py.File(folder / "work_precision.h5") as file:
-            own = [c for c in file if file[c].attrs["own"]]
+            ours = [c for c in file if file[c].attrs["own"]]
             for level in levels:
-                found = {c: cheapest(file, c, level) for c in own}
-                best = min((c for c in own if found[c] > 0.0), key=found.get)
-                ratios = [cheapest(file, p, level) / found[best] for p in PEERS]
+                result = {c: cheapest(file, c, level) for c in ours}
+                best = min((c for c in ours if result[c] > 0.0), key=result.get)
+                ratios = [cheapest(file, p, level) / result[best] for p in PEERS]
                 cells = ["-" if math.isnan(r) else f"{float(f'{r:.2g}'):g}x" for r in ratios]
-                row = f"| `{STUDIES[name]}` | {level:.0e} | {best} {found[best] * 1e3:.2f} ms | "
+                row = f"| `{STUDIES[name]}` | {level:.0e} | {best} {result[best] * 1e3:.2f} ms | "
                 lines.append(row + " | ".join(cells) + " |")
     return lines
 
@@ -94,13 +94,13 @@ def sections(folder: Path) -> dict[str, list[str]]:
     physics = command(
         folder / "physics", "work-precision", "six_bar_feeder", "-p", "viscosity=5cP", "--physics"
     )
-    found = {"summary": summary(folders)}
+    result = {"summary": summary(folders)}
     for name in SHOWN:
-        found[name] = (folders[name] / "work_precision.md").read_text().splitlines()
+        result[name] = (folders[name] / "work_precision.md").read_text().splitlines()
         shutil.copy(folders[name] / "work_precision.png", PICTURES / f"work_precision_{name}.png")
     for what in ("ladder", "convergence"):
         films = command(folder / f"film_{what}", "film", what)
-        found[f"film_{what}"] = (films / f"film_{what}.md").read_text().splitlines()
+        result[f"film_{what}"] = (films / f"film_{what}.md").read_text().splitlines()
         shutil.copy(films / f"film_{what}.png", PICTURES / f"film_{what}.png")
     run = folder / "run.h5"
     if not run.exists():
@@ -119,9 +119,9 @@ def sections(folder: Path) -> dict[str, list[str]]:
     shots = command(folder / "film_snapshots", "film", "snapshots", str(run), "--joint", "B")
     shutil.copy(shots / "film_snapshots.png", PICTURES / "film_snapshots.png")
     for name, path in (("stress", stress), ("physics", physics)):
-        found[name] = (path / f"{name}.md").read_text().splitlines()
+        result[name] = (path / f"{name}.md").read_text().splitlines()
         shutil.copy(path / f"{name}.png", PICTURES / f"{name}.png")
-    return found
+    return result
 
 
 def main():
@@ -131,11 +131,11 @@ def main():
         "--folder", default="evidence", help="where results are kept (default evidence)"
     )
     options = options.parse_args()
-    found = sections(Path(options.folder))
-    for name, lines in found.items():
+    result = sections(Path(options.folder))
+    for name, lines in result.items():
         print(f"## {name}", *lines, "", sep="\n")
     if options.update:
-        for name, lines in found.items():
+        for name, lines in result.items():
             put(RESULTS, lines, f"<!-- evidence: {name} -->")
 
 

@@ -101,21 +101,21 @@ class Checkout:
 
     def numbers(self) -> dict[str, str]:
         """All rows."""
-        found = {
+        result = {
             "`import clearance`": f"{self.median(lambda: self.cpu('-c', 'import clearance')):.2f} s"
         }
-        found["first run of the README, empty store"] = f"{self.run(README):.1f} s"
-        found["the same again"] = f"{self.median(lambda: self.run(README)):.2f} s"
-        found["the same without `--plot`"] = f"{self.median(lambda: self.run(README[:-1])):.2f} s"
+        result["first run of the README, empty store"] = f"{self.run(README):.1f} s"
+        result["the same again"] = f"{self.median(lambda: self.run(README)):.2f} s"
+        result["the same without `--plot`"] = f"{self.median(lambda: self.run(README[:-1])):.2f} s"
         for words in BEFORE_NEW:
             self.run(words)
         for name, words in NEW.items():
-            found[f"new structure: {name}"] = f"{self.run(words):.2f} s"
+            result[f"new structure: {name}"] = f"{self.run(words):.2f} s"
         for name, (case, more) in CALLED.items():
-            found[f"later `build` in one process: {name}"] = (
+            result[f"later `build` in one process: {name}"] = (
                 f"{1e3 * self.second(case, more):.2f} ms"
             )
-        return found
+        return result
 
 
 def measured(root: Path, repeats: int) -> dict[str, str]:

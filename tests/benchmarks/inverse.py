@@ -38,23 +38,23 @@ def milliseconds(study: routes.RouteStudy, name: str) -> float:
 
 def row(name: str, study: routes.RouteStudy) -> str:
     """Times for all samples, ratios to the whole call, agreement and operations of one scene."""
-    loop, (whole, *others) = (
+    loop, (entire, *others) = (
         milliseconds(study, "explicit"),
         (milliseconds(study, n) for n in SHOWN),
     )
     times = [
         f"{loop:.1f} ms",
-        f"**{whole:.1f} ms**",
-        *(f"{t:.0f} ms ({t / whole:.1f}x)" for t in others),
+        f"**{entire:.1f} ms**",
+        *(f"{t:.0f} ms ({t / entire:.1f}x)" for t in others),
     ]
     apart = [d for r in study.routes[2:] for d in (r.efforts, r.reactions) if not math.isnan(d)]
-    own, dense = (
+    ours, dense = (
         study.route("explicit").operations.total,
         study.route("multipliers, solve").operations.total,
     )
     return (
-        f"| {name} | {' | '.join(times)} | {max(apart):.0e} | {own:.0f} | {dense:.0f} "
-        f"({dense / own:.1f}x) |"
+        f"| {name} | {' | '.join(times)} | {max(apart):.0e} | {ours:.0f} | {dense:.0f} "
+        f"({dense / ours:.1f}x) |"
     )
 
 
@@ -79,18 +79,18 @@ def check(name: str, study: routes.RouteStudy) -> None:
     for r in study.routes:
         for what, apart in (("efforts", r.efforts), ("reactions", r.reactions)):
             require(not apart > 1e-10, f"{name}: {what} of {r.name} are {apart:.0e} away")
-    whole = milliseconds(study, "explicit, whole call")
+    entire = milliseconds(study, "explicit, whole call")
     if name.startswith("three-loop chain, driven"):
-        require(whole < 20.0, f"{name}: a call takes {whole:.1f} ms, above 20")
-        ratio = milliseconds(study, "Pinocchio") / whole
+        require(entire < 20.0, f"{name}: a call takes {entire:.1f} ms, above 20")
+        ratio = milliseconds(study, "Pinocchio") / entire
         require(
             ratio > 5.0, f"{name}: only {ratio:.1f} times faster than Pinocchio called from Python"
         )
-    own, dense = (
+    ours, dense = (
         study.route("explicit").operations.total,
         study.route("multipliers, solve").operations.total,
     )
-    require(own < dense, f"{name}: {own:.0f} operations, a dense solve {dense:.0f}")
+    require(ours < dense, f"{name}: {ours:.0f} operations, a dense solve {dense:.0f}")
 
 
 if __name__ == "__main__":

@@ -102,13 +102,13 @@ class Sweep:
         return {n: m.value for n, m in of_point(sink.record, None, ideal).items()}
 
 
-def errors(sweep: Sweep, found: dict) -> tuple[np.ndarray, np.ndarray]:
+def errors(sweep: Sweep, result: dict) -> tuple[np.ndarray, np.ndarray]:
     """Relative errors of all metrics at random points, in lanes and the ordinary way."""
     lanes, ordinary = [], []
     for i in np.random.default_rng(2).permutation(len(sweep.speed))[:COMPARED]:
         exact, usual = sweep.alone(i, 1e-11), sweep.alone(i, 1e-6)
         names = [n for n, v in exact.items() if np.isfinite(v) and v != 0.0]
-        lanes += [abs(found[n][i] / exact[n] - 1.0) for n in names]
+        lanes += [abs(result[n][i] / exact[n] - 1.0) for n in names]
         ordinary += [abs(usual[n] / exact[n] - 1.0) for n in names]
     return np.array(lanes), np.array(ordinary)
 
@@ -122,11 +122,11 @@ def table() -> list[str]:
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for name, scene in SCENES.items():
-        sweep, costs, found = Sweep(*scene), [], {}
+        sweep, costs, result = Sweep(*scene), [], {}
         for _ in range(ROUNDS):
             with tempfile.TemporaryDirectory() as folder:
                 usual = sweep.ordinary(folder)
-            cost, found = sweep.lanes()
+            cost, result = sweep.lanes()
             costs.append((usual, cost))
         usual, cost = (statistics.median(c) for c in zip(*costs, strict=True))
         numbers = [
@@ -136,7 +136,7 @@ def table() -> list[str]:
             f"{sweep.set_up:.1f} s",
         ]
         short = scene[1] <= 2.0  # the others would take the references minutes
-        both = errors(sweep, found) if short else ()
+        both = errors(sweep, result) if short else ()
         numbers += [f"{np.quantile(e, share):.1e}" for share in (0.5, 0.99) for e in both] or [
             "-"
         ] * 4

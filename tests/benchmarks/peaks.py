@@ -89,8 +89,8 @@ def cost(name: str) -> str:
     ratios: dict[str, list] = {"step ends": [], "none": []}
     for _ in range(REPEATS):
         located, steps = loop_time(scene, turns, "located")
-        for looks, kept in ratios.items():
-            kept.append(located / loop_time(scene, turns, looks)[0])
+        for looks, stored in ratios.items():
+            stored.append(located / loop_time(scene, turns, looks)[0])
     ends, none = (statistics.median(ratios[looks]) for looks in ("step ends", "none"))
     require(
         ends < DEAREST or "dry" in name,

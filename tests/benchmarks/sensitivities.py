@@ -33,7 +33,7 @@ PARAMETERS = "clearance", "viscosity", "speed"
 WIDTHS = {"clearance": 1e-3, "viscosity": 1e-3, "speed": 1e-4}
 
 
-def found(case: str, values: dict):
+def computed(case: str, values: dict):
     """Sensitivities, and the CPU time of all [s]."""
     scene, began = cl.load_case(case, **values), time.process_time()
     result = cl.simulate(scene, turns=TURNS, sensitivity=PARAMETERS, error=None)
@@ -166,8 +166,8 @@ def tangents() -> None:
         print(print_row("tangent columns, radau5", rtol, len(ends), off))
     for rtol in (1e-6, 1e-8):
         ends = end(made(viscosity, rtol, "rodas5p"))[1]
-        found = difference(viscosity, 1e-5 * viscosity, rtol, "rodas5p", ends)
-        off = np.abs(found / exact - 1.0).max()
+        computed = difference(viscosity, 1e-5 * viscosity, rtol, "rodas5p", ends)
+        off = np.abs(computed / exact - 1.0).max()
         print(print_row("differences on common steps, rodas5p", rtol, len(ends), off))
     apart = np.abs(difference(viscosity, 5e-7, 1e-6, "radau5") / exact - 1.0).max()
     print(print_row("differences of independent runs, radau5", 1e-6, "-", apart))
@@ -177,8 +177,8 @@ def main() -> None:
     print("| " + " | ".join(HEAD) + " |\n" + "|---" * len(HEAD) + "|")
     everything = []
     for title, (case, values) in SCENES.items():
-        found(case, values)  # compiled
-        sensitivities, seconds = found(case, values)
+        computed(case, values)  # compiled
+        sensitivities, seconds = computed(case, values)
         for name in PARAMETERS:
             size = next(s.size for (_, p), s in sensitivities.items() if p == name)
             began = time.process_time()

@@ -55,10 +55,10 @@ def measured(fixed: dict, turns: float, count: int, workers: int) -> dict:
             [sys.executable, "-c", CALL, call], capture_output=True, text=True, check=True
         )
         shutil.rmtree(f"{folder}/out")
-    found = json.loads(done.stdout)
-    if found["done"] != count:
-        raise RuntimeError(f"{count - found['done']} of {count} points are not done")
-    return found
+    document = json.loads(done.stdout)
+    if document["done"] != count:
+        raise RuntimeError(f"{count - document['done']} of {count} points are not done")
+    return document
 
 
 def throughput() -> list[str]:
@@ -84,12 +84,12 @@ def throughput() -> list[str]:
 
 
 def many() -> list[str]:
-    found = measured({"model": "lubricated"}, 2.0, 10000, 2)
+    result = measured({"model": "lubricated"}, 2.0, 10000, 2)
     return [
         "| 10,000 points, lubricated B, 2 turns, two workers | wall | driver's peak memory | "
         "reopening |",
         "|---|---|---|---|",
-        f"| | {found['wall']:.0f} s | {found['peak']:.0f} MB | {found['again']:.2f} s |",
+        f"| | {result['wall']:.0f} s | {result['peak']:.0f} MB | {result['again']:.2f} s |",
     ]
 
 

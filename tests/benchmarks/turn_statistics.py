@@ -59,8 +59,8 @@ def series_of(name: str) -> dict[str, np.ndarray]:
 
 
 def _of_seed(case: str, parameters: dict, seed: int) -> dict[str, np.ndarray]:
-    kept = os.environ.get("TURN_SERIES")
-    path = kept and Path(kept) / f"{case}_{seed}.npz"
+    stored = os.environ.get("TURN_SERIES")
+    path = stored and Path(stored) / f"{case}_{seed}.npz"
     if path and path.exists():
         return dict(np.load(path))
     mechanism = build(cl.load_case(case, **parameters))
@@ -87,8 +87,8 @@ def covered_quantiles(values: dict, share: float, count: int) -> float:
     for rows in (v for n, v in values.items() if n.endswith(chaos.PEAKS)):
         true = np.quantile(rows[:, SETTLED:], share)
         for row in rows:
-            found = series.quantile(row[LEFT_OUT : LEFT_OUT + count], share)
-            held.append(not (found.low > true or found.high < true))
+            result = series.quantile(row[LEFT_OUT : LEFT_OUT + count], share)
+            held.append(not (result.low > true or result.high < true))
     return float(np.mean(held))
 
 
@@ -128,12 +128,12 @@ def stopped(values: dict, truth: dict, error: float) -> str:
     held, turns, apart = [], [], 0
     for group in range(len(values[name]) // Stored.starts):
         runner = Stored(values, group)
-        found = chaos._until_narrow(runner, {name: error}, 4 * TURNS, 1e-6, None)
-        apart += len(found.motions) > 1
-        if found.reached and len(found.motions) == 1:
-            mean = found[name].mean
+        result = chaos._until_narrow(runner, {name: error}, 4 * TURNS, 1e-6, None)
+        apart += len(result.motions) > 1
+        if result.reached and len(result.motions) == 1:
+            mean = result[name].mean
             held.append(abs(mean.value - truth[name]) <= mean.half_width)
-            turns.append(found.turns)
+            turns.append(result.turns)
     require(np.mean(held) >= FEW, f"stopped at {error:.0%}: {np.mean(held):.0%} hold the mean")
     groups = len(values[name]) // Stored.starts
     require(apart <= APART * groups, f"{apart} of {groups} groups of one motion are told apart")

@@ -42,9 +42,9 @@ def sommerfeld(film) -> float:
     return 0.5 * film.load / film.bearing.force_scale
 
 
-def apart(found, wanted) -> float:
+def apart(actual, wanted) -> float:
     """Difference of two forces, relative to the second."""
-    return np.linalg.norm(np.subtract(found, wanted)) / np.linalg.norm(wanted)
+    return np.linalg.norm(np.subtract(actual, wanted)) / np.linalg.norm(wanted)
 
 
 #: Butenschoen, pure squeeze: B/D -> (eps, negative where the gap opens; So_V)
@@ -203,17 +203,17 @@ class TestPublished:
         validated(
             "attitude, L/D 1", angle, attitude, 0.6, unit="deg", relative=False, source=RAIMONDI
         )
-        found = []
+        actual = []
         for shear in (2.0 * math.pi / math.sqrt(1.0 - eps * eps), film.shear):
             on_journal, on_bearing = wet_film_torques(
                 eps, film.tangential, shear, 1.0, 0.0, R, C, 2.0 * R, MU
             )
             assert on_journal + on_bearing == pytest.approx(-eps * C * film.tangential, rel=1e-9)
-            found.append(-on_journal / (film.load * C))
+            actual.append(-on_journal / (film.load * C))
         validated(
-            "friction coefficient times R/c, L/D 1", found[0], friction, 0.01, source=RAIMONDI
+            "friction coefficient times R/c, L/D 1", actual[0], friction, 0.01, source=RAIMONDI
         )
-        assert 0.55 * friction < found[1] < 0.72 * friction
+        assert 0.55 * friction < actual[1] < 0.72 * friction
 
 
 #: L/D = 1: eps, alpha [deg], (W_r, W_t) for V = (cos, sin): rupture with P = P' = 0; cut off; full
@@ -501,10 +501,10 @@ def test_concentric(code, size, validated):
     """Against the velocity, the same size in all directions; the map's digits to 1e-4."""
     for alpha in (0.0, 0.4, 1.3, 2.2, math.pi):
         vr, vt = math.cos(alpha), math.sin(alpha)
-        found = bands.film(128, 16, 0.0, 0.25, vr, vt, 0.0, 0.0, code, NO_GROOVE)[0]
+        actual = bands.film(128, 16, 0.0, 0.25, vr, vt, 0.0, 0.0, code, NO_GROOVE)[0]
         validated(
             "force of a concentric journal",
-            complex(*found[:2]),
+            complex(*actual[:2]),
             size * complex(-vr, vt),
             1e-4,
             **GRIDS,
@@ -571,9 +571,15 @@ class TestLimits:
             **SOMMERFELD,
         )
         angle = 90.0 if places[1] is None else exact[places[1]]
-        found = math.degrees(math.atan2(tangential, -radial))
+        actual = math.degrees(math.atan2(tangential, -radial))
         validated(
-            f"attitude, long ({kind})", found, angle, 0.02, unit="deg", relative=False, **SOMMERFELD
+            f"attitude, long ({kind})",
+            actual,
+            angle,
+            0.02,
+            unit="deg",
+            relative=False,
+            **SOMMERFELD,
         )
 
     @pytest.mark.parametrize("row", SHORT[:10], ids=lambda row: f"eps {row[0]}")
@@ -599,8 +605,10 @@ class TestLimits:
                 "So / (L/D)^2, short", (4.0 * shorter - longer) / 3.0, expected, 4e-4, **OCVIRK
             )
         film = bands.solve(bearing(0.05, cavitation="gumbel"), eps, 0.0, 1.0)
-        found = math.degrees(film.attitude_angle)
-        validated("attitude, L/D 0.05", found, attitude, 0.25, unit="deg", relative=False, **OCVIRK)
+        actual = math.degrees(film.attitude_angle)
+        validated(
+            "attitude, L/D 0.05", actual, attitude, 0.25, unit="deg", relative=False, **OCVIRK
+        )
 
 
 class TestConvergence:
@@ -807,12 +815,12 @@ class TestAgainstFiniteElements:
         leaves.
         """
         film = bearing(**self.OPTIONS[name])
-        wanted, found = fem.solve(film, *state, (64, 8)), bands.solve(film, *state)
+        wanted, actual = fem.solve(film, *state, (64, 8)), bands.solve(film, *state)
         validated(
-            f"force ({name})", complex(*force(found)), complex(*force(wanted)), 1e-3, **ELEMENTS
+            f"force ({name})", complex(*force(actual)), complex(*force(wanted)), 1e-3, **ELEMENTS
         )
-        validated("shear integral", found.shear, wanted.shear, 0.04, **ELEMENTS)
-        assert found.side_flow == pytest.approx(
+        validated("shear integral", actual.shear, wanted.shear, 0.04, **ELEMENTS)
+        assert actual.side_flow == pytest.approx(
             wanted.side_flow, rel=0.01, abs=1e-4 * film.flow_scale
         )
 
@@ -822,13 +830,13 @@ class TestAgainstFiniteElements:
         ambient 3).
         """
         film = bearing(**self.OPTIONS[name])
-        found, wanted = (
+        actual, wanted = (
             bands.solve(film, 0.8, -1.0, 0.4),
             fem.solve(film, 0.8, -1.0, 0.4, (128, 16)),
         )
         validated(
             "force of an opening film",
-            complex(*force(found)),
+            complex(*force(actual)),
             complex(*force(wanted)),
             2e-3,
             **ELEMENTS,
@@ -840,10 +848,10 @@ class TestAgainstFiniteElements:
         where the force is smallest (eps 0.7); 8e-3.
         """
         film = bearing(grooves=(Groove(angle=0.5, pressure=5.0 * SCALE),))
-        found, wanted = bands.solve(film, *state), fem.solve(film, *state, (128, 16))
+        actual, wanted = bands.solve(film, *state), fem.solve(film, *state, (128, 16))
         validated(
             "force with a fed line",
-            complex(*force(found)),
+            complex(*force(actual)),
             complex(*force(wanted)),
             8e-3,
             **ELEMENTS,
@@ -892,8 +900,8 @@ class TestSideFlowNearContact:
         film = bearing(slenderness, grooves=LINE)
         for state in ((0.0, 1.0), (0.5, 1.0)):
             wanted = fem.solve(film, eps, *state, mesh).side_flow
-            found = bands.solve(film, eps, *state).side_flow
-            assert found == pytest.approx(wanted, rel=1e-3 if eps < 0.999 else 2e-3)
+            actual = bands.solve(film, eps, *state).side_flow
+            assert actual == pytest.approx(wanted, rel=1e-3 if eps < 0.999 else 2e-3)
 
     @pytest.mark.parametrize("eps", [0.5, 0.9, 0.99, 0.995, 0.999])
     @pytest.mark.parametrize("direction", [0, 45, 90])
@@ -918,10 +926,10 @@ class TestSideFlowNearContact:
         angle = math.radians(direction)
         for eps in (0.95, 0.99, 0.995, 0.999):
             state = eps, math.cos(angle), 2.0 * math.sin(angle) / eps
-            found, wanted = (
+            actual, wanted = (
                 bands.solve(bearing(), *state, mesh).side_flow for mesh in ((128, 16), (512, 24))
             )
-            assert found == pytest.approx(wanted, rel=1e-3 if eps < 0.999 else 2e-3)
+            assert actual == pytest.approx(wanted, rel=1e-3 if eps < 0.999 else 2e-3)
 
     def test_nodes(self):
         """The map is what it says, mirrored, and with nothing even the plain one."""

@@ -34,13 +34,13 @@ class TestPressure:
             "--json",
         )
         status, text, err = run(*arguments, capsys=capsys)
-        found = json.loads(text)
+        document = json.loads(text)
         assert (status, err) == (0, "")
-        assert [p.rsplit(".")[-1] for p in found["files"]] == ["h5", "png", "md"]
-        with h5py.File(found["files"][0]) as file:
+        assert [p.rsplit(".")[-1] for p in document["files"]] == ["h5", "png", "md"]
+        with h5py.File(document["files"][0]) as file:
             pressure, theta = file["film/pressure"][()], file["film/theta"][()]
             assert pressure.shape == (48, 7)
-            assert pressure.max() == found["peak_pressure"]
+            assert pressure.max() == document["peak_pressure"]
             assert (np.diff(theta) > 0.0).all()
             assert all("units" in file[f"film/{n}"].attrs for n in file["film"])
 
@@ -50,14 +50,14 @@ class TestPressure:
         """
         _, text, _ = run("film", "pressure", "--eccentricity", 0.6, "--json", capsys=capsys)
         wanted = cl.solve_film(Bearing(0.01, 1e-4, 0.02, 0.05), 0.6, 0.0, cl.rpm(300))
-        found = json.loads(text)
-        assert found["load"] == pytest.approx(wanted.load, rel=1e-12)
-        assert found["drag"] == pytest.approx(
+        document = json.loads(text)
+        assert document["load"] == pytest.approx(wanted.load, rel=1e-12)
+        assert document["drag"] == pytest.approx(
             0.05 * 0.01**3 * 0.02 / 1e-4 * wanted.shear, rel=1e-12
         )
 
     @pytest.mark.parametrize(
-        ("arguments", "said"),
+        ("arguments", "message"),
         [
             (("--length", "-1mm"), "length must be positive"),
             (("--radius", "0"), "radius must be positive"),
@@ -77,10 +77,10 @@ class TestPressure:
             (("--roughness", "80um"), "flow factors need a clearance"),
         ],
     )
-    def test_one_clear_line(self, arguments, said, capsys):
+    def test_one_clear_line(self, arguments, message, capsys):
         status, text, err = run("film", "pressure", *arguments, capsys=capsys)
         assert status == 2
-        assert said in err
+        assert message in err
         assert "Traceback" not in err
 
 
@@ -92,23 +92,23 @@ class TestMap:
         status, _, _ = run("film", "map", "-o", tmp_path, "--json", capsys=capsys)
         assert status == 0
         film = Bearing(0.01, 1e-4, 0.02, 0.05)
-        found, table = films.force_map(film)
+        actual, table = films.force_map(film)
         assert table.error_closing < 1e-3
         for i, j in ((20, 5), (60, 30), (100, 44)):
-            eps, a = -math.expm1(-found["y"][i]), found["angle"][j]
+            eps, a = -math.expm1(-actual["y"][i]), actual["angle"][j]
             wanted = cl.solve_film(film, eps, math.cos(a), 2.0 * math.sin(a) / eps)
-            assert found["size"][i, j] == pytest.approx(wanted.load / film.force_scale, rel=1e-3)
+            assert actual["size"][i, j] == pytest.approx(wanted.load / film.force_scale, rel=1e-3)
 
     @pytest.mark.parametrize(
-        ("arguments", "said"),
+        ("arguments", "message"),
         [
             (("--cavitation", "mass_conserving"), "cavitation must be one of"),
             (("--nodes", "3"), "from 5 to 257"),
         ],
     )
-    def test_one_clear_line(self, arguments, said, capsys):
+    def test_one_clear_line(self, arguments, message, capsys):
         status, _, err = run("film", "map", *arguments, capsys=capsys)
-        assert (status, said in err) == (2, True)
+        assert (status, message in err) == (2, True)
 
 
 class TestSnapshots:
@@ -133,13 +133,13 @@ class TestSnapshots:
         assert shot.solution.load == pytest.approx(shot.recorded, rel=2e-3)
 
     def test_refusals(self, feeder, capsys):
-        for arguments, said in (
+        for arguments, message in (
             ((feeder, "--joint", "A"), "joints with one: B"),
             ((feeder, "--count", 0), "at least 1"),
             (("nowhere.h5",), "nowhere.h5"),
         ):
             status, _, err = run("film", "snapshots", *arguments, capsys=capsys)
-            assert (status, said in err) == (2, True)
+            assert (status, message in err) == (2, True)
 
     def test_memory_is_not_in_a_file(self):
         result = cl.simulate(cl.load_case("six_bar_feeder", film="conserving"), until=2e-4)
@@ -173,8 +173,8 @@ class TestStudies:
         status, text, _ = run(
             "film", "ladder", "--quick", "--turns", 0.02, "-o", tmp_path, "--json", capsys=capsys
         )
-        found = json.loads(text)
-        rungs = {r["name"]: r for r in found["states"]}
+        document = json.loads(text)
+        rungs = {r["name"]: r for r in document["states"]}
         assert status == 0
         tables = [rungs[f"table {n}x{n}"]["error"] for n in (9, 17, 33)]
         assert tables == sorted(tables, reverse=True)
@@ -183,5 +183,5 @@ class TestStudies:
         assert rungs["fast solver 48x6"]["error"] < rungs["fast solver 32x4"]["error"]
         assert rungs["FEM 32x4"]["error"] < rungs["FEM 16x2"]["error"]
         assert rungs["FEM 32x4"]["seconds"] > 1000.0 * rungs["table 33x33"]["seconds"]
-        runs = {r["name"]: r["error"] for r in found["runs"]}
+        runs = {r["name"]: r["error"] for r in document["runs"]}
         assert runs["table 33x33"] < runs["harmonic"] < runs["pinkus_sternlicht"]

@@ -115,8 +115,8 @@ class TestPocketSlider:
         what = f"place of reformation, {cells} cells"
         validated(what, reform, Slider.REFORM, 1e-2 / cells, unit="m", relative=False, **FOWELL)
         for x, exact in Slider.POINTS:  # 2.3e-3 of the peak measured at 200 cells
-            found, options = np.interp(x, middle, p), FOWELL | {"unit": "Pa", "relative": False}
-            validated(f"pressure, {cells} cells", found, exact, 0.6 / cells * 9.8e6, **options)
+            actual, options = np.interp(x, middle, p), FOWELL | {"unit": "Pa", "relative": False}
+            validated(f"pressure, {cells} cells", actual, exact, 0.6 / cells * 9.8e6, **options)
 
     def test_order(self):
         errors = [abs(Slider.solved(cells)[0] / Slider.FLOW - 1.0) for cells in (100, 200, 400)]
@@ -160,7 +160,7 @@ class TestSqueezedPlates:
         middle).
         """
         width, strip = 0.5 / cells, Strip(cells, 0.025, 0.0, 2.0 * steps)
-        found, was = np.empty(steps), self.gap(0.0)
+        actual, was = np.empty(steps), self.gap(0.0)
         old, _, growth = strip.memory
         for step in range(steps):
             old[:], before = strip.content, was
@@ -170,12 +170,12 @@ class TestSqueezedPlates:
             strip.face[0, 0, COND] *= 2.0
             strip.cell[1:-1, 0, VOLUME] = was * width
             strip.solve()
-            found[step] = strip.full.sum() * width
-        return found
+            actual[step] = strip.full.sum() * width
+        return actual
 
     def errors(self, cells, steps):
-        found = self.fronts(cells, steps)
-        return np.array([found[round(t * steps) - 1] - exact for t, exact in self.FRONT.items()])
+        actual = self.fronts(cells, steps)
+        return np.array([actual[round(t * steps) - 1] - exact for t, exact in self.FRONT.items()])
 
     def test_front(self, validated):
         """Within two cells (the front is a cell's edge), and the rms falls with them: 2.7e-3 to
@@ -192,8 +192,8 @@ class TestSqueezedPlates:
 
     def test_closing(self, validated):
         """The cavity is gone within one step of the exact time."""
-        found = self.fronts(100, 400)
-        gone = np.flatnonzero(found[:300] < 0.5 - 1e-12)[-1] + 2  # the gap opens again at 0.75
+        actual = self.fronts(100, 400)
+        gone = np.flatnonzero(actual[:300] < 0.5 - 1e-12)[-1] + 2  # the gap opens again at 0.75
         validated(
             "time the cavity closes, 400 steps",
             gone / 400,
@@ -230,9 +230,12 @@ class TestSteady:
         1.4 % and 0.5 deg.
         """
         number, angle, _, _ = self.answer(eps, (256, 24))
-        found, allowed = 1.0 / (2.0 * math.pi * number), (0.015, 0.6) if eps == 0.4 else (0.01, 0.4)
+        actual, allowed = (
+            1.0 / (2.0 * math.pi * number),
+            (0.015, 0.6) if eps == 0.4 else (0.01, 0.4),
+        )
         what, options = ", L/D 1, film with memory", {"source": "Raimondi and Boyd 1958"}
-        validated(f"S{what}", found, sommerfeld, allowed[0], **options)
+        validated(f"S{what}", actual, sommerfeld, allowed[0], **options)
         validated(
             f"attitude{what}", angle, attitude, allowed[1], unit="deg", relative=False, **options
         )
@@ -251,9 +254,9 @@ class TestSteady:
         """B/D = 1; the published numbers are good to 0.3 %, 0.1 deg and 0.5 %; ours to 0.2 % at
         96x8.
         """
-        found, angle, flow, _ = self.answer(eps, mesh)
+        actual, angle, flow, _ = self.answer(eps, mesh)
         what, options = "of rotation, L/D 1, film with memory", {"source": "Butenschoen 1976"}
-        validated(f"So {what}", found, number, 5e-3, **options)
+        validated(f"So {what}", actual, number, 5e-3, **options)
         validated(f"attitude {what}", angle, attitude, 0.1, unit="deg", relative=False, **options)
         validated(f"side flow {what}", flow, side, 6e-3, **options)
 
@@ -386,7 +389,7 @@ class TestDerivatives:
         film = MemoryFilm(bearing(grooves=grooves, ambient=ambient), (48, 4), liner, conserving)
         film, (x, y, _, _) = travelled(film)
         state = np.array([x + 0.01, y - 0.02, 3.0, -2.0, 20.0])
-        found = film.trial(*state, elapsed)[:, 1:]
+        actual = film.trial(*state, elapsed)[:, 1:]
         expected = np.empty((4, 5))
         for column in range(5):
             step = np.zeros(5)
@@ -394,7 +397,7 @@ class TestDerivatives:
             rise = film.trial(*(state + step), elapsed) - film.trial(*(state - step), elapsed)
             expected[:, column] = rise[:, 0] / (2.0 * step[column])
         scale = np.abs(expected) + 1e-3 * np.linalg.norm(expected, axis=1, keepdims=True)
-        assert np.all(np.abs(found - expected) <= 1e-5 * scale)
+        assert np.all(np.abs(actual - expected) <= 1e-5 * scale)
 
 
 class TestLimits:
@@ -479,11 +482,11 @@ class TestLimits:
         film, _ = travelled(MemoryFilm(bearing(), mesh, liner))
         was = 0.0
         for eps in (0.9, 0.99, 1.0 - 1e-4, 1.0 - 1e-6, 1.0 - 1e-9, 1.0, 1.1, 2.0, 10.0):
-            found = film.trial(eps, 0.0, rate, 0.0, 20.0, 1e-3)
-            assert np.isfinite(found).all()
+            actual = film.trial(eps, 0.0, rate, 0.0, 20.0, 1e-3)
+            assert np.isfinite(actual).all()
             if rate > 0.0 and eps <= 1.0 and liner == 0.0:
-                assert found[0, 0] < was
-                was = found[0, 0]
+                assert actual[0, 0] < was
+                was = actual[0, 0]
 
     def test_not_finite_answers_nan(self):
         film, state = travelled(MemoryFilm(bearing(), (48, 4)))
@@ -510,8 +513,8 @@ class TestLiner:
         falls = []
         for liner in (1e-14, 1.2e-14, 2e-14):
             film = MemoryFilm(b, (96, 8), liner, conserving)
-            found = film.steady(0.9, 0.0, 100.0)
-            falls.append(1.0 - math.hypot(*found[:2]) / math.hypot(*rigid[:2]))
+            actual = film.steady(0.9, 0.0, 100.0)
+            falls.append(1.0 - math.hypot(*actual[:2]) / math.hypot(*rigid[:2]))
         assert falls == sorted(falls)
         assert 0.28 < falls[0] < falls[-1] < 0.5
 

@@ -153,12 +153,12 @@ class TestLimits:
         for eps, (expected, attitude) in exact.items():
             shorter, longer = (force(film.solve(eps, 0.0, 1.0)) for film in films)
             radial, tangential = 2.0 * longer - shorter
-            found, angle = (
+            actual, angle = (
                 0.5 * math.hypot(radial, tangential),
                 math.degrees(math.atan2(tangential, -radial)),
             )
             what = f"long ({cavitation}), finite elements"
-            validated(f"So, {what}", found, expected, tolerance, **SOMMERFELD)
+            validated(f"So, {what}", actual, expected, tolerance, **SOMMERFELD)
             validated(
                 f"attitude, {what}",
                 angle,
@@ -234,11 +234,11 @@ class TestPublished:
         """
         film = FemFilm(bearing(slenderness))
         for eps, expected in SQUEEZE[slenderness]:
-            found = film.solve(abs(eps), math.copysign(1.0, eps), 0.0)
+            actual = film.solve(abs(eps), math.copysign(1.0, eps), 0.0)
             what = f"So of squeeze, L/D {slenderness:g}, finite elements"
-            validated(what, sommerfeld(found), expected, 5e-3, source=BUTENSCHOEN)
-            assert abs(found.tangential) < 1e-9 * found.load
-            assert found.radial * math.copysign(1.0, eps) < 0.0
+            validated(what, sommerfeld(actual), expected, 5e-3, source=BUTENSCHOEN)
+            assert abs(actual.tangential) < 1e-9 * actual.load
+            assert actual.radial * math.copysign(1.0, eps) < 0.0
 
     @pytest.mark.parametrize("slenderness", [1.0, 0.25])
     def test_rotation(self, slenderness, validated):
@@ -247,10 +247,10 @@ class TestPublished:
         """
         film = FemFilm(bearing(slenderness, grooves=LINE))
         for eps, load, attitude, flow in ROTATION[slenderness]:
-            found = film.solve(eps, 0.0, 1.0)
-            angle, leaves = math.degrees(found.attitude_angle), found.side_flow / (C * R * R)
+            actual = film.solve(eps, 0.0, 1.0)
+            angle, leaves = math.degrees(actual.attitude_angle), actual.side_flow / (C * R * R)
             what = f"of rotation, L/D {slenderness:g}, finite elements"
-            validated(f"So {what}", sommerfeld(found), load, 7e-3, source=BUTENSCHOEN)
+            validated(f"So {what}", sommerfeld(actual), load, 7e-3, source=BUTENSCHOEN)
             validated(
                 f"attitude {what}",
                 angle,
@@ -261,7 +261,7 @@ class TestPublished:
                 source=BUTENSCHOEN,
             )
             validated(f"side flow {what}", leaves, flow, 1e-3, **GRIDS)
-            assert math.sin(found.centre_of_pressure) > 0.0  # journal pressed the way it turns
+            assert math.sin(actual.centre_of_pressure) > 0.0  # journal pressed the way it turns
 
     def test_raimondi_and_boyd(self, validated):
         """Their chart of L/D 1: S within 2 % and the attitude within 0.6 degrees, their own
@@ -276,13 +276,13 @@ class TestPublished:
             (0.8, 0.0446, 36.24, 1.70),
             (0.9, 0.0188, 26.45, 1.05),
         ]:
-            found = film.solve(eps, 0.0, 1.0)
-            load = found.load / found.bearing.force_scale
+            actual = film.solve(eps, 0.0, 1.0)
+            load = actual.load / actual.bearing.force_scale
             angle, couette = (
-                math.degrees(found.attitude_angle),
+                math.degrees(actual.attitude_angle),
                 2.0 * math.pi / math.sqrt(1.0 - eps * eps),
             )
-            rubs = couette / load + 0.5 * eps * math.sin(found.attitude_angle)
+            rubs = couette / load + 0.5 * eps * math.sin(actual.attitude_angle)
             validated(
                 "S, L/D 1, finite elements", 1.0 / (math.pi * load), number, 0.02, source=RAIMONDI
             )
@@ -371,12 +371,12 @@ def test_force_map(column, validated):
     film = FemFilm(bearing(cavitation=cavitation, ambient=ambient))
     for (eps, degrees), row in FORCES.items():
         angle, expected = math.radians(degrees), complex(*row[column])
-        found = film.solve(eps, math.cos(angle), 2.0 * math.sin(angle) / eps if eps else 0.0)
+        actual = film.solve(eps, math.cos(angle), 2.0 * math.sin(angle) / eps if eps else 0.0)
         what = (
             f"force of any motion ({cavitation}{f', ambient {sigma:g}' if sigma else ''}), "
             "finite elements"
         )
-        validated(what, complex(*force(found)), expected, 2e-3, **GRIDS)
+        validated(what, complex(*force(actual)), expected, 2e-3, **GRIDS)
 
 
 class TestConvergence:
@@ -402,8 +402,8 @@ class TestConvergence:
             bearing(cavitation=cavitation, grooves=grooves),
             [(16, 2), (32, 4), (64, 8), (160, 20)],
         )
-        found = [force(solve(oil, 0.8, 0.0, 2.5, mesh)) for mesh in meshes]
-        errors = [np.linalg.norm(f - np.array(exact)) / np.linalg.norm(exact) for f in found]
+        actual = [force(solve(oil, 0.8, 0.0, 2.5, mesh)) for mesh in meshes]
+        errors = [np.linalg.norm(f - np.array(exact)) / np.linalg.norm(exact) for f in actual]
         assert 0.5 * math.log2(errors[0] / errors[2]) > order
         assert errors[2] < last
         assert errors[3] < 0.5 * errors[2]
@@ -429,15 +429,15 @@ def test_slopes(name):
     1e-8).
     """
     film, state = FemFilm(bearing(**SLOPES[name]), (48, 6)), np.array([0.6, 0.05, 3.0])
-    found = film.linearised(*state)
-    np.testing.assert_allclose(found[:, 0], outputs(film.solve(*state)), rtol=1e-12)
-    scale = np.abs(found[:, 1:]).max(axis=1)
+    actual = film.linearised(*state)
+    np.testing.assert_allclose(actual[:, 0], outputs(film.solve(*state)), rtol=1e-12)
+    scale = np.abs(actual[:, 1:]).max(axis=1)
     for k in range(3):
         step = 1e-5 * np.eye(3)[k]
         difference = (
             outputs(film.solve(*(state + step))) - outputs(film.solve(*(state - step)))
         ) / 2e-5
-        assert np.all(np.abs(difference - found[:, k + 1]) < 1e-5 * scale)
+        assert np.all(np.abs(difference - actual[:, k + 1]) < 1e-5 * scale)
 
 
 class TestMassConserving:
@@ -451,11 +451,11 @@ class TestMassConserving:
             (0.5, 0.891026, 56.6986),
             (0.8, 3.57187, 36.2274),
         ]:
-            found = film.solve(eps, 0.0, 1.0)
-            assert sommerfeld(found) == pytest.approx(load, rel=3e-3)
-            assert math.degrees(found.attitude_angle) == pytest.approx(attitude, abs=0.05)
-            assert found.content.min() > 0.0
-            assert np.all((found.content == 1.0) | (found.pressure == 0.0))
+            actual = film.solve(eps, 0.0, 1.0)
+            assert sommerfeld(actual) == pytest.approx(load, rel=3e-3)
+            assert math.degrees(actual.attitude_angle) == pytest.approx(attitude, abs=0.05)
+            assert actual.content.min() > 0.0
+            assert np.all((actual.content == 1.0) | (actual.pressure == 0.0))
 
     def test_cavity_carries_what_entered_it(self):
         """In the cavity the flow along theta is constant: content times the gap, here at the
@@ -618,9 +618,9 @@ class TestMeshError:
         """The mesh of a run: 2 % of a short bearing's load at eps 0.9, less than 1 % of a longer
         one's.
         """
-        said = FemFilm(bearing(0.125), (32, 4)).doubt(0.9)
+        message = FemFilm(bearing(0.125), (32, 4)).doubt(0.9)
         assert (
-            said
+            message
             == "32 cells around are too coarse for eccentricity ratio 0.9: the load may be 1.5% "
             "off; take 64"
         )

@@ -29,8 +29,8 @@ class TestVogel:
     def test_mineral_oil(self, celsius, viscosity):
         """The two values of the docstring, the second within 2 %."""
         oil = HeatBalance(1.0, 1.0)
-        found = 27.6e-3 * thinning(celsius - 40.0, oil.surroundings, oil.vogel, oil.vogel_zero)
-        assert found == pytest.approx(viscosity, rel=0.02)
+        actual = 27.6e-3 * thinning(celsius - 40.0, oil.surroundings, oil.vogel, oil.vogel_zero)
+        assert actual == pytest.approx(viscosity, rel=0.02)
 
     @given(
         surroundings=st.floats(250.0, 400.0),
@@ -141,14 +141,14 @@ class TestState:
                 draw.normal(size=2) * 2e-3,
                 draw.uniform(-5.0, 40.0),
             )
-            found = answer("jacobian", y, n * n).reshape(n, n) * scale
+            actual = answer("jacobian", y, n * n).reshape(n, n) * scale
             wanted = np.zeros((n, n))
             for i in range(n):
                 step = np.zeros(len(y))
                 step[i] = 1e-5 * scale[i]
                 ahead, behind = (answer("rhs", y + k * step, len(y))[:n] for k in (1.0, -1.0))
                 wanted[:, i] = (ahead - behind) / 2e-5
-            assert (np.abs(found - wanted).max(axis=1) < 1e-5 * np.abs(wanted).max(axis=1)).all()
+            assert (np.abs(actual - wanted).max(axis=1) < 1e-5 * np.abs(wanted).max(axis=1)).all()
             assert abs(wanted[4, 4]) > 0.0
 
 

@@ -18,9 +18,9 @@ ROUGH = {"roughness": 2e-5}
 FED = {"grooves": (Groove(0.5, 0.4, 0.6, 2e3),)}
 
 
-def off(found, wanted):
+def off(actual, wanted):
     """Relative error of a force."""
-    return np.linalg.norm((found - wanted)[:2]) / np.linalg.norm(wanted[:2])
+    return np.linalg.norm((actual - wanted)[:2]) / np.linalg.norm(wanted[:2])
 
 
 @pytest.mark.parametrize(
@@ -53,12 +53,12 @@ def test_error_is_what_a_mesh_is_chosen_for(slenderness, validated):
     states = [
         (e, r, w) for e in (0.2, 0.8, 0.95) for r, w in ((0.0, 31.0), (6.0, 31.0), (31.0, 0.0))
     ]
-    found, wanted = (np.array([f.outputs(*s)[:2] for s in states]) for f in (moving, fast))
+    actual, wanted = (np.array([f.outputs(*s)[:2] for s in states]) for f in (moving, fast))
     expected = max(error_of(moving.mesh[0], e, slenderness) for e, *_ in states)
     assert expected < 3.1e-3
     source = "fast solver"
     sizes = np.hypot(*wanted.T)
-    complex_found, complex_wanted = (f[:, 0] + 1j * f[:, 1] for f in (found, wanted))
+    complex_found, complex_wanted = (f[:, 0] + 1j * f[:, 1] for f in (actual, wanted))
     validated(
         f"force of the film of a run, L/D {slenderness:g}",
         complex_found / sizes,
@@ -161,11 +161,11 @@ def test_mesh():
 def test_pressure_carries_the_load():
     """The field's own integral, trapezia around and Simpson's rule along, gives the force: 5e-3."""
     film = MovingFilm(Bearing(**OPTIONS), (64, 8))
-    found = film.solve(0.8, 2.0, 31.0)
-    around = np.append(found.theta, found.theta[0] + 2.0 * math.pi)
-    rule = np.ones(len(found.axial))
+    actual = film.solve(0.8, 2.0, 31.0)
+    around = np.append(actual.theta, actual.theta[0] + 2.0 * math.pi)
+    rule = np.ones(len(actual.axial))
     rule[1:-1:2], rule[2:-1:2] = 4.0, 2.0
-    line = found.pressure @ rule * (found.axial[1] - found.axial[0]) / 3.0 * 2.0
+    line = actual.pressure @ rule * (actual.axial[1] - actual.axial[0]) / 3.0 * 2.0
     line = np.append(line, line[0])
     force = [np.trapezoid(line * f(around), around) * 0.01 for f in (np.cos, np.sin)]
-    assert force == pytest.approx([found.radial, found.tangential], rel=5e-3)
+    assert force == pytest.approx([actual.radial, actual.tangential], rel=5e-3)

@@ -68,8 +68,8 @@ class TestFilmFollowsTheNode:
         result = cl.simulate(
             bath(0.5, conductance), until=until, samples=11, max_step=until / 50.0, rtol=1e-9
         )
-        found = result.node("bath").temperature[-1] - COLD
-        validated(name, found, ROWS[name], 1e-6, unit="K", relative=False, **INDEPENDENT)
+        actual = result.node("bath").temperature[-1] - COLD
+        validated(name, actual, ROWS[name], 1e-6, unit="K", relative=False, **INDEPENDENT)
         assert result.joint("J").oil_temperature[-1] == result.node("bath").temperature[-1]
         assert result.node("bath").flow[-1] == pytest.approx(
             result.joint("J").power_loss[-1], rel=1e-6
@@ -99,8 +99,8 @@ class TestFilmFollowsTheNode:
             centred(HeatBalance(0.5, 1.0, volumetric=0.0)), until=0.2, samples=3, rtol=1e-10
         )
         for result in (shared, alone):
-            found = result.joint("J").oil_temperature[-1] - COLD
-            validated(name, found, ROWS[name], 1e-6, unit="K", relative=False, **INDEPENDENT)
+            actual = result.joint("J").oil_temperature[-1] - COLD
+            validated(name, actual, ROWS[name], 1e-6, unit="K", relative=False, **INDEPENDENT)
 
 
 class TestTwoNodes:
@@ -129,9 +129,9 @@ class TestTwoNodes:
 
     def test_steady(self, validated):
         """P / h over both: 32.5 K and 20 K after 8000 s, 1e-5."""
-        found = self.run(8000.0, max_step=50.0)
+        actual = self.run(8000.0, max_step=50.0)
         wanted = [ROWS["steady warming of the oil"], 20.0]
-        validated("steady oil and housing", found, wanted, 1e-5, unit="K", **INDEPENDENT)
+        validated("steady oil and housing", actual, wanted, 1e-5, unit="K", **INDEPENDENT)
 
     def test_a_row_of_nodes_is_the_same(self):
         """The oil as a node that leads to the housing: the same warming to 1e-7."""
@@ -144,8 +144,8 @@ class TestTwoNodes:
             samples=3,
             rtol=1e-9,
         )
-        found = [result.node(n).temperature[-1] - COLD for n in ("oil", "housing")]
-        assert found == pytest.approx([ROWS["oil at 1 s"], ROWS["housing at 1 s"]], rel=1e-6)
+        actual = [result.node(n).temperature[-1] - COLD for n in ("oil", "housing")]
+        assert actual == pytest.approx([ROWS["oil at 1 s"], ROWS["housing at 1 s"]], rel=1e-6)
 
 
 class TestBalance:
@@ -211,10 +211,10 @@ class TestBalance:
         joint = cl.simulate(scene(oil, table_film()), until=0.8, samples=5, rtol=1e-8).joint("J")
         flow = oil.volumetric * joint.side_flow[-1]
         wanted = (joint.power_loss[-1] + flow * 15.0) / (oil.conductance + flow)
-        found = joint.oil_temperature[-1] - COLD
+        actual = joint.oil_temperature[-1] - COLD
         more = {"source": "first law of thermodynamics", "kind": "exact"}
-        validated("warming by warm oil", found, wanted, 1e-6, unit="K", **more)
-        assert found > 14.0
+        validated("warming by warm oil", actual, wanted, 1e-6, unit="K", **more)
+        assert actual > 14.0
 
 
 class TestStructure:

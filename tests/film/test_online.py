@@ -110,11 +110,11 @@ class TestFem:
     @pytest.mark.parametrize("motion", STATES)
     def test_law_is_the_solver(self, motion):
         """1e-6: solutions end at corrections of 1e-8, from where they begin."""
-        found = fem_film()(*motion, JOINT)
+        actual = fem_film()(*motion, JOINT)
         film = MovingFilm(Bearing.of(JOINT)).solve(*motion)
         size = abs(film.radial) + abs(film.tangential)
-        assert found[:2] == pytest.approx((film.radial, film.tangential), abs=1e-6 * size)
-        assert found[2] == pytest.approx(film.shear, rel=1e-6)
+        assert actual[:2] == pytest.approx((film.radial, film.tangential), abs=1e-6 * size)
+        assert actual[2] == pytest.approx(film.shear, rel=1e-6)
 
     def test_options_arrive(self):
         rough, motion = JOINT._replace(roughness=2e-5), (0.6, 5.0, 20.0)
@@ -193,9 +193,9 @@ class TestKernels:
         table, fem = build(loaded(table_film())), build(loaded(fem_film()))
         half = table.coordinates
         for y in shaken(table):
-            wanted, found = (out_of(mech, "rhs", y)[half : 2 * half] for mech in (table, fem))
-            assert np.linalg.norm((found - wanted)[1:]) < 3e-3 * np.linalg.norm(wanted[1:])
-            assert abs(found[0] - wanted[0]) < 0.06 * abs(wanted[0])
+            wanted, actual = (out_of(mech, "rhs", y)[half : 2 * half] for mech in (table, fem))
+            assert np.linalg.norm((actual - wanted)[1:]) < 3e-3 * np.linalg.norm(wanted[1:])
+            assert abs(actual[0] - wanted[0]) < 0.06 * abs(wanted[0])
 
     @pytest.mark.parametrize("film", [fem_film(), conserving_film()], ids=["fem", "conserving"])
     def test_derivative_against_differences(self, film):
@@ -203,14 +203,14 @@ class TestKernels:
         mechanism = build(loaded(film))
         n, scale = mechanism.size, mechanism.scale
         for y in shaken(mechanism):
-            found = out_of(mechanism, "jacobian", y, n * n).reshape(n, n) * scale
+            actual = out_of(mechanism, "jacobian", y, n * n).reshape(n, n) * scale
             wanted = np.zeros((n, n))
             for i in range(n):
                 step = np.zeros(len(y))
                 step[i] = 1e-5 * scale[i]
                 ahead, behind = (out_of(mechanism, "rhs", y + k * step)[:n] for k in (1.0, -1.0))
                 wanted[:, i] = (ahead - behind) / 2e-5
-            assert np.abs(found - wanted).max() < 1e-4 * np.abs(wanted).max()
+            assert np.abs(actual - wanted).max() < 1e-4 * np.abs(wanted).max()
 
     def test_derivative_is_nearly_the_tables(self):
         """Accelerations by everything: 2 % of the largest.
@@ -222,8 +222,8 @@ class TestKernels:
         n = table.size
         for y in shaken(table):
             both = (out_of(mech, "jacobian", y, n * n) for mech in (table, fem))
-            wanted, found = (j.reshape(n, n) * table.scale for j in both)
-            assert np.abs(found - wanted)[4:].max() < 0.02 * np.abs(wanted[4:]).max()
+            wanted, actual = (j.reshape(n, n) * table.scale for j in both)
+            assert np.abs(actual - wanted)[4:].max() < 0.02 * np.abs(wanted[4:]).max()
 
     def test_other_scenes_carry_no_letter(self):
         """A block of a few numbers where a film is solved, none where it is a formula; nobody asks
@@ -375,8 +375,8 @@ class TestRuns:
         """A feed of 1 bar: the scene of the file holds it."""
         groove = Groove(angle=1.0, width=0.3, length=0.5, pressure=1e5)
         result = cl.simulate(loaded(film(grooves=(groove,))), until=2e-4)
-        (kept,) = json.loads(result.attributes["scene"])["joints"][0]["film"]["grooves"]
-        assert {k: v for k, v in kept.items() if k != "type"} == vars(groove)
+        (stored,) = json.loads(result.attributes["scene"])["joints"][0]["film"]["grooves"]
+        assert {k: v for k, v in stored.items() if k != "type"} == vars(groove)
 
     def test_coarse_meshes_are_named(self):
         """A gap whose pressure is narrower than a cell: the run says so."""
@@ -392,8 +392,8 @@ class TestCost:
     def test_stumble_20_a_run_says_what_its_film_costs(self, caplog):
         """Before it begins, and only of films that are solved as it goes."""
         cl.simulate(loaded(fem_film(mesh=(16, 2))), until=1e-5, samples=2)
-        (said,) = (m for m in caplog.messages if "its film is solved as the run goes" in m)
-        assert re.fullmatch(r"joint J: .*, \S+ s of CPU each time", said)
+        (message,) = (m for m in caplog.messages if "its film is solved as the run goes" in m)
+        assert re.fullmatch(r"joint J: .*, \S+ s of CPU each time", message)
         caplog.clear()
         cl.simulate(loaded(table_film()), until=1e-5, samples=2)
         assert not caplog.messages
@@ -402,9 +402,9 @@ class TestCost:
     def test_stumble_20_seconds_a_turn_where_there_are_turns(self, film):
         """One digit of each time; the film of the run itself is not touched."""
         mechanism = build(cl.load_case("slider_crank", model="lubricated", film=film, mesh="16x2"))
-        (said,) = dear(mechanism)
+        (message,) = dear(mechanism)
         times = r"goes, (\S+) s of CPU each time, about (\S+) s a turn"
-        each, turn = re.search(times, said).groups()
+        each, turn = re.search(times, message).groups()
         assert 0.0 < 100.0 * float(each) < float(turn)
         (source,) = mechanism.sources.values()
         assert source.asked is None
@@ -413,12 +413,12 @@ class TestCost:
         """Of films solved online; what is no mesh is refused, and so is a mesh of the table."""
         scene = cl.load_case("slider_crank", model="lubricated", film="fem", mesh="16x2")
         assert scene.clearance_joints[0].film.parameters["mesh"] == (16, 2)
-        for film, mesh, said in (
+        for film, mesh, message in (
             ("fem", "16", "joint C: mesh must be auto or two numbers .* 16x2, got '16'"),
             ("fem", "2x2", "joint C: mesh: needs at least 16 cells around the bearing, got 2"),
             ("table", "16x2", "joint C: film table has no mesh; fast, fem, conserving have"),
         ):
-            with pytest.raises(ValueError, match=said):
+            with pytest.raises(ValueError, match=message):
                 cl.load_case("slider_crank", model="lubricated", film=film, mesh=mesh)
 
 
@@ -442,9 +442,9 @@ class TestMemory:
         oil a step.
         """
         result = cl.simulate(loaded(conserving_film()), until=0.02, samples=41)
-        joint, found = result.joint("J"), result.file["joints/J"]
+        joint, actual = result.joint("J"), result.file["joints/J"]
         assert 0.0 < joint.gap.min() < joint.gap.max() <= C
-        assert found.attrs["film_mass_defect"] <= 1e-10
+        assert actual.attrs["film_mass_defect"] <= 1e-10
         assert result.solver["energy_residual_share"] < 1e-6
         assert result.solver["steps"] >= 400
         assert np.abs(joint.force_y[-10:]).max() < 1.2 * 3.0 * 9.81
@@ -464,10 +464,10 @@ class TestMemory:
 
     def test_without_its_memory_it_is_the_table(self, validated):
         """Swift-Stieber's film on the bearing's grid: 1e-3 of the clearance (3.2e-4)."""
-        found, table = run(conserving_film(memory=False)), run(table_film())
+        actual, table = run(conserving_film(memory=False)), run(table_film())
         validated(
             "eccentricity ratio of a loaded journal, film without memory",
-            found,
+            actual,
             table,
             1e-3,
             **TABLE,
@@ -523,10 +523,10 @@ class TestMemory:
         )
         hold = cl.SpringDamper(cl.ground.at(1, 0), one, stiffness=1e-9)
         scene = cl.Scene(joint, hold, cl.Force(two, x=30.0, y=10.0), gravity=(0.0, 0.0))
-        found = cl.simulate(scene, until=0.02, samples=41).joint("J")
-        force = np.array([found.force_x, found.force_y])
+        actual = cl.simulate(scene, until=0.02, samples=41).joint("J")
+        force = np.array([actual.force_x, actual.force_y])
         return sign * np.array(
-            [found.eccentricity_x, found.eccentricity_y]
+            [actual.eccentricity_x, actual.eccentricity_y]
         ) / C, sign * force / np.abs(force).max()
 
     @pytest.mark.parametrize(("spins", "bound"), [((40.0, 100.0), 2e-3), ((70.0, 70.0), 5e-5)])

@@ -83,16 +83,16 @@ class Looked:
                 *["number"] * (len(self.rest) - 1),
             )
             WRITTEN[self.law] = differentiated(self.law, (0, 1, 2), kinds)
-        found = WRITTEN[self.law](*motion, of or joint(), *self.rest)
-        return np.array(found[3:]).reshape(3, 3)
+        actual = WRITTEN[self.law](*motion, of or joint(), *self.rest)
+        return np.array(actual[3:]).reshape(3, 3)
 
 
 WRITTEN: dict = {}
 AMBIENT = {"nodes": 9, "layers": 9, "mesh": (48, 6)}  # cheap; errors of its own, see the tests
 
 
-def apart(found, wanted) -> float:
-    return np.linalg.norm(np.subtract(found, wanted)) / np.linalg.norm(wanted)
+def apart(actual, wanted) -> float:
+    return np.linalg.norm(np.subtract(actual, wanted)) / np.linalg.norm(wanted)
 
 
 def solved(motion, of, **more) -> np.ndarray:
@@ -118,8 +118,8 @@ class TestAgainstTheSolver:
     @settings(max_examples=60)
     def test_closing(self, slenderness, y, angle):
         """The default table's 1e-3 (3e-4 the largest of 300 states)."""
-        found, of = Looked(Key(slenderness)), joint(slenderness)
-        assert apart(found.force(*state(y, angle), of=of), solved(state(y, angle), of)) < 1e-3
+        actual, of = Looked(Key(slenderness)), joint(slenderness)
+        assert apart(actual.force(*state(y, angle), of=of), solved(state(y, angle), of)) < 1e-3
 
     @pytest.mark.parametrize("slenderness", [0.5, 1.0])
     @given(y=Y, angle=OPENING)
@@ -128,9 +128,9 @@ class TestAgainstTheSolver:
         """The film of a receding journal is small near contact (1e-5 of the closing one's): 5 %
         there (3 %), and 1e-4 of the closing film everywhere.
         """
-        found, of = Looked(Key(slenderness)), joint(slenderness)
+        actual, of = Looked(Key(slenderness)), joint(slenderness)
         wanted = solved(state(y, angle), of)
-        error = np.linalg.norm(found.force(*state(y, angle), of=of) - wanted)
+        error = np.linalg.norm(actual.force(*state(y, angle), of=of) - wanted)
         assert error < 0.05 * np.linalg.norm(wanted)
         assert error < 1e-4 * np.linalg.norm(
             solved(state(y, math.pi - angle), of)
@@ -141,23 +141,23 @@ class TestAgainstTheSolver:
         """Fresh states: closing error at most twice what the table says or 1e-3, its median
         twice.
         """
-        found, draw, errors = tables.table(key), np.random.default_rng(11), {True: [], False: []}
+        actual, draw, errors = tables.table(key), np.random.default_rng(11), {True: [], False: []}
         for _ in range(120):
             y, angle = draw.uniform(0.0, 5.3), draw.uniform(0.0, math.pi)
             motion, of = state(max(y, 1e-3), angle), joint(key.slenderness)
             film = bands.solve(Bearing.of(of), *motion, (192, 24))
             error = apart(Looked(key).force(*motion, of=of), (film.radial, film.tangential))
             errors[angle < 0.5 * math.pi].append(error)
-        assert max(errors[True]) < max(2.0 * found.error_closing, 1e-3)
-        assert np.median(errors[True] + errors[False]) < 2.0 * found.error_median
-        assert found.error_closing < 1e-3
-        assert found.error_median < 5e-4
+        assert max(errors[True]) < max(2.0 * actual.error_closing, 1e-3)
+        assert np.median(errors[True] + errors[False]) < 2.0 * actual.error_median
+        assert actual.error_closing < 1e-3
+        assert actual.error_median < 5e-4
 
     @pytest.mark.parametrize("cavitation", ["gumbel", "none"])
     @pytest.mark.parametrize("motion", [(0.3, 0.5, 2.0), (0.8, 1.0, 1.0), (0.95, 0.1, 3.0)])
     def test_other_cavitation(self, cavitation, motion):
-        found = table_film(cavitation=cavitation)(*motion, joint())
-        assert apart(found[:2], solved(motion, joint(), cavitation=cavitation)) < 1e-3
+        actual = table_film(cavitation=cavitation)(*motion, joint())
+        assert apart(actual[:2], solved(motion, joint(), cavitation=cavitation)) < 1e-3
 
     @given(y=Y, angle=st.floats(0.0, math.pi))
     @settings(max_examples=60)
@@ -182,8 +182,8 @@ class TestAgainstTheSolver:
         motion = eps, math.cos(direction), 2.0 * math.sin(direction) / eps
         numbers = tables.table(Key(slenderness)).numbers
         film = bands.solve(Bearing.of(of), *motion, (256, 12))
-        found = tabulated.side_flow(*motion, of, numbers, 0.0)
-        assert found == pytest.approx(film.side_flow, rel=2e-3 if slenderness < 2.0 else 6e-3)
+        actual = tabulated.side_flow(*motion, of, numbers, 0.0)
+        assert actual == pytest.approx(film.side_flow, rel=2e-3 if slenderness < 2.0 else 6e-3)
 
     def test_side_flow_in_rotation(self):
         """Oil that leaves is what the wedge draws in: 2 R L c eps w / 2 at most, and 1e-3 against
@@ -192,30 +192,30 @@ class TestAgainstTheSolver:
         numbers = tables.table(Key(1.0)).numbers
         for eps in (0.2, 0.5, 0.8, 0.9, 0.995):
             film = bands.solve(Bearing.of(joint()), eps, 0.0, 10.0)
-            found = tabulated.side_flow(eps, 0.0, 10.0, joint(), numbers, 0.0)
-            assert found == pytest.approx(film.side_flow, rel=1e-3)
-            assert 0.0 < found < film.bearing.flow_scale * eps * 10.0
+            actual = tabulated.side_flow(eps, 0.0, 10.0, joint(), numbers, 0.0)
+            assert actual == pytest.approx(film.side_flow, rel=1e-3)
+            assert 0.0 < actual < film.bearing.flow_scale * eps * 10.0
 
     def test_H1_stated_errors_are_the_largest(self):
         """Fresh states: wet area and side flow are off by at most twice what the table says, of any
         of them.
         """
         key, draw = Key(1.0), np.random.default_rng(12)
-        found, errors = tables.table(key), []
+        actual, errors = tables.table(key), []
         for _ in range(60):
             y, angle = draw.uniform(0.0, 5.3), draw.uniform(0.0, math.pi)
             shear = tables.scaled_film(key, y, angle, 0.0, (192, 24))[2]
             flow = tables.scaled_flow(key, y, angle, 0.0, (256, 12))
             errors.append(
                 [
-                    tabulated.looked_up(found.numbers, 0, y, angle)[2] / shear - 1.0,
-                    tabulated.looked_up_flow(found.numbers, 0, y, angle) / flow - 1.0,
+                    tabulated.looked_up(actual.numbers, 0, y, angle)[2] / shear - 1.0,
+                    tabulated.looked_up_flow(actual.numbers, 0, y, angle) / flow - 1.0,
                 ]
             )
         largest = np.abs(errors).max(axis=0)
-        assert (largest < 2.0 * np.array([found.error_shear, found.error_flow])).all()
-        assert found.error_flow < 1e-3
-        assert found.error_shear < 0.05
+        assert (largest < 2.0 * np.array([actual.error_shear, actual.error_flow])).all()
+        assert actual.error_flow < 1e-3
+        assert actual.error_shear < 0.05
 
 
 class TestDerivative:
@@ -233,7 +233,7 @@ class TestDerivative:
         law = Looked(Key(1.0) if ambient is None else Key(1.0, **AMBIENT), ambient)
         eps, rate, spin = state(y, angle)
         motion, gap = np.array([eps, rate, side * spin]), 1.0 - eps
-        found = law.derivative(motion)
+        actual = law.derivative(motion)
         speed = math.hypot(rate, 0.5 * eps * spin * math.sqrt(1.0 - eps * eps))
         sizes = np.array([gap, speed, speed / (0.5 * eps * math.sqrt(1.0 - eps * eps))])
         for i, size in enumerate(sizes):
@@ -248,7 +248,7 @@ class TestDerivative:
             values[:2] = np.hypot(*values[:2])
             share = 1e-4 if self.crosses(law, motion, step) else 1e-6
             assert (
-                np.abs(found[:, i] - wanted) * size < share * (values + np.abs(wanted) * size)
+                np.abs(actual[:, i] - wanted) * size < share * (values + np.abs(wanted) * size)
             ).all()
 
     @staticmethod
@@ -297,8 +297,8 @@ class TestCentre:
         law, eps = Looked(Key(1.0)), 1e-9
         vr, vt = math.cos(angle), math.sin(angle)
         size = law.rest[0][0] * 0.05 * 0.02 * 0.01**3 / 1e-8
-        found = law.force(eps, vr, 2.0 * vt / eps)
-        assert found == pytest.approx([-size * vr, size * vt], abs=1e-8 * size)
+        actual = law.force(eps, vr, 2.0 * vt / eps)
+        assert actual == pytest.approx([-size * vr, size * vt], abs=1e-8 * size)
         assert size == pytest.approx(4.816837 * 0.05 * 0.02 * 0.01 * 1e4, rel=1e-4)
 
     @pytest.mark.parametrize("eps", [1e-9, 1e-6, 1e-4])
@@ -309,9 +309,9 @@ class TestCentre:
         law = Looked(Key(1.0))
         size = law.rest[0][0] * 0.05 * 0.02 * 0.01**3 / 1e-8
         for angle in (0.0, 0.7, 2.0, math.pi):
-            found = law.derivative((eps, math.cos(angle), 2.0 * math.sin(angle) / eps))
-            assert np.isfinite(found).all()
-            by_velocity = found[:2, 1:] * [1.0, 2.0 / eps]
+            actual = law.derivative((eps, math.cos(angle), 2.0 * math.sin(angle) / eps))
+            assert np.isfinite(actual).all()
+            by_velocity = actual[:2, 1:] * [1.0, 2.0 / eps]
             assert by_velocity == pytest.approx(
                 size * np.diag([-1.0, 1.0]), abs=(10.0 * eps + 1e-8) * size
             )
@@ -324,8 +324,8 @@ class TestCentre:
         for angle in (0.0, 0.8, 1.57, 2.4, math.pi):
             motion = (eps, math.cos(angle), 2.0 * math.sin(angle) / eps)
             centre = law.force(1e-9, math.cos(angle), 2.0 * math.sin(angle) / 1e-9)
-            found, wanted = law.force(*motion) - centre, solved(motion, joint()) - centre
-            assert np.linalg.norm(found - wanted) < 0.05 * np.linalg.norm(wanted)
+            actual, wanted = law.force(*motion) - centre, solved(motion, joint()) - centre
+            assert np.linalg.norm(actual - wanted) < 0.05 * np.linalg.norm(wanted)
 
 
 class TestNearContact:
@@ -370,13 +370,13 @@ class TestReceding:
         """
         law, of, angle = Looked(Key(slenderness)), joint(slenderness), math.radians(direction)
         rate, turning = 7.0 * math.cos(angle), 7.0 * math.sin(angle)
-        found = law.force(1.0 - gap, rate, 2.0 * turning / (1.0 - gap), of=of)
+        actual = law.force(1.0 - gap, rate, 2.0 * turning / (1.0 - gap), of=of)
         bearing = Bearing.of(of)
         wanted = bands.FastFilm(bearing, (192, 24)).outputs(0.9979, rate, 2.0 * turning / 0.9979)[
             :2
         ]
-        assert apart(found, wanted) < 0.6
-        assert np.linalg.norm(found) < 2.0 * np.linalg.norm(wanted)
+        assert apart(actual, wanted) < 0.6
+        assert np.linalg.norm(actual) < 2.0 * np.linalg.norm(wanted)
 
     def test_closing_to_contact(self):
         """Down to a gap of 1e-6 c within 1e-3 of a solver whose end layers are resolved (1e-4)."""
@@ -388,7 +388,7 @@ class TestReceding:
 
 class TestInput:
     @pytest.mark.parametrize(
-        ("more", "said"),
+        ("more", "message"),
         [
             ({"mesh": (1, 1)}, "too coarse"),
             ({"mesh": (96.5, 12)}, "mesh"),
@@ -400,8 +400,8 @@ class TestInput:
             ({"ambient": 1e5, "cavitation": "none"}, "reynolds"),
         ],
     )
-    def test_one_clear_line(self, more, said):
-        with pytest.raises(ValueError, match=said):
+    def test_one_clear_line(self, more, message):
+        with pytest.raises(ValueError, match=message):
             table_film(**more)
 
     def test_forgotten_joint(self):
@@ -420,9 +420,9 @@ class TestInput:
         """
         law = table_film(flow_factors=True, nodes=9, mesh=(48, 6))
         rough = joint(roughness=1e-4 / 33.337)
-        own = Looked(Key(1.0, thickness=33.337, nodes=9, mesh=(48, 6)))
+        ours = Looked(Key(1.0, thickness=33.337, nodes=9, mesh=(48, 6)))
         for motion in ((0.3, 1.0, 5.0), (0.9, 2.0, -3.0)):
-            assert apart(law(*motion, rough)[:2], own.force(*motion, of=rough)) < 2e-4
+            assert apart(law(*motion, rough)[:2], ours.force(*motion, of=rough)) < 2e-4
 
 
 class TestRest:
@@ -441,14 +441,14 @@ class TestRest:
         1e-9 1/s).
         """
         law, (eps, rate, spin) = Looked(Key(0.5)), state(y, angle)
-        found, of = law.force(eps, rate, spin), joint(0.5)
+        actual, of = law.force(eps, rate, spin), joint(0.5)
         size = np.linalg.norm(law.force(eps, rate, spin, of=of))
         more = law.force(eps, factor * rate, factor * spin, of=of)
         assert more == pytest.approx(
             factor * law.force(eps, rate, spin, of=of), abs=1e-6 * factor * size
         )
         other = law.force(eps, rate, -spin)
-        assert other == pytest.approx(found * [1.0, -1.0], abs=1e-6 * np.linalg.norm(found))
+        assert other == pytest.approx(actual * [1.0, -1.0], abs=1e-6 * np.linalg.norm(actual))
 
     @given(y=Y, rate=st.floats(-10.0, 10.0))
     def test_squeeze_dissipates(self, y, rate):
@@ -472,13 +472,13 @@ class TestLimits:
         wanted = np.array(long_film()(eps, 0.0, spin, joint(20.0, viscosity=0.05 / 20.0)))
         assert apart(forces[0], wanted) < 0.06
         assert apart(forces[1], wanted) < 0.04
-        found, source = (
+        actual, source = (
             2.0 * np.array(forces[1]) - forces[0],
             "closed form of the long film, cut off at zero",
         )
         validated(
             "force, long, film table",
-            complex(*found),
+            complex(*actual),
             complex(*wanted),
             0.02,
             source=source,
@@ -661,7 +661,7 @@ class TestStore:
     def test_damaged_file_is_built_again(self, store, damage, caplog):
         built = tables.table(TINY)
         path = tables.path_of(TINY)
-        whole = path.read_bytes()
+        entire = path.read_bytes()
         if damage == "other":  # whole, and of the same size, but of another film
             other = Key(0.9, nodes=5, mesh=(16, 2))
             tables.table(other)
@@ -678,9 +678,11 @@ class TestStore:
                 np.savez(file, numbers=numbers, errors=built.errors, digest=sound)
         else:
             path.write_bytes(
-                {"truncated": whole[: len(whole) // 2], "garbage": b"no table " * 50, "empty": b""}[
-                    damage
-                ]
+                {
+                    "truncated": entire[: len(entire) // 2],
+                    "garbage": b"no table " * 50,
+                    "empty": b"",
+                }[damage]
             )
         tables.table.cache_clear()
         again = tables.table(TINY)
@@ -696,10 +698,10 @@ class TestStore:
         """They come with the package, with what is stated of the default table; the store stays
         empty.
         """
-        found = tables.table(key)
+        actual = tables.table(key)
         assert not list(store.glob("*.npz"))
         assert not caplog.text
-        assert found.error_closing < 1e-3
+        assert actual.error_closing < 1e-3
 
     def test_a_shipped_table_is_what_is_built(self, store):
         """To 1e-9: on another processor sums are taken in another order."""
@@ -739,11 +741,11 @@ class TestStore:
     def test_two_at_once(self, store):
         """Both have the table, and one file is left, which a third reads."""
         with multiprocessing.get_context("spawn").Pool(2) as pool:
-            found = pool.map(ask_for_tiny, [store, store], chunksize=1)
-        assert found[0] == found[1]
+            actual = pool.map(ask_for_tiny, [store, store], chunksize=1)
+        assert actual[0] == actual[1]
         assert len(list(store.glob("*.npz"))) == 1
         assert not list(store.glob("*.tmp"))
-        assert ask_for_tiny(store) == found[0]
+        assert ask_for_tiny(store) == actual[0]
 
     def test_says_what_it_does(self, store, caplog):
         with caplog.at_level(logging.INFO, logger="clearance"):
@@ -852,7 +854,7 @@ class TestRuns:
         asks for scipy's version, so its top package alone may be there).
         """
         check = f"{text}\nimport sys\nprint([n for n in {absent!r} if n in sys.modules])"
-        found = subprocess.run(
+        actual = subprocess.run(
             [sys.executable, "-c", check], capture_output=True, text=True, check=True
         )
-        assert found.stdout.strip().splitlines()[-1] == "[]"
+        assert actual.stdout.strip().splitlines()[-1] == "[]"

@@ -58,8 +58,8 @@ def test_rows(row):
     solver, unit = of_row(row["case"], float(depth))
     x, y = (float(eps) * f(math.radians(float(angle))) for f in (math.cos, math.sin))
     fx, fy = solver.trial(x, y, vx, vy, spin, 0.0)[:2, 0] / unit
-    found = fx if row["quantity"] == "Fx" else fy
-    assert found == pytest.approx(float(row["value"]), abs=2e-3 * math.hypot(fx, fy))
+    actual = fx if row["quantity"] == "Fx" else fy
+    assert actual == pytest.approx(float(row["value"]), abs=2e-3 * math.hypot(fx, fy))
 
 
 def test_linear_and_symmetric():
@@ -85,8 +85,8 @@ def test_uniform_wear_is_a_larger_clearance():
     expected = wide.trial(0.5, 0.1, 0.2, -0.1, 1.0, 0.0)[:2, 0]
     for outlines in ({"outline": even}, {"journal": even}):
         solver, _ = film(0.5, **outlines)
-        found = solver.trial(0.6, 0.12, 0.24, -0.12, 1.0, 0.0, 0.7)[:2, 0]
-        assert found == pytest.approx(expected, rel=1e-9)
+        actual = solver.trial(0.6, 0.12, 0.24, -0.12, 1.0, 0.0, 0.7)[:2, 0]
+        assert actual == pytest.approx(expected, rel=1e-9)
 
 
 def test_surfaces_change_places():
@@ -110,12 +110,12 @@ def test_derivatives():
     """
     solver, _ = film(0.5, mesh=(48, 4), outline=scar(0.3, 1.0), journal=np.roll(scar(0.2, 1.0), 40))
     motion = np.array([0.55, 0.25, 0.2, -0.1, 1.0])
-    found = solver.trial(*motion, 1e-3, 0.4)[:2].copy()
+    actual = solver.trial(*motion, 1e-3, 0.4)[:2].copy()
     for i in range(5):
         step = 1e-6 * np.eye(5)[i]
         up, down = (solver.trial(*(motion + s), 1e-3, 0.4)[:2, 0].copy() for s in (step, -step))
         slope = (up - down) / 2e-6
-        assert found[:, 1 + i] == pytest.approx(slope, abs=1e-5 * np.abs(slope).max())
+        assert actual[:, 1 + i] == pytest.approx(slope, abs=1e-5 * np.abs(slope).max())
 
 
 def test_journal_rests_in_its_scar():

@@ -85,12 +85,12 @@ def test_a_triangle_through_the_filter(validated):
         filtered, (0.0, time[-1]), (0.0, 0.0), t_eval=time, rtol=1e-8, atol=1e-10, max_step=1e-3
     ).y[0]
     # the solver steps across the corners, at most 1 ms at a time
-    found, options = (
+    actual, options = (
         triangle(time, speed * quarter, speed, 2),
         {"source": "scipy RK45", "kind": "independent"},
     )
     validated(
-        "rate of a filtered triangle", found, exact, 2e-5, unit="rad/s", relative=False, **options
+        "rate of a filtered triangle", actual, exact, 2e-5, unit="rad/s", relative=False, **options
     )
 
 
@@ -134,22 +134,22 @@ def test_the_joint_against_another_integrator(validated):
         k = np.linalg.norm(torque * w) * stiffness / torque**2
         return (w - k * z.reshape(8, 3)).ravel()
 
-    found = solve_ivp(
+    actual = solve_ivp(
         slope, (0.0, time[-1]), np.zeros(24), "LSODA", time[::40], rtol=1e-9, atol=1e-12
     )
-    exact = np.empty((len(found.t), 3))
-    for n, (t, z) in enumerate(zip(found.t, found.y.T, strict=True)):
+    exact = np.empty((len(actual.t), 3))
+    for n, (t, z) in enumerate(zip(actual.t, actual.y.T, strict=True)):
         zd = slope(t, z).reshape(8, 3)
         exact[n] = shares @ (
             stiffness * z.reshape(8, 3) + joint.damping * zd
         ) + joint.viscosity * rates(t)
     # second order in the step of 0.25 ms
-    found, options = (
+    actual, options = (
         joint.torques(rate, angle, step, 40),
         {"source": "scipy LSODA", "kind": "independent"},
     )
     validated(
-        "torque of the bench's joint", found, exact, 2e-3, unit="N m", relative=False, **options
+        "torque of the bench's joint", actual, exact, 2e-3, unit="N m", relative=False, **options
     )
 
 
@@ -161,11 +161,11 @@ def test_steady_sliding_lies_on_the_ellipsoid(validated):
     _, rate, angle, step = fine([lambda t, w=w: np.full_like(t, w) for w in w], 5.0)
     steady = np.array(joint.torque)
     exact = steady**2 * w / np.linalg.norm(steady * w) + joint.viscosity * w
-    found, options = (
+    actual, options = (
         joint.torques(rate, angle, step)[-1],
         {"source": "maximum dissipation", "kind": "exact"},
     )
-    validated("torque of long sliding", found, exact, 1e-9, unit="N m", **options)
+    validated("torque of long sliding", actual, exact, 1e-9, unit="N m", **options)
 
 
 def test_the_joint_is_richer_than_one_element():
@@ -245,9 +245,9 @@ def test_other_sampling_rates_see_the_same_joint():
 @pytest.mark.parametrize("model", ["lugre1d", "lugre3d"])
 def test_lugre_has_the_errors_it_is_calibrated_to(measurement, model):
     """The source: 0.129 and 0.260; here 0.083 and 0.236, the second mostly from scatter."""
-    found = fit(measurement, model, starts=3)
-    assert 0.06 < found.nrmse["training"] <= 0.13
-    assert 0.2 <= found.nrmse["test"] <= 0.3
+    fitted = fit(measurement, model, starts=3)
+    assert 0.06 < fitted.nrmse["training"] <= 0.13
+    assert 0.2 <= fitted.nrmse["test"] <= 0.3
 
 
 def test_the_curve_is_worst(measurement, validated):
@@ -261,12 +261,12 @@ def test_the_curve_is_worst(measurement, validated):
 
 
 def test_without_scatter_lugre_predicts_as_well_as_it_fits():
-    found = fit(bench(scatter=0.0), "lugre1d", starts=1)
-    assert found.nrmse["test"] == pytest.approx(found.nrmse["training"], rel=0.15)
+    fitted = fit(bench(scatter=0.0), "lugre1d", starts=1)
+    assert fitted.nrmse["test"] == pytest.approx(fitted.nrmse["training"], rel=0.15)
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"scatter": -0.1}, "scatter must not be negative, got -0.1"),
         ({"noise": math.nan}, "noise must be finite"),
@@ -275,8 +275,8 @@ def test_without_scatter_lugre_predicts_as_well_as_it_fits():
         ({"seed": 1.5}, "seed must be a whole number"),
     ],
 )
-def test_bad_input(change, said):
-    with pytest.raises(ValueError, match=said):
+def test_bad_input(change, message):
+    with pytest.raises(ValueError, match=message):
         bench(**change)
 
 
@@ -288,11 +288,11 @@ def test_a_preload_scales_what_its_elements_carry_and_not_the_grease():
     rate[1:, 2] = 0.5
     angle = np.cumsum(rate, axis=0) * 1e-3
     joint = Joint(warm_up=0.0, seat=0.0)
-    found = {
+    actual = {
         f: joint.under(f).torques(rate, angle, 1e-3)[-1, 2] - joint.viscosity * 0.5
         for f in (5000.0, 10000.0)
     }
-    assert found[10000.0] / found[5000.0] == pytest.approx(2.0**LOAD_EXPONENT, rel=1e-2)
+    assert actual[10000.0] / actual[5000.0] == pytest.approx(2.0**LOAD_EXPONENT, rel=1e-2)
     assert joint.under(5000.0) == joint
     names = [t.name for t in bench(preloads=(2000.0, 5000.0), rate_of_samples=200.0).trials]
     assert "p02_triangle_spin_2000N" in names

@@ -24,14 +24,14 @@ def data(tmp_path_factory):
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     """The faster trials about the stud, for runs that only have to go through."""
-    whole = bench()
+    entire = bench()
     names = "p07_triangle_spin", "p08_triangle_spin", "p12_sine_spin", "p17_mixed_crossing"
     return write(
-        tmp_path_factory.mktemp("small") / "small.h5", Measurement([whole.named(n) for n in names])
+        tmp_path_factory.mktemp("small") / "small.h5", Measurement([entire.named(n) for n in names])
     )
 
 
-def told(capsys) -> str:
+def printed(capsys) -> str:
     return capsys.readouterr().out
 
 
@@ -59,20 +59,20 @@ def test_bench_data_says_what_it_wrote(tmp_path, capsys):
         )
         == 0
     )
-    out = told(capsys)
+    out = printed(capsys)
     assert "nothing of it was measured" in out
     assert str(path) in out
     assert "training         6 trials   57600 samples" in out
     assert read(path).facts["noise"] == 0.1
     assert main(["bench-data", "ball_joint", "-o", str(tmp_path / "b.csv"), "--json"]) == 0
-    document = json.loads(told(capsys))
+    document = json.loads(printed(capsys))
     assert document["status"] == "complete"
     assert document["roles"]["test"] == {"trials": 10, "samples": 71600}
     assert document["facts"]["synthetic"] is True
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["-o", "x.txt"], "must end in .h5, .hdf5 or .csv"),
         (["--scatter", "-1"], "scatter must not be negative"),
@@ -80,10 +80,10 @@ def test_bench_data_says_what_it_wrote(tmp_path, capsys):
         (["--seed", "-1"], "--seed must be a whole number from 0 on, got -1"),
     ],
 )
-def test_bad_bench_data(tmp_path, monkeypatch, capsys, arguments, said):
+def test_bad_bench_data(tmp_path, monkeypatch, capsys, arguments, message):
     monkeypatch.chdir(tmp_path)
     assert main(["bench-data", "ball_joint", *arguments]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
@@ -114,7 +114,7 @@ def test_the_whole_round(data, tmp_path, capsys):
         )
         == 0
     )
-    document = json.loads(told(capsys))
+    document = json.loads(printed(capsys))
     expected = fit(read(data), "lugre3d", starts=2)
     assert document["model"] == "lugre3d"
     assert document["synthetic"] is True
@@ -131,20 +131,20 @@ def test_the_whole_round(data, tmp_path, capsys):
     assert document["scores"]["training"]["nrmse"] <= 0.13
     assert 0.2 <= document["scores"]["test"]["nrmse"] <= 0.3
     assert document["files"] == [str(out / "fit.h5"), str(out / "modelled.h5")]
-    kept = open_fit(out / "fit.h5")
-    assert kept.values == pytest.approx(expected.values, rel=1e-9)
-    assert kept.facts["data"] == str(data)
-    assert kept.facts["synthetic"] is True
+    stored = open_fit(out / "fit.h5")
+    assert stored.values == pytest.approx(expected.values, rel=1e-9)
+    assert stored.facts["data"] == str(data)
+    assert stored.facts["synthetic"] is True
     modelled = read(out / "modelled.h5")
     assert modelled.facts["modelled_by"] == "lugre3d"
     for a, b in zip(modelled.trials, read(data).trials, strict=True):
-        np.testing.assert_array_equal(a.torque[:, b.measured], kept.torque(b)[:, b.measured])
+        np.testing.assert_array_equal(a.torque[:, b.measured], stored.torque(b)[:, b.measured])
 
 
 def test_readable(small, tmp_path, capsys):
     text = write(tmp_path / "small.csv", read(small))
     assert main(["identify", "--model", "lugre1d", "--data", str(text), "--starts", "1"]) == 0
-    out = told(capsys).splitlines()
+    out = printed(capsys).splitlines()
     assert out[0].startswith("lugre1d of ")
     assert "samples of training in" in out[0]
     stiffness = next(line for line in out if line.split()[0] == "spin_stiffness")
@@ -175,8 +175,8 @@ def test_pictures(small, tmp_path, capsys):
     wanted = {f"{kind}_{role}.png" for kind in ("loops", "time") for role in roles}
     wanted |= {"residuals.png", "progress.png", "fit.h5", "modelled.h5"}
     assert {p.name for p in out.iterdir()} == wanted
-    said = told(capsys)
-    assert all(str(out / name) in said for name in wanted)
+    message = printed(capsys)
+    assert all(str(out / name) in message for name in wanted)
     for path in out.glob("*.png"):
         assert path.read_bytes().startswith(b"\x89PNG")
         assert path.stat().st_size > 10_000, path
@@ -213,7 +213,7 @@ def test_options_of_the_model_and_bounds(small, tmp_path, capsys):
     )
     for arguments, model in cases:
         out = tmp_path / str(len(list(tmp_path.iterdir())))
-        whole = [
+        entire = [
             "identify",
             "--data",
             str(small),
@@ -224,13 +224,13 @@ def test_options_of_the_model_and_bounds(small, tmp_path, capsys):
             str(out),
             "--json",
         ]
-        assert main(whole) == 0
-        document, kept = json.loads(told(capsys)), open_fit(out / "fit.h5")
-        assert kept.model.parameters == model.parameters
-        assert {k: v for k, v in kept.model.options.items() if k not in ("bounds", "knots")} == {
+        assert main(entire) == 0
+        document, stored = json.loads(printed(capsys)), open_fit(out / "fit.h5")
+        assert stored.model.parameters == model.parameters
+        assert {k: v for k, v in stored.model.options.items() if k not in ("bounds", "knots")} == {
             k: v for k, v in model.options.items() if k not in ("bounds", "knots")
         }
-        assert tuple(kept.model.knots) == model.knots
+        assert tuple(stored.model.knots) == model.knots
         expected = fit(read(small), model, starts=1)
         assert {n: p["value"] for n, p in document["parameters"].items()} == pytest.approx(
             expected.fitted, rel=1e-9
@@ -240,15 +240,15 @@ def test_options_of_the_model_and_bounds(small, tmp_path, capsys):
 def test_intervals_that_are_too_narrow_are_widened(small, tmp_path, capsys):
     arguments = ["identify", "--data", str(small), "--starts", "1", "-o", str(tmp_path)]
     assert main(arguments) == 0
-    out, kept = told(capsys).splitlines(), open_fit(tmp_path / "fit.h5")
-    assert kept.facts["widening"] > 1.5
-    low, high = kept.widened()
+    out, stored = printed(capsys).splitlines(), open_fit(tmp_path / "fit.h5")
+    assert stored.facts["widening"] > 1.5
+    low, high = stored.widened()
     line = next(line for line in out if line.split()[0] == "spin_kinetic")
     assert f"widened {low['spin_kinetic']:.5g} to {high['spin_kinetic']:.5g}" in line
     assert (
         low["spin_kinetic"]
-        < kept.low["spin_kinetic"]
-        < kept.high["spin_kinetic"]
+        < stored.low["spin_kinetic"]
+        < stored.high["spin_kinetic"]
         < high["spin_kinetic"]
     )
     assert (
@@ -256,7 +256,8 @@ def test_intervals_that_are_too_narrow_are_widened(small, tmp_path, capsys):
         f"cl.joint_lugre" in out
     )
     assert any(
-        d.startswith("the 95 % intervals are too narrow by a factor of about") for d in kept.doubts
+        d.startswith("the 95 % intervals are too narrow by a factor of about")
+        for d in stored.doubts
     )
     assert any("doubt" in line and "too narrow" in line for line in out)
 
@@ -273,7 +274,7 @@ def test_roles(small, capsys):
         "--json",
     ]
     assert main(arguments) == 0
-    document = json.loads(told(capsys))
+    document = json.loads(printed(capsys))
     assert document["roles"] == ["training", "test"]
     assert document["fitted"] == read(small).of("training", "test").samples
 
@@ -294,7 +295,7 @@ def test_a_lag_on_request(small, capsys):
         "--json",
     ]
     assert main(arguments) == 0
-    lag = json.loads(told(capsys))["parameters"]["lag"]
+    lag = json.loads(printed(capsys))["parameters"]["lag"]
     assert lag["units"] == "s"
     assert lag["low"] < lag["value"] < lag["high"]
     assert abs(lag["value"]) < 1.5e-3
@@ -303,18 +304,18 @@ def test_a_lag_on_request(small, capsys):
 def test_preloads(tmp_path, capsys):
     path = str(tmp_path / "b.h5")
     assert main(["bench-data", "ball_joint", "--preload", "2000,5kN", "-o", path, "--json"]) == 0
-    assert json.loads(told(capsys))["facts"]["preload"] == [2000.0, 5000.0]
+    assert json.loads(printed(capsys))["facts"]["preload"] == [2000.0, 5000.0]
     assert {t.facts["preload"] for t in read(path).trials} == {2000.0, 5000.0}
-    for wrong, said in (
+    for wrong, message in (
         ("2000,2kN", "preloads must be different"),
         ("3mm", "'3mm' is in m, expected N"),
     ):
         assert main(["bench-data", "ball_joint", "--preload", wrong, "-o", path]) == 2
-        assert said in capsys.readouterr().err
+        assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["--model", "dahl"], "model must be one of lugre1d, lugre3d, curve, lstm, got 'dahl'"),
         (["--roles", "exam"], "no trial has a role of exam"),
@@ -348,13 +349,13 @@ def test_preloads(tmp_path, capsys):
         (["--data", "none.h5"], "no measurement file none.h5"),
     ],
 )
-def test_bad_input(small, capsys, arguments, said):
+def test_bad_input(small, capsys, arguments, message):
     assert main(["identify", "--data", str(small), *arguments]) == 2
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err
     assert main(["identify", "--data", str(small), *arguments, "--json"]) == 2
-    document = json.loads(told(capsys))
+    document = json.loads(printed(capsys))
     assert document["status"] == "wrong input"
-    assert said in document["message"]
+    assert message in document["message"]
 
 
 def test_units_can_be_trusted(small, tmp_path, capsys):
@@ -372,7 +373,7 @@ def test_units_can_be_trusted(small, tmp_path, capsys):
     assert "is it in N mm?" in capsys.readouterr().err
     bounded = [*arguments, "--trust-units"]
     assert main(bounded) == 0
-    assert "curve of" in told(capsys)
+    assert "curve of" in printed(capsys)
 
 
 def test_bad_rows_are_named(small, tmp_path, capsys):
@@ -384,16 +385,16 @@ def test_bad_rows_are_named(small, tmp_path, capsys):
     path = tmp_path / "bad.csv"
     path.write_text("\n".join(text))
     assert main(["identify", "--data", str(path)]) == 2
-    said = capsys.readouterr().err
-    assert f"bad.csv: trial 'p07_triangle_spin', line {header + 9}, column torque_z: nan" in said
+    printed = capsys.readouterr().err
+    assert f"bad.csv: trial 'p07_triangle_spin', line {header + 9}, column torque_z: nan" in printed
 
 
 def test_lstm_without_its_extra_says_what_to_install(small, monkeypatch, capsys):
-    found = importlib.util.find_spec
+    actual = importlib.util.find_spec
     monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name, *a: None if name == "jax" else found(name, *a)
+        importlib.util, "find_spec", lambda name, *a: None if name == "jax" else actual(name, *a)
     )
     assert main(["identify", "--model", "lstm", "--data", str(small)]) == 2
-    said = capsys.readouterr().err
-    assert "jax" in said
-    assert "clearance[learn]" in said
+    printed = capsys.readouterr().err
+    assert "jax" in printed
+    assert "clearance[learn]" in printed

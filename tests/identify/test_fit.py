@@ -64,7 +64,7 @@ def triangle(name, axes, speed, period, samples, role="training") -> Trial:
     )
 
 
-def told(model, values, trials, noise=0.02, seed=3) -> Measurement:
+def simulated(model, values, trials, noise=0.02, seed=3) -> Measurement:
     """The trials with a model's torque and noise [N m]."""
     random = np.random.default_rng(seed)
     torques = [
@@ -86,7 +86,7 @@ def programme(samples=9600, axes=((0,), (2,)), role="training") -> list[Trial]:
 def small(**more) -> Measurement:
     """Quick: 2 s a trial; a test trial of another speed."""
     trials = [*programme(2000, **more), triangle("test_z", (2,), 0.4, 0.7, 2000, "test")]
-    return told(lugre3d(), TRUTH, trials)
+    return simulated(lugre3d(), TRUTH, trials)
 
 
 # --- what cannot be trusted
@@ -105,10 +105,10 @@ def late(trials, shift: float) -> Measurement:
         rate = np.column_stack(
             [np.interp(time, np.arange(trial.samples), trial.rate[:, i]) for i in range(3)]
         )
-        whole = lugre3d().torque(
+        entire = lugre3d().torque(
             TRUTH, SimpleNamespace(samples=len(rate), rate=rate, step=trial.step / fine)
         )
-        torque = np.column_stack([np.interp(time - shift, time, whole[:, i]) for i in range(3)])[
+        torque = np.column_stack([np.interp(time - shift, time, entire[:, i]) for i in range(3)])[
             ::fine
         ]
         noise = 0.01 * np.random.default_rng(len(made)).standard_normal(torque.shape)
@@ -121,19 +121,19 @@ def test_S17_a_torque_shifted_against_its_rate_is_doubted(shift):
     """Half a sample is found to a half (first order), on its side; the parameter named is off by
     more than 10 %.
     """
-    found = fit(of_spin(shift), starts=2)
-    assert found.facts["lag"] == pytest.approx(1e-3 * shift, rel=0.5)
-    (said,) = (d for d in found.doubts if "its rate" in d)
-    assert ("after" if shift > 0.0 else "before") in said
-    (moved,) = (n for n in TRUTH if f"moves {n} most" in said)
-    assert abs(found.values[moved] / TRUTH[moved] - 1.0) > 0.1
+    fitted = fit(of_spin(shift), starts=2)
+    assert fitted.facts["lag"] == pytest.approx(1e-3 * shift, rel=0.5)
+    (message,) = (d for d in fitted.doubts if "its rate" in d)
+    assert ("after" if shift > 0.0 else "before") in message
+    (moved,) = (n for n in TRUTH if f"moves {n} most" in message)
+    assert abs(fitted.values[moved] / TRUTH[moved] - 1.0) > 0.1
 
 
 def test_S17_without_a_shift_nothing_is_said():
     """Less than a tenth of a sample, and no doubt."""
-    found = fit(of_spin(), starts=2)
-    assert abs(found.facts["lag"]) < 1e-4
-    assert not any("its rate" in d for d in found.doubts)
+    fitted = fit(of_spin(), starts=2)
+    assert abs(fitted.facts["lag"]) < 1e-4
+    assert not any("its rate" in d for d in fitted.doubts)
 
 
 def test_S17_a_rate_held_over_each_step_is_doubted():
@@ -146,16 +146,16 @@ def test_S17_a_rate_held_over_each_step_is_doubted():
         time, rate = 1e-3 * np.arange(3000), np.zeros((3000, 3))
         rate[:, 2] = amplitude * turn * np.sin(turn * time)
         held = np.repeat(rate, 20, axis=0)
-        whole = lugre3d().torque(values, SimpleNamespace(samples=len(held), rate=held, step=5e-5))[
+        entire = lugre3d().torque(values, SimpleNamespace(samples=len(held), rate=held, step=5e-5))[
             ::20
         ]
-        torque = whole + 0.02 * np.random.default_rng(n).standard_normal(whole.shape)
+        torque = entire + 0.02 * np.random.default_rng(n).standard_normal(entire.shape)
         trials.append(
             Trial(f"s{n}", "sine", "spin", "training", time, rate, torque, (False, False, True))
         )
-    found = fit(Measurement(tuple(trials)), starts=2)
-    assert found.values["spin_damping"] < 0.25
-    assert any("spin_damping" in d and "half a sample" in d for d in found.doubts)
+    fitted = fit(Measurement(tuple(trials)), starts=2)
+    assert fitted.values["spin_damping"] < 0.25
+    assert any("spin_damping" in d and "half a sample" in d for d in fitted.doubts)
 
 
 def from_rest(shift: float) -> Measurement:
@@ -173,12 +173,12 @@ def test_a_lag_is_fitted_with_the_parameters(shift):
     damping is off.
     """
     data = from_rest(shift)
-    plain, found = fit(data, lugre1d(), starts=1), fit(data, lugre1d(lag=True), starts=1)
+    plain, actual = fit(data, lugre1d(), starts=1), fit(data, lugre1d(lag=True), starts=1)
     assert any("its rate" in d for d in plain.doubts)
-    assert not any("its rate" in d for d in found.doubts)
+    assert not any("its rate" in d for d in actual.doubts)
     for name, true in {**TRUTH, "lag": 1e-3 * shift}.items():
         if not name.startswith("tilt"):
-            middle, wide = found.values[name], found.high[name] - found.low[name]
+            middle, wide = actual.values[name], actual.high[name] - actual.low[name]
             assert abs(middle - true) < 0.75 * wide, name
     wide = plain.high["spin_damping"] - plain.low["spin_damping"]
     assert abs(plain.values["spin_damping"] - TRUTH["spin_damping"]) > 2.0 * wide
@@ -212,30 +212,30 @@ def test_the_exponent_of_the_load_comes_back_and_one_level_is_doubted():
     """Three preloads of the bench without scatter: its 0.85 within 0.01; both other choices fit
     worse.
     """
-    whole = bench(scatter=0.0, preloads=(2000.0, 5000.0, 8000.0)).of("training")
-    data = Measurement(tuple(t for t in whole.trials if t.axis == "spin"))
-    found = {
+    entire = bench(scatter=0.0, preloads=(2000.0, 5000.0, 8000.0)).of("training")
+    data = Measurement(tuple(t for t in entire.trials if t.axis == "spin"))
+    actual = {
         load: fit(data, lugre1d(load=load), starts=1) for load in ("fixed", "proportional", "power")
     }
-    assert found["power"].values["spin_load_exponent"] == pytest.approx(LOAD_EXPONENT, abs=0.01)
-    scores = [f.nrmse["training"] for f in found.values()]
+    assert actual["power"].values["spin_load_exponent"] == pytest.approx(LOAD_EXPONENT, abs=0.01)
+    scores = [f.nrmse["training"] for f in actual.values()]
     assert scores[0] > 2.0 * scores[1] > 2.0 * scores[2]
     assert [
-        any("preloads lie between 2000 and 8000 N" in d for d in f.doubts) for f in found.values()
+        any("preloads lie between 2000 and 8000 N" in d for d in f.doubts) for f in actual.values()
     ] == [1, 0, 0]
-    assert not found["power"].has_law
+    assert not actual["power"].has_law
     with pytest.raises(ValueError, match="give arm"):
-        found["proportional"].law("spin")
+        actual["proportional"].law("spin")
 
 
 def test_S16_an_axis_that_never_moves_is_left_out():
     """One doubt for the axis in place of six parameters with numbers nobody fitted; the file keeps
     that.
     """
-    found = fit(of_spin(), starts=2)
-    assert list(found.fitted) == [n for n in TRUTH if n.startswith("spin_")]
-    assert found.facts["still"] == ["tilt"]
-    assert [d for d in found.doubts if "tilt" in d] == [
+    fitted = fit(of_spin(), starts=2)
+    assert list(fitted.fitted) == [n for n in TRUTH if n.startswith("spin_")]
+    assert fitted.facts["still"] == ["tilt"]
+    assert [d for d in fitted.doubts if "tilt" in d] == [
         "tilt: no trial moves it, its parameters are not fitted"
     ]
     curve = fit(of_spin(), Curve(knots=(0.02, 0.1)))
@@ -250,17 +250,17 @@ def test_parameters_come_back_within_two_percent(name, validated):
     """
     axes = ((0,), (2,)) if name == "lugre1d" else ((0,), (2,), (0, 1, 2))
     model = models.model(name)
-    found = fit(told(model, TRUTH, programme(57600 // (len(SPEEDS) * len(axes)), axes)), name)
+    fitted = fit(simulated(model, TRUTH, programme(57600 // (len(SPEEDS) * len(axes)), axes)), name)
     for parameter, true in TRUTH.items():
         options = {"source": "parameters the records were made with", "kind": "exact"}
         validated(
-            f"parameters of {name} found again", found.values[parameter], true, 0.02, **options
+            f"parameters of {name} found again", fitted.values[parameter], true, 0.02, **options
         )
-        wide = 0.5 * math.log(found.high[parameter] / found.low[parameter])
-        assert abs(math.log(found.values[parameter] / true)) < 2.5 * wide, parameter
-    assert found.facts["noise"] == pytest.approx(0.02, rel=0.02)
-    assert found.doubts == ()
-    assert found.facts["converged"]
+        wide = 0.5 * math.log(fitted.high[parameter] / fitted.low[parameter])
+        assert abs(math.log(fitted.values[parameter] / true)) < 2.5 * wide, parameter
+    assert fitted.facts["noise"] == pytest.approx(0.02, rel=0.02)
+    assert fitted.doubts == ()
+    assert fitted.facts["converged"]
 
 
 def test_intervals_hold_the_truth_nineteen_times_in_twenty():
@@ -269,23 +269,23 @@ def test_intervals_hold_the_truth_nineteen_times_in_twenty():
     """
     trials, inside = programme(1500, axes=((2,),)), 0
     for seed in range(30):
-        found = fit(told(lugre1d(), TRUTH, trials, seed=seed), "lugre1d", starts=1)
+        fitted = fit(simulated(lugre1d(), TRUTH, trials, seed=seed), "lugre1d", starts=1)
         inside += sum(
-            found.low[k] <= TRUTH[k] <= found.high[k] for k in TRUTH if k.startswith("spin")
+            fitted.low[k] <= TRUTH[k] <= fitted.high[k] for k in TRUTH if k.startswith("spin")
         )
     assert 160 <= inside <= 180
 
 
 def test_from_any_start_to_the_same_place():
-    found = fit(small(), "lugre3d", starts=4, seed=7)
-    assert found.starts["values"].shape == (4, 12)
-    assert found.starts["cost"].min() >= found.history[-1] * (1.0 - 1e-12)
-    assert (np.diff(found.history) <= 0.0).all()
-    np.testing.assert_array_equal(fit(small(), "lugre3d", starts=4, seed=7).history, found.history)
-    assert len(set(found.starts["cost"])) == 4
+    fitted = fit(small(), "lugre3d", starts=4, seed=7)
+    assert fitted.starts["values"].shape == (4, 12)
+    assert fitted.starts["cost"].min() >= fitted.history[-1] * (1.0 - 1e-12)
+    assert (np.diff(fitted.history) <= 0.0).all()
+    np.testing.assert_array_equal(fit(small(), "lugre3d", starts=4, seed=7).history, fitted.history)
+    assert len(set(fitted.starts["cost"])) == 4
     other = fit(small(), "lugre3d", starts=4, seed=8)
-    assert other.values == pytest.approx(found.values, rel=1e-5)
-    assert (other.starts["cost"][1:] != found.starts["cost"][1:]).all()
+    assert other.values == pytest.approx(fitted.values, rel=1e-5)
+    assert (other.starts["cost"][1:] != fitted.starts["cost"][1:]).all()
 
 
 def test_reduced_rows_make_the_steps_of_all_rows(validated):
@@ -313,11 +313,11 @@ def test_reduced_rows_make_the_steps_of_all_rows(validated):
         ftol=1e-13,
         xtol=1e-13,
     )
-    found = fit(data, model, starts=1)
+    fitted = fit(data, model, starts=1)
     options = {"source": "scipy least_squares, all rows", "kind": "independent"}
-    validated("cost of a fit of lugre3d", found.history[-1], wanted.cost, 1e-9, **options)
+    validated("cost of a fit of lugre3d", fitted.history[-1], wanted.cost, 1e-9, **options)
     validated(
-        "parameters of that fit", list(found.values.values()), np.exp(wanted.x), 1e-4, **options
+        "parameters of that fit", list(fitted.values.values()), np.exp(wanted.x), 1e-4, **options
     )
     values, count = np.exp(wanted.x), len(wanted.fun)
     covariance = (
@@ -328,7 +328,7 @@ def test_reduced_rows_make_the_steps_of_all_rows(validated):
         * np.outer(values, values)
     )
     sizes = np.sqrt(np.diag(covariance))
-    ours, theirs = found.covariance / np.outer(sizes, sizes), covariance / np.outer(sizes, sizes)
+    ours, theirs = fitted.covariance / np.outer(sizes, sizes), covariance / np.outer(sizes, sizes)
     validated("correlations of that fit", ours, theirs, 0.01, relative=False, **options)
 
 
@@ -340,9 +340,11 @@ def test_the_triangle_has_the_products_of_the_rows(rows, columns, seed, blind):
     residuals = random.normal(size=rows)
     if blind:
         slopes[:, 0] = 0.0
-    found, whole = fitting.triangle(slopes, residuals), np.column_stack([slopes, residuals])
-    size = np.linalg.norm(whole, axis=0)
-    assert (np.abs(found.T @ found - whole.T @ whole) <= 1e-13 * rows * np.outer(size, size)).all()
+    actual, entire = fitting.triangle(slopes, residuals), np.column_stack([slopes, residuals])
+    size = np.linalg.norm(entire, axis=0)
+    assert (
+        np.abs(actual.T @ actual - entire.T @ entire) <= 1e-13 * rows * np.outer(size, size)
+    ).all()
 
 
 def test_tables_fit_what_a_law_tells_and_the_static_law_does_not():
@@ -357,25 +359,25 @@ def test_tables_fit_what_a_law_tells_and_the_static_law_does_not():
 
 def test_smoothing_holds_knots_that_no_sample_reaches_and_in_the_end_all_of_them():
     knots, data = (0.0, 0.1, 1.0, 5.0, 20.0), small()
-    found = fit(data, lugre3d(knots=knots), starts=1)
-    assert found.facts["converged"]
+    fitted = fit(data, lugre3d(knots=knots), starts=1)
+    assert fitted.facts["converged"]
     for name in ("torque", "stiffness", "damping"):
-        at = [found.values[f"spin_{name}_at_{k:g}"] for k in knots]
+        at = [fitted.values[f"spin_{name}_at_{k:g}"] for k in knots]
         assert at[3:] == pytest.approx([at[2]] * 2, rel=1e-3)
-        assert f"spin_{name}_at_20: the trials say nothing about it" in found.doubts
+        assert f"spin_{name}_at_20: the trials say nothing about it" in fitted.doubts
     stiff = fit(data, lugre3d(knots=knots, smoothing=100.0), starts=1)
     assert stiff.values["spin_torque_at_0"] == pytest.approx(
         stiff.values["spin_torque_at_1"], rel=1e-3
     )
     loose = fit(data, lugre3d(knots=knots, smoothing=0.001), starts=1)
-    assert loose.nrmse["training"] < found.nrmse["training"] < stiff.nrmse["training"]
+    assert loose.nrmse["training"] < fitted.nrmse["training"] < stiff.nrmse["training"]
 
 
 def test_own_bounds_hold():
     model = lugre3d(bounds={"spin_stiffness": (2000.0, 3000.0)})
-    found = fit(small(), model, starts=2)
-    assert found.values["spin_stiffness"] == pytest.approx(2000.0, rel=1e-3)
-    assert any(d.startswith("spin_stiffness: ends at a bound, 2") for d in found.doubts)
+    fitted = fit(small(), model, starts=2)
+    assert fitted.values["spin_stiffness"] == pytest.approx(2000.0, rel=1e-3)
+    assert any(d.startswith("spin_stiffness: ends at a bound, 2") for d in fitted.doubts)
 
 
 # --- static torque not below the kinetic one, and its own best of many starts
@@ -399,11 +401,13 @@ def test_hard_draws_of_the_bench_end_at_the_best_of_thirty_starts(seed, least):
 def test_static_stays_above_kinetic_whatever_the_data_say():
     values = TRUTH | {"spin_static": 1.1, "tilt_static": 1.5}
     bounds = {"spin_kinetic": (1.4, 10.0), "tilt_kinetic": (1.9, 10.0)}
-    found = fit(told(lugre3d(), values, programme(2000)), lugre3d(bounds=bounds), starts=3)
+    fitted = fit(simulated(lugre3d(), values, programme(2000)), lugre3d(bounds=bounds), starts=3)
     for g in ("tilt", "spin"):
-        assert found.values[f"{g}_static"] == pytest.approx(found.values[f"{g}_kinetic"], rel=1e-2)
-        assert found.values[f"{g}_static"] >= found.values[f"{g}_kinetic"] * (1.0 - 1e-12)
-        assert f"{g}_static: ends at {g}_kinetic, below which it cannot go" in found.doubts
+        assert fitted.values[f"{g}_static"] == pytest.approx(
+            fitted.values[f"{g}_kinetic"], rel=1e-2
+        )
+        assert fitted.values[f"{g}_static"] >= fitted.values[f"{g}_kinetic"] * (1.0 - 1e-12)
+        assert f"{g}_static: ends at {g}_kinetic, below which it cannot go" in fitted.doubts
 
 
 def test_searched_coordinates_there_and_back_and_their_slopes():
@@ -435,8 +439,8 @@ def test_axes_are_fitted_apart_where_no_trial_couples_them():
     assert [len(p.trials) for p in apart] == [4, 4]
     together = fitting.parts(model, search, programme(500, axes=((0,), (0, 2))))
     assert [int(p.free.sum()) for p in together] == [12]
-    own = fitting.parts(lugre1d(), fitting.Search(lugre1d()), programme(500, axes=((0, 2),)))
-    assert [int(p.free.sum()) for p in own] == [6, 6]
+    ours = fitting.parts(lugre1d(), fitting.Search(lugre1d()), programme(500, axes=((0, 2),)))
+    assert [int(p.free.sum()) for p in ours] == [6, 6]
 
 
 # --- networks
@@ -444,15 +448,15 @@ def test_axes_are_fitted_apart_where_no_trial_couples_them():
 def test_a_network_fits_the_bench_at_least_as_well_as_the_stribeck_function(tmp_path):
     """Measured 0.070 beside 0.083 for two units; at 200 Hz, which is quick."""
     data = bench(rate_of_samples=200.0).of("training")
-    found, plain = fit(data, lugre3d(network=2), starts=1), fit(data, "lugre3d")
-    assert found.nrmse["training"] <= 1.01 * plain.nrmse["training"]
-    assert (found.model.functions(found.values, np.geomspace(1e-4, 1e2, 30))[:, :3] > 0.0).all()
-    again = open_fit(found.save(tmp_path / "network.h5"))
+    actual, plain = fit(data, lugre3d(network=2), starts=1), fit(data, "lugre3d")
+    assert actual.nrmse["training"] <= 1.01 * plain.nrmse["training"]
+    assert (actual.model.functions(actual.values, np.geomspace(1e-4, 1e2, 30))[:, :3] > 0.0).all()
+    again = open_fit(actual.save(tmp_path / "network.h5"))
     assert again.model.network == 2
-    assert again.values == found.values
-    np.testing.assert_array_equal(again.torque(data.trials[0]), found.torque(data.trials[0]))
+    assert again.values == actual.values
+    np.testing.assert_array_equal(again.torque(data.trials[0]), actual.torque(data.trials[0]))
     with pytest.raises(ValueError, match="no LuGre law of constant parameters"):
-        found.law()
+        actual.law()
 
 
 # --- errors that hang together
@@ -465,34 +469,34 @@ def test_correlated_errors_widen_the_intervals():
     """
     trials, plain, widened = programme(3000, axes=((2,),)), 0, 0
     for seed in range(30):
-        random, data = np.random.default_rng(seed), told(lugre1d(), TRUTH, trials, noise=0.0)
+        random, data = np.random.default_rng(seed), simulated(lugre1d(), TRUTH, trials, noise=0.0)
         noisy = []
         for t in data.trials:
             white = random.standard_normal((t.samples, 3)) * 0.02 * math.sqrt(1.0 - 0.81)
             noisy.append(
                 dataclasses.replace(t, torque=t.torque + lfilter([1.0], [1.0, -0.9], white, axis=0))
             )
-        found = fit(Measurement(tuple(noisy)), "lugre1d", starts=1)
-        assert found.facts["widening"] == pytest.approx(math.sqrt(19.0), rel=0.3)
-        low, high = found.widened()
+        fitted = fit(Measurement(tuple(noisy)), "lugre1d", starts=1)
+        assert fitted.facts["widening"] == pytest.approx(math.sqrt(19.0), rel=0.3)
+        low, high = fitted.widened()
         for k in (k for k in TRUTH if k.startswith("spin")):
-            plain += found.low[k] <= TRUTH[k] <= found.high[k]
+            plain += fitted.low[k] <= TRUTH[k] <= fitted.high[k]
             widened += low[k] <= TRUTH[k] <= high[k]
     assert plain < 110
     assert 155 <= widened <= 180
-    said = next(d for d in found.doubts if "intervals are too narrow" in d)
-    assert f"factor of about {found.facts['widening']:.2g}" in said
+    message = next(d for d in fitted.doubts if "intervals are too narrow" in d)
+    assert f"factor of about {fitted.facts['widening']:.2g}" in message
 
 
 def test_independent_errors_do_not():
-    found = fit(small(), "lugre1d", starts=1)
-    assert found.facts["widening"] == pytest.approx(1.0, abs=0.1)
-    assert not any("too narrow" in d for d in found.doubts)
-    low, high = found.widened()
+    fitted = fit(small(), "lugre1d", starts=1)
+    assert fitted.facts["widening"] == pytest.approx(1.0, abs=0.1)
+    assert not any("too narrow" in d for d in fitted.doubts)
+    low, high = fitted.widened()
     assert (
         low["spin_kinetic"]
-        <= found.low["spin_kinetic"] * (1.0 + 1e-9)
-        < found.high["spin_kinetic"]
+        <= fitted.low["spin_kinetic"] * (1.0 + 1e-9)
+        < fitted.high["spin_kinetic"]
         <= high["spin_kinetic"] * (1.0 + 1e-9)
     )
 
@@ -511,34 +515,34 @@ def test_the_law_in_a_hinge_makes_the_models_torque(name):
     """A pendulum swings on it; its rate, 0.1 ms apart, through the model: second order in the
     step.
     """
-    found = fit(small(), name, starts=1)
+    fitted = fit(small(), name, starts=1)
     body = cl.Body("arm", 20.0, 0.5, points={"pin": (0, 0)}, com=(0.2, 0), angle=0.0)
-    scene = cl.Scene(cl.Revolute(cl.ground, body["pin"], name="J", friction=found.law("spin")))
+    scene = cl.Scene(cl.Revolute(cl.ground, body["pin"], name="J", friction=fitted.law("spin")))
     run = cl.simulate(scene, until=0.6, rtol=1e-10)
     time = np.arange(6001) * 1e-4
     rate = np.zeros((time.size, 3))
     rate[:, 2] = CubicSpline(run.time, run["arm"].omega)(time)
     trial = Trial("swing", "other", "spin", "other", time, rate, np.zeros_like(rate))
-    torque = found.torque(trial)[:, 2]
+    torque = fitted.torque(trial)[:, 2]
     wanted = -CubicSpline(run.time, run.joint("J").friction)(time)
     assert abs(torque).max() > 1.0
     assert np.abs(torque - wanted)[10:].max() < 1e-3 * abs(torque).max()
-    assert found.law("tilt").parameters["stribeck_rate"] == found.values["tilt_stribeck_speed"]
+    assert fitted.law("tilt").parameters["stribeck_rate"] == fitted.values["tilt_stribeck_speed"]
     with pytest.raises(ValueError, match="axis must be one of tilt, spin, got 'x'"):
-        found.law("x")
+        fitted.law("x")
 
 
 # --- doubts
 def test_records_that_friction_cannot_give_are_doubted(tmp_path):
     data = small()
     flipped = Measurement(tuple(dataclasses.replace(t, torque=-t.torque) for t in data.trials))
-    found = fit(flipped, "lugre1d", starts=1)
+    fitted = fit(flipped, "lugre1d", starts=1)
     assert any(
         d.startswith("torque_z: the joint gives energy in 4 of 4 trials") and "sign" in d
-        for d in found.doubts
+        for d in fitted.doubts
     )
-    assert any(d.startswith("training: NRMSE 1") for d in found.doubts)
-    assert open_fit(found.save(tmp_path / "fit.h5")).doubts == found.doubts
+    assert any(d.startswith("training: NRMSE 1") for d in fitted.doubts)
+    assert open_fit(fitted.save(tmp_path / "fit.h5")).doubts == fitted.doubts
     faint = Measurement(tuple(dataclasses.replace(t, torque=1e-3 * t.torque) for t in data.trials))
     assert any(
         "NRMSE" in d and "are they in kN m?" in d for d in fit(faint, "lugre1d", starts=1).doubts
@@ -549,59 +553,59 @@ def test_records_that_friction_cannot_give_are_doubted(tmp_path):
 
 
 def test_a_curve_that_drives_is_doubted():
-    found = fit(small(), Curve(knots=(0.001, 0.003, 0.01, 0.1, 1.0)))
-    bad = {k for k, v in found.values.items() if v < 0.0}
+    fitted = fit(small(), Curve(knots=(0.001, 0.003, 0.01, 0.1, 1.0)))
+    bad = {k for k, v in fitted.values.items() if v < 0.0}
     assert bad
-    said = next(
+    message = next(
         d
-        for d in found.doubts
+        for d in fitted.doubts
         if d.startswith("curve: drives the joint where its torque is negative")
     )
-    assert all(k in said for k in bad)
-    assert "nonnegative" in said
+    assert all(k in message for k in bad)
+    assert "nonnegative" in message
 
 
 def test_a_fit_of_synthetic_data_says_so(tmp_path):
     data = small()
     marked = fit(Measurement(data.trials, {"synthetic": True}), "curve")
-    for found, said in ((marked, True), (fit(data, "curve"), False)):
-        assert open_fit(found.save(tmp_path / "fit.h5")).facts["synthetic"] is said
+    for actual, message in ((marked, True), (fit(data, "curve"), False)):
+        assert open_fit(actual.save(tmp_path / "fit.h5")).facts["synthetic"] is message
         with h5py.File(tmp_path / "fit.h5") as file:
-            assert bool(file.attrs["synthetic"]) is said
+            assert bool(file.attrs["synthetic"]) is message
 
 
 def test_what_the_trials_do_not_see_is_said_and_its_interval_is_the_bounds():
-    found = fit(small(axes=((2,),)), "lugre1d", starts=2)
-    blind = {d.split(":")[0] for d in found.doubts}
+    fitted = fit(small(axes=((2,),)), "lugre1d", starts=2)
+    blind = {d.split(":")[0] for d in fitted.doubts}
     assert blind == {"tilt"}
-    for p in found.model.parameters[:6]:
-        assert (found.low[p.name], found.high[p.name]) == pytest.approx((p.low, p.high))
-    assert np.isfinite(found.covariance).all()
+    for p in fitted.model.parameters[:6]:
+        assert (fitted.low[p.name], fitted.high[p.name]) == pytest.approx((p.low, p.high))
+    assert np.isfinite(fitted.covariance).all()
 
 
 def test_damping_that_gives_off_energy_is_doubted():
     values = TRUTH | {"spin_damping": 12.0, "spin_viscous": 0.01}
-    found = fit(told(lugre3d(), values, programme(2000)), "lugre3d", starts=1)
-    bound = found.model.passive_rate(found.values)
-    assert bound < 0.6 < 0.873 == pytest.approx(found.facts["fastest"])
-    assert any(f"passive up to {bound:.3g} rad/s" in d for d in found.doubts)
+    fitted = fit(simulated(lugre3d(), values, programme(2000)), "lugre3d", starts=1)
+    bound = fitted.model.passive_rate(fitted.values)
+    assert bound < 0.6 < 0.873 == pytest.approx(fitted.facts["fastest"])
+    assert any(f"passive up to {bound:.3g} rad/s" in d for d in fitted.doubts)
 
 
 # --- curve
 def test_the_curve_is_the_linear_least_squares_solution(validated):
     data = small(axes=((0,), (2,), (0, 1, 2)))
-    found, trials = fit(data, MIXED), [t for t in data.trials if t.role == "training"]
+    actual, trials = fit(data, MIXED), [t for t in data.trials if t.role == "training"]
     rows = np.concatenate([MIXED.hats(t.rate)[:, list(t.measured)].reshape(-1, 8) for t in trials])
     torque = np.concatenate([t.torque[:, list(t.measured)].ravel() for t in trials])
     wanted = np.linalg.lstsq(rows, torque)[0]
     options = {"unit": "N m", "source": "numpy lstsq, all rows", "kind": "independent"}
-    validated("levels of a fitted curve", list(found.values.values()), wanted, 1e-6, **options)
+    validated("levels of a fitted curve", list(actual.values.values()), wanted, 1e-6, **options)
     error = torque - rows @ wanted
     covariance = error @ error / (len(torque) - 8) * np.linalg.inv(rows.T @ rows)
     np.testing.assert_allclose(
-        found.covariance, covariance, rtol=1e-4, atol=1e-4 * np.diag(covariance).min()
+        actual.covariance, covariance, rtol=1e-4, atol=1e-4 * np.diag(covariance).min()
     )
-    assert found.history[-1] == pytest.approx(0.5 * error @ error, rel=1e-9)
+    assert actual.history[-1] == pytest.approx(0.5 * error @ error, rel=1e-9)
 
 
 def test_a_curve_of_curves_comes_back():
@@ -612,17 +616,17 @@ def test_a_curve_of_curves_comes_back():
             strict=True,
         )
     )
-    found = fit(told(MIXED, true, programme(3000)), MIXED)
-    assert found.values == pytest.approx(true, abs=0.02)
-    assert all(found.low[k] - 0.01 < true[k] < found.high[k] + 0.01 for k in true)
+    fitted = fit(simulated(MIXED, true, programme(3000)), MIXED)
+    assert fitted.values == pytest.approx(true, abs=0.02)
+    assert all(fitted.low[k] - 0.01 < true[k] < fitted.high[k] + 0.01 for k in true)
 
 
 def test_knots_that_no_sample_reaches_take_their_neighbours_torque():
-    found = fit(small(), "curve")
-    assert found.values["spin_torque_at_3"] == pytest.approx(
-        found.values["spin_torque_at_1"], rel=1e-6
+    fitted = fit(small(), "curve")
+    assert fitted.values["spin_torque_at_3"] == pytest.approx(
+        fitted.values["spin_torque_at_1"], rel=1e-6
     )
-    assert "spin_torque_at_3: the trials say nothing about it" in found.doubts
+    assert "spin_torque_at_3: the trials say nothing about it" in fitted.doubts
 
 
 def test_a_nonnegative_curve_brakes():
@@ -645,12 +649,12 @@ def test_scores_in_closed_form():
 
 def test_scores_count_measured_axes_of_all_trials_of_a_role_together():
     data = small()
-    found = fit(data, "lugre1d", starts=1)
-    assert set(found.nrmse) == {"training", "test"}
-    for role, score in found.nrmse.items():
+    fitted = fit(data, "lugre1d", starts=1)
+    assert set(fitted.nrmse) == {"training", "test"}
+    for role, score in fitted.nrmse.items():
         trials = [t for t in data.trials if t.role == role]
         pairs = [
-            (t.torque[:, a], found.torque(t)[:, a])
+            (t.torque[:, a], fitted.torque(t)[:, a])
             for t in trials
             for a in np.flatnonzero(t.measured)
         ]
@@ -658,8 +662,8 @@ def test_scores_count_measured_axes_of_all_trials_of_a_role_together():
         assert score == pytest.approx(
             math.sqrt(error / sum((m**2).sum() for m, _ in pairs)), rel=1e-12
         )
-        assert found.score(trials) == score
-        assert found.score(trials, over="range") < score
+        assert fitted.score(trials) == score
+        assert fitted.score(trials, over="range") < score
 
 
 # --- files
@@ -668,16 +672,16 @@ def test_scores_count_measured_axes_of_all_trials_of_a_role_together():
     [lugre1d(), lugre3d(knots=(0.0, 0.1, 1.0)), lugre3d(symmetric=False, exponent=1.5), MIXED],
 )
 def test_a_fit_comes_back_from_its_file(tmp_path, model):
-    found = fit(small(axes=((0,), (1,), (2,))), model, starts=2)
-    again = open_fit(found.save(tmp_path / "deep" / "fit.h5"))
+    fitted = fit(small(axes=((0,), (1,), (2,))), model, starts=2)
+    again = open_fit(fitted.save(tmp_path / "deep" / "fit.h5"))
     assert again.model.parameters == model.parameters
     for name in ("values", "low", "high", "nrmse", "facts", "doubts"):
-        assert getattr(again, name) == getattr(found, name), name
+        assert getattr(again, name) == getattr(fitted, name), name
     for name in ("covariance", "history"):
-        np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
+        np.testing.assert_array_equal(getattr(again, name), getattr(fitted, name))
     assert set(again.starts) == {"cost", "evaluations", "values"}
     trial = small().trials[0]
-    np.testing.assert_array_equal(again.torque(trial), found.torque(trial))
+    np.testing.assert_array_equal(again.torque(trial), fitted.torque(trial))
 
 
 def test_progress_is_told():

@@ -65,21 +65,21 @@ def reference(model, values, rates):
         values, np.cumsum([12 * hidden, 4 * hidden**2, 4 * hidden, 3 * hidden])
     )
     w, u, read_out = w.reshape(3, -1).T, u.reshape(hidden, -1).T, read_out.reshape(3, hidden)
-    h, c, found = np.zeros(hidden), np.zeros(hidden), []
+    h, c, actual = np.zeros(hidden), np.zeros(hidden), []
     for rate in rates:
         i, f, g, o = np.split(w @ np.arcsinh(rate / model.softness) + u @ h + b, 4)
         c = c / (1.0 + np.exp(-f)) + np.tanh(g) / (1.0 + np.exp(-i))
         h = np.tanh(c) / (1.0 + np.exp(-o))
-        found.append(read_out @ h + offset)
-    return np.array(found)
+        actual.append(read_out @ h + offset)
+    return np.array(actual)
 
 
 def test_steps_follow_the_equations():
     """Rounding only: sums of some 20 terms of order one."""
     model, rates = models.model("lstm", hidden=5), np.random.default_rng(1).standard_normal((40, 3))
     values, state = weights(model), model.start()
-    found = [model.step(values, state, rate, model.interval) for rate in rates]
-    assert np.allclose(found, reference(model, values, rates), rtol=0.0, atol=1e-12)
+    actual = [model.step(values, state, rate, model.interval) for rate in rates]
+    assert np.allclose(actual, reference(model, values, rates), rtol=0.0, atol=1e-12)
 
 
 def test_any_step_sees_the_mean_rate_of_an_interval():
@@ -161,13 +161,13 @@ def test_compiled_inference_is_the_network_that_was_trained(measurement, trained
 
 def test_training_ends_when_the_windows_held_out_get_no_better(measurement):
     pytest.importorskip("jax")
-    found = fit.fit(
+    fitted = fit.fit(
         measurement,
         models.model("lstm", **TINY | {"patience": 1, "epochs": 200, "rate": 0.2}),
         seed=3,
     )
-    assert found.facts["epochs"] < 200
-    assert found.facts["epochs"] - found.facts["best_epoch"] == 2
+    assert fitted.facts["epochs"] < 200
+    assert fitted.facts["epochs"] - fitted.facts["best_epoch"] == 2
 
 
 def test_a_fit_is_kept_in_a_file_and_runs_without_the_extra(

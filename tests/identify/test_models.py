@@ -121,8 +121,8 @@ def test_steady_sliding_is_the_ellipsoids_point_of_maximum_dissipation(values, r
     scale = np.array([values[2], values[2], values[8]])
     m = torque + (static - torque) * np.exp(-((speed / scale) ** exponent))
     wanted = m**2 * rate / np.linalg.norm(m * rate)
-    found = settled(model, values, rate) - viscous * rate
-    assert np.abs(found - wanted).max() <= 1e-12 * (m.max() + (viscous * speed).max())
+    actual = settled(model, values, rate) - viscous * rate
+    assert np.abs(actual - wanted).max() <= 1e-12 * (m.max() + (viscous * speed).max())
     directions = np.random.default_rng(0).normal(size=(200, 3))
     others = m * directions / np.linalg.norm(directions, axis=1, keepdims=True)
     assert (others @ rate).max() <= wanted @ rate * (1.0 + 1e-12)
@@ -154,16 +154,18 @@ def test_coupled_and_uncoupled_axes_are_one_model_where_one_axis_moves(values, a
 
 @given(axis_values(), st.floats(1e-4, 5.0))
 @settings(max_examples=100)
-def test_break_away_at_constant_rate_is_an_exponential_from_the_presliding_stiffness(own, rate):
-    kinetic, static, scale, stiffness, damping, viscous = own
+def test_break_away_at_constant_rate_is_an_exponential_from_the_presliding_stiffness(
+    per_axis, rate
+):
+    kinetic, static, scale, stiffness, damping, viscous = per_axis
     model, t = lugre1d(), spinning(np.full(60, rate))
     g = kinetic + (static - kinetic) * math.exp(-((rate / scale) ** 2))
     left = np.exp(-stiffness * t.angle[:, 2] / g)
     wanted = g * (1.0 - left) + damping * rate * left + viscous * rate
-    found = model.torque(np.array(own + own), t)[:, 2]
-    assert np.abs(found - wanted).max() <= 1e-12 * (g + (damping + viscous) * rate)
+    actual = model.torque(np.array(per_axis + per_axis), t)[:, 2]
+    assert np.abs(actual - wanted).max() <= 1e-12 * (g + (damping + viscous) * rate)
     state, angle = model.start(), 1e-9
-    slow = model.step(np.array(own + own), state, [0.0, 0.0, 1e-9], 1.0)[2]
+    slow = model.step(np.array(per_axis + per_axis), state, [0.0, 0.0, 1e-9], 1.0)[2]
     assert slow / angle == pytest.approx(stiffness + damping + viscous, rel=1e-3)
 
 
@@ -177,10 +179,10 @@ def test_dahls_loop(torque, stiffness, amplitude, samples):
     path = np.concatenate([x[:-1], -x[:-1]] * 8)
     rate = np.diff(path, append=path[0]) / 1e-3
     model, values = lugre1d(), np.array([torque, torque, 0.1, stiffness, none, none] * 2)
-    state, found = model.start(), np.empty(len(rate))
+    state, actual = model.start(), np.empty(len(rate))
     for n, w in enumerate(rate):
-        found[n] = model.step(values, state, [0.0, w, 0.0], 1e-3)[1]
-    last, turn = found[-2 * samples :], torque * math.tanh(stiffness * amplitude / torque)
+        actual[n] = model.step(values, state, [0.0, w, 0.0], 1e-3)[1]
+    last, turn = actual[-2 * samples :], torque * math.tanh(stiffness * amplitude / torque)
     # of the start, fourteen strokes ago
     left = 2.0 * math.exp(-14.0 * stiffness * 2.0 * amplitude / torque)
     assert last[-1] == pytest.approx(turn, rel=1e-9, abs=left * torque)
@@ -217,11 +219,11 @@ def test_second_order_in_the_step_beside_lsoda(name, even, validated):
     def slope(t, z):
         return rate(t) - coefficients(rate(t))[0] * z
 
-    found = solve_ivp(
+    actual = solve_ivp(
         slope, (0.0, 0.3), np.zeros(3), "LSODA", times, rtol=1e-10, atol=1e-14, max_step=1e-3
     )
     wanted = []
-    for w, z in zip(rate(times[:, None]), found.y.T, strict=True):
+    for w, z in zip(rate(times[:, None]), actual.y.T, strict=True):
         k, stiffness, damping, viscous = coefficients(w)
         wanted.append(stiffness * z + damping * (w - k * z) + viscous * w)
     errors = []
@@ -262,10 +264,10 @@ def test_the_step_and_its_slopes_in_extended_precision(z, w, power, logarithm):
         reach = (dt_ * np.exp(-x_) - gone / k_) / k_
     else:
         reach = -dt_ * dt_ * (0.5 - x_ / 3 + x_**2 / 8 - x_**3 / 30)
-    found, by_k, left = kernels.relaxed_slopes(z, w, k, dt)
+    actual, by_k, left = kernels.relaxed_slopes(z, w, k, dt)
     size = abs(z) + abs(w) * dt
-    assert abs(found - wanted) <= 1e-13 * size
-    assert found == pytest.approx(kernels.relaxed(z, w, k, dt), abs=1e-15 * size)
+    assert abs(actual - wanted) <= 1e-13 * size
+    assert actual == pytest.approx(kernels.relaxed(z, w, k, dt), abs=1e-15 * size)
     assert abs(left - np.exp(-x_)) <= 1e-15
     assert abs(by_k - (w_ * reach - dt_ * np.exp(-x_) * z_)) <= 1e-10 * dt * size
 
@@ -367,15 +369,15 @@ def test_the_bound_of_constant_torque_in_closed_form(validated):
 # --- symmetries
 @given(axis_values(), rates(), st.integers(0, 1000))
 @settings(max_examples=60)
-def test_alike_axes_have_no_directions(own, amplitude, seed):
+def test_alike_axes_have_no_directions(per_axis, amplitude, seed):
     random = np.random.default_rng(seed)
     turned = Rotation.random(rng=random).as_matrix()
     w = amplitude * random.normal(size=(60, 3))
-    model, values = lugre3d(), np.array(own + own)
+    model, values = lugre3d(), np.array(per_axis + per_axis)
     torque = model.torque(values, trial(w))
-    found = model.torque(values, trial(w @ turned.T))
+    actual = model.torque(values, trial(w @ turned.T))
     np.testing.assert_allclose(
-        found, torque @ turned.T, rtol=0, atol=1e-9 * max(np.abs(torque).max(), 1e-3)
+        actual, torque @ turned.T, rtol=0, atol=1e-9 * max(np.abs(torque).max(), 1e-3)
     )
 
 
@@ -389,12 +391,14 @@ def test_friction_is_odd(name):
 
 
 def test_tilt_axes_are_alike_unless_asked_otherwise():
-    one, own = lugre3d(), lugre3d(symmetric=False)
+    one, per_axis = lugre3d(), lugre3d(symmetric=False)
     doubled = {f"tilt_{a}_{p}": VALUES[f"tilt_{p}"] for a in "xy" for p in AXIS}
     spin = {f"spin_{p}": VALUES[f"spin_{p}"] for p in AXIS}
-    np.testing.assert_array_equal(one.torque(VALUES, mixed()), own.torque(doubled | spin, mixed()))
+    np.testing.assert_array_equal(
+        one.torque(VALUES, mixed()), per_axis.torque(doubled | spin, mixed())
+    )
     assert len(one.parameters) == 12
-    assert len(own.parameters) == 18
+    assert len(per_axis.parameters) == 18
 
 
 def test_tables_of_a_constant_are_the_law_of_a_constant():
@@ -416,13 +420,15 @@ def test_tables_of_a_constant_are_the_law_of_a_constant():
 def test_tables_meet_their_knots_are_linear_between_and_level_beyond():
     model = lugre3d(knots=KNOTS)
     values = typical(model)
-    found = model.functions(values, [*KNOTS, 0.175, 50.0])
+    actual = model.functions(values, [*KNOTS, 0.175, 50.0])
     for function in range(3):
-        own = values[4 * function : 4 * function + 4]
+        per_axis = values[4 * function : 4 * function + 4]
         np.testing.assert_allclose(
-            found[0, function], [*own, 0.5 * (own[1] + own[2]), own[3]], rtol=1e-14
+            actual[0, function],
+            [*per_axis, 0.5 * (per_axis[1] + per_axis[2]), per_axis[3]],
+            rtol=1e-14,
         )
-    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(actual[0], actual[1])
 
 
 def test_a_network_is_positive_and_bounded_and_follows_its_equation():
@@ -433,8 +439,8 @@ def test_a_network_is_positive_and_bounded_and_follows_its_equation():
         "spin_torque_weight_2": 0.4,
         "spin_damping_weight_2": -2.0,
     }
-    found = model.functions(values, speeds)[2]
-    for row, name in zip(found, ("torque", "stiffness", "damping"), strict=False):
+    actual = model.functions(values, speeds)[2]
+    for row, name in zip(actual, ("torque", "stiffness", "damping"), strict=False):
         total = 0.0
         for k in (1, 2):
             away = np.log((0.01 + speeds) / (0.01 + values[f"spin_unit_rate_{k}"]))
@@ -444,7 +450,7 @@ def test_a_network_is_positive_and_bounded_and_follows_its_equation():
         np.testing.assert_allclose(row, values[f"spin_{name}_level"] * np.exp(total), rtol=1e-12)
         most = math.exp(sum(abs(values[f"spin_{name}_weight_{k}"]) for k in (1, 2)))
         assert (row <= values[f"spin_{name}_level"] * most).all()
-    assert (found > 0.0).all()
+    assert (actual > 0.0).all()
 
 
 def test_a_network_is_passive_within_its_bound():
@@ -547,10 +553,10 @@ def test_compiled_callers(name):
         for n in range(rate.shape[0]):
             step(layout, packed, state, rate[n], dt, torque[n])
 
-    found, other = np.empty((t.samples, 3)), model.start()
-    run(model.layout, model.packed(values), state, t.rate, t.step, found)
+    actual, other = np.empty((t.samples, 3)), model.start()
+    run(model.layout, model.packed(values), state, t.rate, t.step, actual)
     np.testing.assert_allclose(
-        found, [model.step(values, other, w, t.step) for w in t.rate], rtol=1e-14, atol=1e-14
+        actual, [model.step(values, other, w, t.step) for w in t.rate], rtol=1e-14, atol=1e-14
     )
 
 
@@ -572,8 +578,8 @@ def test_where_a_curve_drives():
     assert model.passive_rate([1.0, 1.0, 0.0, 1.0, 1.0, 1.0]) == math.inf
     assert model.passive_rate([1.0, 1.0, -1.0, 1.0, 1.0, 1.0]) == 0.2
     assert model.passive_rate([-1.0, 1.0, -1.0, 1.0, 1.0, 1.0]) == 0.0
-    said = model.doubts([1.0, 1.0, -1.0, 1.0, 1.0, 1.0], 1.0)[0]
-    assert "negative: tilt_torque_at_0.3 -1; nonnegative" in said
+    message = model.doubts([1.0, 1.0, -1.0, 1.0, 1.0, 1.0], 1.0)[0]
+    assert "negative: tilt_torque_at_0.3 -1; nonnegative" in message
     assert model.doubts([1.0, 1.0, -1.0, 1.0, 1.0, 1.0], 0.15) == []
 
 

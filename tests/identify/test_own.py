@@ -17,7 +17,7 @@ from clearance.identify.fit import fit, open_fit
 from clearance.identify.models import lugre1d
 from clearance.identify.own import between, model, open_model
 from clearance.identify.records import Measurement, Series, read, write
-from tests.identify.test_fit import TRUTH, programme, told
+from tests.identify.test_fit import TRUTH, programme, simulated
 
 GUIDE = (Path(__file__).parents[2] / "clearance" / "GUIDE.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
@@ -38,7 +38,7 @@ def tanh(rate, load, level, speed):
 
 
 def spinning(samples=1500, noise=0.02) -> Measurement:
-    return told(lugre1d(), TRUTH, programme(samples, ((2,),)), noise)
+    return simulated(lugre1d(), TRUTH, programme(samples, ((2,),)), noise)
 
 
 def test_a_law_is_the_built_in_model_of_its_equations():
@@ -46,24 +46,24 @@ def test_a_law_is_the_built_in_model_of_its_equations():
     intervals to 1e-3.
     """
     data = spinning()
-    own, built_in = fit(data, model(cl.joint_lugre, **BOUNDS)), fit(data, lugre1d(), starts=2)
-    assert own.facts["still"] == ["tilt"]
-    assert len(own.fitted) == 6
-    for name, value in own.fitted.items():
+    custom, built_in = fit(data, model(cl.joint_lugre, **BOUNDS)), fit(data, lugre1d(), starts=2)
+    assert custom.facts["still"] == ["tilt"]
+    assert len(custom.fitted) == 6
+    for name, value in custom.fitted.items():
         other = name.replace("stribeck_rate", "stribeck_speed")
         wide = built_in.high[other] - built_in.low[other]
         assert value == pytest.approx(built_in.values[other], abs=1e-4 * wide)
-        assert own.high[name] - own.low[name] == pytest.approx(wide, rel=1e-3)
+        assert custom.high[name] - custom.low[name] == pytest.approx(wide, rel=1e-3)
     for key in ("lag", "lag_error", "widening"):
-        assert own.facts[key] == pytest.approx(built_in.facts[key], rel=1e-2)
+        assert custom.facts[key] == pytest.approx(built_in.facts[key], rel=1e-2)
 
 
 def test_the_driven_law_is_the_built_in_step():
     """z' linear in z: the exponential step of both, to rounding."""
     trial = programme(400, ((0,), (2,)))[0]
     numbers = {n.replace("stribeck_speed", "stribeck_rate"): v for n, v in TRUTH.items()}
-    own = model(cl.joint_lugre, **BOUNDS)
-    modelled = own.torque(numbers, trial)
+    custom = model(cl.joint_lugre, **BOUNDS)
+    modelled = custom.torque(numbers, trial)
     np.testing.assert_allclose(modelled, lugre1d().torque(TRUTH, trial), rtol=0.0, atol=1e-12)
 
 
@@ -103,12 +103,14 @@ def test_a_loaded_law_is_fitted_to_several_preloads():
     loaded = model(
         cl.joint_lugre_loaded, arm=0.013, stribeck_rate=BOUNDS["stribeck_rate"], **bounds
     )
-    found = fit(Measurement(tuple(trials)), loaded)
+    fitted = fit(Measurement(tuple(trials)), loaded)
     for name in ("static", "kinetic", "stiffness"):
-        assert found.values[f"spin_{name}"] * load == pytest.approx(TRUTH[f"spin_{name}"], rel=0.02)
+        assert fitted.values[f"spin_{name}"] * load == pytest.approx(
+            TRUTH[f"spin_{name}"], rel=0.02
+        )
     built_in = fit(Measurement(tuple(trials)), lugre1d(load="proportional"), starts=2)
     scaled = built_in.law("spin", arm=0.013)
-    assert scaled.values["stiffness"] == pytest.approx(found.values["spin_stiffness"], rel=1e-3)
+    assert scaled.values["stiffness"] == pytest.approx(fitted.values["spin_stiffness"], rel=1e-3)
 
 
 def test_the_guides_law(tmp_path, monkeypatch, capsys):
@@ -132,15 +134,15 @@ def test_the_guides_law(tmp_path, monkeypatch, capsys):
         )
         == 0
     )
-    said = json.loads(capsys.readouterr().out)
-    assert list(said["parameters"]) == ["spin_torque", "spin_stiffness", "spin_viscous"]
-    for p in said["parameters"].values():
+    printed = json.loads(capsys.readouterr().out)
+    assert list(printed["parameters"]) == ["spin_torque", "spin_stiffness", "spin_viscous"]
+    for p in printed["parameters"].values():
         assert p["low"] < p["value"] < p["high"]
-    assert said["parameters"]["spin_stiffness"]["units"] == "N m/rad"
+    assert printed["parameters"]["spin_stiffness"]["units"] == "N m/rad"
     with pytest.raises(ValueError, match=r"your own, law: open_fit\(path, model"):
         open_fit("own/fit.h5")
     again = open_fit("own/fit.h5", open_model("my_law.py:law"))
-    assert again.values["spin_torque"] == said["parameters"]["spin_torque"]["value"]
+    assert again.values["spin_torque"] == printed["parameters"]["spin_torque"]["value"]
     assert again.score(read("bench.h5").trials) < fit(read("bench.h5"), "curve").nrmse["training"]
     modelled = read("own/modelled.h5").trials[0]
     np.testing.assert_allclose(modelled.torque, again.torque(read("bench.h5").trials[0]))
@@ -189,12 +191,12 @@ def test_the_guides_journal(tmp_path, monkeypatch, capsys):
     )
     command = "identify --model my_journal.py:journal --data path.csv -o thresholds --plot --json"
     assert main(command.split()) == 0
-    said = json.loads(capsys.readouterr().out)
+    printed = json.loads(capsys.readouterr().out)
     for name, value in true.items():
-        p = said["parameters"][name]
+        p = printed["parameters"][name]
         assert p["low"] < value < p["high"]
         assert p["high"] < 2.0 * p["low"]  # and they say something
-    assert not said["doubts"]
+    assert not printed["doubts"]
     assert Path("thresholds/columns.png").stat().st_size > 10_000
 
 
@@ -213,10 +215,10 @@ def test_what_is_not_smooth_is_doubted_and_what_fails_is_refused():
             raise ValueError("too high")
         return level * np.sign(trial.rate)
 
-    found = fit(data, model(rough, level=between(0.1, 10.0, "N m")))
-    assert any("level: the model is not smooth" in d for d in found.doubts)
-    found = fit(data, model(narrow, level=between(0.1, 10.0, "N m", start=0.5)))
-    assert found.values["level"] < 1.85
+    fitted = fit(data, model(rough, level=between(0.1, 10.0, "N m")))
+    assert any("level: the model is not smooth" in d for d in fitted.doubts)
+    fitted = fit(data, model(narrow, level=between(0.1, 10.0, "N m", start=0.5)))
+    assert fitted.values["level"] < 1.85
     with pytest.raises(ValueError, match="too high"):
         fit(data, model(narrow, level=between(0.1, 10.0, "N m", start=5.0)))
 
@@ -228,10 +230,10 @@ def test_series_come_back_from_their_files(tmp_path):
     )
     for suffix in (".h5", ".csv"):
         written = write(tmp_path / f"a{suffix}", Measurement((series,)))
-        (found,) = read(written, predicts={"x": "m", "f": "N"}).trials
+        (actual,) = read(written, predicts={"x": "m", "f": "N"}).trials
         for name in ("x", "f"):
-            np.testing.assert_array_equal(found[name], series[name])
-        assert (found.role, found.units["x"], found.facts["preload"]) == ("test", "m", 3.0)
+            np.testing.assert_array_equal(actual[name], series[name])
+        assert (actual.role, actual.units["x"], actual.facts["preload"]) == ("test", "m", 3.0)
     with pytest.raises(ValueError, match="has no column y; it has time, x, f"):
         read(tmp_path / "a.h5", predicts={"y": "m"})
     with pytest.raises(ValueError, match="column x: its units are m, the model predicts N"):

@@ -123,12 +123,12 @@ def test_a_file_made_by_hand_with_other_units(tmp_path):
         rate_z=("deg/s", np.degrees(RATE)),
         torque_z=("N mm", 1e3 * TORQUE),
     )
-    found = read(path).named("run")
-    assert (found.kind, found.axis, found.role) == ("other", "spin", "training")
-    assert found.measured == (False, False, True)
-    np.testing.assert_allclose(found.time, TIME, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(found.rate, np.outer(RATE, (0, 0, 1)), rtol=0, atol=1e-15)
-    np.testing.assert_allclose(found.torque, np.outer(TORQUE, (0, 0, 1)), rtol=0, atol=1e-15)
+    actual = read(path).named("run")
+    assert (actual.kind, actual.axis, actual.role) == ("other", "spin", "training")
+    assert actual.measured == (False, False, True)
+    np.testing.assert_allclose(actual.time, TIME, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(actual.rate, np.outer(RATE, (0, 0, 1)), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(actual.torque, np.outer(TORQUE, (0, 0, 1)), rtol=0, atol=1e-15)
 
 
 def lines(header="time,rate_z,torque_z", rows=zip(TIME, RATE, TORQUE, strict=True), mark=","):  # noqa: B008
@@ -145,8 +145,8 @@ def own_csv(folder, text):
 
 
 def test_the_smallest_csv(tmp_path):
-    found = read(own_csv(tmp_path, ROWS))
-    only = found.trials[0]
+    actual = read(own_csv(tmp_path, ROWS))
+    only = actual.trials[0]
     assert (only.name, only.role, only.axis, only.measured) == (
         "my_run_v2",
         "training",
@@ -159,15 +159,15 @@ def test_the_smallest_csv(tmp_path):
 def test_csv_in_other_units_and_with_other_marks(tmp_path):
     rows = zip(1e3 * TIME, np.degrees(RATE), 1e3 * TORQUE, 20.0 + TIME, strict=True)
     text = lines("time_ms;rate_x_deg_s;torque_x_N_mm;temperature", rows, ";")
-    found = read(own_csv(tmp_path, ["# preload = 5000.0", "# operator = A. B.", *text]))
-    assert found.facts == {
+    actual = read(own_csv(tmp_path, ["# preload = 5000.0", "# operator = A. B.", *text]))
+    assert actual.facts == {
         "preload": 5000.0,
         "operator": "A. B.",
         "columns_left_aside": ["temperature"],
     }
-    assert found.trials[0].axis == "tilt"
-    np.testing.assert_allclose(found.trials[0].rate[:, 0], RATE, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(found.trials[0].torque[:, 0], TORQUE, rtol=0, atol=1e-15)
+    assert actual.trials[0].axis == "tilt"
+    np.testing.assert_allclose(actual.trials[0].rate[:, 0], RATE, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(actual.trials[0].torque[:, 0], TORQUE, rtol=0, atol=1e-15)
 
 
 def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
@@ -175,8 +175,8 @@ def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
     rows = np.stack([TIME, RATE, TORQUE], axis=1).tolist()
     text += [f"spin,training,{t!r},0.0,{w!r},,{m!r}" for t, w, m in rows]
     text += [f"tilt,test,{t!r},{w!r},0.0,{m!r}," for t, w, m in rows]
-    found = read(own_csv(tmp_path, text))
-    assert [(t.name, t.role, t.measured) for t in found.trials] == [
+    actual = read(own_csv(tmp_path, text))
+    assert [(t.name, t.role, t.measured) for t in actual.trials] == [
         ("spin", "training", (False, False, True)),
         ("tilt", "test", (True, False, False)),
     ]
@@ -184,7 +184,7 @@ def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
 
 # --- bad files
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (lambda r: [], "file is empty"),
         (lambda r: ["# preload = 3"], "file is empty"),
@@ -238,11 +238,11 @@ def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
         (lambda r: [r[0], r[1], *r[1:]], "line 3, column time: 0 s does not come after 0 s"),
     ],
 )
-def test_bad_csv(tmp_path, change, said):
+def test_bad_csv(tmp_path, change, message):
     path = own_csv(tmp_path, change(list(ROWS)))
     with pytest.raises(ValueError, match="v2.csv: ") as error:
         read(path)
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 def test_lines_are_those_of_the_file(tmp_path):
@@ -262,7 +262,7 @@ def several(names, roles=("training",) * 9, kinds=("other",) * 9):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (several("aba"), "line 402: trial 'a' comes a second time"),
         (several("ab", ["training", "exam"]), "trial 'b': role must be one of training, test"),
@@ -277,10 +277,10 @@ def several(names, roles=("training",) * 9, kinds=("other",) * 9):
         ),
     ],
 )
-def test_bad_labels_in_csv(tmp_path, text, said):
+def test_bad_labels_in_csv(tmp_path, text, message):
     with pytest.raises(ValueError, match="v2.csv: ") as error:
         read(own_csv(tmp_path, text))
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 def test_csv_that_is_no_text(tmp_path):
@@ -306,7 +306,7 @@ def spoilt(column, row, value):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"time": None}, "trial 'run' has no column time; it has rate_z, torque_z"),
         ({"torque_z": None}, "no column torque_x, torque_y or torque_z"),
@@ -330,13 +330,13 @@ def spoilt(column, row, value):
         ),
     ],
 )
-def test_bad_hdf5(tmp_path, change, said):
+def test_bad_hdf5(tmp_path, change, message):
     path = hand_made(
         tmp_path / "own.h5", **{n: v for n, v in (GOOD | change).items() if v is not None}
     )
     with pytest.raises(ValueError, match="own.h5: ") as error:
         read(path)
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 def test_hdf5_files_of_other_kinds(tmp_path):
@@ -359,7 +359,7 @@ def test_hdf5_files_of_other_kinds(tmp_path):
 
 # --- units
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (
             {"rate_z": ("rad/s", np.degrees(2.0 * RATE))},
@@ -388,11 +388,11 @@ def test_hdf5_files_of_other_kinds(tmp_path):
         ),
     ],
 )
-def test_units_that_cannot_be_right(tmp_path, change, said):
+def test_units_that_cannot_be_right(tmp_path, change, message):
     path = hand_made(tmp_path / "own.h5", **GOOD | change)
     with pytest.raises(ValueError, match="own.h5: trial 'run'") as error:
         read(path)
-    assert said in str(error.value)
+    assert message in str(error.value)
     assert read(path, trusted=True).samples == 200
 
 
@@ -417,7 +417,7 @@ def test_degrees_of_the_whole_programme_are_noticed(tmp_path):
 
 # --- what is made in memory
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"name": "a.b"}, "trial name must be"),
         ({"kind": "ramp"}, "trial 'a': kind must be one of"),
@@ -430,26 +430,26 @@ def test_degrees_of_the_whole_programme_are_noticed(tmp_path):
         ({"time": TIME[::-1].repeat(2)}, "column time"),
     ],
 )
-def test_bad_trials(change, said):
-    with pytest.raises(ValueError, match=said):
+def test_bad_trials(change, message):
+    with pytest.raises(ValueError, match=message):
         dataclasses.replace(trial(), **change)
 
 
 def test_trials_keep_their_own_numbers_and_drop_what_was_not_measured():
     torque = np.ones((400, 3))
-    found = dataclasses.replace(trial(), torque=torque, measured=(True, False, True))
+    actual = dataclasses.replace(trial(), torque=torque, measured=(True, False, True))
     torque[:] = 5.0
-    np.testing.assert_array_equal(found.torque, np.outer(np.ones(400), (1, 0, 1)))
-    assert found.step == pytest.approx(STEP, rel=1e-12)
-    assert found.samples == 400
+    np.testing.assert_array_equal(actual.torque, np.outer(np.ones(400), (1, 0, 1)))
+    assert actual.step == pytest.approx(STEP, rel=1e-12)
+    assert actual.samples == 400
 
 
 def test_angle_is_the_integral_of_the_rate():
-    found = trial(amplitude=0.1, frequency=5.0)
-    exact = 0.1 * (1.0 - np.cos(2.0 * np.pi * 5.0 * found.time))
+    actual = trial(amplitude=0.1, frequency=5.0)
+    exact = 0.1 * (1.0 - np.cos(2.0 * np.pi * 5.0 * actual.time))
     # trapezoids of step h: amplitude (w h)^2 / 12 = 8e-6
-    np.testing.assert_allclose(found.angle[:, 2], exact, rtol=0, atol=2e-5)
-    assert not found.angle[:, :2].any()
+    np.testing.assert_allclose(actual.angle[:, 2], exact, rtol=0, atol=2e-5)
+    assert not actual.angle[:, :2].any()
 
 
 def test_measurements(measurement):

@@ -51,16 +51,16 @@ def test_sliding_steadily_it_is_the_transfer_function(rate):
     for share, close in ((1e-2, 1e-2), (1e-3, 1e-3)):
         for frequency, there in zip(FREQUENCIES, wanted, strict=True):
             amplitude = share * abs(rate) / (2.0 * math.pi * frequency)
-            (found,) = response.whole(model, VALUES, amplitude, [frequency], rate=rate)
-            assert abs(found - there) < close * abs(there)
+            (actual,) = response.whole(model, VALUES, amplitude, [frequency], rate=rate)
+            assert abs(actual - there) < close * abs(there)
 
 
 def test_slow_oscillations_see_the_slope_of_the_steady_curve():
     """T' + sigma2 of the Stribeck curve in closed form, negative where it falls: 1e-4."""
     rate, slow = 0.06, 1e-3
     slope = -2.0 * 0.6 * rate / 0.06**2 * math.exp(-1.0) + 0.1
-    (found,) = response.linear(lugre1d(), VALUES, [slow], rate=rate)
-    assert found.imag / (2.0 * math.pi * slow) == pytest.approx(slope, rel=1e-4)
+    (actual,) = response.linear(lugre1d(), VALUES, [slow], rate=rate)
+    assert actual.imag / (2.0 * math.pi * slow) == pytest.approx(slope, rel=1e-4)
     assert slope < 0.0
 
 
@@ -70,10 +70,10 @@ def test_large_amplitudes_are_sliding():
     """
     values = VALUES | {"spin_static": 2.0, "spin_damping": 1e-3, "spin_viscous": 1e-3}
     reach = 2e-3
-    found = [response.whole(lugre1d(), values, a * reach, [0.1])[0] for a in (10.0, 100.0)]
-    for amplitude, g in zip((10.0, 100.0), found, strict=True):
+    actual = [response.whole(lugre1d(), values, a * reach, [0.1])[0] for a in (10.0, 100.0)]
+    for amplitude, g in zip((10.0, 100.0), actual, strict=True):
         assert g.imag * amplitude * reach == pytest.approx(4.0 * 2.0 / math.pi, rel=3.0 / amplitude)
-    assert found[1].real / found[0].real == pytest.approx(10.0**-1.5, rel=0.05)
+    assert actual[1].real / actual[0].real == pytest.approx(10.0**-1.5, rel=0.05)
 
 
 def test_dissipation_is_that_of_the_loop():
@@ -82,7 +82,7 @@ def test_dissipation_is_that_of_the_loop():
     """
     values = VALUES | {"spin_static": 2.0, "spin_damping": 1e-3, "spin_viscous": 1e-3}
     amplitude, frequency = 3e-3, 0.5
-    (found,) = response.whole(lugre1d(), values, amplitude, [frequency])
+    (actual,) = response.whole(lugre1d(), values, amplitude, [frequency])
     a, sigma, level = amplitude, 1000.0, 2.0
     turn = level * math.tanh(sigma * a / level)  # torque at the turn of a settled loop
     work = (
@@ -91,7 +91,7 @@ def test_dissipation_is_that_of_the_loop():
         * (2.0 * a - (level + turn) / sigma * (1.0 - math.exp(-2.0 * sigma * a / level)))
     )
     viscous = math.pi * a * a * 2.0 * math.pi * frequency * 1e-3
-    assert math.pi * a * a * found.imag == pytest.approx(work + viscous, rel=1e-3)
+    assert math.pi * a * a * actual.imag == pytest.approx(work + viscous, rel=1e-3)
 
 
 def test_static_models_have_no_bristles():

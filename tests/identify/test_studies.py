@@ -37,7 +37,7 @@ def simulated(fits):
 
 
 def test_errors_are_those_of_the_definition_and_stand_beside_the_source(fits, measurement):
-    found = {e.model: e for e in studies.errors(fits, measurement)}
+    actual = {e.model: e for e in studies.errors(fits, measurement)}
     trials = measurement.of("test").trials
     measured, modelled = (
         np.concatenate(
@@ -45,15 +45,15 @@ def test_errors_are_those_of_the_definition_and_stand_beside_the_source(fits, me
         )
         for column in ([t.torque for t in trials], [fits["curve"].torque(t) for t in trials])
     )
-    assert found["curve"].test == pytest.approx(nrmse(measured, modelled), rel=1e-12)
-    assert found["curve"].test_over_range == pytest.approx(
+    assert actual["curve"].test == pytest.approx(nrmse(measured, modelled), rel=1e-12)
+    assert actual["curve"].test_over_range == pytest.approx(
         nrmse(measured, modelled, over="range"), rel=1e-12
     )
-    assert (found["lugre3d"].source_training, found["lugre3d"].source_test) == (0.1288, 0.2596)
+    assert (actual["lugre3d"].source_training, actual["lugre3d"].source_test) == (0.1288, 0.2596)
     # single axes: one model
-    assert found["lugre3d"].training == pytest.approx(found["lugre1d"].training, rel=1e-9)
+    assert actual["lugre3d"].training == pytest.approx(actual["lugre1d"].training, rel=1e-9)
     for role in ("training", "test"):
-        assert getattr(found["lugre3d"], role) < getattr(found["curve"], role)
+        assert getattr(actual["lugre3d"], role) < getattr(actual["curve"], role)
 
 
 def test_the_curve_says_too_much_where_excitation_is_small(beyond):
@@ -101,25 +101,25 @@ def test_a_fixed_step_makes_the_curve_chatter_and_leaves_bristles_at_rest(simula
 
 @pytest.mark.parametrize("name", WHITE)
 def test_the_largest_stable_step_is_the_one_of_linear_analysis(simulated, name):
-    found = simulated[name]
-    steps = list(found.steps)
-    assert found.stable < found.bound < steps[steps.index(found.stable) + 1] * (1.0 + 1e-9)
+    actual = simulated[name]
+    steps = list(actual.steps)
+    assert actual.stable < actual.bound < steps[steps.index(actual.stable) + 1] * (1.0 + 1e-9)
 
 
 def test_a_disturbance_of_the_curve_grows_as_its_slope_says(fits, simulated):
     """Exact: the curve is straight up to its first knot."""
-    found = simulated["curve"]
-    expected = abs(1.0 - 2.0 * found.steps / found.bound)
+    actual = simulated["curve"]
+    expected = abs(1.0 - 2.0 * actual.steps / actual.bound)
     fast = (expected > 1.5) & (expected < 50.0)
     assert fast.sum() >= 3
-    assert np.allclose(found.growth[fast], expected[fast], rtol=1e-6)
+    assert np.allclose(actual.growth[fast], expected[fast], rtol=1e-6)
 
 
 def test_a_disturbance_of_bristles_decays_as_their_step_matrix_says(fits, simulated):
     """Near the largest stable step, where one real eigenvalue rules; elsewhere waves beat."""
-    model, values, found = fits["lugre3d"].model, fits["lugre3d"].values, simulated["lugre3d"]
+    model, values, actual = fits["lugre3d"].model, fits["lugre3d"].values, simulated["lugre3d"]
     _, stiffness, damping, viscous = model.functions(values, np.zeros(1))[2, :, 0]
-    for dt, growth in zip(found.steps, found.growth, strict=True):
+    for dt, growth in zip(actual.steps, actual.growth, strict=True):
         moved = np.array([[1.0, dt], [-dt * stiffness, -dt * (dt * stiffness + damping + viscous)]])
         moved[1] /= studies.INERTIA
         moved[1, 1] += 1.0
@@ -129,33 +129,33 @@ def test_a_disturbance_of_bristles_decays_as_their_step_matrix_says(fits, simula
 
 
 def test_progress_ends_at_the_training_error(fits, measurement):
-    found = {p.model: p for p in studies.progress(fits, measurement)}
+    actual = {p.model: p for p in studies.progress(fits, measurement)}
     for name, fitted in fits.items():
-        assert found[name].error[-1] == pytest.approx(fitted.nrmse["training"], rel=1e-6)
-        assert (np.diff(found[name].error) <= 1e-12).all()
-    assert len(found["lugre3d"].error) > 3
-    assert found["lugre3d"].ends[0] >= found["lugre3d"].error[-1] * (1.0 - 1e-9)
+        assert actual[name].error[-1] == pytest.approx(fitted.nrmse["training"], rel=1e-6)
+        assert (np.diff(actual[name].error) <= 1e-12).all()
+    assert len(actual["lugre3d"].error) > 3
+    assert actual["lugre3d"].ends[0] >= actual["lugre3d"].error[-1] * (1.0 - 1e-9)
 
 
 def test_known_parameters_come_back():
-    found = studies.recovery("lugre3d", roles=("training", "test", "other"), seeds=(0,), starts=1)
-    assert found.roles == ("training", "test", "other")
-    assert found.found.shape == (1, len(found.names)) == found.errors.shape
-    assert found.true[found.names.index("spin_kinetic")] == pytest.approx(1.6)
-    assert abs(found.errors).max() < 0.02
+    actual = studies.recovery("lugre3d", roles=("training", "test", "other"), seeds=(0,), starts=1)
+    assert actual.roles == ("training", "test", "other")
+    assert actual.found.shape == (1, len(actual.names)) == actual.errors.shape
+    assert actual.true[actual.names.index("spin_kinetic")] == pytest.approx(1.6)
+    assert abs(actual.errors).max() < 0.02
 
 
 def test_what_training_trials_alone_give_back():
     """Speeds of 1, 10 and 50 deg/s leave the Stribeck speed loose: 14 % were seen over 20 draws, of
     others 1.3 %.
     """
-    found = studies.recovery("lugre1d", seeds=range(3), starts=1)
-    loose = np.array([n.endswith("stribeck_speed") for n in found.names])
-    errors = abs(found.errors).max(axis=0)
-    assert found.roles == ("training",)
+    actual = studies.recovery("lugre1d", seeds=range(3), starts=1)
+    loose = np.array([n.endswith("stribeck_speed") for n in actual.names])
+    errors = abs(actual.errors).max(axis=0)
+    assert actual.roles == ("training",)
     assert errors[~loose].max() < 0.02
     assert 0.01 < errors[loose].max() < 0.3
-    line = studies._recovery_table(SimpleNamespace(recoveries=[found]))[-1]
+    line = studies._recovery_table(SimpleNamespace(recoveries=[actual]))[-1]
     assert line.startswith("| lugre1d | training | 3 | ")
     assert (
         f"{100.0 * errors[loose].max():.1f} % | spin_stribeck_speed | "
@@ -165,13 +165,13 @@ def test_what_training_trials_alone_give_back():
 
 def test_the_order_of_the_models_is_the_sources(fits, measurement):
     """Of the white-box ones, in training and test: both LuGre models alike, the curve worst."""
-    found = {e.model: e for e in studies.errors(fits, measurement)}
+    actual = {e.model: e for e in studies.errors(fits, measurement)}
     for role in ("training", "test"):
-        ours = sorted(WHITE, key=lambda n: round(getattr(found[n], role), 3))
-        source = sorted(WHITE, key=lambda n: round(getattr(found[n], f"source_{role}"), 3))
+        ours = sorted(WHITE, key=lambda n: round(getattr(actual[n], role), 3))
+        source = sorted(WHITE, key=lambda n: round(getattr(actual[n], f"source_{role}"), 3))
         assert ours[-1] == source[-1] == "curve"
-        assert getattr(found["lugre1d"], role) == pytest.approx(
-            getattr(found["lugre3d"], role), rel=1e-9
+        assert getattr(actual["lugre1d"], role) == pytest.approx(
+            getattr(actual["lugre3d"], role), rel=1e-9
         )
 
 
@@ -180,9 +180,9 @@ def test_the_lstm_is_the_best_inside_its_data(fits, measurement):
     there already.
     """
     pytest.importorskip("jax")
-    found = fit(measurement, models.model("lstm", epochs=60, patience=60))
-    assert found.nrmse["training"] < 0.9 * fits["lugre3d"].nrmse["training"]
-    assert found.nrmse["test"] < fits["curve"].nrmse["test"]
+    fitted = fit(measurement, models.model("lstm", epochs=60, patience=60))
+    assert fitted.nrmse["training"] < 0.9 * fits["lugre3d"].nrmse["training"]
+    assert fitted.nrmse["test"] < fits["curve"].nrmse["test"]
 
 
 def test_steps_are_counted(fits, monkeypatch):
@@ -190,27 +190,27 @@ def test_steps_are_counted(fits, monkeypatch):
     hundredth from Python.
     """
     monkeypatch.setattr(studies.time, "perf_counter", itertools.count(0.0, 2.0).__next__)
-    for found in studies.speeds(fits, count=2_000, repeats=2):
-        assert found.compiled == pytest.approx(2.0 / 2000)
-        assert found.python == pytest.approx(2.0 / 20)
-        assert found.factor == pytest.approx(1.0)
-        assert found.python_factor == pytest.approx(0.01)
+    for actual in studies.speeds(fits, count=2_000, repeats=2):
+        assert actual.compiled == pytest.approx(2.0 / 2000)
+        assert actual.python == pytest.approx(2.0 / 20)
+        assert actual.factor == pytest.approx(1.0)
+        assert actual.python_factor == pytest.approx(0.01)
 
 
 def test_a_driven_step_is_the_models(fits):
     """The steps of the model itself are timed."""
-    for found in fits.values():
+    for actual in fits.values():
         model, rate, torque = (
-            found.model,
+            actual.model,
             np.array([[0.1, -0.2, 0.3], [0.3, 0.1, -0.1]]),
             np.empty(3),
         )
         state, other = model.start(), model.start()
         studies.driven(
-            model.compiled, model.layout, model.packed(found.values), state, rate, 1e-3, torque
+            model.compiled, model.layout, model.packed(actual.values), state, rate, 1e-3, torque
         )
         for row in rate:
-            expected = model.step(found.values, other, row, 1e-3)
+            expected = model.step(actual.values, other, row, 1e-3)
         np.testing.assert_array_equal(torque, expected)
         np.testing.assert_array_equal(state, other)
 
@@ -219,10 +219,12 @@ def test_without_the_extra_the_lstm_is_left_out_and_said_so(
     measurement, fits, beyond, simulated, monkeypatch
 ):
     monkeypatch.setattr(learn, "missing", lambda: "install clearance[learn]")
-    said = []
-    assert list(studies.fitted(measurement, ["curve", "lstm"], progress=said.append)) == ["curve"]
-    assert said[-1] == "lstm left out: install clearance[learn]"
-    found = studies.Study(
+    message = []
+    assert list(studies.fitted(measurement, ["curve", "lstm"], progress=message.append)) == [
+        "curve"
+    ]
+    assert message[-1] == "lstm left out: install clearance[learn]"
+    actual = studies.Study(
         fits,
         studies.errors(fits, measurement),
         beyond,
@@ -233,7 +235,7 @@ def test_without_the_extra_the_lstm_is_left_out_and_said_so(
         [variants.Spin(0.1, (0,), np.ones(1), np.ones(1))],
         [f"lstm: {learn.missing()}"],
     )
-    lines = studies.tables(found)
+    lines = studies.tables(actual)
     assert lines[-1] == "\nLeft out: lstm: install clearance[learn]."
     row = next(line for line in lines if line.startswith("| lugre3d | 0."))
     assert f"| {fits['lugre3d'].nrmse['training']:.4f} | 0.1288 |" in row

@@ -21,11 +21,11 @@ def test_held_speeds_end_in_steady_sliding():
     values = {p.name: p.typical for p in model.parameters}
     speeds = np.array([0.02, 0.3, 7.0])
     torque, _, _, viscous = model.functions(values, speeds)[2]
-    found = variants.steady(lambda t: model.torque(values, t), speeds)
-    np.testing.assert_allclose(found, torque + viscous * speeds, rtol=1e-6)
+    actual = variants.steady(lambda t: model.torque(values, t), speeds)
+    np.testing.assert_allclose(actual, torque + viscous * speeds, rtol=1e-6)
     joint = Joint(warm_up=0.0, seat=0.0, asymmetry=0.0)
-    found = variants.steady(lambda t: joint.torques(t.rate, t.angle, t.step), speeds)
-    np.testing.assert_allclose(found, variants.true_steady(speeds), rtol=1e-3)
+    actual = variants.steady(lambda t: joint.torques(t.rate, t.angle, t.step), speeds)
+    np.testing.assert_allclose(actual, variants.true_steady(speeds), rtol=1e-3)
 
 
 def test_fast_spin_is_overshot_by_scatter_that_is_taken_for_viscosity():
@@ -45,10 +45,10 @@ def test_fast_spin_is_overshot_by_scatter_that_is_taken_for_viscosity():
 
 def test_the_viscous_share():
     trials = [t for t in bench().of("training").trials if t.axis == "spin"]
-    found = fit(Measurement(tuple(trials)), lugre1d(), starts=1)
-    kinetic, viscous = found.values["spin_kinetic"], found.values["spin_viscous"]
+    fitted = fit(Measurement(tuple(trials)), lugre1d(), starts=1)
+    kinetic, viscous = fitted.values["spin_kinetic"], fitted.values["spin_viscous"]
     wanted = 7.0 * viscous / (kinetic + 7.0 * viscous)
-    assert variants.viscous_share(found, 7.0) == pytest.approx(wanted, rel=1e-9)
+    assert variants.viscous_share(fitted, 7.0) == pytest.approx(wanted, rel=1e-9)
 
 
 def test_one_level_is_wrong_where_the_preload_is_another(monkeypatch):
@@ -57,11 +57,11 @@ def test_one_level_is_wrong_where_the_preload_is_another(monkeypatch):
     """
     monkeypatch.setattr(variants, "PRELOADS", (2000.0, 5000.0))
     monkeypatch.setattr(variants, "SEEN", (2000.0, 5000.0))
-    found = {f.load: f for f in variants.loads(starts=1)}
+    actual = {f.load: f for f in variants.loads(starts=1)}
     for preload in variants.PRELOADS:
-        assert found["power"].test[preload] < found["proportional"].test[preload]
-        assert found["power"].test[preload] < 0.3 * found["fixed"].test[2000.0]
-    lines = variants.load_table(list(found.values()))
+        assert actual["power"].test[preload] < actual["proportional"].test[preload]
+        assert actual["power"].test[preload] < 0.3 * actual["fixed"].test[2000.0]
+    lines = variants.load_table(list(actual.values()))
     assert [line.count("|") for line in lines] == [6] * 5
     assert lines[2].endswith("| 0 | 0 |")
 
@@ -70,11 +70,11 @@ def test_coefficients_of_the_speed_fit_no_worse(monkeypatch):
     """A table holds the constants, but for what smoothing costs it: training within 2 %."""
     chosen = {"constant": {}, "table": {"knots": (0.02, 1.0)}}
     monkeypatch.setattr(variants, "COEFFICIENTS", chosen)
-    whole = bench()
+    entire = bench()
     names = "p02_triangle_spin", "p07_triangle_spin", "p08_triangle_spin"
-    found = variants.coefficients(Measurement(tuple(map(whole.named, names))), starts=1)
-    constant, table = (f.nrmse for f in found)
+    actual = variants.coefficients(Measurement(tuple(map(entire.named, names))), starts=1)
+    constant, table = (f.nrmse for f in actual)
     assert table["training"] < 1.02 * constant["training"]
     assert list(constant) == ["training", "test", "small", "fast", "mixed"]
     assert all(math.isfinite(v) for v in (*constant.values(), *table.values()))
-    assert variants.coefficient_table(found)[2].startswith("| constant | 12 |")
+    assert variants.coefficient_table(actual)[2].startswith("| constant | 12 |")

@@ -11,7 +11,7 @@ def test_it_gives_what_a_simulation_gives():
     """The same kernel at the same times: equal to the last bit but for the angles' whole turns."""
     scene = cl.load_case("four_bar", model="ideal")
     simulated = cl.simulate(scene, turns=2.0, samples=301)
-    found = cl.inverse_dynamics(scene, turns=2.0, samples=301)
+    result = cl.inverse_dynamics(scene, turns=2.0, samples=301)
     for path in (
         "joints/C/force_x",
         "drives/crank/torque",
@@ -19,9 +19,9 @@ def test_it_gives_what_a_simulation_gives():
         "bodies/coupler/theta",
     ):
         np.testing.assert_allclose(
-            found.values(path), simulated.values(path), rtol=1e-12, atol=1e-12
+            result.values(path), simulated.values(path), rtol=1e-12, atol=1e-12
         )
-    assert "energy/input" not in found
+    assert "energy/input" not in result
 
 
 @pytest.mark.parametrize("samples", [3, 5, 9, 50, 2000])
@@ -58,10 +58,10 @@ def test_a_loop_that_changes_its_branch_ends_the_run():
     )
     with pytest.raises(cl.SimulationError, match="t = .* loop") as stopped:
         cl.inverse_dynamics(scene, turns=1.0, samples=1001)
-    kept = stopped.value.result
-    assert kept.time[-1] == pytest.approx((np.pi - 1.0) / 10.0, abs=0.002)  # flat at half a turn
-    assert kept.status.startswith("partial: ")
-    assert np.isfinite(kept.values("drives/" + kept.names("drives")[0] + "/torque")).all()
+    stored = stopped.value.result
+    assert stored.time[-1] == pytest.approx((np.pi - 1.0) / 10.0, abs=0.002)  # flat at half a turn
+    assert stored.status.startswith("partial: ")
+    assert np.isfinite(stored.values("drives/" + stored.names("drives")[0] + "/torque")).all()
 
 
 def test_a_motion_out_of_reach_says_where_and_when(tmp_path):
@@ -74,14 +74,14 @@ def test_a_motion_out_of_reach_says_where_and_when(tmp_path):
         cl.inverse_dynamics(
             cl.load_case("three_loop_chain"), until=20.0, samples=2001, path=tmp_path / "run.h5"
         )
-    kept = cl.open_result(tmp_path / "run.h5")
-    assert kept.time[-1] == pytest.approx(15.80, abs=0.011)
-    assert kept.status.startswith("partial: at t = 15.80")
-    assert stopped.value.result.time.size == kept.time.size
+    stored = cl.open_result(tmp_path / "run.h5")
+    assert stored.time[-1] == pytest.approx(15.80, abs=0.011)
+    assert stored.status.startswith("partial: at t = 15.80")
+    assert stopped.value.result.time.size == stored.time.size
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "message"),
     [
         (
             lambda: cl.load_case("slider_crank", model="dry"),
@@ -97,13 +97,13 @@ def test_a_motion_out_of_reach_says_where_and_when(tmp_path):
         ),
     ],
 )
-def test_what_is_not_prescribed_is_refused(make, said):
-    with pytest.raises(ValueError, match=said):
+def test_what_is_not_prescribed_is_refused(make, message):
+    with pytest.raises(ValueError, match=message):
         cl.inverse_dynamics(make(), until=1.0)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         ({}, "exactly one of until=SECONDS, turns=N, time="),
         ({"until": 1.0, "time": [0.0]}, "exactly one of"),
@@ -117,6 +117,6 @@ def test_what_is_not_prescribed_is_refused(make, said):
         ),
     ],
 )
-def test_bad_arguments(arguments, said):
-    with pytest.raises(ValueError, match=said):
+def test_bad_arguments(arguments, message):
+    with pytest.raises(ValueError, match=message):
         cl.inverse_dynamics(cl.load_case("four_bar"), **arguments)

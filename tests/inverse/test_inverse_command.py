@@ -44,25 +44,29 @@ def test_json(tmp_path, capsys):
         capsys=capsys,
     )
     assert (status, err) == (0, "")
-    found = json.loads(text)
-    assert (found["status"], found["file"], found["samples"]) == ("complete", str(out), 401)
-    assert found["parameters"] == {"where": "all", "pin_radius": 0.005}
-    assert 1 <= found["friction"]["iterations"] <= 20
-    assert 0.0 < found["friction"]["contraction"] < 0.1
-    assert found["power_residual"] < 1e-12 * max(1.0, found["power"])
-    assert found["loop_s"] < found["solved_s"] < found["wall_s"]
+    document = json.loads(text)
+    assert (document["status"], document["file"], document["samples"]) == (
+        "complete",
+        str(out),
+        401,
+    )
+    assert document["parameters"] == {"where": "all", "pin_radius": 0.005}
+    assert 1 <= document["friction"]["iterations"] <= 20
+    assert 0.0 < document["friction"]["contraction"] < 0.1
+    assert document["power_residual"] < 1e-12 * max(1.0, document["power"])
+    assert document["loop_s"] < document["solved_s"] < document["wall_s"]
     with cl.open_result(out) as result:
         force, torque = result.joint("e-f").force, result.drive("crank").torque
-    assert found["joints"]["e-f"]["force"] == pytest.approx(
+    assert document["joints"]["e-f"]["force"] == pytest.approx(
         np.linalg.norm(force, axis=1).max(), rel=1e-12
     )
-    assert found["drives"]["crank"]["torque"] == np.abs(torque).max()
+    assert document["drives"]["crank"]["torque"] == np.abs(torque).max()
     # found before, outside this package
     assert torque[[0, -1]] == pytest.approx([0.999011, 1.164278], abs=5e-7)
 
 
 def test_routes_give_the_same(tmp_path, capsys):
-    found = {}
+    actual = {}
     for route in ("explicit", "multipliers"):
         _, text, _ = inverse(
             "five_axis_chain",
@@ -75,20 +79,20 @@ def test_routes_give_the_same(tmp_path, capsys):
             "--json",
             capsys=capsys,
         )
-        found[route] = json.loads(text)
-        assert found[route]["method"] == f"inverse dynamics, {route}"
+        actual[route] = json.loads(text)
+        assert actual[route]["method"] == f"inverse dynamics, {route}"
     for kind in ("drives", "joints"):
-        for name, values in found["explicit"][kind].items():
-            assert found["multipliers"][kind][name] == pytest.approx(values, rel=1e-9, abs=1e-12)
-    assert found["explicit"]["joints"]["1"]["axial_force"] == pytest.approx(107.8)
+        for name, values in actual["explicit"][kind].items():
+            assert actual["multipliers"][kind][name] == pytest.approx(values, rel=1e-9, abs=1e-12)
+    assert actual["explicit"]["joints"]["1"]["axial_force"] == pytest.approx(107.8)
 
 
 def test_turns_of_a_constant_drive(tmp_path, capsys):
     _, text, _ = inverse("four_bar", "--turns", 1, "-o", tmp_path / "r.h5", "--json", capsys=capsys)
-    found = json.loads(text)
-    assert (found["samples"], found["until_s"]) == (401, pytest.approx(0.2))
-    assert "friction" not in found
-    assert "torque_ideal" not in found["drives"]["crank"]
+    document = json.loads(text)
+    assert (document["samples"], document["until_s"]) == (401, pytest.approx(0.2))
+    assert "friction" not in document
+    assert "torque_ideal" not in document["drives"]["crank"]
 
 
 @pytest.mark.parametrize("route", ["explicit", "multipliers"])
@@ -101,12 +105,12 @@ def test_a_motion_that_ends_part_way(route, tmp_path, capsys):
     assert status == 1
     assert err.startswith("clearance: at t = 15.8")
     assert err.count("\n") == 1
-    found = json.loads(text)
-    assert found["status"] == "failed"
-    assert "singular position" in found["message"]
+    document = json.loads(text)
+    assert document["status"] == "failed"
+    assert "singular position" in document["message"]
     with cl.open_result(out) as result:
         assert result.status.startswith("partial: ")
-        assert result.time[-1] == found["until_s"] == pytest.approx(15.8)
+        assert result.time[-1] == document["until_s"] == pytest.approx(15.8)
 
 
 @pytest.mark.parametrize(
@@ -165,11 +169,11 @@ class TestCompare:
             capsys=capsys,
         )
         assert (status, err) == (0, "")
-        found = json.loads(text)
-        assert found["title"] == "four_bar speed=200rpm"
-        assert found["parameters"]["speed"] == pytest.approx(cl.rpm(200))
-        assert found["samples"] == 40
-        assert [r["name"] for r in found["routes"]][0] == "explicit"
+        document = json.loads(text)
+        assert document["title"] == "four_bar speed=200rpm"
+        assert document["parameters"]["speed"] == pytest.approx(cl.rpm(200))
+        assert document["samples"] == 40
+        assert [r["name"] for r in document["routes"]][0] == "explicit"
         assert {p.name for p in (tmp_path / "new").iterdir()} == {
             "routes.h5",
             "routes.md",

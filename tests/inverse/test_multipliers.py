@@ -42,13 +42,13 @@ def reaching(time, far, near):
     return far - near * (1.0 - time) ** 2
 
 
-def poses_of(scene, found):
+def poses_of(scene, actual):
     """Poses of the centres of mass (samples, bodies, 3)."""
-    rows = [[found[f"bodies/{b.name}/{n}"] for n in ("x", "y", "theta")] for b in scene.bodies]
+    rows = [[actual[f"bodies/{b.name}/{n}"] for n in ("x", "y", "theta")] for b in scene.bodies]
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def assert_same(found, expected, tolerance, validated=None):
+def assert_same(actual, expected, tolerance, validated=None):
     """Channel by channel, relative to the largest value of channels of the same name; not the
     course of iterations.
     """
@@ -56,9 +56,9 @@ def assert_same(found, expected, tolerance, validated=None):
     for path, values in expected.items():
         kind = path.split("/")[-1]
         largest[kind] = max(largest.get(kind, 0.0), float(np.abs(values).max()))
-    for path in (p for p in found if not p.startswith("friction/")):
+    for path in (p for p in actual if not p.startswith("friction/")):
         kind = path.split("/")[-1]
-        wrong = found[path] - expected[path]
+        wrong = actual[path] - expected[path]
         wrong = np.remainder(wrong + np.pi, 2.0 * np.pi) - np.pi if kind == "theta" else wrong
         assert np.abs(wrong).max() <= tolerance * (largest[kind] or 1.0), path
         if validated is not None:
@@ -76,12 +76,12 @@ def assert_same(found, expected, tolerance, validated=None):
             )
 
 
-def placed(found, body, local):
+def placed(actual, body, local):
     """Place and acceleration (samples, 3) of a point (x, y, z) of a body, from its channels."""
     if body is cl.ground:
         return np.array([local]), np.zeros((1, 3))
     names = ("x", "y", "theta", "omega", "ax", "ay", "alpha")
-    x, y, theta, w, ax, ay, alpha = (found[f"bodies/{body.name}/{n}"] for n in names)
+    x, y, theta, w, ax, ay, alpha = (actual[f"bodies/{body.name}/{n}"] for n in names)
     arm = np.exp(1j * theta) * complex(local[0] - body.com[0], local[1] - body.com[1])
     place, pull = x + 1j * y + arm, ax + 1j * ay + (1j * alpha - w**2) * arm
     return np.stack([place.real, place.imag, 0.0 * x + local[2]], 1), np.stack(
@@ -89,44 +89,44 @@ def placed(found, body, local):
     )
 
 
-def reaction(found, joint):
+def reaction(actual, joint):
     """Force and moment (samples, 3) on body b about its joint point, from the joint's channels and
     its drive's.
     """
     names = ("force_x", "force_y", "axial_force"), ("bending_x", "bending_y")
-    nothing = np.zeros_like(found[f"joints/{joint.name}/force_x"])
+    nothing = np.zeros_like(actual[f"joints/{joint.name}/force_x"])
     force, bending = (
-        [found.get(f"joints/{joint.name}/{n}", nothing) for n in group] for group in names
+        [actual.get(f"joints/{joint.name}/{n}", nothing) for n in group] for group in names
     )
     if isinstance(joint, cl.Prismatic):
-        turn = found[f"joints/{joint.name}/moment"]
+        turn = actual[f"joints/{joint.name}/moment"]
     else:
-        turn = found.get(f"joints/{joint.name}/friction", nothing) + found.get(
+        turn = actual.get(f"joints/{joint.name}/friction", nothing) + actual.get(
             f"drives/{joint.name}/torque", nothing
         )
     return np.stack(force, 1), np.stack([*bending, turn], 1)
 
 
-def unbalanced(scene, found):
+def unbalanced(scene, actual):
     """Force and moment (samples, 3) that joints, weight and inertia leave on each body, and the
     largest force.
     """
     left, largest = {}, 0.0
     for b in scene.bodies:
-        (centre, a), com = placed(found, b, (*b.com, 0.0)[:3]), (*b.com, 0.0)[:3]
-        w, alpha, theta = (found[f"bodies/{b.name}/{n}"] for n in ("omega", "alpha", "theta"))
+        (centre, a), com = placed(actual, b, (*b.com, 0.0)[:3]), (*b.com, 0.0)[:3]
+        w, alpha, theta = (actual[f"bodies/{b.name}/{n}"] for n in ("omega", "alpha", "theta"))
         spin = (alpha + 1j * w**2) * complex(*b.products) * np.exp(1j * theta)
         push = b.mass * ((*scene.gravity, 0.0)[:3] - a)
         turn = np.stack(
-            [spin.real, spin.imag, -b.inertia * alpha + found.get(f"drives/{b.name}/torque", 0.0)],
+            [spin.real, spin.imag, -b.inertia * alpha + actual.get(f"drives/{b.name}/torque", 0.0)],
             1,
         )
         left[b] = [centre, com[2], push, turn]
         largest = max(largest, np.abs(push).max())
     for joint in scene.joints:
-        force, moment = reaction(found, joint)
+        force, moment = reaction(actual, joint)
         largest = max(largest, np.abs(force).max())
-        points = [placed(found, p.body, (p.x, p.y, p.z))[0] for p in (joint.a, joint.b)]
+        points = [placed(actual, p.body, (p.x, p.y, p.z))[0] for p in (joint.a, joint.b)]
         if isinstance(joint, cl.Prismatic):  # the sliding point, at the height it has on body a
             points[0] = np.concatenate(
                 [points[1][:, :2], 0.0 * points[1][:, :1] + joint.a.z], axis=1
@@ -243,12 +243,12 @@ def test_the_traced_mechanics_agree(name, validated):
     """
     make, until = SCENES[name]
     scene, time = make(), until * np.array([0.0, 0.21, 0.4, 0.77, 1.0])
-    found, mechanism = inverse(scene, time), build(scene, ledger=False)
+    actual, mechanism = inverse(scene, time), build(scene, ledger=False)
     rows = [observed(mechanism, t) for t in time]
     expected = {path: np.array([row[path] for row in rows]) for path in rows[0]}
-    assert_same(found, expected, 1e-10, validated)
+    assert_same(actual, expected, 1e-10, validated)
     assert not {p for p in expected if p.split("/")[0] in ("bodies", "joints", "drives")} - set(
-        found
+        actual
     )
 
 
@@ -261,8 +261,8 @@ def test_five_axis_tree(validated):
     scene = load_case(
         "five_axis_chain", friction="stribeck", bending_arm=0.05, friction_arm=0.02, pin_radius=0.02
     )
-    found = inverse(scene, np.array([0.05, 0.1, 0.2, 1.0, 2.0]))
-    torques = np.array([found[f"drives/{j}/torque_ideal"] for j in "12345"]).T
+    actual = inverse(scene, np.array([0.05, 0.1, 0.2, 1.0, 2.0]))
+    torques = np.array([actual[f"drives/{j}/torque_ideal"] for j in "12345"]).T
     expected = (
         [1.969606, 1.486063, -0.039957, 0.894093, 0.282312],
         [3.316237, 2.647132, -0.603835, 0.143756, 0.528323],
@@ -271,7 +271,7 @@ def test_five_axis_tree(validated):
     validated(
         "ideal torques of the five-axis tree, multipliers", torques[3:], expected, 6e-7, **options
     )
-    axial = [found[f"joints/{j}/axial_force"][1] for j in "12345"]
+    axial = [actual[f"joints/{j}/axial_force"][1] for j in "12345"]
     weights, source = [107.8, 49.0, 19.6, 49.0, 19.6], "weights of the links"
     validated(
         "axial forces, multipliers", axial, weights, 1e-14, unit="N", source=source, kind="exact"
@@ -280,10 +280,10 @@ def test_five_axis_tree(validated):
         [0.489680, 0.710454, 0.231424, 0.710482, 0.231493],
         [0.366329, 0.531549, 0.173195, 0.531336, 0.173244],
     ]
-    rubbed = -np.array([found[f"joints/{j}/friction"] for j in "12345"]).T
+    rubbed = -np.array([actual[f"joints/{j}/friction"] for j in "12345"]).T
     validated("friction of the five-axis tree, multipliers", rubbed[:2], friction, 6e-7, **options)
-    assert (found["friction/iterations"] == 1.0).all()
-    assert (found["friction/contraction"] < 1e-13).all()
+    assert (actual["friction/iterations"] == 1.0).all()
+    assert (actual["friction/contraction"] < 1e-13).all()
 
 
 def test_three_loop_chain(validated):
@@ -291,15 +291,15 @@ def test_three_loop_chain(validated):
     contraction 0.019.
     """
     scene = load_case("three_loop_chain", where="all", pin_radius=0.005, friction="coulomb")
-    found = inverse(scene, np.array([0.0, 4.0, 8.0, 10.0]))
-    torque, ideal = found["drives/crank/torque"], found["drives/crank/torque_ideal"]
+    actual = inverse(scene, np.array([0.0, 4.0, 8.0, 10.0]))
+    torque, ideal = actual["drives/crank/torque"], actual["drives/crank/torque_ideal"]
     what, options = "of the three-loop chain, multipliers", GUO | {"unit": "N m", "relative": False}
     validated(f"ideal torque {what}", ideal[:3], [0.8800089, 1.8073065, 1.8089609], 6e-8, **options)
     validated(f"torque with friction {what}", torque[[0, 3]], [0.999011, 1.164278], 6e-7, **options)
     validated(
         f"friction torque {what}", (torque - ideal)[[0, 3]], [0.119002, 0.285188], 6e-7, **options
     )
-    contraction = found["friction/contraction"][0]
+    contraction = actual["friction/contraction"][0]
     validated(
         "contraction of the friction iteration, multipliers",
         contraction,
@@ -308,7 +308,7 @@ def test_three_loop_chain(validated):
         **GUO,
         relative=False,
     )
-    assert found["friction/iterations"][0] == 8.0
+    assert actual["friction/iterations"][0] == 8.0
 
 
 # --- out of the plane
@@ -332,11 +332,11 @@ def test_weight_along_the_axes(validated):
         cl.ground.at(1.0, 0.5), two.at(0.6, 0.1, 0.05), 30.0, 0.0, 0.2, name="spring"
     )
     parts = shoulder, elbow, *drives, push, spring
-    found = inverse(cl.Scene(*parts, gravity=(0.0, 0.0, -GRAVITY)), time)
+    actual = inverse(cl.Scene(*parts, gravity=(0.0, 0.0, -GRAVITY)), time)
     np.testing.assert_allclose(
-        found["joints/shoulder/axial_force"], 5.0 * GRAVITY - 4.0, rtol=1e-14
+        actual["joints/shoulder/axial_force"], 5.0 * GRAVITY - 4.0, rtol=1e-14
     )
-    np.testing.assert_allclose(found["joints/elbow/axial_force"], 3.0 * GRAVITY - 4.0, rtol=1e-14)
+    np.testing.assert_allclose(actual["joints/elbow/axial_force"], 3.0 * GRAVITY - 4.0, rtol=1e-14)
     arm_1, arm_2 = np.exp(1j * (0.4 + time)), np.exp(1j * (-0.1 + 3.0 * time))
     elbow, tip = 0.5 * arm_1, 0.5 * arm_1 + (0.6 + 0.1j) * arm_2
     way = 1.0 + 0.5j - tip
@@ -345,7 +345,7 @@ def test_weight_along_the_axes(validated):
         weight = 3.0 * GRAVITY * (elbow + (0.3 - 0.1j) * arm_2 - at)
         weight = weight if joint == "elbow" else weight + 2.0 * GRAVITY * (0.2 + 0.05j) * arm_1
         expected = -1j * (weight + 0.05 * force - 4.0 * (tip - at))
-        bending = found[f"joints/{joint}/bending_x"] + 1j * found[f"joints/{joint}/bending_y"]
+        bending = actual[f"joints/{joint}/bending_x"] + 1j * actual[f"joints/{joint}/bending_y"]
         options = {"unit": "N m", "source": "closed form", "kind": "exact", "relative": False}
         validated("bending moments of two links", bending, expected, 1e-13 * 30, **options)
 
@@ -394,19 +394,19 @@ def test_reactions_are_those_of_point_masses(validated):
         cl.Drive(j, motion=swing(amplitude=a, frequency=5.0, offset=0.1))
         for j, a in zip(joints, (0.5, 0.05, 0.9), strict=True)
     ]
-    found = inverse(cl.Scene(*joints, *drives, gravity=tuple(gravity)), np.linspace(0.0, 1.0, 9))
+    actual = inverse(cl.Scene(*joints, *drives, gravity=tuple(gravity)), np.linspace(0.0, 1.0, 9))
     groups = (one, *of_one), (two, *of_two), (three, *of_three)
     carried = [
         (b, mass, r) for b, masses, places in groups for mass, r in zip(masses, places, strict=True)
     ]
     for number, joint in enumerate(joints):
-        point, _ = placed(found, joint.b.body, (joint.b.x, joint.b.y, joint.b.z))
+        point, _ = placed(actual, joint.b.body, (joint.b.x, joint.b.y, joint.b.z))
         force, moment = np.zeros((9, 3)), np.zeros((9, 3))
         for body, mass, local in carried[4 * number :]:
-            place, acceleration = placed(found, body, local)
+            place, acceleration = placed(actual, body, local)
             push = mass * (acceleration - gravity)
             force, moment = force + push, moment + np.cross(place - point, push)
-        carries = reaction(found, joint)
+        carries = reaction(actual, joint)
         for what, found_here, wanted in (
             ("forces", carries[0], force),
             ("moments", carries[1], moment),
@@ -417,7 +417,7 @@ def test_reactions_are_those_of_point_masses(validated):
                 "relative": np.abs(wanted).max(),
             }
             validated(f"joint {what} in space", found_here, wanted, 1e-12, **options)
-    check_loads(found, joints)
+    check_loads(actual, joints)
 
 
 def test_heights_and_passive_friction():
@@ -459,27 +459,27 @@ def test_heights_and_passive_friction():
         ),
     ]
     scene = cl.Scene(*joints, cl.Drive(crank, speed=40.0, start=0.3), gravity=(0.0, -5.0, -8.0))
-    found = inverse(scene, np.linspace(0.0, 0.3, 100))
-    left, largest = unbalanced(scene, found)
+    actual = inverse(scene, np.linspace(0.0, 0.3, 100))
+    left, largest = unbalanced(scene, actual)
     for force, moment in left.values():
         assert np.abs(force).max() < 1e-12 * largest
         assert np.abs(moment).max() < 1e-12 * largest * 0.15
-    assert found["friction/iterations"].min() > 3.0
-    check_loads(found, joints)
+    assert actual["friction/iterations"].min() > 3.0
+    check_loads(actual, joints)
     for joint in joints:
         here = f"joints/{joint.name}"
-        expected = -0.1 * found[f"{here}/friction_load"]
-        np.testing.assert_allclose(np.abs(found[f"{here}/friction"]), -expected, rtol=1e-12)
+        expected = -0.1 * actual[f"{here}/friction_load"]
+        np.testing.assert_allclose(np.abs(actual[f"{here}/friction"]), -expected, rtol=1e-12)
 
 
-def check_loads(found, joints):
+def check_loads(actual, joints):
     """Friction loads are what pin_load and slide_load make of the reactions, to rounding."""
     names = ("force_x", "force_y", "axial_force", "bending_x", "bending_y")
     for joint in joints:
-        channels = [found[f"joints/{joint.name}/{n}"] for n in names]
+        channels = [actual[f"joints/{joint.name}/{n}"] for n in names]
         if isinstance(joint, cl.Prismatic):
             axis = complex(*joint.axis) * np.exp(
-                1j * found.get(f"bodies/{joint.a.body.name}/theta", 0.0)
+                1j * actual.get(f"bodies/{joint.a.body.name}/theta", 0.0)
             )
             force, moment = ((x + 1j * y) / axis for x, y in (channels[:2], channels[3:]))
             arguments = (
@@ -487,15 +487,15 @@ def check_loads(found, joints):
                 channels[2],
                 moment.real,
                 moment.imag,
-                found[f"joints/{joint.name}/moment"],
+                actual[f"joints/{joint.name}/moment"],
             )
             expected = [slide_load(*v, **joint.geometry) for v in np.array(arguments).T]
         else:
             expected = [pin_load(*v, **joint.geometry) for v in np.array(channels).T]
         np.testing.assert_allclose(
-            found[f"joints/{joint.name}/friction_load"], expected, rtol=1e-12
+            actual[f"joints/{joint.name}/friction_load"], expected, rtol=1e-12
         )
-        assert (found[f"joints/{joint.name}/power_loss"] >= 0.0).all()
+        assert (actual[f"joints/{joint.name}/power_loss"] >= 0.0).all()
 
 
 def test_balancing_needs_two_planes(validated):
@@ -505,7 +505,7 @@ def test_balancing_needs_two_planes(validated):
     r, h, mass = 0.2, 0.05, 1.5
     rotor = cl.Body("rotor", 2 * mass, 2 * mass * r * r, products=(2 * mass * r * h, 0.0))
     hinge = cl.Revolute(cl.ground, rotor, name="hinge")
-    found = inverse(
+    actual = inverse(
         cl.Scene(
             hinge,
             cl.Drive(rotor, motion=swing(amplitude=1.0, frequency=3.0, offset=0.0)),
@@ -513,16 +513,16 @@ def test_balancing_needs_two_planes(validated):
         ),
         np.linspace(0, 2, 9),
     )
-    angle, w, alpha = (found[f"bodies/rotor/{n}"] for n in ("theta", "omega", "alpha"))
+    angle, w, alpha = (actual[f"bodies/rotor/{n}"] for n in ("theta", "omega", "alpha"))
     product = 2 * mass * r * h
     expected_x = product * (w**2 * np.sin(angle) - alpha * np.cos(angle))
     expected_y = -product * (w**2 * np.cos(angle) + alpha * np.sin(angle))
-    bending = [found["joints/hinge/bending_x"], found["joints/hinge/bending_y"]]
+    bending = [actual["joints/hinge/bending_x"], actual["joints/hinge/bending_y"]]
     options = {"source": "closed form", "kind": "exact", "relative": np.abs(expected_x).max()}
     validated(
         "bending moment of an unbalanced rotor", bending, [expected_x, expected_y], 1e-13, **options
     )
-    assert np.abs(found["joints/hinge/axial_force"]).max() == 0.0
+    assert np.abs(actual["joints/hinge/axial_force"]).max() == 0.0
 
 
 def test_a_loop_needs_a_self_aligning_joint():
@@ -530,16 +530,16 @@ def test_a_loop_needs_a_self_aligning_joint():
     together are no tree.
     """
     time = np.linspace(0.0, 0.2, 5)
-    found = inverse(four_bar(gravity=(0.0, 0.0, -GRAVITY), aligning="C"), time)
+    actual = inverse(four_bar(gravity=(0.0, 0.0, -GRAVITY), aligning="C"), time)
     masses = {"crank": 0.2, "rod": 0.6, "rocker": 0.48}
     np.testing.assert_allclose(
-        found["joints/A/axial_force"], GRAVITY * (masses["crank"] + masses["rod"]), rtol=1e-13
+        actual["joints/A/axial_force"], GRAVITY * (masses["crank"] + masses["rod"]), rtol=1e-13
     )
     np.testing.assert_allclose(
-        found["joints/D/axial_force"], GRAVITY * masses["rocker"], rtol=1e-13
+        actual["joints/D/axial_force"], GRAVITY * masses["rocker"], rtol=1e-13
     )
-    assert not found["joints/C/axial_force"].any()
-    assert not found["joints/C/bending_x"].any()
+    assert not actual["joints/C/axial_force"].any()
+    assert not actual["joints/C/bending_x"].any()
     for aligning in ("", "AB", "AD"):  # too many carry, too few, rightly many that hang on nothing
         scene = four_bar(gravity=(0.0, 0.0, -GRAVITY), aligning=aligning)
         with pytest.raises(
@@ -567,33 +567,34 @@ def test_power_goes_where_it_should(make, law):
     """
     law = LAWS[law]
     scene = slider_crank(law) if make == "slider_crank" else four_bar(friction=law, pin_radius=0.01)
-    found = inverse(scene, np.linspace(0.0, 0.25, 301))
+    actual = inverse(scene, np.linspace(0.0, 0.25, 301))
     power = sum(
-        v for path, v in found.items() if path.startswith("drives") and path.endswith("power")
+        v for path, v in actual.items() if path.startswith("drives") and path.endswith("power")
     )
-    losses = [v for path, v in found.items() if path.endswith("power_loss")]
+    losses = [v for path, v in actual.items() if path.endswith("power_loss")]
     assert len(losses) == 4
     assert min(v.min() for v in losses) >= 0.0
     np.testing.assert_allclose(
-        power, energy_rate(scene, found) + sum(losses), rtol=0.0, atol=1e-11 * np.abs(power).max()
+        power, energy_rate(scene, actual) + sum(losses), rtol=0.0, atol=1e-11 * np.abs(power).max()
     )
-    assert ("joints/B/friction_load" in found) == law.law.needs_load
+    assert ("joints/B/friction_load" in actual) == law.law.needs_load
     drive = scene.loads[0].name
     assert (
-        np.abs(found[f"drives/{drive}/torque"] - found[f"drives/{drive}/torque_ideal"]).max() > 1e-3
+        np.abs(actual[f"drives/{drive}/torque"] - actual[f"drives/{drive}/torque_ideal"]).max()
+        > 1e-3
     )
 
 
 def test_no_coefficient_no_friction():
     """mu = 0 and no friction at all: 1e-14, the rounding of one solve with more right sides."""
     time = np.linspace(0.0, 0.25, 50)
-    found = inverse(four_bar(friction=joint_coulomb(coefficient=0.0), pin_radius=0.01), time)
+    actual = inverse(four_bar(friction=joint_coulomb(coefficient=0.0), pin_radius=0.01), time)
     ideal = inverse(four_bar(), time)
-    assert_same(ideal, found, 1e-14)
-    assert set(found) - set(ideal) == {
+    assert_same(ideal, actual, 1e-14)
+    assert set(actual) - set(ideal) == {
         f"joints/{j}/{n}" for j in "ABCD" for n in ("friction", "friction_load", "power_loss")
     } | {"drives/crank/torque_ideal", "friction/iterations", "friction/contraction"}
-    assert (found["friction/iterations"] == 1.0).all()
+    assert (actual["friction/iterations"] == 1.0).all()
 
 
 def test_slow_fixed_point_is_left_to_newton(monkeypatch):
@@ -672,9 +673,9 @@ def test_poses_are_guesses():
 def test_many_samples_are_solved_in_blocks(monkeypatch):
     """The same numbers whatever the block: 1e-13, as sums may be taken in another order."""
     scene, time = slider_crank(LAWS["coulomb"]), np.linspace(0.0, 0.3, 50)
-    whole = inverse(scene, time)
+    entire = inverse(scene, time)
     monkeypatch.setattr(multipliers, "BLOCK", 7)
-    assert_same(inverse(scene, time), whole, 1e-13)
+    assert_same(inverse(scene, time), entire, 1e-13)
 
 
 def test_a_motion_that_ends():
@@ -738,11 +739,11 @@ def test_any_crank_rocker(crank, rod, rocker, frame, density, speed, mu):
         friction=joint_coulomb(coefficient=mu),
         pin_radius=0.004,
     )
-    found = inverse(scene, np.linspace(0.0, 2.0 * np.pi / max(abs(speed), 1.0), 20))
+    actual = inverse(scene, np.linspace(0.0, 2.0 * np.pi / max(abs(speed), 1.0), 20))
     for joint in scene.joints:
-        ends = [placed(found, p.body, (p.x, p.y, p.z))[0] for p in (joint.a, joint.b)]
+        ends = [placed(actual, p.body, (p.x, p.y, p.z))[0] for p in (joint.a, joint.b)]
         assert np.abs(ends[1] - ends[0]).max() < 1e-14
-    left, largest = unbalanced(scene, found)
+    left, largest = unbalanced(scene, actual)
     for force, moment in left.values():
         assert np.abs(force).max() < 1e-11 * largest
         assert np.abs(moment).max() < 1e-11 * largest * 0.2
@@ -753,13 +754,13 @@ def test_prescribed_motion_is_exact(validated):
     """Value and derivatives of a law: closed form, to rounding."""
     crank = m.body("crank", {"A": (0, 0)})
     time = np.linspace(0.0, 2.0, 11)
-    found = prescribed(
+    actual = prescribed(
         cl.Drive(crank, motion=swing(amplitude=2.0, frequency=3.0, offset=1.0)), time
     )
     s, c = np.sin(3.0 * time), np.cos(3.0 * time)
     expected = 1.0 + 2.0 * s + 0.3 * time**2, 6.0 * c + 0.6 * time, -18.0 * s + 0.6
     options = {"source": "closed form", "kind": "exact", "relative": False}
-    validated("derivatives of a prescribed motion", found, expected, 1e-14, **options)
+    validated("derivatives of a prescribed motion", actual, expected, 1e-14, **options)
     for drive, start in (
         (cl.Drive(crank, speed=2.0, start=0.5), 0.5),
         (cl.Drive(crank, speed=2.0), -1.0),

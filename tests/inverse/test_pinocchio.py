@@ -161,7 +161,7 @@ def agree(scene, times, validated) -> dict:
     Pinocchio's.
     """
     record = cl.inverse_dynamics(scene, time=times)
-    found = peer.inverse(scene, record)
+    actual = peer.inverse(scene, record)
     efforts = [f"drives/{d}/{n}" for d in record.names("drives") for n in ("torque", "force")]
     reactions = [
         f"joints/{j}/{n}"
@@ -170,23 +170,23 @@ def agree(scene, times, validated) -> dict:
     ]
     compared = {"N": [], "N m": []}
     for path in (p for p in (*efforts, *reactions) if p in record):
-        own = record.values(f"{path}_ideal" if f"{path}_ideal" in record else path)
-        compared[record.units(path)].append((path, own, found[path]))
+        ours = record.values(f"{path}_ideal" if f"{path}_ideal" in record else path)
+        compared[record.units(path)].append((path, ours, actual[path]))
     for unit, rows in compared.items():
-        size = max((np.abs(own).max() for _, own, _ in rows), default=0.0)
-        for _, own, theirs in rows:
+        size = max((np.abs(ours).max() for _, ours, _ in rows), default=0.0)
+        for _, ours, theirs in rows:
             what, options = f"efforts and reactions [{unit}]", PINOCCHIO | {"relative": size}
-            validated(f"{what}, {scene.name}", own, theirs, CLOSE, **options)
-    for path in set(found) - set(efforts) - {p for rows in compared.values() for p, *_ in rows}:
-        assert not np.abs(found[path]).max() > CLOSE, f"{path}: the record has no such channel"
-    return record, found
+            validated(f"{what}, {scene.name}", ours, theirs, CLOSE, **options)
+    for path in set(actual) - set(efforts) - {p for rows in compared.values() for p, *_ in rows}:
+        assert not np.abs(actual[path]).max() > CLOSE, f"{path}: the record has no such channel"
+    return record, actual
 
 
 class TestTrees:
     def test_all_parts_in_space(self, validated):
-        record, found = agree(crane(), np.linspace(0.0, 2.0, 60), validated)
+        record, actual = agree(crane(), np.linspace(0.0, 2.0, 60), validated)
         for joint in ("eye", "shoe", "slide", "foot"):  # nothing of it is trivial
-            assert all(np.abs(found[f"joints/{joint}/{n}"]).max() > 1e-3 for n in SPATIAL)
+            assert all(np.abs(actual[f"joints/{joint}/{n}"]).max() > 1e-3 for n in SPATIAL)
         assert np.abs(record.values("drives/swing/torque")).max() > 0.1
 
     @pytest.mark.parametrize("reading", ["P", "Q"])
@@ -194,11 +194,11 @@ class TestTrees:
         """The source's vertical axes: gravity along -z makes axial forces and bending moments
         only.
         """
-        record, found = agree(
+        record, actual = agree(
             cl.load_case("five_axis_chain", reading=reading), np.linspace(0.0, 5.0, 80), validated
         )
         weight = sum(9.8 * b["mass"] for b in record.scene["bodies"])
-        np.testing.assert_allclose(found["joints/1/axial_force"], weight, rtol=1e-13)
+        np.testing.assert_allclose(actual["joints/1/axial_force"], weight, rtol=1e-13)
 
     @pytest.mark.parametrize(
         "scene", [mechanisms.arm, mechanisms.reversed_arm], ids=lambda f: f.__name__
@@ -244,11 +244,13 @@ class TestLoops:
         """Reactions then differ, the ideal efforts do not."""
         scene = cl.load_case("three_loop_chain", where="all")
         record = cl.inverse_dynamics(scene, until=10.0, samples=30)
-        found, ideal = (
+        actual, ideal = (
             peer.inverse(scene, record)["drives/crank/torque"],
             record.values("drives/crank/torque_ideal"),
         )
-        validated("ideal torque where all joints rub", found, ideal, CLOSE, unit="N m", **PINOCCHIO)
+        validated(
+            "ideal torque where all joints rub", actual, ideal, CLOSE, unit="N m", **PINOCCHIO
+        )
         assert np.abs(record.values("drives/crank/torque") - ideal).max() > 0.1
 
 

@@ -48,10 +48,10 @@ class TestCompare:
         """The source's claim: 483 operations, the motion's among them, against 6980 of a dense
         solve.
         """
-        own, dense = study.route("explicit"), study.route("multipliers, solve")
-        assert own.operations.total < own.output_operations.total
-        assert all(getattr(own.operations, kind) > 0 for kind in routes.KINDS)
-        ratio, source = dense.operations.total / own.operations.total, "Guo, Ju and Wang 2024"
+        ours, dense = study.route("explicit"), study.route("multipliers, solve")
+        assert ours.operations.total < ours.output_operations.total
+        assert all(getattr(ours.operations, kind) > 0 for kind in routes.KINDS)
+        ratio, source = dense.operations.total / ours.operations.total, "Guo, Ju and Wang 2024"
         validated(
             "operations, dense solve over explicit route",
             ratio,
@@ -68,13 +68,13 @@ class TestCompare:
 
     def test_reactions_that_friction_changes_are_not_compared(self):
         scene = cl.load_case("mobile_manipulator")
-        found = routes.compare(scene, np.linspace(0.0, 4.0, 40))
-        alone = found.route("multipliers, solve")
+        actual = routes.compare(scene, np.linspace(0.0, 4.0, 40))
+        alone = actual.route("multipliers, solve")
         assert alone.efforts < 1e-10
         assert math.isnan(alone.reactions)
         # the same friction in both, found to 1e-9 by iteration
-        assert found.route("multipliers").reactions < 1e-9
-        assert any("are not compared" in remark for remark in found.remarks)
+        assert actual.route("multipliers").reactions < 1e-9
+        assert any("are not compared" in remark for remark in actual.remarks)
 
     def test_motion_that_ends(self):
         with pytest.raises(cl.SimulationError, match="singular position"):
@@ -82,9 +82,9 @@ class TestCompare:
 
     def test_without_pinocchio(self, monkeypatch):
         monkeypatch.setattr(routes.importlib.util, "find_spec", lambda name: None)
-        found = routes.compare(cl.load_case("four_bar"), np.linspace(0.0, 0.1, 9), peers=True)
-        assert "Pinocchio: not installed (pip install clearance[peers])" in found.remarks
-        assert len(found.routes) == 4
+        actual = routes.compare(cl.load_case("four_bar"), np.linspace(0.0, 0.1, 9), peers=True)
+        assert "Pinocchio: not installed (pip install clearance[peers])" in actual.remarks
+        assert len(actual.routes) == 4
 
     def test_self_aligning_slides_are_no_scene_for_pinocchio(self):
         pytest.importorskip("pinocchio")
@@ -98,8 +98,8 @@ class TestCompare:
             cl.Prismatic(cl.ground, slider["C"], name="guide", self_aligning=True),
             cl.Drive(crank, speed=10.0, start=0.4),
         )
-        found = routes.compare(scene, np.linspace(0.0, 0.3, 9), peers=True)
-        assert any(r.startswith("Pinocchio: joint guide is self-aligning") for r in found.remarks)
+        actual = routes.compare(scene, np.linspace(0.0, 0.3, 9), peers=True)
+        assert any(r.startswith("Pinocchio: joint guide is self-aligning") for r in actual.remarks)
 
 
 class TestOperations:
@@ -153,13 +153,13 @@ class TestOperations:
         assert names == {"drives", "joints"}
 
     def test_friction_of_all_joints_costs_its_iterations(self):
-        found = {}
+        actual = {}
         for where in ("driven", "all"):
             solver = Explicit(cl.load_case("three_loop_chain", where=where))
-            found[where] = routes.counted_operations(
+            actual[where] = routes.counted_operations(
                 solver, TIMES[:3], routes.needed_channels(solver)
             ).total
-        assert found["all"] > 5.0 * found["driven"]
+        assert actual["all"] > 5.0 * actual["driven"]
 
     def test_positions_carried_on_count(self):
         """A chain closed by Newton's method: longer ways between samples are followed in stretches,

@@ -151,16 +151,16 @@ class Without(Result):
 
 
 def without(result, *dropped):
-    found = Without(result.path)
-    found.dropped = dropped
-    return found
+    actual = Without(result.path)
+    actual.dropped = dropped
+    return actual
 
 
 @pytest.fixture
 def gallery(monkeypatch):
-    kept = Gallery(monkeypatch)
+    stored = Gallery(monkeypatch)
     monkeypatch.setattr(drawing, "save", figures.save)
-    return kept
+    return stored
 
 
 def stage(result, frames=8, turns=0.2):
@@ -173,14 +173,14 @@ def stage(result, frames=8, turns=0.2):
 @pytest.fixture
 def film(monkeypatch):
     """Animation in place of its file: figure, frames and the function that shows one."""
-    kept = {}
+    stored = {}
 
     def keep(figure, path, fps, frames, show, moving):
-        kept.update(figure=figure, frames=frames, show=show, moving=list(moving))
+        stored.update(figure=figure, frames=frames, show=show, moving=list(moving))
         return path
 
     monkeypatch.setattr(animation, "save_film", keep)
-    return kept
+    return stored
 
 
 class Paths(Drawing):
@@ -406,12 +406,12 @@ def test_springs_end_where_they_are_attached(run):
 
 def circles(figure):
     """Middles and radii [mm] of the walls of the lenses."""
-    found = []
+    actual = []
     for line in figure.axes[0].lines:
         x, y = line.get_data()
         if len(x) == 181 and line.get_linewidth() == 0.8:
-            found.append((x[:-1].mean(), y[:-1].mean(), 0.5 * np.ptp(x)))
-    return np.array(found)
+            actual.append((x[:-1].mean(), y[:-1].mean(), 0.5 * np.ptp(x)))
+    return np.array(actual)
 
 
 @pytest.mark.parametrize("magnify", [None, 120.0])
@@ -419,25 +419,25 @@ def test_lenses_show_the_journal_magnified_beside_the_mechanism(magnify, run, fi
     result = run("feeder")
     animate(result, tmp_path / "run.gif", turns=0.3, frames=10, magnify=magnify)
     times = frame_times(result, 0.3, 10)
-    said = [t.get_text() for t in film["figure"].findobj(Annotation)]
-    said = {float(t.rpartition("×")[2]) for t in said if "×" in t}
-    found = circles(film["figure"])
-    assert len(found) == 3
-    assert said == {round(found[0, 2] / (MM * 1e-4), 6)}
-    assert magnify is None or said == {magnify}
+    message = [t.get_text() for t in film["figure"].findobj(Annotation)]
+    message = {float(t.rpartition("×")[2]) for t in message if "×" in t}
+    actual = circles(film["figure"])
+    assert len(actual) == 3
+    assert message == {round(actual[0, 2] / (MM * 1e-4), 6)}
+    assert magnify is None or message == {magnify}
     swept = stage(result, 10, 0.3)[0]
     assert (
-        (found[:, 1] + found[:, 2] < swept.low[1]) | (found[:, 0] - found[:, 2] > swept.high[0])
+        (actual[:, 1] + actual[:, 2] < swept.low[1]) | (actual[:, 0] - actual[:, 2] > swept.high[0])
     ).all()
     dots = [
         a
         for a in film["moving"]
         if getattr(a, "get_marker", str)() == "o" and a.get_markersize() == 6.0
     ]
-    (zoom,) = said
+    (zoom,) = message
     for k in (9, 0, 4):
         film["show"](k)
-        for dot, joint, (x, y, _) in zip(dots, "BCE", found, strict=True):
+        for dot, joint, (x, y, _) in zip(dots, "BCE", actual, strict=True):
             e = [np.interp(times[k], result.time, v) for v in result.joint(joint).eccentricity.T]
             assert np.ravel(dot.get_data()) == pytest.approx(
                 (x + MM * zoom * e[0], y + MM * zoom * e[1]), abs=1e-9

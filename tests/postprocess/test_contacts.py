@@ -84,9 +84,9 @@ def test_settled_turns_are_left_out():
     """The contact from 1.0 to 1.3 began before turn 1.1, but 0.2 of it and the last 0.1 are among
     1.9 turns.
     """
-    found = contacts_of(with_events(), "C", settle=1.1)
-    assert found.time.tolist() == [2.9]
-    assert found.share == pytest.approx(0.3 / 1.9, rel=1e-9)
+    actual = contacts_of(with_events(), "C", settle=1.1)
+    assert actual.time.tolist() == [2.9]
+    assert actual.share == pytest.approx(0.3 / 1.9, rel=1e-9)
 
 
 def test_settling_beyond_the_run_is_refused():
@@ -120,10 +120,10 @@ def test_where_on_the_bearing(bearing):
         ("world", 2.0 * np.pi * starts),
         ("bearing", 2.0 * np.pi * starts - turned),
     ):
-        found = contacts_of(record, "C", frame=frame).angle
+        actual = contacts_of(record, "C", frame=frame).angle
         # (0.01 rad)^3 of the chord
-        np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * angle), atol=1e-6)
-        assert (np.abs(found) <= np.pi).all()
+        np.testing.assert_allclose(np.exp(1j * actual), np.exp(1j * angle), atol=1e-6)
+        assert (np.abs(actual) <= np.pi).all()
     with pytest.raises(ValueError, match="frame must be bearing or world, got 'moon'"):
         contacts_of(record, "C", frame="moon")
 
@@ -153,12 +153,12 @@ def test_contacts_found_in_samples():
     record = Formula(
         time, {"joints/C/contact_force": force}, joints=[joint(transition={"law": "x:fuzzy"})]
     )
-    found = contacts_of(record, "C")
-    assert found.sampled
-    np.testing.assert_allclose(found.time, [0.195, 0.895], atol=1e-12)
-    np.testing.assert_allclose(found.duration, [0.1, 0.105], atol=1e-12)
-    assert (found.peak_force.tolist(), found.open.tolist()) == ([5.0, 11.0], [False, True])
-    assert np.isnan(found.impact_speed).all()
+    actual = contacts_of(record, "C")
+    assert actual.sampled
+    np.testing.assert_allclose(actual.time, [0.195, 0.895], atol=1e-12)
+    np.testing.assert_allclose(actual.duration, [0.1, 0.105], atol=1e-12)
+    assert (actual.peak_force.tolist(), actual.open.tolist()) == ([5.0, 11.0], [False, True])
+    assert np.isnan(actual.impact_speed).all()
     table = contact_table(record)["C"]
     assert (table["sampled"], table["contacts"], table["median_duration"]) == (
         1,

@@ -84,9 +84,9 @@ def gallery(monkeypatch):
 @pytest.fixture
 def page(monkeypatch):
     """The figure of an overview."""
-    kept = []
-    monkeypatch.setattr(plots, "save", lambda figure, path, dpi: kept.append(figure))
-    return kept
+    stored = []
+    monkeypatch.setattr(plots, "save", lambda figure, path, dpi: stored.append(figure))
+    return stored
 
 
 def labels(figure):
@@ -112,13 +112,13 @@ def test_efforts_are_those_of_the_run(run, gallery, tmp_path):
         (force, force_added, "ram", "force"),
     ):
         channels = run.drive(drive)
-        whole, ideal = getattr(channels, kind), getattr(channels, f"{kind}_ideal")
+        entire, ideal = getattr(channels, kind), getattr(channels, f"{kind}_ideal")
         solid, dashed = (line for line in axes.lines if len(line.get_xdata()))
-        assert (solid.get_ydata() == whole).all()
+        assert (solid.get_ydata() == entire).all()
         assert (dashed.get_ydata() == ideal).all()
         assert (solid.get_linestyle(), dashed.get_linestyle()) == ("-", "--")
         assert solid.get_color() == dashed.get_color() == added.lines[0].get_color()
-        assert (added.lines[0].get_ydata() == whole - ideal).all()
+        assert (added.lines[0].get_ydata() == entire - ideal).all()
     (legend,) = gallery.last.legends
     assert [t.get_text() for t in legend.get_texts()] == ["motor", "ram", "without friction"]
 
@@ -137,9 +137,9 @@ def test_rates_are_those_of_the_bodies(run):
     assert np.abs(rate(run, "rail") - run["cart"].vx).max() < 1e-14
     dead = {"joints/rail/friction": [0.0, -2.0], "joints/rail/power_loss": [0.0, 1.0]}
     slide = {"name": "rail", "type": "Prismatic", "a": {"body": "ground"}, "b": {"body": "slider"}}
-    found = rate(Formula([0.0, 1.0], dead, joints=[slide]), "rail")
-    assert np.isnan(found[0])
-    assert found[1] == 0.5
+    actual = rate(Formula([0.0, 1.0], dead, joints=[slide]), "rail")
+    assert np.isnan(actual[0])
+    assert actual[1] == 0.5
 
 
 def test_friction_is_that_of_the_run(run, gallery, tmp_path):
@@ -179,20 +179,20 @@ def test_laws_without_a_load_have_no_panel_for_it(gallery, tmp_path):
 
 def test_coupled_friction_says_how_it_was_found(gallery, tmp_path):
     scene = cl.load_case("four_bar", model="ideal")
-    known = {j.name: j for j in scene.joints}
+    reference = {j.name: j for j in scene.joints}
     rubbing = [
         cl.Revolute(
             j.a, j.b, name=j.name, friction=joint_coulomb(coefficient=0.1), pin_radius=0.005
         )
-        for j in known.values()
+        for j in reference.values()
     ]
     result = cl.inverse_dynamics(
         cl.Scene(*rubbing, *scene.loads, name="rubbing"), turns=1.0, samples=41
     )
     friction(result, tmp_path / "f.png")
     most = result.values("friction/iterations").max()
-    said = " ".join(gallery.texts()).replace("\u00a0", " ")
-    assert f"coupled friction: at most {most:.0f} iterations" in said
+    message = " ".join(gallery.texts()).replace("\u00a0", " ")
+    assert f"coupled friction: at most {most:.0f} iterations" in message
 
 
 def test_of_many_the_largest_are_drawn(crowd, gallery, tmp_path):
@@ -291,8 +291,8 @@ def test_many_joints_stay_readable(rubbing, crowd, page, tmp_path):
     plots.overview(result, tmp_path / "o.png")
     (figure,) = page
     figure.canvas.draw()
-    said = " ".join(t.get_text() for a in figure.axes for t in (a.yaxis.label, a._right_title))
-    assert "the 8 largest of 12" in said
+    message = " ".join(t.get_text() for a in figure.axes for t in (a.yaxis.label, a._right_title))
+    assert "the 8 largest of 12" in message
     for axes in figure.axes:
         assert (
             len([n for n in axes.get_legend_handles_labels()[1] if n != "all joints"]) <= MOST + 1
@@ -331,8 +331,8 @@ def test_runs_are_told_apart_by_their_friction():
         label(joint_coulomb(coefficient=0.3)),
         label(None),
     )
-    told = [f"coefficient of joint friction {value}" for value in ("0.1", "0.3")]
-    assert labels_of([smooth, rough]) == told
+    printed = [f"coefficient of joint friction {value}" for value in ("0.1", "0.3")]
+    assert labels_of([smooth, rough]) == printed
     laws = [n.split(",")[0] for n in labels_of([smooth, free])]
     assert laws == ["joint friction joint_coulomb", "joint friction none"]
     wide = label(joint_coulomb(coefficient=0.1), radius=0.02)

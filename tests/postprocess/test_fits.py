@@ -16,12 +16,12 @@ NAMES = "p07_triangle_spin", "p07_triangle_tilt", "p08_triangle_spin", "p17_mixe
 
 @pytest.fixture(scope="module")
 def measurement():
-    whole = bench()
-    return Measurement([whole.named(n) for n in NAMES], whole.facts)
+    entire = bench()
+    return Measurement([entire.named(n) for n in NAMES], entire.facts)
 
 
 @pytest.fixture(scope="module")
-def found(measurement, tmp_path_factory) -> Fit:
+def actual(measurement, tmp_path_factory) -> Fit:
     return open_fit(
         fit(measurement, "lugre3d", starts=2).save(tmp_path_factory.mktemp("fit") / "fit.h5")
     )
@@ -30,19 +30,19 @@ def found(measurement, tmp_path_factory) -> Fit:
 @pytest.fixture
 def drawn(monkeypatch):
     """The figures that are saved."""
-    kept, save = [], figures.save
+    stored, save = [], figures.save
     monkeypatch.setattr(
-        figures, "save", lambda figure, path: (kept.append(figure), save(figure, path))[1]
+        figures, "save", lambda figure, path: (stored.append(figure), save(figure, path))[1]
     )
-    return kept
+    return stored
 
 
 def shown(figure):
     return [axes for axes in figure.axes if axes.get_visible()]
 
 
-def test_loops_have_a_panel_for_each_measured_axis(found, measurement, tmp_path, drawn):
-    assert fits.loops(found, measurement, tmp_path / "loops.png").stat().st_size > 10_000
+def test_loops_have_a_panel_for_each_measured_axis(actual, measurement, tmp_path, drawn):
+    assert fits.loops(actual, measurement, tmp_path / "loops.png").stat().st_size > 10_000
     panels = shown(drawn[0])
     assert [p.get_title().split(":")[0] for p in panels] == [*NAMES, NAMES[-1]]
     assert [p.get_title().split(": ")[1].split("\n")[0] for p in panels] == [
@@ -53,9 +53,9 @@ def test_loops_have_a_panel_for_each_measured_axis(found, measurement, tmp_path,
         "spin",
     ]
     assert "synthetic" in drawn[0].get_suptitle()
-    assert f"NRMSE {found.score(measurement.trials):.3f}" in drawn[0].get_suptitle()
+    assert f"NRMSE {actual.score(measurement.trials):.3f}" in drawn[0].get_suptitle()
     mixed = measurement.trials[-1]
-    modelled = found.torque(mixed)
+    modelled = actual.torque(mixed)
     for axes, axis in zip(panels[-2:], (0, 2), strict=True):
         error = nrmse(mixed.torque[:, axis], modelled[:, axis])
         assert f"NRMSE {error:.3f}" in axes.get_title()
@@ -70,27 +70,27 @@ def test_loops_have_a_panel_for_each_measured_axis(found, measurement, tmp_path,
         assert np.nanmax(model.get_ydata()) == pytest.approx(modelled[:, axis].max(), rel=1e-3)
 
 
-def test_histories_end_at_the_sixth_turning_point(found, measurement, tmp_path, drawn):
-    fits.histories(found, measurement, tmp_path / "time.png")
+def test_histories_end_at_the_sixth_turning_point(actual, measurement, tmp_path, drawn):
+    fits.histories(actual, measurement, tmp_path / "time.png")
     ends = [p.lines[0].get_xdata()[-1] for p in shown(drawn[0])]
     # triangles turn at an odd number of quarters, 0.2 s and 0.1 s, where the filter is behind by 11
     # ms; sines turn twice a cycle, whose halves begin at rest
     assert ends == pytest.approx([2.2 + 0.01, 2.2 + 0.01, 1.1 + 0.01, 3.0, 2.0], abs=0.02)
 
 
-def test_short_trials_are_shown_whole(found, tmp_path, drawn):
-    whole = bench().named("p02_triangle_spin")
-    fits.histories(found, Measurement([whole]), tmp_path / "time.png")
-    assert shown(drawn[0])[0].lines[0].get_xdata()[-1] == pytest.approx(whole.time[-1], abs=0.01)
+def test_short_trials_are_shown_whole(actual, tmp_path, drawn):
+    entire = bench().named("p02_triangle_spin")
+    fits.histories(actual, Measurement([entire]), tmp_path / "time.png")
+    assert shown(drawn[0])[0].lines[0].get_xdata()[-1] == pytest.approx(entire.time[-1], abs=0.01)
 
 
-def test_residuals(found, measurement, tmp_path, drawn):
-    assert fits.residuals(found, measurement, tmp_path / "residuals.png").exists()
+def test_residuals(actual, measurement, tmp_path, drawn):
+    assert fits.residuals(actual, measurement, tmp_path / "residuals.png").exists()
     bars, shares, speeds = drawn[0].axes
     names = [t.get_text() for t in bars.get_yticklabels()]
     assert names == list(NAMES)  # training, test and extrapolation are in this order
     widths = [p.get_width() for p in bars.patches]
-    assert widths == pytest.approx([found.score([measurement.named(n)]) for n in names], rel=1e-9)
+    assert widths == pytest.approx([actual.score([measurement.named(n)]) for n in names], rel=1e-9)
     text = [t.get_text() for t in shares.get_legend().get_texts()]
     assert [t.split(",")[0] for t in text] == ["training", "test", "extrapolation"]
     for patch in shares.patches:
@@ -104,39 +104,39 @@ def test_residuals(found, measurement, tmp_path, drawn):
 
 
 def test_residuals_along_the_motion_tell_which_way_a_model_errs(
-    found, measurement, tmp_path, drawn
+    actual, measurement, tmp_path, drawn
 ):
     """A level that is 0.5 N m too high brakes too much, whatever the direction."""
     trials = [
-        dataclasses.replace(t, torque=found.torque(t) - 0.5 * np.sign(t.rate))
+        dataclasses.replace(t, torque=actual.torque(t) - 0.5 * np.sign(t.rate))
         for t in measurement.of("training").trials
     ]
-    fits.residuals(found, Measurement(trials), tmp_path / "residuals.png")
+    fits.residuals(actual, Measurement(trials), tmp_path / "residuals.png")
     median = drawn[0].axes[2].lines[0]
     assert len(median.get_ydata()) > 3
     np.testing.assert_allclose(median.get_ydata(), 0.5, rtol=1e-9)
 
 
-def test_progress(found, tmp_path, drawn):
-    fits.progress(found, tmp_path / "progress.png")
+def test_progress(actual, tmp_path, drawn):
+    fits.progress(actual, tmp_path / "progress.png")
     history, starts = drawn[0].axes
-    np.testing.assert_array_equal(history.lines[0].get_ydata(), found.history)
+    np.testing.assert_array_equal(history.lines[0].get_ydata(), actual.history)
     np.testing.assert_allclose(
-        starts.lines[0].get_ydata(), np.sort(found.starts["cost"]) / found.starts["cost"].min()
+        starts.lines[0].get_ydata(), np.sort(actual.starts["cost"]) / actual.starts["cost"].min()
     )
     curve = dataclasses.replace(
-        found, model=Curve(), history=np.array([1.0]), starts={"cost": np.array([1.0])}
+        actual, model=Curve(), history=np.array([1.0]), starts={"cost": np.array([1.0])}
     )
     fits.progress(curve, tmp_path / "curve.png")
     assert "no iterations" in drawn[1].axes[0].texts[0].get_text()
 
 
-def test_a_torque_that_is_zero(found, measurement, tmp_path, drawn):
+def test_a_torque_that_is_zero(actual, measurement, tmp_path, drawn):
     still = dataclasses.replace(measurement.trials[0], measured=(True, False, True))
-    fits.loops(found, Measurement([still]), tmp_path / "loops.png")
+    fits.loops(actual, Measurement([still]), tmp_path / "loops.png")
     assert "measured torque is zero" in shown(drawn[0])[0].get_title()
 
 
-def test_pictures_of_other_kinds(found, measurement, tmp_path):
+def test_pictures_of_other_kinds(actual, measurement, tmp_path):
     with pytest.raises(ValueError, match="must end in"):
-        fits.loops(found, measurement, tmp_path / "loops.gif")
+        fits.loops(actual, measurement, tmp_path / "loops.gif")

@@ -132,14 +132,14 @@ def test_interpolating_outside_the_run():
 
 def test_abscissas(dry):
     turn = dry.turn
-    x, kept, label = channels.abscissa(dry, "angle", last=1.0)
+    x, stored, label = channels.abscissa(dry, "angle", last=1.0)
     assert (x[0], x[-1], label) == (
         pytest.approx(0.0, abs=1e-9),
         pytest.approx(360.0),
         "crank angle [deg]",
     )
-    assert dry.time[kept][0] == pytest.approx(turn)
-    x, kept, label = channels.abscissa(dry, "turns")
+    assert dry.time[stored][0] == pytest.approx(turn)
+    x, stored, label = channels.abscissa(dry, "turns")
     assert (x[0], x[-1], label) == (0.0, pytest.approx(2.0), "drive turns [-]")
     assert channels.abscissa(dry, "time", last=0.5)[0].size == 51
     with pytest.raises(ValueError, match="along must be one of time, turns, angle; got 'days'"):

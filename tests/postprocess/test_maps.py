@@ -47,7 +47,7 @@ def gallery(monkeypatch):
 def made(tmp_path):
     """A sweep over points, its metrics given as functions of a point, in SI."""
 
-    def make(points, metrics, known=None, fixed=None):
+    def make(points, metrics, reference=None, fixed=None):
         definitions.write(
             definitions.Definition(
                 case="formula",
@@ -70,7 +70,7 @@ def made(tmp_path):
             n: np.array([float(f(**points[i])) for i in range(len(points))])
             for n, f in metrics.items()
         }
-        sweep.known = known or {n: ("N", f"force {n}") for n in metrics}
+        sweep.known = reference or {n: ("N", f"force {n}") for n in metrics}
         return sweep
 
     return make
@@ -162,7 +162,7 @@ def test_titles_of_lives(made):
     """They name the turns of the lives, not those of the runs in them."""
     sweep = made(grid(speed=SPEEDS), {"depth": lambda speed: speed})
     sweep.definition.options["life"] = {"turns": 3000.0}
-    title = Choice.of(sweep).title(width=7.0)
+    title = Choice.of(sweep, None).title(width=7.0)
     assert title.replace("\u00a0", " ") == "formula: lives of 3000 turns"
 
 
@@ -182,11 +182,11 @@ def test_cells_stand_where_the_points_are(made, tmp_path, gallery):
     assert (first.get_xscale(), first.get_yscale()) == ("linear", "log")
     # both are shown in kN
     for axes, function, factor in ((first, force, 1e-3), (second, steep, 1e-3)):
-        found = cells(axes)
-        assert len(found) == 20
+        actual = cells(axes)
+        assert len(actual) == 20
         for speed in SPEEDS:
             for clearance in CLEARANCES:
-                value = found[round(speed / RPM, 6), round(1e3 * clearance, 9)]
+                value = actual[round(speed / RPM, 6), round(1e3 * clearance, 9)]
                 assert value == pytest.approx(factor * function(speed, clearance), rel=1e-12)
     assert not isinstance(norm(first), LogNorm)
     assert isinstance(norm(second), LogNorm)
@@ -231,8 +231,8 @@ def test_no_period_and_no_value(made, tmp_path, gallery):
         "period": lambda speed, clearance: np.inf if clearance > 5e-4 else round(speed / SPEEDS[0])
     }
     metrics["impacts"] = lambda speed, clearance: np.nan if speed < 12.0 else speed
-    known = {"period": ("turns", "period"), "impacts": ("1", "impacts")}
-    sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES), metrics, known)
+    reference = {"period": ("turns", "period"), "impacts": ("1", "impacts")}
+    sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES), metrics, reference)
     maps(sweep, tmp_path / "m.png", metrics=["period", "impacts"])
     period, impacts = panels(gallery.last)
     assert isinstance(norm(period), BoundaryNorm)
@@ -272,11 +272,11 @@ def test_names_and_a_third_parameter(made, tmp_path, gallery):
     assert [a.get_title() for a in (dry, lubricated)] == ["model dry", "model lubricated"]
     assert [t.get_text() for t in dry.get_yticklabels()] == ["B", "B,C", "B,C,E"]
     assert norm(dry) is norm(lubricated)
-    own, other = (
+    ours, other = (
         next(c for c in a.collections if isinstance(c, QuadMesh)).get_array()
         for a in (dry, lubricated)
     )
-    assert_allclose(own, 2.0 * other)
+    assert_allclose(ours, 2.0 * other)
     assert_allclose(other, np.outer([1, 3, 5], SPEEDS))
     maps(sweep, tmp_path / "m.png")  # numbers along x, names beside
     assert panels(gallery.last)[0].get_xlabel() == "speed [rpm]"
@@ -460,9 +460,9 @@ def test_curves_without_a_value_say_so(made, tmp_path, gallery):
 
 
 def test_samples_without_a_value_say_so(made, tmp_path, gallery):
-    known = {"period": ("turns", "period"), "force": ("N", "force")}
+    reference = {"period": ("turns", "period"), "force": ("N", "force")}
     metrics = {"period": lambda speed: np.inf, "force": lambda speed: speed}
-    sweep = made(sampled(10, speed=(10.0, 60.0)), metrics, known)
+    sweep = made(sampled(10, speed=(10.0, 60.0)), metrics, reference)
     sweep.status[:3] = "failed"
     curves(sweep, tmp_path / "s.png", metrics=["force", "period"])
     force_, period = panels(gallery.last)
@@ -542,7 +542,7 @@ def test_bifurcation_of_a_sweep(swept, tmp_path, gallery):
 
 def test_runs_that_are_missing_are_crosses(swept, tmp_path, gallery):
     gone = swept.select(speed=RPM * 1500.0, clearance=1e-3)[0]
-    kept = swept.path(gone).read_bytes()
+    stored = swept.path(gone).read_bytes()
     swept.path(gone).unlink()
     try:
         bifurcation_of(
@@ -554,7 +554,7 @@ def test_runs_that_are_missing_are_crosses(swept, tmp_path, gallery):
             angle=1.0,
         )
     finally:
-        swept.path(gone).write_bytes(kept)
+        swept.path(gone).write_bytes(stored)
     (axes,) = gallery.last.axes
     assert_allclose(axes.lines[1].get_xdata(), [1500.0])
     title = " ".join(gallery.texts()).replace("\u00a0", " ")

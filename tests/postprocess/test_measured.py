@@ -37,11 +37,11 @@ def test_a_record_over_time_is_found_where_it_was_taken(run, tmp_path):
     path = written(tmp_path / "a.csv", "time [ms], rocker.alpha, b [N]", 1e3 * time, values, time)
     with pytest.raises(ValueError, match="name one of its columns: rocker.alpha, b"):
         cl.compare(run, path)
-    found = cl.compare(run, path, column="rocker.alpha")
-    assert found.shift == pytest.approx(0.1234567, abs=1e-9)
-    assert found.share < 1e-7
-    assert found.correlation == pytest.approx(1.0, abs=1e-9)
-    assert str(found).startswith("rocker angular acceleration: rms error")
+    actual = cl.compare(run, path, column="rocker.alpha")
+    assert actual.shift == pytest.approx(0.1234567, abs=1e-9)
+    assert actual.share < 1e-7
+    assert actual.correlation == pytest.approx(1.0, abs=1e-9)
+    assert str(actual).startswith("rocker angular acceleration: rms error")
 
 
 def test_noise_is_the_error(run, tmp_path):
@@ -53,10 +53,10 @@ def test_noise_is_the_error(run, tmp_path):
     size = 0.02 * np.ptp(values)
     noisy = values + np.random.default_rng(3).normal(0.0, size, time.size)
     path = written(tmp_path / "b.csv", "t [s],F [kN]", time, 1e-3 * noisy)
-    found = cl.compare(run, path, "joints/C/force")
-    assert found.rms == pytest.approx(size, rel=4.0 / np.sqrt(2.0 * time.size))
-    assert found.shift == pytest.approx(0.05, abs=1e-4)
-    assert found.share == pytest.approx(found.rms / np.ptp(noisy), rel=1e-12)
+    actual = cl.compare(run, path, "joints/C/force")
+    assert actual.rms == pytest.approx(size, rel=4.0 / np.sqrt(2.0 * time.size))
+    assert actual.shift == pytest.approx(0.05, abs=1e-4)
+    assert actual.share == pytest.approx(actual.rms / np.ptp(noisy), rel=1e-12)
 
 
 def test_a_record_over_the_angle(run, tmp_path):
@@ -66,9 +66,9 @@ def test_a_record_over_the_angle(run, tmp_path):
     path = written(
         tmp_path / "c.csv", "angle [deg],x [mm]", angle, 1e3 * at(run, "rocker.x", turns * run.turn)
     )
-    found = cl.compare(run, path, "rocker.x")
-    assert found.shift == pytest.approx(0.6, abs=1e-7)
-    assert found.shift_text.endswith("deg")
+    actual = cl.compare(run, path, "rocker.x")
+    assert actual.shift == pytest.approx(0.6, abs=1e-7)
+    assert actual.shift_text.endswith("deg")
     given = cl.compare(run, path, "rocker.x", shift="216 deg")
     assert given.rms < 1e-7 * np.ptp(given.computed)
     assert cl.compare(run, path, "rocker.x", shift=236.0).rms > 1e-3
@@ -135,9 +135,9 @@ def test_the_command(run, tmp_path, capsys):
     assert cli.main(words) == 0
     assert "rocker velocity x: rms error" in capsys.readouterr().out
     assert cli.main([*words, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["shift"] % run.turn == pytest.approx(0.05, abs=1e-7)
-    assert told["share"] < 1e-6
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["shift"] % run.turn == pytest.approx(0.05, abs=1e-7)
+    assert printed["share"] < 1e-6
     assert (tmp_path / "e.png").stat().st_size > 10_000
     assert cli.main([*words[:2], "history", *words[2:]]) == 2
     assert "--measured does not belong to history" in capsys.readouterr().err

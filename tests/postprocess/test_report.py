@@ -68,9 +68,9 @@ class Reader(HTMLParser):
 
     def row(self, *wanted):
         """The one row with cells of these words."""
-        found = [r for r in self.rows if set(wanted) <= set(r)]
-        assert len(found) == 1, (wanted, found)
-        return found[0]
+        page = [r for r in self.rows if set(wanted) <= set(r)]
+        assert len(page) == 1, (wanted, page)
+        return page[0]
 
     def handle_starttag(self, tag, attrs):
         self.handle_startendtag(tag, attrs)
@@ -82,18 +82,18 @@ class Reader(HTMLParser):
             self.cells.append("")
 
     def handle_startendtag(self, tag, attrs):
-        found = {name: value or "" for name, value in attrs}
-        self.ids += [found["id"]] if "id" in found else []
-        link = found.get("href", "")
+        page = {name: value or "" for name, value in attrs}
+        self.ids += [page["id"]] if "id" in page else []
+        link = page.get("href", "")
         if link.startswith("#"):
             self.uses.append(link[1:])
         elif link:
             (self.links if tag == "a" else self.sources).append(unquote(link))
-        self.uses += [u for v in found.values() for u in re.findall(r"url\(#([^)]+)\)", v)]
-        self.sources += [found["src"]] if "src" in found else []
+        self.uses += [u for v in page.values() for u in re.findall(r"url\(#([^)]+)\)", v)]
+        self.sources += [page["src"]] if "src" in page else []
         if tag in ("svg", "img"):
             self.pictures.append(tag)
-            self.said.append(found.get("alt" if tag == "img" else "aria-label"))
+            self.said.append(page.get("alt" if tag == "img" else "aria-label"))
 
     def handle_endtag(self, tag):
         assert tag == self.open[-1][0], f"{tag} ends while {self.open[-1][0]} is open"
@@ -213,10 +213,10 @@ def picture(tmp_path, points, samples=0):
 def test_pictures_are_svg_or_png_whichever_is_smaller(tmp_path):
     assert picture(tmp_path, 10).pictures == ["svg", "svg"]
     assert picture(tmp_path, 20000).pictures == ["img", "img"]
-    found = picture(tmp_path, 10, samples=pages.LONG)
-    assert found.pictures == ["img", "img"]
-    assert found.said == ["random <points>", "again"]
-    assert all(s.startswith("data:image/png;base64,iVBORw0KGgo") for s in found.sources)
+    page = picture(tmp_path, 10, samples=pages.LONG)
+    assert page.pictures == ["img", "img"]
+    assert page.said == ["random <points>", "again"]
+    assert all(s.startswith("data:image/png;base64,iVBORw0KGgo") for s in page.sources)
 
 
 def test_svg_becomes_part_of_the_page():
@@ -298,21 +298,21 @@ def test_the_size_of_a_feeder_report(page):
 def test_a_partial_run(tmp_path):
     with pytest.raises(cl.SimulationError, match="the step limit is reached") as stop:
         cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2.0, max_steps=300)
-    found = read(stop.value.result, tmp_path)
-    assert ("box bad", "partial") in found.boxes
+    page = read(stop.value.result, tmp_path)
+    assert ("box bad", "partial") in page.boxes
     reason = stop.value.result.status.removeprefix("partial: ")
-    assert ("box bad", f": {reason}") in found.boxes
-    assert found.row("contacts")[1] == str(len(stop.value.result.events["time"]))
-    assert any("A Poincaré section is drawn from 5 turns on" in m for m in found.missing)
+    assert ("box bad", f": {reason}") in page.boxes
+    assert page.row("contacts")[1] == str(len(stop.value.result.events["time"]))
+    assert any("A Poincaré section is drawn from 5 turns on" in m for m in page.missing)
 
 
 def test_a_run_that_ended_at_once(tmp_path):
     with pytest.raises(cl.SimulationError) as stop:
         cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2.0, max_steps=1)
-    found = read(stop.value.result, tmp_path)
-    assert not found.pictures
-    assert "The run ended before there was anything to sum up." in found.missing
-    assert sum("fewer than two samples" in m for m in found.missing) == 4
+    page = read(stop.value.result, tmp_path)
+    assert not page.pictures
+    assert "The run ended before there was anything to sum up." in page.missing
+    assert sum("fewer than two samples" in m for m in page.missing) == 4
 
 
 def test_a_run_that_has_not_ended(feeder, tmp_path):
@@ -332,17 +332,19 @@ def test_what_was_not_kept_is_said(tmp_path):
     run = cl.simulate(
         cl.load_case("six_bar_feeder"), turns=2.0, channels=["bodies/slider/ax", "joints/B/gap"]
     )
-    found = read(run, tmp_path)
+    page = read(run, tmp_path)
     low, high = (pages.number(v) for v in run.extremes("bodies/slider/ax"))
-    assert found.row("bodies/slider/ax")[1:] == ("m/s²", low, high)
-    said = " ".join(found.missing)
-    assert "no channel 'bodies/slider/x'" in said
+    assert page.row("bodies/slider/ax")[1:] == ("m/s²", low, high)
+    message = " ".join(page.missing)
+    assert "no channel 'bodies/slider/x'" in message
     assert (
         "these channels were not kept: bodies/slider/ay, bodies/slider/theta, joints/A/force_x"
-        in said
+        in message
     )
-    assert "these channels were not kept: joints/B/eccentricity_x, joints/B/eccentricity_y" in said
-    assert len(found.pictures) == 2  # what was kept, and its spectrum
+    assert (
+        "these channels were not kept: joints/B/eccentricity_x, joints/B/eccentricity_y" in message
+    )
+    assert len(page.pictures) == 2  # what was kept, and its spectrum
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -350,43 +352,43 @@ def test_no_channels_at_all(feeder, tmp_path):
     run = cl.simulate(
         cl.load_case("six_bar_feeder"), turns=1.0, channels=["energy/kinetic"], energy=False
     )
-    found = read(run, tmp_path)
-    assert found.row("energy residual")[1] == "no energy ledger was kept or integrated"
-    assert "its channels ax and ay were not kept" in " ".join(found.missing)
+    page = read(run, tmp_path)
+    assert page.row("energy residual")[1] == "no energy ledger was kept or integrated"
+    assert "its channels ax and ay were not kept" in " ".join(page.missing)
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_ideal_joints(tmp_path):
-    found = read(cl.simulate(cl.load_case("six_bar_feeder", model="ideal"), turns=1.0), tmp_path)
-    assert not [h for h in found.headings if h.startswith("Joint")]
-    assert found.row("absolute tolerances")[1] != "–"
+    page = read(cl.simulate(cl.load_case("six_bar_feeder", model="ideal"), turns=1.0), tmp_path)
+    assert not [h for h in page.headings if h.startswith("Joint")]
+    assert page.row("absolute tolerances")[1] != "–"
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_no_drive(tmp_path):
-    found = read(cl.simulate(cl.load_case("double_pendulum"), until=0.5), tmp_path)
-    assert "2 bodies, 2 hinges (A, B); nothing drives it. Gravity is (0, −9.81) m/s²." in found.text
-    assert found.missing == ["No drive turns at constant speed: there is no Poincaré section."]
+    page = read(cl.simulate(cl.load_case("double_pendulum"), until=0.5), tmp_path)
+    assert "2 bodies, 2 hinges (A, B); nothing drives it. Gravity is (0, −9.81) m/s²." in page.text
+    assert page.missing == ["No drive turns at constant speed: there is no Poincaré section."]
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_dry_and_mixed_contacts(tmp_path):
     dry = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=1.0, samples_per_turn=100)
-    found = read(dry, tmp_path)
+    page = read(dry, tmp_path)
     shown = pages.number(dry.events["peak_force"].max()).replace("\u00a0", " ")
-    assert found.row("largest peak force")[1] == f"{shown} N"
-    assert found.row("contact")[1].startswith(
+    assert page.row("largest peak force")[1] == f"{shown} N"
+    assert page.row("contact")[1].startswith(
         "lankarani_nikravesh: stiffness 6.6102 × 10¹⁰ N/m^1.5, restitution 0.9"
     )
     thin = {"model": "mixed", "viscosity": 0.002, "speed": cl.rpm(600)}
     mixed = cl.simulate(cl.load_case("six_bar_feeder", **thin), turns=1.0, samples_per_turn=100)
-    found = read(mixed, tmp_path)
+    page = read(mixed, tmp_path)
     assert mixed.warnings
-    assert all(("box doubt", w) in found.boxes for w in mixed.warnings)
-    assert found.row("share of the time in dry contact")[1] == pages.number(
+    assert all(("box doubt", w) in page.boxes for w in mixed.warnings)
+    assert page.row("share of the time in dry contact")[1] == pages.number(
         mixed.facts("joints/B")["share_dry"]
     )
-    assert any("film thickness ratio, states" in s for s in found.said)
+    assert any("film thickness ratio, states" in s for s in page.said)
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -397,11 +399,11 @@ def test_names_and_warnings_are_escaped(tmp_path):
         file.attrs.create("warnings", ["<script>alert(1)</script>"], dtype=h5py.string_dtype())
         file.attrs["scene"] = file.attrs["scene"].replace('"points": {"top"', '"points": {"<b>&"')
         del file.attrs["scene_crc32"]
-    found = read(path, tmp_path)
-    assert ("box doubt", "<script>alert(1)</script>") in found.boxes
-    assert found.row("file")[1] == path.name
-    assert found.row("upper", "<b>& (−250, 0); end (250, 0)")
-    assert "cl.open_result(\"<i>a & 'b'.h5\")" in found.text
+    page = read(path, tmp_path)
+    assert ("box doubt", "<script>alert(1)</script>") in page.boxes
+    assert page.row("file")[1] == path.name
+    assert page.row("upper", "<b>& (−250, 0); end (250, 0)")
+    assert "cl.open_result(\"<i>a & 'b'.h5\")" in page.text
 
 
 def test_parts_of_a_scene_in_words():
@@ -434,7 +436,7 @@ def test_parts_of_a_scene_in_words():
     text = re.sub(r"<[^>]*>", "|", scenes.described(scene) + scenes.tables(scene)).replace(
         "\u00a0", " "
     )
-    for said in (
+    for message in (
         "joint rail is driven at constant speed, 50 mm/s, from 100 mm",
         "spring and damper s, torsion spring t, force f",
         "|kelvin_voigt: stiffness 1 × 10⁷ N/m, damping 5 N s/m|",
@@ -445,7 +447,7 @@ def test_parts_of_a_scene_in_words():
         "|axis (0, 1) of ground|",
         "velocity 0.1 m/s, 0 m/s",
     ):
-        assert said in text
+        assert message in text
 
 
 def test_scenes_out_of_the_plane_and_joints_that_rub_in_words():
@@ -494,7 +496,7 @@ def test_scenes_out_of_the_plane_and_joints_that_rub_in_words():
     text = re.sub(r"(<[^>]*>)+", "|", scenes.described(scene) + scenes.tables(scene)).replace(
         "\u00a0", " "
     )
-    for said in (
+    for message in (
         "Friction acts in O, P, S, T. Gravity is (0, 0, −9.81) m/s².",
         "|products xz, yz [kg m²]|",
         "|arm|1|0.02|(0.001, 0)|(200, 0, 10)|far (400, 0, 30)|",
@@ -516,7 +518,7 @@ def test_scenes_out_of_the_plane_and_joints_that_rub_in_words():
         "|bending arm|50 mm|",
         "|self-aligning|no|yes|no|",
     ):
-        assert said in text
+        assert message in text
     flat = json.loads(cl.load_case("double_pendulum").to_json())
     assert "products" not in scenes.tables(flat)
     assert "Friction" not in scenes.described(flat) + scenes.tables(flat)
@@ -537,33 +539,32 @@ def test_joints_that_rub(inverse, tmp_path):
         run = cl.inverse_dynamics(scene, until=2.0, samples=101, path=tmp_path / "run.h5")
     else:
         run = cl.simulate(scene, until=2.0, samples=101, path=tmp_path / "run.h5")
-    found = read(run, tmp_path)
+    page = read(run, tmp_path)
     how = "Computation" if inverse else "Integration"
-    assert found.headings[1:5] == [how, "Summary", "Overview", "Efforts and joint friction"]
-    assert found.missing == ["A Poincaré section is drawn from 5 turns on; this run has 1.2732."]
+    assert page.headings[1:5] == [how, "Summary", "Overview", "Efforts and joint friction"]
+    assert page.missing == ["A Poincaré section is drawn from 5 turns on; this run has 1.2732."]
     assert any(
-        s.startswith("Driving torques and forces, dashed without joint friction")
-        for s in found.said
+        s.startswith("Driving torques and forces, dashed without joint friction") for s in page.said
     )
-    assert any(s.startswith("Friction of hinges and slides") for s in found.said)
-    assert ("method", run.solver["method"]) in found.rows or not inverse
+    assert any(s.startswith("Friction of hinges and slides") for s in page.said)
+    assert ("method", run.solver["method"]) in page.rows or not inverse
 
 
 # --- sweeps
 def test_a_sweep_with_failed_points(swept_page):
-    found = swept_page
-    assert ("box bad", ": 4 done, 2 failed") in found.boxes
-    assert "Points that are not done" in found.headings
-    bad = found.row("4", 'speed 381.97 rpm, mode <b> & "c"', "failed")
+    page = swept_page
+    assert ("box bad", ": 4 done, 2 failed") in page.boxes
+    assert "Points that are not done" in page.headings
+    bad = page.row("4", 'speed 381.97 rpm, mode <b> & "c"', "failed")
     assert "speed: 40 > 35 & more" in bad[3]
-    assert found.row("speed", "by even steps")[1:4] == (
+    assert page.row("speed", "by even steps")[1:4] == (
         "3",
         "190.99 rpm, 286.48 rpm, 381.97 rpm",
         "20, 30, 40 rad/s",
     )
-    assert found.row("mode", "listed")[2] == '<b> & "c", plain'
-    assert len(found.pictures) == 3  # maps, curves, cost
-    points = [r for r in found.rows if len(r) > 6 and r[0].isdigit()]
+    assert page.row("mode", "listed")[2] == '<b> & "c", plain'
+    assert len(page.pictures) == 3  # maps, curves, cost
+    points = [r for r in page.rows if len(r) > 6 and r[0].isdigit()]
     assert [r[3] for r in points] == ["done"] * 4 + ["failed"] * 2
     assert points[4][4:-2] == ("–",) * len(points[4][4:-2])
 
@@ -593,10 +594,10 @@ def test_links_lead_to_the_runs(swept, swept_page):
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_run_of_a_sweep_shows_what_the_sweep_kept(swept, tmp_path):
-    found = read(swept.path(2), tmp_path)
-    assert "As the sweep that this run belongs to has kept them." in found.text
+    page = read(swept.path(2), tmp_path)
+    assert "As the sweep that this run belongs to has kept them." in page.text
     value = swept.metrics["slider_position_deviation_peak_mean"][2]
-    assert found.row("slider_position_deviation_peak_mean")[1] == pages.measured(value, "m")[
+    assert page.row("slider_position_deviation_peak_mean")[1] == pages.measured(value, "m")[
         0
     ].replace("\u00a0", " ")
 
@@ -615,11 +616,11 @@ def test_metrics_of_ones_own_are_named(swept, tmp_path):
 def test_many_points_are_cut_short(swept, tmp_path, monkeypatch):
     monkeypatch.setattr(sweep_report, "MOST", 5)
     monkeypatch.setattr(sweep_report, "FIRST", 3)
-    found = read(swept, tmp_path)
-    assert len([r for r in found.rows if len(r) > 6 and r[0].isdigit()]) == 3
+    page = read(swept, tmp_path)
+    assert len([r for r in page.rows if len(r) > 6 and r[0].isdigit()]) == 3
     assert (
         "The first 3 of 6 points; all of them, with all metrics, are in map <1>/sweep.h5."
-        in found.text
+        in page.text
     )
 
 
@@ -631,9 +632,9 @@ def test_a_sweep_without_index_and_one_without_anything_done(swept, tmp_path):
     for name in ("sweep.h5", "journal.jsonl"):
         (tmp_path / "map" / name).unlink()
     shutil.rmtree(tmp_path / "map" / "runs")
-    found = read(tmp_path / "map", tmp_path)
-    assert ("box bad", ": 0 done, 6 missing") in found.boxes
-    assert {"No point has a metric yet.", "No point has been run."} <= set(found.missing)
+    page = read(tmp_path / "map", tmp_path)
+    assert ("box bad", ": 0 done, 6 missing") in page.boxes
+    assert {"No point has a metric yet.", "No point has been run."} <= set(page.missing)
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -646,20 +647,19 @@ def test_samples_and_lists_that_go_together(tmp_path):
         "fixed": {"model": "dry"},
     }
     drawn = cl.sampled(3, speed=(20.0, 30.0))
-    found = read(cl.sweep("slider_crank", drawn, tmp_path / "s", **options), tmp_path)
-    assert ("box good", ": 3 done") in found.boxes
-    assert "slider_crank: sweep over 3 samples of speed" in found.text
-    assert found.row("speed", "drawn")[1] == "3"
-    assert found.row("model") == ("model", "dry")
-    assert found.row("channels in run files")[1] == "none: summaries only"
-    assert not found.links
+    page = read(cl.sweep("slider_crank", drawn, tmp_path / "s", **options), tmp_path)
+    assert ("box good", ": 3 done") in page.boxes
+    assert "slider_crank: sweep over 3 samples of speed" in page.text
+    assert page.row("speed", "drawn")[1] == "3"
+    assert page.row("model") == ("model", "dry")
+    assert page.row("channels in run files")[1] == "none: summaries only"
+    assert not page.links
     paired = cl.zipped(speed=[20.0, 25.0, 45.0], clearance=[1e-4, 2e-4, 3e-4])
-    found = read(cl.sweep("slider_crank", paired, tmp_path / "z", **options), tmp_path)
+    page = read(cl.sweep("slider_crank", paired, tmp_path / "z", **options), tmp_path)
     assert (
-        found.row("clearance", "by even steps, together with speed")[3]
-        == "0.0001, 0.0002, 0.0003 m"
+        page.row("clearance", "by even steps, together with speed")[3] == "0.0001, 0.0002, 0.0003 m"
     )
-    assert "slider_crank: sweep over speed with clearance (3)" in found.text
+    assert "slider_crank: sweep over speed with clearance (3)" in page.text
 
 
 # --- files and the command

@@ -41,16 +41,16 @@ def test_section_of_a_formula(angle):
     h)^4 / 128 = 7e-8; the acceleration's amplitude is 4.4.
     """
     record = made()
-    found = section(record, ["slider.x", "slider.vx", "slider.ax"], angle=angle, settle=3.0)
+    actual = section(record, ["slider.x", "slider.vx", "slider.ax"], angle=angle, settle=3.0)
     t = section_times(record, angle, 3.0)
-    assert len(found) == (7 if angle == 0.0 else 6)
+    assert len(actual) == (7 if angle == 0.0 else 6)
     np.testing.assert_allclose(np.mod(2.0 * np.pi * t - angle + 1.0, 2.0 * np.pi), 1.0, atol=1e-9)
     w = 2.0 * np.pi / 3.0
-    np.testing.assert_allclose(found[:, 0], slow(t), atol=1e-8)
-    np.testing.assert_allclose(found[:, 1], w * np.cos(w * t), atol=2e-8)
-    np.testing.assert_allclose(found[:, 2], -(w**2) * slow(t), atol=4e-7)
-    np.testing.assert_allclose(found[:3], found[3:6], atol=1e-6)  # of period three
-    assert np.abs(found[0] - found[1]).max() > 0.1  # and not of period one
+    np.testing.assert_allclose(actual[:, 0], slow(t), atol=1e-8)
+    np.testing.assert_allclose(actual[:, 1], w * np.cos(w * t), atol=2e-8)
+    np.testing.assert_allclose(actual[:, 2], -(w**2) * slow(t), atol=4e-7)
+    np.testing.assert_allclose(actual[:3], actual[3:6], atol=1e-6)  # of period three
+    assert np.abs(actual[0] - actual[1]).max() > 0.1  # and not of period one
 
 
 def test_samples_at_the_angle_are_taken_as_they_are():
@@ -99,9 +99,9 @@ def test_sections_of_a_run_agree_with_finer_sampling():
 def test_a_lubricated_feeder_is_periodic():
     """After its transient it returns to the same point every turn: 1e-4 of c at rtol 1e-6."""
     run = cl.simulate(cl.load_case("six_bar_feeder"), turns=6.0, samples_per_turn=50)
-    found = section(run, ["B.epsilon_x", "B.epsilon_y"], settle=3.0)
-    assert found.shape == (4, 2)
-    assert np.ptp(found, axis=0).max() < 1e-4
+    actual = section(run, ["B.epsilon_x", "B.epsilon_y"], settle=3.0)
+    assert actual.shape == (4, 2)
+    assert np.ptp(actual, axis=0).max() < 1e-4
 
 
 def test_short_runs_have_no_section():

@@ -33,10 +33,10 @@ def test_a_sum_of_sinusoids(window, turns, validated):
     That holds for the smallest amplitude too, 2000 times smaller than the largest, for the three
     lines of a periodic Hann window do not reach the next harmonic.
     """
-    found = spectrum(made(np.arange(round(400 * turns) + 1) / 400.0), "C.force_x", window=window)
-    assert found.turns == int(turns)
-    assert found.resolution == pytest.approx(1.0 / int(turns), rel=1e-12)
-    at = {k: found.amplitude[k * found.turns] for k in range(200)}
+    lines = spectrum(made(np.arange(round(400 * turns) + 1) / 400.0), "C.force_x", window=window)
+    assert lines.turns == int(turns)
+    assert lines.resolution == pytest.approx(1.0 / int(turns), rel=1e-12)
+    at = {k: lines.amplitude[k * lines.turns] for k in range(200)}
     assert at.pop(0) == pytest.approx(abs(MEAN), rel=1e-12)
     wanted, source = [PARTS.get(order, 0.0) for order in at], "sinusoids given"
     validated(
@@ -56,19 +56,19 @@ def test_samples_that_do_not_divide_a_turn():
     Four points err by 3 (w h)^4 / 128 at worst, of a sinusoid: 2e-4 at order 7, 0.18 at order 40,
     of which the smallest amplitude is 1e-3, so 2e-4 of the unit again.
     """
-    found = spectrum(made(np.arange(1200) / 150.5), "C.force_x")
-    assert found.turns == 7
+    lines = spectrum(made(np.arange(1200) / 150.5), "C.force_x")
+    assert lines.turns == 7
     for order, amplitude in PARTS.items():
-        assert found.amplitude[order * 7] == pytest.approx(amplitude, abs=1e-3)
+        assert lines.amplitude[order * 7] == pytest.approx(amplitude, abs=1e-3)
 
 
 def test_the_last_turns_are_taken():
     """A transient before them leaves no trace."""
     time = np.arange(1601) / 400.0
     late = np.where(time < 1.9, 100.0, signal(time))
-    found = spectrum(Formula(time, {"joints/C/force_x": late}), "C.force_x", settle=1.95)
-    assert found.turns == 2
-    assert found.amplitude[2] == pytest.approx(2.0, rel=1e-12)
+    lines = spectrum(Formula(time, {"joints/C/force_x": late}), "C.force_x", settle=1.95)
+    assert lines.turns == 2
+    assert lines.amplitude[2] == pytest.approx(2.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("count", [400, 401])
@@ -83,8 +83,8 @@ def test_parseval_without_window(count, validated):
     if count % 2 == 0:
         halves[-1] = 1.0
         assert frequency[-1] == pytest.approx(50.0)
-    found, wanted = halves @ amplitude**2, np.mean(values**2)
-    validated("mean square of a spectrum", found, wanted, 1e-12, source="Parseval", kind="exact")
+    lines, wanted = halves @ amplitude**2, np.mean(values**2)
+    validated("mean square of a spectrum", lines, wanted, 1e-12, source="Parseval", kind="exact")
 
 
 @pytest.mark.parametrize(("window", "loss"), [("hann", 0.1512), ("none", 0.3634)])
@@ -101,16 +101,16 @@ def test_between_two_frequencies(window, loss, validated):
 
 
 def test_one_turn_has_no_window():
-    found = spectrum(made(np.arange(401) / 400.0), "C.force_x")
-    assert (found.turns, found.window) == (1, "none")
-    assert found.amplitude[2] == pytest.approx(0.3, rel=1e-9)
+    lines = spectrum(made(np.arange(401) / 400.0), "C.force_x")
+    assert (lines.turns, lines.window) == (1, "none")
+    assert lines.amplitude[2] == pytest.approx(0.3, rel=1e-9)
 
 
 def test_without_a_drive():
     """All samples of a run that nothing drives; 0.5 Hz is its resolution."""
-    found = spectrum(made(np.linspace(0.0, 2.0, 401), speed=None), "C.force_x", window="none")
-    assert found.turns is None
-    assert found.resolution == pytest.approx(1.0 / (401 * 0.005), rel=1e-12)
+    lines = spectrum(made(np.linspace(0.0, 2.0, 401), speed=None), "C.force_x", window="none")
+    assert lines.turns is None
+    assert lines.resolution == pytest.approx(1.0 / (401 * 0.005), rel=1e-12)
     uneven = np.sort(np.random.default_rng(5).uniform(0.0, 2.0, 3000))
     again = spectrum(made(uneven, speed=None), "C.force_x")
     assert again.amplitude[2] == pytest.approx(2.0, rel=1e-2)  # 1 Hz; not of whole periods exactly

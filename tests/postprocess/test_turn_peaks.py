@@ -14,12 +14,12 @@ def test_a_picture_from_a_file(tmp_path, monkeypatch):
     cl.simulate(SCENE, turns=1, path=tmp_path / "run.h5").close()
     with pytest.raises(ValueError, match="holds no statistics"):
         turn_peaks(tmp_path / "run.h5", tmp_path / "t.png")
-    found = cl.statistics(SCENE, {"joint_C_force_peak": 0.99}, max_turns=200, check=False)
-    found.append(tmp_path / "run.h5")
+    actual = cl.statistics(SCENE, {"joint_C_force_peak": 0.99}, max_turns=200, check=False)
+    actual.append(tmp_path / "run.h5")
     seen = []
     monkeypatch.setattr("matplotlib.axes.Axes.axhline", lambda self, y, **style: seen.append(y))
     assert turn_peaks(tmp_path / "run.h5", tmp_path / "t.png").stat().st_size > 20_000
-    force = found["joint_C_force_peak"]
+    force = actual["joint_C_force_peak"]
     wanted = [force.mean.value, *(q.value for q in force.quantiles)]
     assert np.array(seen[: len(wanted)]) == pytest.approx(1e-3 * np.array(wanted), rel=1e-12)
 

@@ -53,9 +53,9 @@ def test_columns_come_back(kind, values):
     pack = Pack()
     pack.add(np.arange(5.0), "f8")
     place = pack.add(np.array(values), kind)
-    found = unpacked(pack.text(), place)
-    np.testing.assert_array_equal(found, np.array(values).astype(found.dtype))
-    assert pack.size == 40 + found.nbytes
+    actual = unpacked(pack.text(), place)
+    np.testing.assert_array_equal(actual, np.array(values).astype(actual.dtype))
+    assert pack.size == 40 + actual.nbytes
 
 
 def test_an_unknown_kind_of_column_is_refused():
@@ -344,10 +344,12 @@ def test_the_browser_reads_the_numbers_of_the_file(runs, folder):
     record = cl.open_result(folder / "oil.h5")
     for share in (0.0, 0.317, 1.0):
         time = share * record.time[-1]
-        found = runs.evaluate(
+        actual = runs.evaluate(
             f"at(page.runs[1].channel('joints/C/gap').at, page.runs[1].place({time}, 'time'))"
         )
-        assert found == pytest.approx(np.interp(time, record.time, record.joint("C").gap), rel=1e-6)
+        assert actual == pytest.approx(
+            np.interp(time, record.time, record.joint("C").gap), rel=1e-6
+        )
 
 
 def test_the_browser_draws_measured_data(shown, folder, tmp_path):

@@ -330,12 +330,12 @@ def scene_of(run: Run, factor: float = 1.0) -> cl.Scene:
     """The scene of a run; factor: what its `moved` parameter is multiplied by."""
     parameters = dict(run.parameters)
     if factor != 1.0:
-        known = find_case(run.case).parameters
-        parameters[run.moved] = factor * parameters.get(run.moved, known[run.moved].default)
+        reference = find_case(run.case).parameters
+        parameters[run.moved] = factor * parameters.get(run.moved, reference[run.moved].default)
     return cl.load_case(run.case, **parameters)
 
 
-def kept(record, patterns: tuple[str, ...]) -> list[str]:
+def stored(record, patterns: tuple[str, ...]) -> list[str]:
     """Paths of the channels that one of the patterns names."""
     groups = [
         f"{kind}/{name}"
@@ -351,7 +351,7 @@ def kept(record, patterns: tuple[str, ...]) -> list[str]:
 def channels(run: Trajectory, record, energies=None) -> Tables:
     """The samples of a run's channels; energies: the record that has them, if it is another."""
     energies = energies or record
-    paths = kept(energies, run.channels)
+    paths = stored(energies, run.channels)
     sources = {p: energies if p.startswith("energy/") else record for p in paths}
     return {
         "samples": {"values": np.stack([sources[p].values(p) for p in paths], axis=1)},
@@ -371,18 +371,21 @@ def contacts(run: Impacts, record) -> Tables:
 
 def sums(run: Statistics, rtol: float = 1e-6) -> np.ndarray:
     """The metrics of a long run, in the order of `names`."""
-    found = metrics(
+    actual = metrics(
         cl.simulate(scene_of(run), samples_per_turn=200, rtol=rtol, energy=True, **run.length)
     )
-    return np.array([found[name].value for name in run.names])
+    return np.array([actual[name].value for name in run.names])
 
 
 def estimated(run: Estimation, starts: int = 1) -> Tables:
     """Values of the parameters and errors by role."""
-    found = fit(bench(seed=0), model(run.model, **run.options), starts=starts)
+    actual = fit(bench(seed=0), model(run.model, **run.options), starts=starts)
     return {
-        "parameters": {"name": list(found.values), "value": np.array(list(found.values.values()))},
-        "nrmse": {"role": list(found.nrmse), "value": np.array(list(found.nrmse.values()))},
+        "parameters": {
+            "name": list(actual.values),
+            "value": np.array(list(actual.values.values())),
+        },
+        "nrmse": {"role": list(actual.nrmse), "value": np.array(list(actual.nrmse.values()))},
     }
 
 
@@ -431,7 +434,7 @@ def reference(run: Run) -> tuple[Tables, dict]:
 
 
 # --- comparison
-def deviations(run: Run, found: Tables, known: Tables) -> dict[str, float]:
+def deviations(run: Run, actual: Tables, reference: Tables) -> dict[str, float]:
     """Deviation over what is allowed, by channel, column, metric or parameter: at most 1 where all
     is well.
 
@@ -443,41 +446,44 @@ def deviations(run: Run, found: Tables, known: Tables) -> dict[str, float]:
         ("parameters", "name"),
         ("nrmse", "role"),
     ):
-        if table in known and sorted(found[table][column]) != sorted(known[table][column]):
+        if table in reference and sorted(actual[table][column]) != sorted(reference[table][column]):
             raise ValueError(
-                f"{table}: found {found[table][column]}, the reference has {known[table][column]}"
+                f"{table}: found {actual[table][column]}, "
+                f"the reference has {reference[table][column]}"
             )
     match run:
         case Trajectory():
-            return _of_channels(run, found, known)
+            return _of_channels(run, actual, reference)
         case Impacts():
-            pairs = {c: (found["contacts"][c], values) for c, values in known["contacts"].items()}
+            pairs = {
+                c: (actual["contacts"][c], values) for c, values in reference["contacts"].items()
+            }
             return {
                 c: np.abs(a - b).max() / (run.share * np.abs(b).max())
                 for c, (a, b) in pairs.items()
             }
         case Statistics():
-            spread = SIGMAS * known["metrics"]["deviation"]
-            off = np.abs(found["metrics"]["value"] - known["metrics"]["value"]) / spread
+            spread = SIGMAS * reference["metrics"]["deviation"]
+            off = np.abs(actual["metrics"]["value"] - reference["metrics"]["value"]) / spread
             return dict(zip(run.names, off.tolist(), strict=True))
         case Estimation():
             off = {}
             for table, column in (("parameters", "name"), ("nrmse", "role")):
-                a, b = found[table]["value"], known[table]["value"]
+                a, b = actual[table]["value"], reference[table]["value"]
                 share = np.abs(a - b) / (
                     run.share * np.abs(b).max() if run.model == "curve" else run.share * np.abs(b)
                 )
-                off |= dict(zip(known[table][column], share.tolist(), strict=True))
+                off |= dict(zip(reference[table][column], share.tolist(), strict=True))
             return off
 
 
-def _of_channels(run: Trajectory, found: Tables, known: Tables) -> dict[str, float]:
+def _of_channels(run: Trajectory, actual: Tables, reference: Tables) -> dict[str, float]:
     """Each channel against the largest value among those of its group that have its units."""
-    place = {p: i for i, p in enumerate(found["channels"]["path"])}
-    paths, values = known["channels"]["path"], known["samples"]["values"]
+    place = {p: i for i, p in enumerate(actual["channels"]["path"])}
+    paths, values = reference["channels"]["path"], reference["samples"]["values"]
     kinds = [
         (p.rpartition("/")[0], units)
-        for p, units in zip(paths, known["channels"]["units"], strict=True)
+        for p, units in zip(paths, reference["channels"]["units"], strict=True)
     ]
     sizes: dict = {}
     for kind, largest in zip(kinds, np.abs(values).max(axis=0), strict=True):
@@ -485,7 +491,7 @@ def _of_channels(run: Trajectory, found: Tables, known: Tables) -> dict[str, flo
     off = {}
     for i, (path, kind) in enumerate(zip(paths, kinds, strict=True)):
         share = run.energy if run.energy and kind[0] == "energy" else run.share
-        far = np.abs(found["samples"]["values"][:, place[path]] - values[:, i]).max()
+        far = np.abs(actual["samples"]["values"][:, place[path]] - values[:, i]).max()
         off[path] = far / (share * sizes[kind]) if sizes[kind] else far
     return off
 

@@ -29,9 +29,9 @@ def worst(off: dict[str, float]) -> str:
 
 @pytest.mark.parametrize("name", RUNS)
 def test_run_is_as_its_reference(name):
-    known, facts = read(name)
+    reference, facts = read(name)
     assert facts["run"] == described(RUNS[name]), "the reference is of another run: make it again"
-    off = deviations(RUNS[name], result(RUNS[name]), known)
+    off = deviations(RUNS[name], result(RUNS[name]), reference)
     assert all(value <= 1.0 for value in off.values()), worst(off)
 
 
@@ -47,9 +47,9 @@ def test_other_parameters_of_friction_are_noticed():
     """Each value a hundredth off is beyond what is allowed (five times: the fit itself stops within
     7e-4).
     """
-    known, _ = read("ball_joint_lugre1d")
-    moved = {t: columns | {"value": 1.01 * columns["value"]} for t, columns in known.items()}
-    off = deviations(RUNS["ball_joint_lugre1d"], moved, known)
+    reference, _ = read("ball_joint_lugre1d")
+    moved = {t: columns | {"value": 1.01 * columns["value"]} for t, columns in reference.items()}
+    off = deviations(RUNS["ball_joint_lugre1d"], moved, reference)
     assert min(off.values()) > 3.0
 
 
@@ -58,17 +58,17 @@ def test_statistics_see_a_model(name):
     """Metrics at half their value, as by a lost factor of two: at least three of the six are beyond
     what is allowed.
     """
-    known, _ = read(name)
-    moved = {"metrics": known["metrics"] | {"value": 0.5 * known["metrics"]["value"]}}
-    off = np.array(list(deviations(RUNS[name], moved, known).values()))
+    reference, _ = read(name)
+    moved = {"metrics": reference["metrics"] | {"value": 0.5 * reference["metrics"]["value"]}}
+    off = np.array(list(deviations(RUNS[name], moved, reference).values()))
     assert (off > 1.0).sum() >= 3, off
 
 
 def test_a_missing_channel_is_named():
-    known, _ = read("slider_crank_ideal")
-    less = known | {"channels": {c: v[1:] for c, v in known["channels"].items()}}
+    reference, _ = read("slider_crank_ideal")
+    less = reference | {"channels": {c: v[1:] for c, v in reference["channels"].items()}}
     with pytest.raises(ValueError, match="channels: found"):
-        deviations(RUNS["slider_crank_ideal"], less, known)
+        deviations(RUNS["slider_crank_ideal"], less, reference)
 
 
 def test_every_case_has_a_reference():

@@ -53,18 +53,18 @@ def test_metrics_are_those_of_runs_one_by_one(fixed):
     """
     case, swept = find_case("slider_crank"), columns()
     family = Family(lambda values: case.scene(**fixed, **values), swept, OPTIONS, None)
-    found = family.found(swept)
-    assert not any(one is None for one in found)
+    actual = family.found(swept)
+    assert not any(one is None for one in actual)
     for i in (0, 5, 14, 35):
         values = {name: column[i].item() for name, column in swept.items()}
         run = prepare(case.scene(**fixed, **values), **OPTIONS)
         sink = MemorySink(run.mechanism.layout.channels, run.attributes())
         assert run.record(sink) is None
         ideal = ideal_motion(run.mechanism.scene, run.span, sink.record.scene)
-        assert found[i].metrics == of_point(sink.record, None, ideal)
-        assert (found[i].warnings, found[i].steps) == (len(sink.record.warnings), run.state.steps)
+        assert actual[i].metrics == of_point(sink.record, None, ideal)
+        assert (actual[i].warnings, actual[i].steps) == (len(sink.record.warnings), run.state.steps)
         alone = family.found({name: column[i : i + 1] for name, column in swept.items()})
-        assert alone[0].metrics == found[i].metrics
+        assert alone[0].metrics == actual[i].metrics
 
 
 def test_a_point_that_fails_is_left_alone():
@@ -129,7 +129,7 @@ def test_a_block_of_the_journal(tmp_path):
     """Points of a block come back one by one; a line that a kill cuts short takes its block
     only.
     """
-    known = {"force": ("N", "largest force")}
+    reference = {"force": ("N", "largest force")}
     made = {"version": "1", "text": "abc"}
     block = [
         Outcome(
@@ -137,7 +137,7 @@ def test_a_block_of_the_journal(tmp_path):
             f"key{i}",
             "done",
             metrics={"force": 0.1 * i},
-            known=known,
+            known=reference,
             steps=i,
             made=made,
             together=True,
@@ -153,7 +153,7 @@ def test_a_block_of_the_journal(tmp_path):
     assert [o.index for o in read(path)] == [3, 0, 1, 2, 4]
     first = [o for o in read(path) if o.index < 2]
     assert [(o.key, o.metrics, o.steps, o.made, o.known) for o in first] == [
-        (o.key, o.metrics, o.steps, o.made, known) for o in block[:2]
+        (o.key, o.metrics, o.steps, o.made, reference) for o in block[:2]
     ]
     path.write_bytes(path.read_bytes()[:-9])
     assert [o.index for o in read(path)] == [3, 0, 1, 2]
@@ -168,10 +168,12 @@ def test_a_journal_of_blocks_is_read_as_point_by_point(tmp_path):
     points = cl.grid(speed=[20.0, 25.0, 30.0])
     defined = define("slider_crank", points, {}, [], 0, None, (), {"turns": 1.0})
     definitions.write(defined, tmp_path)
-    keys, known = defined.keys, {"force": ("N", "largest force")}
+    keys, reference = defined.keys, {"force": ("N", "largest force")}
     first = Outcome(0, keys[0], "failed", "torn", metrics={"own": 1.0})
     block = [
-        Outcome(i, keys[i], "done", metrics={"force": 0.1 + i}, known=known, steps=7, together=True)
+        Outcome(
+            i, keys[i], "done", metrics={"force": 0.1 + i}, known=reference, steps=7, together=True
+        )
         for i in (0, 1)
     ]
     journal = Journal(tmp_path)
@@ -183,25 +185,25 @@ def test_a_journal_of_blocks_is_read_as_point_by_point(tmp_path):
     lists = {"index": [2], "key": [keys[2]], "warnings": [1], "wall": [0.5], "loop": [0.25]}
     lists |= {"steps": [9], "metrics": {"force": [2.5]}}
     path.write_text(path.read_text() + json.dumps({"block": lists}) + "\n")
-    found = cl.open_sweep(tmp_path)
-    assert found.status.tolist() == ["done", "failed", "done"]
-    assert found.reason.tolist() == ["", "late", ""]
-    np.testing.assert_array_equal(found.metrics["force"], [0.1, np.nan, 2.5])
-    np.testing.assert_array_equal(found.metrics["own"], [np.nan] * 3)
-    assert found.costs["steps"].tolist() == [7.0, 0.0, 9.0]
-    assert found.known == known
-    found.write()
+    swept = cl.open_sweep(tmp_path)
+    assert swept.status.tolist() == ["done", "failed", "done"]
+    assert swept.reason.tolist() == ["", "late", ""]
+    np.testing.assert_array_equal(swept.metrics["force"], [0.1, np.nan, 2.5])
+    np.testing.assert_array_equal(swept.metrics["own"], [np.nan] * 3)
+    assert swept.costs["steps"].tolist() == [7.0, 0.0, 9.0]
+    assert swept.known == reference
+    swept.write()
     again = cl.open_sweep(tmp_path)
-    np.testing.assert_array_equal(again.metrics["force"], found.metrics["force"])
-    assert again.reason.tolist() == found.reason.tolist()
+    np.testing.assert_array_equal(again.metrics["force"], swept.metrics["force"])
+    assert again.reason.tolist() == swept.reason.tolist()
 
 
 def test_few_points_are_not_worth_a_memory(tmp_path):
     points = cl.grid(speed=[20.0, 25.0, 30.0])
-    found = cl.sweep(
+    swept = cl.sweep(
         "slider_crank", points, tmp_path / "out", fixed=DRY, channels=[], workers=1, **OPTIONS
     )
-    assert found.done.all()
-    together, alone = worker._together(found.definition, "stamp", (0, 1))
+    assert swept.done.all()
+    together, alone = worker._together(swept.definition, "stamp", (0, 1))
     assert not together
     assert "too few points" in alone

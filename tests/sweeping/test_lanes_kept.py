@@ -112,9 +112,9 @@ def test_killed_within_a_block(tmp_path, undisturbed, after):
     wait_for(after, folder)
     driver.send_signal(signal.SIGKILL)
     driver.wait()
-    kept = cl.open_sweep(folder).done.sum()
-    assert after * BLOCK <= kept < len(POINTS)
-    assert kept % BLOCK == 0
+    stored = cl.open_sweep(folder).done.sum()
+    assert after * BLOCK <= stored < len(POINTS)
+    assert stored % BLOCK == 0
     identical(swept(folder), undisturbed)
 
 

@@ -72,7 +72,7 @@ def clocked(turns, per_turn=40, speed=7.3, **more):
 thousandths = st.integers(0, 12000)
 #: turns after settling, many of them whole or a thousandth beside
 lefts = thousandths | st.builds(
-    lambda whole, beside: 1000 * whole + beside, st.integers(0, 12), st.integers(-1, 1)
+    lambda entire, beside: 1000 * entire + beside, st.integers(0, 12), st.integers(-1, 1)
 )
 
 
@@ -122,25 +122,25 @@ def test_a_window_has_whole_turns_after_settling_and_no_more(settle, left, per_t
 
 
 @pytest.mark.parametrize(
-    ("turns", "begin", "whole"),
+    ("turns", "begin", "entire"),
     [(0.7, 0.0, 0.7), (1.0, 0.0, 1), (1.9, 0.0, 1), (2.0, 1.0, 1), (6.5, 1.0, 5)],
 )
-def test_the_first_turn_is_left_out_where_there_is_a_second(turns, begin, whole):
+def test_the_first_turn_is_left_out_where_there_is_a_second(turns, begin, entire):
     window = Window.of(clocked(turns), None)
     assert window.begin == begin * clocked(turns).turn
-    assert window.turns == pytest.approx(whole, rel=1e-12)
+    assert window.turns == pytest.approx(entire, rel=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("turns", "settle", "whole"),
+    ("turns", "settle", "entire"),
     [(0.9, None, None), (1.9, None, None), (2.0, None, 1), (2.6, 0.5, 2), (2.6, 2.0, None)],
 )
-def test_a_run_that_ended_early_has_whole_turns_or_none(turns, settle, whole):
+def test_a_run_that_ended_early_has_whole_turns_or_none(turns, settle, entire):
     """Such a run is not seen with its start, nor by a part of a turn, as if that were what the
     point is like.
     """
     window = Window.of(clocked(turns, status="partial: something broke"), settle)
-    assert window is None if whole is None else window.turns == whole
+    assert window is None if entire is None else window.turns == entire
 
 
 def test_without_a_turn_the_window_is_in_seconds():
@@ -221,9 +221,9 @@ def test_root_mean_square_of_a_sine_is_exact_over_whole_turns():
     be off by 1 %.
     """
     record = shaker(force_x=lambda t: 5.0 * np.cos(2.0 * np.pi * t), force_y=np.zeros_like)
-    found = values(record)
-    assert found["joint_C_force_rms"] == pytest.approx(5.0 / math.sqrt(2.0), rel=1e-14)
-    assert found["joint_C_force_max"] == pytest.approx(5.0, rel=1e-14)
+    actual = values(record)
+    assert actual["joint_C_force_rms"] == pytest.approx(5.0 / math.sqrt(2.0), rel=1e-14)
+    assert actual["joint_C_force_max"] == pytest.approx(5.0, rel=1e-14)
 
 
 @pytest.mark.parametrize("turns", [2.37, 5.91])
@@ -250,11 +250,11 @@ def test_peaks_between_samples_are_the_located_ones_of_the_window():
     record = located(
         shaker(3.5), C_force_max=[900.0, 70.0, 20.0, 800.0], C_gap_min=[-9e-6, -2e-6, -1e-6, 0.0]
     )
-    found = values(record)  # window: turns 1 and 2
+    actual = values(record)  # window: turns 1 and 2
     assert metrics(record)["joint_C_force_max"].time == 1.5
-    assert found["joint_C_force_max"] == 70.0
-    assert found["joint_C_gap_min"] == -2e-6
-    assert found["joint_C_eccentricity_ratio_max"] == pytest.approx(1.002, rel=1e-12)
+    assert actual["joint_C_force_max"] == 70.0
+    assert actual["joint_C_gap_min"] == -2e-6
+    assert actual["joint_C_eccentricity_ratio_max"] == pytest.approx(1.002, rel=1e-12)
     quiet = values(shaker(3.5, events=contacts([0.4], 1e-3)))
     assert (quiet["joint_C_force_max"], quiet["joint_C_gap_min"]) == (5.0, 1e-4)
     assert (quiet["joint_C_impacts_per_turn"], quiet["joint_C_impact_speed_max"]) == (0.0, 0.0)
@@ -262,8 +262,8 @@ def test_peaks_between_samples_are_the_located_ones_of_the_window():
 
 def test_film_thickness_ratio_is_that_of_the_smallest_gap():
     rough = joint("C") | {"roughness": 2e-6}
-    found = values(located(shaker(3.0, joints=(rough,)), C_gap_min=[0.0, -3e-6, 0.0]))
-    assert found["joint_C_film_thickness_ratio_min"] == pytest.approx(-1.5, rel=1e-12)
+    actual = values(located(shaker(3.0, joints=(rough,)), C_gap_min=[0.0, -3e-6, 0.0]))
+    assert actual["joint_C_film_thickness_ratio_min"] == pytest.approx(-1.5, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -280,9 +280,9 @@ def test_film_thickness_ratio_is_that_of_the_smallest_gap():
 def test_contact_fraction_and_impacts_of_contacts_at_the_windows_ends(
     begin, duration, share, impacts
 ):
-    found = values(shaker(4.0, events=contacts(begin, duration)))
-    assert found["joint_C_contact_fraction"] == pytest.approx(share, abs=1e-15)
-    assert found["joint_C_impacts_per_turn"] == pytest.approx(impacts, abs=1e-15)
+    actual = values(shaker(4.0, events=contacts(begin, duration)))
+    assert actual["joint_C_contact_fraction"] == pytest.approx(share, abs=1e-15)
+    assert actual["joint_C_impacts_per_turn"] == pytest.approx(impacts, abs=1e-15)
 
 
 @given(
@@ -300,14 +300,14 @@ def test_windows_side_by_side_share_out_contacts(parts, cut, data):
     record = shaker(4.0, events=contacts(begin, duration, names))
     first = dataclasses.replace(Window.of(record, 0.0), end=float(cut), turns=float(cut))
     second = Window.of(record, float(cut))
-    found = [{n: v for n, v, *_ in defined.joints(record, w)} for w in (first, second)]
+    actual = [{n: v for n, v, *_ in defined.joints(record, w)} for w in (first, second)]
     totals = {
         "impacts_per_turn": names.count("C"),
         "contact_fraction": duration[np.array(names) == "C"].sum(),
     }
     for name, total in totals.items():
         summed = sum(
-            f[f"joint_C_{name}"] * turns for f, turns in zip(found, (cut, 4 - cut), strict=True)
+            f[f"joint_C_{name}"] * turns for f, turns in zip(actual, (cut, 4 - cut), strict=True)
         )
         assert summed == pytest.approx(total, abs=1e-12)
 
@@ -321,12 +321,12 @@ def test_contact_of_one_joint_is_none_of_another():
     record.data |= {
         p.replace("/C/", "/B/"): v for p, v in record.data.items() if p.startswith("joints/")
     }
-    found = values(located(record, B_force_max=[0.0, 50.0, 0.0], C_force_max=[0.0, 60.0, 0.0]))
-    assert (found["joint_B_impact_speed_max"], found["joint_C_impact_speed_max"]) == (1.0, 2.0)
-    assert (found["joint_B_force_max"], found["joint_C_force_max"]) == (50.0, 60.0)
+    actual = values(located(record, B_force_max=[0.0, 50.0, 0.0], C_force_max=[0.0, 60.0, 0.0]))
+    assert (actual["joint_B_impact_speed_max"], actual["joint_C_impact_speed_max"]) == (1.0, 2.0)
+    assert (actual["joint_B_force_max"], actual["joint_C_force_max"]) == (50.0, 60.0)
     assert (
-        found["joint_B_contact_fraction"]
-        == found["joint_C_contact_fraction"]
+        actual["joint_B_contact_fraction"]
+        == actual["joint_C_contact_fraction"]
         == pytest.approx(0.05, rel=1e-12)
     )
 
@@ -341,9 +341,9 @@ def wet(law):
 
 def test_contact_that_sets_in_gradually_is_read_off_the_samples():
     touching = lambda t: np.where(np.mod(t, 1.0) < 0.195, 8.0, 0.0)  # noqa: E731 - 10 of 50 samples a turn
-    found = values(shaker(3.0, joints=(wet("load_sharing"),), contact_force=touching))
-    assert found["joint_C_contact_fraction"] == pytest.approx(0.2, rel=1e-12)
-    assert "joint_C_impacts_per_turn" not in found
+    actual = values(shaker(3.0, joints=(wet("load_sharing"),), contact_force=touching))
+    assert actual["joint_C_contact_fraction"] == pytest.approx(0.2, rel=1e-12)
+    assert "joint_C_impacts_per_turn" not in actual
     always = values(
         shaker(
             3.3, 37, joints=(wet("load_sharing"),), contact_force=lambda t: np.full(t.shape, 8.0)
@@ -355,13 +355,13 @@ def test_contact_that_sets_in_gradually_is_read_off_the_samples():
 @pytest.mark.parametrize("begin", [[], [1.3, 2.3]])
 def test_a_film_whose_contact_begins_with_a_touch_has_impacts(begin):
     force = lambda t: np.zeros_like(t)  # noqa: E731 - no sample falls into the contacts
-    found = values(
+    actual = values(
         shaker(
             3.0, joints=(wet("flores_hybrid"),), events=contacts(begin, 0.01), contact_force=force
         )
     )
-    assert found["joint_C_impacts_per_turn"] == len(begin) / 2.0
-    assert found["joint_C_contact_fraction"] == pytest.approx(0.01 * len(begin) / 2.0, rel=1e-12)
+    assert actual["joint_C_impacts_per_turn"] == len(begin) / 2.0
+    assert actual["joint_C_contact_fraction"] == pytest.approx(0.01 * len(begin) / 2.0, rel=1e-12)
 
 
 def test_without_a_turn_rates_are_per_second():
@@ -369,15 +369,15 @@ def test_without_a_turn_rates_are_per_second():
         4.0, speed=None, events=contacts([0.5, 1.5, 2.5], 0.1), dissipated=lambda t: 3.0 * t
     )
     record.data["energy/dissipated"] = 5.0 * record.time
-    found = metrics(record, 1.0)
-    assert found["joint_C_impacts_per_second"].value == pytest.approx(2.0 / 3.0, rel=1e-14)
-    assert found["joint_C_impacts_per_second"].units == "1/s"
-    assert found["joint_C_dissipated_power"].value == pytest.approx(3.0, rel=1e-14)
-    assert (found["dissipated_power"].value, found["dissipated_power"].units) == (
+    actual = metrics(record, 1.0)
+    assert actual["joint_C_impacts_per_second"].value == pytest.approx(2.0 / 3.0, rel=1e-14)
+    assert actual["joint_C_impacts_per_second"].units == "1/s"
+    assert actual["joint_C_dissipated_power"].value == pytest.approx(3.0, rel=1e-14)
+    assert (actual["dissipated_power"].value, actual["dissipated_power"].units) == (
         pytest.approx(5.0, rel=1e-14),
         "W",
     )
-    assert not [n for n in found if "turn" in n or "period" in n]
+    assert not [n for n in actual if "turn" in n or "period" in n]
 
 
 # --- periods
@@ -422,9 +422,9 @@ def test_period_error_is_the_distance_that_is_left():
     """Both components: after a turn the subharmonic of 0.1 in x and 0.05 in y is on its other
     side.
     """
-    found = values(orbit(wave((0.8, 1), (0.1, 0.5)), wave((0.8, 1), (0.05, 0.5)), turns=4.0))
-    assert found["period"] == math.inf  # three turns are seen: only a period of one is looked for
-    assert found["period_error"] == pytest.approx(2.0 * math.hypot(0.1, 0.05), rel=1e-3)
+    actual = values(orbit(wave((0.8, 1), (0.1, 0.5)), wave((0.8, 1), (0.05, 0.5)), turns=4.0))
+    assert actual["period"] == math.inf  # three turns are seen: only a period of one is looked for
+    assert actual["period_error"] == pytest.approx(2.0 * math.hypot(0.1, 0.05), rel=1e-3)
     assert values(orbit(wave((0.8, 1), (0.1, 0.5))))["period_error"] < 1e-12
 
 
@@ -437,9 +437,9 @@ def test_a_motion_that_settles_is_told_from_one_that_does_not():
     def fading(t):
         return 0.8 * np.cos(2.0 * np.pi * t) + 0.5 * np.exp(-t) * np.cos(np.pi * t)
 
-    found = values(orbit(fading, turns=5.0))
-    assert found["period"] == math.inf
-    assert found["settling_ratio"] == pytest.approx(math.exp(-2.0), rel=0.03)
+    actual = values(orbit(fading, turns=5.0))
+    assert actual["period"] == math.inf
+    assert actual["settling_ratio"] == pytest.approx(math.exp(-2.0), rel=0.03)
     lasting = values(orbit(wave((0.8, 1), (0.1, (math.sqrt(5.0) - 1.0) / 2.0))))
     assert lasting["settling_ratio"] > 0.5
     assert values(orbit(np.zeros_like))["settling_ratio"] == 0.0
@@ -454,17 +454,19 @@ def test_a_journal_that_comes_by_the_same_place_on_other_ways_has_no_period():
     assert values(orbit(way))["period_error"] > 0.1
 
 
-@pytest.mark.parametrize(("turns", "known"), [(3.9, False), (4.0, True)])
-def test_a_period_needs_three_turns(turns, known):
-    assert ("period" in values(orbit(wave((0.8, 1)), turns=turns))) == known
+@pytest.mark.parametrize(("turns", "reference"), [(3.9, False), (4.0, True)])
+def test_a_period_needs_three_turns(turns, reference):
+    assert ("period" in values(orbit(wave((0.8, 1)), turns=turns))) == reference
 
 
 @pytest.mark.parametrize(
-    ("turns", "per_turn", "known"), [(6.0, 1, True), (6.0, 7, True), (6.1, 11.3, False)]
+    ("turns", "per_turn", "reference"), [(6.0, 1, True), (6.0, 7, True), (6.1, 11.3, False)]
 )
-def test_few_samples_tell_a_period_only_where_they_are_those_of_the_turn(turns, per_turn, known):
-    found = values(orbit(wave((0.8, 1)), turns=turns, per_turn=per_turn))
-    assert found.get("period") == (1.0 if known else None)
+def test_few_samples_tell_a_period_only_where_they_are_those_of_the_turn(
+    turns, per_turn, reference
+):
+    actual = values(orbit(wave((0.8, 1)), turns=turns, per_turn=per_turn))
+    assert actual.get("period") == (1.0 if reference else None)
 
 
 def test_all_journals_must_be_back():
@@ -498,7 +500,7 @@ def test_every_metric_is_described(feeder, dry, mixed):
 
 def test_forces_gaps_and_torques_are_located(feeder):
     record, ideal = feeder
-    found = values(record, None, ideal)
+    actual = values(record, None, ideal)
     # 5 turns of 200 samples and the one that begins them
     late = record.time >= record.turn * (1.0 - 1e-9)
     assert late.sum() == 1001
@@ -522,26 +524,26 @@ def test_forces_gaps_and_torques_are_located(feeder):
     force = np.hypot(*record.joint("B").force.T)
     highest = record.extreme("joints/B/force_max", record.turn).value
     assert highest >= force[late].max() * (1.0 - 1e-14)
-    assert found["joint_B_force_max"] == pytest.approx(highest, rel=1e-14)
-    assert found["joint_B_force_rms"] == pytest.approx(rms(force), rel=1e-12)
-    assert found["drive_crank_torque_rms"] == pytest.approx(
+    assert actual["joint_B_force_max"] == pytest.approx(highest, rel=1e-14)
+    assert actual["joint_B_force_rms"] == pytest.approx(rms(force), rel=1e-12)
+    assert actual["drive_crank_torque_rms"] == pytest.approx(
         rms(record.drive("crank").torque), rel=1e-12
     )
     torque, gap, rate = record.drive("crank").torque, record.joint("B").gap, record["slider"].ax
-    shown = tuple(found[f"drive_crank_torque_{side}"] for side in ("min", "max"))
+    shown = tuple(actual[f"drive_crank_torque_{side}"] for side in ("min", "max"))
     assert shown == ends("drives/crank/torque", torque)
-    shown = tuple(found[f"slider_acceleration_{side}"] for side in ("min", "max"))
+    shown = tuple(actual[f"slider_acceleration_{side}"] for side in ("min", "max"))
     assert shown == ends("bodies/slider/ax", rate)
-    assert found["joint_B_gap_min"] == ends("joints/B/gap", gap)[0]
+    assert actual["joint_B_gap_min"] == ends("joints/B/gap", gap)[0]
     roughness = record.joint("B").gap[-1] / record.joint("B").film_thickness_ratio[-1]
-    assert found["joint_B_film_thickness_ratio_min"] == pytest.approx(
-        found["joint_B_gap_min"] / roughness, rel=1e-12
+    assert actual["joint_B_film_thickness_ratio_min"] == pytest.approx(
+        actual["joint_B_gap_min"] / roughness, rel=1e-12
     )
-    eccentric = 1.0 - found["joint_B_gap_min"] / 1e-4
-    assert found["joint_B_eccentricity_ratio_max"] == pytest.approx(eccentric, rel=1e-12)
+    eccentric = 1.0 - actual["joint_B_gap_min"] / 1e-4
+    assert actual["joint_B_eccentricity_ratio_max"] == pytest.approx(eccentric, rel=1e-12)
 
 
-def balanced(record, found, tolerance):
+def balanced(record, actual, tolerance):
     """First law over the window: what the drive puts in is taken out or stored, by the run's
     tolerance.
     """
@@ -551,13 +553,13 @@ def balanced(record, found, tolerance):
         for n in ("input", "kinetic", "potential")
     ]
     put, kinetic, potential = (end - begin for begin, end in at)
-    assert found["dissipated_per_turn"] * window.turns == pytest.approx(
+    assert actual["dissipated_per_turn"] * window.turns == pytest.approx(
         put - kinetic - potential, abs=tolerance * put
     )
     joints = [
-        v for n, v in found.items() if n.startswith("joint_") and n.endswith("dissipated_per_turn")
+        v for n, v in actual.items() if n.startswith("joint_") and n.endswith("dissipated_per_turn")
     ]
-    assert sum(joints) == pytest.approx(found["dissipated_per_turn"], rel=1e-12)
+    assert sum(joints) == pytest.approx(actual["dissipated_per_turn"], rel=1e-12)
     return put / window.turns, (kinetic + potential) / window.turns
 
 
@@ -566,18 +568,18 @@ def test_over_a_periodic_turn_the_drive_puts_in_what_the_film_takes_out(feeder):
     closes to 1e-4.
     """
     record, _ = feeder
-    found = values(record, 3.0)
-    assert found["period"] == 1.0
-    assert found["period_error"] < 1e-4
+    actual = values(record, 3.0)
+    assert actual["period"] == 1.0
+    assert actual["period_error"] < 1e-4
     put, stored = balanced(record, values(record), 1e-4)
-    assert found["dissipated_per_turn"] == pytest.approx(put, rel=1e-3)
+    assert actual["dissipated_per_turn"] == pytest.approx(put, rel=1e-3)
     assert abs(stored) < 1e-3 * put
     late = record.time >= 3.0 * record.turn * (1.0 - 1e-9)
     # two other ways to the same number: the power of the joint, and that of the drive, by the
     # trapezium rule
     for power in (record.joint("B").power_loss, record.drive("crank").torque * 30.0):
         mean = np.trapezoid(power[late], record.time[late]) / 3.0
-        assert found["joint_B_dissipated_per_turn"] == pytest.approx(mean, rel=1e-3)
+        assert actual["joint_B_dissipated_per_turn"] == pytest.approx(mean, rel=1e-3)
 
 
 def test_turning_the_other_way(feeder):
@@ -587,20 +589,20 @@ def test_turning_the_other_way(feeder):
     record, ideal = recorded(
         cl.load_case("six_bar_feeder", **FEEDER | {"speed": -30.0}), turns=3.0, samples_per_turn=200
     )
-    found = values(record, None, ideal)
-    assert set(found) == set(values(feeder[0], None, feeder[1])) - {
+    actual = values(record, None, ideal)
+    assert set(actual) == set(values(feeder[0], None, feeder[1])) - {
         "period",
         "period_error",
         "settling_ratio",
     }
-    assert found["dissipated_per_turn"] > 0.0
-    balanced(record, found, 1e-4)
-    assert 0.0 < found["slider_position_deviation_max"] < 1e-3
+    assert actual["dissipated_per_turn"] > 0.0
+    balanced(record, actual, 1e-4)
+    assert 0.0 < actual["slider_position_deviation_max"] < 1e-3
 
 
 def test_impacts_are_those_counted_in_the_events(dry):
     record, _ = dry
-    found, events = values(record), record.events
+    actual, events = values(record), record.events
     begin, end = record.turn, 3.0 * record.turn
     columns = ("time", "duration", "impact_speed", "peak_force", "peak_penetration")
     for name in "BC":
@@ -610,29 +612,29 @@ def test_impacts_are_those_counted_in_the_events(dry):
         assert all(one[0] + one[1] <= other[0] for one, other in pairwise(rows))
         begun = [r for r in rows if begin <= r[0] < end]
         assert len(begun) > 3
-        assert found[f"joint_{name}_impacts_per_turn"] == len(begun) / 2.0
-        assert found[f"joint_{name}_impact_speed_max"] == max(r[2] for r in begun)
-        assert found[f"joint_{name}_force_max"] >= max(r[3] for r in begun)
-        assert found[f"joint_{name}_gap_min"] <= -max(r[4] for r in begun)
+        assert actual[f"joint_{name}_impacts_per_turn"] == len(begun) / 2.0
+        assert actual[f"joint_{name}_impact_speed_max"] == max(r[2] for r in begun)
+        assert actual[f"joint_{name}_force_max"] >= max(r[3] for r in begun)
+        assert actual[f"joint_{name}_gap_min"] <= -max(r[4] for r in begun)
         touching = sum(max(min(r[0] + r[1], end) - max(r[0], begin), 0.0) for r in rows)
-        share = found[f"joint_{name}_contact_fraction"]
+        share = actual[f"joint_{name}_contact_fraction"]
         assert share == pytest.approx(touching / (end - begin), rel=1e-12)
         # of 400 samples one is wrong for about each second start or end of a contact
         late = (record.time >= begin) & (record.time < end)
         assert share == pytest.approx((record.joint(name).gap[late] < 0.0).mean(), abs=0.03)
-    balanced(record, found, 1e-3)
+    balanced(record, actual, 1e-3)
 
 
 def test_mixed_joint_in_contact(mixed):
     record, _ = mixed
-    found = values(record)
+    actual = values(record)
     force, time = record.joint("C").contact_force, record.time
     late = time >= record.turn * (1.0 - 1e-9)
     share = np.trapezoid(force[late] > 0.0, time[late]) / np.ptp(time[late])
-    assert 0.0 <= found["joint_C_contact_fraction"] <= 1.0
-    assert found["joint_C_contact_fraction"] == pytest.approx(share, abs=1e-12)
-    assert "joint_C_impacts_per_turn" not in found
-    balanced(record, found, 1e-3)
+    assert 0.0 <= actual["joint_C_contact_fraction"] <= 1.0
+    assert actual["joint_C_contact_fraction"] == pytest.approx(share, abs=1e-12)
+    assert "joint_C_impacts_per_turn" not in actual
+    balanced(record, actual, 1e-3)
 
 
 def test_a_journal_at_rest_in_its_bearing_is_in_contact_all_the_time():
@@ -655,11 +657,11 @@ def test_a_journal_at_rest_in_its_bearing_is_in_contact_all_the_time():
     record, ideal = recorded(cl.Scene(resting), until=0.1)
     assert ideal is None
     for settle in (None, 0.03):
-        found = values(record, settle)
-        assert found["joint_J_contact_fraction"] == pytest.approx(1.0, abs=1e-12)
+        actual = values(record, settle)
+        assert actual["joint_J_contact_fraction"] == pytest.approx(1.0, abs=1e-12)
         # an error of rtol times the clearance, 1e-9 m of a depth of 7e-6 m
-        assert found["joint_J_force_rms"] == pytest.approx(2.0 * 9.81, rel=2e-4)
-        assert found["joint_J_eccentricity_ratio_max"] == pytest.approx(
+        assert actual["joint_J_force_rms"] == pytest.approx(2.0 * 9.81, rel=2e-4)
+        assert actual["joint_J_eccentricity_ratio_max"] == pytest.approx(
             1.0 + depth / clearance, rel=1e-5
         )
     assert values(record)["joint_J_impacts_per_second"] <= 1.0 / 0.1
@@ -669,12 +671,12 @@ def test_a_journal_at_rest_in_its_bearing_is_in_contact_all_the_time():
 def test_dampers_of_a_double_pendulum_take_out_what_it_loses():
     record, ideal = recorded(cl.load_case("double_pendulum", damping=0.02), until=2.0)
     assert ideal is None
-    found = values(record, 0.5)
+    actual = values(record, 0.5)
     total = record.values("energy/kinetic") + record.values("energy/potential")
     before = np.interp(0.5, record.time, total)
     # rtol 1e-6
-    assert found["dissipated_power"] == pytest.approx((before - total[-1]) / 1.5, rel=1e-5)
-    assert not [n for n in found if "turn" in n or "period" in n or "deviation" in n]
+    assert actual["dissipated_power"] == pytest.approx((before - total[-1]) / 1.5, rel=1e-5)
+    assert not [n for n in actual if "turn" in n or "period" in n or "deviation" in n]
 
 
 # --- the mechanism with ideal joints
@@ -735,26 +737,26 @@ def test_deviation_is_of_first_order_in_the_clearance(cranks):
     more closely.
     """
     sizes, runs = cranks
-    found = [values(record, None, ideal) for record, ideal in runs]
+    actual = [values(record, None, ideal) for record, ideal in runs]
     for name in ("slider_position_deviation_max", "slider_acceleration_deviation_rms"):
-        far = [f[name] for f in found]
+        far = [f[name] for f in actual]
         orders = np.log(np.divide(far[:-1], far[1:])) / math.log(2.0)
         np.testing.assert_allclose(orders, 1.0, atol=0.1)
         assert abs(orders[1] - 1.0) < 0.6 * abs(orders[0] - 1.0)
-    for c, f in zip(sizes, found, strict=True):
+    for c, f in zip(sizes, actual, strict=True):
         assert 0.1 * c < f["slider_position_deviation_max"] < 1.5 * c
 
 
 def test_deviation_is_that_from_the_closed_form(cranks):
     for record, ideal in cranks[1]:
-        found = values(record, None, ideal)
+        actual = values(record, None, ideal)
         late = record.time >= record.turn * (1.0 - 1e-9)
         place, acceleration = closed_form(50.0 * record.time[late], 50.0)
         far = np.abs(record["slider"].x[late] - place).max()
-        assert found["slider_position_deviation_max"] == pytest.approx(far, rel=1e-9)
+        assert actual["slider_position_deviation_max"] == pytest.approx(far, rel=1e-9)
         beyond = np.trapezoid((record["slider"].ax[late] - acceleration) ** 2, record.time[late])
         rms = math.sqrt(beyond / np.ptp(record.time[late]))
-        assert found["slider_acceleration_deviation_rms"] == pytest.approx(rms, rel=1e-9)
+        assert actual["slider_acceleration_deviation_rms"] == pytest.approx(rms, rel=1e-9)
 
 
 def test_a_part_of_a_run_is_compared_with_the_same_part():
@@ -763,8 +765,8 @@ def test_a_part_of_a_run_is_compared_with_the_same_part():
         "slider_crank", speed=50.0, clearance=4e-4, model="lubricated", film="pinkus_sternlicht"
     )
     options = {"turns": 4.0, "samples_per_turn": 100}
-    whole, ideal = recorded(scene, **options)
-    steps = int(0.8 * whole.solver["steps"])
+    entire, ideal = recorded(scene, **options)
+    steps = int(0.8 * entire.solver["steps"])
     part, same = recorded(scene, max_steps=steps, **options)
     assert not part.complete
     assert 2.0 * part.turn < part.time[-1] < 4.0 * part.turn
@@ -817,26 +819,26 @@ def test_guides_at_any_angle(angle, by_ground, axis):
     direction = np.array([math.cos(angle), math.sin(angle)]) * axis[0]
     np.testing.assert_allclose(guides(json.loads(scene.to_json()))["slider"], direction, atol=1e-15)
     record, ideal = recorded(scene, turns=2.0, samples_per_turn=100)
-    found = values(record, None, ideal)
+    actual = values(record, None, ideal)
     # 1e-9 from its extremes
     acceleration = axis[0] * closed_form(np.linspace(0.0, 2.0 * math.pi, 100_001), 20.0)[1]
-    assert found["slider_acceleration_max"] == pytest.approx(acceleration.max(), rel=2e-9)
-    assert found["slider_acceleration_min"] == pytest.approx(acceleration.min(), rel=2e-9)
+    assert actual["slider_acceleration_max"] == pytest.approx(acceleration.max(), rel=2e-9)
+    assert actual["slider_acceleration_min"] == pytest.approx(acceleration.min(), rel=2e-9)
     np.testing.assert_allclose(
         ideal["slider"][0], axis[0] * closed_form(20.0 * record.time, 20.0)[0], atol=1e-13
     )
-    assert found["slider_position_deviation_max"] < 1e-13
-    assert found["slider_acceleration_deviation_rms"] < 1e-9
-    assert "period" not in found
+    assert actual["slider_position_deviation_max"] < 1e-13
+    assert actual["slider_acceleration_deviation_rms"] < 1e-9
+    assert "period" not in actual
 
 
 def test_only_what_slides_on_the_ground_has_a_guide():
     """A scotch yoke: its block slides in the yoke, which moves."""
     record, ideal = recorded(scotch_yoke(), turns=1.0, samples_per_turn=50)
     assert set(guides(record.scene)) == set(ideal) == {"yoke"}
-    found = values(record, None, ideal)
-    assert not [n for n in found if n.startswith("block")]
-    assert found["yoke_position_deviation_max"] < 1e-12
+    actual = values(record, None, ideal)
+    assert not [n for n in actual if n.startswith("block")]
+    assert actual["yoke_position_deviation_max"] < 1e-12
 
 
 def pushed(speed=0.2):
@@ -858,13 +860,13 @@ def pushed(speed=0.2):
 
 def test_prismatic_drives_have_forces_and_no_turns():
     record, ideal = recorded(pushed(), until=0.5)
-    found = values(record, None, ideal)
+    actual = values(record, None, ideal)
     # 3 kg up a slope of 3 : 4 at constant speed: m g 4 / 5
     for name in ("min", "max", "rms"):
-        assert found[f"drive_push_force_{name}"] == pytest.approx(3.0 * 9.81 * 0.8, rel=1e-12)
-    assert found["drive_lift_force_max"] == pytest.approx(9.81, rel=1e-12)
-    assert found["block_position_deviation_max"] < 1e-14
-    assert not [n for n in found if "turn" in n or "period" in n or n.startswith("rider")]
+        assert actual[f"drive_push_force_{name}"] == pytest.approx(3.0 * 9.81 * 0.8, rel=1e-12)
+    assert actual["drive_lift_force_max"] == pytest.approx(9.81, rel=1e-12)
+    assert actual["block_position_deviation_max"] < 1e-14
+    assert not [n for n in actual if "turn" in n or "period" in n or n.startswith("rider")]
 
 
 def test_ideal_motion_does_not_depend_on_which_run_came_first(monkeypatch):
@@ -970,13 +972,17 @@ def clock(run):
 
 
 def test_own_metrics_are_numbers_by_name():
-    found = own(
+    actual = own(
         lambda run: {"mean": np.float32(2.0), "rate": (3, "1/s", "a rate"), "none": math.inf},
         clocked(1.0),
     )
-    assert (found["mean"].value, found["mean"].units, found["mean"].text) == (2.0, "?", "mean")
-    assert (found["rate"].value, found["rate"].units, found["rate"].text) == (3.0, "1/s", "a rate")
-    assert found["none"].value == math.inf
+    assert (actual["mean"].value, actual["mean"].units, actual["mean"].text) == (2.0, "?", "mean")
+    assert (actual["rate"].value, actual["rate"].units, actual["rate"].text) == (
+        3.0,
+        "1/s",
+        "a rate",
+    )
+    assert actual["none"].value == math.inf
     assert own(clock, clocked(1.0))["clock"].value == 3.0
 
 

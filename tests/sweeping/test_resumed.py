@@ -112,10 +112,10 @@ def test_R2_a_changed_helper_is_named_and_refused(begun):
     ):
         go()
     assert (folder / "journal.jsonl").read_bytes() == before
-    found = go(accept_changes=True)
-    assert found.done.all()
+    actual = go(accept_changes=True)
+    assert actual.done.all()
     assert len({json.dumps(o["made"]) for o in lines(folder)}) == 3
-    with found.run(1) as run:
+    with actual.run(1) as run:
         assert json.loads(run.file.attrs["scene"])["bodies"][0]["mass"] == 2.5
 
 

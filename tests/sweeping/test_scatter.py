@@ -43,11 +43,11 @@ def test_ishigami():
     variance = sum(alone) + both
     first = [v / variance for v in alone]
     total = [first[0] + both / variance, first[1], both / variance]
-    found = indices(values, list(UNIT))
+    actual = indices(values, list(UNIT))
     for name, one, all_of_it in zip(UNIT, first, total, strict=True):
-        assert found[name].first.value == pytest.approx(one, abs=0.03)
-        assert found[name].total.value == pytest.approx(all_of_it, abs=0.03)
-        assert found[name].total.low <= all_of_it <= found[name].total.high
+        assert actual[name].first.value == pytest.approx(one, abs=0.03)
+        assert actual[name].total.value == pytest.approx(all_of_it, abs=0.03)
+        assert actual[name].total.low <= all_of_it <= actual[name].total.high
 
 
 @pytest.mark.parametrize(("first", "total", "doubtful"), [(0.52, 0.5, True), (0.504, 0.5, False)])
@@ -78,9 +78,9 @@ def test_missing_rows():
     at = columns(points)
     values = 3.0 * at["x"] + at["y"]
     values[[5, n + 7, 2 * n + 9]] = np.nan
-    found = indices(values, ["x", "y"])
-    assert found["x"].first.value == pytest.approx(0.9, abs=0.02)
-    assert found["y"].total.value == pytest.approx(0.1, abs=0.02)
+    actual = indices(values, ["x", "y"])
+    assert actual["x"].first.value == pytest.approx(0.9, abs=0.02)
+    assert actual["y"].total.value == pytest.approx(0.1, abs=0.02)
     assert indices(np.ones(4096), ["x", "y"]) == {}
 
 
@@ -184,7 +184,7 @@ def test_slider_crank_with_tolerances(tmp_path):
     (tmp_path / "crank.py").write_text(CRANK)
     (tmp_path / "place.py").write_text(PLACE)
     r, length, a, tolerance = 0.05, 0.15, 1.0, (5e-5, 5e-5)
-    found = cl.scatter(
+    actual = cl.scatter(
         tmp_path / "crank.py",
         {"crank": f"normal({r}, {tolerance[0]})", "rod": f"normal({length}, {tolerance[1]})"},
         tmp_path / "out",
@@ -198,15 +198,15 @@ def test_slider_crank_with_tolerances(tmp_path):
     s = math.sqrt(length**2 - (r * math.sin(a)) ** 2)
     parts = [(math.cos(a) - r * math.sin(a) ** 2 / s) * tolerance[0], length / s * tolerance[1]]
     deviation = math.hypot(*parts)
-    numbers = found.summary("place")
+    numbers = actual.summary("place")
     assert numbers["mean"] == pytest.approx(r * math.cos(a) + s, abs=0.1 * deviation)
     assert numbers["deviation"] == pytest.approx(deviation, rel=0.03)
     for name, part in zip(("crank", "rod"), parts, strict=True):
-        assert found.indices("place")[name].first.value == pytest.approx(
+        assert actual.indices("place")[name].first.value == pytest.approx(
             (part / deviation) ** 2, abs=0.03
         )
     exact = stats.norm(r * math.cos(a) + s, deviation).sf(0.17)
-    assert found.beyond("place").low <= exact <= found.beyond("place").high
+    assert actual.beyond("place").low <= exact <= actual.beyond("place").high
     again = open_scatter(tmp_path / "out")
     assert again.summary("place") == numbers
     with pytest.raises(ValueError, match="no metric 'plac' .did you mean place"):

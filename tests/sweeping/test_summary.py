@@ -82,25 +82,25 @@ class Settled:
     """
 
     def __new__(cls, swept):
-        found = cl.open_sweep(swept.folder)
+        actual = cl.open_sweep(swept.folder)
         points = cl.grid(speed=[10.0, 20.0]) * cl.grid(clearance=[1e-4, 2e-4])
-        found.definition = driver.replace(found.definition, points=points)
-        found.count, found.status = 4, np.array(["done"] * 4)
-        found.metrics = {
+        actual.definition = driver.replace(actual.definition, points=points)
+        actual.count, actual.status = 4, np.array(["done"] * 4)
+        actual.metrics = {
             "peak": np.array([1.0, 2.0, 3.0, 4.0]),
             "period": np.array([1.0, 2.0, np.inf, np.nan]),
         }
-        found.known = {"peak": ("N", "peak"), "period": ("turns", "period")}
-        return found
+        actual.known = {"peak": ("N", "peak"), "period": ("turns", "period")}
+        return actual
 
 
 def test_only_settled_leaves_out_what_did_not_come_back(swept, tmp_path):
-    found = Settled(swept)
-    choice = maps.Choice.of(found, None, only_settled=True)
+    actual = Settled(swept)
+    choice = maps.Choice.of(actual, None, only_settled=True)
     np.testing.assert_array_equal(choice.values("peak"), [1.0, 2.0, np.nan, np.nan])
-    np.testing.assert_array_equal(maps.Choice.of(found, None).values("peak"), [1.0, 2.0, 3.0, 4.0])
-    assert maps.maps(found, tmp_path / "map.png", only_settled=True).exists()
-    assert maps.curves(found, tmp_path / "curves.png", only_settled=True).exists()
+    np.testing.assert_array_equal(maps.Choice.of(actual, None).values("peak"), [1.0, 2.0, 3.0, 4.0])
+    assert maps.maps(actual, tmp_path / "map.png", only_settled=True).exists()
+    assert maps.curves(actual, tmp_path / "curves.png", only_settled=True).exists()
     with pytest.raises(ValueError, match="no run of .* is known to have settled"):
         maps.maps(swept, tmp_path / "never.png", only_settled=True)
 

@@ -94,11 +94,11 @@ def test_the_index_is_plain_hdf5(swept):
 def test_the_index_is_rebuilt_from_what_is_left(swept, copy, lost):
     for name in lost:
         (copy / name).unlink()
-    found = cl.open_sweep(copy)
-    assert found.done.all()
+    actual = cl.open_sweep(copy)
+    assert actual.done.all()
     for name, values in swept.metrics.items():
-        np.testing.assert_array_equal(found.metrics[name], values)
-        assert found.known[name] == swept.known[name]
+        np.testing.assert_array_equal(actual.metrics[name], values)
+        assert actual.known[name] == swept.known[name]
 
 
 def test_the_same_call_again_runs_nothing(copy):
@@ -140,8 +140,8 @@ def test_a_run_whose_line_was_lost_is_taken_from_its_file(copy):
     """A kill between a run's file and its line: the file is whole and counts."""
     lines = (copy / "journal.jsonl").read_bytes().splitlines(keepends=True)
     (copy / "journal.jsonl").write_bytes(b"".join(lines[:2]))
-    found = again(copy)
-    assert found.done.all()
+    actual = again(copy)
+    assert actual.done.all()
     assert len(ended(copy)) == 6
 
 
@@ -234,15 +234,15 @@ def scene(*, strength: float = 0.0, length: float = 0.1) -> cl.Scene:
 def test_a_failed_point_keeps_its_reason_and_the_sweep_goes_on(tmp_path):
     (tmp_path / "torn.py").write_text(FAILS)
     points = cl.grid(strength=[0.0, 1.0], length=[0.1, 0.9])
-    found = cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1)
-    assert found.status.tolist() == ["done", "failed", "failed", "failed"]
-    assert "at t =" in found.reason[2]
-    assert "length 0.9 m is too long" in found.reason[1]
-    with found.run(2) as partial:
+    actual = cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1)
+    assert actual.status.tolist() == ["done", "failed", "failed", "failed"]
+    assert "at t =" in actual.reason[2]
+    assert "length 0.9 m is too long" in actual.reason[1]
+    with actual.run(2) as partial:
         assert partial.status.startswith("partial: ")
         assert partial.time.size > 1
     with pytest.raises(ValueError, match="has no file: .*too long"):
-        found.run(3)
+        actual.run(3)
     count = len(ended(tmp_path / "out"))
     cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1)
     assert len(ended(tmp_path / "out")) == count
@@ -263,18 +263,20 @@ def test_a_changed_case_file_is_another_sweep(tmp_path):
 
 def test_summaries_only_and_samples(tmp_path):
     points = cl.sampled(6, seed=5, speed=(10.0, 20.0), clearance=(5e-5, 2e-4, "log"))
-    found = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, channels=[], workers=2, **OPTIONS)
-    assert found.done.all()
+    actual = cl.sweep(
+        CASE, points, tmp_path / "out", fixed=FIXED, channels=[], workers=2, **OPTIONS
+    )
+    assert actual.done.all()
     assert not list((tmp_path / "out" / "runs").iterdir())
-    assert found.dataset.sizes == {"run": 6}
-    np.testing.assert_array_equal(found.dataset.speed.values, points.columns["speed"])
+    assert actual.dataset.sizes == {"run": 6}
+    np.testing.assert_array_equal(actual.dataset.speed.values, points.columns["speed"])
     with pytest.raises(ValueError, match="summaries only"):
-        found.run(0)
+        actual.run(0)
 
 
 def test_chosen_channels_and_compression(tmp_path):
     points = cl.grid(speed=[20.0])
-    found = cl.sweep(
+    actual = cl.sweep(
         CASE,
         points,
         tmp_path / "out",
@@ -284,13 +286,13 @@ def test_chosen_channels_and_compression(tmp_path):
         workers=1,
         **OPTIONS,
     )
-    with found.run(0) as run:
+    with actual.run(0) as run:
         assert run.names("bodies/slider") == ("x",)
         assert run.names("joints/C") == ("eccentricity_ratio", "eccentricity_x", "eccentricity_y")
         assert run.file["bodies/slider/x"].compression == "gzip"
         with pytest.raises(KeyError, match="may not have been kept"):
             run.values("bodies/slider/y")
-    assert "joint_C_gap_min" in found.metrics  # of all channels, whichever are kept
+    assert "joint_C_gap_min" in actual.metrics  # of all channels, whichever are kept
 
 
 def test_a_metric_of_ones_own(tmp_path):
@@ -302,7 +304,7 @@ def test_a_metric_of_ones_own(tmp_path):
     )
     points = cl.grid(speed=[20.0, 30.0])
     mine = f"{tmp_path / 'mine.py'}:travel"
-    found = cl.sweep(
+    actual = cl.sweep(
         CASE,
         points,
         tmp_path / "out",
@@ -312,9 +314,9 @@ def test_a_metric_of_ones_own(tmp_path):
         workers=1,
         **OPTIONS,
     )
-    assert found.known["travel"] == ("m", "way of the slider")
-    assert found.metrics["travel"][0] > 0.0
-    assert found.metrics["plain"].tolist() == [2.0, 2.0]
+    assert actual.known["travel"] == ("m", "way of the slider")
+    assert actual.metrics["travel"][0] > 0.0
+    assert actual.metrics["plain"].tolist() == [2.0, 2.0]
     bad = cl.sweep(
         CASE,
         points,
@@ -372,8 +374,8 @@ def test_metrics_are_those_of_the_file(undisturbed):
     for i in (0, 39):
         with undisturbed.run(i) as run:
             assert len(run.events["time"]) > 100
-            found = of_point(run)
-        for name, metric in found.items():
+            actual = of_point(run)
+        for name, metric in actual.items():
             assert undisturbed.metrics[name][i] == metric.value, name
 
 
@@ -396,15 +398,15 @@ def wait_for(count: int, folder: Path, seconds: float = 120.0) -> None:
 
 def children(pid: int) -> list[int]:
     """Processes below a process that run points: the fork server's children."""
-    found = []
+    actual = []
     for path in Path("/proc").glob("[0-9]*/stat"):
         try:
             fields = path.read_text().rpartition(")")[2].split()
         except OSError:
             continue
         if int(fields[1]) == pid:
-            found += [int(path.parent.name), *children(int(path.parent.name))]
-    return found
+            actual += [int(path.parent.name), *children(int(path.parent.name))]
+    return actual
 
 
 @pytest.mark.slow
@@ -428,14 +430,14 @@ def test_a_killed_driver_loses_no_finished_run(after, tmp_path, undisturbed):
     alive = [pid for pid in below if Path(f"/proc/{pid}").exists() and not zombie(pid)]
     assert not alive, "workers outlive their driver"
     before = cl.open_sweep(tmp_path / "out")  # readable at once
-    kept = before.done.sum()
-    assert kept >= after
+    stored = before.done.sum()
+    assert stored >= after
     times = {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out" / "runs").glob("*.h5")}
-    found = finish(tmp_path / "out")
-    assert found.done.all()
+    actual = finish(tmp_path / "out")
+    assert actual.done.all()
     for name, time_ns in times.items():  # no finished run was done again
         assert (tmp_path / "out" / "runs" / name).stat().st_mtime_ns == time_ns
-    identical(found, undisturbed)
+    identical(actual, undisturbed)
 
 
 def zombie(pid: int) -> bool:
@@ -460,9 +462,9 @@ def test_killed_workers_are_replaced(tmp_path, undisturbed):
             killed += 1
     assert driver.wait(timeout=300) == 0
     assert killed >= 2
-    found = cl.open_sweep(tmp_path / "out")
-    assert found.done.all()
-    identical(found, undisturbed)
+    actual = cl.open_sweep(tmp_path / "out")
+    assert actual.done.all()
+    identical(actual, undisturbed)
 
 
 def serves(pid: int) -> bool:
@@ -489,9 +491,9 @@ def test_a_point_that_kills_its_worker_is_given_up(tmp_path):
     )
     # the deadly point is not among those that the driver itself tries
     points = cl.grid(length=[0.1, 0.9, 0.2, 0.3])
-    found = cl.sweep(tmp_path / "deadly.py", points, tmp_path / "out", until=0.1, workers=2)
-    assert found.status.tolist() == ["done", "lost", "done", "done"]
-    assert found.reason[1] == "its worker died: killed by SIGKILL"
+    actual = cl.sweep(tmp_path / "deadly.py", points, tmp_path / "out", until=0.1, workers=2)
+    assert actual.status.tolist() == ["done", "lost", "done", "done"]
+    assert actual.reason[1] == "its worker died: killed by SIGKILL"
 
 
 @pytest.mark.slow
@@ -554,10 +556,10 @@ def test_a_full_disk_at_the_journal_takes_nothing_of_a_line(tmp_path):
 def test_values_are_the_same_however_they_are_written(copy):
     before = (copy / "journal.jsonl").read_bytes()
     points = cl.grid(speed=[20, 30], clearance=[1e-4, 2e-4, 3e-4])
-    found = cl.sweep(
+    actual = cl.sweep(
         CASE, points, copy, fixed=FIXED, **(OPTIONS | {"turns": 2, "samples_per_turn": 50.0})
     )
-    assert found.done.all()
+    assert actual.done.all()
     assert (copy / "journal.jsonl").read_bytes() == before
     with pytest.raises(ValueError, match="speed: expected a float, got 'fast'"):
         cl.sweep(CASE, cl.grid(speed=["fast"]), copy, **OPTIONS)
@@ -593,7 +595,7 @@ def test_a_metric_may_fail_as_it_likes(end, tmp_path):
         "ZeroDivisionError\n"
         f"def mine(run):\n    print('noise')\n    {end}\n"
     )
-    found = cl.sweep(
+    actual = cl.sweep(
         CASE,
         cl.grid(speed=[20.0]),
         tmp_path / "out",
@@ -603,17 +605,17 @@ def test_a_metric_may_fail_as_it_likes(end, tmp_path):
         metrics=[f"{tmp_path / 'mine.py'}:mine"],
         **OPTIONS,
     )
-    assert found.status.tolist() == ["done"]
-    assert "mine.py, line" in found.reason[0]
+    assert actual.status.tolist() == ["done"]
+    assert "mine.py, line" in actual.reason[0]
 
 
 def test_names_of_metrics_that_are_taken(tmp_path):
     (tmp_path / "mine.py").write_text("def mine(run):\n    return {'speed': 1.0}\n")
     mine, points = [f"{tmp_path / 'mine.py'}:mine"], cl.grid(speed=[20.0])
-    found = cl.sweep(
+    actual = cl.sweep(
         CASE, points, tmp_path / "out", fixed=FIXED, workers=1, metrics=mine, **OPTIONS
     )
-    assert "metric 'speed': the name is taken" in found.reason[0]
+    assert "metric 'speed': the name is taken" in actual.reason[0]
 
 
 def test_a_directory_of_other_things_is_refused(tmp_path):
@@ -629,12 +631,12 @@ def test_an_index_alone_is_read(tmp_path):
     points = cl.grid(speed=[20.0, 25.0])
     first = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, channels=[], workers=1, **OPTIONS)
     (tmp_path / "out" / "journal.jsonl").unlink()
-    found = cl.open_sweep(tmp_path / "out").metrics["joint_C_force_max"]
-    np.testing.assert_array_equal(found, first.metrics["joint_C_force_max"])
+    actual = cl.open_sweep(tmp_path / "out").metrics["joint_C_force_max"]
+    np.testing.assert_array_equal(actual, first.metrics["joint_C_force_max"])
     later = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, channels=[], workers=1, **OPTIONS)
     assert later.done.all()
     assert len(ended(tmp_path / "out")) == 2
-    np.testing.assert_array_equal(later.metrics["joint_C_force_max"], found)
+    np.testing.assert_array_equal(later.metrics["joint_C_force_max"], actual)
 
 
 def test_values_that_were_not_swept(swept):

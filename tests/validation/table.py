@@ -68,7 +68,7 @@ def validated(record_property: Callable) -> Callable:
     """
 
     def compare(
-        quantity, found, reference, tolerance, *, source, unit="", kind="published", relative=True
+        quantity, result, reference, tolerance, *, source, unit="", kind="published", relative=True
     ):
         """Assert |found - reference| <= tolerance for numbers or arrays of one shape [unit];
         complex numbers are vectors.
@@ -78,7 +78,7 @@ def validated(record_property: Callable) -> Callable:
         """
         if kind not in KINDS:
             raise ValueError(f"kind must be one of {', '.join(KINDS)}; got {kind!r}")
-        found, reference = np.broadcast_arrays(np.asarray(found), np.asarray(reference))
+        result, reference = np.broadcast_arrays(np.asarray(result), np.asarray(reference))
         first = reference.flat[0]
         row = {
             "quantity": quantity,
@@ -90,24 +90,24 @@ def validated(record_property: Callable) -> Callable:
             "value": float(abs(first) if np.iscomplexobj(first) else first),
             "tolerance": float(tolerance),
             "deviation": worst(
-                found, reference, np.abs(reference) if relative is True else float(relative or 1.0)
+                result, reference, np.abs(reference) if relative is True else float(relative or 1.0)
             ),
         }
         record_property("validated", json.dumps(row))
         off = row["deviation"]
         assert off <= row["tolerance"], (
-            f"{quantity}: off by {off:.3g}, allowed {tolerance:g}; {found} not {reference}"
+            f"{quantity}: off by {off:.3g}, allowed {tolerance:g}; {result} not {reference}"
         )
 
     return compare
 
 
-def worst(found: np.ndarray, reference: np.ndarray, size: np.ndarray | float) -> float:
+def worst(result: np.ndarray, reference: np.ndarray, size: np.ndarray | float) -> float:
     """Largest share of `size` that the numbers are apart by; none where they are equal, nan where
     any is.
     """
     with np.errstate(all="ignore"):
-        return float(np.max(np.where(found == reference, 0.0, np.abs(found - reference) / size)))
+        return float(np.max(np.where(result == reference, 0.0, np.abs(result - reference) / size)))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -175,13 +175,13 @@ class Gathered:
                 for n in ("quantity", "source", "kind", "unit", "share", "tolerance", "status")
             ),
         )
-        known = self.rows.setdefault(
+        reference = self.rows.setdefault(
             key, row | {"test": test, "place": place, "count": 0, "deviation": 0.0}
         )
-        known["place"] = min(known["place"], place)
-        known["count"] += row.get("count", 0)
-        off = known["deviation"], row.get("deviation", 0.0)
-        known["deviation"] = math.nan if any(map(math.isnan, off)) else max(off)
+        reference["place"] = min(reference["place"], place)
+        reference["count"] += row.get("count", 0)
+        off = reference["deviation"], row.get("deviation", 0.0)
+        reference["deviation"] = math.nan if any(map(math.isnan, off)) else max(off)
 
     def pytest_sessionfinish(self) -> None:
         """Write the page."""
@@ -227,15 +227,15 @@ def page(rows: list[dict]) -> str:
         *(f"- {name}: {what}" for name, what in KINDS.items()),
     ]
     for name in SUBJECTS:
-        own = [r for r in rows if subject(r["test"]) == name]
-        if own:
+        ours = [r for r in rows if subject(r["test"]) == name]
+        if ours:
             lines += [
                 "",
                 f"## {name}",
                 "",
                 f"| {' | '.join(HEAD)} |",
                 "|---" * len(HEAD) + "|",
-                *map(line, own),
+                *map(line, ours),
             ]
     return "\n".join(lines) + "\n"
 

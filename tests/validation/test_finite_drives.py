@@ -102,8 +102,8 @@ def test_slider_crank(name, validated):
     result = cl.simulate(slider_crank(LAWS[name]), until=0.6, samples=61, rtol=1e-10)
     crank = result["crank"]
     at = [round(float(r["time"]) / 0.01) for r in rows]
-    found = np.array([crank.theta[at], crank.omega[at]])
-    validated(f"crank angle and speed, {name}", found, wanted, 1e-9, unit="rad, rad/s", **LAGRANGE)
+    actual = np.array([crank.theta[at], crank.omega[at]])
+    validated(f"crank angle and speed, {name}", actual, wanted, 1e-9, unit="rad, rad/s", **LAGRANGE)
     assert result.solver["energy_residual_share"] < 1e-9
 
 
@@ -116,8 +116,8 @@ def test_lagrange_equation_gives_the_rows():
     for name, torque in torques.items():
         rows = [r for r in ROWS if r["drive"] == name]
         wanted = np.array([[float(r[n]) for r in rows] for n in ("angle", "speed")])
-        found = lagrange(torque, [float(r["time"]) for r in rows])
-        np.testing.assert_allclose(found, wanted, rtol=1e-9)
+        actual = lagrange(torque, [float(r["time"]) for r in rows])
+        np.testing.assert_allclose(actual, wanted, rtol=1e-9)
 
 
 def test_a_stiff_motor_line_prescribes_the_speed(validated):
@@ -146,9 +146,9 @@ def test_kloss(validated):
     """
     law = cl.kloss(breakdown=12.0, slip=0.2, synchronous=SPEED)
     rates = SPEED * (1.0 - np.array([0.2, -0.2]))
-    found, source = law(0.0, 0.0, rates), "T_b at s_b"
+    actual, source = law(0.0, 0.0, rates), "T_b at s_b"
     validated(
-        "breakdown torque", found, [12.0, -12.0], 1e-14, source=source, kind="exact", unit="N m"
+        "breakdown torque", actual, [12.0, -12.0], 1e-14, source=source, kind="exact", unit="N m"
     )
     assert np.abs(law(0.0, 0.0, np.linspace(-SPEED, 3.0 * SPEED, 4001))).max() <= 12.0 * (
         1.0 + 1e-15
@@ -224,13 +224,13 @@ class TestMotor:
         """
         law = cl.dc_motor(**self.NUMBERS)
         result = cl.simulate(rotor(law), until=0.5, samples=51, rtol=1e-9, method=method)
-        found = np.array([result.drive("disc").current, result["disc"].omega])
+        actual = np.array([result.drive("disc").current, result["disc"].omega])
         wanted = self.exact(result.time)
         sizes = np.abs(wanted).max(axis=1)[:, None]
         more = {"source": "matrix exponential", "kind": "exact"}
         validated(
             f"current and speed of a motor, {method}",
-            found / sizes,
+            actual / sizes,
             wanted / sizes,
             1e-7,
             relative=1.0,
@@ -387,20 +387,20 @@ class TestTurns:
         """Whole turns after the first; the largest torque in them is that of the samples there,
         1e-4.
         """
-        found = metrics(run)
+        actual = metrics(run)
         times = run.time_at(np.array([1.0, 6.0]))
         inside = (run.time >= times[0]) & (run.time <= times[1])
         torque = run.drive("crank").torque[inside]
-        assert found["drive_crank_torque_max"].value == pytest.approx(torque.max(), rel=1e-4)
+        assert actual["drive_crank_torque_max"].value == pytest.approx(torque.max(), rel=1e-4)
 
     def test_last(self, run):
         """The last whole turn by its angle: from 5 to 6 of 6.4 turns, drawn from 0 to 360
         degrees.
         """
-        angle, found, label = abscissa(run, "angle", last=1.0)
+        angle, actual, label = abscissa(run, "angle", last=1.0)
         assert label == "crank angle [deg]"
         assert 0.0 <= angle[0] < 1.0 < 358.5 < angle[-1] <= 360.0 + 1e-6
-        assert run.turns_at(run.time[found][0]) == pytest.approx(5.0, abs=0.01)
+        assert run.turns_at(run.time[actual][0]) == pytest.approx(5.0, abs=0.01)
 
     def test_period(self):
         """A lubricated journal behind a PI comes back every turn of the angle, though the speed
@@ -411,9 +411,9 @@ class TestTurns:
         )
         result = cl.simulate(scene, turns=16, samples_per_turn=100)
         assert np.ptp(result["crank"].omega[800:]) > 0.05 * SPEED
-        found = metrics(result, settle=11)
-        assert found["period"].value == 1.0
-        assert found["period_error"].value < 1e-3
+        actual = metrics(result, settle=11)
+        assert actual["period"].value == 1.0
+        assert actual["period_error"].value < 1e-3
 
     def test_even_speed_is_a_constant_speed(self):
         """A free disc at its nominal speed, either way round: turns, times and sections of the

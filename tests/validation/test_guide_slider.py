@@ -40,13 +40,13 @@ def tolerance(time: float) -> float:
 
 def contacts(result) -> list[tuple[float, str, str]]:
     """Time, corner and kind of each start and end of a contact, in order of time."""
-    events, found = result.events, []
+    events, actual = result.events, []
     for time, duration, spot in zip(
         events["time"], events["duration"], events["joint"], strict=True
     ):
         corner = CORNERS[spot.partition("/")[2]]
-        found += [(time, corner, "touches"), (time + duration, corner, "leaves")]
-    return sorted(found)
+        actual += [(time, corner, "touches"), (time + duration, corner, "leaves")]
+    return sorted(actual)
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -86,9 +86,9 @@ def test_rows(motion, validated):
         else:
             name, _, time = what.removesuffix(" s").partition(" at ")
             here = np.argmin(abs(result.time - float(time)))
-            found, units = values[name][here], row["unit"]
+            actual, units = values[name][here], row["unit"]
             allowed = tolerance(float(time))
-            validated(f"{name}, {motion} slider", found, value, allowed, unit=units, **options)
+            validated(f"{name}, {motion} slider", actual, value, allowed, unit=units, **options)
 
 
 def test_two_films(validated):
@@ -118,11 +118,11 @@ def test_two_films(validated):
     result = cl.simulate(
         cl.Scene(*parts.joints[:-1], guide, drive), until=0.1, rtol=1e-8, samples=101
     )
-    found = result.joint("guide")
+    actual = result.joint("guide")
     values = {
-        "e / c": found.offset / clearance,
-        "psi a / c": found.tilt * 0.05 / clearance,
-        "energy taken out": found.dissipated,
+        "e / c": actual.offset / clearance,
+        "psi a / c": actual.tilt * 0.05 / clearance,
+        "energy taken out": actual.dissipated,
     }
     rows = [row for row in FILM_ROWS if row["case"] == "slider-crank in two films"]
     options = {"source": "plain model in its own coordinates", "kind": "independent"}
@@ -138,4 +138,4 @@ def test_two_films(validated):
             unit=row["unit"],
             **options,
         )
-    assert np.abs(result.energy.residual).max() < 1e-6 * found.dissipated[-1]
+    assert np.abs(result.energy.residual).max() < 1e-6 * actual.dissipated[-1]

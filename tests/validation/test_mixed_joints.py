@@ -25,7 +25,7 @@ def test_feeder_with_the_finite_film(validated):
     )
     eccentricity = np.hypot(joint.eccentricity_x, joint.eccentricity_y)[last] / 1e-4
     force = np.hypot(joint.force_x, joint.force_y)[last]
-    for what, found, row, tolerance, unit in (
+    for what, actual, row, tolerance, unit in (
         (
             "slider acceleration",
             (acceleration.min(), acceleration.max()),
@@ -50,7 +50,7 @@ def test_feeder_with_the_finite_film(validated):
             "kind": "independent",
             "relative": False,
         }
-        validated(f"{what}, feeder with the harmonic film", found, row, tolerance, **options)
+        validated(f"{what}, feeder with the harmonic film", actual, row, tolerance, **options)
 
 
 @pytest.mark.parametrize("viscosity", [0.04, 0.004, 0.001])
@@ -153,8 +153,8 @@ def test_more_clearance_joints_add_up():
         scene = cl.load_case(
             "six_bar_feeder", joints=joints, film="pinkus_sternlicht", clearance=2e-4
         )
-        found = cl.simulate(scene, turns=3)["slider"].ax
-        apart.append(np.sqrt(np.mean((found - ideal)[len(ideal) // 2 :] ** 2)))
+        result = cl.simulate(scene, turns=3)["slider"].ax
+        apart.append(np.sqrt(np.mean((result - ideal)[len(ideal) // 2 :] ** 2)))
     assert apart[0] < apart[2]
 
 

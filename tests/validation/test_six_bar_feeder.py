@@ -114,18 +114,18 @@ def test_independent_integration(validated):
     mechanism_start = build(shifted).start
     q0 = np.array([v for b in shifted.bodies for v in mechanism_start.pose[b]])
     until = 0.01
-    found = solve_ivp(
+    actual = solve_ivp(
         rate, (0.0, until), np.concatenate([q0, v0]), method="Radau", rtol=1e-10, atol=1e-14
     )
-    own = cl.simulate(shifted, until=until, rtol=1e-10, samples=2)
-    q = found.y[: q0.size, -1].reshape(-1, 3)
+    ours = cl.simulate(shifted, until=until, rtol=1e-10, samples=2)
+    q = actual.y[: q0.size, -1].reshape(-1, 3)
     for body, (x, y, theta) in zip(shifted.bodies, q, strict=True):
         options = {
             "source": "scipy Radau on plain multipliers",
             "kind": "independent",
             "relative": False,
         }
-        place, b = (own[body.name].x[-1], own[body.name].y[-1]), own[body.name]
+        place, b = (ours[body.name].x[-1], ours[body.name].y[-1]), ours[body.name]
         validated("positions in the lubricated feeder", place, (x, y), 1e-10, unit="m", **options)
         validated(
             "angles in the lubricated feeder", b.theta[-1], theta, 1e-9, unit="rad", **options

@@ -27,11 +27,11 @@ def extremes(result, clearance=None, last=1.0):
     keep = result.time >= result.time[-1] - last * 2 * np.pi / cl.rpm(5000) * (1 + 1e-9)
     ax, moment = result["slider"].ax[keep], result.drive("crank").torque[keep]
     force = np.hypot(*result.joint("C").force[keep].T)
-    found = [ax.max(), ax.min(), moment.max(), moment.min(), force.max()]
+    actual = [ax.max(), ax.min(), moment.max(), moment.min(), force.max()]
     if clearance:
         ratio = np.hypot(*result.joint("C").eccentricity[keep].T) / clearance
-        found += [ratio.min(), ratio.max()]
-    return found
+        actual += [ratio.min(), ratio.max()]
+    return actual
 
 
 def test_ideal(validated):
@@ -41,8 +41,8 @@ def test_ideal(validated):
     )
     expected = [9695.86, -19419.36, 138.624, -138.419, 2718.71]
     options = {"source": "plain model, spectral derivatives", "kind": "independent"}
-    for (what, unit), found, row in zip(QUANTITIES[:5], extremes(result), expected, strict=True):
-        validated(f"{what}, ideal slider-crank", found, row, 4e-6, unit=unit, **options)
+    for (what, unit), actual, row in zip(QUANTITIES[:5], extremes(result), expected, strict=True):
+        validated(f"{what}, ideal slider-crank", actual, row, 4e-6, unit=unit, **options)
     fastest = np.abs(result["slider"].vx).max()
     validated(
         "slider velocity, ideal slider-crank",
@@ -114,11 +114,11 @@ def test_lubricated(viscosity, validated):
         "slider_crank", model="lubricated", viscosity=viscosity, film="pinkus_sternlicht"
     )
     result = cl.simulate(scene, turns=8, rtol=1e-8, samples_per_turn=10000)
-    for (what, unit), found, row in zip(
+    for (what, unit), actual, row in zip(
         QUANTITIES, extremes(result, 5e-4), ROWS[viscosity], strict=True
     ):
         options = {"source": "plain model, Radau IIA at 1e-9", "kind": "independent"}
-        validated(f"{what}, lubricated slider-crank", found, row, 2e-5, unit=unit, **options)
+        validated(f"{what}, lubricated slider-crank", actual, row, 2e-5, unit=unit, **options)
 
 
 def test_drag_torques_matter_in_the_fourth_digit():
@@ -132,6 +132,6 @@ def test_drag_torques_matter_in_the_fourth_digit():
         film_torques=True,
         film="pinkus_sternlicht",
     )
-    found = extremes(cl.simulate(scene, turns=8, rtol=1e-8, samples_per_turn=4000), clearance=5e-4)
-    assert found == pytest.approx(ROWS[0.4], rel=2e-3)
-    assert abs(found[3] - ROWS[0.4][3]) > 0.03
+    actual = extremes(cl.simulate(scene, turns=8, rtol=1e-8, samples_per_turn=4000), clearance=5e-4)
+    assert actual == pytest.approx(ROWS[0.4], rel=2e-3)
+    assert abs(actual[3] - ROWS[0.4][3]) > 0.03

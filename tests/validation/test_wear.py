@@ -24,10 +24,10 @@ def test_contact(depth, e, angle, first, validated):
     """Force, normal load and penetration on an unworn outline and in a scar."""
     x, y = e * math.cos(math.radians(angle)), e * math.sin(math.radians(angle))
     numbers, joint = test_wear.data(test_wear.scar(depth)), test_wear.JOINT
-    found = [test_wear.STIFFNESS * v for v in touching(x, y, 0.0, joint, numbers, 0.0)[:3]]
+    actual = [test_wear.STIFFNESS * v for v in touching(x, y, 0.0, joint, numbers, 0.0)[:3]]
     rows = [test_wear.ROWS[f"U{first + i:02d}"] for i in range(3)]
     size = {"unit": "N", "relative": rows[2]}
-    validated("force and normal load on a worn outline", found, rows, 1e-3, **size, **CODE)
+    validated("force and normal load on a worn outline", actual, rows, 1e-3, **size, **CODE)
     lowest = deepest(x, y, 0.0, joint, numbers, 0.0)[0]
     row = test_wear.ROWS[f"U{first + 6:02d}"]
     validated("penetration on a worn outline", lowest, row, 1e-3, unit="m", **CODE)
@@ -45,8 +45,8 @@ def test_asperities(ratio, first, validated):
     row = rows[f"U{first}"]
     validated("largest pressure of the asperities", peak, row, 1e-5, unit="Pa", **CODE)
     loads = [rows[f"U{first + 1}"], rows[f"U{first + 2}"]]
-    found = -area * fx, area * load
-    validated("force and normal load of the asperities", found, loads, 1e-5, unit="N", **CODE)
+    actual = -area * fx, area * load
+    validated("force and normal load of the asperities", actual, loads, 1e-5, unit="N", **CODE)
 
 
 @pytest.mark.parametrize(("motion", "first"), [((0.0, 0.0, 1.0), 25), ((0.3, -0.2, 1.0), 27)])
@@ -57,8 +57,8 @@ def test_short_film(motion, first, validated):
     joint, rest = test_mixed_wear.SHORT, (0.0, 0.0, 0.0)
     fx, fy, _ = short_on_outlines(*place, *motion, *rest, joint, numbers, 0.0)
     row = test_mixed_wear.ROWS[f"P{first}"], test_mixed_wear.ROWS[f"P{first + 1}"]
-    found = complex(fx, fy) / test_mixed_wear.UNIT
-    validated("film force of a worn short bearing", found, complex(*row), 1.5e-2, **CODE)
+    actual = complex(fx, fy) / test_mixed_wear.UNIT
+    validated("film force of a worn short bearing", actual, complex(*row), 1.5e-2, **CODE)
 
 
 @pytest.mark.parametrize(("turns", "depth"), [(10, "W15"), (1000, "W21")])
@@ -75,11 +75,11 @@ def test_both_surfaces(validated):
     path, rows = test_life.turning(), test_life.ROWS
     replay = Replay(path, test_life.MODULUS, test_life.RADIUS * test_life.LENGTH)
     end = replay.step(Worn.of(test_life.UNWORN, path, True), 1.0)
-    found = np.array([end.bearing[270], end.bearing[315], end.journal[30]])
+    actual = np.array([end.bearing[270], end.bearing[315], end.journal[30]])
     row = [rows[name] for name in ("W34", "W36", "W38")]
-    validated("depths of a turn, both surfaces", found, row, 3e-4, unit="m", **CODE)
+    validated("depths of a turn, both surfaces", actual, row, 3e-4, unit="m", **CODE)
     volumes = [rows["W40"]] * 2
     validated("volumes of a turn, both surfaces", end.volumes, volumes, 1e-4, unit="m3", **CODE)
     end, _ = test_life.replayed(path, 1000)
-    found, row = [end.bearing[270], end.journal[90]], [rows["W48"], rows["W52"]]
-    validated("depths of 1000 turns, both surfaces", found, row, 2e-3, unit="m", **CODE)
+    actual, row = [end.bearing[270], end.journal[90]], [rows["W48"], rows["W52"]]
+    validated("depths of 1000 turns, both surfaces", actual, row, 2e-3, unit="m", **CODE)
