@@ -86,9 +86,11 @@ def _outlines(axes, one: Life, joint: str, surface: str, colours: list) -> None:
     for i in _some(one):
         axes.plot(ANGLE, _closed(1.0 + 0.5 * depth[i] / largest), color=colours[i], lw=1.0)
     axes.set_ylim(0.0, 1.55)
-    axes.set_yticks([1.0, 1.5], ["", f"{1e6 * largest:.3g} µm"])
-    axes.set_rlabel_position(120.0)
-    axes.set_title(f"worn depth of the {surface}, over its own angle", fontsize="medium")
+    axes.set_yticks([1.0, 1.5], ["", ""])
+    title = (
+        f"worn depth of the {surface}, over its angle\ngrey circles: 0 and {1e6 * largest:.3g} µm"
+    )
+    axes.set_title(title, fontsize="medium")
 
 
 def _depth(axes, one: Life, joint: str, wears: list[str]) -> None:
@@ -123,7 +125,7 @@ def _path(axes, one: Life, joint: str, colours: list) -> None:
         axes.plot(*(1e6 * room), color=colour, lw=0.9, ls=":")
     axes.set_aspect("equal", adjustable="datalim")
     figures.finish(axes, "y in the bearing [µm]", "x in the bearing [µm]")
-    axes.set_title("journal's path (line) and room of its centre (dots)", fontsize="medium")
+    axes.set_title("path (line) and room (dots) of the journal", fontsize="medium")
 
 
 def _in_bearing(record, joint: str) -> tuple[np.ndarray, np.ndarray]:
@@ -172,17 +174,29 @@ def _over_life(axes, one: Life, joint: str) -> None:
         names = [n for n in one.stages[0]["metrics"] if n.endswith(end) and _of(n, joint)]
         for name in names[:1]:
             values = one.metric(name)
-            if not np.isfinite(values).all() or not abs(values[0]) > 0.0:
+            if not np.isfinite(values).all() or not values.any():
                 continue
-            words = "deepest penetration" if end == "gap_min" and values[0] < 0.0 else words
-            first = f"{1e6 * abs(values[0]):.3g} µm" if unit == "m" else f"{values[0]:.3g} {unit}"
-            label = f"{words}, first {first}"
-            axes.plot(one.turns, values / values[0], "o-", ms=3, label=label)
+            label, size = _sized(values, words, unit)
+            axes.plot(one.turns, values / size, "o-", ms=3, label=label)
             drawn = True
     if not drawn:
         axes.set_visible(False)
         return
-    figures.finish(axes, "over its first value [-]", "turns")
+    figures.finish(axes, "over the value in the legend [-]", "turns")
+
+
+def _sized(values: np.ndarray, words: str, unit: str) -> tuple[str, float]:
+    """Words of a curve and what it is drawn over: its first value; where its sign changes, the
+    largest magnitude.
+    """
+    size, which = float(values[0]), "first"
+    if (values < 0.0).any() and (values > 0.0).any():
+        size, which = float(np.abs(values).max()), "largest"
+        words = f"{words} (below 0: solids)" if words == OVER_LIFE[-1][1] else words
+    elif size < 0.0 and words == OVER_LIFE[-1][1]:
+        words = "deepest penetration"
+    shown = f"{1e6 * abs(size):.3g} µm" if unit == "m" else f"{size:.3g} {unit}"
+    return f"{words}, {which} {shown}", size
 
 
 def _of(name: str, joint: str) -> bool:
@@ -253,8 +267,7 @@ def animation(
     (outline,) = ring.plot(ANGLE, np.ones(ANGLE.size), color="C3", lw=1.6)
     ring.plot(ANGLE, np.ones(ANGLE.size), color="k", lw=0.6)
     ring.set_ylim(0.0, 1.55)
-    ring.set_yticks([1.0, 1.5], ["", f"{1e6 * largest:.3g} µm"])
-    ring.set_rlabel_position(120.0)
+    ring.set_yticks([1.0, 1.5], ["", ""])
     title = ring.set_title("")
     _depth(curve, one, joint, one.asked["joints"][joint]["wears"])
     (dot,) = curve.plot([], [], "o", color="C3", ms=8)
@@ -262,7 +275,9 @@ def animation(
     def show(k: int) -> None:
         outline.set_ydata(_closed(1.0 + 0.5 * between[k] / largest))
         dot.set_data([at[k]], [1e6 * between[k].max()])
-        title.set_text(f"joint {joint}, {surface}: {at[k]:.0f} turns")
+        title.set_text(
+            f"joint {joint}, {surface}: {at[k]:.0f} turns, outer circle {1e6 * largest:.3g} µm"
+        )
 
     show(frames - 1)
     return figures.save_film(figure, path, fps, frames, show, (outline, dot, title))

@@ -193,6 +193,29 @@ def hardly_bent(pressure, sliding_speed, coefficient):
     return coefficient * sliding_speed * max(pressure - 1.0, 0.0)
 
 
+MINE = '''\
+import clearance as cl
+from tests.test_life import rotor
+
+
+def scene(*, wear: float = 1e-13):
+    """Rotor.
+
+    wear: coefficient [m2/N]
+    """
+    return rotor(wear=cl.archard(coefficient=wear))
+'''
+
+
+def _end(request):
+    """A function that raises a request to end."""
+
+    def end(*_):
+        raise request
+
+    return end
+
+
 OPTIONS = {"turns": 40.0, "jump_turns": 20.0, "settle": 0, "average": 1}
 
 
@@ -203,8 +226,8 @@ def folder(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("life")
 
-    def stop(done):
-        if done > 0.0:
+    def stop(done, words):
+        if done > 0.0 and words.endswith("is done"):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -264,6 +287,32 @@ class TestLife:
 
         assert draw(folder / "worn", tmp_path / "life.png").exists()
 
+    def test_curves_whose_sign_changes(self):
+        """A gap that becomes a penetration is drawn over its largest magnitude, others over the
+        first.
+        """
+        from clearance.postprocess.lives import _sized
+
+        words, size = _sized(np.array([-1e-8, 4e-8]), "smallest gap", "m")
+        assert size == 4e-8
+        assert words == "smallest gap (below 0: solids), largest 0.04 µm"
+        words, size = _sized(np.array([-1e-8, -4e-8]), "smallest gap", "m")
+        assert size == -1e-8
+        assert words == "deepest penetration, first 0.01 µm"
+
+    def test_terminated(self, folder, tmp_path, capsys):
+        """A request to end is answered by the way to go on."""
+        from clearance.interrupts import Terminated
+
+        file = tmp_path / "mine.py"
+        file.write_text(MINE)
+        words = ["wear", str(file), "--turns", "5", "-o", str(tmp_path / "worn")]
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("clearance.wearing.life.Driver.run", _end(Terminated))
+            assert main(words) == 1
+        reason = "terminated; stages before it are stored; the same command goes on"
+        assert reason in capsys.readouterr().err
+
     def test_plot(self, folder, capsys, undrawn):
         """`clearance plot` of a life: the six panels; other pictures are refused."""
         worn = str(folder / "worn")
@@ -312,12 +361,7 @@ class TestLife:
     def test_command(self, tmp_path, capsys):
         """One document; a case file, a unit, and a table of stages."""
         file = tmp_path / "mine.py"
-        file.write_text(
-            "import clearance as cl\nfrom tests.test_life import rotor\n\n\n"
-            'def scene(*, wear: float = 0.0):\n    """Rotor.\n\n    wear: coefficient [m2/N]\n    '
-            '"""\n'
-            "    return rotor(wear=cl.archard(coefficient=wear))\n"
-        )
+        file.write_text(MINE)
         words = [
             "-p",
             "wear=1e-4mm3/Nm",
@@ -337,9 +381,12 @@ class TestLife:
     def test_refused(self, tmp_path):
         """Impossible lives are refused with numbers."""
         with pytest.raises(ValueError, match=r"share must lie in \(0, 1\] of the clearance, got 3"):
-            Plan(1.0, 3.0, 0.05, 2, 2, "replay", None, 1e-6, 360)
+            Plan(1.0, 3.0, 0.05, 2, 2, "replay", None, 1e-6, "auto", 360)
         with pytest.raises(ValueError, match="no joint of slider_crank wears"):
             cl.wear("slider_crank", model="dry", turns=10, directory=tmp_path)
+        reason = r"wear archard\(coefficient=0\) wears nothing"
+        with pytest.raises(ValueError, match=reason):
+            cl.wear(rotor(wear=cl.archard(coefficient=0.0)), turns=10, directory=tmp_path)
         deep = worn(bearing=[6e-3] + [0.0] * (NODES - 1))
         with pytest.raises(
             ValueError, match="outline: bearing is worn 0.006 m deep, through its wall of 0.005 m"

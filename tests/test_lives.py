@@ -97,6 +97,14 @@ def test_goes_on(lives, tmp_path):
     assert (life / "stage-0001.npz").stat().st_mtime_ns == before
 
 
+def test_title(lives):
+    """Pictures state the turns of the lives, not those of a stage's run."""
+    from clearance.postprocess.maps import Choice
+
+    title = Choice.of(cl.open_sweep(lives[0]), None).title(width=20.0)
+    assert "lives of 40 turns" in title.replace("\xa0", " ")
+
+
 def test_another_plan_is_another_sweep(lives):
     """A folder belongs to one plan of lives."""
     folder, case = lives

@@ -34,7 +34,7 @@ a life goes on beyond its end.
 """
 
 
-NAMES = ("turns", "share", "tolerance", "settle", "average", "jump", "jump_turns", "rtol")
+NAMES = ("turns", "share", "tolerance", "settle", "average", "jump", "jump_turns", "rtol", "method")
 OF_MANY = ("depth", "workers", "scheduler", "retry_failed")
 #: columns of a sweep that its summary begins with
 LIFE = ("_depth", "_volume", "_to_depth", "life_error")
@@ -100,6 +100,9 @@ def add(commands) -> argparse.ArgumentParser:
         metavar="R",
         help="tolerance of the runs (default 1e-6)",
     )
+    p.add_argument(
+        "--method", default="auto", metavar="M", help="stepper of the runs (default auto)"
+    )
     p.add_argument("--plot", action="store_true", help="draw DIR/life.png; of a sweep its curves")
     p.add_argument(
         "--depth",
@@ -127,8 +130,8 @@ def run(options) -> int:
     case, values, scene = scene_of(options)
     line = Line(options)
 
-    def progress(done: float) -> None:
-        line(f"{100.0 * done:.1f} % of the turns")
+    def progress(done: float, stage: str) -> None:
+        line(f"{100.0 * done:.1f} % of the turns, {stage}")
 
     chosen = {name: getattr(options, name) for name in NAMES}
     try:
@@ -136,6 +139,9 @@ def run(options) -> int:
             life = wear(scene, **chosen, directory=options.output, progress=progress)
     except (SimulationError, RuntimeError) as error:
         return complain(options, f"{error}; stages before it are kept in {options.output}", FAILED)
+    except KeyboardInterrupt as request:
+        request.add_note("stages before it are stored; the same command goes on from the last one")
+        raise
     finally:
         line.clear()
     picture = None

@@ -31,7 +31,7 @@ from clearance.simulation import prepare, write
 from clearance.sweeping.ideal import ideal_motion
 from clearance.wearing.records import SURFACES, Life, lines
 from clearance.wearing.replay import Replay, Worn, moved
-from clearance.wearing.summing import Turn, Wearing, solids_of
+from clearance.wearing.summing import Turn, Wearing, joined, solids_of
 
 LOG = logging.getLogger("clearance")
 JUMPS = ("replay", "linear")
@@ -40,6 +40,8 @@ SMOOTH = 9  # bins that wear of a turn is averaged over before it is compared
 LEAST = 1.0  # turns of a jump
 GROW, SHRINK, EASY = 1.5, 0.5, 1.0 / 3.0  # of jumps; share of the tolerance below which they grow
 REPLAYED = 1e-3  # error of the replay, of the depth that it adds
+SCATTERED = 0.1  # the same, of the scatter of the wear of a turn, where that is more
+MOST_JOINED = 6  # rows of a load path that are made one where a stage averages as many turns
 FIRST = 1.0  # jump over what the share allows, to begin with
 
 
@@ -55,6 +57,7 @@ class Plan:
     jump: str
     jump_turns: float | None
     rtol: float
+    method: str
     samples_per_turn: int
 
     def __post_init__(self):
@@ -96,7 +99,7 @@ class Measured:
         scatter = 0.0
         if count > 1 and totals.mean() > 0.0:
             scatter = float(totals.std(ddof=1) / math.sqrt(count) / totals.mean())
-        path = np.concatenate([t.path for t in turns])
+        path = np.concatenate([joined(t.path, min(count, MOST_JOINED)) for t in turns])
         path[:, 3:5] /= count
         return cls(rate, scatter, path)
 
@@ -113,8 +116,9 @@ def wear(
     jump: str = "replay",
     jump_turns: float | None = None,
     rtol: float = 1e-6,
+    method: str = "auto",
     samples_per_turn: int = 360,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float, str], None] | None = None,
     **parameters,
 ) -> Life:
     """The life of a mechanism whose joints wear, in a directory that can be killed and gone on
@@ -127,12 +131,22 @@ def wear(
     are more, up to 50, where wear scatters from turn to turn (dry clearance is chaotic). jump:
     "replay" (implicit, of the load path), or "linear" (wear of a turn times turns, as in the
     literature), which is refused beyond its stability. jump_turns: longest jump.
-    progress: called with the share of the turns that is done.
+    rtol, method, samples_per_turn: of the runs, see `simulate`. progress: called with the share of
+        the turns that is done, and with the state of the stage: "stage 3: 40 % of 6 turns".
     Raises ValueError for bad input, for a directory of another life, and where a joint is worn
     through.
     """
     plan = Plan(
-        float(turns), share, tolerance, settle, average, jump, jump_turns, rtol, samples_per_turn
+        turns=float(turns),
+        share=share,
+        tolerance=tolerance,
+        settle=settle,
+        average=average,
+        jump=jump,
+        jump_turns=jump_turns,
+        rtol=rtol,
+        method=method,
+        samples_per_turn=samples_per_turn,
     )
     scene = case if isinstance(case, Scene) else load_case(case, **parameters)
     if isinstance(case, Scene) and parameters:
@@ -140,15 +154,17 @@ def wear(
     folder = Path(directory)
     folder.mkdir(parents=True, exist_ok=True)
     with Lock(folder / "life.lock"):
-        return Driver(scene, plan, folder, progress or (lambda done: None)).go()
+        return Driver(scene, plan, folder, progress or (lambda done, words: None)).go()
 
 
 class Driver:
     """One life as it goes on. outlines: Worn by joint; turns: done; size: of the next jump."""
 
-    def __init__(self, scene: Scene, plan: Plan, folder: Path, progress: Callable[[float], None]):
-        self.plan, self.folder, self.progress = plan, folder, progress
+    def __init__(self, scene: Scene, plan: Plan, folder: Path, progress: Callable):
+        self.plan, self.folder, self.progress, self.done = plan, folder, progress, 0.0
         self.joints = {j.name: j for j in scene.clearance_joints if j.wear or j.wear_journal}
+        for joint in self.joints.values():
+            _check_law(joint)
         if not self.joints:
             names = ", ".join(j.name for j in scene.clearance_joints) or "none with clearance"
             raise ValueError(
@@ -177,7 +193,7 @@ class Driver:
         asked = json.loads(json.dumps(asked))
         path = self.folder / "life.json"
         if path.exists():
-            before = json.loads(path.read_text())
+            before = {"method": "auto"} | json.loads(path.read_text())
             other = [n for n in asked if n != "turns" and before.get(n) != asked[n]]
             if other:
                 raise ValueError(
@@ -210,19 +226,25 @@ class Driver:
         """The run of a stage: what it has measured, and its metrics."""
         start = self.folder / f"stage-{stage - 1:04d}.h5" if stage else None
         path = self.folder / f"stage-{stage:04d}.h5"
-        rate = self.plan.samples_per_turn
-        options = {"turns": self.settle + average, "rtol": self.plan.rtol, "samples_per_turn": rate}
+        plan, turns = self.plan, self.settle + average
+        options = {"turns": turns, "rtol": plan.rtol, "method": plan.method}
+        options["samples_per_turn"] = plan.samples_per_turn
         run = prepare(self._scene(outlines), start=start, **options)
         if start is not None:
             self._settle(run, stage - 1)
         run.wearing = Wearing(run, self.turn)
         run.observers.append(run.wearing)
-        result = write(run, Output(path, None, 0, None, None))
+        words = f"of {turns} turns"
+
+        def report(share: float) -> None:
+            self.progress(self.done, f"stage {stage}: {100.0 * share:.0f} % {words}")
+
+        result = write(run, Output(path, None, 0, None, None), report)
         ideal = ideal_motion(run.mechanism.scene, run.span, result.scene)
         values = metrics(result, float(self.settle), ideal)
         result.close()
-        turns = {name: t[self.settle :] for name, t in run.wearing.turns.items()}
-        return {n: Measured.of(t) for n, t in turns.items()}, values
+        late = {name: t[self.settle :] for name, t in run.wearing.turns.items()}
+        return {n: Measured.of(t) for n, t in late.items()}, values
 
     def _settle(self, run, before: int) -> None:
         """Put journals that touched at the end of the stage before where the new outline carries
@@ -267,9 +289,10 @@ class Driver:
         of the replay.
         """
         most = self.plan.share * min(j.clearance for j in self.joints.values())
-        limits = [self._over(n, outlines[n], measured[n], turns, most) for n in self.joints]
-        turns = min(done for _, done, _ in limits)
-        made = {n: self._over(n, outlines[n], measured[n], turns, math.inf) for n in self.joints}
+        made = {n: self._over(n, outlines[n], measured[n], turns, most) for n in self.joints}
+        turns = min(done for _, done, _ in made.values())
+        for name in (n for n, (_, done, _) in made.items() if done > turns):
+            made[name] = self._over(name, outlines[name], measured[name], turns, math.inf)
         return {n: m[0] for n, m in made.items()}, turns, max(m[2] for m in made.values())
 
     def _over(
@@ -281,7 +304,8 @@ class Driver:
         if not len(measured.path):
             return outline, turns, 0.0
         outline = Worn.of(outline.data, measured.path, self.joints[name].wear_journal is not None)
-        return self._replay(name, measured).over(outline, turns, REPLAYED, most)
+        tolerance = max(REPLAYED, SCATTERED * measured.scatter)
+        return self._replay(name, measured).over(outline, turns, tolerance, most)
 
     def _replay(self, name: str, measured: Measured) -> Replay:
         joint = self.joints[name]
@@ -332,7 +356,8 @@ class Driver:
         if measured is None:
             stage, measured = 0, self._first(outlines)
         while turns < self.plan.turns:
-            self.progress(turns / self.plan.turns)
+            self.done = turns / self.plan.turns
+            self.progress(self.done, f"stage {stage} is done")
             left = self.plan.turns - turns
             new, done, off = self.jump(
                 outlines, measured, max(LEAST, min(size, left, self.plan.jump_turns or left))
@@ -357,7 +382,7 @@ class Driver:
             error += off + 0.5 * done * apart
             size = done * (GROW if miss < EASY * allowed else 1.0)
             self._keep(stage, outlines, measured, turns, error, size, values, miss)
-        self.progress(1.0)
+        self.progress(1.0, f"stage {stage} is done")
         return Life(self.folder)
 
     def _first(self, outlines: dict[str, Worn]) -> dict[str, Measured]:
@@ -374,6 +399,8 @@ class Driver:
                     f"joint {name}: its law of wear is not linear in the pressure; take jump=linear"
                 )
             self._check_turn(name, one)
+            if not any(rate.any() for rate in one.rate.values()):
+                LOG.warning("joint %s: nothing wears; its solids do not touch in a turn", name)
         self._keep(0, outlines, measured, 0.0, 0.0, self.plan.turns * FIRST, values, 0.0)
         return measured
 
@@ -467,6 +494,17 @@ def _wears(joint) -> list[str]:
         for s, law in zip(SURFACES, (joint.wear, joint.wear_journal), strict=True)
         if law is not None
     ]
+
+
+def _check_law(joint) -> None:
+    """Raise ValueError for a law that wears nothing: its life would be a row of zeros."""
+    for slot, law in (("wear", joint.wear), ("wear_journal", joint.wear_journal)):
+        if law is not None and not law(1e6, 1.0) > 0.0:
+            numbers = ", ".join(f"{n}={v:g}" for n, v in law.values.items())
+            raise ValueError(
+                f"{joint.label()}: {slot} {law.law.name}({numbers}) wears nothing: a pressure of "
+                f"1 MPa at 1 m/s gives {law(1e6, 1.0):g} m/s; leave it out or give it a coefficient"
+            )
 
 
 def _angle_of(body, row: np.ndarray, place: dict[str, int]) -> float:

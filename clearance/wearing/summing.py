@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from clearance.elements.worn_journal import FOLLOWED
-from clearance.laws.outline import COS, NODES, SIN, STEP, cubic, turned
+from clearance.laws.outline import COS, NODES, SIN, STEP, cubic
 from clearance.laws.wear import is_linear
 from clearance.observers import Observer
 
@@ -147,8 +147,9 @@ def solids_of(joint):
 
 def _turned(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """`laws.outline.turned` of many angles."""
-    pairs = [turned(a) for a in angle]
-    return np.array([p[0] for p in pairs], dtype=int), np.array([p[1] for p in pairs])
+    shift = angle / STEP
+    cells = np.floor(shift)
+    return (-cells.astype(int) - 1) % NODES, 1.0 - (shift - cells)
 
 
 def _on_journal(depth: np.ndarray, before: np.ndarray, behind: np.ndarray) -> np.ndarray:
@@ -168,16 +169,26 @@ def grouped(rows: np.ndarray) -> np.ndarray:
     if not share.sum() > 0.0:
         return np.zeros((0, len(PATH)))
     passed = np.cumsum(share)
-    group = np.minimum((GROUPS * (passed - 0.5 * share) / passed[-1]).astype(int), GROUPS - 1)
+    group = (GROUPS * (passed - 0.5 * share) / passed[-1]).astype(int)
+    return _means(rows, np.minimum(group, GROUPS - 1))
+
+
+def joined(path: np.ndarray, count: int) -> np.ndarray:
+    """A load path with `count` rows in a row made one."""
+    return path if count == 1 else _means(path, np.arange(len(path)) // count)
+
+
+def _means(rows: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """Means of rows of PATH over groups, by the depths over pressure, which are summed."""
     weight = rows[:, 3] + rows[:, 4]
-    total = np.bincount(group, weight, GROUPS)
+    total = np.bincount(group, weight)
     used = total > 0.0
 
     def mean(values: np.ndarray) -> np.ndarray:
-        return np.bincount(group, weight * values, GROUPS)[used] / total[used]
+        return np.bincount(group, weight * values)[used] / total[used]
 
     angle = np.arctan2(mean(np.sin(rows[:, 2])), mean(np.cos(rows[:, 2])))
-    sums = [np.bincount(group, rows[:, k], GROUPS)[used] for k in (3, 4)]
+    sums = [np.bincount(group, rows[:, k])[used] for k in (3, 4)]
     return np.column_stack([mean(rows[:, 0]), mean(rows[:, 1]), angle, *sums, mean(rows[:, 5])])
 
 
