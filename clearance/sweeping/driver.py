@@ -603,7 +603,7 @@ class _Driver:
 
     def _report(self, running: int, last: bool = False) -> None:
         now = time.perf_counter()
-        if now - self.saved > max(SAVE, SHARE * self.saving):
+        if not last and now - self.saved > max(SAVE, SHARE * self.saving):
             self._save()
             self.saved = time.perf_counter()
             self.saving = self.saved - now

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.sweeping import driver
 from clearance.sweeping import index as indices
 from clearance.sweeping.peaks import of_point
 from tests.test_checkpoint import same
@@ -38,6 +39,14 @@ def copy(swept, tmp_path):
 
 def again(folder, **more):
     return cl.sweep(CASE, POINTS, folder, fixed=FIXED, **OPTIONS, **more)
+
+
+def test_a_sweep_ends_long_after_its_index_was_written(tmp_path, monkeypatch):
+    """The index is due again at each report, also at the last one, when the journal is closed."""
+    monkeypatch.setattr(driver, "SAVE", -1.0)
+    monkeypatch.setattr(driver, "SHARE", 0.0)
+    swept = cl.sweep(CASE, POINTS, tmp_path / "map", fixed=FIXED, workers=1, channels=[], **OPTIONS)
+    assert swept.done.all()
 
 
 def ended(folder) -> list[dict]:
