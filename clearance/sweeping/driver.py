@@ -436,7 +436,8 @@ class _Driver:
         if not accept_changes:
             more = "with --accept-changes (accept_changes=True) the rest is run all the same"
             raise ValueError(f"{words}. Give another directory; {more}")
-        LOG.warning("%s; what is there stays", words)
+        self.news.append(f"{words}; what is there stays")
+        LOG.warning("%s", self.news[-1])
 
     def _rebuilt(self, outcome: Outcome) -> list[str]:
         """Differences between the inputs of a finished point then and now."""

@@ -171,11 +171,13 @@ def test_R2_a_journal_of_version_0_1_is_refused(begun):
 
 
 def test_R2_a_finished_sweep_is_read_whatever_has_changed(begun):
-    """Nothing is run, so nothing is mixed."""
+    """Nothing is run, so nothing is mixed; the progress, which the command prints, names it."""
     folder, go = begun
     go()
     edit(folder, "MASS = 1.0", "MASS = 2.5")
-    assert go().done.all()
+    news = []
+    assert go(progress=lambda p: news.extend(p.news)).done.all()
+    assert "the imported module helper has been changed" in " ".join(news)
 
 
 def test_R2_a_worker_that_runs_something_else_stops_the_sweep(begun, monkeypatch):
