@@ -27,6 +27,7 @@ TIME = "time [s]"
 LONE = 0.01
 #: states of a mixed joint and their colours
 STATES = {"full film": "tab:blue", "mixed": "tab:orange", "dry": "tab:red"}
+ARC = np.radians(3.0)  # largest step of a drawn path along the wall [rad]
 #: states of a dry joint and their colours
 FLIGHT = {"free flight": "0.55", "contact": STATES["dry"]}
 MEMBERSHIPS = [f"membership_{state.replace(' ', '_')}" for state in STATES]
@@ -397,6 +398,7 @@ def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray, n
 
     Both ends of each contact stand between the samples, on the clearance circle: where the free
     flight beside them leads, or on the chord where no flight lasts a complete sample interval.
+    In contact the path follows the wall between its points.
     """
     time, e, events = record.time, record.joint(joint).eccentricity, record.events
     places = np.flatnonzero(events["joint"] == joint)
@@ -421,7 +423,26 @@ def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray, n
     order = np.argsort(np.concatenate([time, instants[inside]]), kind="stable")
     reached = np.concatenate([within, np.repeat([False, True], len(starts))[inside]])
     clock = np.concatenate([time, instants[inside]])[order]
-    return np.concatenate([e, wall[inside]])[order], reached[order], clock
+    return _along_the_wall(np.concatenate([e, wall[inside]])[order], reached[order], clock)
+
+
+def _along_the_wall(path, reached, clock) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The path (n, 2) with points between samples of one contact, ARC apart or less.
+
+    Angle and distance from the centre go evenly from sample to sample: a chord would leave the
+    wall.
+    """
+    polar = np.stack([np.hypot(*path.T), np.unwrap(np.arctan2(*path.T[::-1]))], axis=1)
+    near = np.isclose(polar[:-1, 0], polar[1:, 0], rtol=0.1)
+    steps = np.abs(np.diff(polar[:, 1])) * (reached[1:] & near)
+    parts = np.append(0.0, np.maximum(np.ceil(steps / ARC), 1.0))
+    ends = np.cumsum(parts)
+    at = np.arange(ends[-1] + 1.0)
+    far, angle, when = (np.interp(at, ends, values) for values in (*polar.T, clock))
+    here = reached[np.searchsorted(ends, at)]
+    rounded = far[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    rounded[ends.astype(int)] = path
+    return rounded, here, when
 
 
 def _flown(time, e, busy, instants, neighbours, side: int) -> np.ndarray:

@@ -113,12 +113,28 @@ def test_orbit_of_a_dry_joint_shows_flight_and_contact(tmp_path):
     assert (np.diff(clock) >= 0.0).all()
     assert set(run.time) <= set(clock)
     ends = np.append(run.events["time"], run.events["time"] + run.events["duration"])
-    assert len(journal) == len(run.time) + np.count_nonzero((ends > 0.0) & (ends < run.time[-1]))
+    assert set(ends[(ends > 0.0) & (ends < run.time[-1])]) <= set(clock)
     ratio = np.hypot(*journal.T) / run.clearances["C"]
     assert contact.any()
     # events are located to far less than 1e-6 of the clearance
     assert np.minimum(ratio[:-1], ratio[1:])[contact[1:]].min() > 1.0 - 1e-6
     assert ratio[~contact].max() < 1.0 + 1e-6
+
+
+def test_a_path_in_contact_follows_the_wall():
+    """From one sample to the next by 40 degrees, then off the wall: steps of 3 degrees at most,
+    within the thousandth of the radius that such a step's chord leaves; samples stay."""
+    angle, far = np.radians([170.0, 210.0, 215.0]), np.array([1.001, 1.003, 0.4])
+    path = far[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    journal, contact, clock = plots._along_the_wall(
+        path, np.array([True, True, False]), np.arange(3.0)
+    )
+    assert np.array_equal(journal[np.isin(clock, [0.0, 1.0, 2.0])], path)
+    assert np.array_equal(contact, clock <= 1.0)
+    on_wall = journal[contact]
+    assert np.hypot(*on_wall.T).min() >= 1.001 * (1.0 - 1e-12)
+    steps = np.hypot(*np.diff(on_wall, axis=0).T)
+    assert steps.max() < np.radians(3.0) * 1.004
 
 
 def test_orbit_of_a_lubricated_joint_marks_its_smallest_gap(tmp_path):

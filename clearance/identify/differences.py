@@ -109,7 +109,14 @@ def estimate(
     Raises ValueError where its function fails at the first start.
     """
     search, random = Search(model, trials), np.random.default_rng(seed)
-    search.predicted(search.typical)  # an error here is the user's to see
+    if not np.isfinite(search.predicted(search.typical)).all():  # its errors are the user's to see
+        values = ", ".join(
+            f"{p.name}={v:.4g}"
+            for p, v in zip(model.parameters, search.values(search.typical), strict=True)
+        )
+        raise ValueError(
+            f"model {model.name}: its values are not finite at {values}, the first start"
+        )
     begins = [search.typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
     solved = [_solved(search, begin, k, starts, progress) for k, begin in enumerate(begins)]
     solved = [f for f in solved if f is not None]

@@ -222,6 +222,12 @@ def test_what_is_not_smooth_is_doubted_and_what_fails_is_refused():
     with pytest.raises(ValueError, match="too high"):
         fit(data, model(narrow, level=between(0.1, 10.0, "N m", start=5.0)))
 
+    def endless(trial, level):
+        return np.full_like(trial.rate, math.inf)
+
+    with pytest.raises(ValueError, match=r"model endless: .* not finite at level=1, the first"):
+        fit(data, model(endless, level=between(0.1, 10.0, "N m")))
+
 
 def test_series_come_back_from_their_files(tmp_path):
     time = np.linspace(0.0, 1.0, 60)
