@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.locks import Lock
-from clearance.recording import FileSink, Unwritable, lock_of
+from clearance.recording import FileSink, Unwritable, add_groups, has_room, lock_of
 from clearance.results import Result, check_replaceable, replacing
 
 VERSION = 5
@@ -139,6 +139,21 @@ class PartsSink:
                 shutil.rmtree(self.folder)
         finally:
             self.lock.release()
+
+    def add(self, groups) -> None:
+        """Add groups to the finished file."""
+        add_groups(self.path, groups)
+
+    def store(self) -> None:
+        """The file has its name already."""
+
+    def result(self) -> Result:
+        """The finished file."""
+        return Result(self.path)
+
+    def has_room(self, more: int) -> bool:
+        """True where the disk has room for another copy of the finished file with more in it."""
+        return has_room(self.path, more)
 
     def _joined(self) -> FileSink:
         """All stretches in one file, not closed yet.

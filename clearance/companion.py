@@ -21,25 +21,23 @@ Validity: until trajectories part. Stated beside true errors: tests/benchmarks/e
 
 import logging
 import math
-import os
-import shutil
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
 from clearance.elements.clearance_joint import ClearanceJoint
 from clearance.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors, geometric_mean
 from clearance.film.tabulated import Tabulated
+from clearance.groups import error_groups
 from clearance.mechanism.build import Mechanism
 from clearance.metrics import Metric, Window, metrics, offsets
 from clearance.observers import ChangesAgain
 from clearance.options import Output
-from clearance.recording import MemoryRecord, MemorySink, write_errors
-from clearance.results import Record, Result, appending
+from clearance.recording import MemoryRecord, MemorySink
+from clearance.results import Record, Result
 from clearance.run import Run
 from clearance.tracing.asking import Answerer
 
@@ -363,37 +361,31 @@ class Statement:
         """A sink that also keeps what it is given here."""
         return sink if self.memory is None else Remembering(sink, self.memory)
 
-    def add(self, path: str | Path) -> None:
-        """Add the stated errors to a finished file; where there are none, or no room, a warning
-        states why.
+    def add(self, sink) -> None:
+        """Add the stated errors to the record of a sink that has ended; where there are none, a
+        warning states why.
         """
         summed, size = partial(metrics, settle=self.settle), size_of(self.run.mechanism)
         try:
-            with self._record(path) as record:
+            with self._record(sink) as record:
                 errors = stated(self.pair(record), summed, self.settle, size)
         except Parted as reason:
             errors = Errors(reason=str(reason))
         except KeyboardInterrupt as request:
-            request.add_note(f"what was computed is kept in {path}, without stated errors")
+            request.add_note(f"{sink.left}, without stated errors")
             raise
-        add_errors(errors, path)
+        add_errors(errors, sink)
 
-    def _record(self, path: str | Path) -> AbstractContextManager[Record]:
-        return Result(path) if self.memory is None else nullcontext(self.memory.record)
+    def _record(self, sink) -> AbstractContextManager[Record]:
+        return Result(sink.path) if self.memory is None else nullcontext(self.memory.record)
 
 
-def add_errors(errors: Errors, path: str | Path) -> None:
-    """Add stated errors to a finished file; a warning where there is no room for them."""
-    if not has_room(path):
-        LOG.warning("%s has no stated errors: there is no room for them", path)
+def add_errors(errors: Errors, sink) -> None:
+    """Add stated errors to a run that has ended; a warning where there is no room for them."""
+    if not sink.has_room(ROOM):
+        LOG.warning("%s has no stated errors: there is no room for them", sink.path)
         return
-    with appending(path) as file:
-        write_errors(file, errors)
-
-
-def has_room(path: str | Path) -> bool:
-    """True where the disk has room for another copy of a finished file with more in it."""
-    return shutil.disk_usage(Path(path).parent).free >= os.path.getsize(path) + ROOM
+    sink.add(error_groups(errors))
 
 
 def size_of(mechanism: Mechanism) -> float | None:

@@ -7,20 +7,21 @@ energy ledger are those of all channels, whichever a sink keeps.
 
 import errno
 import fnmatch
-import json
 import os
 import re
+import shutil
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import h5py
 import numpy as np
 
-from clearance.errors import Errors, ExtremeErrors
 from clearance.extremes import JOINT_EXTREMES, Extremes
+from clearance.groups import Group, extremes_group
 from clearance.locks import Lock
 from clearance.reading import CHECKED, FACT_UNITS
 from clearance.regimes import Regime, regime
@@ -28,13 +29,14 @@ from clearance.results import (
     DIMENSIONS,
     LIBVER,
     Record,
+    Result,
+    appending,
     check_replaceable,
     check_result,
-    create_column,
+    compact_groups,
     image_of,
     in_memory,
     provenance,
-    replacing,
     temporary_name,
 )
 
@@ -113,6 +115,10 @@ class Ranges:
     low: np.ndarray
     high: np.ndarray
     extremes: Extremes | None
+
+    def of(self, channel: int) -> tuple[float, float]:
+        """Smallest and largest sample of a channel."""
+        return self.low[channel], self.high[channel]
 
 
 class Recorder:
@@ -357,8 +363,7 @@ class FileSink:
     def _begin(self, channels: list, attributes: dict) -> None:
         """Make the file, with the room that it needs to be closed in order."""
         self.closing = CLOSING + CLOSING_COLUMN * len(self.kept)
-        about = provenance() | attributes | {"status": "partial: still running"}
-        about |= {f"{n}_crc32": zlib.crc32(about[n].encode()) for n in CHECKED if n in about}
+        about = opening(attributes)
         room = (
             self.closing
             + OPENING_COLUMN * len(self.kept)
@@ -470,6 +475,7 @@ class FileSink:
 
     def _create(self) -> None:
         channels = [self.channels[i] for i in self.kept]
+        compact_groups(self.file, [c.path.rpartition("/")[0] for c in channels] + [*DIMENSIONS])
         scale = self._dataset("time", "s", "time")
         scale.make_scale("time")
         for column in [self._dataset(c.path, c.units, c.long_name) for c in channels]:
@@ -558,155 +564,100 @@ class FileSink:
         for column in columns:
             self._append([column], [other[column.name][()]])
 
-    def close(self, status: str, solver: dict, warnings: list[str], facts: dict, ranges) -> None:
-        """State the status and what is known, give the file its name; nothing where it has been
-        closed before.
+    def close(
+        self,
+        status: str,
+        solver: dict,
+        warnings: list[str],
+        facts: dict,
+        ranges,
+        groups: Mapping[str, Group] = MappingProxyType({}),
+    ) -> None:
+        """State the status and what is known, add groups, give the file its name; nothing where it
+        has been closed before.
         """
         if self.gone or not self.file:
             return
         with self._writing():
-            self.file.attrs.create(
-                "warnings", warnings, dtype=h5py.string_dtype(), shape=(len(warnings),)
-            )
-            self.file["solver"].attrs.update(solver)
-            for group, given in facts.items():
-                self.file.require_group(group).attrs.update(given | _units(group, given))
+            compact_groups(self.file, facts)
+            for place, given in closing(status, solver, warnings, facts).items():
+                set_attributes(self.file[place or "/"], given)
             for group, table in self.tables.items():
                 self.file[f"{group}/{DIMENSIONS[group]}"].resize(table["time"].shape)
             if ranges is not None:
-                self._state(ranges)
-            self.file.attrs["status"] = status
+                for i, column in zip(self.kept, self.columns, strict=True):
+                    column.attrs["actual_range"] = ranges.of(i)
+            for place, group in (*ranged(ranges).items(), *groups.items()):
+                group.write(self.file, place)
         self._place()
 
-    def _state(self, ranges: Ranges) -> None:
-        """The ranges of all columns, and the table of located extremes."""
-        for i, column in zip(self.kept, self.columns, strict=True):
-            column.attrs["actual_range"] = (ranges.low[i], ranges.high[i])
-        if ranges.extremes is not None:
-            write_extremes(self.file, ranges.extremes)
+    def add(self, groups: Mapping[str, Group]) -> None:
+        """Add groups to the finished file, which stays as it was until all are written."""
+        add_groups(self.path, groups)
+
+    def store(self) -> None:
+        """The file has its name already."""
+
+    def result(self) -> Result:
+        """The finished file."""
+        return Result(self.path)
+
+    def has_room(self, more: int) -> bool:
+        """True where the disk has room for another copy of the finished file with more bytes in
+        it.
+        """
+        return has_room(self.path, more)
 
 
-#: the table of located extremes: name of a column -> (units, what it is)
-EXTREME_COLUMNS = {
-    "quantity": ("1", "quantity: path of a channel, or of a vector, and its end"),
-    "units_of": ("1", "units of each quantity"),
-    "stretch": ("s", "start of each stretch of the run"),
-    "value": ("1", "smallest (_min) or largest (_max) value in each stretch, in units_of"),
-    "when": ("s", "time of each value"),
-}
+def add_groups(path: Path, groups: Mapping[str, Group]) -> None:
+    """Add groups to a finished file, which stays as it was until all are written."""
+    with appending(path) as file:
+        for place, group in groups.items():
+            group.write(file, place)
 
 
-def write_extremes(file: h5py.File, extremes: Extremes) -> None:
-    """The group /extremes: values and their times over the stretches of the run and the
-    quantities.
-    """
-    group = file.create_group("extremes")
-    columns = {
-        "quantity": np.array(extremes.names, dtype=str),
-        "units_of": np.array(extremes.units, dtype=str),
-        "stretch": extremes.length * np.arange(len(extremes.values)),
-        "value": extremes.values,
-        "when": extremes.times,
-    }
-    for name, values in columns.items():
-        described_column(group, name, values, EXTREME_COLUMNS[name])
-    for scale in ("quantity", "stretch"):
-        group[scale].make_scale(scale)
-    group["units_of"].dims[0].attach_scale(group["quantity"])
-    for name in ("value", "when"):
-        group[name].dims[0].attach_scale(group["stretch"])
-        group[name].dims[1].attach_scale(group["quantity"])
-    group.attrs["stretch_s"] = extremes.length
+def has_room(path: Path, more: int) -> bool:
+    """True where the disk has room for another copy of a file with more bytes in it."""
+    return shutil.disk_usage(path.parent).free >= os.path.getsize(path) + more
 
 
-#: tables of stated errors in /errors: name of a column -> (units, what it is); those of extremes
-#: stand in /extremes
-ERROR_COLUMNS = {
-    "name": ("1", "name of a metric, of a located extreme, or trajectory (over the clearance)"),
-    "units_of": ("1", "units of value, stated and film"),
-    "value": ("1", "value of the run, in units_of"),
-    "stated": ("1", "stated error of the integration, in units_of"),
-    "film": ("1", "change by the largest error of the film tables, in units_of"),
-    "kind": ("1", "way in which the error was found"),
-    "channel": ("1", "path of a channel"),
-    "share": (
-        "1",
-        "three times the largest difference of a channel from the companion over its range",
-    ),
-}
-EXTREME_ERRORS = {
-    "stated": ("1", "stated error of each value by the integration, in units_of"),
-    "film": ("1", "change of each value by the largest error of the film tables, in units_of"),
-}
+def opening(attributes: dict) -> dict:
+    """Attributes of a file whose run is under way."""
+    about = provenance() | attributes | {"status": "partial: still running"}
+    return about | {f"{n}_crc32": zlib.crc32(about[n].encode()) for n in CHECKED if n in about}
 
 
-def write_errors(file: h5py.File, errors: Errors) -> None:
-    """The group /errors, and errors of the located extremes in /extremes; only the reason, where
-    nothing is stated.
-    """
-    if errors.reason:
-        file.attrs["errors_left_out"] = errors.reason
-        return
-    group, rows = file.create_group("errors"), errors.rows.values()
-    columns = {
-        "name": np.array(list(errors.rows), dtype=str),
-        "units_of": np.array([e.units for e in rows], dtype=str),
-        "kind": np.array([e.kind for e in rows], dtype=str),
-        "channel": np.array(list(errors.channels), dtype=str),
-        "share": np.array(list(errors.channels.values()), dtype=float),
-    }
-    columns |= {n: np.array([getattr(e, n) for e in rows]) for n in ("value", "stated", "film")}
-    for name, values in columns.items():
-        described_column(group, name, values, ERROR_COLUMNS[name])
-    for scale in ("name", "channel"):
-        group[scale].make_scale(scale)
-    for name in columns.keys() - {"name", "channel"}:
-        group[name].dims[0].attach_scale(group["channel" if name == "share" else "name"])
-    rtol, companion_rtol = errors.rtol
-    group.attrs.update(
-        {
-            "rtol": rtol,
-            "companion_rtol": companion_rtol,
-            "spread": errors.spread,
-            "begin_s": errors.begin,
-            "end_s": errors.end,
-        }
-    )
-    if errors.asked:
-        group.attrs.update({"asked": json.dumps(dict(errors.asked)), "cannot": errors.cannot})
-    _add_extreme_errors(file["extremes"], errors.extremes)
+def closing(status: str, solver: dict, warnings: list[str], facts: dict) -> dict[str, dict]:
+    """Attributes that the end of a run adds to a file and its groups; the status last."""
+    groups = {group: given | _units(group, given) for group, given in facts.items()}
+    return {"solver": solver} | groups | {"": {"warnings": list(warnings), "status": status}}
 
 
-def _add_extreme_errors(group: h5py.Group, errors: ExtremeErrors) -> None:
-    for name, about in EXTREME_ERRORS.items():
-        data = described_column(group, name, getattr(errors, name), about)
-        data.dims[0].attach_scale(group["stretch"])
-        data.dims[1].attach_scale(group["quantity"])
+def ranged(ranges: Ranges | None) -> dict[str, Group]:
+    """The groups of located extremes, where there are."""
+    if ranges is None or ranges.extremes is None:
+        return {}
+    return {"extremes": extremes_group(ranges.extremes)}
 
 
-def described_column(
-    group: h5py.Group, name: str, values: np.ndarray, about: tuple[str, str]
-) -> h5py.Dataset:
-    """A column of a table with its units and what it is."""
-    data = create_column(group, name, values)
-    data.attrs["units"], data.attrs["long_name"] = about
-    if values.dtype.kind == "U":
-        data.attrs["_Encoding"] = "utf-8"  # for xarray
-    return data
+def set_attributes(holder: h5py.Group, given: Mapping[str, object]) -> None:
+    """Attributes of a group; a list of texts has that kind also when it is empty."""
+    for name, value in given.items():
+        if name == "warnings":
+            holder.attrs.create(name, value, dtype=h5py.string_dtype(), shape=(len(value),))
+        else:
+            holder.attrs[name] = value
 
 
 class ImageSink(FileSink):
-    """Makes the file in memory and writes it in one piece: for short runs, where a full disk must
-    do no harm.
-
-    Whoever else writes a file of this name does so in one piece too: no lock is needed.
-    size, check: bytes and CRC-32 of what was written.
+    """Makes the file in memory; `image` once it is closed: on a full disk HDF5 could neither write
+    one nor let go of it.
     """
 
-    size = check = 0
+    image = b""
 
     def _lock(self) -> None:
-        """Nothing is written but at the end; HDF5 needs a name of its own for each image."""
+        """Nothing is written; HDF5 needs a name of its own for each image."""
         self.partial = temporary_name(self.path)
 
     def _open(self, room: int) -> h5py.File:
@@ -719,12 +670,8 @@ class ImageSink(FileSink):
         """There is nothing that writes to a disk."""
 
     def _place(self) -> None:
-        image = image_of(self.file)
-        self.file.close()
-        self.size, self.check = len(image), zlib.crc32(image)
-        with replacing(self.path) as temporary:
-            temporary.write_bytes(image)
-        self.placed = True
+        """The file stays open: what `image` is made of can be looked up in it."""
+        self.image = image_of(self.file)
 
 
 class MemorySink:

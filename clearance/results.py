@@ -15,9 +15,11 @@ import math
 import os
 import platform
 import shutil
+import tempfile
+import weakref
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -58,6 +60,7 @@ WEAR = "wear"
 PATH_OF_FIELDS = f"joints/{{}}/{FIELDS}"
 #: of HDF5: from 1.8 (2008) on, what describes the columns has checksums, too
 LIBVER = ("v108", "v108")
+COMPACT = 1024  # attributes of a group that stand in its header, at most
 
 
 def provenance() -> dict:
@@ -197,13 +200,27 @@ def in_memory(path: Path, image: bytes | None = None) -> h5py.File:
 
     image: of another one, to go on with.
     """
-    if image is None:
-        return h5py.File(path, "w", driver="core", backing_store=False, libver=LIBVER)
     access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
     access.set_fapl_core(backing_store=False)
     access.set_libver_bounds(h5py.h5f.LIBVER_V18, h5py.h5f.LIBVER_V18)
-    access.set_file_image(image)
-    return h5py.File(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDWR, access))
+    name = os.fsencode(path)
+    if image is not None:
+        access.set_file_image(image)
+        return h5py.File(h5py.h5f.open(name, h5py.h5f.ACC_RDWR, access))
+    root = h5py.h5p.create(h5py.h5p.FILE_CREATE)
+    root.set_attr_phase_change(COMPACT, 0)
+    return h5py.File(h5py.h5f.create(name, h5py.h5f.ACC_TRUNC, root, access))
+
+
+def compact_groups(file: h5py.File, paths: Iterable[str]) -> None:
+    """Make groups, with those above them, whose attributes stand in their headers."""
+    properties = h5py.h5p.create(h5py.h5p.GROUP_CREATE)
+    properties.set_attr_phase_change(COMPACT, 0)
+    for path in dict.fromkeys(paths):
+        parts = path.split("/")
+        for place in ("/".join(parts[:i]) for i in range(1, len(parts) + 1)):
+            if place and place not in file:
+                h5py.h5g.create(file.id, place.encode(), gcpl=properties)
 
 
 def image_of(file: h5py.File) -> bytes:
@@ -860,7 +877,41 @@ class Result(Record):
         self.close()
 
     def __repr__(self) -> str:
-        return f"<Result {self.path.name}: {self._samples} samples, {self.status}>"
+        return f"<Result {self.reader.path.name}: {self._samples} samples, {self.status}>"
+
+
+class MemoryResult(Result):
+    """A result without a file; `path` writes one, which goes with the result.
+
+    image: the bytes of its file.
+    """
+
+    def __init__(self, image: bytes):
+        self.image = image
+        name = Path("run.h5")
+        self.reader = Reader(name, in_memory(temporary_name(name), image))
+        self.file = self.reader.file
+
+    @cached_property
+    def path(self) -> Path:
+        """A temporary file."""
+        path = temporary_file()
+        path.write_bytes(self.image)
+        weakref.finalize(self, shutil.rmtree, path.parent, ignore_errors=True)
+        return path
+
+    def save(self, path: str | Path) -> Path:
+        """Write the file, see `Result.save`."""
+        path = Path(path)
+        check_result(path)
+        with replacing(path) as temporary:
+            temporary.write_bytes(self.image)
+        return path
+
+
+def temporary_file() -> Path:
+    """A place for the file of a run without one, in a folder of its own."""
+    return Path(tempfile.mkdtemp(prefix="clearance-")) / "run.h5"
 
 
 def extra(package: str):

@@ -23,16 +23,15 @@ import logging
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
-from clearance.companion import COUNTS, LARGEST, has_room
+from clearance.companion import COUNTS, LARGEST, ROOM
 from clearance.errors import geometric_mean
+from clearance.groups import Group
 from clearance.metrics import Metric, metrics
-from clearance.recording import MemoryRecord, described_column
+from clearance.recording import MemoryRecord
 from clearance.replay import Ends, Refused, Replay, halved
-from clearance.results import appending
 from clearance.run import Run
 from clearance.scene import Scene
 from clearance.sensitivity import COLUMNS, Sensitivities, Sensitivity
@@ -104,8 +103,8 @@ class Sensing:
         keys = [(m, one.name) for m in dict.fromkeys(m for m, _ in rows) for one in self.parameters]
         return Sensitivities({key: rows[key] for key in keys if key in rows})
 
-    def add(self, run: Run, path: str | Path) -> None:
-        """Add the sensitivities of a run to its finished file; where there are none the file states
+    def add(self, run: Run, sink) -> None:
+        """Add the sensitivities of a run to the record of its sink; where there are none it states
         why.
         """
         names = ", ".join(one.name for one in self.parameters)
@@ -114,15 +113,15 @@ class Sensing:
         try:
             sensitivities = self.of(run)
         except (Impossible, ValueError) as reason:
-            LOG.warning("%s has no sensitivities: %s", path, reason)
+            LOG.warning("the run has no sensitivities: %s", reason)
             sensitivities = Sensitivities(reason=str(reason))
         except KeyboardInterrupt as request:
-            request.add_note(f"what was computed is kept in {path}, without sensitivities")
+            request.add_note(f"{sink.left}, without sensitivities")
             raise
-        if has_room(path):
-            write(sensitivities, path)
+        if sink.has_room(ROOM):
+            sink.add(groups_of(sensitivities))
         else:
-            LOG.warning("%s has no sensitivities: there is no room for them", path)
+            LOG.warning("%s has no sensitivities: there is no room for them", sink.path)
 
 
 def reason_without(run: Run) -> str:
@@ -226,18 +225,11 @@ def differences(
         yield name, Sensitivity(slope, error, *parts)
 
 
-def write(sensitivities: Sensitivities, path: str | Path) -> None:
-    """The group /sensitivities of a finished file; only the reason where there are none."""
-    with appending(path) as file:
-        if sensitivities.reason:
-            file.attrs["sensitivities_left_out"] = sensitivities.reason
-            return
-        group = file.create_group("sensitivities")
-        columns = sensitivities.columns()
-        for name, (_, text) in COLUMNS.items():
-            described_column(group, name, columns[name], ("1", text))
-        for scale in ("metric", "parameter"):
-            group[scale].make_scale(scale)
-        for name in COLUMNS.keys() - {"metric", "parameter"}:
-            for axis, scale in enumerate(COLUMNS[name][0]):
-                group[name].dims[axis].attach_scale(group[scale])
+def groups_of(sensitivities: Sensitivities) -> dict[str, Group]:
+    """The group /sensitivities of a file; only the reason where there are none."""
+    if sensitivities.reason:
+        return {"": Group({}, {}, {}, {"sensitivities_left_out": sensitivities.reason})}
+    about = {name: ("1", text) for name, (_, text) in COLUMNS.items()}
+    along = {"metric": (), "parameter": ()}
+    along |= {name: axes for name, (axes, _) in COLUMNS.items() if name not in along}
+    return {"sensitivities": Group(sensitivities.columns(), about, along)}

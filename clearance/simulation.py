@@ -5,7 +5,6 @@ Not called simulate.py: a module of that name would hide the function cl.simulat
 
 import logging
 import shutil
-import tempfile
 import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -25,12 +24,17 @@ from clearance.options import FINEST, SAMPLES_PER_TURN, Output, Solver, longest_
 from clearance.recording import FileSink, Unwritable, chosen
 from clearance.regimes import hole_warning
 from clearance.request import Answer, Ladder, Request, names
-from clearance.results import Record, Result
+from clearance.results import MemoryResult, Record, Result, temporary_file
 from clearance.run import Run
 from clearance.scene import Scene
+from clearance.short import ShortSink
 from clearance.tracing.asking import Answerer
 
 LOG = logging.getLogger("clearance")
+SHORT = 1_000_000  # numbers of a run that is kept in memory until its end, at most
+
+
+Sink = FileSink | PartsSink | ShortSink
 
 
 class SimulationError(RuntimeError):
@@ -273,7 +277,7 @@ def write(
     error: str | None = None,
     settle: float | None = None,
     pair: Callable[[Record], Pair] | None = None,
-    more: Callable[[Path], None] | None = None,
+    more: Callable[[Sink], None] | None = None,
 ) -> Result:
     """Run to the end, streaming into the file; a signal and a full disk end it early, the file
     stored.
@@ -300,7 +304,7 @@ def answer(
     request: Request,
     settle: float | None,
     progress: Callable[[float], None] | None,
-    more: Callable[[Path], None] | None = None,
+    more: Callable[[Sink], None] | None = None,
 ) -> Result:
     """The run that a request leads to, in its file; more: adds to the finished file.
 
@@ -327,7 +331,7 @@ def answer(
 
 
 def _handed_on(
-    reached: Answer, output: Output, more: Callable[[Path], None] | None = None
+    reached: Answer, output: Output, more: Callable[[Sink], None] | None = None
 ) -> Result:
     """The file of an answer."""
 
@@ -342,7 +346,7 @@ def _placed(
     run: Run,
     output: Output,
     record: Callable[..., str | None],
-    adds: Sequence[Callable[[Path], None] | None],
+    adds: Sequence[Callable[[Sink], None] | None],
     reason: str,
 ) -> Result:
     """The result of a run that `record` puts into a sink; adds: add the errors of its numbers and
@@ -351,49 +355,57 @@ def _placed(
     record: given the sink and what raises interrupts; why the run ended early, None where it did
         not.
     """
-    path, folder, sink = output.path, None, None
-    if path is None:
-        folder = tempfile.mkdtemp(prefix="clearance-")
-        path = Path(folder) / "run.h5"
+    sink = None
     try:
-        with Held() as held:
-            sink = _sink(run, output, path, reason)
-            failure = record(sink, held.check)
+        try:
+            with Held() as held:
+                sink = _sink(run, output, reason)
+                failure = record(sink, held.check)
+            for add in filter(None, adds if failure is None else ()):
+                add(sink)
+        finally:
+            with Held():
+                if sink is not None:
+                    sink.store()
     except Unwritable as error:
-        failure = f"at t = {run.state.time:.9g} s: {error}; {_left(sink, path)}"
+        failure = f"at t = {run.state.time:.9g} s: {error}; {_left(sink, output.path)}"
         if sink is None or not sink.placed:
             raise SimulationError(failure, None) from None
     except KeyboardInterrupt as error:
-        error.add_note(_left(sink, path))
+        if not getattr(error, "__notes__", ()):
+            error.add_note(_left(sink, output.path))
         raise
     if output.pressure_fields is not None and failure is None:
-        fields.keep(path, output.pressure_fields)
-    for add in filter(None, adds if failure is None else ()):
-        add(path)
-    result = Result(path)
-    if folder is not None:
-        weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)
+        fields.keep(sink.path, output.pressure_fields)
+    result = sink.result()
+    if output.path is None and not isinstance(result, MemoryResult):
+        weakref.finalize(result, shutil.rmtree, result.path.parent, ignore_errors=True)
     if failure is not None:
         raise SimulationError(failure, result)
     return result
 
 
-def _sink(run: Run, output: Output, path: str | Path, reason: str) -> FileSink | PartsSink:
-    """Sink of a run's output in a file, with checkpoints on request; reason: why no errors are
-    stated.
+def _sink(run: Run, output: Output, reason: str) -> Sink:
+    """Sink of a run's output: in memory where it is short, with checkpoints on request.
+
+    reason: why no errors are stated.
     """
     channels, compression = output.channels, output.compression
+    outputs = run.mechanism.layout.channels
     attributes = run.attributes() | ({"errors_left_out": reason} if reason else {})
-    options = path, run.mechanism.layout.channels, attributes, channels, compression
-    if output.checkpoint is None:
-        return FileSink(*options, run.span.samples)
-    chosen_output = {"channels": channels and list(channels), "compression": compression}
-    return PartsSink(*options, run.identity() | chosen_output)
+    path, numbers = output.path, run.span.samples * len(outputs)
+    if path is None and (numbers > SHORT or output.pressure_fields is not None):
+        path = temporary_file()
+    options = path, outputs, attributes, channels, compression
+    if output.checkpoint is not None:
+        chosen_output = {"channels": channels and list(channels), "compression": compression}
+        return PartsSink(*options, run.identity() | chosen_output)
+    return (ShortSink if numbers <= SHORT else FileSink)(*options, run.span.samples)
 
 
 def _left(sink, path) -> str:
     """Description of the files of a run that ended early, also before it had a sink."""
-    return f"{path} was not written" if sink is None else sink.left
+    return f"{path or 'a file'} was not written" if sink is None else sink.left
 
 
 def foreseen(mechanism: Mechanism) -> list[str]:

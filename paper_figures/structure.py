@@ -119,7 +119,7 @@ BOXES = {
         4,
         -1.65,
         "#ef6c00",
-        "recording checkpoint reading results",
+        "recording short checkpoint reading results groups images",
         step=4,
     ),
     "evidence": Box("evidence", "accuracy, cost,\nextremes", 5, 1.0, "#546e7a", "evidence*"),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import checkpoint
+from clearance import checkpoint, simulation
 from clearance import run as running
 from clearance.recording import FileSink, Unwritable
 from tests.test_checkpoint import same
@@ -192,6 +192,7 @@ def test_no_piece_takes_more_than_was_claimed(tmp_path, monkeypatch, compression
         grown.append((sink.file.id.get_filesize() - sink.flushed, sink.closing))
         place(sink)
 
+    monkeypatch.setattr(simulation, "SHORT", 0)
     monkeypatch.setattr(FileSink, "flush", measured)
     monkeypatch.setattr(FileSink, "_place", closed)
     monkeypatch.setattr(running, "ROWS", rows)

@@ -64,15 +64,17 @@ def test_an_interrupt_in_a_callback_ends_the_run(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
 
 
-def test_an_interrupt_while_the_file_is_closed_keeps_it_whole(tmp_path, monkeypatch):
+@pytest.mark.parametrize(("sink", "writes"), [("FileSink", "_place"), ("ShortSink", "_write")])
+def test_an_interrupt_while_the_file_is_closed_keeps_it_whole(tmp_path, monkeypatch, sink, writes):
     """It comes too late to end the run, and is raised once the file has its name."""
-    place = simulation.FileSink._place
+    write = getattr(getattr(simulation, sink), writes)
 
-    def placed(sink):
+    def written(sink):
         signal.raise_signal(signal.SIGINT)
-        place(sink)
+        write(sink)
 
-    monkeypatch.setattr(simulation.FileSink, "_place", placed)
+    monkeypatch.setattr(getattr(simulation, sink), writes, written)
+    monkeypatch.setattr(simulation, "SHORT", 0 if sink == "FileSink" else simulation.SHORT)
     with pytest.raises(KeyboardInterrupt):
         cl.simulate(cl.load_case("slider_crank"), turns=1, path=tmp_path / "run.h5")
     assert cl.open_result(tmp_path / "run.h5").complete

@@ -13,7 +13,7 @@ import pytest
 import clearance as cl
 from clearance import locks
 from clearance.locks import InUse, Lock
-from clearance.recording import ImageSink
+from clearance.short import ShortSink
 from tests.test_checkpoint import same
 
 TURNS = 40
@@ -153,9 +153,10 @@ def test_R1_without_locks_both_files_are_whole(tmp_path, entire, monkeypatch):
 def test_R1_a_sweeps_image_needs_no_lock(tmp_path):
     """Two of one name are each written in one piece: whichever comes last is whole."""
     path = tmp_path / "run.h5"
-    one, two = (ImageSink(path, [], {"case": name}) for name in "ab")
+    one, two = (ShortSink(path, [], {"case": name}, locked=False) for name in "ab")
     for sink in (one, two):
         sink.close("complete", {}, [], {}, None)
+        sink.store()
         with cl.open_result(path) as result:
             assert result.complete
     assert names(tmp_path) == ["run.h5"]

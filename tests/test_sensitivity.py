@@ -19,6 +19,7 @@ from clearance.reading import Damaged
 from clearance.replay import Ends, Replay, halved
 from clearance.results import open_result
 from clearance.sensitivity import Sensitivities, Sensitivity, quotient
+from clearance.short import ShortSink
 from clearance.simulation import prepare
 from clearance.varied import varied, wanted
 
@@ -299,7 +300,7 @@ def test_why_a_file_has_none(tmp_path, monkeypatch):
 
 def test_a_full_disk_keeps_the_run(tmp_path, monkeypatch, caplog):
     """The run stays as it was if the disk has no room for the table."""
-    monkeypatch.setattr(sensing, "has_room", lambda _: False)
+    monkeypatch.setattr(ShortSink, "has_room", lambda *_: False)
     path = tmp_path / "run.h5"
     result = cl.simulate(oscillator(), until=0.1, sensitivity="bodies/block/mass", path=path)
     assert result.complete

@@ -6,7 +6,7 @@ import time
 import traceback
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +14,12 @@ import numpy as np
 from clearance.catalogue import Case, find_case
 from clearance.loading import module_of
 from clearance.metrics import Metric, own
-from clearance.recording import FULL, FileSink, ImageSink, MemorySink
+from clearance.recording import FULL, FileSink, MemorySink
 from clearance.results import Record
 from clearance.run import Run
 from clearance.scene import Scene
 from clearance.sensing import Sensing
+from clearance.short import ShortSink
 from clearance.simulation import prepare, reopened
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.batch import Family, Found
@@ -64,7 +65,8 @@ class Keeper:
             stating,
         )
         self.memory = MemorySink(channels, attributes)
-        sink = ImageSink if run.span.samples * len(channels) < LARGE else FileSink
+        short = run.span.samples * len(channels) < LARGE
+        sink = partial(ShortSink, lasting=False, locked=False) if short else FileSink
         self.file = path and sink(
             path, channels, attributes, definition.keep, definition.compression, run.span.samples
         )
@@ -93,7 +95,7 @@ class Keeper:
             return 0, 0
         return (
             (self.file.size, self.file.check)
-            if isinstance(self.file, ImageSink)
+            if isinstance(self.file, ShortSink)
             else checked(self.file.path)
         )
 
@@ -139,6 +141,7 @@ class Keeper:
                 "missing": "; ".join(self.missing),
             }
             self.file.close(status, solver, warnings, facts | about, ranges)
+            self.file.store()
 
 
 class Changed(ValueError):

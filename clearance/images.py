@@ -1,0 +1,291 @@
+"""Result files from images: the bytes of a file that HDF5 made once, with the numbers of another
+run in their places.
+
+A run has some two hundred attributes and ninety columns, and HDF5 takes a hundred times longer for
+them than their bytes take to be copied. Runs of one structure differ in numbers, texts and lengths
+of columns alone. `Image.of` learns from a file where these stand, `Image.filled` replaces them and
+the checksums over them.
+
+The format: HDF5 File Format Specification 3.0, superblock version 2, object headers version 2,
+attributes in their headers (IV.A.2.m), global heap (III.E). Its checksums are those of the HDF5
+library that is loaded: lookup3 for headers, Fletcher's for chunks of columns.
+"""
+
+import ctypes
+import os
+import struct
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+SUPERBLOCK = 48  # bytes of the superblock of version 2, its checksum the last four
+END = 28  # place of the file's length in the superblock
+TIMES, PHASES, ORDERED = 0x20, 0x10, 0x04  # flags of an object header: what stands in it
+DATASPACE, ATTRIBUTE, CONTINUATION = 0x01, 0x0C, 0x10  # types of messages
+HEAP = 4096  # bytes of a global heap, at least
+
+#: attributes by place ("" is the root), columns by path
+Attributes = Mapping[str, Mapping[str, object]]
+Columns = Mapping[str, np.ndarray]
+
+
+class Unknown(ValueError):
+    """A file of another form than those that this module reads."""
+
+
+@cache
+def _checksums() -> tuple[Callable, Callable] | None:
+    """HDF5's checksums of headers and of chunks; None where its library hides them."""
+    here = Path(h5py.__file__).parent
+    libraries = [*here.parent.glob("h5py.libs/libhdf5-*"), *here.glob("libhdf5*")]
+    for path in libraries:
+        try:
+            library = ctypes.CDLL(os.fspath(path))
+            header, chunk = library.H5_checksum_lookup3, library.H5_checksum_fletcher32
+        except (OSError, AttributeError):
+            continue
+        header.argtypes = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint32
+        chunk.argtypes = ctypes.c_void_p, ctypes.c_size_t
+        header.restype = chunk.restype = ctypes.c_uint32
+        return header, chunk
+    return None
+
+
+def available() -> bool:
+    """True where files can be made from images."""
+    return _checksums() is not None
+
+
+@dataclass(frozen=True)
+class Header:
+    """Places in an object header.
+
+    blocks: begin and end of its pieces, each with its checksum behind; extent: place of a column's
+    lengths; attributes: place and bytes of their values, by name.
+    """
+
+    blocks: tuple[tuple[int, int], ...]
+    extent: int
+    attributes: dict[str, tuple[int, int]]
+
+
+def header(data: bytes, place: int) -> Header:
+    """The object header at a place of a file. Raises Unknown for one of another version."""
+    if data[place : place + 5] != b"OHDR\x02":
+        raise Unknown(f"no object header of version 2 at {place}")
+    flags, begin = data[place + 5], place + 6
+    begin += 16 * bool(flags & TIMES) + 4 * bool(flags & PHASES)
+    width = 1 << (flags & 3)
+    size = int.from_bytes(data[begin : begin + width], "little")
+    blocks, attributes, extent = [], {}, 0
+    waiting = [(place, begin + width, begin + width + size)]
+    while waiting:
+        first, begin, end = waiting.pop()
+        blocks.append((first, end))
+        for kind, body, length in _messages(data, begin, end, 4 + 2 * bool(flags & ORDERED)):
+            if kind == CONTINUATION:
+                at, long = struct.unpack_from("<QQ", data, body)
+                waiting.append((at, at + 4, at + long - 4))
+            elif kind == DATASPACE:
+                extent = body + 4
+            elif kind == ATTRIBUTE:
+                name, value = _attribute(data, body)
+                attributes[name] = value, body + length - value
+    return Header(tuple(blocks), extent, attributes)
+
+
+def _messages(data: bytes, begin: int, end: int, head: int) -> Iterator[tuple[int, int, int]]:
+    """Messages of a piece of a header: type, place and length of their bodies."""
+    while begin + head <= end:
+        kind, length = struct.unpack_from("<BH", data, begin)
+        yield kind, begin + head, length
+        begin += head + length
+
+
+def _attribute(data: bytes, body: int) -> tuple[str, int]:
+    """Name of an attribute, and the place of its value."""
+    version, _, name, kind, space, _ = struct.unpack_from("<BBHHHB", data, body)
+    if version != 3:
+        raise Unknown(f"attribute of version {version}")
+    begin = body + 9
+    return data[begin : begin + name - 1].decode(), begin + name + kind + space
+
+
+@dataclass(frozen=True)
+class Column:
+    """Places of a column: its length, its chunks one after another, and rows in each of them.
+
+    fixed: its bytes are packed, and the same in all files from this image.
+    """
+
+    extent: int
+    chunks: tuple[int, ...]
+    rows: int
+    dtype: np.dtype
+    fixed: bool
+
+
+@dataclass(frozen=True)
+class Image:
+    """A file and the places in it; see the module."""
+
+    data: bytes
+    columns: dict[str, Column]
+    attributes: dict[str, dict[str, tuple[int, int]]]
+    dtypes: dict[str, dict[str, np.dtype | None]]
+    blocks: np.ndarray
+
+    @classmethod
+    def of(cls, data: bytes, file: h5py.File, attributes: Attributes, columns: Columns) -> "Image":
+        """The image of a file that holds these; data: its bytes.
+
+        Raises Unknown where one of them does not stand where this module looks for it.
+        """
+        if data[:9] != b"\x89HDF\r\n\x1a\n\x02":
+            raise Unknown("no superblock of version 2")
+        blocks: list[tuple[int, int]] = [(0, SUPERBLOCK - 4)]
+        places, dtypes, tables = {}, {}, {}
+        for place, values in attributes.items():
+            item = file[place] if place else file
+            head = header(data, h5py.h5o.get_info(item.id).addr)
+            if missing := values.keys() - head.attributes.keys():
+                raise Unknown(f"/{place}: {missing} do not stand in its header")
+            places[place] = {name: head.attributes[name] for name in values}
+            dtypes[place] = {name: _dtype(item.attrs.get_id(name)) for name in values}
+            blocks += head.blocks
+        for path in columns:
+            data_set = file[path]
+            head = header(data, h5py.h5o.get_info(data_set.id).addr)
+            tables[path] = _column(data_set, head)
+            blocks += head.blocks
+        return cls(data, tables, places, dtypes, np.unique(np.array(blocks), axis=0))
+
+    def filled(self, attributes: Attributes, columns: Columns) -> bytearray:
+        """The file with other numbers and texts; all of the same names, kinds and shapes."""
+        texts = _Texts(len(self.data))
+        out = bytearray(self.data)
+        for place, values in attributes.items():
+            dtypes, places = self.dtypes[place], self.attributes[place]
+            for name, value in values.items():
+                begin, length = places[name]
+                dtype = dtypes[name]
+                if dtype is None:
+                    stored = texts.references(value)
+                else:
+                    stored = np.asarray(value, dtype).tobytes()
+                out[begin : begin + len(stored)] = stored
+                assert len(stored) <= length
+        for path, values in columns.items():
+            self._fill(out, self.columns[path], values)
+        out += texts.heap()
+        struct.pack_into("<Q", out, END, len(out))
+        self._check(out)
+        return out
+
+    def _fill(self, out: bytearray, column: Column, values: np.ndarray) -> None:
+        """The values of a column, chunk by chunk, each with its checksum behind."""
+        if column.fixed:
+            return
+        if values.ndim == 1:
+            struct.pack_into("<Q", out, column.extent, len(values))
+        _, fletcher = _checksums()
+        for i, place in enumerate(column.chunks):
+            part = values[i * column.rows : (i + 1) * column.rows]
+            stored = np.zeros((column.rows, *values.shape[1:]), column.dtype)
+            stored[: len(part)] = part
+            check = fletcher(stored.ctypes.data, stored.nbytes)
+            out[place : place + stored.nbytes] = stored.tobytes()
+            struct.pack_into("<I", out, place + stored.nbytes, check)
+
+    def _check(self, out: bytearray) -> None:
+        """The checksums of all headers."""
+        lookup, _ = _checksums()
+        first = ctypes.addressof(ctypes.c_char.from_buffer(out))
+        for begin, end in self.blocks.tolist():
+            struct.pack_into("<I", out, end, lookup(first + begin, end - begin, 0))
+
+
+def _dtype(attribute: h5py.h5a.AttrID) -> np.dtype | None:
+    """Kind of an attribute's numbers; None of texts."""
+    dtype = attribute.dtype
+    if h5py.check_string_dtype(dtype) is not None:
+        return None
+    if dtype.kind not in "biuf":
+        raise Unknown(f"attribute of kind {dtype}")
+    return dtype
+
+
+def _column(data: h5py.Dataset, head: Header) -> Column:
+    """Places of a column; without chunks where it holds nothing."""
+    if data.chunks is None:
+        if data.size:
+            raise Unknown(f"{data.name} has no chunks")
+        return Column(head.extent, (), 1, data.dtype, True)
+    count = data.id.get_num_chunks()
+    chunks = [data.id.get_chunk_info(i) for i in range(count)]
+    places = tuple(c.byte_offset for c in sorted(chunks, key=lambda c: c.chunk_offset))
+    fixed = data.compression is not None
+    if not fixed and not (data.fletcher32 or not count):
+        raise Unknown(f"{data.name} has no checksum")
+    return Column(head.extent, places, data.chunks[0], data.dtype, fixed)
+
+
+class _Texts:
+    """Texts of attributes, which stand in a heap behind the rest of a file."""
+
+    def __init__(self, place: int):
+        self.aside = -place % 8
+        self.place, self.objects = place + self.aside, []
+
+    def references(self, texts: str | list[str]) -> bytes:
+        """Length, heap and number of each of them."""
+        references = b""
+        for text in [texts] if isinstance(texts, str) else texts:
+            data = str(text).encode()
+            self.objects.append(data)
+            references += struct.pack("<IQI", len(data), self.place, len(self.objects))
+        return references
+
+    def heap(self) -> bytes:
+        """The heap: its length, then its texts, each at a multiple of eight, then what is free."""
+        body = b"".join(
+            struct.pack("<HHIQ", i, 1, 0, len(text)) + text + bytes(-len(text) % 8)
+            for i, text in enumerate(self.objects, 1)
+        )
+        size = max(HEAP, 16 + len(body) + 16)
+        free = struct.pack("<HHIQ", 0, 0, 0, size - 16 - len(body))
+        head = b"GCOL\x01\0\0\0" + struct.pack("<Q", size)
+        return (bytes(self.aside) + head + body + free).ljust(self.aside + size, b"\0")
+
+
+def likeness(attributes: Attributes, growing: Columns, tables: Columns, rows: int) -> tuple:
+    """Equal for runs whose files can be made from one image.
+
+    growing: columns with so many rows in a chunk; tables: columns of one chunk each.
+    """
+    kinds = tuple(
+        (place, tuple((name, *_kind(value)) for name, value in values.items()))
+        for place, values in attributes.items()
+    )
+    lengths = tuple((path, -(-len(values) // rows)) for path, values in growing.items())
+    shapes = tuple(
+        (path, values.tobytes() if values.dtype.kind == "U" else values.shape)
+        for path, values in tables.items()
+    )
+    return kinds, lengths, shapes
+
+
+def _kind(value: object) -> tuple:
+    """Type and shape of an attribute."""
+    if isinstance(value, str):
+        return ("text",)
+    if isinstance(value, float):
+        return ("<f8",)
+    if isinstance(value, list) and all(isinstance(v, str) for v in value):
+        return "texts", len(value)
+    array = np.asarray(value)
+    return array.dtype.str, array.shape

@@ -1,0 +1,124 @@
+"""Files of short runs, made from images: the same as those that HDF5 writes, whole or honest."""
+
+import errno
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import short
+from clearance.images import Unknown, header
+
+#: attributes that are places in a file
+PLACES = ("REFERENCE_LIST", "DIMENSION_LIST")
+#: attributes that time, not the run, decides
+TIMED = ("created", "wall_s", "loop_s")
+
+
+def content(path):
+    """All of a file: attributes and values by place."""
+    out = {}
+
+    def add(name, item):
+        about = {n: v for n, v in item.attrs.items() if n not in (*PLACES, *TIMED)}
+        out[name] = [about]
+        if isinstance(item, h5py.Dataset):
+            kind = item.shape, item.maxshape, item.chunks, item.fletcher32, item.dtype
+            scales = [[s.name for s in axis.values()] for axis in item.dims]
+            out[name] += [kind, scales, item[()]]
+
+    with h5py.File(path) as file:
+        add("/", file)
+        file.visititems(add)
+    return out
+
+
+def run(path, model, turns=1.0, **options):
+    """A run of the slider-crank and its file."""
+    return cl.simulate(cl.load_case("slider_crank", model=model), turns=turns, path=path, **options)
+
+
+@pytest.mark.parametrize(("model", "turns"), [("dry", 1.0), ("lubricated", 6.0), ("ideal", 1.0)])
+def test_an_image_gives_the_same_file(tmp_path, monkeypatch, model, turns):
+    """Other numbers in the image of a run: every place of the file that HDF5 writes of them; also
+    contacts, two chunks and stated errors.
+    """
+    monkeypatch.setattr(short, "_images", {})
+    run(tmp_path / "first.h5", model, turns)
+    assert len(short._images) == 1
+    run(tmp_path / "filled.h5", model, turns, rtol=3e-6)
+    made = len(short._images)
+    monkeypatch.setattr(short, "_images", {})
+    run(tmp_path / "written.h5", model, turns, rtol=3e-6)
+    filled, written = (content(tmp_path / f"{n}.h5") for n in ("filled", "written"))
+    assert filled.keys() == written.keys()
+    for place, parts in written.items():
+        np.testing.assert_equal(filled[place], parts, err_msg=place)
+    assert made == 1 or model == "dry"  # contacts may need another number of chunks
+
+
+def content_read(path):
+    """Range and samples of a channel."""
+    with cl.open_result(path) as result:
+        return result.range("bodies/slider/x"), result["slider"].x
+
+
+def test_a_damaged_file_from_an_image_is_seen(tmp_path, monkeypatch):
+    """Columns and headers of a filled image have checksums of their own: a flipped bit raises."""
+    monkeypatch.setattr(short, "_images", {})
+    for name in ("first", "filled"):
+        run(tmp_path / f"{name}.h5", "ideal", error=None)
+    path = tmp_path / "filled.h5"
+    with h5py.File(path) as file:
+        place = file["bodies/slider/x"].id.get_chunk_info(0).byte_offset
+        head = h5py.h5o.get_info(file["bodies/slider/x"].id).addr
+    data = path.read_bytes()
+    for at in (place + 17, header(data, head).attributes["actual_range"][0]):
+        path.write_bytes(data[:at] + bytes([data[at] ^ 4]) + data[at + 1 :])
+        with pytest.raises(ValueError, match="filled.h5"):
+            content_read(path)
+
+
+def test_a_run_without_a_path_makes_no_file(tmp_path, monkeypatch):
+    """It is in memory, reads and is saved like one in a file; its path is written when needed."""
+    monkeypatch.setattr(short, "temporary_file", None)
+    with run(None, "lubricated") as result:
+        again = cl.open_result(result.save(tmp_path / "run.h5"))
+        np.testing.assert_array_equal(result["slider"].x, again["slider"].x)
+        assert result.errors["joints/C/gap_min"] == again.errors["joints/C/gap_min"]
+        assert Path(result.path).read_bytes() == (tmp_path / "run.h5").read_bytes()
+
+
+def test_a_run_that_lasts_goes_on_in_a_file(tmp_path, monkeypatch):
+    """The file holds what was computed before: a process that is killed loses none of it."""
+    monkeypatch.setattr(short, "PATIENCE", 0.0)
+    seen = []
+
+    def look(share):
+        seen.append((tmp_path / "run.h5.partial").exists())
+
+    result = run(tmp_path / "run.h5", "dry", progress=look)
+    assert any(seen)
+    assert result.complete
+    assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
+
+
+def test_a_full_disk_keeps_what_fits(tmp_path, monkeypatch):
+    """The file does not fit in one piece: the run is there as of one that ended early."""
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "full")
+
+    monkeypatch.setattr(short, "replacing", full)
+    with pytest.raises(cl.SimulationError, match="what fitted is kept in") as caught:
+        run(tmp_path / "run.h5", "dry")
+    assert caught.value.result.status.startswith("partial: ")
+    assert caught.value.result.time.size > 0
+    assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
+
+
+def test_other_headers_are_refused():
+    with pytest.raises(Unknown, match="no object header of version 2 at 3"):
+        header(b"abcOHDR\x01", 3)
