@@ -1,7 +1,9 @@
 """Radau IIA with three stages on traced numbers: the method of stepping/radau.py, a lane for each
 run.
 
-The Jacobian is that of every step. Lanes iterate Newton's method until enough of them are done.
+Each step has a Jacobian of its own, of the state that the last step predicts at a share AHEAD of
+the step. It is nearer to the stages than that of the step's begin, so Newton's method takes fewer
+iterations and fails less often. Lanes iterate until enough of them are done.
 """
 
 from clearance.lanes.linear import Complex, factor, solve
@@ -25,6 +27,7 @@ STAGES = 3
 ORDER = 4  # of the error estimate's defect
 PAIR = complex(K.pairs[0])
 NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
+AHEAD = 0.8  # share of the step where the Jacobian is taken: fewest iterations over 0.3 to 1
 
 
 def add_rows(rows: Rows, shape: Shape) -> None:
@@ -48,6 +51,18 @@ def followed(piece: Piece, shape: Shape, h, y: list, stages: list[list]) -> None
         for i in range(p):
             moved = piece.weighted(K.a[s], [stages[j][p + i] for j in range(STAGES)])
             stages[s][i] = h * (y[p + i] * float(K.c[s]) + moved)
+
+
+def moved(piece: Piece, shape: Shape, share) -> list:
+    """Change of the states along the last step's polynomial, beyond its end by a share of it."""
+    n, polynomial, x = shape.states, piece.all("polynomial"), 1.0 + share
+    values = []
+    for i in range(n):
+        value = 0.0
+        for r in range(STAGES - 1, -1, -1):
+            value = (value + polynomial[r * n + i]) * (x if r % 2 == 0 else 1.0 - x)
+        values.append(value - polynomial[i])
+    return values
 
 
 def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[list], list[list]]:
@@ -83,25 +98,22 @@ def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     h, failed = proposed(piece)
     t, y, rtol = piece.one("t"), piece.all("y"), piece.one("rtol")
     scale = piece.all("scale")
-    entries_of = piece.call(entries.jacobian, t, y)
+    predicted = piece.above(piece.one("predictor"), 0.5)
+    ratio = piece.choose(predicted, h / piece.largest(piece.one("last_h"), 1e-300), 0.0)
+    ahead = [
+        a + piece.choose(predicted, b, 0.0)
+        for a, b in zip(y, moved(piece, shape, ratio * AHEAD), strict=False)
+    ]
+    later = t + piece.choose(predicted, h * AHEAD, 0.0)
+    entries_of = piece.call(entries.jacobian, later, [*ahead, *y[n:]])
     jacobian = [entries_of[i * n : (i + 1) * n] for i in range(n)]
     real, pair = matrices(piece, shape, h, jacobian)
     lu, exchanges = factor(piece, real)
     complex_lu, complex_exchanges = factor(piece, pair)
-    ratio = piece.choose(
-        piece.above(piece.one("predictor"), 0.5),
-        h / piece.largest(piece.one("last_h"), 1e-300),
-        0.0,
-    )
-    predicted, polynomial = piece.above(ratio, 0.0), piece.all("polynomial")
     stages = [[0.0] * n for _ in range(STAGES)]
     for s in range(STAGES):
-        x = 1.0 + ratio * float(K.c[s])
-        for i in range(p, n):
-            value = 0.0
-            for r in range(STAGES - 1, -1, -1):
-                value = (value + polynomial[r * n + i]) * (x if r % 2 == 0 else 1.0 - x)
-            stages[s][i] = piece.choose(predicted, value - polynomial[i], 0.0)
+        values = moved(piece, shape, ratio * float(K.c[s]))
+        stages[s][p:] = [piece.choose(predicted, v, 0.0) for v in values[p:]]
     followed(piece, shape, h, y, stages)
     transformed = [
         piece.weighted(K.ti[s], [stages[j][i] for j in range(STAGES)])

@@ -1,8 +1,7 @@
 """Steps of all methods on traced numbers: first step, control of the step, films, advance of a
 lane.
 
-The control is that of stepping/loop.py, so that a lane makes the steps that the ordinary loop
-makes.
+The control is that of stepping/loop.py.
 """
 
 from dataclasses import dataclass
