@@ -21,9 +21,10 @@ Which restitution a factor really delivers does not depend on the elastic force:
 """
 
 import math
+from collections.abc import Callable
 
-from clearance.checks import finite, fraction, non_negative, positive
-from clearance.laws.law import Derived, OfJoint, contact
+from clearance.checks import Check, finite, fraction, non_negative, positive
+from clearance.laws.law import Derived, Law, OfJoint, contact
 from clearance.materials import Material, steel
 
 GRAZING_SPEED = 1e-3  # m/s
@@ -184,18 +185,49 @@ def damped_force(
     )
 
 
-def _warns_of_other_restitution(law, damping):
-    """Add the warning that a law delivers another restitution than its parameter."""
+def by_restitution(check: Check) -> Callable[[Callable[[float], float]], Law]:
+    """Decorate the damping factor chi(e) of a law: its force is `damped_force`.
 
-    @law.doubts
-    def doubt(joint, parameters):
-        wanted = parameters["restitution"]
-        given = delivered_restitution(damping(wanted))
-        if abs(given - wanted) > 0.05:
-            return (
-                f"{law.name} delivers a restitution of {given:.2f} where {wanted:.2f} is asked for"
+    check: of the restitution e. A joint warns where the law delivers another restitution.
+    """
+
+    def law(damping: Callable[[float], float]) -> Law:
+        def force(
+            penetration,
+            penetration_rate,
+            impact_speed,
+            stiffness,
+            restitution,
+            exponent=1.5,
+            grazing_speed=GRAZING_SPEED,
+        ):
+            factor = damping(restitution)
+            return damped_force(
+                penetration,
+                penetration_rate,
+                impact_speed,
+                stiffness,
+                exponent,
+                factor,
+                grazing_speed,
             )
-        return None
+
+        def doubt(joint, parameters):
+            wanted = parameters["restitution"]
+            given = delivered_restitution(damping(wanted))
+            other = (
+                f"{made.name} delivers a restitution of {given:.2f} where {wanted:.2f} is asked for"
+            )
+            return other if abs(given - wanted) > 0.05 else None
+
+        force.__name__, force.__doc__ = damping.__name__, damping.__doc__
+        made = contact(
+            stiffness=STIFFNESS, restitution=check, exponent=positive, grazing_speed=positive
+        )(force)
+        made.doubts(doubt)
+        return made
+
+    return law
 
 
 # --- laws
@@ -262,233 +294,77 @@ def hunt_crossley_memoryless(
     )
 
 
-def hunt_crossley_damping(restitution):
-    """chi of `hunt_crossley`."""
-    return 1.5 * (1.0 - restitution)
-
-
-@contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
-def hunt_crossley(
-    penetration,
-    penetration_rate,
-    impact_speed,
-    stiffness,
-    restitution,
-    exponent=1.5,
-    grazing_speed=GRAZING_SPEED,
-):
+@by_restitution(fraction)
+def hunt_crossley(restitution):
     """chi = 3 (1 - e) / 2 [N]. Valid for e close to 1: delivers .909 for .9, .663 for .5.
 
     Source: Hunt and Crossley, J. Applied Mechanics 42 (1975) 440, with alpha = (1 - e) / delta'_0.
     """
-    damping = hunt_crossley_damping(restitution)
-    return damped_force(
-        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
-    )
+    return 1.5 * (1.0 - restitution)
 
 
-def herbert_mcwhannell_damping(restitution):
-    """chi of `herbert_mcwhannell`."""
-    return 6.0 * (1.0 - restitution) / ((2.0 * restitution - 1.0) ** 2 + 3.0)
-
-
-@contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
-def herbert_mcwhannell(
-    penetration,
-    penetration_rate,
-    impact_speed,
-    stiffness,
-    restitution,
-    exponent=1.5,
-    grazing_speed=GRAZING_SPEED,
-):
+@by_restitution(fraction)
+def herbert_mcwhannell(restitution):
     """chi = 6 (1 - e) / ((2 e - 1)^2 + 3) [N]. Delivers .901 for .9, .594 for .5.
 
     Source: Herbert and McWhannell, J. Eng. for Industry 99 (1977) 688.
     """
-    damping = herbert_mcwhannell_damping(restitution)
-    return damped_force(
-        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
-    )
+    return 6.0 * (1.0 - restitution) / ((2.0 * restitution - 1.0) ** 2 + 3.0)
 
 
-def lee_wang_damping(restitution):
-    """chi of `lee_wang`."""
-    return 0.75 * (1.0 - restitution)
-
-
-@contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
-def lee_wang(
-    penetration,
-    penetration_rate,
-    impact_speed,
-    stiffness,
-    restitution,
-    exponent=1.5,
-    grazing_speed=GRAZING_SPEED,
-):
+@by_restitution(fraction)
+def lee_wang(restitution):
     """chi = 3 (1 - e) / 4 [N]. Dissipates too little: delivers .952 for .9, .799 for .5.
 
     Source: Lee and Wang, J. Mech., Transmissions and Automation in Design 105 (1983) 534.
     """
-    damping = lee_wang_damping(restitution)
-    return damped_force(
-        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
-    )
+    return 0.75 * (1.0 - restitution)
 
 
-def lankarani_nikravesh_damping(restitution):
-    """chi of `lankarani_nikravesh`."""
-    return 0.75 * (1.0 - restitution * restitution)
-
-
-@contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
-def lankarani_nikravesh(
-    penetration,
-    penetration_rate,
-    impact_speed,
-    stiffness,
-    restitution,
-    exponent=1.5,
-    grazing_speed=GRAZING_SPEED,
-):
+@by_restitution(fraction)
+def lankarani_nikravesh(restitution):
     """chi = 3 (1 - e^2) / 4 [N]. Valid for e close to 1: delivers .913 for .9, but .725 for .5.
 
     Source: Lankarani and Nikravesh, J. Mech. Design 112 (1990) 369.
     """
-    damping = lankarani_nikravesh_damping(restitution)
-    return damped_force(
-        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
-    )
+    return 0.75 * (1.0 - restitution * restitution)
 
 
-def gonthier_damping(restitution):
-    """chi of `gonthier`."""
-    return (1.0 - restitution * restitution) / restitution
-
-
-@contact(
-    stiffness=STIFFNESS,
-    restitution=restitution_above_zero,
-    exponent=positive,
-    grazing_speed=positive,
-)
-def gonthier(
-    penetration,
-    penetration_rate,
-    impact_speed,
-    stiffness,
-    restitution,
-    exponent=1.5,
-    grazing_speed=GRAZING_SPEED,
-):
+@by_restitution(restitution_above_zero)
+def gonthier(restitution):
     """chi = (1 - e^2) / e [N]. Delivers .876 for .9, .488 for .5.
 
     Source: Gonthier, McPhee, Lange and Piedboeuf, Multibody Syst. Dyn. 11 (2004) 209.
     """
-    damping = gonthier_damping(restitution)
-    return damped_force(
-        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
-    )
+    return (1.0 - restitution * restitution) / restitution
 
 
-def zhiying_qishao_damping(restitution):
-    """chi of `zhiying_qishao`."""
-    return 0.75 * (1.0 - restitution * restitution) * math.exp(2.0 * (1.0 - restitution))
-
-
-@contact(stiffness=STIFFNESS, restitution=fraction, exponent=positive, grazing_speed=positive)
-def zhiying_qishao(
-    penetration,
-    penetration_rate,
-    impact_speed,
-    stiffness,
-    restitution,
-    exponent=1.5,
-    grazing_speed=GRAZING_SPEED,
-):
+@by_restitution(fraction)
+def zhiying_qishao(restitution):
     """chi = 3 (1 - e^2) exp(2 (1 - e)) / 4 [N]. Delivers .896 for .9, .483 for .5.
 
     Source: Qin and Lu, Chinese J. Theor. Appl. Mech. (2006), as listed by Alves et al., Mech. Mach.
     Theory 85 (2015).
     """
-    damping = zhiying_qishao_damping(restitution)
-    return damped_force(
-        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
-    )
+    return 0.75 * (1.0 - restitution * restitution) * math.exp(2.0 * (1.0 - restitution))
 
 
-def flores_damping(restitution):
-    """chi of `flores`."""
-    return 1.6 * (1.0 - restitution) / restitution
-
-
-@contact(
-    stiffness=STIFFNESS,
-    restitution=restitution_above_zero,
-    exponent=positive,
-    grazing_speed=positive,
-)
-def flores(
-    penetration,
-    penetration_rate,
-    impact_speed,
-    stiffness,
-    restitution,
-    exponent=1.5,
-    grazing_speed=GRAZING_SPEED,
-):
+@by_restitution(restitution_above_zero)
+def flores(restitution):
     """chi = 8 (1 - e) / (5 e) [N]. For the whole range of e: delivers .894 for .9, .470 for .5.
 
     Source: Flores, Machado, Silva and Martins, Multibody Syst. Dyn. 25 (2011) 357.
     """
-    damping = flores_damping(restitution)
-    return damped_force(
-        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
-    )
+    return 1.6 * (1.0 - restitution) / restitution
 
 
-def hu_guo_damping(restitution):
-    """chi of `hu_guo`."""
-    return 1.5 * (1.0 - restitution) / restitution
-
-
-@contact(
-    stiffness=STIFFNESS,
-    restitution=restitution_above_zero,
-    exponent=positive,
-    grazing_speed=positive,
-)
-def hu_guo(
-    penetration,
-    penetration_rate,
-    impact_speed,
-    stiffness,
-    restitution,
-    exponent=1.5,
-    grazing_speed=GRAZING_SPEED,
-):
+@by_restitution(restitution_above_zero)
+def hu_guo(restitution):
     """chi = 3 (1 - e) / (2 e) [N]. For the whole range of e: delivers .900 for .9, .488 for .5.
 
     Source: Hu and Guo, Nonlinear Dyn. 81 (2015) 1415.
     """
-    damping = hu_guo_damping(restitution)
-    return damped_force(
-        penetration, penetration_rate, impact_speed, stiffness, exponent, damping, grazing_speed
-    )
-
-
-for _law, _damping in (
-    (hunt_crossley, hunt_crossley_damping),
-    (herbert_mcwhannell, herbert_mcwhannell_damping),
-    (lee_wang, lee_wang_damping),
-    (lankarani_nikravesh, lankarani_nikravesh_damping),
-    (gonthier, gonthier_damping),
-    (zhiying_qishao, zhiying_qishao_damping),
-    (flores, flores_damping),
-    (hu_guo, hu_guo_damping),
-):
-    _warns_of_other_restitution(_law, _damping)
+    return 1.5 * (1.0 - restitution) / restitution
 
 
 EXACT = Derived(lambda parameters: exact_damping(parameters["restitution"]))
