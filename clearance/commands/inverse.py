@@ -34,12 +34,9 @@ def add(commands) -> argparse.ArgumentParser:
         "--samples", type=int, metavar="N", help="output rows in all (default 400 a turn, or 401)"
     )
     p.add_argument(
-        "--route", metavar="ROUTE", help="explicit (default), or multipliers: slow and independent"
-    )
-    p.add_argument(
         "--compare",
         action="store_true",
-        help="run time, operations and agreement of the routes instead",
+        help="run time, operations and agreement of independent routes instead",
     )
     p.add_argument(
         "--peers", action="store_true", help="with --compare: also Pinocchio, where installed"
@@ -60,8 +57,6 @@ def run(options) -> int:
     """
     if options.peers and not options.compare:
         raise ValueError("--peers goes with --compare")
-    if options.route and options.compare:
-        raise ValueError("--compare measures all routes: leave out --route")
     from clearance.simulation import SimulationError
 
     case, values, scene = scene_of(options)
@@ -76,7 +71,7 @@ def run(options) -> int:
         time.perf_counter(),
     )
     try:
-        result = inverse_dynamics(scene, **length, route=options.route or "explicit", path=path)
+        result = inverse_dynamics(scene, **length, path=path)
     except SimulationError as error:
         failure, result = str(error), error.result
     summary = {"case": case.name, "parameters": values, **_summary(scene, result)}

@@ -11,7 +11,7 @@ import numpy as np
 
 from clearance.body import Body, Point, ground
 from clearance.elements import Drive, Force, Prismatic, SpringDamper, Torque, TorsionSpring
-from clearance.inverse.motion import amount, from_centre
+from clearance.evidence.pairs import amount, from_centre
 from clearance.results import Record
 from clearance.scene import Scene
 

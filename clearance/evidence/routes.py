@@ -17,11 +17,10 @@ from types import SimpleNamespace
 import numpy as np
 
 from clearance.elements import Prismatic
-from clearance.evidence import pinocchio
-from clearance.inverse import multipliers
+from clearance.evidence import multipliers, pinocchio
+from clearance.evidence.pairs import Geometry, Pairs
 from clearance.inverse.dynamics import inverse_dynamics
 from clearance.inverse.explicit import STRETCH, Explicit
-from clearance.inverse.motion import Geometry, Pairs
 from clearance.mechanism.assembly import assemble
 from clearance.mechanism.structure import Structure
 from clearance.results import Record, save_tables

@@ -7,16 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from clearance.demand import Demand, affordable
-from clearance.elements import TorsionSpring
-from clearance.inverse import multipliers
 from clearance.inverse.explicit import Explicit
 from clearance.options import span_of
 from clearance.recording import FileSink, MemorySink, Recorder, Unwritable
 from clearance.results import Record, Result
 from clearance.scene import Scene
 from clearance.simulation import SimulationError
-
-ROUTES = ("explicit", "multipliers")
 
 
 def inverse_dynamics(
@@ -26,7 +22,6 @@ def inverse_dynamics(
     turns: float | None = None,
     samples: int | None = None,
     time: Sequence[float] | None = None,
-    route: str = "explicit",
     path: str | Path | None = None,
 ) -> Record:
     """Driving efforts, joint reactions and joint friction of a scene whose motion is prescribed;
@@ -34,9 +29,7 @@ def inverse_dynamics(
 
     until: seconds from t = 0, or turns of the constant-speed drive, in `samples` rows (default 400
         a turn, or 401); or
-    time: growing times [s] of one's own. route: "explicit" or "multipliers". The first is the
-        compiled kernel, which takes the mechanism group by group. The second is one linear solve
-        over all bodies and constraints, an independent formulation for checks.
+    time: growing times [s] of one's own.
     path: write an HDF5 file there (default: the record stays in memory). The channels are those of
         `simulate` without the energy ledger, which is an integral.
     Raises ValueError for bad arguments and for scenes with an unknown motion (clearance, a free
@@ -48,59 +41,18 @@ def inverse_dynamics(
             f"inverse_dynamics needs a Scene, got {scene!r}; cl.load_case makes one from a case "
             f"name"
         )
-    if route not in ROUTES:
-        raise ValueError(f"route must be one of {', '.join(ROUTES)}; got {route!r}")
     times = _times(scene, until, turns, samples, time)
     began = clock.perf_counter()
     solver = Explicit(scene)
     rows, failure = solver.rows(times)
     times = times[: len(rows)]
-    if route == "multipliers" and times.size:
-        try:
-            rows = _by_multipliers(solver, times, rows)
-        except multipliers.SingularPosition as singular:
-            done = next(iter(singular.done.values()), np.empty(0)).size
-            times, rows, failure = (
-                times[:done],
-                _filled(solver, rows[:done], singular.done),
-                str(singular),
-            )
-    record = _recorded(solver, times, rows, failure, route, clock.perf_counter() - began, path)
+    record = _recorded(solver, times, rows, failure, clock.perf_counter() - began, path)
     if failure:
         raise SimulationError(failure, record)
     return record
 
 
-def _by_multipliers(solver: Explicit, times: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The same channels by the other route; positions are its own, polished from those of the
-    kernel.
-
-    The kernel may have angles up to full turns only: too little for a torsion spring.
-    """
-    place, poses = {c.path: i for i, c in enumerate(solver.channels)}, None
-    if not any(isinstance(load, TorsionSpring) for load in solver.scene.loads):
-        poses = rows[
-            :,
-            [
-                place[f"bodies/{b.name}/{n}"]
-                for b in solver.scene.bodies
-                for n in ("x", "y", "theta")
-            ],
-        ]
-        poses = poses.reshape(times.size, -1, 3)
-    return _filled(solver, rows, multipliers.inverse(solver.scene, times, poses))
-
-
-def _filled(solver: Explicit, rows: np.ndarray, outputs: dict[str, np.ndarray]) -> np.ndarray:
-    """Rows with the computed channels; springs and energies are those of the kernel."""
-    rows = rows.copy()
-    for i, channel in enumerate(solver.channels):
-        if channel.path in outputs:
-            rows[:, i] = outputs[channel.path]
-    return rows
-
-
-def _recorded(solver: Explicit, times, rows, failure, route: str, wall: float, path) -> Record:
+def _recorded(solver: Explicit, times, rows, failure, wall: float, path) -> Record:
     texts = solver.structure.texts
     attributes = solver.scene.provenance | {"kernel": texts["observe"]}
     channels = solver.channels
@@ -117,7 +69,7 @@ def _recorded(solver: Explicit, times, rows, failure, route: str, wall: float, p
         sink.abandon()
         raise
     summary = {
-        "method": f"inverse dynamics, {route}",
+        "method": "inverse dynamics",
         "samples": times.size,
         "wall_s": wall,
         "loop_s": solver.loop_s,

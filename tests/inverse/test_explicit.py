@@ -111,10 +111,6 @@ def test_what_is_not_prescribed_is_refused(make, message):
         ({"time": [0.0, np.nan]}, "growing finite times"),
         ({"until": -1.0}, "until must be positive, got -1"),
         ({"until": 1.0, "samples": 1}, "samples must be at least 2"),
-        (
-            {"until": 1.0, "route": "magic"},
-            "route must be one of explicit, multipliers; got 'magic'",
-        ),
     ],
 )
 def test_bad_arguments(arguments, message):

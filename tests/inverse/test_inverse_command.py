@@ -65,26 +65,12 @@ def test_json(tmp_path, capsys):
     assert torque[[0, -1]] == pytest.approx([0.999011, 1.164278], abs=5e-7)
 
 
-def test_routes_give_the_same(tmp_path, capsys):
-    actual = {}
-    for route in ("explicit", "multipliers"):
-        _, text, _ = inverse(
-            "five_axis_chain",
-            "--until",
-            "3s",
-            "--route",
-            route,
-            "-o",
-            tmp_path / f"{route}.h5",
-            "--json",
-            capsys=capsys,
-        )
-        actual[route] = json.loads(text)
-        assert actual[route]["method"] == f"inverse dynamics, {route}"
-    for kind in ("drives", "joints"):
-        for name, values in actual["explicit"][kind].items():
-            assert actual["multipliers"][kind][name] == pytest.approx(values, rel=1e-9, abs=1e-12)
-    assert actual["explicit"]["joints"]["1"]["axial_force"] == pytest.approx(107.8)
+def test_a_tree_carries_weight_along_its_axes(tmp_path, capsys):
+    """Eleven kilograms above the first hinge, at 9.8 m/s2."""
+    words = ("five_axis_chain", "--until", "3s", "-o", tmp_path / "tree.h5", "--json")
+    document = json.loads(inverse(*words, capsys=capsys)[1])
+    assert document["method"] == "inverse dynamics"
+    assert document["joints"]["1"]["axial_force"] == pytest.approx(107.8)
 
 
 def test_turns_of_a_constant_drive(tmp_path, capsys):
@@ -95,12 +81,11 @@ def test_turns_of_a_constant_drive(tmp_path, capsys):
     assert "torque_ideal" not in document["drives"]["crank"]
 
 
-@pytest.mark.parametrize("route", ["explicit", "multipliers"])
-def test_a_motion_that_ends_part_way(route, tmp_path, capsys):
+def test_a_motion_that_ends_part_way(tmp_path, capsys):
     """Exit status 1, one line, and what was computed is kept."""
     out = tmp_path / "part.h5"
     status, text, err = inverse(
-        "three_loop_chain", "--until", "20s", "--route", route, "-o", out, "--json", capsys=capsys
+        "three_loop_chain", "--until", "20s", "-o", out, "--json", capsys=capsys
     )
     assert status == 1
     assert err.startswith("clearance: at t = 15.8")
@@ -117,14 +102,6 @@ def test_a_motion_that_ends_part_way(route, tmp_path, capsys):
     ("arguments", "line"),
     [
         (["three_loop_chain", "--peers"], "--peers goes with --compare"),
-        (
-            ["three_loop_chain", "--compare", "--route", "explicit"],
-            "--compare measures all routes: leave out --route",
-        ),
-        (
-            ["three_loop_chain", "--route", "fast"],
-            "route must be one of explicit, multipliers; got 'fast'",
-        ),
         (["three_loop_chain", "--samples", "1"], "samples must be at least 2, got 1"),
         (["three_loop_chain", "--samples", "many"], "invalid int value: 'many'"),
         (["three_loop_chain", "--until", "0"], "until must be positive, got 0.0"),

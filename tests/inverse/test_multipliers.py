@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 import clearance as cl
 from clearance.catalogue import load_case
-from clearance.inverse import multipliers
-from clearance.inverse.motion import prescribed
-from clearance.inverse.multipliers import SingularPosition, inverse
+from clearance.evidence import multipliers
+from clearance.evidence.multipliers import SingularPosition, inverse
+from clearance.evidence.pairs import prescribed
 from clearance.laws.joint_friction import (
     breakaway_linear,
     breakaway_smooth,

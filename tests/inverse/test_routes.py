@@ -210,11 +210,6 @@ class TestPower:
         )
         assert np.abs(routes.power_residual(scene, record)).max() < 1e-11 * power
 
-    def test_balance_by_the_other_route(self):
-        scene = cl.load_case("three_loop_chain", where="all")
-        record = cl.inverse_dynamics(scene, until=10.0, samples=50, route="multipliers")
-        assert np.abs(routes.power_residual(scene, record)).max() < 1e-11
-
     def test_against_the_energy_channels(self):
         """The rate of energy behind the residual is that of the energy channels, by a fine
         difference quotient.

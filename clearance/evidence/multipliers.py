@@ -1,7 +1,7 @@
 """Inverse dynamics by Lagrange multipliers: all bodies at once, in absolute planar coordinates, all
 samples together.
 
-With the motion and the notation of inverse/motion.py, the balance of all bodies is
+With the motion and the notation of evidence/pairs.py, the balance of all bodies is
 
     J^T lambda = M q'' - F - G^T s
 
@@ -23,7 +23,7 @@ import numpy as np
 from clearance.body import ground
 from clearance.elements import Force, Prismatic, SpringDamper, Torque, TorsionSpring
 from clearance.elements.friction_joint import FrictionJoint
-from clearance.inverse.motion import Geometry, Pairs, amount, from_centre, solve
+from clearance.evidence.pairs import Geometry, Pairs, amount, from_centre, solve
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.assembly import assemble
 from clearance.scene import Scene
