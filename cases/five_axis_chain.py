@@ -1,12 +1,12 @@
 """Five-axis chain of two mirrored arms with load-dependent joint friction (Guo, Ju and Wang,
 Aerospace 11 (2024) 368).
 
-A short bar turns on the ground; a two-bar arm hangs on its end (links 2 and 3) and another on its
+A short bar turns on the ground. A two-bar arm hangs on its end (links 2 and 3) and another on its
 middle (links 4 and 5). All axes are vertical, so gravity drives nothing, but it makes the axial
 force and the bending moments of the joints, hence their friction. The source prints positions,
-masses, inertias, motion and friction coefficients. Assumed by us: the start from rest, which pair
-of links weighs 3 kg (reading), the exponent of Stribeck's term, what the viscous coefficient
-multiplies (the rate alone), and the three lengths of the joints, pin_radius, friction_arm,
+masses, inertias, motion and friction coefficients. Assumed by us: the start from rest, the pair of
+links of 3 kg (reading), and the exponent of Stribeck's term. Further, the factor of the viscous
+coefficient (the rate alone), and the three lengths of the joints, pin_radius, friction_arm,
 bending_arm.
 
 The source's equations hold for trees in space, with axes in any direction. Here all axes are
@@ -80,11 +80,11 @@ def scene(
     static: static coefficient of friction of stribeck [-]
     stribeck_rate: joint rate of stribeck's fall from static to kinetic [rad/s]
     exponent: of stribeck's fall: 2 (Gauss) or 1 (Tustin), assumed [-]
-    drive: motion (prescribed, torques are found) or torque (of position controllers, the motion is
-        found) [-]
+    drive: motion (prescribed; torques follow) or torque (of position controllers; the motion
+        follows) [-]
     stiffness: of the position controllers [N m/rad]
     damping: of the position controllers [N m s/rad]
-    transition_rate: joint rate over which friction turns round where the motion is found [rad/s]
+    transition_rate: joint rate over which friction turns round, for drive=torque [rad/s]
     """
     cl.one_of("reading", reading, READINGS)
     cl.one_of("drive", drive, ("motion", "torque"))

@@ -1,17 +1,17 @@
 """Four-bar linkage with three dry clearance joints, friction and a passivity-based controller of
 its crank (Akhadkar, Acary and Brogliato, Multibody Syst. Dyn. 38 (2016) 101).
 
-Lengths, masses, inertias, radii, coefficient of friction, gains, wished motion and start are those
-of the public example of the time-stepping code Siconos (siconos-tutorials,
-examples/mechanics/FourBarLinkageWith3clearance), which has the paper's mechanism. A result of that
-example is stored beside it; `tests/validation/test_four_bar_clearances.py` compares.
+Lengths, masses, inertias, radii, coefficient of friction, gains, reference motion and start are
+those of the public example of the time-stepping code Siconos (siconos-tutorials,
+examples/mechanics/FourBarLinkageWith3clearance). The example has the paper's mechanism. A result of
+that example is stored beside it; `tests/validation/test_four_bar_clearances.py` compares.
 
 The example has rigid bodies, impacts with restitution 0 and set-valued Coulomb friction. Here
 contacts are stiff and strongly damped, and friction is smooth within `transition_speed`: that is
 this case's own approximation. Peaks of force at impacts belong to it: the damper of 1e5 N s/m takes
 1e5 N from each m/s of approach, for microseconds. With it they grow or fall; their impulses do not,
 nor do forces between impacts. Rigid bodies have impulses and no such peaks. In the picture of a run
-they lie beyond the axis of forces, with a mark for each; `--samples-per-turn 4000`, of the whole
+they lie beyond the axis of forces, with a mark for each. `--samples-per-turn 4000`, of the complete
 run here, shows the paths of the journals at impacts.
 
 The example takes the friction of an impact by the sliding at its end. Stiff contacts follow the
@@ -58,8 +58,9 @@ def closed(angle):
 
 
 def reduced(angle):
-    """The linkage without clearance, reduced to the crank: its inertia [kg m2], half of the
-    inertia's slope as the example has it [kg m2/rad], and the moment of its weights [N m]."""
+    """The linkage without clearance, reduced to the crank. Its inertia [kg m2], half of the
+    inertia's slope as in the example [kg m2/rad], and the moment of its weights [N m].
+    """
     cosine, sine = math.cos(angle), math.sin(angle)
     coupler_x, coupler_y, rocker_x, rocker_y = closed(angle)
     # sines and cosines of coupler less rocker, rocker less crank, coupler less crank

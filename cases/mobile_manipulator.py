@@ -3,17 +3,18 @@ Khan, Tribology in Industry 39 (2017)).
 
 The source prints masses, centres of mass, the sinusoids and time constants of its simulations and
 the friction levels. It prints no length, no inertia, no anchor and no curve of its dig pattern. The
-geometry here is an assumed one that closes over all strokes: links twice as long as their centres
-of mass are far, anchors and actuator lengths chosen, inertias m |c|^2 / 3, the load (-150, 150) N
-on the tooth tip; which sinusoid drives which actuator is assumed as well. Forces cannot be compared
-with the source's. The dig pattern (reach, penetrate, curl, lift, dump, return) is ours.
+geometry here is an assumed one that closes over all strokes. Links are twice as long as their
+centres of mass are far, anchors and actuator lengths are chosen, inertias are m |c|^2 / 3. The load
+is (-150, 150) N on the tooth tip. The match of sinusoids and actuators is assumed as well. Forces
+cannot be compared with the source's. The dig pattern (reach, penetrate, curl, lift, dump, return)
+is ours.
 
-The printed friction law (Eqs. 14 to 17) is corrected in two signs and a bracket: (14) lacks "- F_C"
+The printed friction law (Eqs. 14 to 17) is corrected in two signs and a bracket. (14) lacks "- F_C"
 and the brackets about breakaway less Coulomb friction, (15) and (17) have a wrong sign. (16) is as
 printed, with its value 24.995.
 
-Pins J1, J2, J3 join base, boom, stick and bucket; an actuator's barrel is pinned to the body before
-(boom_base, ...), its rod to the body it moves (boom_end, ...), and the slide between them bears its
+Pins J1, J2, J3 join base, boom, stick and bucket. An actuator's barrel is pinned to the body before
+(boom_base, ...), its rod to the body it moves (boom_end, ...). The slide between them bears its
 name (boom_slide, ...).
 """
 
@@ -24,8 +25,8 @@ import clearance as cl
 from clearance import checks
 
 GRAVITY = 9.81
-#: of boom, stick and bucket: mass [kg], end in the body's own frame [m] (the next hinge; of the
-#: bucket its tooth tip), rough start angle [deg]
+#: of boom, stick and bucket: mass [kg], end in the body's own frame [m] (the next hinge, or the
+#: tooth tip), rough start angle [deg]
 LINKS = {
     "boom": (3.92, (0.1690, 0.4318), 5.0),
     "stick": (0.94, (0.2034, 0.0088), 25.0),
@@ -195,11 +196,11 @@ def scene(
     coefficient: coefficient of friction of coulomb, assumed [-]
     pin_radius: radius of the pins for coulomb, assumed [m]
     overlap: of rods and barrels for coulomb, assumed [m]
-    drive: motion (prescribed, forces are found) or force (of position controllers, the motion is
-        found) [-]
+    drive: motion (prescribed; forces follow) or force (of position controllers; the motion follows)
+        [-]
     stiffness: of the position controllers [N/m]
     damping: of the position controllers [N s/m]
-    transition_rate: rate over which coulomb turns round where the motion is found [rad/s or m/s]
+    transition_rate: rate over which coulomb turns round, for drive=force [rad/s or m/s]
     """
     if simulation not in TIME_CONSTANTS:
         raise ValueError(f"simulation must be 1, 2 or 3, got {simulation!r}")

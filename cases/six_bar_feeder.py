@@ -2,9 +2,9 @@
 Arch. Appl. Mech. 93 (2023) 2831, doi 10.1007/s00419-023-02410-7).
 
 Of the source only the topology and the two frame distances (90 mm and 170 mm between the pivots A
-and D) are known to us. Every other number is the assumed set *feeder-A*: link lengths that assemble
-and run, steel bars of 20 mm x 10 mm section, joint radius 10 mm and length 20 mm. Results cannot be
-compared with the source's figures number by number.
+and D) are known to us. Every other number is the assumed set *feeder-A*. Its link lengths assemble
+and run. Its bars are of steel with a section of 20 mm x 10 mm. Its joints have a radius of 10 mm
+and a length of 20 mm. Results cannot be compared with the source's figures number by number.
 
 Crank A-B, rod 2 B-C, rocker D-C-E, rod 4 E-F, slider F along x at height 80 mm.
 

@@ -3,14 +3,14 @@
 
 Seven links in a vertical plane, ten hinges, one crank. The source prints vectors, rounded to 0.1
 mm, masses, inertias and friction coefficients. Decoded from the vectors: links of 100, 55 and 45
-mm, the long ones with a pin in the middle, and ground pivots 50 mm apart on a horizontal line,
-which meet all printed digits for a crank that starts at -98.797 degrees. Centres of mass stand in
+mm, the long ones with a pin in the middle. The ground pivots are 50 mm apart on a horizontal line.
+They meet all printed digits for a crank that starts at -98.797 degrees. Centres of mass stand in
 the middle of the links. Assumed by us: the crank's sense of turning, the exponent of Stribeck's
 term, what the viscous coefficient multiplies (the rate alone), the pin radius.
 
-Links a to g; a hinge is named after the two bodies it joins. The source numbers the joints of the
-tree that is left of the loops 1 (ground-a), 2 (a-b), 3 (b-c), 4 (a-d), 1' (ground-e), 2' (e-f), 1''
-(ground-g, driven), and cuts g-f, f-d and c-d. P is the common pin of c, d and f.
+Links a to g; a hinge is named after the two bodies it joins. The source cuts the loops at g-f, f-d
+and c-d. It numbers the joints of the remaining tree 1 (ground-a), 2 (a-b), 3 (b-c), 4 (a-d), 1'
+(ground-e), 2' (e-f), 1'' (ground-g, driven). P is the common pin of c, d and f.
 """
 
 import clearance as cl
@@ -76,11 +76,11 @@ def scene(
     static: static coefficient of friction of stribeck [-]
     stribeck_rate: rate of stribeck's fall from static to kinetic [rad/s]
     exponent: of stribeck's fall: 2 (Gauss) or 1 (Tustin), assumed [-]
-    drive: motion (prescribed, the torque is found) or torque (of a position controller, the motion
-        is found) [-]
+    drive: motion (prescribed; the torque follows) or torque (of a position controller; the motion
+        follows) [-]
     stiffness: of the position controller [N m/rad]
     damping: of the position controller [N m s/rad]
-    transition_rate: rate over which friction turns round where the motion is found [rad/s]
+    transition_rate: rate over which friction turns round, for drive=torque [rad/s]
     """
     cl.one_of("where", where, ("driven", "all"))
     cl.one_of("drive", drive, ("motion", "torque"))

@@ -1,11 +1,10 @@
 """Slider-crank whose bushing wears through its wall, after the test of Mukras, Kim, Mauntler,
 Schmitz and Sawyer.
 
-A steel pin on the crank turns in a PTFE bushing in the rod, joint B; a spring loads the slider. Set
-*wear-A* is
-assumed: SAE 2009-01-0403 and J. Tribology 132 (2010) 031604 have the same kind of test (some 0.5 mm
-after 21,400 turns at 30 rpm), but masses, lengths and clearance are ours, so no number can be
-compared with theirs.
+A steel pin on the crank turns in a PTFE bushing in the rod, joint B; a spring loads the slider. The
+set *wear-A* is assumed. SAE 2009-01-0403 and J. Tribology 132 (2010) 031604 have the same kind of
+test (some 0.5 mm after 21,400 turns at 30 rpm). Masses, lengths and clearance here are ours, so no
+number can be compared with theirs.
 """
 
 import clearance as cl

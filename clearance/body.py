@@ -43,10 +43,10 @@ class Body(Described):
     point. The motion is planar, the masses need not be. Points and com may have a third coordinate
     z. products are the products of inertia (integral of x z dm, of y z dm) about the centre of mass
     [kg m2]. They cause axial forces and bending moments. A rough start helps the assembly to find
-    the intended configuration: angle [rad] of the body's frame, position (x, y) of its origin
-    [m] (default: found by following the joints). What no drive prescribes and no loop decides
-    starts as given here, wherever the loops close so. angular_velocity [rad/s] and velocity (of the
-    centre of mass, m/s) start the motions that no drive prescribes.
+    the intended configuration: angle [rad] of the body's frame, position (x, y) of its origin [m]
+    (default: along the joints). What no drive prescribes and no loop decides starts as given here,
+    wherever the loops close so. angular_velocity [rad/s] and velocity (of the centre of mass, m/s)
+    start the motions that no drive prescribes.
     """
 
     name: str

@@ -95,10 +95,11 @@ class Check:
 class Statistics:
     """Statistics of a scene's turns.
 
-    motions: one, or several where the starts do not show the same. asked: half width over mean by
-        quantity. values: turn by turn, (starts, turns), with the transient of `left_out` turns of
-        each start. turn [s]. reached: all intervals were as narrow as requested at two looks one
-        after the other.
+    motions: one, or several where the starts do not show the same. `asked`: requested half
+        width over mean by quantity. values: turn by turn, (starts, turns), with the transient
+        of `left_out` turns of each start.
+        turn [s]. reached: all intervals were as narrow as requested at two
+        looks one after the other.
     """
 
     motions: tuple[Motion, ...]
@@ -328,8 +329,8 @@ def statistics(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> Statistics:
-    """Means and quantiles of a scene's turns, run until their 95 % intervals are as narrow as asked
-    for.
+    """Means and quantiles of a scene's turns, run until their 95 % intervals are as narrow as
+    requested.
 
     error: half width over mean, of all quantities or of some by name or pattern: 0.05, "5%",
         {"joint_C_force_peak": 0.02}; names are those of `clearance.turns`. max_turns: of all starts
@@ -341,9 +342,9 @@ def statistics(
     The turns of all starts are judged together at 40, 50, 63, 79, ... of them, without the
     transient; intervals must be narrow enough at two looks one after the other. Starts whose means
     differ by more than chance, and by more than `error`, are several motions, each with its
-    statistics.
-    Raises ValueError for bad arguments, names that the scene does not have, scenes that nothing
-    turns or where nothing is free to move; SimulationError where the motion cannot be continued.
+    statistics. Raises ValueError for bad arguments, for names that the scene does not have, and for
+    scenes without a turning drive or a freedom. Raises SimulationError where the motion cannot be
+    continued.
     """
     if not isinstance(scene, Scene):
         raise TypeError(

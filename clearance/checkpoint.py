@@ -1,10 +1,10 @@
 """Checkpoints of a long run: a killed run goes on from its last one and gives the file it would
 have given.
 
-Beside `run.h5` stands a folder `run.h5.parts`: finished stretches of the run (0000.h5, ...), each a
-entire result file, and `state.npz`, the state that the integration goes on with, written under a
-temporary name and renamed. At the end the stretches are joined in `run.h5` and the folder is
-removed.
+Beside `run.h5` stands a folder `run.h5.parts`. It holds finished stretches of the run (0000.h5,
+...), each a complete result file, and `state.npz`. The latter is the state from which the
+integration continues, written under a temporary name and renamed. At the end the stretches are
+joined in `run.h5` and the folder is removed.
 """
 
 import hashlib
@@ -30,9 +30,8 @@ class PartsSink:
     """A sink that can stop a stretch of the record and begin the next; in the end they become one
     file.
 
-    placed: whether that file has its name. full: whether the disk refused something; then the
-        stretches are not joined, which takes the room of the entire file once more, and stay as
-        they are.
+    placed: whether that file has its name. full: True where the disk had no room. The stretches
+        then stay as they are, because joining them takes the room of the entire file once more.
     """
 
     placed = full = False

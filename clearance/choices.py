@@ -58,9 +58,9 @@ def _impact(pair: Pair, e: float):
     """A linear damper has no restitution of its own; this one takes from 0.1 kg at 1 m/s what
     0.8 < e < 1 requires.
 
-    Energy m ln(1/e) v^2 = C v d I with the elastic impact's depth d = (5 m v^2 / (4 K))^(2/5) and
-    path I = 1.635 of the speed over it. Off by less than 0.02 for e >= 0.8, by 0.1 for e = 0.3; e
-    counts as 0.01 at least.
+    Energy m ln(1/e) v^2 = C v d I. The elastic impact's depth is d = (5 m v^2 / (4 K))^(2/5), its
+    path is I = 1.635 of the speed over it. Off by less than 0.02 for e >= 0.8, by 0.1 for e = 0.3;
+    e counts as 0.01 at least.
     """
     reach = (1.25 * IMPACT_MASS / pair.stiffness) ** 0.4
     damping = IMPACT_MASS * -math.log(max(e, 0.01)) / (1.635 * reach)
@@ -113,8 +113,8 @@ GRIP = 10.0
 SLIP = 0.2  # at the breakdown torque of an induction motor
 VOLTAGE = 24.0  # of a direct current motor [V]
 ELECTRIC = 0.1  # its electric time constant, over the mechanism's
-#: name -> the law for a slope of torque over speed D [N m s/rad], a speed w and an inertia J: the
-#: integral of pi has the time of a turn, the others idle at w
+#: name -> the law for a slope of torque over speed D [N m s/rad], a speed w and an inertia J. The
+#: integral of pi has the time of a turn, the others idle at w.
 DRIVES: dict[str, Callable] = {
     "pi": lambda d, w, j: laws.pi_speed(
         proportional=d, integral=d * abs(w) / (2.0 * math.pi), speed=w
@@ -134,7 +134,7 @@ FILMS = {
 ONLINE_FILMS = {n: getattr(films, n) for n in ("fast", "fem", "conserving")}
 #: films of the Reynolds equation: the faces of a slide then have theirs from a table too
 TABLES = ("table", *ONLINE_FILMS)
-#: what a film must be to know an ambient pressure, or the flow factors of rough surfaces
+#: needs of a film for an ambient pressure, or for the flow factors of rough surfaces
 WITH_AMBIENT, WITH_FLOW_FACTORS = ("table", *ONLINE_FILMS), ("table", "fast", "fem")
 ASPERITIES = {
     "greenwood_tripp": laws.greenwood_tripp,
@@ -175,8 +175,8 @@ def spelled(
 ) -> tuple[str, dict[str, float]]:
     """Name and parameters of a law such as "hertz" or "impact(damping=440, depth=1.5e-6)".
 
-    words: names without parameters, such as auto. Raises ValueError for a name that is not known,
-        for parameters that are no numbers or stand twice, and for a bracket that is not closed.
+    words: names without parameters, such as auto. Raises ValueError for an unknown name, for
+        parameters that are no numbers or stand twice, and for a bracket that is not closed.
     """
     if "(" in text and ")" not in text:
         raise ValueError(

@@ -67,7 +67,7 @@ class Parser(argparse.ArgumentParser):
     """
 
     def error(self, message: str):
-        """Say what is wrong and exit."""
+        """Print the error and exit."""
         if "--json" in sys.argv:
             print(json.dumps({"status": "wrong input", "message": message}))
         self.exit(WRONG, f"clearance: {message}\n")

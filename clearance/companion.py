@@ -8,12 +8,12 @@ error of a metric is
     g = geometric mean of |M - M'| / |M| over the extremes, or over the means,
 
 and of a channel three times the largest difference at a sample over its range, of the trajectory
-over the clearance. The difference of two runs is nearly the error of the looser one. That of one
-scalar may be small by chance, which g and the factor of 2 make up for; the factor of 3 is for pairs
-whose methods differ and err alike.
+over the clearance. The difference of two runs is nearly the error of the looser one. The difference
+of one scalar may be small by chance, for which g and the factor of 2 make up. The factor of 3 is
+for pairs whose methods differ and err alike.
 
 A film table is wrong by up to a known share of its force. Where there are tables, one more
-companion has all of their forces larger by that share, a hundredth at least, and the change of a
+companion has all of their forces larger by that share, a hundredth at least. The change of a
 metric, scaled back, is its error of the table.
 
 Validity: until trajectories part. Stated beside true errors: tests/benchmarks/errors.py.
@@ -47,7 +47,7 @@ LOOSEST = 0.1  # tolerance of a run, at most
 SAFETY = 2.0  # stated error of a number over the larger of difference and spread
 THROUGHOUT = 3.0  # stated error of a trajectory or a channel over the largest difference
 STRONGER = 0.01  # share by which a companion's film forces are larger than those of the tables
-LARGEST = 20_000_000  # numbers of a run that is compared, at most: they are kept in memory
+LARGEST = 20_000_000  # largest count of numbers of a run that is compared: they are held in memory
 DEAR = 'a second run costs as much again, --error state (error="state") makes it'
 MEMORY = "a film with a memory is first order in the step, whatever the tolerance"
 ROOM = 2**22  # bytes that stated errors may add to a file
@@ -116,8 +116,8 @@ class Start:
 
 
 def companion(run: Run, start: Start, rtol: float, times: float = 0.0) -> MemoryRecord:
-    """The motion of a run from the same start at another tolerance; what was changed on the way of
-    the run is changed here at the same times.
+    """The motion of a run from the same start at another tolerance. Changes of numbers during the
+    run are made here at the same times.
 
     times: by how many times their errors film tables are stronger. Raises Parted where it fails.
     """

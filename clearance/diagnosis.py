@@ -144,8 +144,8 @@ class Diagnosis:
 
     # --- warnings
     def warnings(self) -> list[str]:
-        """Doubts of the laws used, a method that does not suit the scene, films thinner than the
-        surfaces are rough.
+        """Warnings: of the laws used, of a method that does not suit the scene, of films thinner
+        than the surfaces are rough.
         """
         scene = self.run.mechanism.scene
         warnings = [doubt for j in scene.joints for doubt in j.doubts()]

@@ -55,7 +55,7 @@ POINT = ("body", "point", "x", "y", "z")
 class Misplaced(ValueError):
     """An error in a document.
 
-    place: names of the tables and of the field, from outside in; whole: nothing stands around it.
+    place: names of the tables and of the field, from outside in; `whole`: nothing stands around it.
     """
 
     def __init__(self, place: tuple[str, ...], text: str, complete: bool = False):
@@ -65,7 +65,7 @@ class Misplaced(ValueError):
 
 @contextmanager
 def at(*place: str, complete: bool = False) -> Iterator[None]:
-    """Add a place to errors from inside; whole: it is one from the outermost table on."""
+    """Add a place to errors from inside; `whole`: it is one from the outermost table on."""
     try:
         yield
     except Misplaced as error:
@@ -160,7 +160,7 @@ def module_of(name: str, texts: Mapping[str, Mapping[str, str]]) -> types.Module
 
 
 def law_in(module: types.ModuleType, name: str) -> Law:
-    """A law of a module. Raises ValueError for a name that it has not got."""
+    """A law of a module. Raises ValueError for a name that does not exist."""
     laws = {v.name: v for v in vars(module).values() if isinstance(v, Law)}
     if name not in laws:
         raise ValueError(f"{module.__name__} has no law {name!r}{meant(name, laws)}")
@@ -190,7 +190,7 @@ def _setting(law: Law | Callable, value: object) -> object:
 
 # --- to a scene
 class Parts:
-    """Bodies and elements from tables of plain data, each made when it is first asked for.
+    """Bodies and elements from tables of plain data, each made at its first use.
 
     bodies: name -> fields; elements: (section, name) -> (kind, fields); law: makes a law from its
     name; shared: kind -> name -> fields of what several elements may share, as lubricants.
@@ -394,7 +394,7 @@ def _is_needed(field: Field) -> bool:
 
 
 def _check_names(owner: str, table: Mapping, names, needed) -> None:
-    """Raises ValueError for a field that the owner has not got, and for one that is missing."""
+    """Raises ValueError for a field that the owner does not have, and for a missing one."""
     for name in table:
         if name not in names:
             answer = f"{meant(name, names)}; it has {', '.join(names)}"

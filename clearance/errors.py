@@ -1,9 +1,9 @@
 """Stated errors of what a run reports: how far its numbers may be from those of an exact
 integration.
 
-They are made in companion.py and stand in a result file: a table of metrics and of channels in
-/errors, and those of each located extreme in /extremes. What a film table errs by is stated apart:
-no tolerance makes it smaller.
+They are made in companion.py and stand in a result file. /errors is a table of metrics and of
+channels, and /extremes has those of each located extreme. What a film table errs by is stated
+apart: no tolerance makes it smaller.
 """
 
 import math
@@ -47,7 +47,7 @@ class Error:
 
 
 def asks(error: object) -> bool:
-    """True for an error that is asked for; False for None, "auto" and "state"."""
+    """True for a requested error; False for None, "auto" and "state"."""
     return not (error is None or isinstance(error, str) and error in (AUTO, STATE))
 
 
@@ -73,15 +73,15 @@ class ExtremeErrors:
 
 @dataclass(frozen=True)
 class Errors(Mapping):
-    """Stated errors of a run by name: of its metrics ("joint_B_force_max"), of its located extremes
-    over the same part of the run ("joints/B/force_max"), and of the "trajectory", over the
+    """Stated errors of a run by name. These are its metrics ("joint_B_force_max"), its located
+    extremes over the same part of the run ("joints/B/force_max"), and the "trajectory", over the
     clearance.
 
     channels: three times the largest difference of the two runs over a channel's range, by path.
         reason: why nothing is stated, "" where something is. rtol: tolerances of the run and of its
         companion. spread: geometric mean of the relative differences of the extremes. begin, end:
-        the part of the run that metrics are about [s]. extremes: errors stretch by stretch. asked:
-        relative errors that were requested, by name; cannot: why that was not reached.
+        the part of the run that metrics are about [s]. extremes: errors stretch by stretch.
+        `asked`: relative errors that were requested, by name; cannot: why that was not reached.
     """
 
     rows: Mapping[str, Error] = field(default_factory=dict)

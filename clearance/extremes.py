@@ -1,8 +1,8 @@
 """Extremes of a run: which quantities have theirs located, and what came of it, stretch by stretch.
 
 The time loop locates them on the dense output of its steps (stepping/locating.py), with their
-times. A stretch is a turn, several in runs of more than 100,000, a hundredth of a run without
-turns, so that start-ups can be left out.
+times. A stretch is a turn, or several in runs of more than 100,000, or a hundredth of a run without
+turns. Start-ups can thus be left out.
 """
 
 import math
@@ -142,8 +142,8 @@ class Extremes:
         return {name: i for i, name in enumerate(self.names)}
 
     def inside(self, begin: float, end: float, column: int) -> np.ndarray | slice:
-        """Stretches whose extreme lies between two times; where no times are kept, those that lie
-        whole there.
+        """Stretches whose extreme lies between two times; where no times are stored, those that lie
+        completely there.
         """
         times, slack = self.times[:, column], ROUNDING * self.length
         if np.isnan(times).any():
@@ -151,7 +151,7 @@ class Extremes:
         return (times >= begin - slack) & (times <= end + slack)
 
     def whole(self, begin: float, end: float) -> slice:
-        """Stretches that lie whole between two times [s]."""
+        """Stretches that lie completely between two times [s]."""
         first = math.ceil(max(begin, 0.0) / self.length * (1.0 - ROUNDING))
         count = len(self.values)
         last = count if math.isinf(end) else math.floor(end / self.length * (1.0 + ROUNDING))

@@ -7,8 +7,9 @@ A field belongs to one sample of the run. /joints/NAME/film holds them over `ins
     pressure  above ambient [Pa], (instant, axial, angle)
     content   share of the gap that holds oil, from 0 in the cavity to 1, (instant, axial, angle)
     time      of the sample [s]; instant: its place in /time
-    axial     from the middle of the bearing [m]; angle: on the bearing, from its body's own x axis
-    [rad] line_of_centres  angle of the thinnest film on the bearing [rad]; eccentricity_ratio
+    axial     from the middle of the bearing [m]
+    angle     on the bearing, from its body's own x axis [rad]
+    line_of_centres  angle of the thinnest film on the bearing [rad]; eccentricity_ratio
 
 The film is solved anew from the motion in the record by finite elements with a moving mesh,
 film/moving.py, whichever finite-length film the run had. It has the bearing, cavitation, ambient
@@ -36,7 +37,7 @@ from clearance.results import (
 #: names of film laws whose pressure the Reynolds equation of a finite bearing gives
 FINITE = ("table", "table_ambient", "solved", "harmonic")
 MESH = (64, 8)  # of the elements behind a field
-AROUND, ALONG = 180, 17  # angles and axial positions that are kept
+AROUND, ALONG = 180, 17  # angles and axial positions that are stored
 TURN = 2.0 * math.pi
 SCALES = ("instant", "axial", "angle")
 

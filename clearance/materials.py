@@ -60,19 +60,18 @@ class HeatBalance:
     mu(T) = mu_0 exp(B / (T - theta) - B / (T_0 - theta))
 
     capacity C [J/K] of the oil and the metal that warms with it; conductance h [W/K] to what
-    surrounds it, at T_s; surroundings T_0 [K], where the lubricant's viscosity mu_0 is given and
-    the run starts;
-    volumetric rho c_p of the oil [J/(m3 K)]; vogel B [K] and vogel_zero theta [K]. P is the heat
-    that the oil takes, Q the film's side flow (film laws that do not know theirs cool by h alone).
+    surrounds it, at T_s. surroundings T_0 [K], where the lubricant's viscosity mu_0 is given and
+    the run starts. volumetric rho c_p of the oil [J/(m3 K)]; vogel B [K] and vogel_zero theta [K].
+    P is the heat that the oil takes, Q the film's side flow (film laws without a side flow cool by
+    h alone).
     to: the ThermalNode that surrounds the oil, T_s is its temperature; None: T_s = T_0. With a node
-        and neither capacity nor conductance the oil has the node's temperature and no state, and
-        the node takes
-    P - rho c_p Q (T - T_f): films of one oil bath.
-    supply T_f [K]: temperature of fresh oil (default T_0). share in [0, 1]: of the heat of contact,
-    asperities and their friction that the oil takes, all that of the film besides; the node takes
-    the rest (surroundings at T_0 do so without warming).
+        and neither capacity nor conductance the oil has the node's temperature and no state. The
+        node then takes P - rho c_p Q (T - T_f): films of one oil bath. supply T_f [K]: temperature
+        of fresh oil (default T_0). share in [0, 1]: part of the heat of contact, asperities and
+        their friction that the oil takes, beside all heat of the film. The node takes the rest
+        (surroundings at T_0 do so without warming).
     Raises ValueError for numbers out of these ranges.
-    Source: Vogel, Physikalische Zeitschrift 22 (1921) 645; the defaults are an ISO VG 32 mineral
+    Source: Vogel, Physikalische Zeitschrift 22 (1921) 645. The defaults are an ISO VG 32 mineral
     oil's (27.6 mPa s at 40 C and 4.6 mPa s at 100 C, theta = -95 C).
     """
 

@@ -12,25 +12,27 @@ samples, impacts count where they begin; names are made of body, drive and joint
   joint_<joint>_force_max         largest force                                          [N]
   joint_<joint>_force_rms         root mean square                                       [N]
   joint_<joint>_gap_min           smallest gap, negative where surfaces overlap          [m]
-  joint_<joint>_eccentricity_ratio_max       largest eccentricity over clearance:
-  1 - gap_min / clearance [-] joint_<joint>_film_thickness_ratio_min     gap_min over composite
-  roughness            [-]
-  joint_<joint>_contact_fraction  share of the time in contact, that of asperities alone left out
-  [-] joint_<joint>_impacts_per_turn, _impact_speed_max   where contact begins with a touch; 0 for
-  none [-], [m/s] joint_<slide>_corner_1_impacts_per_turn, ...   of each corner of a block in its
-  guide [-]
+  joint_<joint>_eccentricity_ratio_max   1 - gap_min / clearance                         [-]
+  joint_<joint>_film_thickness_ratio_min gap_min over composite roughness                [-]
+  joint_<joint>_contact_fraction  share of the time in contact, without asperities alone [-]
+  joint_<joint>_impacts_per_turn  contacts that begin with a touch                       [-]
+  joint_<joint>_impact_speed_max  of these contacts, 0 for none                          [m/s]
+  joint_<slide>_corner_1_impacts_per_turn, ...   of each corner of a block in its guide  [-]
   joint_<slide>_mode_free, _one_corner, _two_on_one_side, _two_across, ...   shares of the time [-]
-  joint_<slide>_jam_ratio         mu d / a in contact across, d: arm of the push along the guide; it
-  jams at 1 [-] joint_<joint>_dissipated_per_turn   energy that the joint takes out in a turn
-  [J]
+  joint_<slide>_jam_ratio         mu d / a in contact across, d: arm of the push along the
+                                  guide; the slide jams at 1                             [-]
+  joint_<joint>_dissipated_per_turn   energy that the joint takes out in a turn          [J]
   dissipated_per_turn             of all joints and dampers                              [J]
-  <body>_position_deviation_max, <body>_acceleration_deviation_rms   from the mechanism with ideal
-  joints [m], [m/s2] period                          smallest number of turns after which the
-  journals are back within 1 % of their clearance at every sample, tried up to a third of those
-  seen; inf: none [turns] period_error                    largest distance over the clearance after
-  that many turns (none: the least) [-] settling_ratio                  change of the journals from
-  turn to turn, of the last turn seen over the first; below SETTLING a motion without a period is
-  still settling [-]
+  <body>_position_deviation_max   from the mechanism with ideal joints                   [m]
+  <body>_acceleration_deviation_rms   from the mechanism with ideal joints               [m/s2]
+  period                          smallest number of turns after which the journals return
+                                  within 1 % of their clearance at every sample; up to a third
+                                  of the turns seen; inf: none                           [turns]
+  period_error                    largest distance over the clearance after that many turns
+                                  (without a period: the least)                          [-]
+  settling_ratio                  change of the journals from turn to turn, of the last turn
+                                  seen over the first; a motion without a period is still
+                                  settling below SETTLING                                [-]
 
 Without a turn, rates are per second: impacts_per_second [1/s], dissipated_power [W]. A run that
 ended early is seen as the one it should have become: the first turn does not count, nor does a part
@@ -51,11 +53,11 @@ from clearance.extremes import BOTH, along, guides
 from clearance.results import Record, cubic
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
-FEWEST = 3  # turns needed to tell a period
+FEWEST = 3  # least number of turns that show a period
 SETTLING = 0.5  # change from turn to turn, last over first, below which a motion settles
 ROUNDING = 1e-9  # share of a run that rounding may take off a turn
 COARSE = 20  # samples a turn below which nothing is known between them
-ON_SAMPLE = 1e-6  # share of a step within which a turn counts as a whole number of samples
+ON_SAMPLE = 1e-6  # share of a step within which a turn counts as an integer number of samples
 
 
 @dataclass(frozen=True)
@@ -160,8 +162,8 @@ def metrics(
     settle: turns left out at the start (seconds, where no drive turns), default one where there is
         a second.
     ideal: position and acceleration of the sliding bodies with ideal joints at the run's samples,
-        by body, along their guides (see ideal.py). Raises ValueError for a settle that is negative
-        or not finite.
+        by body, along their guides (see ideal.py).
+    Raises ValueError for a settle that is negative or not finite.
     """
     window = Window.of(record, settle)
     if window is None:
@@ -375,9 +377,9 @@ def _jam(record: Record, window: Window, joint: dict) -> Found:
     """mu d / a of a block that touches across, d: arm of the push P along the guide, which its
     normal forces N balance.
 
-    P d = 2 a N for two corners, so that mu d / a is the friction 2 mu N that they can make over the
-    push. mu: the largest ratio of friction to normal force in the window; N and P: means over the
-    samples with contact across. The push is all that acts on the body but this joint.
+    P d = 2 a N for two corners, so that mu d / a is their friction 2 mu N over the push. mu: the
+    largest ratio of friction to normal force in the window; N and P: means over the samples with
+    contact across. The push is all that acts on the body but this joint.
     """
     name, body = joint["name"], joint["b"]["body"]
     channels = [f"joints/{name}/{n}" for n in ("friction", "force_x", "force_y", "mode")]

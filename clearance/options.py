@@ -12,7 +12,7 @@ METHODS = ("dop853", "rodas5p", "radau5", "radau9")
 LOOSE, TIGHT = 1e-3, 3e-7
 FINEST = 1e-14  # smallest rtol
 SAMPLES_PER_TURN = 400
-MOST_SAMPLES = 2**53  # beyond which their times are not told apart
+MOST_SAMPLES = 2**53  # beyond which their times are not distinguished
 LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
 PRESCRIBED_SHARE = 1.0 / 100.0  # the same where nothing is free to move
 REMEMBERED_SHARE = 1.0 / 400.0  # the same where a film has a memory
@@ -148,8 +148,8 @@ def longest_step(mechanism: Mechanism, span: Span, turn: float | None = None) ->
     """A share of a turn, or of the span; films with a memory are first order in it and need it
     short.
 
-    Prescribed motions may have corners that a long step would not see: no longer than the way
-    between two samples, and where nothing else moves, which costs next to nothing, a tenth of it.
+    Prescribed motions may have corners that a long step would pass over. The limit is the time
+    between two samples. Where nothing else moves it is a tenth of it, which costs next to nothing.
     turn: of the drive [s], where it is not that of the scene.
     """
     share = REMEMBERED_SHARE if mechanism.layout.remembering else LARGEST_SHARE

@@ -1,8 +1,8 @@
 """HDF5 files of ours, read with care: what is damaged or a stranger's is stated by file and place;
 nothing is executed.
 
-Checksums reveal damage: those that HDF5 keeps of columns and of what describes them, and those of
-long texts, which stand beside the texts as attributes NAME_crc32.
+Checksums reveal damage. HDF5 stores those of columns and of what describes them. Those of long
+texts stand beside the texts as attributes NAME_crc32.
 """
 
 import json

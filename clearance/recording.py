@@ -1,7 +1,7 @@
 """Output of a run, piece by piece: made continuous, watched, and stored in a file or in memory.
 
-A `Recorder` takes the pieces and hands them to one sink: a `FileSink` writes the HDF5 result file
-(layout in results.py), a `MemorySink` keeps arrays that read as a `MemoryRecord`. Ranges and the
+A `Recorder` takes the pieces and hands them to one sink. A `FileSink` writes the HDF5 result file
+(layout in results.py). A `MemorySink` holds arrays that read as a `MemoryRecord`. Ranges and the
 energy ledger are those of all channels, whichever a sink keeps.
 """
 
@@ -43,7 +43,7 @@ from clearance.results import (
 CHUNK = 2048  # rows
 # the form of netCDF
 NO_VALUES = f"This is a netCDF dimension but not a netCDF variable. {0:9d}"
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # how a system says that there is no room
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # error numbers of a system that has no room
 NODES = 4096  # bytes of the index of a column that a piece may add, beside 64 for each chunk
 # bytes that closing a file needs at most: contacts cut off, facts; extremes
 CLOSING, CLOSING_COLUMN = 2**18, 2**12
@@ -308,10 +308,10 @@ class FileSink:
         record. gone: whether the file could not be stored.
 
     A write that fails leaves a file that HDF5 can neither mend nor close. The room for each piece,
-    and for closing the file after it, is therefore claimed from the system before it is written:
-    what does not fit is refused and the file stays complete. Where a system cannot promise room, a
-    write that fails costs the file.
-    All that writes raises Unwritable; after a refusal the file can still be closed.
+    and for closing the file after it, is therefore claimed from the system before it is written. A
+    piece that does not fit is refused, and the file stays complete. Where a system cannot promise
+    room, a write that fails costs the file. All that writes raises Unwritable; after a refusal the
+    file can still be closed.
     """
 
     placed = full = gone = False
@@ -812,7 +812,7 @@ def lock_of(path: Path) -> Lock:
 def _set_aside(descriptor: int, begin: int, room: int) -> None:
     """Claim room for a file.
 
-    Raises OSError where there is none; a system that cannot promise any is not asked.
+    Raises OSError where there is none; a system that cannot promise any is left out.
     """
     if not hasattr(os, "posix_fallocate"):
         return
@@ -843,7 +843,7 @@ class LedgerWatch:
     A stretch is long enough to turn over the range of the kinetic energy. In motions that hardly
     have any (a journal sinking in oil) a hundredth of the energy put in and taken out is enough.
     The least is `floor` [J], the tolerance of the run. `worst` is the largest share of it that the
-    residual moved by, `largest` the largest residual [J], `since` the first time a share above
+    residual moved by, `largest` the largest residual [J]. `since` is the first time a share above
     `limit` was passed.
     """
 

@@ -174,10 +174,10 @@ def hole_warning(
     """The hole check as a warning, at the entrainment 2 x frequency and the speed of a load
     `wanted` [N].
 
-    reached: smallest film thickness ratio of a run; None before it, where `wanted` is what inertia
-        may ask. There is no warning of a hole that carries `wanted`, of one that the run did not
-        come down to, and
-    before a run of one with a rim that carries `wanted` at rest.
+    reached: smallest film thickness ratio of a run. None before it, where `wanted` is the load that
+        inertia may bring. There is no warning of a hole that carries `wanted`, or of one that the
+        run did not come down to. Before a run there is none of a hole with a rim that carries
+        `wanted` at rest.
     """
     if joint.film_joint is None or joint.transition is None or joint.roughness is None:
         return None
@@ -203,8 +203,8 @@ def depth_warning(joint: Joint, depth: float) -> str | None:
     """A penetration [m] that no elastic solid bears: a contact too soft for its load, or too heavy
     a load.
 
-    Every contact law is linear elasticity of small strains; half a journal radius of solid, the
-    layer that gives way unless a joint states otherwise, is strained by 2 DEEPEST there.
+    Every contact law is linear elasticity of small strains. Half a journal radius of solid, the
+    layer that deforms unless a joint states otherwise, is strained by 2 DEEPEST there.
     """
     size, name = joint.solid
     share = depth / size

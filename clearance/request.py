@@ -40,7 +40,7 @@ FIRST = 1e-3  # tolerance of the first run of a ladder, at most
 TIGHTEST = 1e-13  # of the last, at least
 # by which a tolerance falls at once, at most; while trajectories are apart
 LARGEST_STEP, LOST_STEP = 1e-3, 1e-2
-AIM = 0.5  # of the asked error, that the next tolerance aims at
+AIM = 0.5  # of the requested error, that the next tolerance aims at
 # an error that falls by less than this over so many decades of the tolerance has a floor
 FLOOR, DECADES = 3.0, 2.0
 # tolerance from which on floors are looked for, and trajectories that are still apart will stay so
@@ -54,8 +54,8 @@ PRINTED += ("joint_*_force_peak_mean", "drive_*_peak_mean")
 @dataclass(frozen=True)
 class Request:
     """Largest relative errors by name: of a metric or a located extreme, of the "trajectory" (over
-    the clearance), of "all" numbers that a run prints, or of their "integration" alone, film tables
-    left aside.
+    the clearance), of "all" numbers that a run prints. "integration" is all of them with the errors
+    of film tables left aside.
     """
 
     asked: Mapping[str, float]
@@ -182,8 +182,8 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Answer:
-    """Outcome of a request: the run, its errors with what was asked, and why that could not be
-    reached, if so.
+    """Outcome of a request: the run, its errors beside the requested ones, and the reason where
+    these were not reached.
     """
 
     attempt: Attempt
@@ -197,7 +197,8 @@ class Ladder:
     run: made and not begun, at any tolerance; settle: turns left out of the metrics; summed:
         metrics of a record;
     progress: called with the done share of each run. best: the last run with stated errors. runs:
-        their tolerances. Raises ValueError for a run that is too large to be held in memory.
+        their tolerances.
+    Raises ValueError for a run that is too large to be held in memory.
     """
 
     def __init__(
@@ -219,7 +220,7 @@ class Ladder:
         self.film_rtol = math.inf
         self.runs: list[float] = []
         self.reached = ""  # the worst of the stated errors of the last run, in words
-        # tolerances, and the worst of stated over asked errors
+        # tolerances, and the worst of stated over requested errors
         self.past: list[tuple[float, float]] = []
 
     def climb(self) -> Answer:

@@ -31,8 +31,8 @@ def again(path: str | Path | Result) -> tuple[Scene, dict]:
     `scene, options = cl.again("run.h5")`, then `cl.simulate(scene, **options)`: the same numbers to
     the last bit with the same versions of clearance, numpy and numba on the same kind of processor.
     Laws of your own are run from the text that the file has. Raises ValueError with the reason for
-    a file that cannot be made again: of an older version, of a run whose numbers were changed on
-    its way, of a periodic motion (`--steady`), and what `Scene.from_json` refuses.
+    A file that cannot be made again. It is of an older version, of a run with changed numbers, of a
+    periodic motion (`--steady`), or `Scene.from_json` refuses it.
     """
     result = path if isinstance(path, Result) else open_result(path)
     attributes, name = result.file.attrs, Path(result.path).name

@@ -1,7 +1,7 @@
 """The result file: one HDF5 file a run, written as the run goes, complete or honestly partial.
 
-Layout (SI units; every dataset has `units` and `long_name`): /time, /bodies, /joints, /springs,
-/drives, /energy along time; /events with one row per contact; /solver with one row per step. Along
+Layout, in SI units; every dataset has `units` and `long_name`. Along time are /time, /bodies,
+/joints, /springs, /drives, /energy. /events has one row per contact, /solver one per step. Along
 each goes a dimension of its own, so that xarray opens the entire file as a tree. Columns carry
 checksums: reading a damaged file names the place.
 """
@@ -125,7 +125,7 @@ def replacing(path: Path) -> Iterator[Path]:
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
-        if error.errno and not error.filename:  # the system does not say what it could not write
+        if error.errno and not error.filename:  # the system does not name what it could not write
             error.filename = str(path)
         raise
     finally:
@@ -332,13 +332,13 @@ class Record(Drawn, ABC):
 
     @abstractmethod
     def values(self, path: str) -> np.ndarray:
-        """A channel by its path, such as "joints/B/gap". Raises KeyError for one the run has not
-        got.
+        """A channel by its path, such as "joints/B/gap". Raises KeyError for one that the run does
+        not have.
         """
 
     @abstractmethod
     def facts(self, group: str) -> dict:
-        """Facts of a group as a whole: `facts("joints/B")["peak_force"]`."""
+        """Facts of a group: `facts("joints/B")["peak_force"]`."""
 
     @abstractmethod
     def units(self, path: str) -> str:
@@ -412,8 +412,8 @@ class Record(Drawn, ABC):
 
     def time_at(self, turns: np.ndarray) -> np.ndarray:
         """Times [s] at which the drive has first made so many turns: inverse of `turns_at`, by a
-        cubic through four samples where it turns one way; those of the ends beyond them. Raises
-        ValueError as `turns_at`.
+        cubic through four samples where it turns one way. Beyond the ends they are those of the
+        ends. Raises ValueError as `turns_at`.
         """
         self._need_turns()
         if self._counted is None:
@@ -447,8 +447,8 @@ class Record(Drawn, ABC):
             "joints/B/force_max". Located to the tolerance of the run, one in each of its stretches
             (turns, mostly). These are gaps, film pressures and forces of joints, friction of joints
             without clearance, efforts of drives and accelerations along guides. Elsewhere they are
-            those of the samples. Raises KeyError for a channel the run does not have, ValueError
-            where nothing lies between.
+            those of the samples.
+        Raises KeyError for a channel the run does not have, ValueError where nothing lies between.
         """
         name = str(name).strip("/")
         path, _, which = name.rpartition("_")

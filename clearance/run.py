@@ -397,8 +397,8 @@ class Run:
 
         checkpoint: seconds of wall time between two checkpoints, for a sink that keeps them. check:
             called after each piece of output, raises KeyboardInterrupt where the run shall end.
-            Raises Unwritable where a file takes no more; like an interrupt it comes when what was
-            computed before is stored, if it can be.
+        Raises Unwritable where a file takes no more; like an interrupt it comes when what was
+        computed before is stored, if it can be.
         """
         self._sum_wear()
         scale = self.solver.rtol * self.mechanism.energy

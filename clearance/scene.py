@@ -25,9 +25,10 @@ class Scene:
     parts: elements (joints, drives, springs, forces) in any order, which fixes the order of
         outputs; gravity: acceleration (x, y) [m/s2], or (x, y, z) for a mechanism whose plane is
         not vertical; name: stored with results. `parameters`: those that its case was given;
-        `origin`: texts that state where it is from, stored with results too; `case`: the case that
-        made it, with other values of its parameters too, None where none did. Raises ValueError
-        naming the part for duplicate names, parts on bodies without a joint, floating parts.
+        `origin`: texts on its source, stored with results too. `case`: the case that made it, also
+        for other values of its parameters, None where none did.
+    Raises ValueError naming the part for duplicate names, parts on bodies without a joint, floating
+    parts.
     """
 
     name: str

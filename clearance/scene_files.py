@@ -31,9 +31,10 @@ LOG = logging.getLogger("clearance")
 SECTIONS: dict[str, list[str]] = {}
 for _name, _kind in KINDS.items():
     SECTIONS.setdefault(_kind.group.removesuffix("s"), []).append(_name)
-#: family -> functions that make laws of it from settings, by name
+_FILMS = {name: getattr(films, name) for name in films.__all__}
+#: family -> functions that make laws of it from settings, by their names in Python
 MAKERS: dict[str, dict[str, Law | Callable]] = {
-    "film": {name: getattr(films, name) for name in films.__all__},
+    "film": _FILMS | {f.__name__: f for f in _FILMS.values() if not isinstance(f, Law)},
     "pad": {"pad_table": pad_film},
     "transition": {"fuzzy_table": laws.fuzzy_table},
     "outline": {"worn": worn},

@@ -5,7 +5,7 @@ With M(p) a metric of the run with a parameter p of size s, and d = 1e-5 s, the 
     S = (M(p + d) - M(p - d)) / (2 d)
 
 of runs that make the steps of the run with p, stretched with the length of a turn (replay.py). They
-are made at a tolerance of 1e-8, by an explicit or a linearly implicit method: an iteration would
+are made at a tolerance of 1e-8, by an explicit or a linearly implicit method. An iteration would
 end sooner or later as p changes. Extremes are located, so that M is smooth but where another peak
 becomes the largest. The stated error is
 
@@ -62,7 +62,8 @@ class Sensing:
 
     scene: of the run; given: its parameters, see varied.py; prepared: makes the run of another
         scene; settle: turns left out of the metrics; summed: metrics, default those of
-        `metrics.metrics`. Raises ValueError for a parameter that cannot be varied.
+        `metrics.metrics`.
+    Raises ValueError for a parameter that cannot be varied.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Means and quantiles of series whose values depend on those before, with intervals that hold the
 truth in 95 of 100.
 
-A series is stationary but for a transient at its start; series of several runs of the same length
+A series is stationary but for a transient at its start. Series of several runs of the same length
 stand in the rows of one array. Intervals come from the means of batches, which are nearly
 independent (Law and Kelton, Simulation Modeling and Analysis, chapter 9). Those of short series
 are too narrow where values are correlated or skewed: they are widened in that proportion.
@@ -18,17 +18,16 @@ FEWEST = 8  # values needed for a sampling error
 BATCHES = 10
 MORE_BATCHES, LONG = 20, 400  # batches of series with at least so many values
 #: factor on the interval by the number of values, of series with a correlation from one value to
-#: the next or a skewness of at least so much: measured on the turns of a dry slider-crank, whose
-#: bursts
-#: of hard impacts last several turns (tests/benchmarks/turn_statistics.py)
+#: the next or a skewness of at least so much. Measured on the turns of a dry slider-crank, whose
+#: bursts of hard impacts last several turns (tests/benchmarks/turn_statistics.py).
 CORRELATION, SKEWNESS = 0.3, 1.0
 WIDENING = ((8, 3.0), (20, 2.2), (40, 1.5), (100, 1.25), (200, 1.1), (280, 1.0))
-FLOOR = 0.5  # least interval over that of independent values: batches may hold whole periods
+FLOOR = 0.5  # least interval over that of independent values: batches may hold full periods
 TRUNCATION = 5  # values of which MSER-5 takes means
 EARLY, LATE = 0.1, 0.5  # shares of a series whose means Geweke's test compares
 FIRST_LOOK, GROWTH = 40, 1.25  # numbers of values at which a series that grows is judged
 FEWEST_BEYOND = 5  # values that a quantile should leave on its outer side
-DISTINCT = 0.99  # confidence with which motions are told apart
+DISTINCT = 0.99  # confidence with which motions are distinguished
 
 
 @dataclass(frozen=True)
@@ -99,9 +98,9 @@ def student(freedom: int, confidence: float = CONFIDENCE) -> float:
 def mean(values: np.ndarray, widened: bool = True) -> Mean:
     """Mean of stationary series, (values,) or (runs, values), with its interval from batch means.
 
-    half width = t_{b-1} s_b / sqrt(b), s_b the standard deviation of the means of b batches of
-    equal length; never less than half of that of independent values; widened by `widening`.
-    Raises ValueError for fewer than 8 values.
+    half width = t_{b-1} s_b / sqrt(b), with s_b the standard deviation of the means of b batches of
+    equal length. It is never less than half of that of independent values, and is widened by
+    `widening`. Raises ValueError for fewer than 8 values.
     """
     rows = np.atleast_2d(np.asarray(values, float))
     count = rows.size
@@ -272,9 +271,9 @@ def motions(series: Iterable[np.ndarray], least: float = 0.0) -> list[list[int]]
     """Runs that show the same motion, in groups; series: one for each quantity, (runs, values).
 
     Two groups differ where the variance between their runs exceeds that within them by more than
-    chance (analysis of variance of batch means, F at 99 % over all quantities and cuts). Their
-    means must differ too, by more than the share `least`. Groups are cut at the widest step of the
-    ordered means until none differ.
+    chance. The test is the analysis of variance of batch means, F at 99 % over all quantities and
+    cuts. Their means must differ too, by more than the share `least`. Groups are cut at the widest
+    step of the ordered means until none differ.
     """
     series = [np.atleast_2d(np.asarray(s, float)) for s in series]
     groups, todo = [], [list(range(len(series[0])))]

@@ -81,16 +81,16 @@ def simulate(
 
     turns: length in turns of the constant-speed drive, or until: seconds. rtol: local error
         tolerance, relative to the natural size of each state (clearance for eccentricities) plus
-        its value. method: "auto" (dop853 where no film makes the scene stiff, else the implicit
-        method that is fastest at this rtol), "dop853" (explicit, order 8), "rodas5p" (linearly
-        implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) or "radau" (one of these
-        two, by rtol). samples_per_turn (in all, where nothing turns evenly) or samples (in all):
-        output rows.
+        its value. method: "auto" takes dop853 where no film makes the scene stiff, else the
+        implicit method that is fastest at this rtol. Others are "dop853" (explicit, order 8),
+        "rodas5p" (linearly implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) and
+        "radau" (one of these two, by rtol). samples_per_turn (in all, where nothing turns evenly)
+        or samples (in all): output rows.
     path: write the HDF5 file there while running (default: a temporary file, see Result.save).
         energy: integrate the energy ledger. max_step: longest step [s] (default a 24th of a turn,
         or of the span); give one where loads act more briefly than that. max_steps: give up after
         so many. progress: called with the done share of the span.
-    channels: paths or patterns of the output to keep, such as "bodies/slider/ax", "joints/B/*" or
+    channels: paths or patterns of the stored output, such as "bodies/slider/ax", "joints/B/*" or
         "solver", the log of steps (default all; the events are always stored);
     compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time
         between checkpoints beside the file: the same call goes on from the last one after a crash,
@@ -99,27 +99,27 @@ def simulate(
     start: the result of another run (or the path of its file), at whose end this one begins; its
         scene must have the same states. Or "quasi-static": journals at rest where their films carry
         the joint forces. Default: the start of the scene.
-    pressure_fields: how many pressure fields of its films a turn the file shall hold (of the run,
-        where nothing turns), solved after the run from its motion, see fields.py; none unless asked
-        for.
-    error: "auto" states how far the numbers are from those of an exact integration, from a second
-        run at ten times the tolerance (`Result.errors`; not where trajectories may part at
-        impacts); "state" also where that run costs as much again: films that are solved as the run
-        goes, runs with checkpoints; None: not.
+    pressure_fields: number of pressure fields of its films in the file, for each turn (of the run,
+        where nothing turns). They are solved after the run from its motion, see fields.py. The
+        default is none.
+    error: "auto" states the distance of the numbers from those of an exact integration, from a
+        second run at ten times the tolerance (`Result.errors`). It does not where trajectories may
+        part at impacts. "state" also states it where the second run costs as much again: films that
+        are solved during the run, runs with checkpoints. None: not.
     1e-3, "5%" or {"joint_B_force_max": 1e-4, "trajectory": 1e-5} makes the cheapest run whose
-    stated errors are that small, whatever rtol is: of all that `clearance run` prints, of metrics,
-    extremes or the trajectory (over the clearance) by name; "integration" is that of all, the
-    errors of film tables left aside.
+    stated errors are that small, whatever rtol is. They are of all that `clearance run` prints, or
+    of metrics, extremes or the trajectory (over the clearance) by name. "integration" is that of
+    all, the errors of film tables left aside.
     settle: turns (seconds, where nothing turns) left out of the metrics whose errors are stated
         (default one of two).
     sensitivity: parameters by which the metrics are differentiated, such as "clearance,viscosity"
-        of a case, "joints/B/clearance" of any scene (`Result.sensitivities`, see sensing.py); of
-        one that is 0 with a size: {"load": 1.0}. Raises ValueError for bad arguments and impossible
-        scenes before anything runs. Raises SimulationError for a run that fails part-way, also
-        where the disk is full: the message has time, joint and state, and the partial result is
-        attached. Raises NotReached, with the best run, for a requested error that cannot be
-        reached. Raises KeyboardInterrupt once the results so far are stored, with a note of the
-        place.
+        of a case, "joints/B/clearance" of any scene (`Result.sensitivities`, see sensing.py).
+        One that is 0 needs a size: {"load": 1.0}.
+    Raises ValueError for bad arguments and impossible scenes before anything runs.
+    Raises SimulationError for a run that fails part-way, also where the disk is full: the message
+    has time, joint and state, and the partial result is attached.
+    Raises NotReached, with the best run, for a requested error that cannot be reached.
+    Raises KeyboardInterrupt once the results so far are stored, with a note of the place.
     """
     request = _request(error, checkpoint)
     output = Output(path, channels, compression, checkpoint, pressure_fields)
@@ -308,7 +308,7 @@ def answer(
 ) -> Result:
     """The run that a request leads to, in its file; more: adds to the finished file.
 
-    Raises ValueError for names that the run does not have, before anything runs; NotReached,
+    Raises ValueError for names that the run does not have, before anything runs. Raises NotReached,
     SimulationError, and KeyboardInterrupt, with the best run so far stored in the file.
     """
     request.check(names(run, partial(metrics, settle=settle)))

@@ -115,8 +115,8 @@ def shown(value: object, units: str) -> str:
 def quantity(text: str, units: str | None = None) -> float:
     """A number with an optional unit ("300rpm", "0.1 mm", "40cP", "5e-5") in SI.
 
-    units: the SI unit it should be in; a unit of another kind raises ValueError (kinds this table
-        does not know pass).
+    units: the expected SI unit; a unit of another kind raises ValueError (kinds that this table
+        lacks pass).
     """
     match = _QUANTITY.match(text)
     if match is None:

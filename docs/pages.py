@@ -125,7 +125,7 @@ def section_places(text: str) -> dict[str, str]:
 
 
 def _without_title(text: str, title: str) -> str:
-    """A text without the heading that says the title again."""
+    """A text without a heading that repeats the title."""
     return re.sub(rf"^###? {re.escape(title)}\n", "", text)
 
 

@@ -18,8 +18,7 @@ film thickness ratios 0.4, 1, 3). The dry motion is irregular: its curves are on
 its means carry half their 95 % interval.
 
 Not comparable: amplitudes and peaks; of lengths, speeds and clearances the part of the source we
-had gives
-none but the distances of the pivots A and D.
+had gives none but the distances of the pivots A and D.
 """
 
 from textwrap import fill

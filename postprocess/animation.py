@@ -48,12 +48,12 @@ def animate(
         all, at equal intervals, poses interpolated between samples; fps: frames a second (a .gif
         keeps hundredths of a second a frame).
     magnify: how many times larger than the mechanism all clearances are drawn (default: each as
-        large as its lens). A lens shows the path of the journal's centre over the last quarter turn
-        and the largest force on the journal since the frame before, where it was then; its colour
-        is the driest state since the frame before, so that no contact is missed. Where the file
-        holds pressure fields, the one last before a frame stands around the lens. Raises ValueError
-        for a span longer than the run, more frames than it has samples, channels that were not
-        stored, and files that cannot be written.
+        large as its lens). A lens shows the path of the journal's centre over the last quarter
+        turn. It also shows the largest force on the journal since the frame before, at its place.
+        Its colour is the driest state since the frame before, so that no contact is missed. Where
+        the file holds pressure fields, the one last before a frame stands around the lens.
+    Raises ValueError for a span longer than the run, more frames than it has samples, channels that
+    were not stored, and files that cannot be written.
     """
     check_film(path, fps)
     times = frame_times(record, turns, frames)
@@ -98,7 +98,7 @@ def frame_times(record: Record, turns: float, frames: int) -> np.ndarray:
 class Lens:
     """Motion and state of a clearance joint at the samples and frames of an animation.
 
-    eccentricity (n, 2) [m] and force on the journal (n, 2) [N] at `clock` (n,) [s]; state (n,):
+    eccentricity (n, 2) [m] and force on the journal (n, 2) [N] at `clock` (n,) [s]. state (n,):
     index into `states`; span of each frame: rows after the frame before, up to its own. Raises
     ValueError naming a channel not stored.
     """

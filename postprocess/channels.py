@@ -183,7 +183,7 @@ def at(record: Record, path: str, times: np.ndarray) -> np.ndarray:
     between them.
 
     Cubic Hermite where the rate of the channel is recorded too (positions, velocities, angles of
-    bodies), else a cubic through the four nearest samples; both are of fourth order in the sampling
+    bodies), else a cubic through the four nearest samples. Both are of fourth order in the sampling
     where the motion is smooth. Raises ValueError for an unknown channel and for times outside the
     run.
     """

@@ -30,8 +30,8 @@ class Contacts:
 
     angle: of the eccentricity at the start [rad], nan where it is not known; spot: corner of a
         block in its guide, empty texts of hinges; `open`: not over at the end of the run;
-    sampled: found in the samples, not in the events; start and end: of the time looked at [s];
-        share of it in contact, nan for no time.
+    sampled: True for contacts from the samples, not from the events; start and end of the time
+        window [s]; share of it in contact, nan for no time.
     """
 
     time: np.ndarray
@@ -61,10 +61,10 @@ def contacts_of(
 
     frame: whether angles are seen from the "bearing", which turns with its body, or from the fixed
         axes ("world"). The eccentricity is interpolated linearly between the samples about the
-        start of the contact: right to a fraction of a degree where samples are closer than
-        contacts, and off by tens where the journal bounces between two samples. Raises ValueError
-        for a joint without contact law, another frame, a mixed joint with neither events nor
-        contact force in the result, and a run with no sample after `settle`.
+        start of the contact. It is right to a fraction of a degree where samples are closer than
+        contacts, and off by tens where the journal bounces between two samples.
+    Raises ValueError for a joint without contact law, another frame, and a run with no sample after
+    `settle`. A mixed joint with neither events nor contact force in the result raises it, too.
     """
     joints = contact_joints(record)
     if joint not in joints:
@@ -170,7 +170,7 @@ def contact_table(record: Record, *, settle: float = 0.0) -> dict[str, dict[str,
     Contacts that the end of the run cuts off count in `contacts`, `open_contacts` and
     `share_in_contact`, not in the durations. `contact_angle` is the circular mean on the bearing
     [rad], `angle_concentration` 0 for contacts all round and 1 for all at one place. `sampled` is 1
-    where contacts were found in the samples. Raises ValueError as `contacts_of`.
+    where contacts come from the samples. Raises ValueError as `contacts_of`.
     """
     return {
         joint: _numbers(record, contacts_of(record, joint, settle=settle))
@@ -224,7 +224,8 @@ def contacts(
     began (their number, weighted by nothing), and the numbers of `contact_table`. joints: default
     the first three with a contact law;
     settle: turns left out at the start; frame: of the angles, see `contacts_of`. A run without
-        contacts gets a picture that states so. Raises ValueError for a joint without contact law.
+        contacts gets a picture that states so.
+    Raises ValueError for a joint without contact law.
     """
     names = (
         [joints]
@@ -329,7 +330,7 @@ def _rate(axes, record: Record, touches: Contacts) -> None:
     bin_length = record.turn or span / 20.0 or 1.0
     count = max(int(np.ceil(span / bin_length - 1e-6)), 1)
     edges = touches.start + bin_length * np.arange(count + 1)
-    edges[-1] = min(edges[-1], touches.end)  # the last turn may not be whole
+    edges[-1] = min(edges[-1], touches.end)  # the last turn may not be complete
     numbers = np.histogram(touches.time, edges)[0]
     x = edges / record.turn if record.turn else edges
     axes.stairs(numbers, x, fill=True, fc="0.6", ec="black", lw=0.5)

@@ -676,10 +676,10 @@ def _called(end: dict) -> str:
 def sketch(record: Record, path: str | Path, *, at: float = 0.0, trails: bool = True) -> Path:
     """A still picture of a mechanism with names, to scale in mm, saved under `path`.
 
-    at: when, in turns of the drive from the start of the run, or as a share of a run without a
-        drive of constant speed; the sample next to it is drawn. trails: paths of the bodies' points
-        over the turn from there on, or the last one. Raises ValueError for times outside the run
-        and for pose channels that were not stored.
+    at: instant, in turns of the drive from the start of the run, or as a share of a run without a
+        drive of constant speed. The sample next to it is drawn. trails: paths of the bodies' points
+        over the turn from there on, or the last one.
+    Raises ValueError for times outside the run and for pose channels that were not stored.
     """
     turn, time = period(record), record.time
     if not 0.0 <= at <= (time[-1] - time[0]) / turn + 1e-9:

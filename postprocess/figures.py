@@ -252,7 +252,7 @@ def degrees(axes, most: int = 9) -> None:
 
 
 def note(axes, text: str) -> None:
-    """Say in an empty panel why it is empty."""
+    """Write the reason into an empty panel."""
     axes.text(
         0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color="0.3", wrap=True
     )

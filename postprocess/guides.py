@@ -35,9 +35,9 @@ def guides(record: Record, path: str | Path, *, joints: str | Iterable[str] | No
     """A page of slides with clearance, saved under `path`.
 
     The block in its guide at the strongest contact of each quarter of the run, clearance and tilt
-    magnified alike; its offset and tilt along time over a strip of modes; its path through these
-    two. joints: default all whose motion was stored. Raises ValueError for others, and where there
-    is none.
+    magnified alike. Below, its offset and tilt along time over a strip of modes; beside, its path
+    through these two. joints: default all whose motion was stored. Raises ValueError for others,
+    and where there is none.
     """
     slides = of_slides(record)
     names = (

@@ -32,8 +32,9 @@ def histories(
 
     channels: names or patterns as in `clearance.postprocess.channels`; along: "time" [s], "turns"
         of the drive or its "angle" [deg]; last: only that many turns from the end; labels: names of
-        the results (default: what differs). Raises ValueError for an unknown channel, more than 12
-        panels, or turns where no drive turns at constant speed.
+        the results (default: what differs).
+    Raises ValueError for an unknown channel, more than 12 panels, or turns where no drive turns at
+    constant speed.
     """
     records = several(records)
     labels, panels = labels_of(records, labels), _panels(records, channels)

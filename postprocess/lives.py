@@ -1,5 +1,5 @@
 """Pictures of a life: worn outlines by stage, depth over turns, the journal's path in its bearing,
-films and motion, wear over the drive's angle; an animation.
+films and motion, and wear over the drive's angle. Also an animation.
 """
 
 from pathlib import Path

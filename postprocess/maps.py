@@ -398,9 +398,10 @@ def maps(
         numbers the nearest that was swept; log: whether colours are logarithmic ("auto": where a
         metric is positive and spans decades). Cells of failed runs are hatched, so are those whose
         stated error or interval exceeds a twentieth of the colours; points not run yet are blank;
-        only_settled: so are those whose motion did not come back to itself within
-    the run (no finite `period`); remark: a sentence below the title. Raises ValueError for unknown
-    metrics and parameters, and for sweeps of samples or of fewer than two parameters.
+        only_settled: so are those whose motion did not come back to itself within the run (no
+        finite `period`); remark: a sentence below the title.
+    Raises ValueError for unknown metrics and parameters, and for sweeps of samples or of fewer than
+    two parameters.
     """
     choice = Choice.of(sweep, at, only_settled)
     names = chosen_metrics(sweep, metrics, choice.points)
@@ -543,7 +544,7 @@ SLOW = "not settled within the run"
 
 
 def _endless(units: str) -> str:
-    """Meaning of an infinite value: of a period, that none was found."""
+    """Meaning of an infinite value: no period exists."""
     return "not periodic within the run" if units == "turns" else "infinite"
 
 
@@ -774,8 +775,9 @@ def bifurcation_of(
         and the journal of the first clearance joint; settle: turns left out (default: the first
         half of the runs); angle: of the drive [rad];
     at: values (SI) of the other parameters. Points without a complete run file are crosses, and
-        counted in the title. Raises ValueError for a sweep without run files or with other
-        parameters left, and for unknown channels.
+        counted in the title.
+    Raises ValueError for a sweep without run files or with other parameters left, and for unknown
+    channels.
     """
     choice = Choice.of(sweep, at)
     if not sweep.definition.files:
@@ -857,7 +859,7 @@ def _settled(run: Record, settle: float | None) -> float:
 
 
 def _how(run: Record, channels: list[str], angle: float, settle: float) -> list[str]:
-    """The angle of the section and how its values are found, in words."""
+    """The angle of the section and the method of its values, in words."""
     times = section_times(run, angle, settle)
     ways = dict.fromkeys(interpolation(run, n, times) for n in channels) if len(times) else {}
     return [f"{drive_angle(run)[2]} angle {np.degrees(angle):.4g}°", *ways]

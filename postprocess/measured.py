@@ -1,5 +1,5 @@
-"""Measured data beside a run: a record over time or drive angle, its shift found, its error
-stated.
+"""Measured data beside a run: a record over time or drive angle, with a fitted shift and its stated
+error.
 """
 
 import csv
@@ -201,8 +201,8 @@ def compare(
 
     measured: a CSV file, see `read`, or a record; channels: the channel, such as "slider.ax"
     (default: the name of the column); column: of the file, where it has several.
-    shift: where in the run the record begins, in its unit (s, or deg along an angle) or a text with
-    a unit; "found": where the rms difference is smallest. settle: turns left out before.
+    shift: place in the run where the record begins, in its unit (s, or deg along an angle) or a
+    text with a unit. `"found"`: where the rms difference is smallest. settle: turns left out.
     Raises ValueError for a record in another unit, and for one that is longer than the run.
     """
     record = measured if isinstance(measured, Measured) else read(measured, column)

@@ -1,6 +1,6 @@
 """A run as a page that moves has it: facts as plain data, numbers in a `Pack`.
 
-A run of many samples is thinned: of each stretch of samples the page has the first one, and the
+A run of many samples is thinned. Of each stretch of samples the page has the first one, and the
 smallest and the largest value of every channel, so that no peak is lost.
 """
 

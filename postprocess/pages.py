@@ -234,7 +234,7 @@ def points(items: Iterable[object]) -> Markup:
 
 
 def box(kind: str, *content: object) -> Markup:
-    """Something that must be seen; kind: bad, doubt or good."""
+    """Something that must be seen; kind: "bad", `"doubt"` or "good"."""
     return element("div", *content, class_=f"box {kind}")
 
 

@@ -46,8 +46,8 @@ def overview(result: Record, path: str | Path, *, settle: float | None = None) -
     losses instead.
     settle: turns of the start-up (seconds, where nothing turns; default one of two or more). It is
         shaded, and axes are those of the motion after it; peaks that lie far beyond all other
-        samples are marked at the edge. Dots: located extremes. Raises ValueError for a settle that
-        is negative or not finite.
+        samples are marked at the edge. Dots: located extremes.
+    Raises ValueError for a settle that is negative or not finite.
     """
     clearance_joints = _with_paths(result)
     rubbing = efforts.joint_friction(result)
@@ -396,8 +396,8 @@ def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray, n
     """Path (n, 2) of a dry joint's journal [m], which of its points it reaches in contact (n,), and
     when (n,) [s].
 
-    Both ends of each contact stand between the samples, on the clearance circle: where the free
-    flight beside them leads, or on the chord where no flight lasts a complete sample interval.
+    Both ends of each contact stand between the samples, on the clearance circle. They lie where the
+    free flight beside them leads, or on the chord where no flight lasts a complete sample interval.
     In contact the path follows the wall between its points.
     """
     time, e, events = record.time, record.joint(joint).eccentricity, record.events

@@ -1,8 +1,8 @@
 """A report of a run or of a sweep: one HTML file with numbers, tables and pictures, that needs
 nothing else.
 
-Everything in it comes from the result file or the sweep directory; what cannot be shown, for a
-channel was not stored or the run was too short, is stated in a sentence.
+Everything in it comes from the result file or the sweep directory. A sentence states each part that
+cannot be drawn, for example because a channel was not stored or the run was too short.
 """
 
 import hashlib
@@ -80,9 +80,10 @@ def report(
 
     source: a run's file or Result, a sweep's directory or Sweep. settle: turns of a run's start-up
         (seconds, where nothing turns; default one of two or more), whose numbers stand apart.
-        sections: of links, see `assumptions`. Raises ValueError for a path that does not end in
-        .html and for a run that has not ended, FileNotFoundError and ValueError as `open_result`
-        and `open_sweep` for what is no run and no sweep.
+        sections: of links, see `assumptions`.
+    Raises ValueError for a path that does not end in .html and for a run that has not ended. For
+    paths that are no run and no sweep it raises FileNotFoundError and ValueError as `open_result`
+    and `open_sweep` do.
     """
     path = Path(path)
     if path.suffix.lower() not in (".html", ".htm"):

@@ -19,7 +19,8 @@ def scatter(
     indices beside it.
 
     result: a `Scatter`; metrics: names or patterns, default those with a limit, then the first
-        others, four in all. Raises ValueError where no metric varies, and for unknown metrics.
+        others, four in all.
+    Raises ValueError where no metric varies, and for unknown metrics.
     """
     chosen = result.metrics[:MOST] if metrics is None else chosen_metrics(result.sweep, metrics)
     if not chosen:

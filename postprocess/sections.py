@@ -57,9 +57,9 @@ def section(
     """Values of channels each time the drive passes `angle` [rad], after `settle` turns: (turns,
     channels).
 
-    Between samples as in `channels.at`: exact where a sample lies at the angle, else of fourth
-    order in the sampling as long as the motion is smooth there. No row where the run is too short.
-    Raises ValueError for unknown channels and where no drive turns at constant speed.
+    Between samples as in `channels.at`. The value is exact where a sample lies at the angle, else
+    of fourth order in the sampling as long as the motion is smooth there. No row where the run is
+    too short. Raises ValueError for unknown channels and where no drive turns at constant speed.
     """
     names = [channels] if isinstance(channels, str) else list(channels)
     if not names:
@@ -80,9 +80,9 @@ def portrait(
     saved under `path`.
 
     pairs: default the position and velocity, and the velocity and acceleration, of the last body.
-        Of points and strokes closer than a 4000th of the axes one is drawn. Raises ValueError for
-        unknown channels, for settled turns where no drive turns at constant speed, and for a run
-        with no sample after them.
+        Of points and strokes closer than a 4000th of the axes one is drawn.
+    Raises ValueError for unknown channels, for settled turns where no drive turns at constant
+    speed, and for a run with no sample after them.
     """
     records = several(records)
     labels, pairs = labels_of(records, labels), _pairs(pairs) or _motion(records[0])
@@ -112,9 +112,9 @@ def poincare(
 
     pairs: default the journal's centre over the clearance in `joint` (default: the first clearance
         joint), and the velocity and acceleration of the last body; settle: turns left out at the
-        start. How values are found between samples stands in the title. Raises ValueError for
-        unknown joints and channels, where no drive turns at constant speed, and for a run with no
-        passage after `settle`.
+        start. The title states the interpolation between samples.
+    Raises ValueError for unknown joints and channels, where no drive turns at constant speed, and
+    for a run with no passage after `settle`.
     """
     records = several(records)
     labels, pairs = (

@@ -21,7 +21,7 @@ from clearance.postprocess.figures import hexadecimal
 
 from clearance.results import Record
 
-INSTANTS = 24  # poses over the run that the place of a shape is told from
+INSTANTS = 24  # poses over the run from which the place of a shape is derived
 AT_REST = 1e-6  # most motion of a shape in its body, over the size of the mechanism
 DIGITS = 6
 

@@ -57,11 +57,12 @@ class Spectrum:
 def spectrum(record: Record, path: str, *, settle: float = 0.0, window: str = "hann") -> Spectrum:
     """Amplitude spectrum of a channel after `settle` turns.
 
-    It is taken over the last integer of turns, so that every harmonic of the drive falls on a
-    frequency of its own and has its true amplitude; runs without a turning drive are taken entire.
-    A window of "hann" keeps what is not periodic from spreading, "none" keeps the mean square
-    (Parseval). One turn alone has no window, for a window would mix neighbouring harmonics. Samples
-    that do not divide a turn evenly are interpolated as in `channels.at`. Content above half the
+    It is taken over the largest integer number of turns, so that every harmonic of the drive falls
+    on a frequency of its own and has its true amplitude. Runs without a turning drive are taken
+    entire. A window of "hann" keeps what is not periodic from spreading, "none" keeps the mean
+    square (Parseval). One turn alone has no window, for a window would mix neighbouring harmonics.
+    Samples that do not divide a turn evenly are interpolated as in `channels.at`. Content above
+    half the
     sampling rate folds down: contacts much shorter than a few samples need more `samples_per_turn`.
     Raises ValueError for an unknown channel or window, and for a run shorter than a turn or 8
     samples.
@@ -81,7 +82,7 @@ def amplitudes(
     mean comes first.
 
     A sinusoid of entire periods has its amplitude at its frequency, and with "hann" half of it at
-    both neighbours; one between two frequencies shows 15 % ("hann") or 36 % ("none") less at worst.
+    both neighbours. One between two frequencies shows 15 % ("hann") or 36 % ("none") less at worst.
     """
     count, mean = len(values), values.mean()
     # periodic, not symmetric: its transform is three lines exactly
@@ -150,7 +151,8 @@ def spectra(
 
     settle: turns left out at the start; window: "hann" or "none", see `spectrum`; highest:
         frequency [Hz] at which the axis ends (default: where less than a millionth of the mean
-        square is left). Raises ValueError as `spectrum`.
+        square is left).
+    Raises ValueError as `spectrum`.
     """
     records = several(records)
     labels, names = (

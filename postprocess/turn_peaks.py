@@ -18,9 +18,9 @@ DOTS = 4000  # turns drawn, at most
 def turn_peaks(path: str | Path, picture: str | Path) -> Path:
     """Draw up to three peaks that `clearance run --error` of a chaotic motion has put into a file.
 
-    On the left each turn, with the mean, its 95 % interval and what is exceeded in one turn of 10
-    and of 100; on the right the share of the turns that exceed a value. Several motions have a
-    colour each. Raises ValueError for a file without statistics.
+    On the left stands each turn, with the mean, its 95 % interval and the levels exceeded in one
+    turn of 10 and of 100. On the right stands the share of the turns that exceed a value. Several
+    motions have a colour each. Raises ValueError for a file without statistics.
     """
     with open_result(path) as run:
         if "statistics" not in run.file:

@@ -46,10 +46,9 @@ def view(
     films. settle: turns of the start-up (seconds, where nothing turns), which the page opens after;
     default one of two or more. labels: names of the runs, default what differs between them.
     measured: comparisons of measured data with the first run, as `cl.compare` makes them; their
-    channels are shown first.
-    Returns the path of the page. Raises ValueError for a name that does not end in .html, for too
-    many runs, for channels that no run has and for runs of fewer than two samples,
-    FileNotFoundError and ValueError as `open_result` and `open_sweep`.
+    channels are shown first. Returns the path of the page. Raises ValueError for a name that does
+    not end in .html, for too many runs, for channels that no run has and for runs of fewer than two
+    samples. It raises FileNotFoundError and ValueError as `open_result` and `open_sweep` do.
     """
     sources = [*source] if isinstance(source, list | tuple) else [source]
     if not sources:

@@ -433,11 +433,10 @@ def test_the_version_is_one(capsys):
         cli.main(["--version"])
     assert ended.value.code == 0
     assert capsys.readouterr().out == f"clearance {cl.__version__}\n"
-    newest = re.search(
-        r"^## (\S+)( \(unreleased\))?$", (root / "CHANGELOG.md").read_text(), re.MULTILINE
-    )
+    changes = (root / "CHANGELOG.md").read_text()
+    newest = re.search(r"^## (\S+) \((unreleased|\d{4}-\d\d-\d\d)\)$", changes, re.MULTILINE)
     assert re.sub(r"\.dev\d+$", "", cl.__version__) == newest[1]
-    assert bool(newest[2]) == (".dev" in cl.__version__)
+    assert (newest[2] == "unreleased") == (".dev" in cl.__version__)
     document = tomllib.loads((root / "pyproject.toml").read_text())
     assert document["tool"]["setuptools"]["dynamic"]["version"] == {
         "attr": "clearance.version.VERSION"

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance import choices, laws
+from clearance import choices, document, laws
 from tests.test_readme import commands
 
 ROOT = Path(__file__).parent.parent
@@ -120,6 +120,16 @@ def test_commands_are_understood(path):
     for block in re.findall(r"```sh\n(.*?)```", path.read_text(), re.DOTALL):
         for words in commands(block):
             cli.parser().parse_args(words)
+
+
+def test_the_guide_has_the_fields_of_every_element(pages):
+    """As `python docs/fields.py` writes them; every element of a scene file is among them."""
+    import fields
+
+    text = pages.GUIDE.read_text()
+    assert fields.renewed(text) == text
+    rows = [line.split("|")[2].strip(" `") for line in fields.table()[2:]]
+    assert {*rows} >= {kind.__name__ for kind in document.KINDS.values()}
 
 
 def test_laws_that_are_advised_exist():

@@ -856,8 +856,8 @@ class TestTransitions:
     @pytest.mark.parametrize(("squeeze", "least", "most"), [(1.0, 0.8, 1.0), (0.0, 0.0, 0.0)])
     def test_a_squeezed_load_does_not_drop_where_the_gap_is_held(self, squeeze, least, most):
         """A journal that only approaches, from 1.1 to 0.85 of the threshold: the film keeps the
-        load
-        but for its weight, which falls by 14 %. At the rate of a gap that stands still all is lost.
+        load but for its weight, which falls by 14 %. At the rate of a gap that stands still all is
+        lost.
         """
         joint = mixed_joint(transition=laws.fuzzy(squeeze=squeeze), film=laws.harmonic())
 

@@ -206,8 +206,8 @@ class TestSliderCrank:
     def test_neither_distance_nor_stops_matter(self, monkeypatch):
         """Nor does the tolerance, as long as the motions are the same: for about five turns.
 
-        Within 2e-2: at 1e-4 of
-        the clearance the separation bends, at a tolerance of 1e-3 of the distance it is rough.
+        Within 2e-2: at 1e-4 of the clearance the separation bends, at a tolerance of 1e-3 of the
+        distance it is rough.
         """
         usual = lyapunov(crank(), turns=5, settle=0, rtol=1e-12).growth
         for distance, rtol, stops in (

@@ -114,6 +114,11 @@ WRONG = [
     ('"rod2.B"', '"rod2.X"', "joint.B.b: body rod2 has no point 'X'"),
     ('"winkler"', '"winklr"', "joint.B.contact.law: unknown law 'winklr' (did you mean winkler?)"),
     ('B.film = "table"', 'B.film = "hertz"', "joint.B.film.law: unknown law 'hertz'"),
+    (
+        'B.film = "table"',
+        'B.film = "table_flm"',
+        "joint.B.film.law: unknown law 'table_flm' (did you mean table_film?)",
+    ),
     ('"oil"', '"oli"', "joint.B.lubricant: unknown lubricant 'oli' (did you mean oil?)"),
     ("[drive]", "[drve]", "drve: unknown section (did you mean drive?)"),
     ('"Prismatic"', '"Prism"', "joint.guide.kind: kind must be one of"),
@@ -212,6 +217,20 @@ def test_formulas(text, value):
 def test_what_is_no_formula(text):
     with pytest.raises(ValueError, match="formula|division|out of range"):
         formula(text, {"a": 0.05, "word": "dry"})
+
+
+@pytest.mark.parametrize("name", ["table", "fast", "conserving", "short", "long", "sommerfeld"])
+def test_films_have_both_names_of_python(tmp_path, name):
+    """Those of `cl.films` and those of `cl`, such as table and table_film."""
+    film = getattr(cl.films, name)
+    other = getattr(film, "name", None) or film.__name__
+    assert other != name
+    scenes = []
+    for law in (name, other):
+        (folder := tmp_path / law).mkdir()
+        scenes.append(case_of(folder, FEEDER.replace('"table"', f'"{law}"')).scene())
+    first, second = (next(j for j in s.joints if j.name == "B").film for s in scenes)
+    assert first == second
 
 
 def test_a_law_in_a_file_beside_and_other_elements(tmp_path):

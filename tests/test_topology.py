@@ -32,8 +32,8 @@ def ladder(windows: int, driven: bool = False) -> cl.Scene:
 def test_M2_ladders(windows, driven):
     """One body by its free or driven angle, then a dyad for each window.
 
-    Bodies looked at grow with the square of the
-    windows (6 windows^2); subsets tried grew with the eighth power.
+    Bodies looked at grow with the square of the windows (6 windows^2); subsets tried grew with the
+    eighth power.
     """
     scene = ladder(windows, driven)
     planner = topology._Planner(scene, scene.joints)

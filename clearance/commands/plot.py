@@ -216,9 +216,8 @@ class Pictures:
     `sweep.plot.map("period")`.
 
     The first argument of most kinds is what they show: channels, a joint, metrics. Options are
-    those
-    of `clearance plot`, in SI; `output` saves the picture. Called itself it draws the overview of a
-    run, the map of a grid, the curves of other sweeps.
+    those of `clearance plot`, in SI; `output` saves the picture. Called itself it draws the
+    overview of a run, the map of a grid, the curves of other sweeps.
     """
 
     def __init__(self, source):

@@ -65,14 +65,14 @@ def assumptions(
     sections: Mapping[str, tuple[float, ...]] | None = None,
     settle: float | None = None,
 ) -> list[Assumption]:
-    """Estimates of what a run leaves out, from its file: the bending of its links, what the film's
-    pressure does to the bearing, the temperatures of its contacts.
+    """Estimates of effects that a run leaves out, from its file. These are the bending of its
+    links, the deformation of the bearing by the film's pressure, and the temperatures of its
+    contacts.
 
     sections: by body, the diameter of a round bar [m], or width and height of a rectangular one,
-    the height in the plane of motion; others count as round steel bars of the body's mass. settle:
-    turns left out, as in `metrics`.
-    Raises ValueError for bodies that the run does not have. Channels that were not stored leave
-    their estimates out.
+    the height in the plane of motion. Other bodies count as round steel bars of their mass. settle:
+    turns left out, as in `metrics`. Raises ValueError for bodies that the run does not have.
+    Channels that were not stored leave their estimates out.
     """
     sections = dict(sections or {})
     bodies = {b["name"] for b in record.scene["bodies"]}

@@ -15,7 +15,7 @@ from clearance.store import folder
 from clearance.tracing.function import Opaque
 
 PARTS = (*SLOTS, "lubricant", "roughness", "heat")
-#: heavy packages a reader may want to see absent
+#: heavy packages whose absence is of interest
 WATCHED = ("numba", "numpy", "h5py", "scipy", "skfem", "matplotlib", "tqdm", "dask", "xarray")
 
 

@@ -42,8 +42,8 @@ PASSES, ENOUGH, EVERY = 3, 3.0, 4
 @dataclass
 class Rung:
     """One film model. seconds: of one force, or of one run; error_closing, error: largest relative
-    force error of the states where the journal closes in, median of all; in a run both are the rms
-    error of the journal's path over c.
+    force error of the states where the journal closes in, and the median of all. In a run both are
+    the rms error of the journal's path over c.
     """
 
     name: str

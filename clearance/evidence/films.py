@@ -57,11 +57,11 @@ def snapshots(result: Result, joint: str | None = None, count: int = 6, mesh=Non
     result file.
 
     The motion comes from the file alone: eccentricity from the joint, its rate from the bodies'
-    velocities. Pressure fields that the file holds are shown as they are, where no mesh is asked
-    for. Else the film is solved anew, with the bearing, cavitation, ambient pressure, grooves and
-    flow factors of the run, at the nominal gap and the temperature of the oil. The force that the
-    run had stands beside it. Raises ValueError for a joint that has no film or does not exist, for
-    a film with a memory, which no file keeps, and for a count below 1.
+    velocities. Pressure fields in the file are drawn as they are, where no mesh is requested. Else
+    the film is solved again, at the nominal gap and the temperature of the oil. Bearing,
+    cavitation, ambient pressure, grooves and flow factors are those of the run. The force that the
+    run had stands beside it. Raises ValueError for a joint that has no film or does not exist, and
+    for a count below 1. A film with a memory, which no file stores, raises it, too.
     """
     scene, name = result.scene, joint_with_film(result, joint)
     if count < 1:

@@ -38,7 +38,7 @@ FAR = 1e-2
 # turns (or a multiple of them) whose mean growth is one sample, samples required of long runs
 STRETCH, STRETCHES = 8, 20
 SLIVER = 1e-6  # step over the largest that counts as one cut short by a stop
-FEWEST = 4  # stretches of which a sampling error is told
+FEWEST = 4  # least number of stretches for a sampling error
 SURE = 2.0  # errors by which an exponent must differ from zero
 
 
@@ -96,7 +96,7 @@ class Exponent:
 
     @property
     def resolution(self) -> float:
-        """Exponent per turn that a run of this length cannot distinguish from zero: neighbours on a
+        """Exponent per turn that a run of this length cannot distinguish from zero. Neighbours on a
         regular motion may part in proportion to time, which looks like log(end / begin) / turns.
         """
         return math.log1p(self.turns / max(self.settle, 1)) / self.turns
@@ -155,8 +155,8 @@ def lyapunov(
         rtol must be well below it. interval [s] takes the place of the turn, and must be given for
         scenes without a constant-speed drive.
     progress: called with the done share. Raises ValueError for bad arguments and for scenes without
-        freedom or with a film that remembers more than its state, NotSolved where the motion cannot
-        be continued.
+        freedom or with a film that remembers more than its state.
+    Raises NotSolved where the motion cannot be continued.
     """
     turns, settle = _whole("turns", turns, FEWEST), _whole("settle", settle, 0)
     distance, rtol = checks.positive("distance", distance), checks.positive("rtol", rtol)

@@ -66,8 +66,9 @@ def inverse(
         (samples, bodies, 3) [m, rad], angles on their right turns. Without them the motion is
         followed from the assembled start at t = 0. Returns arrays over time by the paths of result
         files; where joints rub also friction/iterations (evaluations of the laws) and
-        friction/contraction. Raises ValueError for a scene that is not fully prescribed,
-        SingularPosition where its motion ends.
+        friction/contraction.
+    Raises ValueError for a scene that is not fully prescribed, SingularPosition where its motion
+    ends.
     """
     time = _checked_time(time, followed=poses is None)
     _check(scene)

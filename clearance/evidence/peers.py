@@ -3,9 +3,9 @@
 All optional but scipy; imported when requested.
 
 A peer is prepared once (whatever it compiles then is reported apart) and then solves a problem at a
-tolerance. Peers get the same natural scales as absolute tolerances, and a dry law that remembers
-the impact speed is given to them as the phases between its contact events, located by their own
-root finding.
+tolerance. Peers get the same natural scales as absolute tolerances. A dry law that remembers the
+impact speed is given to them as the phases between its contact events, located by their own root
+finding.
 """
 
 import contextlib

@@ -1,9 +1,9 @@
 """The same scene in Pinocchio: recursive Newton-Euler on a spanning tree, multipliers for the
 hinges cut out of loops.
 
-Pinocchio has no joint that rubs, so friction is left out here. The motion is taken as known (a
-record of inverse dynamics has it); from it come the efforts of the drives and all components of all
-reactions. Pinocchio is three-
+Pinocchio has no joint that rubs, so friction is left out here. The motion is given (a record of
+inverse dynamics has it). The efforts of the drives and all components of all reactions follow from
+it. Pinocchio is three-
 dimensional: axial forces and bending moments are its own, not a planar theory's.
 """
 
@@ -111,8 +111,9 @@ class Model:
     """A scene without clearance, whose drives prescribe all its motion, as a Pinocchio model.
 
     tree: (joint, parent, child) in Pinocchio's order; cuts: hinges that close loops; drives; signs
-        (tree,): of a Pinocchio coordinate as our joint's (b against a); columns (tree, drives):
-        efforts of drives on the coordinates. Raises ValueError for scenes that are no such thing.
+        (tree,): of a Pinocchio coordinate as our joint's (b against a). columns (tree, drives):
+        efforts of drives on the coordinates.
+    Raises ValueError for scenes that are no such thing.
     """
 
     def __init__(self, scene: Scene):

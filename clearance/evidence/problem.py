@@ -41,8 +41,8 @@ class Solution:
 class Problem:
     """A scene over a span, sampled at equal times, by default without the energy ledger.
 
-    The error of a solution is the largest deviation of the compared states (eccentricities over the
-    clearance, else all coordinates over their natural size) from the reference.
+    The error of a solution is the largest deviation of the compared states from the reference.
+    These are the eccentricities over the clearance, else all coordinates over their natural size.
     """
 
     def __init__(self, scene: Scene, until: float, samples: int = 201, ledger: bool = False):
@@ -157,9 +157,9 @@ def parting(problem: Problem, a: np.ndarray, b: np.ndarray, level: float = PARTE
 
 
 def horizon(scene: Scene, until: float, rtol: float, method: str, longest: int = 64) -> Horizon:
-    """Time up to which a run at this tolerance can be compared with another: it and one at
-    rtol / 10 have not parted (at the tightest tolerances: one from a start displaced by 1e-12 of
-    the clearance).
+    """Time up to which a run at this tolerance can be compared with another: it and one at rtol /
+    10 have not parted. At the tightest tolerances the other starts displaced by 1e-12 of the
+    clearance.
 
     Looked for over 1, 2, 4 ... turns (of the drive, else sixteenths of the span), at most
     `longest`, at most `until`. The growth comes from two runs at tight tolerance whose starts

@@ -64,7 +64,7 @@ class Route:
     computes: str
     samples: int  # that a timing is made over
     operations: Operations | None = None  # for efforts of drives and reactions of joints
-    output_operations: Operations | None = None  # for the whole output
+    output_operations: Operations | None = None  # for the complete output
     efforts: float = math.nan  # largest difference
     reactions: float = math.nan
     seconds: list[float] = field(default_factory=list)  # a sample, of each repeat
@@ -258,9 +258,7 @@ def _reactions_are_ideal(scene: Scene) -> bool:
 def _agreement(
     route: Route, channels: dict, record: Record, scene: Scene, ideal: bool = True
 ) -> None:
-    """Note the largest differences of efforts and reactions; ideal: what is found has no
-    friction.
-    """
+    """Note the largest differences of efforts and reactions; ideal: the joints have no friction."""
     efforts = {
         p: v
         for p, v in channels.items()
@@ -348,8 +346,9 @@ def dense_operations(bodies: int, joints: int) -> Operations:
     """Of one solve for all multipliers of a known motion, n = 3 bodies equations, no zero of the
     matrix made use of.
 
-    Of the assembly only a sine and a cosine a body, the turning of two points a joint, mass times
-    acceleration less gravity; Gaussian elimination with the right side, and back substitution.
+    Of the assembly it counts only a sine and a cosine a body, the turning of two points a joint,
+    mass times acceleration less gravity. Then come Gaussian elimination with the right side, and
+    back substitution.
     """
     n = 3 * bodies
     pairs = (n - 1) * n * (2 * n - 1) // 6 + n * (n - 1)  # a multiplication and a subtraction each

@@ -3,8 +3,8 @@
 Each cell is done, with residuals, or stops for a named reason.
 
 A row is an extreme, a column a case with one model of its joints. Cells run in worker processes,
-with a budget of steps and of time; should one bring its process down, the others are run again
-without it.
+with a budget of steps and of time. If one brings its process down, the others are run again without
+it.
 """
 
 import dataclasses

@@ -33,7 +33,7 @@ LEVELS = tuple(10.0**-k for k in range(2, 9))
 STATISTICS_TURNS, STATISTICS_RTOLS = 40, (1e-4, 1e-6, 1e-8)
 REPEATS = 7
 ENOUGH = 1.5  # seconds after which a measurement is not repeated any more
-PATIENCE = 20.0  # seconds: a solver that needed longer is not asked for more digits
+PATIENCE = 20.0  # seconds: a solver that needed longer gets no request for more digits
 STEP_LIMIT = 3_000_000
 NONSENSE = 1.0  # error of a solution that has lost the trajectory
 FLOOR = 1e-9  # errors of a chaotic reference must stay below this where they are measured
@@ -107,8 +107,8 @@ def work_precision(
     progress: Callable[[str], None] = lambda text: None,
 ) -> Study:
     """Measure all solvers on a scene, over `turns` of its drive or `until` seconds (default: two
-    turns, or two seconds), cut where neighbouring trajectories of a chaotic scene part. `peers`
-    adds those that are installed.
+    turns, or two seconds). The time is cut where neighbouring trajectories of a chaotic scene part.
+    `peers` adds those that are installed.
     """
     if turns is not None and until is not None:
         raise ValueError("give either turns or until, not both")
@@ -350,7 +350,7 @@ def describe(study: Study) -> list[str]:
 
 
 def _stated(study: Study) -> list[str]:
-    """A sentence on stated and true errors of own methods, above the doubt of the reference."""
+    """A sentence on stated and true errors, above the uncertainty of the reference."""
     pairs = [p for c in study.curves if c.own for p in zip(c.stated, c.error, strict=True)]
     factors = sorted(s / e for s, e in pairs if s == s and e > study.doubt)
     if not factors:

@@ -5,16 +5,17 @@ theta runs from the *widest* gap in the sense of the attitude angle, so that the
 theta = pi; zeta = z / L in [-1/2, 1/2]. With H = h / c = 1 + eps cos(theta), lambda = L/D and
 p = mu (R/c)^2 P:
 
-    d_theta(phi H^3 d_theta P) + (phi H^3 / (4 lambda^2)) d_zeta^2 P = 12 psi (v_r cos(theta) - v_t
-    sin(theta)) v_r = d(eps)/dt,   v_t = eps w / 2,   w = omega_J + omega_B - 2 gamma'        (all
-    1/s; P is 1/s too)
+    d_theta(phi H^3 d_theta P) + (phi H^3 / (4 lambda^2)) d_zeta^2 P
+        = 12 psi (v_r cos(theta) - v_t sin(theta))
+    v_r = d(eps)/dt,   v_t = eps w / 2,   w = omega_J + omega_B - 2 gamma'
 
+All rates and P are in 1/s.
 phi and psi are Patir and Cheng's pressure flow factor and Wu and Zheng's contact factor, 1 for
 smooth surfaces. P = 0 is the ambient pressure: P = 0 at zeta = +-1/2. The force on the journal
 along n (towards the thinnest film) and t (n turned by +90 degrees) is
 
-    F_r = mu L R^3 / c^2 W_r,  W_r = integral P cos(theta),
-    F_t likewise with W_t = integral P sin(theta).
+    F_r = mu L R^3 / c^2 W_r,   W_r = integral P cos(theta)
+    F_t = mu L R^3 / c^2 W_t,   W_t = integral P sin(theta)
 
 Source: Hamrock, Schmid and Jacobson, Fundamentals of Fluid Film Lubrication (2004), chapter 7;
 Patir and Cheng (1978).

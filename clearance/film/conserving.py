@@ -785,8 +785,8 @@ class MemoryFilm:
         The content is stored at 12 (H (f - old) / elapsed + old dH/dt), the implicit Euler step of
         a straight path to
         here: full cells depend on the rate alone as elapsed -> 0. A liner, by contrast, keeps its
-            pressure then. Anything that is not finite answers nan. Raises ValueError for
-            elapsed < 0, RuntimeError for an unsettled film.
+            pressure then. Anything that is not finite answers nan.
+        Raises ValueError for elapsed < 0, RuntimeError for an unsettled film.
         """
         out = np.full((4, 6), math.nan)
         if not math.isfinite(ex + ey + vx + vy + spin + elapsed):

@@ -637,7 +637,8 @@ class FemFilm:
     """The finite element film of one bearing on one mesh: assembled once, evaluated often.
 
     mesh: cells around and over half the length, at least 16 by 2; mesh lines fall on the edges of
-        the grooves. Raises ValueError for a mesh that is too coarse, also for its grooves.
+        the grooves.
+    Raises ValueError for a mesh that is too coarse, also for its grooves.
     """
 
     def __init__(self, bearing: Bearing, mesh: tuple[int, int] = (64, 8)):

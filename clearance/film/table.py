@@ -72,8 +72,7 @@ class Table(Tabulated):
     All are relative, and the largest of the states tested. error_closing: of the force where the
     journal comes closer, up to the last node; error_median: the median force error of all states;
     error_shear, error_flow: of wet area and side flow; error_opening: of the force where the
-    journal
-    recedes, which is small near contact.
+    journal recedes, which is small near contact.
     """
 
     error_closing: float

@@ -270,8 +270,10 @@ def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
     """As `table`, for an ambient pressure [Pa] above the cavitation pressure: a third axis of the
     table.
 
-    tau = S / (S + 3),  S = ambient / (mu (R/c)^2) s^4 / |V'|;  F_r = P0 s^-3 (|V'| w(eps, alpha',
-    tau) - A(tau) eps'). Linear in the velocities about rest, where the film does not cavitate.
+    tau = S / (S + 3),  S = ambient / (mu (R/c)^2) s^4 / |V'|
+    F_r = P0 s^-3 (|V'| w(eps, alpha', tau) - A(tau) eps')
+
+    Linear in the velocities about rest, where the film does not cavitate.
     """
     first = int(start)
     eps = min(eccentricity_ratio, 1.0)
@@ -347,7 +349,7 @@ def table_film(
         nodes of the table over -ln(1 - eps) and alpha'; mesh (around, along half the length;
         default 96 x 12, with ambient pressure 64 x 8) of its solver. A table is built once (a
         second or two, with ambient pressure some fifteen) and stored on disk by L/D and options.
-        Raises ValueError for options that do not go together.
+    Raises ValueError for options that do not go together.
     """
     if cavitation not in CAVITATIONS[:3]:
         raise ValueError(

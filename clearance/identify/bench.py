@@ -137,21 +137,23 @@ def bench(
     joint: Joint | None = None,
     preloads: Sequence[float] = (PRELOAD,),
 ) -> Measurement:
-    """The synthetic measurement of the whole programme, the same numbers for the same arguments.
+    """The synthetic measurement of the complete programme, the same numbers for the same arguments.
 
     scatter: relative standard deviation of the level from run to run; noise: standard deviation of
         the torque [N m]; rate_of_samples [1/s]; preloads [N], under each of which the entire
-        programme is run. Raises ValueError for numbers out of range.
+        programme is run.
+    Raises ValueError for numbers out of range.
 
-    Calibrated by hand: the shares of the elements (the stiff ones carry more), the amplitudes of
-    positions 4 and 9 to 11, which the source does not print (no sine there is faster than the
-    fastest triangle), the scatter, and FIRST, so that seed 0 is a draw near the source. NRMSE (rms
-    error over rms torque) of training and test, source in brackets: LuGre with constant parameters
-    0.083 (0.129) and 0.236 (0.260), characteristic curve 0.263 (0.271) and 0.305 (0.302). The test
+    Calibrated by hand: the shares of the elements (the stiff ones carry more), the scatter, and
+    FIRST, so that seed 0 is a draw near the source. The amplitudes of positions 4 and 9 to 11 are
+    calibrated, too. The source does not print them, and no sine there is faster than the fastest
+    triangle. NRMSE (rms error over rms torque) of training and test, source in brackets. LuGre with
+    constant parameters 0.083 (0.129) and 0.236 (0.260), characteristic curve 0.263 (0.271) and
+    0.305 (0.302). The test
     error is mostly the scatter, of which the training has three levels an axis: without scatter
     LuGre has 0.081 and 0.079. Of 20 draws the middle 80 % have 0.080 to 0.087 and 0.14 to 0.33
-    (median 0.25), the curve 0.23 to 0.28 and 0.29 to 0.38 (median 0.31). Torques are integrated to
-    0.002 N m (rms).
+    (median 0.25). The curve has 0.23 to 0.28 and 0.29 to 0.38 (median 0.31). Torques are integrated
+    to 0.002 N m (rms).
     """
     scatter, noise = non_negative("scatter", scatter), non_negative("noise", noise)
     if scatter > MOST_SCATTER:

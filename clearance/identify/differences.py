@@ -1,9 +1,9 @@
 """Parameters of models of one's own: nonlinear least squares on central differences.
 
 Parameters whose bounds are positive are searched for in their logarithms, others over their range.
-Slopes are central differences, so any function of a record can be fitted that changes smoothly with
-its parameters, as a simulation does up to its error. Where a function cannot be computed on the
-way, that step is refused and a shorter one tried.
+Slopes are central differences. Any function of a record that changes smoothly with its parameters
+can be fitted, as a simulation does up to its error. Where a function cannot be computed on the way,
+that step is refused and a shorter one tried.
 """
 
 import math

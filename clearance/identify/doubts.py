@@ -1,5 +1,5 @@
-"""Doubts about a fit: records that no friction gives, errors as large as the torque, errors that
-are connected.
+"""Warnings about a fit: records that no friction gives, errors as large as the torque,
+autocorrelated residuals.
 """
 
 import math
@@ -13,10 +13,10 @@ GIVES = 0.05  # share of the power's size from which energy given counts as more
 WORST = 1.0  # NRMSE of a model without torque
 FAINT = 0.02  # N m: rms torque below which the bounds of models end, and below that of ball joints
 WINDOW = 5.0  # lags that are summed, over the correlation time that they give
-LAG = 0.1  # samples from which a shift of torque and rate in time is said
+LAG = 0.1  # least number of samples for the warning of a shift of torque and rate in time
 SURE = 4.0  # standard errors, widened, from which that shift counts as there
 UNLIKE = 1.1  # ratio of the largest preload to the smallest from which they differ
-WIDER = 1.5  # factor from which intervals are said to be too narrow
+WIDER = 1.5  # factor for the warning that intervals are too narrow
 
 
 def of_records(trials: Sequence) -> tuple[str, ...]:

@@ -3,8 +3,9 @@
 LuGre: nonlinear least squares (trust region, bounds, static torque not below the kinetic one) in
 the logarithms of the parameters, from analytic sensitivities. Axes that no trial couples are fitted
 each for itself; starts are compared on a part of the samples, the best are followed on all. After
-each pass over the samples the residuals r and slopes J are reduced to a triangle with the same J^T
-J, J^T r and r^T r. The steps of scipy are therefore those with all rows, at no cost. Characteristic
+each pass over the samples the residuals r and slopes J are reduced to a triangle. It has the same
+J^T J, J^T r and r^T r. The steps of scipy are therefore those with all rows, at no cost.
+Characteristic
 curve: linear least squares.
 """
 
@@ -35,7 +36,7 @@ HUGE = 1e100  # N m, whose square is a number
 # samples
 LEVEL = 1e-9
 MOST_STARTS = 10_000
-STARTS = 20  # of a nonlinear fit, where nothing else is asked for
+STARTS = 20  # of a nonlinear fit, where the call gives no other
 # of singular values of slopes whose columns have the norm 1, after their products were taken
 ROUNDING = 1e-8
 TINY = 1e-12  # of a value, below which its relative change is not compared
@@ -47,7 +48,7 @@ class Estimate:
     """Result of an estimation: values (p,), low and high (p,) of 95 % intervals, covariance (p, p).
 
     history: cost over the iterations (of those on a part of the samples, in proportion); starts:
-        columns of the table of starts; facts, doubts. A model without intervals leaves low, high
+        columns of the table of starts; facts, warnings. A model without intervals leaves low, high
         and covariance empty.
     """
 
@@ -139,8 +140,8 @@ class Search:
     """Coordinates of a nonlinear fit: logarithms of parameters whose bounds are positive, others as
     they are.
 
-    `natural` ones are those; `searched` ones have for a kinetic torque its place between its lower
-    bound (0) and the static torque (1), in the logarithm, so that a box of them holds what has
+    `natural` ones are those. `searched` ones have for a kinetic torque its place between its lower
+    bound (0) and the static torque (1), in the logarithm. A box of them holds all values with
     static >= kinetic and keeps all bounds.
     """
 
@@ -316,8 +317,8 @@ def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
     """Time [s] by which the measured torque comes after its rate, its error, changes (p,) of
     values.
 
-    Beside the parameters and to first order: least squares of the errors at natural coordinates x
-    on the slopes by the parameters and on the rate of change of the torque.
+    Beside the parameters and to first order. It is a least-squares fit of the errors at natural
+    coordinates x on the slopes by the parameters and on the rate of change of the torque.
     """
     passes.samples(x)
     p, rises = x.size, []

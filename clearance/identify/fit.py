@@ -1,8 +1,8 @@
-"""Parameters of a friction model from measured torques: one call, with errors, doubts and
+"""Parameters of a friction model from measured torques: one call, with errors, warnings and
 provenance.
 
-How they are found is in identify/estimation.py, of models of one's own in identify/differences.py.
-Other models bring `estimate(trials, starts, seed, progress)` themselves.
+identify/estimation.py has the method, identify/differences.py that of models of one's own. Other
+models bring `estimate(trials, starts, seed, progress)` themselves.
 """
 
 import json
@@ -34,8 +34,8 @@ def nrmse(measured: np.ndarray, modelled: np.ndarray, over: str = "rms") -> floa
     together.
 
     over: "rms", or "std" and "range" for the standard deviation and the range (largest less
-        smallest) of the measured values in its place. Raises ValueError for another one, for shapes
-        that differ, and where that size is zero.
+        smallest) of the measured values in its place.
+    Raises ValueError for another one, for shapes that differ, and where that size is zero.
     """
     measured, modelled = np.asarray(measured, float), np.asarray(modelled, float)
     if measured.shape != modelled.shape or not measured.size:
@@ -53,16 +53,16 @@ def nrmse(measured: np.ndarray, modelled: np.ndarray, over: str = "rms") -> floa
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A model with the values found for it.
+    """A model with its fitted values.
 
     values: by the parameters' names; low, high: 95 % intervals, in the logarithms where a model is
-        not linear, no wider than the bounds; covariance (p, p) of the values, to first order. All
+        not linear, no wider than the bounds. covariance (p, p) of the values, to first order. All
         three take the errors of samples as
     independent: where the model is too simple they are not, and intervals are too narrow, see
         `widened`. nrmse: by role, see `nrmse`; history: cost [(N m)^2] (half the sum of squares, of
         a table's roughness too) over the iterations from the best start; starts: cost, evaluations
-        and values of all starts; facts: samples, noise [N m], evaluations, seconds ...; doubts:
-        sentences.
+        and values of all starts; facts: samples, noise [N m], evaluations, seconds ...; `doubts`:
+        warnings, as sentences.
     """
 
     model: Model
@@ -232,7 +232,8 @@ def open_fit(path: str | Path, model: Model | None = None) -> Fit:
     """Read what `Fit.save` wrote.
 
     model: that of the fit where it is one's own (`own.open_model("file.py:name")`): no file of a
-        fit names code that is run. Raises FileNotFoundError, or ValueError for other files.
+        fit names code that is run.
+    Raises FileNotFoundError, or ValueError for other files.
     """
     with open_checked(Path(path), "clearance fit", FORMAT, FORMAT_VERSION) as file:
         table = Entries(
@@ -291,11 +292,11 @@ def fit(
 ) -> Fit:
     """Parameters of a model (or of one by its name) from the trials of these roles.
 
-    starts: how many points a nonlinear fit begins from (20; 1 of a model of one's own), the first
-        at the typical values, the others spread over the bounds by the seed. progress: called with
-        the done share, of a model of one's own with a text. Raises ValueError for roles that no
-        trial has, a trial
-    without motion or measured axis, a torque or rate that is not a number, and an unknown model.
+    starts: number of points that a nonlinear fit begins from (20; 1 of a model of one's own). The
+        first stands at the typical values, the seed spreads the others over the bounds. progress:
+        called with the done share, of a model of one's own with a text.
+    Raises ValueError for roles that no trial has, a trial without motion or measured axis, and an
+    unknown model. A torque or rate that is not a number raises it, too.
     """
     model = models.model(model) if isinstance(model, str) else model
     if starts is None:

@@ -1,12 +1,12 @@
 """Compiled LuGre friction of a ball joint, and its sensitivities carried along in the same loop.
 
-In the housing frame (x and y tilt, z spins the stud), with the relative angular velocity w [rad/s],
-the bristles' deflection z [rad] and M = diag(T_x, T_y, T_z)(|w|) [N m]:
+The frame is the housing's (x and y tilt, z spins the stud), with the relative angular velocity w
+[rad/s] and the bristles' deflection z [rad]. With M = diag(T_x, T_y, T_z)(|w|) [N m]:
 
     z' = w - |M w| M^-2 S0 z,   torque = S0 z + S1 z' + S2 w.
 
-Among the bristle torques of the ellipsoid y' M^-2 y <= 1 the one that dissipates most, y = M^2
-w / |M w|, is where z comes to rest. Uncoupled, each axis has the law of its own rate, |M
+Bristle torques fill the ellipsoid y' M^-2 y <= 1. The one that dissipates most, y = M^2 w / |M w|,
+is where z comes to rest. Uncoupled, each axis has the law of its own rate, |M
 w| = T_i(|w_i|) |w_i|. Given w, the axes do not see each other's z, and over a step of constant w
 each is solved exactly with k = |M w| sigma0 / T^2:
 
@@ -41,7 +41,7 @@ TINY, SMALL = 1e-8, 1e-2  # k dt below which the step, and its slope, are writte
 class Layout(NamedTuple):
     """Places of a model's parameters in `values`.
 
-    places: of the first one of each axis and function, (3, 4); knots [rad/s] of the tables over the
+    places: of the first one of each axis and function, (3, 4). knots [rad/s] of the tables over the
         speed, none for a Stribeck law; exponent d of that law; coupled: by the ellipsoid; static:
         no bristles, the torque of steady sliding;
     hidden: units of a network over the speed, 0 for none; their rates and steepnesses stand before

@@ -10,9 +10,9 @@ outputs h and the cells c of the units
     torque = R h + r.
 
 Training: Adam on windows of the trials, in single precision. A window begins in the state to which
-the network of the last epoch comes along its trial, and is led in by intervals that do not count.
-JAX, equinox and optax do it, which the extra `learn` installs and which are imported only here and
-only to train. Trained networks run without them, in double precision.
+the network of the last epoch comes along its trial. Intervals that do not count lead it in. JAX,
+equinox and optax do it, which the extra `learn` installs and which are imported only here and only
+to train. Trained networks run without them, in double precision.
 
 It is trained on the rates of its data only. Beyond them its torque may be anything, also energy
 that friction cannot give.
@@ -36,7 +36,7 @@ from clearance.store import njit
 GATES = 4  # input, forget, candidate, output
 # state: time [s] and angles [rad] since the last interval; torque; h and c
 SINCE, TURNED, HELD, UNITS = 0, 1, 4, 7
-PASSES = 3  # over the windows in an epoch, which begins with a run along whole trials
+PASSES = 3  # over the windows in an epoch, which begins with a run along complete trials
 CLIP = 1.0  # largest norm of a step's gradient
 RATE_LEFT = 0.01  # learning rate at the last epoch, over that at the first
 PACKAGES = "jax", "equinox", "optax"
@@ -132,11 +132,10 @@ class LSTM(Model):
     hidden: units. interval [s]: between its steps. softness [rad/s]: rate around which inputs go
         over from linear to logarithmic. An axis that no trial measured gets no torque.
 
-    Training: window, samples that count of a window, and lead, those before them, in intervals;
-    batch, windows a step; held_out, share of the windows that is not trained on; epochs, most of
-    them, of three passes over the others each; patience, epochs without a better score of the
-    windows held out before it ends;
-    rate, Adam's at first.
+    Training: window, the samples of a window that count, and lead, those before them, in intervals.
+    batch: windows a step; held_out: share of the windows that is not trained on. epochs: at most,
+    of three passes over the others each; rate: of Adam at first; patience: epochs without a better
+    score of the held-out windows before it ends.
     """
 
     hidden: int = 16
@@ -226,7 +225,7 @@ class LSTM(Model):
         return 0.0
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
-        """Doubts about the weights."""
+        """Warnings about the weights."""
         return [
             f"lstm: knows only motions like those it was trained on, up to {fastest:.3g} rad/s; "
             f"not passive"
@@ -274,12 +273,12 @@ class LSTM(Model):
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Pieces of trials, their lead before them: rate and torque (w, n, 3), without dimensions;
-    begun (w, n), 0 before the trial's start; counts (w, n, 3), 1 where the torque counts; largest
+    """Pieces of trials, with their lead before them: rate and torque (w, n, 3), without dimensions.
+    begun (w, n), 0 before the trial's start; counts (w, n, 3), 1 where the torque counts. Largest
     input `reach`, rms torque `size` [N m].
 
-    whole (t, m, 3): rates of all trials, zeros at their ends; owner, before (w,): a window's trial,
-    and the interval there that comes before it, negative where none does.
+    `whole` (t, m, 3): rates of all trials, zeros at their ends. owner, before (w,): a window's
+    trial, and the interval there that comes before it, negative where none does.
     """
 
     rate: np.ndarray
@@ -342,9 +341,9 @@ def _pieces(model: LSTM, rate: np.ndarray, torque: np.ndarray, measured):
 
 @dataclass(frozen=True, eq=False)
 class Trained:
-    """Weights of the best epoch, of inputs, units and read-out; mean squares over that of the
-    torque by epoch, of the windows trained on, and before it of the `held` others; how many torques
-    count in the former.
+    """Weights of the best epoch, of inputs, units and read-out. Mean squares over that of the
+    torque by epoch, of the windows trained on, and before it of the `held` others. Last comes the
+    number of torques that count in the former.
     """
 
     by_input: np.ndarray
@@ -445,7 +444,7 @@ def _run(network, begin, rate, begun):
 
 
 def _begins(network, windows: Windows):
-    """States (w, 2, hidden) in which windows begin, of the network as it is run along whole
+    """States (w, 2, hidden) in which windows begin, of the network as it runs along complete
     trials.
     """
     import jax

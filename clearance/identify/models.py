@@ -9,8 +9,7 @@ model has `name`, `parameters`, `options` (what made it), `linear`, and
     start(), step(values, state, rate, dt)      one step of a simulation; `state` moves
     compiled(layout, packed(values), state, rate, dt, torque)      the same for compiled callers
     passive_rate(values)             up to which rate it can only take up energy
-    observed(trial), predicted(values, trial)   what is compared: torques of the measured axes (n,
-    k)
+    observed(trial), predicted(values, trial)      compared torques of the measured axes (n, k)
 
 with values as an array in the order of the parameters or as a dictionary of all of them.
 """
@@ -222,16 +221,16 @@ class LuGre(Model):
 
     symmetric: both tilt axes have one set. knots [rad/s]: T, sigma0 and sigma1 are piecewise linear
         in |w| with values at these instead, level beyond them. network: T, sigma0 and sigma1 are
-        functions of |w| that a network of so many tanh units shared by them gives, positive and
-        bounded, see `kernels.network`. smoothing: what a factor of e between neighbouring knots, or
-        by a unit, costs a fit, as an NRMSE. static: the torque of steady sliding, without bristles;
-        at rest it keeps what it was. bounds: of parameters by name. |w| is the rate's norm where
-        axes are coupled, else the axis' own.
+        functions of |w| from a network of so many tanh units. They share the units; they are
+        positive and bounded, see `kernels.network`. smoothing: what a factor of e between
+        neighbouring knots, or by a unit, costs a fit, as an NRMSE. static: the torque of steady
+        sliding, without bristles; at rest it stays as it was. bounds: of parameters by name. |w|
+        is the rate's norm where axes are coupled, else the axis' own.
 
-    load: how the total torque follows the fact `preload` F of a trial: fixed (not), proportional or
-        power,
-    (F / preload)^load_exponent; all other numbers are then those at `preload` [N]. lag: a parameter
-    lag [s], by which torques come after the rates they belong to, is fitted too.
+    load: dependence of the total torque on the fact `preload` F of a trial, fixed (none),
+        proportional or power, (F / preload)^load_exponent. All other numbers are then those at
+        `preload` [N].
+    lag: a parameter lag [s], the delay of torques behind their rates, is fitted too.
 
     Valid for one temperature; sticks with the stiffness sigma0, creeps under a load that swings
     below T_s.
@@ -373,8 +372,8 @@ class LuGre(Model):
     def roughness(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows (k, p) and numbers (k,) whose difference, over the rms torque, a fit holds small.
 
-        Of the logarithms of parameters, and of weights: those at neighbouring knots are to be
-        alike, a network's weights small, its units less firmly where they were.
+        Prior of the logarithms of parameters, and of weights. Neighbouring knots are to be alike, a
+        network's weights small, its units, less firmly, where they were.
         """
         eye, rows = np.eye(len(self.parameters)), [np.zeros((0, len(self.parameters)))]
         rows += [
@@ -469,10 +468,10 @@ class LuGre(Model):
         """Rate [rad/s] up to which no axis gives off more energy than its bristles hold, inf where
         that never happens.
 
-        With z' S0 z / 2 in the bristles that is so while |M w| / T_i^2 <= 4 (sigma1_i + sigma2_i) /
-        sigma1_i^2, whatever the deflection; uncoupled and started at rest (|sigma0 z| <= max T)
-        also where sigma2 >= sigma1 (max T / T - 1). A stiffness that changes with the speed does
-        work that is not counted. Rounded down by 0.6 %.
+        With the energy z' S0 z / 2 of the bristles this holds while |M w| / T_i^2 <= 4 (sigma1_i +
+        sigma2_i) / sigma1_i^2, whatever the deflection. Uncoupled and started at rest (|sigma0 z|
+        <= max T) it also holds where sigma2 >= sigma1 (max T / T - 1). A stiffness that changes
+        with the speed does work that is not counted. Rounded down by 0.6 %.
         """
         values_at = self.functions(values, SPEEDS)
         torque, damping, viscous = (
@@ -489,7 +488,7 @@ class LuGre(Model):
         return math.inf if bad.size == 0 else float(SPEEDS[bad[0] - 1]) if bad[0] else 0.0
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
-        """Doubts about the values where rates reach `fastest` [rad/s]."""
+        """Warnings about the values where rates reach `fastest` [rad/s]."""
         bound = self.passive_rate(values)
         if fastest <= bound:
             return []
@@ -566,7 +565,7 @@ class Curve(Model):
         return math.inf if bad.size == 0 else float(self.layout.knots[bad[0]])
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
-        """Doubts about the values where rates reach `fastest` [rad/s]."""
+        """Warnings about the values where rates reach `fastest` [rad/s]."""
         before = [0.0, *self.knots[:-1]] * (len(self.parameters) // len(self.knots))
         reached = zip(self.parameters, self.array(values), before, strict=True)
         bad = [f"{p.name} {v:.3g}" for p, v, rate in reached if v < 0.0 and rate < fastest]

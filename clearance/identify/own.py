@@ -11,7 +11,7 @@ measured.
         return np.stack([x, y], axis=1)
 
 A friction law of a joint (`cl.joint_friction`, `cl.joint_bristle`) is driven by the rate of each
-axis; any other function gets the record and its parameters by name, and returns what it predicts at
+axis. Any other function gets the record and its parameters by name. It returns its prediction at
 `record.time`: the torque (n, 3) [N m], or the columns of `predicts` (n, k).
 """
 
@@ -44,8 +44,8 @@ def between(low: float, high: float, units: str = "1", start: float | None = Non
     """A parameter to be fitted: its bounds, its SI unit, and where the search starts.
 
     start: the geometric mean of the bounds by default, their mean where one is not
-        positive. Positive parameters are searched for in their logarithms. Raises ValueError for
-        bounds that do not rise and a start outside.
+        positive. Positive parameters are searched for in their logarithms.
+    Raises ValueError for bounds that do not rise and a start outside.
     """
     low, high = finite("between: low", low), finite("between: high", high)
     if low >= high:
@@ -165,7 +165,7 @@ class Own(Model):
         return np.array([math.sqrt(squares[u]) or 1.0 for u in units])
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
-        """Demands and doubts of the law about its numbers."""
+        """Requirements and warnings of the law about its numbers."""
         return _of_law(self, values) if self.law else []
 
 
@@ -350,7 +350,7 @@ def _with_numbers(text: str, value: Callable, slopes: Callable) -> Callable:
 
 
 def _of_law(fitted: Own, values: Values) -> list[str]:
-    """Demands and doubts of a law about its numbers, for each axis."""
+    """Requirements and warnings of a law about its numbers, for each axis."""
     numbers, lines = (
         dict(zip((p.name for p in fitted.parameters), fitted.array(values).tolist(), strict=True)),
         [],

@@ -5,12 +5,12 @@ HDF5 (format "clearance-measurement"; SI, every dataset has `units` and `long_na
 
     /                 attributes: format, format_version, versions, created; the facts of the
                       measurement, such as bench, specimen, preload, recorded, recorded_by,
-                      sensor_torque, sensor_torque_range, seed /trials/<name>/   attributes: kind,
-                      axis, role, order (place in the programme), and the facts of the trial time
-                      [s], even steps
-        rate_x rate_y rate_z            [rad/s] relative angular velocity; an axis that is left out
-        does not turn torque_x torque_y torque_z      [N m] torque that keeps the motion up; an axis
-        left out was not measured
+                      sensor_torque, sensor_torque_range, seed
+    /trials/<name>/   attributes: kind, axis, role, order (place in the programme), and the
+                      facts of the trial
+        time                            [s], even steps
+        rate_x rate_y rate_z            [rad/s] relative angular velocity; none: no rotation
+        torque_x torque_y torque_z      [N m] torque that drives the motion; none: not measured
 
 Frame: that of the housing; x and y tilt, z is the stud, about which the joint spins. A dataset
 whose `units` state ms, deg/s, N mm or kN m is converted.
@@ -21,8 +21,8 @@ rate_z_deg_s, torque_z_N_mm. The cells of a torque that a trial did not measure 
 semicolons or tabs part cells, numbers have decimal points. Lines "# name = value" and "#
 trial.name = value" above the header are facts. Columns of other names are left aside.
 
-Columns that a model of one's own predicts may be any (`read(..., predicts={"x": "m"})`): HDF5
-datasets with their `units`, CSV columns headed x or, in another unit, x [um].
+A model of one's own may predict any columns (`read(..., predicts={"x": "m"})`). These are HDF5
+datasets with their `units`, or CSV columns headed x or, in another unit, x [um].
 
 Facts of trials are SI: preload [N], amplitude [rad], speed [rad/s], frequency [Hz].
 """
@@ -99,8 +99,8 @@ class Trial(Sampled):
     of the housing.
 
     measured: axes whose torque counts, the others are set to zero; facts: SI, such as preload,
-        amplitude, speed, frequency. Raises ValueError for shapes, labels and samples that cannot
-        be, naming row and column.
+        amplitude, speed, frequency.
+    Raises ValueError for shapes, labels and samples that cannot be, naming row and column.
     """
 
     name: str
@@ -159,8 +159,8 @@ class Series(Sampled):
     """Columns of any quantities over time, such as the path of a journal, for models of one's own.
 
     time: (n,) [s], even steps; columns: (n,) each, by name; units: of the columns, SI; facts as of
-        a `Trial`. `series["x"]` is a column. Raises ValueError for shapes, roles and samples that
-        cannot be, naming row and column.
+        a `Trial`. `series["x"]` is a column.
+    Raises ValueError for shapes, roles and samples that cannot be, naming row and column.
     """
 
     name: str
@@ -286,9 +286,10 @@ def check_units(
     """Raises ValueError for numbers no test of a ball joint gives, which other units than SI would
     explain.
 
-    A time step over 0.05 s (ms), rates over 50 rad/s or angles of over half a turn of tilt or a
-    turn of spin from end to end (degrees), a largest torque over 200 N m (N mm) or under 0.001 N m
-    (kN m), and a torque that never changes about an axis that turns (a dead sensor). Small motions
+    Suspicious are a time step over 0.05 s (ms) and rates over 50 rad/s. Further, angles of over
+    half a turn of tilt or a turn of spin from end to end (degrees). Further, a largest torque over
+    200 N m (N mm) or under 0.001 N m (kN m). Last, a torque that never changes about an axis that
+    turns (a dead sensor). Small motions
     in degrees pass: they look like large ones in radians.
     """
     for trial in measurement.trials:
@@ -338,8 +339,9 @@ def read(
     """Read a measurement, CSV where the file's name ends so, else HDF5.
 
     trusted: leave out `check_units`. predicts: columns that a model of one's own predicts, with
-        their SI units; the trials are `Series` of these and all other columns of numbers, else
-        `Trial`. Raises FileNotFoundError, and ValueError naming trial, row and column.
+        their SI units. The trials are `Series` of these and all other columns of numbers, else
+        `Trial`.
+    Raises FileNotFoundError, and ValueError naming trial, row and column.
     """
     path = Path(path)
     trusted = trusted or bool(predicts)

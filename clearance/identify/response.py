@@ -1,7 +1,7 @@
 """Frequency response of bristle friction: linearised, and of the full law at several amplitudes.
 
-The angle is x = w_0 t + A sin(omega t), so the rate w_0 + A omega cos(omega t). Of the torque's
-first harmonic, G = G' + i G'' [N m/rad] over the angle's: the storage moment G' is a stiffness, the
+The angle is x = w_0 t + A sin(omega t), so the rate w_0 + A omega cos(omega t). G = G' + i G'' [N
+m/rad] is the torque's first harmonic over the angle's. The storage moment G' is a stiffness, the
 loss moment G'' is what is
 dissipated: pi A^2 G'' a cycle. At rest (w_0 = 0) the bristles' rate is w - k z with k of first
 order, so
@@ -32,7 +32,7 @@ import numpy as np
 from clearance.identify.kernels import DAMPING, STIFFNESS, TORQUE, VISCOUS
 from clearance.identify.models import LuGre, Values
 
-CYCLE = 2000  # steps of a cycle: the first harmonic of the whole law to some 1e-6
+CYCLE = 2000  # steps of a cycle: the first harmonic of the law to some 1e-6
 CYCLES = 4  # of which the last one counts
 # angles of break-away that a sliding joint turns before the oscillation is looked at
 SETTLED = 30.0

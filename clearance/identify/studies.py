@@ -1,8 +1,8 @@
 """Studies of ball-joint friction models on the synthetic bench, after Pfitzer et al., Lubricants 13
 (2025) 436.
 
-Fit and prediction of the four models; their predictions beyond their data, against the bench's
-joint itself; the effect of a fixed step in a simulation. The course of the estimation, the recovery
+Fit and prediction of the four models. Their predictions beyond their data, against the bench's
+joint itself. The effect of a fixed step in a simulation. The course of the estimation, the recovery
 of known parameters, and the cost of a step.
 """
 
@@ -67,8 +67,8 @@ def fitted(
 
 @dataclass(frozen=True)
 class Error:
-    """NRMSE of a model: rms error over rms torque, all trials of a role and measured axes together;
-    also the source's, and the same over the standard deviation and the range of the torque.
+    """NRMSE of a model: rms error over rms torque, all trials of a role and measured axes together.
+    Also that of the source, and the same over the standard deviation and the range of the torque.
     """
 
     model: str
@@ -189,7 +189,7 @@ class FixedStep:
     the rate.
 
     Under a preload below break-away the joint has to come to rest. steps (k,) [s]; chatter (k,):
-    rms rate over the last half [rad/s]; growth (k,): factor a step by which a small disturbance of
+    rms rate over the last half [rad/s]. growth (k,): factor a step by which a small disturbance of
     the unloaded joint grows; stable: largest step up to which it does not grow [s] (0 where it
     always does); bound: what linear analysis gives for it [s], nan where there is none; time (n,),
     rate (n, 3): under the preload, at 1 ms.
@@ -276,9 +276,9 @@ def _growth(disturbance: np.ndarray) -> float:
 
 
 def stability_bound(model: models.Model, values, inertia: float) -> float:
-    """Largest stable step [s] about the spin axis at rest: 2 J over the slope of a curve; of
-    bristles the positive root of dt^2 sigma0 + 2 dt (sigma1 + sigma2) = 4 J, where the step's
-    matrix has the eigenvalue -1; else nan.
+    """Largest stable step [s] about the spin axis at rest. For a curve it is 2 J over the slope.
+    For bristles it is the positive root of dt^2 sigma0 + 2 dt (sigma1 + sigma2) = 4 J, where the
+    step's matrix has the eigenvalue -1; else nan.
     """
     if isinstance(model, models.Curve):
         first = model.knots[0]
@@ -294,8 +294,9 @@ def stability_bound(model: models.Model, values, inertia: float) -> float:
 # --- how the estimation goes
 @dataclass(frozen=True, eq=False)
 class Progress:
-    """rms error over rms torque of the training after each iteration (epoch) of the fit; where each
-    start ended, after how many passes over the samples; of windows held out, where there are some.
+    """rms error over rms torque of the training after each iteration (epoch) of the fit. The end of
+    each start, with its passes over the samples. The same error of held-out windows, where there
+    are some.
     """
 
     model: str
@@ -327,7 +328,7 @@ def _progress(result: Fit, squares: float) -> Progress:
 # --- known parameters
 @dataclass(frozen=True, eq=False)
 class Recovery:
-    """Parameters that made the data (p,), and those found from them for several draws of the noise
+    """Parameters that made the data (p,), and the fitted ones for several draws of the noise
     (draws, p).
 
     roles: of the bench's trials that the fits saw.

@@ -2,7 +2,7 @@
 scatter of the runs.
 
 After appendices J and K of Pfitzer et al., Lubricants 13 (2025) 436, whose numbers were not at
-hand, and on why models overshoot in fast spin on the synthetic bench.
+hand. Also a study of the overshoot of models in fast spin on the synthetic bench.
 """
 
 import math
@@ -94,7 +94,7 @@ def coefficients(
 # --- fast spin
 @dataclass(frozen=True, eq=False)
 class Spin:
-    """Fits of spin from training trials: scatter and seeds (n,) of the bench, viscous coefficients
+    """Fits of spin from training trials. Scatter and seeds (n,) of the bench, viscous coefficients
     (n,) [N m s/rad], and largest torques at 400 deg/s over the true one (n,).
     """
 

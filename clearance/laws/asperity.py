@@ -81,8 +81,8 @@ def rough_on_smooth(modulus, roughness_group, slope_ratio):
 def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3):
     """Load of the asperities of two rough surfaces in a conformal joint [N].
 
-    F = 5 pi / 16 K' E* R L sqrt(2 sigma / e) F_3(lambda),   K' = 16 sqrt(2) pi / 15 (eta beta
-    sigma)^2 sqrt(sigma / beta)
+    F = 5 pi / 16 K' E* R L sqrt(2 sigma / e) F_3(lambda)
+    K' = 16 sqrt(2) pi / 15 (eta beta sigma)^2 sqrt(sigma / beta)
 
     modulus E* [Pa] (`contact_modulus`, not 2 E*), roughness_group eta beta sigma (0.03 to 0.05),
     slope_ratio sigma / beta (1e-4 to 1e-2). e = c - lambda sigma is the eccentricity. From the

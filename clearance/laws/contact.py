@@ -458,8 +458,8 @@ def johnson(
 ):
     """Johnson's cylinder in a cylinder [N], with the exact hysteresis factor.
 
-    delta = f / (pi E*) (ln(4 pi E* DR / f) - 1), f = F / L; solved: f = -pi E* delta / W_-1(-e
-    delta / (4 DR))
+    delta = f / (pi E*) (ln(4 pi E* DR / f) - 1),  f = F / L
+    f = -pi E* delta / W_-1(-e delta / (4 DR))    (solved for the force)
 
     modulus E* [Pa] (`contact_modulus`), bearing length L [m], radius_difference DR = clearance [m],
     restitution. Valid for delta < 4 DR / e^2 = 0.541 DR, where the compliance reaches zero. From 95
@@ -534,8 +534,9 @@ def winkler(
     """Winkler (elastic foundation) contact of a journal in a bearing [N], with the exact hysteresis
     factor.
 
-    F = K_w L R (e arccos(c / e) - c / e sqrt(e^2 - c^2)) = K_w L R e (2 a - sin 2 a) / 2,
-    e = c + delta = c / cos a; for small delta F = 4 sqrt(2) / 3 K_w L R delta^1.5 / sqrt(c)
+    F = K_w L R (e arccos(c / e) - c / e sqrt(e^2 - c^2)) = K_w L R e (2 a - sin 2 a) / 2
+    e = c + delta = c / cos a
+    F = 4 sqrt(2) / 3 K_w L R delta^1.5 / sqrt(c)    (for small delta)
 
     layer_modulus K_w [Pa/m] (`layer_modulus`), length L, radius R, radius_difference c [m].
     Conformal; depends on L and c; for any penetration up to half the bore. The thickness of the

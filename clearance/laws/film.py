@@ -23,10 +23,10 @@ def pinkus_sternlicht(eccentricity_ratio, radial_rate, entrainment, joint):
     """Pinkus-Sternlicht force of a long bearing, half-Sommerfeld film, both branches in one form
     [N, N].
 
-    S   = sqrt(1 - eps^2) sqrt((w/2)^2 + (eps'/eps)^2),   g = 1 + 1.5 eps' / (S + 1.5 |eps'|),
-    P0 = mu L R^3 / c^2 F_r = -6 P0 / ((2 + eps^2)(1 - eps^2)^1.5) (4 S eps^2 + (2 + eps^2) pi eps'
-    g)
-    F_t =  6 pi eps w P0 / ((2 + eps^2) sqrt(1 - eps^2)) g
+    S = sqrt(1 - eps^2) sqrt((w/2)^2 + (eps'/eps)^2)
+    g = 1 + 1.5 eps' / (S + 1.5 |eps'|),   P0 = mu L R^3 / c^2
+    F_r = -6 P0 / ((2 + eps^2)(1 - eps^2)^1.5) (4 S eps^2 + (2 + eps^2) pi eps' g)
+    F_t = 6 pi eps w P0 / ((2 + eps^2) sqrt(1 - eps^2)) g
 
     Continuously differentiable in eps' for w != 0; tends to -6 pi eps' P0 for eps -> 0. Finite for
     every state: eps counts as at most 1, and 1 - eps^2 as at least 1e-9. Rigid, aligned,
@@ -100,8 +100,8 @@ HALF = 12
 def full_sommerfeld(eccentricity_ratio, radial_rate, entrainment, joint):
     """Full film of a long bearing [N, N], sub-ambient pressure and all.
 
-    F_r = -12 pi eps' P0 / (1 - eps^2)^1.5,   F_t = 12 pi eps w P0 / ((2 + eps^2) sqrt(1 - eps^2)),
-    P0 = mu L R^3 / c^2
+    F_r = -12 pi eps' P0 / (1 - eps^2)^1.5
+    F_t = 12 pi eps w P0 / ((2 + eps^2) sqrt(1 - eps^2)),   P0 = mu L R^3 / c^2
 
     Only for flooded, pressurised joints: it allows tension.
     Source: Sommerfeld, Z. Math. Phys. 50 (1904) 97; squeeze part: Pinkus and Sternlicht (1961).
@@ -265,16 +265,17 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
     """Film of a bearing of finite length [N, N]: long and short pressure in harmonic sum at every
     angle.
 
-    h = 1 + eps cos theta,
-    p_l = 6 [w eps (s(theta) - s(theta_l)) + eps' / eps (1 / h^2 - 1 / h_l^2)],
-    s = sin theta (2 + eps cos theta) / ((2 + eps^2) h^2),   p_s = 3 (L/D)^2 (w eps sin theta - 2
-    eps' cos theta) / h^3, 1 / p = 1 / p_l + 1 / (p_s (1 - z^2)), its axial mean in closed form
-    (`harmonic_share`), positive arcs intersected: [max(theta_l, theta_s), min(theta_l,
-    theta_s) + pi],  F_r = P0 integral of p cos theta,  F_t of p sin theta
+    h = 1 + eps cos theta,   s = sin theta (2 + eps cos theta) / ((2 + eps^2) h^2)
+    p_l = 6 [w eps (s(theta) - s(theta_l)) + eps' / eps (1 / h^2 - 1 / h_l^2)]
+    p_s = 3 (L/D)^2 (w eps sin theta - 2 eps' cos theta) / h^3
+    1 / p = 1 / p_l + 1 / (p_s (1 - z^2))
+    F_r = P0 integral of p cos theta,   F_t = P0 integral of p sin theta
 
-    by 24 Gauss points in the Sommerfeld angle (error below 1e-5 up to eps = 0.999). Rigid, aligned,
-    isoviscous. For L/D <= 1 mostly within 7 % of the Reynolds equation (22 % where the journal
-    recedes at eps = 0.9), 3 to 25 % at L/D = 2.
+    over the intersection of the positive arcs, [max(theta_l, theta_s), min(theta_l, theta_s) + pi].
+    The axial mean of p is a closed form (`harmonic_share`). The integrals take 24 Gauss points in
+    the Sommerfeld angle (error below 1e-5 up to eps = 0.999). Rigid, aligned, isoviscous. For
+    L/D <= 1 mostly within 7 % of the Reynolds equation (22 % where the journal recedes at
+    eps = 0.9), 3 to 25 % at L/D = 2.
     Source: Reason and Narang, ASLE Trans. 25 (1982) 437, extended to squeeze.
     """
     eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), 1.0)

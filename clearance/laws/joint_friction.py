@@ -160,8 +160,10 @@ def breakaway_linear(rate, load, breakaway, coulomb, viscous=0.0, decay=10.0, th
 def breakaway_smooth(rate, load, breakaway, coulomb, viscous=0.0, breakaway_rate=0.1):
     """Combined breakaway, Coulomb and viscous friction, smooth at rest [N m or N]; no load enters.
 
-    -sqrt(2 e) (F_b - F_C) exp(-(w / w_S)^2) w / w_S - F_C tanh(w / w_C) - f w,  w_S = sqrt(2) w_b,
-    w_C = w_b / 10. breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m];
+    T = -sqrt(2 e) (F_b - F_C) exp(-(w / w_S)^2) w / w_S - F_C tanh(w / w_C) - f w
+    w_S = sqrt(2) w_b,   w_C = w_b / 10
+
+    breakaway F_b, coulomb F_C [N m or N]; viscous f [N m s or N s/m];
     breakaway_rate w_b [rad/s or m/s]. Source: the friction blocks of Simscape since R2017b (their
     documentation).
     """

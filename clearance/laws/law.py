@@ -254,7 +254,8 @@ class BoundLaw:
         """The law in a joint, which determines the parameters that were not given.
 
         joint: something with radius, clearance, length, material and layer, such as a
-            ClearanceRevolute. Raises ValueError for a parameter that the joint cannot determine.
+            ClearanceRevolute.
+        Raises ValueError for a parameter that the joint cannot determine.
         """
         left = tuple(n for n, v in self.values.items() if v is None or n in self.of_joint)
         if not left:

@@ -15,8 +15,7 @@ derivatives are exact. Unworn they are Winkler's closed form to 1e-4 for penetra
 on. h_J is read between its nodes by Catmull and Rom's cubic (C1).
 
 Source: elastic foundation after Johnson, Contact Mechanics (1985), section 4.3; Mukras, Kim,
-Mauntler,
-Schmitz and Sawyer, J. Tribology 132 (2010) 031604, for worn joints. First order in c / R.
+Mauntler, Schmitz and Sawyer, J. Tribology 132 (2010) 031604, for worn joints. First order in c / R.
 """
 
 import math

@@ -6,8 +6,8 @@ nominal circles overlap. The law returns the parts of the joint:
     film share, film gap [m] and its slope by h_0, contact share, penetration for the contact law
     [m]. Last come the memberships in the states full film, mixed, dry (non-negative, sum 1).
 
-    F = film share F_film(film gap, slope eps') - (contact share
-    F_contact(penetration) + F_asperity(lambda)) n
+    F = film share F_film(film gap, slope eps')
+        - (contact share F_contact(penetration) + F_asperity(lambda)) n
 
 lambda = h_0 / sigma with the composite roughness sigma. The film is never evaluated at or beyond
 the wall. Contact begins without an event in all but `flores_hybrid`. Contact laws with an impact
@@ -129,8 +129,8 @@ def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
     """Fuzzy-weighted states of the film thickness ratio: full film H, mixed E, dry D, memberships
     as weights [N].
 
-    F = w_H F_film(h_0) + w_E F_film(max(h_0, l_m sigma)) + (1 - w_H) F_contact(max(0, datum l_m
-    sigma - h_0))
+    F = w_H F_film(h_0) + w_E F_film(max(h_0, l_m sigma))
+        + (1 - w_H) F_contact(max(0, datum l_m sigma - h_0))
 
     Thresholds dry < mixed < full of lambda (inputs: 0.4, 1, 3; after measurements of rough contacts
     0.05, 0.3, 1.2). The film is never thinner than l_m sigma. There it is blended over a tenth of
@@ -294,8 +294,7 @@ def fuzzy_table(
     """The transition `fuzzy` with memberships given as points; datum, squeeze: see there.
 
     A point is (film thickness ratio, full film, mixed, dry). Ratios grow. The memberships of a
-    point
-    are at least 0 and have the sum 1; the last point is all full film. Between points each
+    point are at least 0 and have the sum 1; the last point is all full film. Between points each
     membership is a monotone cubic (C1), beyond them it is constant. The film is never thinner than
     at the ratio where `mixed` is largest, and contact starts there.
     Raises ValueError for points that are no such table.
@@ -336,9 +335,10 @@ def load_sharing(gap, joint, dry=0.4, mixed=1.0, full=3.0):
     """Film, asperities and bulk carry together [N], each at the mean gap [m]: no threshold, smooth
     everywhere.
 
-    h_T = sigma (lambda Phi(lambda) + phi(lambda)),  dh_T / dh_0 = Phi(lambda),  floored:
-    sqrt(h_T^2 + (0.02 sigma)^2) F = F_film(h_T, h_T') - (F_asperity(lambda) + F_contact(e - c)) n
+    h_T = sigma (lambda Phi(lambda) + phi(lambda)),  dh_T / dh_0 = Phi(lambda)
+    F = F_film(h_T, h_T') - (F_asperity(lambda) + F_contact(e - c)) n
 
+    The film gap is floored: sqrt(h_T^2 + (0.02 sigma)^2).
     Full film for lambda -> infinity (h_T = h_0 to 0.02 % at 3), dry contact for mu -> 0 and sigma
     -> 0. The thresholds only label the states in the output. Source: mean gap of Gaussian surfaces,
     Patir and Cheng (1978).

@@ -3,8 +3,8 @@
 A link that hangs on its parent moves with a = X a_p + S q'' + b. With q'' from S^T (I a - f) = 0
 the parent feels
 
-    I_p += X^T (I - I S S^T I / D) X,   f_p += X^T (f' - I S u / D),   D = S^T I S,  u = S^T f',
-    f' = f - I b
+    I_p += X^T (I - I S S^T I / D) X,   f_p += X^T (f' - I S u / D)
+    D = S^T I S,   u = S^T f',   f' = f - I b
 
 so operations grow with the number of links, and not with its cube as those of a mass matrix do.
 Source: Featherstone, Int. J. Robotics Res. 2 (1983) 13, in the plane.

@@ -40,9 +40,8 @@ class Rates:
     """Jets along fields of twists (body -> twist).
 
     field: twists that second rates a are linear in: velocities, columns, or accelerations. real:
-        twists
-    of the real motion, for rates d and for the quadratic terms of a; without it d is 0. second: a
-    of coordinates by their place (joint or body, name), 0 where none is given.
+        twists of the real motion, for rates d and for the quadratic terms of a; without it d is 0.
+        second: a of coordinates by their place (joint or body, name), 0 where none is given.
     """
 
     def __init__(

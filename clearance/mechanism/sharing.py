@@ -16,8 +16,7 @@ class Sharing:
     """Bodies and the equations given to them.
 
     equations: the bodies that each one constrains, one or two; bodies: all, in the order that
-        decides
-    between sets of one size. visits counts the bodies looked at.
+        decides between sets of one size. visits counts the bodies looked at.
     """
 
     def __init__(self, bodies: Iterable[Hashable], equations: Iterable[tuple[Hashable, ...]]):

@@ -25,8 +25,8 @@ def reactions_across(scene, arms, loads: dict) -> dict:
 
     loads: body -> (force z, moment x, moment y) about its centre of mass. arms(joint): arms (x, y)
         of bodies a and b to the joint's point. Empty where nothing acts out of the plane. Bodies
-        are taken off from the ends: each leaves its load to its only joint. Raises ValueError where
-        that leaves a loop with loads, or a body that nothing carries.
+        are taken off from the ends: each leaves its load to its only joint.
+    Raises ValueError where that leaves a loop with loads, or a body that nothing carries.
     """
     loads = {b: loads.get(b, ZERO) for b in scene.bodies}
     if not any(_acts(v) for v in loads.values()):

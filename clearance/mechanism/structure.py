@@ -1,12 +1,15 @@
 """One structure: the traced mechanics of a scene and the text of its kernels.
 
 Kernels share one signature, (t, y, par, work, out):
-  rhs       out = dy/dt                                    observe   out = one row of output
-  channels jacobian  out = d(dy/dt)/dy, row by row, no ledger       commit    work = what is carried
-  to the
-  next step events    out = penetration, its rate, contact force for each spot
-  follow    out = what the run follows of elements that wear; only where some do
-Their places are in the layout.
+
+  rhs        out = dy/dt
+  jacobian   out = d(dy/dt)/dy, row by row, without the ledger
+  events     out = penetration, its rate, contact force for each spot
+  observe    out = one row of output channels
+  commit     work = memory that goes to the next step
+  follow     out = quantities of elements that wear; only where there are some
+
+The layout holds the places in y, par, work and out.
 """
 
 import hashlib

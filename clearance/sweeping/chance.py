@@ -43,7 +43,8 @@ def scatter(
         metrics, whose probability of going beyond is computed, as numbers in SI or in words:
         "0.2mm". Their names and units are those of a run at the medians. channels: stored in run
         files (none: no files); options: of `sweep`, among them fixed and turns. The same call again
-        runs only what is missing. Raises ValueError for wrong input, and what `sweep` raises.
+        runs only what is missing.
+    Raises ValueError for wrong input, and what `sweep` raises.
     """
     laws = {n: law if isinstance(law, Distribution) else _law(n, law) for n, law in spread.items()}
     chosen, n = design(laws, points, seed)

@@ -5,9 +5,8 @@ The largest value of a dry run grows with the number of its turns. For a slider-
 times the mean of turn peaks after 10 turns, and 3.56 times after 500. Where some joint is dry the
 extremes are therefore left out, and there are
 
-  <name>_peak_mean                of a quantity of turns.py: mean over turns of its largest value in
-  a turn <name>_peak_mean_half_width     half of the 95 % interval of that mean, of eight turns or
-  more
+  <name>_peak_mean                of a quantity of turns.py: mean of its largest values in a turn
+  <name>_peak_mean_half_width     half of the 95 % interval of that mean, from eight turns on
   <name>_peak_q90, _q99           exceeded in one turn of 10, of 100; of 50 and 500 turns or more
   <body>_position_deviation_peak_mean   from the mechanism with ideal joints, as above [m]
   <metric>_half_width             of rms efforts, impacts and energy in a turn

@@ -185,8 +185,8 @@ def sampled(count: int, *, kind: str = "latin", seed: int = 0, **ranges) -> Poin
     logarithmic one.
 
     kind: "latin" (Latin hypercube: each parameter is spread evenly) or "random"; seed: the same
-        seed, the same points. A list in place of a range is drawn from evenly. Raises ValueError
-        for bad ranges.
+        seed, the same points. A list in place of a range is drawn from evenly.
+    Raises ValueError for bad ranges.
     """
     from scipy.stats import qmc
 

@@ -2,8 +2,8 @@
 
 Runs are prepared at some points all over the sweep: its corners, and points between. Each number of
 their starts belongs to one of three kinds. It is the same everywhere, or the scene of columns
-(columns.py) gives it, or it follows from one parameter and is prepared at each value of it. All
-else is put together from these by the formulas of the ordinary way. The numbers must be those
+(columns.py) gives it, or it follows from one parameter and is prepared at each value. All else is
+put together from these by the formulas of the ordinary way. The numbers must be those
 prepared: bit for bit, or within a share of them. Where they are not, the points are run one by one
 (`Irregular`).
 """

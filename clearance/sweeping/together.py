@@ -43,7 +43,8 @@ class Together:
 
     scene: gives the scene of swept values; columns: all values of the swept numbers by name;
         options: of the runs, as of `prepare`, their length in turns; settle: turns left out of the
-        metrics. Raises Unsuited or Irregular.
+        metrics.
+    Raises Unsuited or Irregular.
     """
 
     def __init__(

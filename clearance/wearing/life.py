@@ -2,9 +2,8 @@
 between them.
 
 A stage runs the scene on its outlines and measures wear and load path of a turn. A jump replays
-that
-path (wearing/replay.py) until a depth has grown by a share of the clearance. The stage at its end
-measures anew. Its wear of a turn may differ from the last one of the replay by more than the
+that path (wearing/replay.py) until a depth has grown by a share of the clearance. The stage at its
+end measures anew. Its wear of a turn may differ from the last one of the replay by more than the
 tolerance. The loads have changed then, and half the jump is made instead. Half that difference
 times the turns of the jump, and the error of the replay, are what the life may be off by.
 """

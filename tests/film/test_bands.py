@@ -740,8 +740,8 @@ class TestSymmetry:
     def test_near_contact(self, validated):
         """Closing at 1e-9 of the clearance: finite, 12 pi / (2 delta)^1.5 of the parabolic gap.
 
-        The layers at the ends
-        are thinner than the last axial cell there, which costs 1.2 % at 16 cells along: 1.5 %.
+        The layers at the ends are thinner than the last axial cell there, which costs 1.2 % at 16
+        cells along: 1.5 %.
         """
         film = bands.solve(bearing(), 1.0 - 1e-9, 1.0, 0.0)
         wanted, source = 12.0 * math.pi / 2.0**1.5 * 1e-9**-1.5, "squeeze of a parabolic gap"
@@ -876,8 +876,7 @@ class TestAgainstFiniteElements:
     def test_pocket_beside_the_cut_with_some_ambient_pressure(self):
         """Closing, the long film is lowest where this pocket is.
 
-        With any ambient pressure nothing is cut: 8e-3
-        (6.4e-3, its edges being right to a cell).
+        With any ambient pressure nothing is cut: 8e-3 (6.4e-3, its edges being right to a cell).
         """
         assert self.pocket(0.0, 0.3, 0.5, (0.6, 1.0, 1.0), ambient=1e-9 * SCALE) < 8e-3
 

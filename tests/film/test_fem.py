@@ -172,8 +172,8 @@ class TestLimits:
     def test_couette_shear(self, validated):
         """Full film: 2 pi / sqrt(1 - eps^2) exactly.
 
-        Rupture at 219.69 degrees (long film, eps 0.5): half a cell of the
-        64 is 1 % of this integral; L/D 40 has 1 % ends.
+        Rupture at 219.69 degrees (long film, eps 0.5): half a cell of the 64 is 1 % of this
+        integral; L/D 40 has 1 % ends.
         """
         full = solve(bearing(cavitation="none"), 0.5, 0.0, 1.0)
         validated(

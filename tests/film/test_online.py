@@ -215,8 +215,8 @@ class TestKernels:
     def test_derivative_is_nearly_the_tables(self):
         """Accelerations by everything: 2 % of the largest.
 
-        The journal's own angular acceleration is left out: the
-        wet area it rubs on is right to some per cent.
+        The journal's own angular acceleration is left out: the wet area it rubs on is right to some
+        per cent.
         """
         table, fem = build(loaded(table_film())), build(loaded(fem_film()))
         n = table.size

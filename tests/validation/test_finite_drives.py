@@ -2,8 +2,8 @@
 
 `finite_drives.csv`: crank angle [rad] and speed [rad/s] of the slider-crank with ideal joints and a
 crank of 1e-3 kg m2 that starts at 600 rpm, driven by the PI of 0.5 N m s/rad and 5 N m/rad, and by
-the motor line of
-5 N m and 660 rpm. They come from an independent Lagrange equation of the crank angle.
+the motor line of 5 N m and 660 rpm. They come from an independent Lagrange equation of the crank
+angle.
 """
 
 import csv

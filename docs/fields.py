@@ -1,0 +1,103 @@
+"""Fields of the elements of a scene as a table of the guide; `python docs/fields.py` renews it."""
+
+import typing
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import MISSING, Field, fields
+from pathlib import Path
+
+import clearance as cl
+from clearance.body import Body
+from clearance.document import KINDS
+from clearance.laws.law import Family
+from clearance.scene_files import SECTIONS
+
+GUIDE = Path(__file__).parent.parent / "clearance" / "GUIDE.md"
+BEGIN, END = "<!-- fields -->", "<!-- fields:end -->"
+#: what a table in a scene file makes, by its section
+TABLES = {
+    "body": [Body],
+    **{section: [KINDS[name] for name in names] for section, names in SECTIONS.items()},
+    "lubricant": [cl.Lubricant],
+    "material": [cl.Material],
+    "a field `heat`": [cl.HeatBalance],
+}
+#: the key of a table is the name
+OMITTED = {"name"}
+
+
+def table() -> list[str]:
+    """A row for each kind: its section, the fields that it needs, and the others."""
+    lines = ["| section | kind | needs | may have |", "|---|---|---|---|"]
+    for section, kinds in TABLES.items():
+        where = section if section.startswith("a ") else f"`[{section}]`"
+        for kind in kinds:
+            needs, others = [], []
+            for field, text in _described(kind):
+                (needs if _is_needed(field) else others).append(text)
+            lines.append(
+                f"| {where} | `{kind.__name__}` | {'; '.join(needs)} | {'; '.join(others)} |"
+            )
+    return lines
+
+
+def _described(kind: type) -> Iterator[tuple[Field, str]]:
+    """Fields of a kind with their names, meanings and default numbers."""
+    hints = typing.get_type_hints(kind)
+    for field in fields(kind):
+        if field.name not in OMITTED:
+            meaning = f"{_meaning(field, hints[field.name])}{_default(field)}"
+            yield field, f"`{field.name}` {meaning}".replace("|", "\\|").strip()
+
+
+def _is_needed(field: Field) -> bool:
+    number = field.metadata.get("number")
+    none = field.default is MISSING and field.default_factory is MISSING
+    return none or bool(number and number.required)
+
+
+def _meaning(field: Field, hint: object) -> str:
+    """Text of a field with its unit, or the kind of its value."""
+    number = field.metadata.get("number")
+    if number:
+        text = number.text.removeprefix(f"{field.name} ")
+        return f"{text}, or {_laws(number.families)}" if number.families else text
+    if "law" in field.metadata:
+        return f"{field.metadata['text']}: {_laws(field.metadata['law'])}"
+    if unit := field.metadata.get("unit"):
+        return f"[{unit}]"
+    kinds = [k for k in typing.get_args(hint) or (hint,) if isinstance(k, type)]
+    if typing.get_origin(hint) is Mapping:
+        return "by name, each [x, y] [m]"
+    if bool in kinds:
+        return "true or false"
+    if object in kinds:
+        return "a `ThermalNode`"
+    return "a " + " or ".join(f"`{k.__name__}`" for k in kinds if k is not type(None))
+
+
+def _laws(families: Iterable[Family]) -> str:
+    """Families of laws that a field takes."""
+    names = dict.fromkeys(f"`{family.name}`" for family in families)
+    return f"a law of {' or '.join(names)}"
+
+
+def _default(field: Field) -> str:
+    value = field.default
+    if isinstance(value, bool):
+        return f" ({str(value).lower()})"
+    if isinstance(value, int | float):
+        return f" ({value:g})"
+    if isinstance(value, tuple) and value:
+        return f" ([{', '.join(f'{v:g}' for v in value)}])"
+    return ""
+
+
+def renewed(text: str) -> str:
+    """The guide with these tables between their marks."""
+    head, _, rest = text.partition(BEGIN)
+    _, _, tail = rest.partition(END)
+    return "\n".join([f"{head}{BEGIN}", "", *table(), "", f"{END}{tail}"])
+
+
+if __name__ == "__main__":
+    GUIDE.write_text(renewed(GUIDE.read_text(encoding="utf-8")), encoding="utf-8")
