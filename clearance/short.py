@@ -1,4 +1,4 @@
-"""The file of a short run: kept in memory until the run has ended, then written in one piece."""
+"""The file of a short run: held in memory until the run has ended, then written in one piece."""
 
 import time
 import zlib
@@ -178,7 +178,7 @@ class ShortSink:
     def store(self) -> None:
         """Make the file of a run that has ended.
 
-        Raises Unwritable where the disk has no room for it; what fits is kept as of long runs.
+        Raises Unwritable where the disk has no room for it; the part that fits is stored.
         """
         try:
             if self.stream is None and self.ended is not None:

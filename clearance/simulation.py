@@ -31,7 +31,7 @@ from clearance.short import ShortSink
 from clearance.tracing.asking import Answerer
 
 LOG = logging.getLogger("clearance")
-SHORT = 1_000_000  # numbers of a run that is kept in memory until its end, at most
+SHORT = 1_000_000  # largest count of numbers of a run that is held in memory until its end
 
 
 Sink = FileSink | PartsSink | ShortSink
