@@ -9,6 +9,7 @@ import numpy as np
 from clearance.lanes import kernels, radau5, steps, watch
 from clearance.lanes.code import Code, begin, callable_at, new_module
 from clearance.lanes.driver import PIECES
+from clearance.lanes.folding import Folding
 from clearance.lanes.lowering import Lanes
 from clearance.lanes.rows import Entry, Piece, Rows
 from clearance.lanes.steps import Entries, Shape
@@ -97,9 +98,10 @@ def engine(
     channels: list[int],
     method: str,
     width: int,
+    folding: Folding,
 ) -> Engine:
     """Trace and compile. channels: outputs that are looked at."""
-    stepper, programs = METHODS[method], structure.programs
+    stepper = METHODS[method]
     rows = Rows()
     steps.add_rows(rows, shape)
     stepper.add_rows(rows, shape)
@@ -107,7 +109,7 @@ def engine(
     rows.add("par", count=len(structure.layout.parameters) + structure.layout.derived)
     rows.add("work", count=structure.layout.work + 1)
     n = shape.states
-    jacobian = programs["jacobian"]
+    jacobian = folding.program(structure.programs["jacobian"])
     entries = Entries(
         Entry("rhs", shape.size),
         Entry("jacobian", n * n),
@@ -121,9 +123,8 @@ def engine(
         entries.outputs: ("observe", channels),
     }
     for entry, (role, outputs) in places.items():
-        made[entry] = kernels.write(
-            module, entry.name, kernels.narrowed(programs[role], outputs), width, shared
-        )
+        narrow = kernels.narrowed(structure.programs[role], outputs)
+        made[entry] = kernels.write(module, entry.name, folding.program(narrow), width, shared)
     made[entries.jacobian] = kernels.write(module, "jacobian", filled(jacobian, n), width, shared)
     pieces = {
         "start": steps.start(rows, shape, entries, stepper.ORDER),

@@ -2,6 +2,7 @@
 
 import math
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -11,6 +12,7 @@ from clearance.elements.element import CONTACT, FILM
 from clearance.lanes import driver
 from clearance.lanes.code import natural_width
 from clearance.lanes.engine import METHODS, Engine, engine
+from clearance.lanes.folding import Folding
 from clearance.lanes.steps import Shape
 from clearance.lanes.watch import Watch
 from clearance.mechanism.build import Mechanism
@@ -116,7 +118,8 @@ class Group:
     """Runs of one structure with one method, tolerance and number of samples.
 
     channels: outputs that are looked at, to which the watch refers; data: parameter vector of one
-        of them, with the tables behind; given: numbers of each sample (numbers, samples).
+        of them, with the tables behind; given: numbers of each sample (numbers, samples); shared:
+        places of the parameters that are the same in all runs.
     """
 
     def __init__(
@@ -129,13 +132,16 @@ class Group:
         channels: list[int],
         given: np.ndarray,
         width: int | None = None,
+        shared: Sequence[int] = (),
     ):
         self.shape, self.watch, self.samples, self.rtol = shape_of(mechanism), watch, samples, rtol
         self.structure, self.width = mechanism.structure, width or natural_width()
         self.data = np.append(mechanism.par, np.zeros(BLOCK))
         self.given = np.ascontiguousarray(given, float).reshape(watch.given, -1)
+        tables = len(mechanism.layout.parameters) + mechanism.layout.derived
+        folding = Folding(mechanism.par, shared, tables)
         self.engine: Engine = engine(
-            mechanism.structure, self.shape, watch, channels, method, self.width
+            mechanism.structure, self.shape, watch, channels, method, self.width, folding
         )
 
     # --- what the driver is given

@@ -26,9 +26,11 @@ def write(
     """
     function = begin(module, name, len(ARRAYS), apart=shared is not None)
     builder = ir.IRBuilder(function.append_basic_block())
+    arrays = dict(zip(ARRAYS, function.args, strict=True))
+    arrays["point"] = arrays["par"]
     lowering = Lanes(
         builder,
-        dict(zip(ARRAYS, function.args, strict=True)),
+        arrays,
         None,
         addresses(program.functions),
         width,

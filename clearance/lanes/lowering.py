@@ -1,5 +1,7 @@
 """Kernels for W mechanisms side by side: vector functions, and tables read in rows."""
 
+from dataclasses import dataclass
+
 import llvmlite.ir as ir
 
 from clearance.lanes.functions import FUNCTIONS, INT32, INT64, Functions
@@ -31,6 +33,13 @@ def linear(value) -> tuple[dict, float]:
     return {value: 1.0}, 0.0
 
 
+@dataclass
+class Base:
+    """Begin of neighbours in a table, in each lane; None before one of them is met."""
+
+    places: list[ir.Value] | None = None
+
+
 class Lanes(Lowering):
     """The lowering of kernels that run in vector registers.
 
@@ -40,7 +49,7 @@ class Lanes(Lowering):
 
     def __init__(self, builder, arrays, time, addresses, width):
         super().__init__(builder, arrays, time, addresses, width)
-        self.rows: dict[Scalar, list[list[tuple[int, Scalar]]]] = {}
+        self.rows: dict[Scalar, tuple[Base, int, list[tuple[int, Scalar]]]] = {}
         self.write_function = Functions(self)
 
     def run(self, steps: list) -> None:
@@ -59,12 +68,13 @@ class Lanes(Lowering):
 
     def _cut(self, group: list[tuple[float, Scalar]]) -> None:
         """Rows of a group, each no longer than the width."""
+        base, least = Base(), group[0][0]
         while group:
             first = group[0][0]
             row = [(int(c - first), n) for c, n in group if c - first < self.width]
             group = [(c, n) for c, n in group if c - first >= self.width]
             if len(row) >= FEWEST:
-                self.rows |= {node: row for _, node in row}
+                self.rows |= {node: (base, int(first - least), row) for _, node in row}
 
     # --- operations
     def arithmetic(self, name: str, args: list[ir.Value]) -> ir.Value:
@@ -87,15 +97,16 @@ class Lanes(Lowering):
     def lookup(self, node: Scalar) -> ir.Value:
         if self.width == 1 or node not in self.rows:
             return super().lookup(node)
-        row = self.rows[node]
-        shift = next(c for c, n in row if n is node)
-        columns = self._columns(self.value(node.args[0]), shift)
+        base, offset, row = self.rows[node]
+        if base.places is None:
+            shift = offset + next(c for c, n in row if n is node)
+            base.places = self._places(self.value(node.args[0]), shift)
+        columns = self._columns(base.places, offset)
         self.values |= {n: columns[c] for c, n in row}
         return self.values[node]
 
-    def _columns(self, index: ir.Value, shift: int) -> list[ir.Value]:
-        """W neighbours in the table, from `shift` places before an index on: a vector of lanes for
-        each.
+    def _places(self, index: ir.Value, shift: int) -> list[ir.Value]:
+        """Place of each lane in the table, `shift` places before an index.
 
         A lane without a number, which is not to count, reads at the table's begin.
         """
@@ -103,10 +114,14 @@ class Lanes(Lowering):
         least = self.constant(shift)
         index = build.select(build.fcmp_ordered(">", index, least), index, least)
         places = build.fptosi(index, ir.VectorType(INT32, width))
-        pieces = []
-        for lane in range(width):
-            place = build.sext(build.extract_element(places, ir.Constant(INT32, lane)), INT64)
-            pointer = build.gep(self.arrays["data"], [build.sub(place, ir.Constant(INT64, shift))])
+        lanes = (build.extract_element(places, ir.Constant(INT32, lane)) for lane in range(width))
+        return [build.sub(build.sext(one, INT64), ir.Constant(INT64, shift)) for one in lanes]
+
+    def _columns(self, places: list[ir.Value], offset: int) -> list[ir.Value]:
+        """W neighbours in the table, from so many places behind on: a vector of lanes for each."""
+        build, pieces = self.builder, []
+        for place in places:
+            pointer = build.gep(self.arrays["data"], [build.add(place, ir.Constant(INT64, offset))])
             pieces.append(build.load(build.bitcast(pointer, self.kind.as_pointer()), align=8))
         return self._transposed(pieces)
 

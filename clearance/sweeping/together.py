@@ -73,6 +73,7 @@ class Together:
             raise Unsuited("the ideal motion depends on what is swept")
         self.run = self.spread.run
         self.mechanism = self.run.mechanism
+        varying, count = self.spread.varying("numbers"), len(self.mechanism.layout.parameters)
         self.group = Group(
             self.mechanism,
             self.run.method,
@@ -81,6 +82,7 @@ class Together:
             self.summing.watch,
             self.summing.wanted.channels,
             self.summing.given,
+            shared=sorted(set(range(count)) - set(varying)),
         )
         self._compare(tried)
 
