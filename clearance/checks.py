@@ -56,12 +56,27 @@ def finite(field: str, value: object) -> float:
     return number
 
 
-def positive(field: str, value: object) -> float:
-    """A number > 0, as a float. Raises ValueError naming the field and the value."""
-    number = finite(field, value)
-    if number <= 0.0:
-        raise ValueError(f"{field} must be positive, got {value!r}")
-    return number
+def bounded(outside: Callable[[float], bool], bounds: str) -> Check:
+    """A check of a number, returned as float; outside: True beyond its bounds.
+
+    The check raises ValueError naming field, bounds and value.
+    """
+
+    def check(field: str, value: object) -> float:
+        number = finite(field, value)
+        if outside(number):
+            raise ValueError(f"{field} must {bounds}, got {value!r}")
+        return number
+
+    return check
+
+
+positive = bounded(lambda number: number <= 0.0, "be positive")
+non_negative = bounded(lambda number: number < 0.0, "not be negative")
+nonzero = bounded(lambda number: number == 0.0, "not be 0")
+fraction = bounded(lambda number: not 0.0 <= number <= 1.0, "lie in [0, 1]")
+inner_fraction = bounded(lambda number: not 0.0 < number < 1.0, "lie between 0 and 1")
+at_least_one = bounded(lambda number: number < 1.0, "be at least 1")
 
 
 def share(field: str, value: object) -> float:
@@ -75,49 +90,6 @@ def share(field: str, value: object) -> float:
         except ValueError:
             raise ValueError(f"{field}: {value!r} is no number such as 1e-3 or 5%") from None
     return positive(field, value)
-
-
-def non_negative(field: str, value: object) -> float:
-    """A number >= 0, as a float. Raises ValueError naming the field and the value."""
-    number = finite(field, value)
-    if number < 0.0:
-        raise ValueError(f"{field} must not be negative, got {value!r}")
-    return number
-
-
-def nonzero(field: str, value: object) -> float:
-    """A number other than 0, as a float. Raises ValueError naming the field and the value."""
-    number = finite(field, value)
-    if number == 0.0:
-        raise ValueError(f"{field} must not be 0, got {value!r}")
-    return number
-
-
-def fraction(field: str, value: object) -> float:
-    """A number in [0, 1], as a float. Raises ValueError naming the field and the value."""
-    number = finite(field, value)
-    if not 0.0 <= number <= 1.0:
-        raise ValueError(f"{field} must lie in [0, 1], got {value!r}")
-    return number
-
-
-def at_least_one(field: str, value: object) -> float:
-    """A number >= 1, as a float. Raises ValueError naming the field and the value."""
-    number = finite(field, value)
-    if number < 1.0:
-        raise ValueError(f"{field} must be at least 1, got {value!r}")
-    return number
-
-
-def inner_fraction(field: str, value: object) -> float:
-    """A number strictly between 0 and 1, as a float.
-
-    Raises ValueError naming the field and the value.
-    """
-    number = finite(field, value)
-    if not 0.0 < number < 1.0:
-        raise ValueError(f"{field} must lie between 0 and 1, got {value!r}")
-    return number
 
 
 def pair(field: str, value: object) -> tuple[float, float]:

@@ -325,13 +325,7 @@ def distance(one: Record, other: Record, size: float) -> float:
     """Largest difference of trajectories: of offsets over the clearance, where there is none of
     angles [rad] and places over the size of the mechanism.
     """
-    clear = [
-        pair
-        for joint in one.scene["joints"]
-        if joint["name"] in one.clearances
-        for pair in offsets(joint)
-    ]
-    clear = [(path, c) for path, c in clear if path in one]
+    clear = [(path, c) for path, c in offsets(one) if path in one]
     units = {"x": size, "y": size, "theta": 1.0}
     sizes = clear or [(f"bodies/{b}/{c}", s) for b in one.names("bodies") for c, s in units.items()]
     return max(float(np.abs(one.values(p) - other.values(p)).max()) / s for p, s in sizes)

@@ -249,7 +249,6 @@ def drives(record: Record, window: Window) -> Found:
 def joints(record: Record, window: Window) -> Found:
     """Forces in all joints; how near, how hard and how often surfaces come in clearance joints."""
     events, clearances = record.events, record.clearances
-    described = {j["name"]: j for j in record.scene["joints"]}
     for name in record.names("joints"):
         x, y = (record.values(f"joints/{name}/force_{axis}")[window.samples] for axis in "xy")
         squared = x * x + y * y
@@ -272,11 +271,12 @@ def joints(record: Record, window: Window) -> Found:
             f"root mean square force in joint {name}",
         )
         if contacts is not None:
-            yield from _gap(record, window, described[name])
-            if described[name]["contact"]:
-                yield from _contact(record, window, described[name], contacts)
+            joint = record.described(name)
+            yield from _gap(record, window, joint)
+            if joint["contact"]:
+                yield from _contact(record, window, joint, contacts)
             if f"joints/{name}/mode" in record:
-                yield from _slide(record, window, described[name], contacts)
+                yield from _slide(record, window, joint, contacts)
 
 
 def _gap(record: Record, window: Window, joint: dict) -> Found:
@@ -354,8 +354,7 @@ def modes_of(record: Record, joint: str, begin: float, end: float) -> tuple[np.n
     Their edges (pieces + 1,) [s] and modes (pieces,), places in MODES; from its contacts, or from
     the samples where contact sets in gradually.
     """
-    described = next(j for j in record.scene["joints"] if j["name"] == joint)
-    if not _touches(described):
+    if not _touches(record.described(joint)):
         time, mode = record.time, record.values(f"joints/{joint}/mode")
         middles = 0.5 * (time[1:] + time[:-1])
         edges = np.unique(np.clip(np.concatenate([[begin, end], middles]), begin, end))
@@ -439,14 +438,8 @@ def periodicity(record: Record, window: Window) -> Found:
     Impacts recur only where samples do: a turn should be an integer number of samples. Else values
     between samples are those of a cubic, and too few of them mean nothing.
     """
-    joints, time = record.clearances, record.time
-    moving = [
-        pair
-        for joint in record.scene["joints"]
-        if joint["name"] in joints
-        for pair in offsets(joint)
-    ]
-    if not joints or window.turns is None or window.turns < FEWEST:
+    time, moving = record.time, offsets(record)
+    if not record.clearances or window.turns is None or window.turns < FEWEST:
         return
     per_turn = record.turn * (time.size - 1) / float(time[-1])
     if per_turn < COARSE and abs(per_turn - round(per_turn)) > ON_SAMPLE:
@@ -479,16 +472,17 @@ def periodicity(record: Record, window: Window) -> Found:
     )
 
 
-def offsets(joint: dict) -> Iterator[tuple[str, float]]:
-    """The two channels of a body's place in its clearance, and their natural sizes."""
-    name, clearance = joint["name"], joint["clearance"]
-    if joint["type"] == "ClearancePrismatic":
-        yield f"joints/{name}/offset", clearance
-        yield f"joints/{name}/tilt", 2.0 * clearance / joint["overlap"]
-        return
-    if joint["type"] == "ClearanceRevolute":
-        yield f"joints/{name}/eccentricity_x", clearance
-        yield f"joints/{name}/eccentricity_y", clearance
+def offsets(record: Record) -> list[tuple[str, float]]:
+    """Both channels of each body's place in its clearance, with their natural sizes."""
+    pairs: list[tuple[str, float]] = []
+    for name, clearance in record.clearances.items():
+        path, joint = f"joints/{name}", record.described(name)
+        if joint["type"] == "ClearancePrismatic":
+            tilt = 2.0 * clearance / joint["overlap"]
+            pairs += [(f"{path}/offset", clearance), (f"{path}/tilt", tilt)]
+        if joint["type"] == "ClearanceRevolute":
+            pairs += [(f"{path}/eccentricity_{axis}", clearance) for axis in "xy"]
+    return pairs
 
 
 def _evenly(record: Record, path: str, window: Window) -> np.ndarray:

@@ -429,6 +429,10 @@ class Record(Drawn, ABC):
         if self.turning is None:
             raise ValueError("no drive turns at a constant or nominal speed; turns need one")
 
+    def described(self, joint: str) -> dict:
+        """Description of a joint, as plain data."""
+        return next(j for j in self.scene["joints"] if j["name"] == joint)
+
     @property
     def clearances(self) -> dict[str, float]:
         """Radial clearance [m] of each clearance joint whose channels were stored."""
@@ -494,7 +498,7 @@ class Record(Drawn, ABC):
         if quantity not in OF_GAP or f"{group}/gap_min" not in self.located:
             return None
         gap = self.located.of(f"{group}/gap_min", begin, end)
-        joint = next(j for j in self.scene["joints"] if f"joints/{j['name']}" == group)
+        joint = self.described(group.partition("/")[2])
         return gap and Extreme(OF_GAP[quantity](gap.value, joint), gap.time)
 
     def _of_samples(self, path: str, which: str, begin: float, end: float) -> Extreme | None:

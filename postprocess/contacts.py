@@ -107,7 +107,7 @@ def _gradual(record: Record, joint: str) -> bool:
     path = f"joints/{joint}/contact_force"
     if path in record:
         return bool((record.values(path) > 0.0).any())
-    if next(j for j in record.scene["joints"] if j["name"] == joint).get("transition"):
+    if record.described(joint).get("transition"):
         raise ValueError(
             f"{name_of(record)}: mixed joint {joint} needs the channel {path}, which was not kept"
         )
@@ -146,7 +146,7 @@ def _angles(record: Record, joint: str, times: np.ndarray, frame: str) -> np.nda
     sample is about.
     """
     paths = [f"joints/{joint}/eccentricity_{axis}" for axis in "xy"]
-    bearing = next(j for j in record.scene["joints"] if j["name"] == joint)["a"]["body"]
+    bearing = record.described(joint)["a"]["body"]
     turned = f"bodies/{bearing}/theta"
     if (
         not all(p in record for p in paths)

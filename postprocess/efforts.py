@@ -104,7 +104,7 @@ def rate(record: Record, joint: str) -> np.ndarray:
     The power loss of a slide means nothing where there is no friction: NaN. Raises ValueError for a
     channel not stored.
     """
-    entry = next(j for j in record.scene["joints"] if j["name"] == joint)
+    entry = record.described(joint)
     if entry["type"] == "Prismatic":
         power, friction = (_kept(record, f"joints/{joint}/{c}") for c in ("power_loss", "friction"))
         return np.divide(-power, friction, out=np.full(power.shape, np.nan), where=friction != 0.0)

@@ -129,7 +129,7 @@ def _path(axes, one: Life, joint: str, colours: list) -> None:
 
 
 def _in_bearing(record, joint: str) -> tuple[np.ndarray, np.ndarray]:
-    described = next(j for j in record.scene["joints"] if j["name"] == joint)
+    described = record.described(joint)
     x, y = record.joint(joint).eccentricity.T
     body = described["a"]["body"]
     angle = record[body].theta if body != "ground" else np.zeros_like(x)

@@ -330,7 +330,7 @@ def orbit(result: Result, joint: str, axes) -> None:
     """
     if joint in of_slides(result):
         return portrait(result, joint, axes)
-    law = next(j for j in result.scene["joints"] if j["name"] == joint)
+    law = result.described(joint)
     e = result.joint(joint).eccentricity / law["clearance"]
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(np.cos(angle), np.sin(angle), color="black", lw=0.8)
@@ -407,7 +407,7 @@ def with_contacts(record: Record, joint: str) -> tuple[np.ndarray, np.ndarray, n
     ends = starts + events["duration"][places]
     within = np.searchsorted(starts, time, side="right") > np.searchsorted(ends, time)
     busy = np.searchsorted(starts, time[1:]) > np.searchsorted(ends, time[:-1], side="right")
-    law = next(j for j in record.scene["joints"] if j["name"] == joint)
+    law = record.described(joint)
     before = _flown(time, e, busy, starts, np.append(-np.inf, ends[:-1]), -1)
     after = _flown(time, e, busy, ends, np.append(starts[1:], np.inf), 1)
     instants = np.concatenate([starts, ends])
@@ -486,7 +486,7 @@ def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
         axes.set_yscale("log")
     else:
         axes.set_yscale("symlog", linthresh=0.1)
-    law = next(j for j in result.scene["joints"] if j["name"] == joint)["transition"]
+    law = result.described(joint)["transition"]
     for name in (n for n in THRESHOLDS if n in law):
         axes.axhline(law[name], color="0.5", lw=0.6, ls=":")
         place = {

@@ -455,7 +455,7 @@ def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
         if name in numbers
     ]
     parts = [element("div", element("p", "Over the whole run:"), facts(rows))] if rows else []
-    described = next(j for j in run.scene["joints"] if j["name"] == joint)
+    described = run.described(joint)
     if described["type"] == "ClearancePrismatic":
         draw = _needing(
             run, [f"{group}/{c}" for c in ("offset", "tilt")], partial(guides, run, joints=joint)

@@ -60,18 +60,17 @@ def seed_of(options) -> int:
     return options.seed
 
 
-def add_case(command: argparse.ArgumentParser) -> None:
-    """The case and its parameters, for scene_of."""
+def add_case(
+    command: argparse.ArgumentParser,
+    metavar: str = "NAME=VALUE",
+    text: str = "a case parameter, such as speed=300rpm or clearance=0.1mm; one -p for each",
+) -> None:
+    """The case and its parameters, for scene_of; metavar, text: of a parameter."""
     command.add_argument(
         "case", metavar="CASE", help="name of a case, or path to your own .py or .toml file"
     )
     command.add_argument(
-        "-p",
-        dest="parameters",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="a case parameter, such as speed=300rpm or clearance=0.1mm; one -p for each",
+        "-p", dest="parameters", metavar=metavar, action="append", default=[], help=text
     )
 
 

@@ -7,6 +7,7 @@ from clearance.commands.common import (
     DONE,
     FAILED,
     Line,
+    add_case,
     add_command,
     complain,
     given,
@@ -39,10 +40,7 @@ def add(commands) -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
-    p.add_argument(
-        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[], help="see below"
-    )
+    add_case(p, text="see below")
     p.add_argument(
         "--tolerance",
         type=share,

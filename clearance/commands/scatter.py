@@ -4,7 +4,16 @@ import argparse
 import time
 from pathlib import Path
 
-from clearance.commands.common import DONE, FAILED, add_command, complain, given, json_text, quiet
+from clearance.commands.common import (
+    DONE,
+    FAILED,
+    add_case,
+    add_command,
+    complain,
+    given,
+    json_text,
+    quiet,
+)
 from clearance.commands.sweep import add_runs, begin
 from clearance.interrupts import terminable
 
@@ -34,10 +43,7 @@ def add(commands) -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
-    p.add_argument(
-        "-p", dest="parameters", metavar="NAME=VALUE", action="append", default=[], help="see below"
-    )
+    add_case(p, text="see below")
     p.add_argument(
         "--points", type=int, default=1024, metavar="N", help="runs in all, at most (default 1024)"
     )

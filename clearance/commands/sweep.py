@@ -10,6 +10,7 @@ from clearance.commands.accuracy import tolerance
 from clearance.commands.common import (
     DONE,
     FAILED,
+    add_case,
     add_command,
     add_force,
     channel_patterns,
@@ -50,15 +51,7 @@ def add(commands) -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    p.add_argument("case", metavar="CASE", help="name of a case, or path to your own case file")
-    p.add_argument(
-        "-p",
-        dest="parameters",
-        metavar="NAME=VALUES",
-        action="append",
-        default=[],
-        help="see below",
-    )
+    add_case(p, "NAME=VALUES", "see below")
     p.add_argument(
         "--zip",
         action="append",

@@ -23,7 +23,7 @@ Which restitution a factor really delivers does not depend on the elastic force:
 import math
 from collections.abc import Callable
 
-from clearance.checks import Check, finite, fraction, non_negative, positive
+from clearance.checks import Check, bounded, fraction, non_negative, positive
 from clearance.laws.law import Derived, Law, OfJoint, contact
 from clearance.materials import Material, steel
 
@@ -152,14 +152,10 @@ def exact_damping(restitution: float) -> float:
     return 0.5 * (low + high)
 
 
-def restitution_above_zero(field: str, value: object) -> float:
-    """A restitution in [0.01, 1]: below, the damping factor of the laws that divide by it grows
-    beyond all bounds.
-    """
-    number = finite(field, value)
-    if not 0.01 <= number <= 1.0:
-        raise ValueError(f"{field} must lie in [0.01, 1] for this law, got {value!r}")
-    return number
+#: below 0.01 the damping factor of the laws that divide by the restitution grows beyond all bounds
+restitution_above_zero = bounded(
+    lambda number: not 0.01 <= number <= 1.0, "lie in [0.01, 1] for this law"
+)
 
 
 def elastic_force(penetration, stiffness, exponent):

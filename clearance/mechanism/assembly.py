@@ -101,8 +101,10 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     system.measure(measured)
     system.check_measured(q)
     velocity = system.velocities(q)
-    poses = {b: tuple(map(float, q[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
-    rates = {b: tuple(map(float, velocity[3 * i : 3 * i + 3])) for i, b in enumerate(scene.bodies)}
+    poses, rates = (
+        {b: tuple(map(float, vector[i : i + 3])) for b, i in system.place.items()}
+        for vector in (q, velocity)
+    )
     values, slopes = system.geometry(q)
     relative = dict(
         zip(

@@ -11,6 +11,7 @@ have several solutions; this is the one that grows out of none.
 
 import math
 from dataclasses import dataclass, field
+from itertools import islice
 
 from clearance.mechanism.loops import implicit, solve
 from clearance.mechanism.motion import Calls
@@ -159,7 +160,7 @@ def coupled(friction: Function, size: int) -> Function:
     """
 
     def build(trace, arguments):
-        arms, given = arguments[:size], arguments[size:]
+        arms, given = _split(arguments, size)
         *z, count, contraction, closed, _, _ = trace.call(
             Loop("rub_fixed_point", _fixed_point(friction, size)),
             [1.0, *[0.0] * (size + 5), *arms, *given],
@@ -185,6 +186,12 @@ def coupled(friction: Function, size: int) -> Function:
     return Function.of("rub_coupled", len(friction.arguments), build)
 
 
+def _split(arguments: list, *sizes: int) -> list[list]:
+    """Groups of so many arguments, and the rest."""
+    rest = iter(arguments)
+    return [*(list(islice(rest, size)) for size in sizes), list(rest)]
+
+
 def _forces(trace: Trace, efforts: list, arms: list):
     """Sum of efforts as forces, so that torques of hinges and forces of slides can be compared."""
     return trace.sum(trace.function("fabs", e) / a for e, a in zip(efforts, arms, strict=True))
@@ -196,8 +203,7 @@ def _fixed_point(friction: Function, size: int) -> Function:
     """
 
     def build(trace, arguments):
-        z, (count, contraction, _, before, last) = arguments[:size], arguments[size : size + 5]
-        arms, given = arguments[size + 5 : 2 * size + 5], arguments[2 * size + 5 :]
+        z, (count, contraction, _, before, last), arms, given = _split(arguments, size, 5, size)
         new = trace.call(friction, [*z, *given])
         change = _forces(trace, [a - b for a, b in zip(new, z, strict=True)], arms)
         sum_of_all = _forces(trace, new, arms)
@@ -234,8 +240,7 @@ def _continuation(friction: Function, size: int) -> Function:
     """
 
     def build(trace, arguments):
-        z, (share, stride, count, _) = arguments[:size], arguments[size : size + 4]
-        arms, given = arguments[size + 4 : 2 * size + 4], arguments[2 * size + 4 :]
+        z, (share, stride, count, _), arms, given = _split(arguments, size, 4, size)
         goal = trace.select(trace.compare("lt", share + stride, 1.0), share + stride, 1.0)
         *new, made, closed = trace.call(
             Loop("rub_corrections", _correction(friction, size)),
@@ -265,8 +270,7 @@ def _correction(friction: Function, size: int) -> Function:
     """One of Newton's corrections for a share of the friction: state z, corrections, closed."""
 
     def build(trace, arguments):
-        z, (count, _, goal) = arguments[:size], arguments[size : size + 3]
-        arms, given = arguments[size + 3 : 2 * size + 3], arguments[2 * size + 3 :]
+        z, (count, _, goal), arms, given = _split(arguments, size, 3, size)
         values = trace.call(friction.slopes(tuple(range(size))), [*z, *given])
         rows = [
             [float(i == j) - goal * values[size + i * size + j] for j in range(size)]

@@ -19,7 +19,7 @@ from clearance.run import Run
 from clearance.scene import Scene
 from clearance.starting import state_from
 from clearance.stepping import status
-from clearance.stepping.state import CONTACT, KIND, SINCE, TOUCHING
+from clearance.stepping.state import CONTACT, KIND, SINCE, SPOT_VALUES, TOUCHING
 
 FREE = -1.0  # in the place of an impact speed: no contact
 PROBED = (
@@ -177,10 +177,10 @@ class Motion:
         mine = np.flatnonzero(self.run.state.contacts[:, KIND] == CONTACT)
         if not mine.size:
             return math.inf
-        inside = np.zeros(3 * len(mechanism.spots))
+        inside = np.zeros(SPOT_VALUES * len(mechanism.spots))
         mechanism.kernel("events")(time, place.y, mechanism.par, self.work(place), inside)
         reach = np.array([spot.reach for _, spot in mechanism.spots])
-        return float((-inside[0::3] / reach)[mine].min())
+        return float((-inside[::SPOT_VALUES] / reach)[mine].min())
 
 
 def _check(mechanism: Mechanism) -> None:

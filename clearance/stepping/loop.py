@@ -29,9 +29,11 @@ from clearance.stepping.state import (
     TRAIL_PLACES,
     attempt,
     copy,
+    depth_of,
     evaluate,
     interpolate,
     invalidate,
+    rate_of,
     state_at,
 )
 from clearance.stepping.types import KERNEL, compiled, inline, int64, shared
@@ -77,7 +79,7 @@ def summit(s, t, h, joint, low, high, wanted):
     for _ in range(50):
         middle = 0.5 * (low + high)
         probe(s, t, h, middle)
-        if s.inside[3 * joint + 1] * wanted > 0.0:
+        if rate_of(s.inside, joint) * wanted > 0.0:
             low = middle
         else:
             high = middle
@@ -94,7 +96,7 @@ def crossing(s, t, h, joint, low, high, wanted):
             break
         middle = 0.5 * (low + high)
         probe(s, t, h, middle)
-        if s.inside[3 * joint] * wanted > 0.0:
+        if depth_of(s.inside, joint) * wanted > 0.0:
             high = middle
         else:
             low = middle
@@ -107,11 +109,11 @@ def near_contact(s, h):
     for j in range(s.contacts.shape[0]):
         if s.contacts[j, KIND] != CONTACT:
             continue
-        reach = h * max(abs(s.before[3 * j + 1]), abs(s.after[3 * j + 1]))
+        reach = h * max(abs(rate_of(s.before, j)), abs(rate_of(s.after, j)))
         if s.contacts[j, TOUCHING] > 0.0:
-            near = min(s.before[3 * j], s.after[3 * j]) - reach < -s.band[j]
+            near = min(depth_of(s.before, j), depth_of(s.after, j)) - reach < -s.band[j]
         else:
-            near = max(s.before[3 * j], s.after[3 * j]) + reach > s.band[j]
+            near = max(depth_of(s.before, j), depth_of(s.after, j)) + reach > s.band[j]
         if near:
             return True
     return False
@@ -126,15 +128,15 @@ def event_of(s, t, h, joint, low, high):
     """
     wanted = -1.0 if s.contacts[joint, TOUCHING] > 0.0 else 1.0
     probe(s, t, h, high)
-    value, end = s.inside[3 * joint] * wanted, high
+    value, end = depth_of(s.inside, joint) * wanted, high
     if (
         value <= s.band[joint]
-        and s.probed[3 * joint + 1] * wanted > 0.0
-        and s.inside[3 * joint + 1] * wanted < 0.0
+        and rate_of(s.probed, joint) * wanted > 0.0
+        and rate_of(s.inside, joint) * wanted < 0.0
     ):
         end = summit(s, t, h, joint, low, high, wanted)
         probe(s, t, h, end)
-        value = s.inside[3 * joint] * wanted
+        value = depth_of(s.inside, joint) * wanted
     if value <= s.band[joint]:
         return 2.0
     return crossing(s, t, h, joint, low, end, wanted)
@@ -194,7 +196,7 @@ def aligned(s, t, h, event, theta):
             return -size, False
         made = size
         s.events(t + size, s.y_new, s.par, s.work, s.after)
-        value, rate = wanted * s.after[3 * event], wanted * s.after[3 * event + 1]
+        value, rate = wanted * depth_of(s.after, event), wanted * rate_of(s.after, event)
         if abs(value) <= 1e-2 * s.band[event]:
             return size, True
         if value > 0.0:
@@ -221,21 +223,21 @@ def switch(s, joint, t, values):
         row = s.impacts[s.impacts_filled]
         row[0], row[1], row[2] = joint, contact[SINCE], contact[IMPACT_SPEED]
         row[3], row[4] = contact_peak(s, joint, 0), contact_peak(s, joint, 1)
-        row[5], row[6] = t - contact[SINCE], -values[3 * joint + 1]
+        row[5], row[6] = t - contact[SINCE], -rate_of(values, joint)
         s.impacts_filled += 1
         contact[TOUCHING], s.work[joint] = 0.0, FREE
     else:
         contact[TOUCHING], contact[SINCE] = 1.0, t
-        contact[IMPACT_SPEED] = max(values[3 * joint + 1], 0.0)
+        contact[IMPACT_SPEED] = max(rate_of(values, joint), 0.0)
         s.work[joint] = contact[IMPACT_SPEED]
 
 
 @inline
 def crosses(s, joint, values):
     """True where a contact starts or ends at this moment, within the dead band."""
-    if s.contacts[joint, KIND] != CONTACT or abs(values[3 * joint]) > s.band[joint]:
+    if s.contacts[joint, KIND] != CONTACT or abs(depth_of(values, joint)) > s.band[joint]:
         return False
-    rate = values[3 * joint + 1]
+    rate = rate_of(values, joint)
     return rate < 0.0 if s.contacts[joint, TOUCHING] > 0.0 else rate > 0.0
 
 
@@ -291,7 +293,10 @@ def weigh_films(s, values):
         contact = s.contacts[j]
         if contact[KIND] != FILM or contact[COORDINATE] < 0.0:
             continue
-        first, left = int(contact[COORDINATE]), max(-values[3 * j], 1e-15 * contact[CLEARANCE])
+        first, left = (
+            int(contact[COORDINATE]),
+            max(-depth_of(values, j), 1e-15 * contact[CLEARANCE]),
+        )
         contact[DAMPING] *= FORGET
         for k in range(2):
             i = first + k
@@ -358,9 +363,13 @@ def refuse(s, t, h):
         s.events(t, s.y, s.par, s.work, s.before)
         s.events(t + h, s.y_new, s.par, s.work, s.after)
         for j in range(s.contacts.shape[0]):
-            if s.contacts[j, TOUCHING] > 0.0 and s.after[3 * j] < 0.0 and s.before[3 * j] > 0.0:
-                fall = s.before[3 * j] - s.after[3 * j]
-                factor = min(max(factor, 0.9 * s.before[3 * j] / fall), 0.9)
+            if (
+                s.contacts[j, TOUCHING] > 0.0
+                and depth_of(s.after, j) < 0.0
+                and depth_of(s.before, j) > 0.0
+            ):
+                fall = depth_of(s.before, j) - depth_of(s.after, j)
+                factor = min(max(factor, 0.9 * depth_of(s.before, j) / fall), 0.9)
     shrink(s, h, factor, 1)
 
 
@@ -443,7 +452,7 @@ def begin(s):
         for j in range(s.contacts.shape[0]):
             if s.contacts[j, KIND] == CONTACT and s.contacts[j, TOUCHING] == 0.0:
                 s.work[j] = FREE
-                if s.before[3 * j] > 0.0:
+                if depth_of(s.before, j) > 0.0:
                     switch(s, j, t, s.before)
         weigh_films(s, s.before)
     s.rhs(t, s.y, s.par, s.work, s.f)
@@ -539,7 +548,7 @@ def outside(s):
     to the wall.
     """
     for j in range(s.contacts.shape[0]):
-        if s.contacts[j, KIND] == FILM and s.after[3 * j] >= SQUEEZE * s.before[3 * j]:
+        if s.contacts[j, KIND] == FILM and depth_of(s.after, j) >= SQUEEZE * depth_of(s.before, j):
             return j
     return -1
 

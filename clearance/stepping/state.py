@@ -89,6 +89,10 @@ INTEGERS = (
 )
 
 
+#: values of each spot by the kernel `events`: penetration, its rate, contact force
+SPOT_VALUES = 3
+
+
 def layout(
     *,
     size,
@@ -114,7 +118,7 @@ def layout(
         piece of output.
     followed: numbers handed on at the start, middle and end of each step.
     """
-    events = (3 * spots,)
+    events = (SPOT_VALUES * spots,)
     arrays = [
         ("y", float, (size,)),
         ("f", float, (size,)),  # its rate
@@ -219,6 +223,18 @@ class State:
     def address(self):
         """Argument of the compiled loop, see record.py; in plain Python the state itself."""
         return self.words.ctypes.data if COMPILED else self
+
+
+@inline
+def depth_of(values, spot):
+    """Penetration of a spot, from the values of all."""
+    return values[SPOT_VALUES * spot]
+
+
+@inline
+def rate_of(values, spot):
+    """Rate of its penetration."""
+    return values[SPOT_VALUES * spot + 1]
 
 
 @inline
