@@ -22,7 +22,7 @@ from clearance.extremes import TURNS
 from clearance.mechanism.build import Mechanism, build
 from clearance.options import FINEST, Solver, Span
 from clearance.request import ALL, INTEGRATION, Request
-from clearance.results import Table, appending, create_column, save_tables
+from clearance.results import Table, appending, save_tables, write_table
 from clearance.run import Run
 from clearance.scene import Scene
 from clearance.series import Mean, Quantile
@@ -220,11 +220,7 @@ class Statistics:
             if "statistics" in file:
                 del file["statistics"]
             for name, (about, columns) in self._tables().items():
-                group = file.create_group(f"statistics/{name}" if name else "statistics")
-                group.attrs.update(about)
-                for column, (units, what, values) in columns.items():
-                    data = create_column(group, column, np.asarray(values))
-                    data.attrs["units"], data.attrs["long_name"] = units, what
+                write_table(file, f"statistics/{name}" if name else "statistics", about, columns)
 
     def _tables(self) -> dict[str, tuple[dict, Table]]:
         about = {"asked": json.dumps(self.asked), "reached": self.reached, "verdict": self.verdict}

@@ -23,6 +23,7 @@ import numpy as np
 
 from clearance.film.bearing import Bearing, Groove
 from clearance.film.online import NEAREST
+from clearance.groups import Group
 from clearance.laws.film import thinning
 from clearance.results import (
     FIELD_COLUMNS,
@@ -31,7 +32,6 @@ from clearance.results import (
     Record,
     Result,
     appending,
-    create_column,
 )
 
 #: names of film laws whose pressure the Reynolds equation of a finite bearing gives
@@ -40,6 +40,7 @@ MESH = (64, 8)  # of the elements behind a field
 AROUND, ALONG = 180, 17  # angles and axial positions that are stored
 TURN = 2.0 * math.pi
 SCALES = ("instant", "axial", "angle")
+OVER_ALL = ("pressure", "content")  # fields over all of these
 
 
 # --- the motion of a joint, from the record
@@ -191,18 +192,11 @@ def keep(path, per_turn: int) -> None:
 
 
 def _write(file, place: str, fields: PressureFields) -> None:
-    group = file.create_group(place, track_order=True)
-    for name, (units, what) in FIELD_COLUMNS.items():
-        data = create_column(group, name, getattr(fields, name))
-        data.attrs["units"], data.attrs["long_name"] = units, what
-    for scale in SCALES:
-        group[scale].make_scale(scale)
-    for name in ("time", "line_of_centres", "eccentricity_ratio"):
-        group[name].dims[0].attach_scale(group["instant"])
-    for name in ("pressure", "content"):
-        for i, scale in enumerate(SCALES):
-            group[name].dims[i].attach_scale(group[scale])
-        group[name].attrs["coordinates"] = "time"
-    group.attrs["solver"] = (
-        f"finite elements, {MESH[0]}x{MESH[1]} cells, from the motion in this file"
-    )
+    """Add the group of a joint's fields."""
+    along = dict.fromkeys(FIELD_COLUMNS, SCALES[:1]) | dict.fromkeys(SCALES, ())
+    along |= dict.fromkeys(OVER_ALL, SCALES)
+    solver = f"finite elements, {MESH[0]}x{MESH[1]} cells, from the motion in this file"
+    columns = {name: getattr(fields, name) for name in FIELD_COLUMNS}
+    Group(columns, FIELD_COLUMNS, along, {"solver": solver}).write(file, place)
+    for name in OVER_ALL:
+        file[f"{place}/{name}"].attrs["coordinates"] = "time"

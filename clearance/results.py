@@ -171,15 +171,20 @@ def save_tables(
     with in_memory(path) as file:
         file.attrs.update(provenance() | {"format": kind} | attributes)
         for name, (length, columns) in tables.items():
-            group = file.create_group(name, track_order=True)
-            group.attrs.update(length)
-            for column, (units, what, values) in columns.items():
-                data = create_column(group, column, np.asarray(values))
-                data.attrs["units"], data.attrs["long_name"] = units, what
+            write_table(file, name, length, columns)
         image = image_of(file)
     with replacing(path) as temporary:
         temporary.write_bytes(image)
     return path
+
+
+def write_table(file: h5py.File, place: str, about: dict, columns: Table) -> None:
+    """Add a group with its attributes and columns."""
+    group = file.create_group(place, track_order=True)
+    group.attrs.update(about)
+    for column, (units, what, values) in columns.items():
+        data = create_column(group, column, np.asarray(values))
+        data.attrs["units"], data.attrs["long_name"] = units, what
 
 
 def create_column(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Dataset:

@@ -180,7 +180,7 @@ class Tracing:
         self.acceleration, self.motion.reactions = dynamics.solution(self.work, driven)
         trace.section = "state"
         second = [dynamics.second_rate(place, self.acceleration) for place in self.places]
-        states = {trace.load(f"y[{i}]"): {i: 1.0} for i in range(2 * size)}
+        states = {s: {i: 1.0} for i, s in enumerate((*position.values(), *rate.values()))}
         slopes = trace.tangent(self.friction.rates.values(), states)
         self.forced = {
             j.name for j, slope in zip(self.friction.rates, slopes, strict=True) if slope
@@ -216,8 +216,8 @@ class Tracing:
             trace, self.number, dict(position), state, lambda i: trace.load(f"work[{first + i}]")
         )
         first_order = {
-            place: trace.load(f"y[{2 * len(position) + i}]")
-            for i, place in enumerate(self.first_order)
+            place: trace.load(f"y[{i}]")
+            for i, place in enumerate(self.first_order, len(position) + len(rate))
         }
         speeds: dict = {}
         for i, (element, _) in enumerate(self.spots):
