@@ -124,7 +124,8 @@ def _scipy(method: str, problem: Problem, phase: Phase, rtol: float):
 
     def event(joint, direction):
         function = partial(phase.penetration, joint)
-        wrapped = lambda t, y: function(t, y)  # noqa: E731 - solve_ivp reads attributes of a plain function
+        # solve_ivp reads attributes of a plain function
+        wrapped = lambda t, y: function(t, y)  # noqa: E731
         wrapped.terminal, wrapped.direction = True, direction
         return wrapped
 

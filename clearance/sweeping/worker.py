@@ -126,7 +126,8 @@ class Keeper:
             function = load_function(*reference)
             try:
                 self.found |= self._own(own(function, record))
-            except BaseException as error:  # noqa: BLE001 - a metric does not cost the run, whatever it does
+            except BaseException as error:  # noqa: BLE001
+                # a metric does not cost the run, whatever it does
                 words = _explained(error)
                 self.missing.append(
                     words if words.startswith("metric ") else f"metric {function.__name__}: {words}"
@@ -232,7 +233,8 @@ def run_point(folder: str, stamp: str, index: int) -> Outcome:
             path.unlink(missing_ok=True)
         reason = NO_SPACE if _is_full(error) else _explained(error)
         return Outcome(index, key, LOST, reason, wall=time.perf_counter() - began)
-    except BaseException as error:  # noqa: BLE001 - a sweep goes on, whatever a user's scene, law or metric does
+    except BaseException as error:  # noqa: BLE001
+        # a sweep goes on, whatever a user's scene, law or metric does
         return Outcome(index, key, FAILED, _explained(error), wall=time.perf_counter() - began)
 
 
@@ -350,7 +352,8 @@ def _new_family(definition: Definition, kind: tuple) -> Family | str:
         )
     except Irregular as error:
         return str(error)
-    except Exception as error:  # noqa: BLE001 - a sweep goes on, whatever a user's scene or law does
+    except Exception as error:  # noqa: BLE001
+        # a sweep goes on, whatever a user's scene or law does
         return _explained(error)
 
 

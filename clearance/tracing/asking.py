@@ -56,7 +56,8 @@ class Answerer:
             try:
                 values = self.answer(block[1], [block[2 + i] for i in range(self.inputs)])
                 self.failure = None
-            except BaseException as failure:  # noqa: BLE001 - it cannot pass through compiled code; the run raises it
+            except BaseException as failure:  # noqa: BLE001
+                # it cannot pass through compiled code; the run raises it
                 self.failure = failure
                 self.over = block[1] == KEEP or isinstance(failure, KeyboardInterrupt)
         for k in range(self.outputs if block[1] != KEEP else 0):

@@ -131,7 +131,10 @@ def test_a_file_made_by_hand_with_other_units(tmp_path):
     np.testing.assert_allclose(actual.torque, np.outer(TORQUE, (0, 0, 1)), rtol=0, atol=1e-15)
 
 
-def lines(header="time,rate_z,torque_z", rows=zip(TIME, RATE, TORQUE, strict=True), mark=","):  # noqa: B008
+SAMPLES = list(zip(TIME, RATE, TORQUE, strict=True))
+
+
+def lines(header="time,rate_z,torque_z", rows=SAMPLES, mark=","):
     return [header, *(mark.join(map(repr, map(float, row))) for row in rows)]
 
 

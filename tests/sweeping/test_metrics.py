@@ -340,7 +340,8 @@ def wet(law):
 
 
 def test_contact_that_sets_in_gradually_is_read_off_the_samples():
-    touching = lambda t: np.where(np.mod(t, 1.0) < 0.195, 8.0, 0.0)  # noqa: E731 - 10 of 50 samples a turn
+    # 10 of 50 samples a turn
+    touching = lambda t: np.where(np.mod(t, 1.0) < 0.195, 8.0, 0.0)  # noqa: E731
     actual = values(shaker(3.0, joints=(wet("load_sharing"),), contact_force=touching))
     assert actual["joint_C_contact_fraction"] == pytest.approx(0.2, rel=1e-12)
     assert "joint_C_impacts_per_turn" not in actual
