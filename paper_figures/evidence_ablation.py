@@ -1,6 +1,6 @@
 """Cost of each part of a scene, saved by leaving it out.
 
-Group: evidence
+Group: measured
 
 Answers: no figure of a source; it shows that a scene pays only for what it has.
 

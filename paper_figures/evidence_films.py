@@ -1,6 +1,6 @@
 """The ladder of oil films: error against run time, and mesh convergence of both Reynolds solvers.
 
-Group: evidence
+Group: measured
 
 Answers: the choice of the Pinkus-Sternlicht film in Jin et al. (2023): what it costs and how far
 off it is.

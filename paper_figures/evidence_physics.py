@@ -1,6 +1,6 @@
 """Cost and error of each choice of physics: ideal, dry, lubricated, mixed feeder.
 
-Group: evidence
+Group: measured
 
 Answers: no single figure of a source; Jin et al. (2023) compare lubrication models by their curves
 alone.

@@ -1,7 +1,7 @@
 """Prescribed motion: efforts and reactions by the compiled kernel, by multipliers, and by dense
 linear algebra.
 
-Group: evidence
+Group: measured
 
 Answers: Guo et al. (2024), the claim that explicit equations beat multiplier solves; the source
 gives no run time.

@@ -1,6 +1,6 @@
 """Scaling of sweeps: run time over the number of points and of worker processes.
 
-Group: evidence
+Group: measured
 
 Answers: no figure of a source; it is what the studies over speed and clearance cost.
 

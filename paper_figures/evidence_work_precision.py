@@ -1,6 +1,6 @@
 """Error against run time of all methods: lubricated slider-crank and six-bar feeder.
 
-Group: evidence
+Group: measured
 
 Answers: no figure of a source; the sources give neither errors nor run times of their integrations.
 

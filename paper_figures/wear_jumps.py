@@ -1,6 +1,6 @@
 """Error against run time of jumps over a machine's life.
 
-Group: evidence
+Group: measured
 
 Answers: no figure of the sources; it is the evidence behind `clearance wear`.
 

@@ -198,6 +198,23 @@ def test_names_stand_by_groups_and_in_the_order_asked_for():
     assert figures_command._chosen(asked, NAMES) == ["sweep_map", *evidence, "feeder_sketch"]
 
 
+def test_figures_that_measure_are_drawn_where_they_are_asked_for(tmp_path, monkeypatch, capsys):
+    """By name or with --measure, not among all."""
+    monkeypatch.setattr(
+        figures_command, "_draw", lambda options, names, folder: print(*names, sep="\n") or []
+    )
+    measured = [n for n in NAMES if workshop.about(n)[1]["Group"] == workshop.TIMED]
+    assert {"evidence_work_precision", "wear_jumps"} <= set(measured)
+    rest = [n for n in NAMES if n not in measured]
+    for words, names in (
+        ([], rest),
+        (["--measure"], NAMES),
+        (["wear_jumps", "frames"], ["wear_jumps", "frames"]),
+    ):
+        assert cli.main(["figures", *words, "-o", str(tmp_path)]) == 0
+        assert capsys.readouterr().out.splitlines()[:-1] == names
+
+
 def test_a_script_without_a_group_is_refused(tmp_path, monkeypatch):
     text = (
         '"""A figure.\n\n'

@@ -16,7 +16,8 @@ from clearance.interrupts import end_groups, lead_group, terminable
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
-  clearance figures -o figures                   all of them (some 11 minutes of CPU)
+  clearance figures -o figures                   all but those that measure run times
+  clearance figures --measure -o figures         these too, one at a time
   clearance figures 'feeder_*' sweep_map         some, in the order given
   clearance figures --quick -o preview           coarse previews of all
 
@@ -41,7 +42,7 @@ def add(commands) -> argparse.ArgumentParser:
         "names",
         metavar="NAME",
         nargs="*",
-        help="figures or patterns such as 'feeder_*' (default all)",
+        help="figures or patterns such as 'feeder_*' (default: all that measure no run time)",
     )
     p.add_argument(
         "-o", dest="output", metavar="DIR", default="figures", help="folder (default figures)"
@@ -58,6 +59,11 @@ def add(commands) -> argparse.ArgumentParser:
         metavar="N",
         help="figures drawn at a time, but for those that measure run times (default: the number "
         "of cores)",
+    )
+    p.add_argument(
+        "--measure",
+        action="store_true",
+        help="also the figures that measure run times of this machine",
     )
     p.add_argument("--list", action="store_true", help="only say which there are")
     p.add_argument(
@@ -76,6 +82,8 @@ def run(options) -> int:
     from clearance.results import locked
 
     names = _chosen(options.names, workshop.names())
+    if not (options.names or options.measure or options.list):
+        names = [name for name in names if not _timed(name)]
     titles = {name: workshop.about(name)[0] for name in names}
     if options.list:
         print(json_text(titles) if options.json else "\n".join(_listed(names)))
@@ -110,7 +118,7 @@ def _draw(options, names: list[str], folder: Path) -> list:
     """Draw the figures, note each in the manifest when it is done; those that measure run times
     alone, at the end.
     """
-    from clearance.paper_figures import gallery, workshop
+    from clearance.paper_figures import gallery
 
     line, entries = Line(options), {}
 
@@ -122,7 +130,7 @@ def _draw(options, names: list[str], folder: Path) -> list:
             text = f"{entry.seconds:7.1f} s  {entry.name:<26} {entry.status}"
             print(f"{len(entries):>3}/{len(names)} {text}", flush=True)
 
-    timed = [name for name in names if workshop.about(name)[1]["Group"] == workshop.TIMED]
+    timed = [name for name in names if _timed(name)]
     others = [name for name in names if name not in timed]
     if options.workers > 1 and len(others) > 1:
         _side_by_side(options, others, folder, line, done)
@@ -158,6 +166,13 @@ def _side_by_side(options, names: list[str], folder: Path, line: Line, done: Cal
         except BaseException:
             end_groups(set(active_children()) - before)
             raise
+
+
+def _timed(name: str) -> bool:
+    """True for a figure that measures run times."""
+    from clearance.paper_figures import workshop
+
+    return workshop.about(name)[1]["Group"] == workshop.TIMED
 
 
 def _listed(names: list[str]) -> list[str]:
