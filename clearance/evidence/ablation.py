@@ -3,11 +3,11 @@ without a part.
 """
 
 import statistics
-import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 
 from clearance.diagnosis import Diagnosis
+from clearance.evidence.problem import timed_trajectory
 from clearance.evidence.variants import reduced
 from clearance.mechanism.build import build
 from clearance.options import Solver, Span, choose_method
@@ -116,9 +116,7 @@ def _loop(scene: Scene, ledger: bool, outputs: bool) -> Callable[[], tuple[float
 
     def measured() -> tuple[float, int]:
         run = Run(mechanism, span, Solver(RTOL), outputs)
-        began = time.thread_time()
-        code = run.trajectory()[2]
-        cpu = time.thread_time() - began
+        _, code, cpu = timed_trajectory(run)
         if code != status.DONE:
             raise ValueError(f"cannot measure the cost: {Diagnosis(run).failure(code)}")
         return cpu, int(run.state.steps)

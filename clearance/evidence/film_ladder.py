@@ -13,6 +13,7 @@ import numpy as np
 
 from clearance import choices
 from clearance.catalogue import find_case
+from clearance.evidence.problem import timed_trajectory
 from clearance.film import bands, fem
 from clearance.film.bearing import Bearing
 from clearance.film.tabulated import table_film
@@ -231,7 +232,7 @@ def with_film(case, law: BoundLaw):
 
 
 def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
-    """Path of the journal over c, seconds of the compiled loop (warm where that is cheap),
+    """Path of the journal over c, CPU seconds of the compiled loop (warm where that is cheap),
     steps.
     """
     mechanism = build(scene, ledger=False)
@@ -239,8 +240,8 @@ def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
     at, seconds = mechanism.places[joint], []
     while len(seconds) < REPEATS + 1 and sum(seconds) < 2.0:
         run = Run(mechanism, Span(turns * scene.turn, SAMPLES), Solver(rtol), outputs=False)
-        _, rows, _ = run.trajectory()
-        seconds.append(run.wall)
+        rows, _, spent = timed_trajectory(run)
+        seconds.append(spent)
     steps = int(run.state.steps)
     return rows[:, at : at + 2] / joint.clearance, statistics.median(seconds[1:] or seconds), steps
 
@@ -334,7 +335,7 @@ def table(study: Ladder) -> list[str]:
         lines.append(f"| {r.name} | {' | '.join(cells)} |")
     lines += [
         "",
-        "| film, feeder run | run time | steps | a step | error of the journal's path |",
+        "| film, feeder run | CPU time | steps | a step | error of the journal's path |",
         "|---|---|---|---|---|",
     ]
     for r in study.runs:

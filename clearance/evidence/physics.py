@@ -13,6 +13,7 @@ import numpy as np
 from clearance import checks
 from clearance.catalogue import Case
 from clearance.choices import CONTACTS, FILMS, TRANSITIONS
+from clearance.evidence.problem import timed_trajectory
 from clearance.mechanism.build import build
 from clearance.options import Span
 from clearance.results import save_tables
@@ -148,22 +149,21 @@ def _reactions(scene: Scene, span: dict) -> np.ndarray:
 
 
 def _seconds(scene: Scene, span: dict) -> float:
-    """Run time of the compiled loop at rtol 1e-6 with all outputs, warm, median of repeats."""
+    """CPU time of the compiled loop at rtol 1e-6 with all outputs, warm, median of repeats."""
     mechanism = build(scene)
     until = span.get("until") or span["turns"] * scene.turn
     samples = round(SAMPLES * until / scene.turn) + 1 if scene.turn else 401
     seconds = []
     for _ in range(REPEATS + 1):
         run = Run(mechanism, Span(until, samples))
-        run.trajectory()
-        seconds.append(run.wall)
+        seconds.append(timed_trajectory(run)[2])
     return statistics.median(seconds[1:])
 
 
 def table(study: Comparison) -> list[str]:
     """The price list as Markdown."""
     lines = [
-        f"| {study.title} | run time | distance from the finest | largest effort |",
+        f"| {study.title} | CPU time | distance from the finest | largest effort |",
         "|---|---|---|---|",
     ]
     for c in study.choices:
@@ -181,7 +181,7 @@ def describe(study: Comparison) -> list[str]:
     return [
         f"distance = {study.measure}, from '{study.finest}', second half of the run, rtol "
         f"{RTOL:g};",
-        "run time of the integration with all outputs at rtol 1e-6, warm, median of repeats",
+        "CPU time of the integration with all outputs at rtol 1e-6, warm, median of repeats",
         *study.remarks,
         *(f"{c.name}: {c.note}" for c in study.choices if c.note),
     ]
@@ -203,7 +203,7 @@ def save(study: Comparison, folder: str | Path) -> Path:
         "name": ("1", "choice", np.array([c.name for c in study.choices])),
         "seconds": (
             "s",
-            "run time of the integration, warm",
+            "CPU time of the integration, warm",
             np.array([c.seconds for c in study.choices]),
         ),
         "distance": ("1", study.measure, np.array([c.distance for c in study.choices])),

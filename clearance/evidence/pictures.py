@@ -71,7 +71,7 @@ def work_precision(study, path: str | Path) -> Path:
             beside.loglog(c.error, c.stated, color=style["color"], lw=0.0, marker="o", ms=4)
     axes.axvspan(axes.get_xlim()[0], max(study.doubt, axes.get_xlim()[0]), color="0.92", lw=0)
     axes.set_xlabel(f"error: largest deviation of {study.measure}")
-    axes.set_ylabel("run time / ms")
+    axes.set_ylabel("CPU time of a run / ms")
     axes.invert_xaxis()
     axes.grid(True, which="major", color="0.9")
     axes.legend(fontsize=8, frameon=False)
@@ -139,7 +139,7 @@ def physics(study, path: str | Path) -> Path:
     distance.set_yticks(range(len(shown)), [c.name for c in shown], fontsize=8)
     distance.set_ylim(len(shown) - 0.5, -0.5)
     distance.set_xlabel(f"distance from '{study.finest}':\n{study.measure}")
-    time.set_xlabel("run time / ms")
+    time.set_xlabel("CPU time of a run / ms")
     for axes in (distance, time):
         axes.grid(True, which="major", color="0.9")
         axes.set_axisbelow(True)

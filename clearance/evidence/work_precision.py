@@ -419,7 +419,7 @@ def save(study: Study, folder: str | Path) -> Path:
                     "stated error, by the run at ten times the tolerance",
                     np.array(c.stated),
                 ),
-                "seconds": ("s", "median run time, warm", np.array(c.seconds)),
+                "seconds": ("s", "median CPU time of a run, warm", np.array(c.seconds)),
                 "evaluations": (
                     "1",
                     "right-hand sides (0: not counted)",

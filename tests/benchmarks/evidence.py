@@ -1,5 +1,5 @@
 """Error against run time, extremes, the price of physics: `python tests/benchmarks/evidence.py
-[--update]`.
+[NAME ...] [--update]`.
 
 Runs the commands of the page beside this file with all peers (install the extra `peers`). Their
 folders stay in `--folder`; a study with a folder is not run again. The tables go into that page at
@@ -11,6 +11,7 @@ import math
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import h5py
@@ -84,59 +85,70 @@ def summary(folders: dict[str, Path], levels=LEVELS) -> list[str]:
     return lines
 
 
-def sections(folder: Path) -> dict[str, list[str]]:
-    """Text for each mark."""
+def solvers(folder: Path) -> dict[str, list[str]]:
+    """Text for each mark of the error against run time, with all peers."""
     folders = {
         name: command(folder / name, "work-precision", *arguments.split(), "--peers")
         for name, arguments in STUDIES.items()
     }
-    stress = command(folder / "stress", "stress")
-    physics = command(
-        folder / "physics", "work-precision", "six_bar_feeder", "-p", "viscosity=5cP", "--physics"
-    )
-    result = {"summary": summary(folders)}
-    for name in SHOWN:
-        result[name] = (folders[name] / "work_precision.md").read_text().splitlines()
-        shutil.copy(folders[name] / "work_precision.png", PICTURES / f"work_precision_{name}.png")
-    for what in ("ladder", "convergence"):
-        films = command(folder / f"film_{what}", "film", what)
-        result[f"film_{what}"] = (films / f"film_{what}.md").read_text().splitlines()
-        shutil.copy(films / f"film_{what}.png", PICTURES / f"film_{what}.png")
+    texts = {name: published(folders[name], "work_precision", f"_{name}") for name in SHOWN}
+    return {"summary": summary(folders)} | texts
+
+
+def published(folder: Path, name: str, suffix: str = "") -> list[str]:
+    """The table of a study; its picture goes into paper_figures."""
+    shutil.copy(folder / f"{name}.png", PICTURES / f"{name}{suffix}.png")
+    return (folder / f"{name}.md").read_text().splitlines()
+
+
+def snapshots(folder: Path) -> dict[str, list[str]]:
+    """No text: pressure in joint B along a turn is a picture alone."""
     run = folder / "run.h5"
     if not run.exists():
-        job = [
-            "run",
-            "six_bar_feeder",
-            "-p",
-            "model=lubricated",
-            "-p",
-            "joints=B",
-            "--turns",
-            "6",
-            "-o",
-        ]
-        subprocess.run([sys.executable, "-m", "clearance.cli", *job, str(run)], check=True)
+        scene = "six_bar_feeder -p model=lubricated -p joints=B --turns 6 -o"
+        words = [sys.executable, "-m", "clearance.cli", "run", *scene.split(), str(run)]
+        subprocess.run(words, check=True)
     shots = command(folder / "film_snapshots", "film", "snapshots", str(run), "--joint", "B")
     shutil.copy(shots / "film_snapshots.png", PICTURES / "film_snapshots.png")
-    for name, path in (("stress", stress), ("physics", physics)):
-        result[name] = (path / f"{name}.md").read_text().splitlines()
-        shutil.copy(path / f"{name}.png", PICTURES / f"{name}.png")
-    return result
+    return {}
+
+
+def single(name: str, *arguments: str) -> Callable[[Path], dict[str, list[str]]]:
+    """A study with one table and one picture of its name."""
+    return lambda folder: {name: published(command(folder / name, *arguments), name)}
+
+
+PHYSICS = "work-precision six_bar_feeder -p viscosity=5cP --physics"
+SECTIONS = {
+    "solvers": solvers,
+    "film_ladder": single("film_ladder", "film", "ladder"),
+    "film_convergence": single("film_convergence", "film", "convergence"),
+    "film_snapshots": snapshots,
+    "stress": single("stress", "stress"),
+    "physics": single("physics", *PHYSICS.split()),
+}
 
 
 def main():
     options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument(
+        "names",
+        nargs="*",
+        metavar="NAME",
+        help=f"parts of the page: {', '.join(SECTIONS)} (default all)",
+    )
     options.add_argument("--update", action="store_true", help=f"put the tables into {RESULTS}")
     options.add_argument(
         "--folder", default="evidence", help="where results are kept (default evidence)"
     )
     options = options.parse_args()
-    result = sections(Path(options.folder))
-    for name, lines in result.items():
-        print(f"## {name}", *lines, "", sep="\n")
-    if options.update:
-        for name, lines in result.items():
-            put(RESULTS, lines, f"<!-- evidence: {name} -->")
+    if unknown := [name for name in options.names if name not in SECTIONS]:
+        raise SystemExit(f"no part {unknown[0]!r}; there are {', '.join(SECTIONS)}")
+    for section in options.names or SECTIONS:
+        for name, lines in SECTIONS[section](Path(options.folder)).items():
+            print(f"## {name}", *lines, "", sep="\n")
+            if options.update:
+                put(RESULTS, lines, f"<!-- evidence: {name} -->")
 
 
 if __name__ == "__main__":
