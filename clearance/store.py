@@ -6,6 +6,7 @@ time loop. Set CLEARANCE_STORE to put it elsewhere.
 """
 
 import ctypes
+import gc
 import hashlib
 import inspect
 import itertools
@@ -40,6 +41,7 @@ OPTIONS = {
     "_nrt": False,
 }  # nothing in a kernel allocates: arrays need no counting
 COMPILED = not numba.config.DISABLE_JIT
+FRAMES = 1 << 16  # words of a roomy frame
 
 _addresses: dict[Callable, int] = {}
 
@@ -187,11 +189,35 @@ class CheckedFiles(IndexDataCacheFile):
         self._save(self._data_path(name), data)
 
 
+def roomy(function: Callable) -> Callable:
+    """The function with a frame that leaves room for the frames of all calls below it.
+
+    Python takes memory for frames in pieces of 16 kB. Where calls cross the end of a piece to and
+    fro, it takes and frees one each time: 180,000 times while numba compiles the time loop.
+    """
+    function.__code__ = function.__code__.replace(co_stacksize=FRAMES)
+    return function
+
+
+@contextmanager
+def _without_collector() -> Iterator[None]:
+    """Meanwhile Python does not search for cycles that nothing refers to: numba leaves few."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+@roomy
 def cached(function: Callable, signature, made_from: str, **options) -> Callable:
     """A function compiled by numba, or as it was compiled before from the same."""
     dispatcher = njit(**options)(function)
     _keep(dispatcher, made_from)
-    dispatcher.compile(signature)
+    with _without_collector():
+        dispatcher.compile(signature)
     dispatcher.disable_compile()
     return dispatcher
 

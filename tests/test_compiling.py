@@ -1,12 +1,14 @@
 """The compiling of the time loop: announced, and each function once."""
 
+import gc
 import logging
 
 import numba
 import numpy as np
+import pytest
 from numba.core.targetconfig import TargetConfig
 
-from clearance import compiling
+from clearance import compiling, store
 from clearance.stepping.parts import Part, Whole
 
 
@@ -62,3 +64,43 @@ def test_options_of_a_function_are_never_compared_one_by_one(monkeypatch):
     caller, _ = _caller_and_helper()
     assert caller(np.array([2.0, 3.0, 5.0])) == 21.0
     assert not compared
+
+
+def test_the_garbage_collector_rests_while_numba_compiles(tmp_path, monkeypatch):
+    """It is off inside, and as before afterwards, also where compiling fails."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    seen = []
+
+    class Watching(Whole):
+        def define_pipelines(self):
+            seen.append(gc.isenabled())
+            return super().define_pipelines()
+
+    def doubled(x):
+        return 2.0 * x
+
+    def wrong(x):
+        return x.nothing
+
+    assert gc.isenabled()
+    options = {"pipeline_class": Watching, "_nrt": False}
+    made = store.cached(doubled, numba.float64(numba.float64), "test", **options)
+    assert made(1.5) == 3.0
+    with pytest.raises(numba.TypingError):
+        store.cached(wrong, numba.float64(numba.float64), "test", **options)
+    assert seen == [False, False]
+    assert gc.isenabled()
+
+
+def test_a_roomy_frame_has_room_for_thousands_of_others():
+    """Its size is beyond a piece of 2048 words of Python's; result and docstring stay."""
+
+    def sixty(depth=60):
+        """The text."""
+        return 1 + sixty(depth - 1) if depth else 0
+
+    usual = sixty.__code__.co_stacksize
+    roomy = store.roomy(sixty)
+    assert usual < 20
+    assert roomy.__code__.co_stacksize >= 16 * 2048
+    assert (roomy(), roomy.__doc__) == (60, "The text.")
