@@ -57,6 +57,8 @@ FEWEST = 3  # least number of turns that show a period
 SETTLING = 0.5  # change from turn to turn, last over first, below which a motion settles
 ROUNDING = 1e-9  # share of a run that rounding may take off a turn
 COARSE = 20  # samples a turn below which nothing is known between them
+GAUSS = 3.0**-0.5  # places of Gauss' rule of two points, which is exact for cubics
+CLOSE = 0.125  # width between places over that of an interval that a cubic may stand on, at least
 ON_SAMPLE = 1e-6  # share of a step within which a turn counts as an integer number of samples
 
 
@@ -130,8 +132,12 @@ class Window:
         inside = time[samples]
         if inside.size < 2:
             return None
-        edges = np.concatenate([[begin], 0.5 * (inside[1:] + inside[:-1]), [end]])
-        return cls(begin, end, turns, samples, np.diff(edges) / (end - begin))
+        if record.uneven:
+            weights = integrating(inside, begin, end)
+        else:
+            edges = np.concatenate([[begin], 0.5 * (inside[1:] + inside[:-1]), [end]])
+            weights = np.diff(edges)
+        return cls(begin, end, turns, samples, weights / (end - begin))
 
     def mean(self, values: np.ndarray) -> float:
         """Mean over time of values at the window's samples."""
@@ -149,6 +155,42 @@ class Window:
         if self.turns is None:
             return self.end - self.begin, "per_second", "in a second"
         return self.turns, "per_turn", "in a turn"
+
+
+def integrating(places: np.ndarray, begin: float, end: float) -> np.ndarray:
+    """Weights of values at ascending places whose sum is their integral from begin to end.
+
+    Between two places stands the cubic through four around them, with those that are nearest
+    together left aside; the first and the last reach to begin and end. Where there are not four,
+    the straight line.
+    """
+    width = np.diff(places)
+    edges = np.concatenate([[begin], places[1:-1], [end]])
+    middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
+    count, between = len(places), np.arange(len(width))
+    weights, straight = np.zeros(count), np.ones(len(width), bool)
+    for shift in (-1, -2, 0) if count >= 4 else ():
+        first = np.clip(between + shift, 0, count - 4)
+        closest = np.min([width[first + k] for k in range(3)], axis=0)
+        mine = np.flatnonzero(straight & (closest >= CLOSE * width))
+        straight[mine] = False
+        four = first[mine, None] + np.arange(4)
+        for side in (-GAUSS, GAUSS):
+            shares = _lagrange(places[four], middle[mine] + side * half[mine])
+            np.add.at(weights, four, half[mine, None] * shares)
+    for k, share in ((0, places[1:] - middle), (1, middle - places[:-1])):
+        parts = np.where(straight, 2.0 * half * share / width, 0.0)
+        np.add.at(weights, between + k, parts)
+    return weights
+
+
+def _lagrange(places: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Shares of four values, (n, 4), in their cubic at (n,)."""
+    shares = np.ones_like(places)
+    for k in range(4):
+        for other in {0, 1, 2, 3} - {k}:
+            shares[:, k] *= (at - places[:, other]) / (places[:, k] - places[:, other])
+    return shares
 
 
 Found = Iterator[tuple]  # name, value, units, text, and of extremes their time [s]
@@ -428,7 +470,8 @@ def dissipation(record: Record, window: Window) -> Found:
     }
     for metric, (path, who) in (parts | {name: ("energy/dissipated", "in all")}).items():
         if path in record:
-            begin, end = np.interp((window.begin, window.end), record.time, record.values(path))
+            ends = np.array([window.begin, window.end])
+            begin, end = cubic(record.time, record.values(path), ends)
             yield metric, (end - begin) / count, units, f"energy taken out {when} {who}"
 
 
