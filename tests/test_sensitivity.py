@@ -246,13 +246,13 @@ def test_turns_of_a_motor(friction, median, worst, motor):
         return metrics(cl.simulate(scene, until=0.4, rtol=1e-11, error=None, samples=6401))
 
     scene = cl.load_case(motor, friction=friction)
-    found = cl.simulate(scene, until=0.4, sensitivity="crank").sensitivities
+    table = cl.simulate(scene, until=0.4, sensitivity="crank").sensitivities
     slopes = []
     for width in (6e-5, 3e-5):
         up, down = values(0.03 + width), values(0.03 - width)
         slopes.append({n: (up[n].value - down[n].value) / (2.0 * width) for n in up})
-    true = {n: (4.0 * slopes[1][n] - slopes[0][n]) / 3.0 for n in found.metrics}
-    off = {n: abs(found[n, "crank"].value / t - 1.0) for n, t in true.items() if t}
+    true = {n: (4.0 * slopes[1][n] - slopes[0][n]) / 3.0 for n in table.metrics}
+    off = {n: abs(table[n, "crank"].value / t - 1.0) for n, t in true.items() if t}
     assert {"joint_A_force_rms", "drive_M_torque_rms", "block_acceleration_max"} <= off.keys()
     assert np.median(list(off.values())) < median
     assert max(off.values()) < worst
