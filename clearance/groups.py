@@ -45,8 +45,6 @@ class Group:
         return Group(*({**one, **vars(other)[name]} for name, one in vars(self).items()))
 
 
-Groups = Mapping[str, Group]
-
 #: the table of located extremes: name of a column -> (units, what it is)
 EXTREME_COLUMNS = {
     "quantity": ("1", "quantity: path of a channel, or of a vector, and its end"),

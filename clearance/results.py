@@ -528,10 +528,6 @@ class Record(Drawn, ABC):
             f"{path}_max", begin, end
         ).value
 
-    def largest_force(self, joint: str, begin: float = 0.0, end: float = math.inf) -> float:
-        """Largest force in a joint [N] between two times [s], as `extreme` gives it."""
-        return self.extreme(f"joints/{joint}/force_max", begin, end).value
-
     def _between(self, begin: float, end: float) -> np.ndarray:
         """True for samples between two times [s]."""
         time = self.time

@@ -13,7 +13,6 @@ from clearance.results import open_result
 from clearance.wearing.records import Life
 
 ANGLE = np.deg2rad(np.arange(361))
-MARGIN = 1.15
 #: metrics that are drawn over the turns, where runs have them: end of the name, words, unit
 OVER_LIFE = (
     ("position_deviation_max", "distance from the ideal motion", "m"),

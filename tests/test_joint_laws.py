@@ -17,10 +17,11 @@ from clearance.choices import ASPERITIES, CONTACTS, FRICTIONS, TRANSITIONS, Pair
 from clearance.choices import FILMS as ALL_FILMS
 from clearance.diagnosis import Diagnosis
 from clearance.laws import FilmJoint
-from clearance.laws.asperity import gaussian_moment, second_moment, third_moment
+from clearance.laws.asperity import second_moment, third_moment
 from clearance.laws.contact import johnson_force, lambert_w
 from clearance.laws.film import arc_integrals, harmonic_share
 from clearance.laws.law import BoundLaw
+from clearance.laws.worn_asperity import moments
 from clearance.materials import Material, steel
 from clearance.recording import MemorySink, Recorder
 from clearance.simulation import prepare
@@ -644,7 +645,7 @@ class TestAsperities:
     def test_closed_form_of_the_conformal_load(self, x, validated):
         """Greenwood and Tripp's pressure integrated over the parabolic gap: 1e-6."""
         u = np.linspace(-8.0, 8.0, 4001)
-        pressure = [gaussian_moment(2.5, x + v * v) for v in u[::20]]
+        pressure = moments(2.5, x + u[::20] ** 2)
         integral = np.trapezoid(pressure, u[::20])
         actual, options = (
             5 * math.pi / 16 * third_moment(x),
@@ -657,7 +658,7 @@ class TestAsperities:
     @pytest.mark.parametrize("x", [-2.0, 0.5])
     def test_closed_form_for_one_rough_surface(self, x, validated):
         u = np.linspace(-8.0, 8.0, 201)
-        integral = np.trapezoid([gaussian_moment(1.5, x + v * v) for v in u], u)
+        integral = np.trapezoid(moments(1.5, x + u * u), u)
         actual, options = (
             3 * math.pi / 8 * second_moment(x),
             {"source": "quadrature", "kind": "independent"},
@@ -683,14 +684,11 @@ class TestAsperities:
         """
         x, f52, power, exponential, f2, second = row
         options = {"source": "table of another quadrature", "kind": "independent"}
-        validated("F_5/2", gaussian_moment(2.5, x), f52, 6e-4, **options)
+        actual = moments(2.5, np.array([x]))[0]
+        validated("F_5/2", actual, f52, 6e-4, **options)
         validated("F_2", second_moment(x), f2, 6e-4, **options)
-        assert 4.4086e-5 * (4 - x) ** 6.804 / gaussian_moment(2.5, x) == pytest.approx(
-            power, abs=1e-3
-        )
-        assert 0.6189 * math.exp(-1.973 * x) / gaussian_moment(2.5, x) == pytest.approx(
-            exponential, rel=1e-2
-        )
+        assert 4.4086e-5 * (4 - x) ** 6.804 / actual == pytest.approx(power, abs=1e-3)
+        assert 0.6189 * math.exp(-1.973 * x) / actual == pytest.approx(exponential, rel=1e-2)
         assert 3.5e-5 * (4 - x) ** 6.9 / second_moment(x) == pytest.approx(second, abs=1e-3)
 
     @pytest.mark.parametrize("name", ASPERITIES)
@@ -729,9 +727,7 @@ class TestAsperities:
         e = joint.clearance - ratio * joint.roughness
         angle = np.linspace(-0.6, 0.6, 401)
         gap = (joint.clearance - e * np.cos(angle)) / joint.roughness
-        pressure = (
-            strength * modulus * np.array([gaussian_moment(order, min(g, 60.0)) for g in gap])
-        )
+        pressure = strength * modulus * moments(order, np.minimum(gap, 60.0))
         load = np.trapezoid(pressure * np.cos(angle), angle) * joint.radius * joint.length
         actual = law(modulus=modulus, roughness_group=0.05, slope_ratio=2e-3)(ratio, joint)
         options = {"unit": "N", "source": "pressure summed over the arc", "kind": "independent"}

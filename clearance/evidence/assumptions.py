@@ -16,7 +16,6 @@ from clearance.metrics import Window
 from clearance.results import Record
 
 YOUNG, DENSITY = 207e9, 7850.0  # Pa, kg/m3: steel, where a section is not given
-POISSON = 0.3
 CONDUCTIVITY, HEAT = (
     60.5,
     434.0,

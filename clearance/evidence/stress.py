@@ -35,8 +35,6 @@ STEP_BUDGET = 10_000_000
 TIME_BUDGET = 60.0  # seconds a cell
 TURNS = 2.0
 RANDOM_SCENES = 12
-# energy residual shares: fine below the first, beyond the second a run ends itself
-GOOD, LOST = 1e-3, 5e-2
 
 MODELS = ("lubricated", "dry", "mixed")
 CASES = ("six_bar_feeder", "slider_crank", "four_bar")

@@ -52,20 +52,6 @@ def third_moment(x):
     return max((x * x + 2.0) * normal_density(x) - (x * x * x + 3.0 * x) * normal_tail(x), 0.0)
 
 
-def gaussian_moment(order: float, x: float) -> float:
-    """F_n(x) for any order n >= 0.5, by the trapezium rule in sqrt(s - x) (1e-9): for tables and
-    checks.
-    """
-    top = math.sqrt(max(-x, 0.0) + 9.0)
-    count = 4000
-    step = top / count
-    total = 0.0
-    for k in range(1, count + 1):
-        u = k * step
-        total += 2.0 * u ** (2.0 * order + 1.0) * normal_density(x + u * u)
-    return total * step
-
-
 def rough_on_rough(modulus, roughness_group, slope_ratio):
     """K' E* of `greenwood_tripp` [Pa]: p = K' E* F_5/2(H / sigma) at a gap H."""
     group = 16.0 * SQRT2 * math.pi / 15.0 * roughness_group * roughness_group
