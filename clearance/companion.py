@@ -39,7 +39,7 @@ from clearance.options import Output
 from clearance.recording import MemoryRecord, MemorySink
 from clearance.results import Record, Result
 from clearance.run import Run
-from clearance.tracing.asking import Answerer
+from clearance.tracing.callback import Callback
 
 LOG = logging.getLogger("clearance")
 LOOSER = 10.0  # tolerance of a companion over that of its run
@@ -86,7 +86,7 @@ def reason_without(run: Run, error: str | None, output: Output | None = None) ->
         return "neighbouring trajectories may part at impacts"
     if mechanism.layout.remembering:
         return MEMORY
-    if error == AUTO and any(isinstance(s, Answerer) for s in mechanism.sources.values()):
+    if error == AUTO and any(isinstance(s, Callback) for s in mechanism.sources.values()):
         return f"its films are solved as the run goes: {DEAR}"
     if error == AUTO and checkpoints:
         return f"a run with checkpoints is a long one: {DEAR}"

@@ -7,7 +7,7 @@ from clearance.mechanism.dead_centre import SampledMotion, dead_centre
 from clearance.recording import LedgerWatch, Recorder
 from clearance.regimes import FULL_FILM, depth_warning, hole_warning
 from clearance.stepping import status
-from clearance.tracing.asking import Answerer
+from clearance.tracing.callback import Callback
 
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
 THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
@@ -79,7 +79,7 @@ class Diagnosis:
         if self.spoilt:
             return self.spoilt
         for joint, source in mechanism.sources.items():
-            if isinstance(source, Answerer) and source.failure is not None:
+            if isinstance(source, Callback) and source.failure is not None:
                 return f"at t = {state.time:.9g} s: {joint.label()}: its film: {source.failure}"
         ended = mechanism.spots[state.failed_joint][0] if code == status.FILM_LEFT else None
         if code == status.STEP_TOO_SMALL:
@@ -208,7 +208,7 @@ class Diagnosis:
             pressure = self.run.extreme(f"{group}/film_pressure_max")
             warnings += self.recorder.regime(joint, pressure, gap).warnings(joint)
         source = mechanism.sources.get(joint)
-        if isinstance(source, Answerer) and (doubt := source.doubt(1.0 - gap / joint.clearance)):
+        if isinstance(source, Callback) and (doubt := source.doubt(1.0 - gap / joint.clearance)):
             warnings.append(f"{joint.label()}: mesh of the film: {doubt}")
         if joint.transition is not None and gap < FULL_FILM * (joint.roughness or 0.0):
             force = self.run.extreme(f"{group}/force_max")

@@ -74,7 +74,7 @@ def end_groups(processes: Iterable[BaseProcess]) -> None:
             process.kill()
 
 
-class Held:
+class DeferredSignals:
     """While it is entered, what the handlers of SIGINT and SIGTERM raise waits for `check`, at the
     latest for the end.
 
@@ -89,7 +89,7 @@ class Held:
         self.raised: BaseException | None = None
         self.before: dict = {}
 
-    def __enter__(self) -> "Held":
+    def __enter__(self) -> "DeferredSignals":
         for number in (signal.SIGINT, signal.SIGTERM) if _in_main_thread() else ():
             if callable(handler := signal.getsignal(number)):
                 self.before[number] = handler

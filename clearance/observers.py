@@ -14,7 +14,7 @@ from clearance.checkpoint import PartsSink, state_of
 from clearance.diagnosis import Diagnosis
 from clearance.recording import Recorder
 from clearance.stepping import status
-from clearance.tracing.asking import Answerer
+from clearance.tracing.callback import Callback
 
 SAME = 1e-12  # share of the time within which two moments are one
 
@@ -176,7 +176,7 @@ class Interrupts(Observer):
     def piece(self, run, code):
         """Raise KeyboardInterrupt where the run shall end."""
         for source in run.mechanism.sources.values():
-            if isinstance(source, Answerer) and isinstance(source.failure, KeyboardInterrupt):
+            if isinstance(source, Callback) and isinstance(source.failure, KeyboardInterrupt):
                 raise source.failure
         if code == status.RUNNING:
             self.check()

@@ -29,7 +29,7 @@ from clearance.companion import (
     stronger,
 )
 from clearance.errors import TRAJECTORY, Error, Errors, share
-from clearance.interrupts import Held
+from clearance.interrupts import DeferredSignals
 from clearance.metrics import metrics
 from clearance.recording import MemoryRecord, MemorySink
 from clearance.run import Run
@@ -295,7 +295,7 @@ class Ladder:
         self.runs.append(rtol)
         run.started, run.opened, run.options = self.run.started, self.run.opened, self.run.options
         output = Kept(run)
-        with Held() as held:
+        with DeferredSignals() as held:
             failure = run.record(output, self.progress, check=held.check)
         return Attempt(run, output, failure)
 

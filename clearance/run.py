@@ -13,7 +13,7 @@ import numpy as np
 from clearance import observers, store
 from clearance.checkpoint import restore
 from clearance.compiling import announced
-from clearance.interrupts import Held, ended
+from clearance.interrupts import DeferredSignals, ended
 from clearance.mechanism.build import Mechanism, changed
 from clearance.mechanism.dead_centre import DeadCentre
 from clearance.options import Solver, Span, choose_method, implicit, kernel_roles, longest_step
@@ -38,7 +38,7 @@ from clearance.stepping.state import (
     VALUE,
     State,
 )
-from clearance.tracing.asking import Answerer
+from clearance.tracing.callback import Callback
 from clearance.watched import Watched
 
 LOG = logging.getLogger("clearance")
@@ -69,7 +69,7 @@ class Run:
             outputs,
         )
         self.method, self.reason = choose_method(mechanism, self.solver.method, self.solver.rtol)
-        online = [s for s in mechanism.sources.values() if isinstance(s, Answerer)]
+        online = [s for s in mechanism.sources.values() if isinstance(s, Callback)]
         for source in online:
             source.reset()
         self.budget = SLOW_BUDGET if online else BUDGET
@@ -380,7 +380,7 @@ class Run:
         """
         self.wall = 0.0
         trajectory = observers.Trajectory()
-        with Held() as held:
+        with DeferredSignals() as held:
             self.observers += [trajectory, observers.Interrupts(held.check)]
             code = self.go()
         return np.concatenate(trajectory.times), np.concatenate(trajectory.rows), code
@@ -440,7 +440,7 @@ class Run:
         sink = MemorySink(
             self.mechanism.layout.channels, self.attributes() if attributes is None else attributes
         )
-        with Held() as held:
+        with DeferredSignals() as held:
             failure = self.record(sink, check=held.check)
         return sink.record, failure
 

@@ -35,7 +35,7 @@ from clearance.replay import Ends, Refused, Replay, halved
 from clearance.run import Run
 from clearance.scene import Scene
 from clearance.sensitivity import COLUMNS, Sensitivities, Sensitivity
-from clearance.tracing.asking import Answerer
+from clearance.tracing.callback import Callback
 from clearance.varied import Varied, Wanted, varied, wanted
 
 LOG = logging.getLogger("clearance")
@@ -134,7 +134,7 @@ def reason_without(run: Run) -> str:
             "parameter changes: neighbouring trajectories part. Run it at several values: "
             "clearance sweep, clearance scatter"
         )
-    if any(isinstance(s, Answerer) for s in mechanism.sources.values()):
+    if any(isinstance(s, Callback) for s in mechanism.sources.values()):
         return (
             "its films are solved as the run goes, to a tolerance of their own; take a film table"
         )

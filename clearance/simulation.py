@@ -17,7 +17,7 @@ from clearance.companion import Pair, Statement, add_errors, reason_without
 from clearance.compiling import announced
 from clearance.demand import Demand, affordable
 from clearance.errors import AUTO, asks
-from clearance.interrupts import Held
+from clearance.interrupts import DeferredSignals
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics import metrics
 from clearance.options import FINEST, SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
@@ -28,7 +28,7 @@ from clearance.results import MemoryResult, Record, Result, temporary_file
 from clearance.run import Run
 from clearance.scene import Scene
 from clearance.short import ShortSink
-from clearance.tracing.asking import Answerer
+from clearance.tracing.callback import Callback
 
 LOG = logging.getLogger("clearance")
 SHORT = 1_000_000  # largest count of numbers of a run that is held in memory until its end
@@ -358,13 +358,13 @@ def _placed(
     sink = None
     try:
         try:
-            with Held() as held:
+            with DeferredSignals() as held:
                 sink = _sink(run, output, reason)
                 failure = record(sink, held.check)
             for add in filter(None, adds if failure is None else ()):
                 add(sink)
         finally:
-            with Held():
+            with DeferredSignals():
                 if sink is not None:
                     sink.store()
     except Unwritable as error:
@@ -418,7 +418,7 @@ def foreseen(mechanism: Mechanism) -> list[str]:
 def dear(mechanism: Mechanism) -> list[str]:
     """The cost of films that are solved as the run goes, from the time of one solution."""
     costs, turn = [], mechanism.scene.turn
-    for joint in (j for j, s in mechanism.sources.items() if isinstance(s, Answerer)):
+    for joint in (j for j, s in mechanism.sources.items() if isinstance(s, Callback)):
         try:
             film = joint.film.source(joint.film_joint)  # another film: the run's stays as it is
             each = film.seconds()

@@ -11,7 +11,7 @@ import pytest
 
 import clearance as cl
 from clearance import cli, simulation
-from clearance.interrupts import Held, Terminated, terminable
+from clearance.interrupts import DeferredSignals, Terminated, terminable
 
 
 @pytest.fixture(autouse=True)
@@ -179,7 +179,7 @@ def test_a_second_signal_raises_at_once():
     after = []
 
     def twice():
-        with Held():
+        with DeferredSignals():
             signal.raise_signal(signal.SIGINT)
             with pytest.raises(KeyboardInterrupt):
                 signal.raise_signal(signal.SIGINT)
@@ -194,7 +194,7 @@ def test_handlers_that_raise_nothing_are_called_at_once():
     called = []
     signal.signal(signal.SIGTERM, lambda number, _: called.append(number))
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with Held() as held:
+    with DeferredSignals() as held:
         signal.raise_signal(signal.SIGTERM)
         signal.raise_signal(signal.SIGINT)
         assert called == [signal.SIGTERM]
@@ -209,7 +209,7 @@ def test_handlers_are_put_back_after_an_error():
     """
 
     def fails():
-        with Held():
+        with DeferredSignals():
             signal.raise_signal(signal.SIGINT)
             raise ZeroDivisionError
 

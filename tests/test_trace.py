@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from clearance.tracing.emission import Program, Writer, derive_text, kernel_text
 from clearance.tracing.kernels import plain, plain_kernel
 from clearance.tracing.schedule import scheduled
-from clearance.tracing.trace import Slots, Trace
+from clearance.tracing.trace import DerivedParameters, Trace
 
 
 def run(trace, outputs, **names):
@@ -67,7 +67,7 @@ def test_what_depends_on_parameters_only_is_computed_once():
     trace = Trace()
     p, q, y = trace.load("par[0]"), trace.load("par[1]"), trace.load("y[0]")
     output = trace.sqrt(p * q + 1.0) * y + p * p
-    slots = Slots(2)
+    slots = DerivedParameters(2)
     slots.claim([output])
     program = Program("rhs", {0: output}, slots.place)
     assert "sqrt" not in kernel_text(program, {})

@@ -3,9 +3,9 @@ the table.
 
 `solved` is memoryless and stands where any film law stands. `conserving` has a memory: the oil
 content of the gap, over the bearing, is stored from step to step (implicit Euler between accepted
-states). Its liner may be elastic. Both are answered in Python (tracing/asking.py), some 1e3 to 1e4
-times dearer than the table. The finite elements of a run are those of film/moving.py, smooth in the
-motion; film/fem.py is their reference.
+states). Its liner may be elastic. Both are answered in Python (tracing/callback.py), some 1e3 to
+1e4 times dearer than the table. The finite elements of a run are those of film/moving.py, smooth in
+the motion; film/fem.py is their reference.
 """
 
 import time as clock_of_the_wall
@@ -14,7 +14,7 @@ from collections.abc import Callable
 from clearance import checks
 from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh, coarseness
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
-from clearance.tracing.asking import KEEP, SLOPES, VALUE, Answerer, answered
+from clearance.tracing.callback import KEEP, SLOPES, VALUE, Callback, answered
 
 # solutions a turn at rtol 1e-6, of the feeder
 USUAL = {"fem": 5000, "fast": 16_000, "conserving": 100_000}
@@ -85,7 +85,7 @@ def _usual(solve: Callable[[float, float], object]) -> float:
     return min(spent[1:])
 
 
-class FilmAnswer(Answerer):
+class FilmAnswer(Callback):
     """The memoryless film behind a joint, of either solver."""
 
     def __init__(self, joint: FilmJoint, settings: dict):
@@ -126,7 +126,7 @@ class FilmAnswer(Answerer):
         return self.found
 
 
-class MemoryAnswer(Answerer):
+class MemoryAnswer(Callback):
     """The film with memory behind a joint; times only grow between two resets."""
 
     usual = USUAL["conserving"]

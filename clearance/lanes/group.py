@@ -17,7 +17,7 @@ from clearance.lanes.steps import Shape
 from clearance.lanes.watch import Watch
 from clearance.mechanism.build import Mechanism
 from clearance.stepping.record import packed
-from clearance.tracing.asking import Answerer
+from clearance.tracing.callback import Callback
 from clearance.tracing.function import Opaque
 
 MOST_RATES = 16  # equations of a Newton iteration whose factors are written down
@@ -43,7 +43,7 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
         return "its joints wear"
     if mechanism.scene.kinks:
         return "a law of time has a kink"
-    if any(isinstance(source, Answerer) for source in mechanism.sources.values()):
+    if any(isinstance(source, Callback) for source in mechanism.sources.values()):
         return "a film is solved as the run goes"
     if (
         mechanism.size - mechanism.coordinates > MOST_RATES

@@ -160,7 +160,7 @@ class _System:
         """The closed position, with the joints that are measured there."""
         q = self.rough()
         self.take_start_values(q)
-        guilty, freedom = self.choose_measured(self.beside(q))
+        guilty, freedom = self.choose_measured(self.generic_position(q))
         if freedom and not guilty:
             self.hold(q)
         q = self.closed(q)
@@ -230,7 +230,7 @@ class _System:
         """Free coordinates keep the values of the rough start, unless the start of a drive that
         pushes decides them.
         """
-        nearby, pushed = self.beside(q), any(not d.prescribes for d in self.start)
+        nearby, pushed = self.generic_position(q), any(not d.prescribes for d in self.start)
         for c in closed_plan(self.scene, tuple(self.measured)).free:
             self.held.append(_Row(f"start of {c.place[0].name}", c.place, self._value(q, c.place)))
             if pushed and np.linalg.matrix_rank(matrix := self.equations(nearby)[2]) < len(matrix):
@@ -298,7 +298,7 @@ class _System:
         if worst > CLOSURE * self.size:
             # too many equations for any position? (a stretched loop is singular too, so look beside
             # it)
-            self.report_dependent(*self._dependent(self.beside(best)))
+            self.report_dependent(*self._dependent(self.generic_position(best)))
             labels, residual, _ = self.equations(best)
             self._report_open(labels, residual)
         return best
@@ -321,7 +321,7 @@ class _System:
                 break
         return best, worst
 
-    def beside(self, q: np.ndarray) -> np.ndarray:
+    def generic_position(self, q: np.ndarray) -> np.ndarray:
         """A random nearby position, so that ranks are not those of a singular one."""
         return q + 0.1 * self.size * np.random.default_rng(1).uniform(-1.0, 1.0, q.size)
 

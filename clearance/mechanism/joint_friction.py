@@ -15,7 +15,7 @@ from itertools import islice
 
 from clearance.mechanism.loops import implicit, solve
 from clearance.mechanism.motion import Calls
-from clearance.tracing.function import Function, Inside, Loop
+from clearance.tracing.function import Function, Loop, SubTrace
 from clearance.tracing.trace import Trace
 
 #: change of the friction efforts over their sum at convergence
@@ -123,7 +123,7 @@ def _coupled(
 ) -> list:
     """Efforts of joints whose friction acts back on their own loads."""
     trace, size, outer = d.trace, len(joints), d.motion.calls
-    inside = Inside("rub")
+    inside = SubTrace("rub")
     calls = Calls(inside.trace, lambda name: inside.value(outer.number(name)), outer.functions)
     unknowns = [inside.argument() for _ in joints]
     for joint in joints:

@@ -7,7 +7,7 @@ import math
 from functools import lru_cache
 
 from clearance.elements.joint import ACROSS, ALONG, TURN
-from clearance.tracing.function import Function, Inside, Loop
+from clearance.tracing.function import Function, Loop, SubTrace
 from clearance.tracing.trace import Trace
 
 #: Newton stops when the last correction (rad, m) is below this; the error left is its square
@@ -298,7 +298,7 @@ def _direction(local, square, x, y):
 # --- every other group
 def solve_by_newton(k, group) -> None:
     """Solve a group's coordinates by Newton's method from the last accepted state."""
-    inside = Inside(f"close_{len(k.solved)}")
+    inside = SubTrace(f"close_{len(k.solved)}")
     unknowns = [inside.argument() for _ in group.unknowns]
     inside.outputs = _residuals(k, group, inside, unknowns)
     size = len(unknowns)
@@ -321,7 +321,7 @@ def solve_by_newton(k, group) -> None:
     k.coordinate |= {c.place: v for c, v in zip(group.unknowns, items, strict=True)}
 
 
-def _residuals(k, group, inside: Inside, unknowns: list) -> list:
+def _residuals(k, group, inside: SubTrace, unknowns: list) -> list:
     """The loop equations of a group, on the inside."""
     value = inside.value
     places = [c.place for a in group.attachments for c in a.coordinates]

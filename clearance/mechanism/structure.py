@@ -31,7 +31,7 @@ from clearance.tracing import kernels
 from clearance.tracing.emission import Program, derive_text, kernel_text
 from clearance.tracing.function import Expansion, Opaque
 from clearance.tracing.interpreter import fingerprint
-from clearance.tracing.trace import Slots, Trace
+from clearance.tracing.trace import DerivedParameters, Trace
 
 #: derivatives of a Jacobian up to which its entries are written down, each by itself
 MOST_DERIVATIVES = 12_000
@@ -277,7 +277,7 @@ class Tracing:
         expansion = Expansion()
         places = {role: list(outputs) for role, outputs in roles.items()}
         values = {role: expansion.of(list(outputs.values())) for role, outputs in roles.items()}
-        self.slots = Slots(len(self.index))
+        self.slots = DerivedParameters(len(self.index))
         for outputs in values.values():
             self.slots.claim(outputs)
         self.programs = {

@@ -31,7 +31,7 @@ from clearance.stepping.state import LOG_COLUMNS
 from clearance.sweeping.ideal import rate_of, stretched, unit_motion
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.spread import Irregular, Spread, leaves_of
-from clearance.tracing.asking import Answerer
+from clearance.tracing.callback import Callback
 
 MOST = 4_000_000  # numbers of a run's output that a family keeps
 #: parts of the paths of outputs that every run is judged by
@@ -357,7 +357,7 @@ def _check(run: Run, turns: float | None) -> None:
     """Raise Irregular for runs that cannot share a memory."""
     mechanism, layout = run.mechanism, run.mechanism.layout
     if (
-        any(isinstance(source, Answerer) for source in mechanism.sources.values())
+        any(isinstance(source, Callback) for source in mechanism.sources.values())
         or layout.remembering
     ):
         raise Irregular("a film is solved as the run goes or remembers")

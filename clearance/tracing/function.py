@@ -7,7 +7,7 @@ as functions.
 from collections.abc import Callable
 from functools import cached_property
 
-from clearance.tracing.asking import KEEP, SLOPES, VALUE
+from clearance.tracing.callback import KEEP, SLOPES, VALUE
 from clearance.tracing.trace import Scalar, Trace, is_number, live
 
 #: operations up to which a function becomes part of its callers
@@ -88,7 +88,7 @@ class Function(Differentiable):
         return self.operations <= SHORT
 
 
-class Inside(Function):
+class SubTrace(Function):
     """A function whose arguments stand for values of the trace around it, in the order in which
     they are met.
     """
@@ -219,7 +219,7 @@ def _form(kind: type) -> str:
 
 class Answer:
     """An answer of Python to a kernel, through a block of the parameter vector
-    (tracing/asking.py).
+    (tracing/callback.py).
 
     Arguments: where the block begins, then its inputs. outputs: number of the values that are
     needed;

@@ -21,8 +21,8 @@ from threading import RLock
 from types import ModuleType
 from typing import ClassVar
 
-from clearance.tracing.asking import KEEP
-from clearance.tracing.function import Answer, Function, Inside, Loop, Opaque
+from clearance.tracing.callback import KEEP
+from clearance.tracing.function import Answer, Function, Loop, Opaque, SubTrace
 from clearance.tracing.trace import (
     BINARY,
     COMPARISONS,
@@ -465,7 +465,7 @@ class Execution:
         if is_number(enter) and not enter:
             return variables
         names = sorted(_set(node))
-        step = Inside(f"{_name(self.function)}_step")
+        step = SubTrace(f"{_name(self.function)}_step")
         state = {n: step.argument() for n in names}
         inner = copy.copy(self)
         inner.trace = step.trace

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from clearance import store
-from clearance.tracing.asking import answered
+from clearance.tracing.callback import answered
 from clearance.tracing.emission import Program, called, function_text, kernel_text
 from clearance.tracing.function import Function, Opaque
 from clearance.tracing.interpreter import parsed

@@ -3,8 +3,8 @@
 Mechanics written with `+ - * /`, `sqrt`, `sin`, `cos` runs on plain floats or on traced scalars
 alike; so do laws, whose source the interpreter executes. A trace folds constants, drops structural
 zeros, shares common terms and differentiates forward with sparse seeds. What depends on parameters
-only becomes a derived parameter, see `Slots`. The graph is written as Python by `emission` and as
-LLVM IR by `ir`.
+only becomes a derived parameter, see `DerivedParameters`. The graph is written as Python by
+`emission` and as LLVM IR by `ir`.
 """
 
 import math
@@ -542,7 +542,7 @@ def live(
     return sorted(needed, key=lambda s: s.index)
 
 
-class Slots:
+class DerivedParameters:
     """Derived parameters: values of parameters only, computed once and read from `par` behind the
     numbers.
     """

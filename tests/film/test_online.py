@@ -23,8 +23,8 @@ from clearance.mechanism.build import build
 from clearance.options import Span
 from clearance.run import Run
 from clearance.simulation import dear
-from clearance.tracing import asking
-from clearance.tracing.asking import KEEP, SLOPES, VALUE, Answerer, answered
+from clearance.tracing import callback
+from clearance.tracing.callback import KEEP, SLOPES, VALUE, Callback, answered
 
 C = 1e-4
 JOINT = FilmJoint(radius=0.01, clearance=C, length=0.02, viscosity=0.05)
@@ -44,21 +44,21 @@ class TestAsking:
         return block
 
     def test_values_only(self):
-        teller = Answerer(3, 2, answer)
+        teller = Callback(3, 2, answer)
         block = self.letter(teller, VALUE)
         block[5:] = -1.0
         assert teller.fill(block) == 0.0
         assert list(block[5:]) == [6.0, -1.0, -1.0, -1.0, 60.0, -1.0, -1.0, -1.0]
 
     def test_slopes_too(self):
-        teller = Answerer(3, 2, answer)
+        teller = Callback(3, 2, answer)
         block = self.letter(teller, SLOPES, (0.5, 0.0, 2.0))
         teller.fill(block)
         assert list(block[5:]) == [6.5, 1.0, 2.0, 3.0, 65.0, 10.0, 20.0, 30.0]
 
     def test_keeping_answers_nothing(self):
         heard = []
-        teller = Answerer(3, 2, lambda wanted, inputs: heard.append((wanted, inputs)))
+        teller = Callback(3, 2, lambda wanted, inputs: heard.append((wanted, inputs)))
         block = self.letter(teller, KEEP, (1.0, 2.0, 3.0))
         before = block.copy()
         teller.fill(block)
@@ -67,7 +67,7 @@ class TestAsking:
 
     def test_letter_inside_a_vector(self):
         """As kernels have it: other numbers before and after stay as they are."""
-        teller = Answerer(3, 2, answer)
+        teller = Callback(3, 2, answer)
         data = np.full(30, 7.0)
         data[4 : 4 + len(teller.numbers)] = teller.numbers
         assert answered(data, 4, SLOPES, (1.0, 1.0, 1.0), 2) == (6.0, 60.0)
@@ -82,24 +82,24 @@ class TestAsking:
         def fails(wanted, inputs):
             raise failure
 
-        teller = Answerer(3, 2, fails)
+        teller = Callback(3, 2, fails)
         block = self.letter(teller, SLOPES)
         teller.fill(block)
         assert np.isnan(block[5:]).all()
         assert teller.failure is failure
 
     def test_an_answerer_that_is_gone_is_not_called(self):
-        teller = Answerer(3, 2, answer)
+        teller = Callback(3, 2, answer)
         block = np.array(teller.numbers)
         del teller
         gc.collect()
         with pytest.raises(KeyError):
             answered(block, 0, VALUE, (1.0, 1.0, 1.0), 2)
-        assert int(block[0]) not in asking._answerers
+        assert int(block[0]) not in callback._callbacks
 
     def test_address_is_exact_in_a_float(self):
         """Addresses of user space have 47 bits, a float 53."""
-        teller = Answerer(3, 2, answer)
+        teller = Callback(3, 2, answer)
         assert int(teller.numbers[0]) == teller.address
 
 

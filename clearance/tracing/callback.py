@@ -12,10 +12,10 @@ from collections.abc import Callable
 
 # requests: outputs; their derivatives by the inputs too; store this state
 VALUE, SLOPES, KEEP = 1.0, 2.0, 3.0
-_answerers: "weakref.WeakValueDictionary[int, Answerer]" = weakref.WeakValueDictionary()
+_callbacks: "weakref.WeakValueDictionary[int, Callback]" = weakref.WeakValueDictionary()
 
 
-class Answerer:
+class Callback:
     """The callback of one block. `answer(wanted, inputs)` returns an array (outputs, 1 + inputs):
     values, then derivatives.
 
@@ -30,7 +30,7 @@ class Answerer:
         self.over = False
         self._called = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64)(self._by_address)
         self.address = ctypes.cast(self._called, ctypes.c_void_p).value
-        _answerers[self.address] = self
+        _callbacks[self.address] = self
         import numpy as np
 
         self.numbers = np.zeros(2 + inputs + outputs * (1 + inputs))
@@ -76,7 +76,7 @@ def answered(data, start, wanted, inputs, outputs):
     block = data[int(start) :]
     block[1] = wanted
     block[2 : 2 + len(inputs)] = inputs
-    _answerers[int(block[0])].fill(block)
+    _callbacks[int(block[0])].fill(block)
     begin, width = 2 + len(inputs), 1 + len(inputs)
     places = outputs if isinstance(outputs, list) else [begin + k * width for k in range(outputs)]
     return tuple(float(block[place]) if wanted != KEEP else 0.0 for place in places)
@@ -85,4 +85,4 @@ def answered(data, start, wanted, inputs, outputs):
 answered.answers = True  # not read as source text
 
 
-__all__ = ["KEEP", "SLOPES", "VALUE", "Answerer", "answered"]
+__all__ = ["KEEP", "SLOPES", "VALUE", "Callback", "answered"]
