@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 
 from clearance.diagnosis import Diagnosis
-from clearance.evidence.problem import timed_trajectory
 from clearance.evidence.variants import reduced
 from clearance.mechanism.build import build
 from clearance.options import Solver, Span, choose_method
@@ -116,10 +115,10 @@ def _loop(scene: Scene, ledger: bool, outputs: bool) -> Callable[[], tuple[float
 
     def measured() -> tuple[float, int]:
         run = Run(mechanism, span, Solver(RTOL), outputs)
-        _, code, cpu = timed_trajectory(run)
+        code = run.trajectory()[2]
         if code != status.DONE:
             raise ValueError(f"cannot measure the cost: {Diagnosis(run).failure(code)}")
-        return cpu, int(run.state.steps)
+        return run.cpu, int(run.state.steps)
 
     return measured
 

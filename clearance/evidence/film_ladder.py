@@ -13,7 +13,6 @@ import numpy as np
 
 from clearance import choices
 from clearance.catalogue import find_case
-from clearance.evidence.problem import timed_trajectory
 from clearance.film import bands, fem
 from clearance.film.bearing import Bearing
 from clearance.film.tabulated import table_film
@@ -240,8 +239,8 @@ def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
     at, seconds = mechanism.places[joint], []
     while len(seconds) < REPEATS + 1 and sum(seconds) < 2.0:
         run = Run(mechanism, Span(turns * scene.turn, SAMPLES), Solver(rtol), outputs=False)
-        rows, _, spent = timed_trajectory(run)
-        seconds.append(spent)
+        _, rows, _ = run.trajectory()
+        seconds.append(run.cpu)
     steps = int(run.state.steps)
     return rows[:, at : at + 2] / joint.clearance, statistics.median(seconds[1:] or seconds), steps
 

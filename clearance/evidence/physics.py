@@ -13,7 +13,6 @@ import numpy as np
 from clearance import checks
 from clearance.catalogue import Case
 from clearance.choices import CONTACTS, FILMS, TRANSITIONS
-from clearance.evidence.problem import timed_trajectory
 from clearance.mechanism.build import build
 from clearance.options import Span
 from clearance.results import save_tables
@@ -156,7 +155,8 @@ def _seconds(scene: Scene, span: dict) -> float:
     seconds = []
     for _ in range(REPEATS + 1):
         run = Run(mechanism, Span(until, samples))
-        seconds.append(timed_trajectory(run)[2])
+        run.trajectory()
+        seconds.append(run.cpu)
     return statistics.median(seconds[1:])
 
 

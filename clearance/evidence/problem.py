@@ -4,7 +4,6 @@ one error measure.
 
 import dis
 import math
-import time
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,14 +25,6 @@ PARTED = 1e-2
 
 class NotSolved(RuntimeError):
     """A solver gave up or cannot do the scene; the message states why."""
-
-
-def timed_trajectory(run: Run) -> tuple[np.ndarray, int, float]:
-    """Rows and last status code of a run, and its CPU time [s], on which other work has little
-    influence."""
-    began = time.thread_time()
-    _, rows, code = run.trajectory()
-    return rows, code, time.thread_time() - began
 
 
 @dataclass(frozen=True)
@@ -99,15 +90,15 @@ class Problem:
     def own(
         self, method: str, rtol: float, displacement: float = 0.0, max_steps: int | None = None
     ) -> Solution:
-        """Solved by a stepper of this package, warm; seconds are those of the compiled loop."""
+        """Solved by a stepper of this package, warm; seconds are CPU time of the compiled loop."""
         span = Span(self.until, self.times.size)
         run = Run(self.mechanism, span, Solver(rtol, method, max_steps=max_steps), outputs=False)
         run.state.y[:] = self.start(displacement)
-        rows, code, seconds = timed_trajectory(run)
+        _, rows, code = run.trajectory()
         if code != status.DONE:
             raise NotSolved(f"at t = {run.state.time:.6g} s: {status.MESSAGES[code]}")
         return Solution(
-            rows, seconds, int(run.state.steps), int(run.state.evaluations), run.contact_count
+            rows, run.cpu, int(run.state.steps), int(run.state.evaluations), run.contact_count
         )
 
     def distance(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
