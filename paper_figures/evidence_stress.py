@@ -1,7 +1,7 @@
 """Stiff and extreme runs of the feeder: every cell done, with its energy residual, or stopped for a
 named reason.
 
-Group: evidence
+Group: measured
 
 Answers: no figure of a source; it is the check of numerical stability on stiff and extreme cases.
 

@@ -44,10 +44,10 @@ GROUPS = {
     "ball joint": "Ball joint (Pfitzer et al. 2025)",
     "joints": "Models and dynamics of joints with clearance and friction",
     "evidence": "Evidence of the code",
-    "measured": "Run times of this machine",
+    "measured": "Measurements of the code",
 }
-#: the group whose figures measure run times: they are drawn where they are named or asked for,
-#: one at a time
+#: the group whose figures measure the code, most of them its run times: they are drawn where they
+#: are named or asked for, one at a time
 TIMED = "measured"
 #: paragraphs of a script's docstring: one of GROUPS, what of the source it answers, what is
 #: reproduced, what had to be assumed, and what cannot be compared because the source gives no

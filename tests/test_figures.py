@@ -204,7 +204,7 @@ def test_figures_that_measure_are_drawn_where_they_are_asked_for(tmp_path, monke
         figures_command, "_draw", lambda options, names, folder: print(*names, sep="\n") or []
     )
     measured = [n for n in NAMES if workshop.about(n)[1]["Group"] == workshop.TIMED]
-    assert {"evidence_work_precision", "wear_jumps"} <= set(measured)
+    assert {"evidence_stress", "evidence_work_precision", "wear_jumps"} <= set(measured)
     rest = [n for n in NAMES if n not in measured]
     for words, names in (
         ([], rest),

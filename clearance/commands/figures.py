@@ -16,7 +16,7 @@ from clearance.interrupts import end_groups, lead_group, terminable
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
-  clearance figures -o figures                   all but those that measure run times
+  clearance figures -o figures                   all but those that measure the code
   clearance figures --measure -o figures         these too, one at a time
   clearance figures 'feeder_*' sweep_map         some, in the order given
   clearance figures --quick -o preview           coarse previews of all
@@ -42,7 +42,7 @@ def add(commands) -> argparse.ArgumentParser:
         "names",
         metavar="NAME",
         nargs="*",
-        help="figures or patterns such as 'feeder_*' (default: all that measure no run time)",
+        help="figures or patterns such as 'feeder_*' (default: all but those of --measure)",
     )
     p.add_argument(
         "-o", dest="output", metavar="DIR", default="figures", help="folder (default figures)"
@@ -63,7 +63,7 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--measure",
         action="store_true",
-        help="also the figures that measure run times of this machine",
+        help="also the figures that measure the code: run times, scaling, extremes",
     )
     p.add_argument("--list", action="store_true", help="only say which there are")
     p.add_argument(
@@ -169,7 +169,7 @@ def _side_by_side(options, names: list[str], folder: Path, line: Line, done: Cal
 
 
 def _timed(name: str) -> bool:
-    """True for a figure that measures run times."""
+    """True for a figure that measures the code, most of them run times."""
     from clearance.paper_figures import workshop
 
     return workshop.about(name)[1]["Group"] == workshop.TIMED
