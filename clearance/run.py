@@ -23,6 +23,8 @@ from clearance.starting import end_state, state_from
 from clearance.stepping import status
 from clearance.stepping.state import (
     CLEARANCE,
+    CONTACT,
+    CONTACTS,
     COORDINATE,
     FUNCTIONS,
     IMPACT_SPEED,
@@ -117,8 +119,14 @@ class Run:
             solver.method == "auto" and self.method == "dop853" and mechanism.size > 0
         )
         state.contacts[:, KIND] = [spot.kind for _, spot in mechanism.spots]
+        state.first_touches = self._first_touches
         state.contacts[:, COORDINATE] = [mechanism.places.get(e, -1) for e, _ in mechanism.spots]
         return state
+
+    @property
+    def _first_touches(self) -> int:
+        """Number of spots whose contacts have a first touch."""
+        return sum(spot.kind == CONTACT for _, spot in self.mechanism.spots)
 
     def start_from(self, start: Record | str | Path) -> None:
         """Begin in another state than the scene's. Raises ValueError as `state_from` does."""
@@ -144,12 +152,14 @@ class Run:
         self.roles = kernel_roles(mechanism, method)
         if not self.outputs:
             self.roles.remove("observe")
-        # the loop takes a kernel for every role; one that is not needed is never called, so any
+        # the loop takes a function for every role; one that is not needed is never called, so any
         # will do
         functions = {
             role: mechanism.kernel(role if role in self.roles else "rhs") for role in KERNELS
         }
         functions |= {name: getattr(stepper, name) for name in STEPPER}
+        touching = import_module("clearance.stepping.contacts") if self._first_touches else None
+        functions |= {name: getattr(touching, name, stepper.step) for name in CONTACTS}
         if not self.outputs:
             functions["observe"] = self.loop.copy_state
         self.functions = {name: store.address(f, FUNCTIONS[name]) for name, f in functions.items()}

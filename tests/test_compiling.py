@@ -1,7 +1,10 @@
 """The compiling of the time loop: announced, and each function once."""
 
 import gc
+import json
 import logging
+import subprocess
+import sys
 
 import numba
 import numpy as np
@@ -104,3 +107,18 @@ def test_a_roomy_frame_has_room_for_thousands_of_others():
     assert usual < 20
     assert roomy.__code__.co_stacksize >= 16 * 2048
     assert (roomy(), roomy.__doc__) == (60, "The text.")
+
+
+def test_scenes_without_a_first_touch_leave_out_the_search_for_it():
+    """The module of contact events is loaded, and so compiled, by the dry scene only."""
+    code = """
+import sys, json
+import clearance as cl
+loaded = []
+for model in ("ideal", "dry"):
+    cl.simulate(cl.load_case("slider_crank", model=model), turns=0.1, error=None)
+    loaded.append("clearance.stepping.contacts" in sys.modules)
+print(json.dumps(loaded))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout) == [False, True]

@@ -14,6 +14,7 @@ import math
 from clearance.stepping.state import (
     CHANNEL,
     EARLIER,
+    IMPACT_SPEED,
     JOINT,
     LAST,
     MIDDLE,
@@ -22,14 +23,17 @@ from clearance.stepping.state import (
     PEAKS,
     SEARCHED,
     SIGN,
+    SINCE,
     TOUCHING,
     VALUE,
     WHEN,
     evaluate,
     interpolate,
+    rate_of,
 )
 from clearance.stepping.types import inline, shared
 
+FREE = -1.0  # in the place of the impact speed: this joint is not in contact
 ROUNDS = 3  # parabolas for one extreme, at most
 CLOSER = 0.1  # half the width of a parabola over that of the one before
 # share of a parabola's half width: a summit that moved by less since the one before stays
@@ -242,3 +246,12 @@ def contact_peak(s, joint, which):
     value = s.peaks[row + which, VALUE]
     s.peaks[row + which, VALUE] = -math.inf
     return value
+
+
+@shared
+def touch(s, joint, t, values):
+    """Start the contact of a joint; `values` are the contact quantities at this moment."""
+    contact = s.contacts[joint]
+    contact[TOUCHING], contact[SINCE] = 1.0, t
+    contact[IMPACT_SPEED] = max(rate_of(values, joint), 0.0)
+    s.work[joint] = contact[IMPACT_SPEED]

@@ -52,6 +52,7 @@ FLOATS = (
     "convergence",  # of Newton's method: rate / (1 - rate) of its last step
     "newton_rate",  # of convergence
     "effort",  # safety factor of the next step, from the iterations of the last
+    "made",  # the step that ends on a contact's start or end [s]; 0: at once, negative: it failed
     "stiffness",  # step times the largest eigenvalue felt
 )
 #: numbers of a run that are integers
@@ -77,6 +78,8 @@ INTEGERS = (
     "impacts_filled",
     "stretches",  # finished
     "flips",  # changes of contacts without advance in time
+    "first_touches",  # spots whose contacts have a first touch
+    "met",  # spot whose contact starts or ends where the step ends, -1: none
     "failed_joint",  # spot whose journal left its film, -1: none
     "last_refusal",  # why a step was rejected last
     "refusals",  # one after another
@@ -161,11 +164,12 @@ def layout(
 #: number of rows in use -> arrays of output that have so many
 BUFFERS = {"rows_filled": ("times", "rows"), "log_filled": ("log",), "impacts_filled": ("impacts",)}
 NUMBERS = {*FLOATS, *INTEGERS}
-STEPPER, KERNELS = (
+STEPPER, CONTACTS, KERNELS = (
     ("step", "interpolant"),
+    ("meet", "swap"),
     ("rhs", "jacobian", "events", "commit", "observe", "follow"),
 )
-FUNCTIONS = dict.fromkeys(STEPPER, STEP) | dict.fromkeys(KERNELS, KERNEL)
+FUNCTIONS = dict.fromkeys(STEPPER + CONTACTS, STEP) | dict.fromkeys(KERNELS, KERNEL)
 STATE = Record(
     "of a run",
     FUNCTIONS | {"par": VECTOR},

@@ -1,0 +1,239 @@
+"""Contacts with a first touch: where one starts or ends inside a step, the step ends there.
+
+The loop calls `meet` and `swap` by their addresses, and only where a scene has such contacts:
+others do not compile this module.
+"""
+
+import math
+
+from clearance.stepping.locating import FREE, contact_peak, touch
+from clearance.stepping.state import (
+    CONTACT,
+    IMPACT_SPEED,
+    KIND,
+    SINCE,
+    TOUCHING,
+    attempt,
+    copy,
+    depth_of,
+    evaluate,
+    interpolate,
+    invalidate,
+    rate_of,
+    state_at,
+)
+from clearance.stepping.types import STEP_SIGNATURE, compiled, inline, shared
+
+PROBES = 8  # interior places where a step is searched for contact
+ALIGNMENTS = 60  # steps made to end one on an event, at most
+RESOLVED = 1e-15  # share of the time below which two events are one
+
+
+@shared
+def probe(s, t, h, theta):
+    """Penetration, its rate and the contact force of every joint at theta of the last step, into
+    s.inside.
+    """
+    evaluate(s, theta)
+    s.events(t + theta * h, s.trial, s.par, s.work, s.inside)
+
+
+@shared
+def summit(s, t, h, joint, low, high, wanted):
+    """theta of the deepest (for `wanted` < 0: the shallowest) place between two probes, where the
+    rate changes its sign.
+    """
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        probe(s, t, h, middle)
+        if rate_of(s.inside, joint) * wanted > 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+@shared
+def crossing(s, t, h, joint, low, high, wanted):
+    """theta between low and high where the penetration of a joint changes its sign. `wanted` is the
+    sign at high.
+    """
+    for _ in range(60):
+        if high - low < 1e-15:
+            break
+        middle = 0.5 * (low + high)
+        probe(s, t, h, middle)
+        if depth_of(s.inside, joint) * wanted > 0.0:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@shared
+def near_contact(s, h):
+    """True where a contact could start or end inside a step, from values and rates at its ends."""
+    for j in range(s.contacts.shape[0]):
+        if s.contacts[j, KIND] != CONTACT:
+            continue
+        reach = h * max(abs(rate_of(s.before, j)), abs(rate_of(s.after, j)))
+        if s.contacts[j, TOUCHING] > 0.0:
+            near = min(depth_of(s.before, j), depth_of(s.after, j)) - reach < -s.band[j]
+        else:
+            near = max(depth_of(s.before, j), depth_of(s.after, j)) + reach > s.band[j]
+        if near:
+            return True
+    return False
+
+
+@shared
+def event_of(s, t, h, joint, low, high):
+    """theta of the first start or end of one joint's contact between two probes, 2.0 if none.
+
+    s.probed holds the values at low. A touch that begins and ends between the probes shows by its
+    rate changing sign.
+    """
+    wanted = -1.0 if s.contacts[joint, TOUCHING] > 0.0 else 1.0
+    probe(s, t, h, high)
+    value, end = depth_of(s.inside, joint) * wanted, high
+    if (
+        value <= s.band[joint]
+        and rate_of(s.probed, joint) * wanted > 0.0
+        and rate_of(s.inside, joint) * wanted < 0.0
+    ):
+        end = summit(s, t, h, joint, low, high, wanted)
+        probe(s, t, h, end)
+        value = depth_of(s.inside, joint) * wanted
+    if value <= s.band[joint]:
+        return 2.0
+    return crossing(s, t, h, joint, low, end, wanted)
+
+
+@shared
+def first_event(s, t, h):
+    """(joint, theta) of the first contact start or end inside the last step; joint -1 if there is
+    none.
+    """
+    joints = s.contacts.shape[0]
+    probe(s, t, h, 0.0)
+    copy(s.inside, s.probed)
+    for p in range(PROBES):
+        best_joint, best = -1, 2.0
+        for j in range(joints):
+            if s.contacts[j, KIND] == CONTACT:
+                theta = event_of(s, t, h, j, p / PROBES, (p + 1) / PROBES)
+                if theta < best:
+                    best_joint, best = j, theta
+        if best_joint >= 0:
+            return best_joint, best
+        probe(s, t, h, (p + 1) / PROBES)
+        copy(s.inside, s.probed)
+    return -1, 2.0
+
+
+@shared
+def nudge(s, t, shift):
+    """Move the end of the step by a time so short that the tangent is exact to rounding."""
+    for i in range(s.y.size):
+        s.y_new[i] += shift * s.f_new[i]
+    s.rhs(t, s.y_new, s.par, s.work, s.f_new)
+    s.evaluations += 1
+    s.events(t, s.y_new, s.par, s.work, s.after)
+
+
+@shared
+def aligned(s, t, h, event, theta):
+    """Make the step again so that it ends on the event.
+
+    Returns (its size, whether the event is at its end).
+
+    The size is that of the step made last, moved by no more than `nudge` can: clock and state never
+    part. It is 0 where the event is at the very start, negative where the step failed. Newton's
+    method on the penetration at the end, or bisection where that leaves the bracket. A step that
+    does not reach the event, as at a graze, ends without one.
+    """
+    wanted = -1.0 if s.contacts[event, TOUCHING] > 0.0 else 1.0
+    size, low, high, passed = theta * h, 0.0, h, False
+    made, value = 0.0, 0.0
+    for _ in range(ALIGNMENTS):
+        invalidate(s)
+        if size <= RESOLVED * max(abs(t), h):
+            return 0.0, True
+        if attempt(s, t, size) != 0 or s.error > 1.0:
+            return -size, False
+        made = size
+        s.events(t + size, s.y_new, s.par, s.work, s.after)
+        value, rate = wanted * depth_of(s.after, event), wanted * rate_of(s.after, event)
+        if abs(value) <= 1e-2 * s.band[event]:
+            return size, True
+        if value > 0.0:
+            high, passed = size, True
+        else:
+            low = size
+        shift = -value / rate if rate > 0.0 else math.inf
+        if abs(shift) < min(1e-6, 1e-3 * s.rtol) * size:
+            nudge(s, t + size, shift)
+            return size + shift, True
+        if not low < size + shift < high:
+            if not passed or high - low <= RESOLVED * max(abs(t), h):
+                return size, value > 0.0
+            shift = 0.5 * (low + high) - size
+        size += shift
+    return made, value > 0.0
+
+
+@shared
+def switch(s, joint, t, values):
+    """Start or end the contact of a joint; `values` are the contact quantities at this moment."""
+    contact = s.contacts[joint]
+    if contact[TOUCHING] > 0.0:
+        row = s.impacts[s.impacts_filled]
+        row[0], row[1], row[2] = joint, contact[SINCE], contact[IMPACT_SPEED]
+        row[3], row[4] = contact_peak(s, joint, 0), contact_peak(s, joint, 1)
+        row[5], row[6] = t - contact[SINCE], -rate_of(values, joint)
+        s.impacts_filled += 1
+        contact[TOUCHING], s.work[joint] = 0.0, FREE
+    else:
+        touch(s, joint, t, values)
+
+
+@inline
+def crosses(s, joint, values):
+    """True where a contact starts or ends at this moment, within the dead band."""
+    if s.contacts[joint, KIND] != CONTACT or abs(depth_of(values, joint)) > s.band[joint]:
+        return False
+    rate = rate_of(values, joint)
+    return rate < 0.0 if s.contacts[joint, TOUCHING] > 0.0 else rate > 0.0
+
+
+@compiled(STEP_SIGNATURE)
+def meet(address, t, h):
+    """Look for the first start or end of a contact inside the step just made; 1 where there is one.
+
+    The step is then made again: `made` is its size [s], `met` the spot that it ends on, or -1.
+    """
+    s = state_at(address)
+    if not near_contact(s, h):
+        return 0
+    interpolate(s, t, h)
+    event, theta = first_event(s, t, h)
+    if event < 0:
+        return 0
+    s.made, reached = aligned(s, t, h, event, theta)
+    s.met = event if reached else -1
+    return 1
+
+
+@compiled(STEP_SIGNATURE)
+def swap(address, t, h):
+    """Start or end the contact that was met, at time t.
+
+    All others that cross their wall at this very moment switch with it: a level block touches with
+    two corners.
+    """
+    s = state_at(address)
+    switch(s, s.met, t, s.after)
+    for j in range(s.contacts.shape[0]):
+        if j != s.met and crosses(s, j, s.after):
+            switch(s, j, t, s.after)
+    return 0
