@@ -86,7 +86,8 @@ def simulate(
         "rodas5p" (linearly implicit, order 5), "radau5", "radau9" (implicit, order 5 and 9) and
         "radau" (one of these two, by rtol). samples_per_turn (in all, where nothing turns evenly)
         or samples (in all): output rows.
-    path: write the HDF5 file there while running (default: a temporary file, see Result.save).
+    path: write the HDF5 file there. That of a short run is written at its end. Without a path a
+        short result stays in memory, a large one in a temporary file, see Result.save.
         energy: integrate the energy ledger. max_step: longest step [s] (default a 24th of a turn,
         or of the span); give one where loads act more briefly than that. max_steps: give up after
         so many. progress: called with the done share of the span.

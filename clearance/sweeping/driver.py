@@ -26,7 +26,7 @@ from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.index import Sweep, outcomes, verified
+from clearance.sweeping.index import MISSING, Sweep, standing
 from clearance.sweeping.journal import ALONE, DONE, FAILED, LOST, WAITING, Journal, Outcome
 from clearance.sweeping.made import (
     common,
@@ -431,7 +431,8 @@ class _Driver:
         if not changed:
             return
         words = (
-            f"{self.folder} has {len(done)} finished points, and since then: {'; '.join(changed)}"
+            f"{self.folder} has {self.counts[DONE]} finished points, and since then: "
+            f"{'; '.join(changed)}"
         )
         if not accept_changes:
             more = "with --accept-changes (accept_changes=True) the rest is run all the same"
@@ -458,23 +459,13 @@ class _Driver:
         )
 
     def _pending(self, retry_failed: bool) -> tuple[list[Outcome], list[int]]:
-        """Outcomes that are known, and points that are to be run."""
-        listed, _ = outcomes(self.folder, self.definition, summed=False)
-        done = {}
-        for outcome in verified(self.folder, self.definition, listed):
-            done[outcome.index] = outcome
-            if outcome.status != LOST:
-                self.counts[outcome.status] += 1
-        again = (LOST, FAILED) if retry_failed else (LOST,)
-        pending = [
-            i
-            for i in range(len(self.definition.points))
-            if i not in done or done[i].status in again
-        ]
-        for i in pending:
-            if i in done and done[i].status != LOST:
-                self.counts[done[i].status] -= 1
-        return list(done.values()), pending
+        """Outcomes that stand for those known, and points that are to be run."""
+        status, examples = standing(self.folder, self.definition)
+        again = (MISSING, LOST, FAILED) if retry_failed else (MISSING, LOST)
+        pending = np.flatnonzero(np.isin(status, again)).tolist()
+        for word in (DONE, FAILED):
+            self.counts[word] += int((status == word).sum()) if word not in again else 0
+        return examples, pending
 
     def _in_lanes(
         self, pending: list[int], workers: int | None, scheduler: str | None

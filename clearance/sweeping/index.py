@@ -294,23 +294,18 @@ def _from_journal(folder: Path, definition: definitions.Definition) -> Numbers |
     entries = list(journals.entries(folder / "journal.jsonl"))
     if definition.files or not any(isinstance(entry, Block) for entry in entries):
         return None
-    count, keys = len(definition.keys), np.array(definition.keys)
+    count = len(definition.keys)
     status, reason = np.full(count, MISSING, dtype="U7"), np.full(count, "", dtype=object)
     costs = {n: np.zeros(count) for n in RUN_COLUMNS}
     metrics: dict[str, np.ndarray] = {}
     described: dict[str, tuple[str, str]] = {}
-    for entry in entries:
+    for entry, there, at in _placed(entries, definition):
         described |= entry.known
         if isinstance(entry, Outcome):
-            places, own_keys = np.array([entry.index]), [entry.key]
             given = {n: np.array([v]) for n, v in entry.metrics.items()}
             spent = {n: np.array([getattr(entry, n)], float) for n in RUN_COLUMNS}
         else:
-            places, own_keys = entry.columns["index"].astype(int), entry.keys
             given, spent = entry.metrics, {n: entry.columns[n] for n in RUN_COLUMNS}
-        there = places < count
-        there[there] = keys[places[there]] == np.array(own_keys)[there]
-        at = places[there]
         status[at] = entry.status if isinstance(entry, Outcome) else DONE
         reason[at] = entry.reason if isinstance(entry, Outcome) else ""
         for name, values in spent.items():
@@ -320,6 +315,54 @@ def _from_journal(folder: Path, definition: definitions.Definition) -> Numbers |
         for name, values in given.items():
             metrics.setdefault(name, np.full(count, np.nan))[at] = values[there]
     return status.astype(str), reason.astype(str), costs, metrics, described
+
+
+def _placed(
+    entries: Iterable[Outcome | Block], definition: definitions.Definition
+) -> Iterator[tuple[Outcome | Block, np.ndarray, np.ndarray]]:
+    """Entries of a journal, which of their points the sweep has, and the places of these."""
+    keys = np.array(definition.keys)
+    for entry in entries:
+        if isinstance(entry, Outcome):
+            places, own_keys = np.array([entry.index]), [entry.key]
+        else:
+            places, own_keys = entry.columns["index"].astype(int), entry.keys
+        there = places < len(keys)
+        there[there] = keys[places[there]] == np.array(own_keys)[there]
+        yield entry, there, places[there]
+
+
+def standing(folder: Path, definition: definitions.Definition) -> tuple[np.ndarray, list[Outcome]]:
+    """Status of each point, and outcomes that stand for all of them: of points that ran together
+    one. A million points make no object each.
+    """
+    status = np.full(len(definition.keys), MISSING, dtype="U7")
+    if not definition.files:
+        owner = np.full(status.size, -1)
+        entries: list[Outcome | tuple[str, dict]] = []
+        for entry, _, at in _placed(journals.entries(folder / "journal.jsonl"), definition):
+            owner[at] = len(entries)
+            entries.append(entry if isinstance(entry, Outcome) else (DONE, entry.made))
+            status[at] = entry.status if isinstance(entry, Outcome) else DONE
+        if (owner >= 0).any():
+            owners, points = np.unique(owner, return_index=True)
+            pairs = zip(owners.tolist(), points.tolist(), strict=True)
+            return status, [
+                _standing(entries[owner], point, definition) for owner, point in pairs if owner >= 0
+            ]
+    listed, _ = outcomes(folder, definition, summed=False)
+    examples = list(verified(folder, definition, listed))
+    for outcome in examples:
+        status[outcome.index] = outcome.status
+    return status, examples
+
+
+def _standing(entry: Outcome | tuple, point: int, definition: definitions.Definition) -> Outcome:
+    """The outcome of an entry of the journal; of a block that of one of its points."""
+    if isinstance(entry, Outcome):
+        return entry
+    status, made = entry
+    return Outcome(point, definition.keys[point], status, made=made)
 
 
 def _from_outcomes(

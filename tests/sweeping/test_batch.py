@@ -12,11 +12,11 @@ from clearance.catalogue import find_case
 from clearance.recording import MemorySink
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
-from clearance.sweeping import worker
+from clearance.sweeping import index, worker
 from clearance.sweeping.batch import Family
 from clearance.sweeping.driver import define
 from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.journal import Journal, Outcome, read
+from clearance.sweeping.journal import DONE, FAILED, LOST, Journal, Outcome, read
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.spread import Irregular, Spread
 
@@ -207,3 +207,28 @@ def test_few_points_are_not_worth_a_memory(tmp_path):
     together, alone = worker._together(swept.definition, "stamp", (0, 1))
     assert not together
     assert "too few points" in alone
+
+
+def test_points_that_are_known_make_no_object_each(tmp_path):
+    """Status of points as their outcomes have it: done together, alone, failed, lost, run again and
+    of another sweep; one outcome for each block.
+    """
+    points = cl.grid(speed=np.linspace(1.0, 2.0, 9))
+    defined = define("slider_crank", points, {}, [], 0, None, (), {"turns": 1.0})
+    keys, log = defined.keys, Journal(tmp_path)
+    made = {"text": "one"}
+
+    def ended(point, status=DONE, key=None, together=False):
+        key = keys[point] if key is None else key
+        return Outcome(point, key, status, metrics={"m": 1.0}, made=made, together=together)
+
+    log.add(ended(8, LOST), ended(7, FAILED), ended(0, FAILED))
+    log.add(*(ended(i, together=True) for i in (0, 1, 2)), ended(3, together=True, key="other"))
+    log.add(*(ended(i, together=True) for i in (2, 4)), ended(8))
+    log.close()
+    status, standing = index.standing(tmp_path, defined)
+    listed, _ = index.outcomes(tmp_path, defined, summed=False)
+    last = {o.index: o.status for o in listed}
+    assert status.tolist() == [last.get(i, index.MISSING) for i in range(9)]
+    assert {o.index: o.status for o in standing} == {7: FAILED, 0: DONE, 2: DONE, 8: DONE}
+    assert all(o.made == made and o.key == keys[o.index] for o in standing)
