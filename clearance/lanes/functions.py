@@ -251,15 +251,14 @@ class Functions:
     def atan2(self, y: Number, x: Number):
         up, along = self.size(y), self.size(x)
         steep = up > along
-        ratio = self.select(steep, along, up) / self.select(steep, up, along)
-        far = ratio > math.sqrt(2.0) - 1.0
-        u = self.select(far, (ratio - 1.0) / (ratio + 1.0), ratio)
+        small, tall = self.select(steep, along, up), self.select(steep, up, along)
+        far = small > tall * (math.sqrt(2.0) - 1.0)
+        u = self.select(far, small - tall, small) / self.select(far, small + tall, tall)
         z = u * u
         above, below = self.polynomial(z, ARCTANGENT), self.polynomial(z, ARCTANGENT_BELOW)
         angle = self.fma(u, z * above / below, u) + self.select(far, 0.25 * math.pi, 0.0)
         angle = self.select(steep, 0.5 * math.pi - angle, angle)
         angle = self.select(x < 0.0, math.pi - angle, angle)
-        tall = self.select(steep, up, along)
         return self.intrinsic("copysign", angle, y), self.between(SMALLEST, tall, LARGEST)
 
 

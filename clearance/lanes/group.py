@@ -75,7 +75,8 @@ class Points:
     y: start states with the ledger; scale: natural sizes of states; par: parameters, without
         tables; work: the work vector and one more; clearance, pull, rate_x, rate_y: of films
         (films, points); longest: step [s]; begin, until: of the window and of the run, turn: length
-        of a turn [s]; own: numbers that reductions may read.
+        of a turn [s]; own: numbers that reductions may read; tables: those of each point (points,
+        numbers), where they differ.
     """
 
     y: np.ndarray
@@ -88,6 +89,7 @@ class Points:
     until: np.ndarray
     turn: np.ndarray
     own: np.ndarray
+    tables: np.ndarray | None = None
 
     @property
     def turns(self) -> int:
@@ -119,7 +121,8 @@ class Group:
 
     channels: outputs that are looked at, to which the watch refers; data: parameter vector of one
         of them, with the tables behind; given: numbers of each sample (numbers, samples); shared:
-        places of the parameters that are the same in all runs.
+        places of the parameters that are the same in all runs; starts: those that point to tables,
+        where each run has its own.
     """
 
     def __init__(
@@ -133,13 +136,16 @@ class Group:
         given: np.ndarray,
         width: int | None = None,
         shared: Sequence[int] = (),
+        starts: Sequence[int] = (),
     ):
         self.shape, self.watch, self.samples, self.rtol = shape_of(mechanism), watch, samples, rtol
         self.structure, self.width = mechanism.structure, width or natural_width()
         self.data = np.append(mechanism.par, np.zeros(BLOCK))
-        self.given = np.ascontiguousarray(given, float).reshape(watch.given, -1)
-        tables = len(mechanism.layout.parameters) + mechanism.layout.derived
-        folding = Folding(mechanism.par, shared, tables)
+        self.given = np.ascontiguousarray(given, float).reshape(watch.given, samples)
+        self.starts = list(starts)
+        self.tables = len(mechanism.layout.parameters) + mechanism.layout.derived
+        known = sorted(set(shared) - set(starts))
+        folding = Folding(mechanism.par, known, len(mechanism.par) if starts else self.tables)
         self.engine: Engine = engine(
             mechanism.structure, self.shape, watch, channels, method, self.width, folding
         )
@@ -150,14 +156,22 @@ class Group:
         names = ["y", "scale", "par", "work", *NUMBERS, *(FILMS if self.shape.films else ())]
         return integers(place for n in names for place in self.engine.rows.places(n))
 
-    def _numbers(self, points: Points) -> np.ndarray:
+    def _placed(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
+        """Tables with those of the points behind them, and parameters that point there."""
+        if points.tables is None:
+            return self.data, points.par
+        par, (count, length) = points.par.copy(), points.tables.shape
+        par[self.starts] += len(self.data) - self.tables + length * np.arange(count)
+        return np.concatenate([self.data, points.tables.ravel(), np.zeros(BLOCK)]), par
+
+    def _numbers(self, points: Points, par: np.ndarray) -> np.ndarray:
         """Numbers of the points: (points, rows)."""
         count = len(points.until)
         rtol = np.full((1, count), self.rtol)
         parts = [
             points.y,
             points.scale,
-            points.par,
+            par,
             points.work,
             rtol,
             points.longest[None],
@@ -190,9 +204,11 @@ class Group:
         stored = self.samples if self.watch.tracks else 0
         tracks = np.zeros((count, len(self.watch.tracks), stored))
         extremes = np.zeros((count, points.turns, len(self.watch.quantities)))
+        data, par = self._placed(points)
         shared = {
             "where": self._where(),
-            "points": self._numbers(points),
+            "points": self._numbers(points, par),
+            "data": data,
             "spans": self._spans(points),
             "given": self.given,
             "gathered": gathered,
@@ -233,7 +249,6 @@ class Group:
             "at": integers(rows.first[name] for name in driver.ROWS),
             "rows": aligned(rows.total, width),
             "sides": sides,
-            "data": self.data,
             "blank": self._blank(),
             "common": integers(common),
             "waiting": waiting,
@@ -260,7 +275,8 @@ class Group:
 
     def rates(self, points: Points, y: np.ndarray) -> np.ndarray:
         """y' at t = 0 of all points for given states (size, points)."""
-        return self.engine.rates(points.par, points.work, y, self.data)
+        data, par = self._placed(points)
+        return self.engine.rates(par, points.work, y, data)
 
 
 def integers(values) -> np.ndarray:

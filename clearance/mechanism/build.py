@@ -258,6 +258,11 @@ def _sources(scene: Scene) -> dict:
     }
 
 
+def tables_of(scene: Scene) -> list[np.ndarray]:
+    """Numbers that laws read as a block, in the order of `_data`, shared ones once."""
+    return [s.numbers for s in {id(s): s for s in _sources(scene).values()}.values()]
+
+
 def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.ndarray]:
     """Numbers that laws read as a block, such as film tables; they stand behind all others, shared
     ones once.

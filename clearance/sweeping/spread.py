@@ -95,7 +95,7 @@ class Spread:
 
     scene: gives the scene of swept values; prepared: gives the run of them, not begun; columns:
         values of the swept numbers by name, (points,); share: of a number that it may be off; base:
-        a point to begin with, default in the middle.
+        a point to begin with, default in the middle; one_table: all points have the same tables.
     run: of the base. Raises Irregular.
     """
 
@@ -106,8 +106,10 @@ class Spread:
         columns: dict[str, np.ndarray],
         share: float = 0.0,
         base: dict[str, float] | None = None,
+        one_table: bool = True,
     ):
         self.scene_of, self.prepared, self.columns, self.share = scene, prepared, columns, share
+        self.one_table = one_table
         self.values = {name: np.unique(column) for name, column in columns.items()}
         middle = {name: values[len(values) // 2].item() for name, values in self.values.items()}
         self.base = base or middle
@@ -147,7 +149,8 @@ class Spread:
         mechanism, layout = run.mechanism, run.mechanism.layout
         described = leaves_of(mechanism.scene.description())
         texts = [(place, type(v) if type(v) is float else v) for place, v in described]
-        tables = [id(source) for source in mechanism.sources.values()]
+        films = mechanism.sources.values()
+        tables = [id(source) if self.one_table else 0 for source in films]
         starts = mechanism.par[len(layout.parameters) + layout.derived :]
         return (
             mechanism.structure,

@@ -109,7 +109,7 @@ class Summing:
     def given(self) -> np.ndarray:
         """Ideal motions at each sample, which reductions are given: (numbers, samples)."""
         rows = [row for pair in (self.ideal or {}).values() for row in pair]
-        return np.array(rows).reshape(len(rows), -1)
+        return np.array(rows).reshape(len(rows), self.span.samples)
 
     @property
     def watch(self) -> Watch:

@@ -16,7 +16,7 @@ import numpy as np
 from clearance import lanes
 from clearance.case import Case
 from clearance.lanes.group import Answers, Group, Points
-from clearance.mechanism.build import acceleration_of
+from clearance.mechanism.build import acceleration_of, tables_of
 from clearance.options import Span, longest_step
 from clearance.run import Run
 from clearance.scene import Scene
@@ -54,7 +54,7 @@ class Together:
         options: dict,
         settle: float | None,
     ):
-        self.columns, self.options = columns, options
+        self.columns, self.options, self.scene_of = columns, options, scene
         self.count = len(next(iter(columns.values())))
         first = {name: column[0].item() for name, column in columns.items()}
         tried: list[tuple[dict, Run]] = []
@@ -68,7 +68,9 @@ class Together:
         if reason := lanes.impossible(run.mechanism, run.method):
             raise Unsuited(reason)
         self.summing = Summing(run, settle)
-        self.spread = Spread(scene, prepared, columns, EXACT, first)
+        self.spread = Spread(scene, prepared, columns, EXACT, first, one_table=False)
+        films = [list(map(id, run.mechanism.sources.values())) for _, run in tried]
+        self.several = any(tables != films[0] for tables in films)
         if self.summing.ideal and self.spread.moves:
             raise Unsuited("the ideal motion depends on what is swept")
         self.run = self.spread.run
@@ -83,6 +85,7 @@ class Together:
             self.summing.wanted.channels,
             self.summing.given,
             shared=sorted(set(range(count)) - set(varying)),
+            starts=self._starts() if self.several else (),
         )
         self._compare(tried)
 
@@ -114,9 +117,21 @@ class Together:
             until=until,
             turn=turn,
             own=self._faster(parameters)[None] ** 2,
+            tables=self._tables(columns) if self.several else None,
         )
         self._film_rates(points)
         return points
+
+    def _starts(self) -> list[int]:
+        """Places of the parameters that say where tables begin."""
+        parameters = self.mechanism.layout.parameters
+        return [parameters[f"{joint.key}/film/start"] for joint in self.mechanism.sources]
+
+    def _tables(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+        """Tables of points that have tables of their own: (points, numbers)."""
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        scenes = (self.scene_of(dict(zip(columns, row, strict=True))) for row in rows)
+        return np.array([np.concatenate(tables_of(scene)) for scene in scenes])
 
     def _faster(self, par: np.ndarray) -> np.ndarray:
         """Speeds of the one drive that moves everything, over that of the first point."""
@@ -162,12 +177,13 @@ class Together:
         names = self.columns
         points = self.points({n: np.array([values[n] for values, _ in tried]) for n in names})
         head, n = len(points.par), self.group.shape.states
+        tables = points.tables if self.several else [self.mechanism.par[head:]] * len(tried)
         films = [i for _, i in self.group.shape.films]
         for place, (_, run) in enumerate(tried):
             state = run.state
             pairs = {
                 "parameters": (run.mechanism.par[:head], points.par[:, place]),
-                "tables": (run.mechanism.par[head:], self.mechanism.par[head:]),
+                "tables": (run.mechanism.par[head:], tables[place]),
                 "start": (state.y, points.y[:, place]),
                 "work": (state.work, points.work[:, place]),
                 "natural sizes": (state.scale[:n], points.scale[:, place]),

@@ -43,12 +43,36 @@ def test_company(feeder):
 
 
 def test_steps(feeder):
-    """The steps of the ordinary loop: within 5 % of their number, with one first step and one end
-    more or less.
+    """About the steps of the ordinary loop: the Jacobian is that of another place in the step, so
+    that fewer are refused. One first step and one end more or less.
     """
     answers = feeder.answers(feeder.points({n: v[:1] for n, v in swept().items()}), 1)
     steps = feeder.summing.steps
-    assert abs(answers.steps[0] - steps) <= 0.05 * steps + 2
+    assert 0.8 * steps <= answers.steps[0] <= 1.05 * steps + 2
+
+
+@pytest.mark.parametrize("name", ["four_bar", "slider_crank"])
+def test_first_point(name):
+    """Metrics of the first point within 2e-4 of the ordinary way's at rtol 1e-6; deviations from
+    ideal joints 5e-3.
+
+    The four-bar has no guide, and each clearance of the slider-crank has a film table of its own.
+    """
+    case, columns = find_case(name), {"clearance": np.geomspace(5e-5, 1e-4, 5)}
+    together = Together(
+        lambda values: case.scene(model="lubricated", **values), columns, {"turns": 2.0}, None
+    )
+    assert together.several == (name == "slider_crank")
+    points = together.points(columns)
+    answers = together.answers(points, 1)
+    assert together.summing.sound(answers).all()
+    metrics = together.summing.metrics(answers, points)
+    for metric, ordinary in together.summing.first.items():
+        share = 5e-3 if "deviation" in metric else 2e-4
+        assert math.isclose(metrics[metric][0], ordinary.value, rel_tol=share), metric
+    lone = together.points({"clearance": columns["clearance"][3:]})
+    again = together.answers(lone, 2)
+    np.testing.assert_array_equal(again.extremes, answers.extremes[3:])
 
 
 def test_numbers_that_jump_are_noticed():
