@@ -144,8 +144,8 @@ class Group:
         self.given = np.ascontiguousarray(given, float).reshape(watch.given, samples)
         self.starts = list(starts)
         self.tables = len(mechanism.layout.parameters) + mechanism.layout.derived
-        known = sorted(set(shared) - set(starts))
-        folding = Folding(mechanism.par, known, len(mechanism.par) if starts else self.tables)
+        alike = sorted(set(shared) - set(starts))
+        folding = Folding(mechanism.par, alike, len(mechanism.par) if starts else self.tables)
         self.engine: Engine = engine(
             mechanism.structure, self.shape, watch, channels, method, self.width, folding
         )

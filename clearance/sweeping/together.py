@@ -123,7 +123,7 @@ class Together:
         return points
 
     def _starts(self) -> list[int]:
-        """Places of the parameters that say where tables begin."""
+        """Places of the parameters that point to tables."""
         parameters = self.mechanism.layout.parameters
         return [parameters[f"{joint.key}/film/start"] for joint in self.mechanism.sources]
 
