@@ -119,9 +119,8 @@ def choose_method(
         return implicit(rtol), f"{reason}; the fastest for this rtol"
     if not films:
         return "dop853", "no film: explicit as long as the scene is not stiff between contacts"
-    return implicit(
-        rtol
-    ), f"the film of joint {', '.join(films)} makes the scene stiff; the fastest for this rtol"
+    reason = f"the film of joint {' and '.join(films)} makes the scene stiff"
+    return implicit(rtol), f"{reason}; the fastest for this rtol"
 
 
 def implicit(rtol: float, stages_only: bool = False) -> str:

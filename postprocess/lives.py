@@ -216,12 +216,12 @@ def _around_the_drive(axes, one: Life, joint: str, surface: str, colours: list) 
         axes.set_visible(False)
         return
     axes.set_xticks(np.arange(0, 361, 90))
-    figures.finish(axes, "wear [10⁻⁶ mm³/deg]", "angle of the drive [deg]")
+    figures.finish(axes, "wear [µm³/deg]", "angle of the drive [deg]")
 
 
 def _over_angle(record, joint: str, surface: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Angle of the drive [deg] and volume worn off [1e-6 mm3 a degree] of the last turn; None where
-    the volume was not integrated.
+    """Angle of the drive [deg] and volume worn off [um3 a degree] of the last turn; None where the
+    volume was not integrated.
     """
     path = f"joints/{joint}/wear_volume_{surface}"
     if path not in record:
@@ -231,7 +231,7 @@ def _over_angle(record, joint: str, surface: str) -> tuple[np.ndarray, np.ndarra
     angle = np.degrees(angle_at(record, time[last]))
     middle, steps = 0.5 * (angle[1:] + angle[:-1]), np.abs(np.diff(angle))
     order = np.argsort(middle % 360.0)
-    return (middle % 360.0)[order], (1e15 * np.diff(volume[last]) / steps)[order]
+    return (middle % 360.0)[order], (1e18 * np.diff(volume[last]) / steps)[order]
 
 
 FRAMES = 60

@@ -13,6 +13,7 @@ from functools import lru_cache
 
 from clearance.checks import Check, finite, meant
 
+LONGEST_ROW = 24  # values of a parameter that its text has one by one
 #: values of the joint that laws read, zero where the joint has none: journal radius [m],
 #: radial clearance [m], bearing length [m], viscosity [Pa s], composite rms roughness [m]
 FilmJoint = namedtuple("FilmJoint", "radius clearance length viscosity roughness", defaults=(0.0,))
@@ -303,10 +304,15 @@ class BoundLaw:
         return BoundLaw(Law(self.law.family, self.law.function, {}), numbers)(*state)
 
     def __repr__(self) -> str:
-        given = (
-            f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in self.parameters.items()
-        )
-        return f"{self.law.name}({', '.join(given)})"
+        given = ", ".join(f"{k}={_brief(v)}" for k, v in self.parameters.items())
+        return f"{self.law.name}({given})"
+
+
+def _brief(value: object) -> str:
+    """Text of a parameter: long rows of numbers, such as an outline, as their count and range."""
+    if isinstance(value, tuple) and len(value) > LONGEST_ROW:
+        return f"<{len(value)} values from {min(value)} to {max(value)}>"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 contact = Family("contact", ("penetration", "penetration_rate", "impact_speed"), 1)
