@@ -154,13 +154,13 @@ class Statistics:
         """A sentence about what was reached."""
         name, share = self.widest
         over = f"over {self.turns} turns"
-        asked, got = f"+- {100.0 * self.asked[name]:.3g} % asked for", f"+- {100.0 * share:.2g} %"
+        asked, got = f"+- {100.0 * self.asked[name]:.3g} % requested", f"+- {100.0 * share:.2g} %"
         if self.reached:
             return f"{asked}, {got} reached for {name} {over}"
         more = (
             f"needs about {_rounded(self.needed)} turns"
             if self.needed
-            else "no number of turns is known to do"
+            else "no number of turns is enough"
         )
         if self.needed and self.needed <= self.turns:
             more = "not confirmed by a second look"

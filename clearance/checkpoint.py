@@ -174,10 +174,12 @@ class PartsSink:
     def left(self) -> str:
         """Description of the files of a run that ended early."""
         if self.placed:
-            return f"what was computed is kept in {self.path}, and the same call goes on from there"
+            return (
+                f"what was computed is stored in {self.path}, and the same call goes on from there"
+            )
         if (self.folder / "state.npz").exists():
             return (
-                f"its checkpoints are kept in {self.folder}, and the same call goes on from the "
+                f"its checkpoints are stored in {self.folder}, and the same call goes on from the "
                 "last one"
             )
         return f"{self.path} was not written" if self.stretch is None else self.stretch.left

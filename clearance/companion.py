@@ -81,7 +81,7 @@ def reason_without(run: Run, error: str | None, output: Output | None = None) ->
     mechanism, numbers = run.mechanism, run.span.samples * len(run.mechanism.layout.channels)
     checkpoints = output is not None and output.checkpoint is not None
     if error is None:
-        return "none was asked for"
+        return "none was requested"
     if any(j.impacts for j in mechanism.scene.clearance_joints):
         return "neighbouring trajectories may part at impacts"
     if mechanism.layout.remembering:

@@ -471,7 +471,7 @@ class FileSink:
         """Description of the files of a run that ended early."""
         if not self.placed:
             return f"{self.path} was not written"
-        return f"what {'fitted' if self.full else 'was computed'} is kept in {self.path}"
+        return f"what {'fitted' if self.full else 'was computed'} is stored in {self.path}"
 
     def _create(self) -> None:
         channels = [self.channels[i] for i in self.kept]

@@ -71,7 +71,7 @@ class Request:
             names = [name.strip() or ALL for name, _, _ in parts]
             if twice := next((n for n in names if names.count(n) > 1), None):
                 raise ValueError(
-                    f"error: {error!r} asks twice for {'all numbers' if twice == ALL else twice}"
+                    f"error: {error!r} requests twice {'all numbers' if twice == ALL else twice}"
                 )
             error = {n: text for n, (_, _, text) in zip(names, parts, strict=True)}
         if not isinstance(error, Mapping):

@@ -626,8 +626,8 @@ class Result(Record):
             if path == "time":
                 raise Damaged(f"{self.path} has no /time")
             raise KeyError(
-                f"{self.path.name} has no channel {path!r}; it may not have been kept when it was "
-                f"written"
+                f"{self.path.name} has no channel {path!r}; it may not have been stored when the "
+                f"file was written"
             )
         column = self.reader.column(path)
         if column.dtype.kind != "f" or column.ndim != 1:
@@ -724,7 +724,7 @@ class Result(Record):
         """Stated errors of metrics, extremes and channels; none in files of versions before 0.2."""
         if not self.reader.has("errors"):
             return Errors(
-                reason=str(self.reader.attributes().get("errors_left_out", "none was asked for"))
+                reason=str(self.reader.attributes().get("errors_left_out", "none was requested"))
             )
         texts = self._columns("errors", "U", "name", "units_of", "kind", "channel")
         value, stated, film, share = self._columns(
@@ -766,7 +766,7 @@ class Result(Record):
     def sensitivities(self) -> Sensitivities:
         """Sensitivities of the metrics; none unless the run was made with some."""
         if not self.reader.has("sensitivities"):
-            about = self.reader.attributes().get("sensitivities_left_out", "none were asked for")
+            about = self.reader.attributes().get("sensitivities_left_out", "none were requested")
             return Sensitivities(reason=str(about))
         texts = "metric", "metric_units", "parameter", "parameter_units"
         numbers = "metric_value", "size"

@@ -66,7 +66,7 @@ class Scene:
         self._check_connected()
 
     def __setattr__(self, name: str, value: object):
-        raise AttributeError(f"a scene is frozen; make another with the {name} you want")
+        raise AttributeError(f"a scene is frozen; make another with this {name}")
 
     def _check_connected(self):
         if not self.bodies:
@@ -87,8 +87,7 @@ class Scene:
             reached |= grown
         if floating := [b.name for b in self.bodies if b not in reached]:
             raise ValueError(
-                f"floating: {', '.join(floating)} hang together by no joint, drive or spring with "
-                f"ground"
+                f"floating: no joint, drive or spring connects {', '.join(floating)} with ground"
             )
 
     @property

@@ -139,7 +139,7 @@ def reason_without(run: Run) -> str:
             "its films are solved as the run goes, to a tolerance of their own; take a film table"
         )
     if (numbers := run.span.samples * len(mechanism.layout.channels)) > LARGEST:
-        return f"the run has {numbers:.2g} numbers, and at most {LARGEST:.0g} are kept in memory"
+        return f"the run has {numbers:.2g} numbers, and at most {LARGEST:.0g} are held in memory"
     return ""
 
 

@@ -173,7 +173,7 @@ class ShortSink:
             return self.stream.left
         if self.ended is None:
             return f"{self.given or 'a file'} was not written"
-        return f"what was computed is kept in {self.path}"
+        return f"what was computed is stored in {self.path}"
 
     def store(self) -> None:
         """Make the file of a run that has ended.

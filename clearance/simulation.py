@@ -188,8 +188,7 @@ def _request(error: str | float | Mapping | None, checkpoint: float | None) -> R
         return None
     if checkpoint is not None:
         raise ValueError(
-            "checkpoint and an error that is asked for do not go together: its runs are kept in "
-            "memory"
+            "checkpoint and a requested error do not go together: its runs are stored in memory"
         )
     return Request.of(error)
 
@@ -319,7 +318,7 @@ def answer(
     except KeyboardInterrupt as stopped:
         if ladder.best is not None:
             _handed_on(ladder.best, output).close()
-            stopped.add_note(f"the best run so far is kept in {output.path}")
+            stopped.add_note(f"the best run so far is stored in {output.path}")
         raise
     run.dead_centre = best.attempt.run.dead_centre
     result = _handed_on(best, output, more)

@@ -112,7 +112,7 @@ def _end_of(record: Record, name: str) -> dict:
     end = record.facts("state")
     if not end or "clearances" in end:  # before 0.2.0 was released
         raise ValueError(
-            f"start: {name} has not kept the state at its end; it was written by an older clearance"
+            f"start: {name} lacks the state at its end; it was written by an older clearance"
         )
     try:
         columns = ("values", "sizes", "carried", "driven_values", "time")
@@ -201,7 +201,7 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
         move[places] = np.linalg.solve(np.eye(places.size) / step - stiffness, pull)
         y += move * min(_share_of_room(y[at] / sizes[at], move[at] / sizes[at]) for at in offsets)
     raise ValueError(
-        "start: no quasi-static state was found: the joint forces at the start move the journals "
+        "start: there is no quasi-static state: the joint forces at the start move the journals "
         "through "
         f"{left / mechanism.acceleration:.2g} of the typical acceleration still"
     )

@@ -49,7 +49,7 @@ def wanted(given: Wanted) -> dict[str, float | str | None]:
     for text in given.split(",") if isinstance(given, str) else given:
         name, equals, size = (part.strip() for part in text.partition("="))
         if not name or name in sizes:
-            problem = f"{name} is asked for twice" if name else "a name is missing"
+            problem = f"{name} is requested twice" if name else "a name is missing"
             raise ValueError(f"sensitivity {given!r}: {problem}")
         sizes[name] = size if equals else None
     return sizes

@@ -2,19 +2,21 @@
 
 Group: ball joint
 
-Answers: Pfitzer et al., Lubricants 13 (2025) 436: the table of NRMSE in training and test, the
-models outside the data they were fitted to, and the fixed-step simulation with each of them.
+Answers: Pfitzer et al., Lubricants 13 (2025) 436. The table of NRMSE in training and test, the
+models outside their data, and the fixed-step simulation with each of them.
 
 Reproduced: 3-D and 1-D LuGre, characteristic curve and LSTM, all estimated by gradients from
-single-axis records; the order of their errors; the LSTM irregular and asymmetric outside its data;
-the static curve too strong in small motion and unstable at fixed steps. Not met: the source's LuGre
-is best in fast spin, here LSTM and curve are better (about the tilt axes LuGre is best). The levels
-of the three training runs differ by the scatter of the bench. LuGre takes that for viscosity, which
-grows in proportion to the speed beyond the data. Without scatter LuGre is right within 6 %.
+single-axis records, and the order of their errors. The LSTM is irregular and asymmetric outside its
+data. The static curve is too strong in small motion and unstable at fixed steps. Not met: the
+source's LuGre is best in fast spin, here LSTM and curve are better (about the tilt axes LuGre is
+best). The levels of the three training runs differ by the scatter of the bench. LuGre takes that
+for viscosity, which grows in proportion to the speed beyond the data. Without scatter LuGre is
+right within 6 %.
 
-Assumed: the records: a synthetic bench with a truth richer than every model, calibrated to the
-level of the printed errors; most rows of the test programme, the network's size, and the NRMSE as
-rms error over rms torque. Without the extra `learn` the LSTM is left out, which the table says.
+Assumed: the records. They are a synthetic bench with a truth richer than every model, calibrated to
+the level of the printed errors. Also most rows of the test programme, the network's size, and the
+NRMSE as rms error over rms torque. Without the extra `learn` the LSTM is left out, and the table
+states it.
 
 Not comparable: torques and single errors; the source's records are not public. Run times are of the
 machine that drew this.

@@ -2,7 +2,7 @@
 
 Group: ball joint
 
-Answers: Pfitzer et al., Lubricants 13 (2025) 436, algorithm 1 (torque, stiffness and damping as
+Answers: Pfitzer et al., Lubricants 13 (2025) 436. Algorithm 1 (torque, stiffness and damping as
 outputs of a network of the speed) and appendix K (constant sigma0 and sigma1).
 
 Reproduced: 3-D LuGre with constant coefficients, with tables over four speeds and with a network of

@@ -1,4 +1,4 @@
-"""Bristles linearised: frequency response of LuGre friction beside the whole law at several
+"""Bristles linearised: frequency response of LuGre friction beside the full law at several
 amplitudes.
 
 Group: ball joint
@@ -7,8 +7,8 @@ Answers: Pfitzer et al., Lubricants 13 (2025) 436, appendix A, the linearisation
 how small a motion has to be for it.
 
 Reproduced: at rest the linear model is a spring and a damper, sigma0 + i omega (sigma1 + sigma2).
-The whole law meets it at a hundredth of the break-away angle. At that angle a fifth of its
-stiffness is gone and the phase is 22 degrees. About steady sliding a slow small oscillation sees
+The full law meets it at a hundredth of the break-away angle. At that angle a fifth of its stiffness
+is gone and the phase is 22 degrees. About steady sliding a slow small oscillation sees
 the slope of the steady curve: a negative damping where it falls.
 
 Assumed: the parameters: 3-D LuGre fitted to the synthetic bench; amplitudes and sliding speeds.

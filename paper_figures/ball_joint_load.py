@@ -5,13 +5,13 @@ Group: ball joint
 
 Answers: Pfitzer et al., Lubricants 13 (2025) 436, appendix J, the influence of the load.
 
-Reproduced: records at several preloads, and 3-D LuGre fitted to all of them with its level fixed,
-proportional and a power of the preload; the exponent comes back with its interval. One level for
-all is wrong at every preload.
+Reproduced: records at several preloads, and 3-D LuGre fitted to all of them. Its level is fixed,
+proportional or a power of the preload; the fit returns the exponent with its interval. One level
+for all is wrong at every preload.
 
-Assumed: the records: the synthetic bench under five preloads, whose elements follow the preload to
-the power 0.85 (polymer liner), its grease not; no scatter from run to run, which would hide what
-the load does at single preloads.
+Assumed: the records. They are the synthetic bench under five preloads, whose elements follow the
+preload to the power 0.85 (polymer liner), its grease not. There is no scatter from run to run,
+which would hide the effect of the load at single preloads.
 
 Not comparable: any number; appendix J was not at hand.
 """

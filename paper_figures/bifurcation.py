@@ -2,9 +2,8 @@
 
 Group: joints
 
-Answers: no figure of the four sources; the diagrams that the literature on dry clearance joints
-draws (Flores, Ravn, Parenteau, Skrinjar and their co-authors) for the slider-crank of the Flores
-group.
+Answers: no figure of the four sources. The literature on dry clearance joints draws these diagrams
+for the slider-crank of the Flores group (Flores, Ravn, Parenteau, Skrinjar and their co-authors).
 
 Reproduced: the joint's eccentricity and the slider's velocity once a turn, after 100 turns, over
 the speed and over the
@@ -12,9 +11,9 @@ clearance: periodic in some ranges, irregular in others, with windows of period 
 literature reports. Bars are 95 % intervals of the mean over the 41 turns. The guide has the same
 diagrams of 151 points and 260 turns: periodic motions are the same, irregular ones have more.
 
-Assumed: Lankarani-Nikravesh contact of steel with restitution 0.9; smooth Coulomb friction, 0.03
-over the speed and 0.07 over the clearance; clearance 1 mm over the speed, 1000 rpm over the
-clearance.
+Assumed: Lankarani-Nikravesh contact of steel with restitution 0.9. Smooth Coulomb friction, 0.03
+over the speed and 0.07 over the clearance. The clearance is 1 mm over the speed, the speed is 1000
+rpm over the clearance.
 
 Not comparable: the speeds and clearances at which the motion turns irregular; masses, friction and
 contact of those papers differ from each other and from these. Single points of the irregular ranges

@@ -2,12 +2,13 @@
 
 Group: chains
 
-Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, the statement that their explicit equations need
+Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368. They state that their explicit equations need
 fewer operations than the methods of Lagrange, of Newton and Euler, and of Zhao.
 
 Reproduced: operations a sample of the kernel for both chains, counted while its code runs; the
-dense solve for multipliers by formula; a planar recursion of Newton and Euler in link frames,
-written here as textbooks have it, counted in the same way; growth with the number of joints.
+dense solve for multipliers by formula. A planar recursion of Newton and Euler in link frames is
+written here as in textbooks, and counted in the same way. Also the growth with the number of
+joints.
 
 Assumed: published counts of serial chains of n revolute joints in space stand for two of the
 methods: recursive Newton-Euler 150 n - 48 multiplications and 131 n - 48 additions (Luh, Walker and
@@ -15,10 +16,9 @@ Paul, J. Dyn. Syst. Meas. Control 102 (1980) 69), recursive Lagrange 412 n - 277
 (Hollerbach, IEEE Trans. Syst. Man Cybern. 10 (1980) 730).
 
 Not comparable: the source's own count, for its equations are spatial and the part we had gives no
-number; Zhao's method, of which we have no published count. The kernel moves in the plane, published
+number. Of Zhao's method we have no published count. The kernel moves in the plane, published
 counts hold in space: the planar recursion shows how much that is worth. It needs less than the
-kernel where torques alone are asked for. The claim of the source is neither confirmed nor refuted
-here.
+kernel if only torques are requested. The claim of the source is neither confirmed nor refuted here.
 """
 
 import math

@@ -5,12 +5,12 @@ Group: measured
 Answers: no figure of a source; it shows that a scene pays only for what it has.
 
 Reproduced: states, operations of a right-hand side, output channels and time of a step of the
-feeder with three mixed joints, then without one part after the other.
+feeder with three mixed joints. Then one part after the other is left out.
 
 Assumed: set feeder-A, one crank turn, CPU time of one core, warm; medians and ranges of nine
 repeats in turn.
 
-Not comparable: times of another machine, only ratios. On a busy machine the picture says how far
+Not comparable: times of another machine, only ratios. On a busy machine the picture states how far
 repeats differ.
 """
 

@@ -6,10 +6,10 @@ Answers: the choice of the Pinkus-Sternlicht film in Jin et al. (2023): what it 
 off it is.
 
 Reproduced: time and error of one film force for formulas, tables, the fast solver and finite
-elements, and of a whole feeder run with each; order of both solvers as their meshes are refined.
+elements, and of a feeder run with each. Also the order of both solvers as their meshes are refined.
 
-Assumed: a bearing of L/D = 1; the fast solver on its finest mesh, extrapolated, is the reference of
-single states, the table of 65 x 65 nodes that of runs.
+Assumed: a bearing of L/D = 1. The fast solver on its finest mesh, extrapolated, is the reference of
+single states. The table of 65 x 65 nodes is that of runs.
 
 Not comparable: the source's optional Reynolds solution, whose mesh and results are not given.
 """

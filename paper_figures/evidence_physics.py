@@ -10,7 +10,7 @@ of its drive torque from that of the finest choice. Of the dry contact laws one 
 `clearance work-precision six_bar_feeder --physics` has all of them, whose distances are samples of
 one chaotic motion.
 
-Assumed: set feeder-A with oil of 5 mPa s, so that joint B runs through all regimes; the mixed joint
+Assumed: set feeder-A with oil of 5 mPa s, so that joint B runs through all regimes. The mixed joint
 with load sharing and tabulated film counts as the finest.
 
 Not comparable: the distance of dry runs, which are chaotic: one sample of a statistical quantity.

@@ -5,9 +5,10 @@ Group: measured
 
 Answers: no figure of a source; it is the check of numerical stability on stiff and extreme cases.
 
-Reproduced: clearances of 1 um to 1 mm, 30 to 12000 rpm, viscosities of 1e-4 to 10 Pa s, contact
-stiffness, mass ratios, restitution 0 and 1, for dry, lubricated and mixed joints of the six-bar
-feeder. `clearance stress` has the same rows for a slider-crank and a four-bar too, and random
+Reproduced: clearances of 1 um to 1 mm, 30 to 12000 rpm, viscosities of 1e-4 to 10 Pa s. Further,
+contact stiffness, mass ratios, restitution 0 and 1, for dry, lubricated and mixed joints of the
+six-bar feeder. `clearance stress` has the same rows for a slider-crank and a four-bar too, and
+random
 scenes: three times as many runs and more kernels to compile.
 
 Assumed: the ranges; they enclose those of all sources.

@@ -4,8 +4,8 @@ Group: measured
 
 Answers: no figure of a source; it is what the studies over speed and clearance cost.
 
-Reproduced: wall time of whole sweeps of the lubricated feeder, summaries only, with one worker up
-to one a core.
+Reproduced: wall time of sweeps of the lubricated feeder, summaries only, with one worker up to one
+a core.
 
 Assumed: two crank turns a point; speeds and clearances spread over the range of the studies.
 

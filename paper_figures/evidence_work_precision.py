@@ -7,8 +7,8 @@ Answers: no figure of a source; the sources give neither errors nor run times of
 Reproduced: run time to reach an error, of the package's methods and of scipy's on the same compiled
 right-hand side.
 
-Assumed: two crank turns; the error is the largest deviation of the eccentricity ratio from a
-reference by another method at its tightest; warm medians of one core.
+Assumed: two crank turns. The error is the largest deviation of the eccentricity ratio from a
+reference by another method at its tightest. Times are warm medians of one core.
 
 Not comparable: times of another machine, only ratios. Other people's compiled integrators and
 multibody codes are compared by `clearance work-precision CASE --peers`, which needs the extra peers

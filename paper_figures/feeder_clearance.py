@@ -6,16 +6,17 @@ Answers: Jin et al. (2023), slider acceleration and joint force at several clear
 lubricated and transitional clearance. The source states that impacts grow with the clearance.
 
 Reproduced: curves over a turn with radial clearances of 0.05, 0.1 and 0.2 mm, over the ideal
-mechanism's largest value, and over 0.02 to 0.5 mm the largest force of a turn in joint B and
-acceleration of the slider, what it accelerates beyond the ideal slider, the smallest film thickness
-ratio, contacts and energy lost; speed 300 rpm. Each picture has the growth of every model and where
-the source's statement is met: with oil it is, dry peaks do not grow, contacts only get fewer.
+mechanism's largest value. Over 0.02 to 0.5 mm: the largest force of a turn in joint B, the
+acceleration of the slider and its excess over the ideal slider. Also the smallest film thickness
+ratio, contacts and energy lost; speed 300 rpm. Each picture has the growth of every model and a
+mark where the source's statement is met. With oil it is met; dry peaks do not grow, contacts only
+get fewer.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s,
 half-cosine memberships. Contact stiffness follows the radii, so that it grows as the clearance
-shrinks. Dry motion was irregular at all clearances that were looked at in longer runs (0.02 to 0.5
-mm), so that neighbouring points of its sweep scatter: shown are means over ten turns with 95 %
-intervals, growth compares medians of the first and last fifth of the points.
+shrinks. Dry motion was irregular at all clearances of longer runs (0.02 to 0.5 mm), so that
+neighbouring points of its sweep scatter. The picture has means over ten turns with 95 % intervals.
+The growth compares medians of the first and last fifth of the points.
 
 Not comparable: the source's clearances and peaks, which were not in the part we had.
 """

@@ -6,10 +6,9 @@ Answers: Jin et al. (2023), driving moment of the crank at constant speed, ideal
 lubricated and transitional clearance.
 
 Reproduced: the moment over a turn at 300 rpm and a radial clearance of 0.2 mm, its smallest and
-largest value of a turn, root mean square and mean; the mean times a turn is the work of a turn,
-which goes into friction and oil.
-The oil of 5 mPa s is thin enough for the journal to cross the clearance fast and for surfaces to
-touch.
+largest value of a turn, root mean square and mean. The mean times a turn is the work of a turn,
+which goes into friction and oil. The oil of 5 mPa s is thin enough for the journal to cross the
+clearance fast and for surfaces to touch.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1; all joints but B are
 ideal and free of friction. The dry moment is irregular; smallest and largest values are means over

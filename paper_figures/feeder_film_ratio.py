@@ -3,16 +3,16 @@ film, mixed, dry.
 
 Group: feeder
 
-Answers: Jin et al. (2023), lubrication states of the joint by fuzzy sets of the film thickness
-ratio, and how they change over a turn of the crank.
+Answers: Jin et al. (2023). Lubrication states of the joint by fuzzy sets of the film thickness
+ratio, and their change over a turn of the crank.
 
-Reproduced: the membership functions over the ratio of gap to roughness; the ratio over a turn at
-300 rpm and 0.1 mm with two oils so thin that the dry state is entered (5 mPa s, as in the guide,
-and 1 mPa s); the memberships along it, which weigh film and contact, and the share of the load that
-the solids carry.
+Reproduced: the membership functions over the ratio of gap to roughness. The ratio over a turn at
+300 rpm and 0.1 mm with two oils, 5 mPa s (as in the guide) and 1 mPa s. Both are so thin that the
+joint enters the dry state. The memberships along it, which weigh film and contact, and the share of
+the load on the solids.
 
-Assumed: the memberships themselves, half-cosines with thresholds 0.4, 1, 3 (the source names the
-fuzzy sets, their functions were not in the part we had); roughness 0.8 um, Winkler's contact,
+Assumed: the memberships themselves, half-cosines with thresholds 0.4, 1, 3. The source names the
+fuzzy sets; their functions were not in the part we had. Also roughness 0.8 um, Winkler's contact,
 parameter set feeder-A. That contact begins where the ratio is 1 keeps the journal there: the dry
 state is entered, not reached.
 

@@ -7,12 +7,12 @@ Answers: Jin et al. (2023), interaction between several clearance joints. The so
 clearance joints act on one another.
 
 Reproduced: forces, eccentricities, contacts and losses of joints B, C and E at 300 rpm with radial
-clearances of 0.1 mm, of each joint as the only one with clearance and of all three together,
-transitional, film only and dry; and how the contact forces of two dry joints go together in time. C
-and E rock rather than turn, so that their oil carries by being squeezed. Each picture has the
-growth of joint forces by the neighbours' clearance. With thin oil the neighbours raise the force of
-each; dry they lower that of B and raise those of C and E, and an impact in one loads the others
-within a fraction of a millisecond.
+clearances of 0.1 mm. Each joint is the only one with clearance, or all three have it, transitional,
+film only and dry. Also the correlation in time of the contact forces of two dry joints. C and E
+rock rather than turn, so that their oil carries by being squeezed. Each picture has the growth of
+joint forces by the neighbours' clearance. With thin oil the neighbours raise the force of each. Dry
+they lower that of B and raise those of C and E, and an impact in one loads the others within a
+fraction of a millisecond.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s. Dry
 motions are irregular: compared are means over ten turns, and correlations of the contact forces,

@@ -8,18 +8,18 @@ against ADAMS.
 
 Reproduced: slider acceleration and force in joint B. Lubrication, at 300 rpm and 0.1 mm: the film
 fades by memberships (fuzzy), over a tolerance of 0.05 c beyond the wall (Flores), or never (load
-sharing); all three are one model as long as the film is thick, so that curves are drawn for an oil
+sharing). All three are one model as long as the film is thick. The curves therefore have an oil
 thin enough for them to part. Contact, at 0.2 mm: Lankarani-Nikravesh with a restitution of 0.9
-beside ADAMS' IMPACT, which knows no restitution. IMPACT is matched twice on one reference impact, a
-free body with the median speed and mass of the contacts: once its damping gives the restitution
-that Lankarani-Nikravesh delivers, with Hertz's stiffness; once its stiffness gives the same peak
+beside ADAMS' IMPACT, which has no restitution. IMPACT is matched twice on one reference impact, a
+free body with the median speed and mass of the contacts. Once its damping gives the restitution
+that Lankarani-Nikravesh delivers, with Hertz's stiffness. Once its stiffness gives the same peak
 force as well. Over 150 to 600 rpm the picture has forces and accelerations of each and by what
 factor they differ. A match of one impact is none of the mechanism: IMPACT's damping has a depth
 from where it acts, so that slow contacts lose less.
 
 Assumed: parameter set feeder-A; memberships (half-cosines at film thickness ratios 0.4, 1, 3),
-Flores' tolerance, and that IMPACT's damping is whole from a tenth of the reference impact's depth,
-none of which we have from the source; the solid contact of all mixed joints is Winkler's. Dry
+Flores' tolerance. IMPACT's damping is full from a tenth of the reference impact's depth. The source
+gives none of these. The solid contact of all mixed joints is Winkler's. Dry
 motions are irregular: compared are their statistics over ten turns, not their curves.
 
 Not comparable: the source's curves and peaks of either comparison; its settings of ADAMS are not
@@ -60,7 +60,7 @@ SPEEDS = (150, 300, 600)
 #: speed of the curves and of the reference impact [rpm]
 CURVES = 300
 RESTITUTION = 0.9
-#: depth from where IMPACT's damping is whole, over the reference impact's
+#: depth from which IMPACT's damping is full, over the reference impact's
 DEPTH = 0.1
 #: crank angles about the peak that is enlarged [deg]
 PEAK = (310.0, 318.0)

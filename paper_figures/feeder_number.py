@@ -6,13 +6,13 @@ Answers: Jin et al. (2023), the slider with one, two and three clearance joints,
 transitional. The source states that impacts grow with the number of joints.
 
 Reproduced: deviation of the slider's displacement from the ideal one, its acceleration, and the
-crank's moment at 300 rpm with radial clearances of 0.2 mm at B, at B and C, and at B, C and E, with
-film only, transitional and dry; largest values of a turn and root mean squares, contacts and energy
-lost. Each picture has the growth of the largest acceleration. With oil it grows, as the source
-states; dry joints in series soften each other, against the source.
+crank's moment at 300 rpm with radial clearances of 0.2 mm. The joints are B, B and C, and B, C and
+E, with film only, transitional and dry. Also largest values of a turn and root mean squares,
+contacts and energy lost. Each picture has the growth of the largest acceleration. With oil it
+grows, as the source states; dry joints in series soften each other, against the source.
 
-Assumed: that the source counts its clearances in this order (it gives joint forces of B, C and E);
-parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s in every wet
+Assumed: that the source counts its clearances in this order (it gives joint forces of B, C and E).
+Also parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s in every wet
 joint. Dry motions are irregular: curves are samples, largest values are means over ten turns.
 
 Not comparable: peaks and curves of the source, whose dimensions and clearances were not in the part

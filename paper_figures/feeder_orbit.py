@@ -6,10 +6,10 @@ Answers: Jin et al. (2023), the centre orbit of the journal in the clearance joi
 and transitional.
 
 Reproduced: the path relative to the bearing's centre, along the fixed axes, over the last turns at
-300 rpm and 0.2 mm, coloured by what the joint is doing: free flight and contact where it is dry,
-with oil the state that belongs to the film thickness ratio. Film only, the film carries all at
-every ratio; its colours say where a rough surface would touch. Below, how much of the clearance is
-left between the surfaces over the last turn. The dry journal penetrates by
+300 rpm and 0.2 mm. Its colour is the state of the joint: free flight and contact where it is dry,
+with oil the state of the film thickness ratio. Film only, the film carries all at every ratio; its
+colours mark where a rough surface would touch. Below, how much of the clearance is left between the
+surfaces over the last turn. The dry journal penetrates by
 micrometres: it stands beyond the circle there, and its gap is negative. The sentence tests both
 halves of the
 statement: contacts and flights of the dry journal, and the share of the time that each journal is

@@ -7,13 +7,14 @@ Answers: Jin et al. (2023), phase diagrams and Poincare maps of the mechanism wi
 and transitional clearance.
 
 Reproduced: velocity over position and acceleration over velocity of the slider, and the journal's
-radial rate over its eccentricity, over the last turns; the sections once a turn at crank angle 0,
-where a motion with the period of the drive is one point; at 150 and 600 rpm, clearance 0.2 mm. With
+radial rate over its eccentricity, over the last turns. Also the sections once a turn at crank angle
+0, where a motion with the period of the drive is one point. At 150 and 600 rpm, clearance 0.2 mm.
+With
 oil: one point. Dry: clouds.
 
 Assumed: parameter set feeder-A, restitution 0.9, friction coefficient 0.1, oil of 5 mPa s, fuzzy
-transition. That dry sections fill clouds says that the motion does not repeat in the turns run;
-whether it is chaotic is a matter of its Lyapunov exponent.
+transition. Dry sections fill clouds: the motion does not repeat in the turns run. Chaos is a matter
+of its Lyapunov exponent.
 
 Not comparable: the source's speeds and clearances of its maps, which were not in the part we had.
 """

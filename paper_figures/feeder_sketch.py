@@ -4,11 +4,11 @@ Group: feeder
 
 Answers: Jin et al. (2023), the figure of the mechanism and the motion of its ideal model.
 
-Reproduced: topology (crank, rod 2, rocker, rod 4, slider; joints A to F), the motion of the slider
+Reproduced: topology (crank, rod 2, rocker, rod 4, slider; joints A to F). The motion of the slider
 and of the rocker over a turn, and the drive torque without clearance, at 300 rpm.
 
 Assumed: all lengths, masses and inertias but the distances of the pivots A and D (parameter set
-feeder-A); they are not in the part of the source we had.
+feeder-A). They are not in the part of the source we had.
 
 Not comparable: amplitudes; the source's numbers belong to its own lengths.
 """

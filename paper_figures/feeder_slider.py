@@ -5,19 +5,19 @@ Group: feeder
 Answers: Jin et al. (2023), displacement, velocity and acceleration of the slider with ideal joints,
 with dry, with lubricated and with transitional clearance.
 
-Reproduced: the four models at 300 rpm and a radial clearance of 0.2 mm: ideal, dry
+Reproduced: the four models at 300 rpm and a radial clearance of 0.2 mm. They are ideal, dry
 (Lankarani-Nikravesh contact, Coulomb friction), film only (the Reynolds equation's), and
-transitional, the source's: film and contact weighted by fuzzy states of the film thickness ratio.
-Both oils have 5 mPa s, so thin that the journal comes down to the roughness; at 50 mPa s the
-transitional joint never leaves full film. Deviations from the ideal slider, which the eye does not
-see in the motion itself, have panels of their own.
+transitional. The last is the source's: film and contact weighted by fuzzy states of the film
+thickness ratio. Both oils have 5 mPa s, so thin that the journal comes down to the roughness. At 50
+mPa s the transitional joint never leaves full film. Deviations from the ideal slider, which the eye
+does not see in the motion itself, have panels of their own.
 
 Assumed: all lengths, masses and inertias, joint dimensions, material, oil, roughness 0.8 um,
-restitution 0.9 and friction coefficient 0.1 (parameter set feeder-A), memberships (half-cosines at
-film thickness ratios 0.4, 1, 3). The dry motion is irregular: its curves are one sample of many,
-its means carry half their 95 % interval.
+restitution 0.9 and friction coefficient 0.1 (parameter set feeder-A). Also memberships
+(half-cosines at film thickness ratios 0.4, 1, 3). The dry motion is irregular: its curves are one
+sample of many, its means carry half their 95 % interval.
 
-Not comparable: amplitudes and peaks; of lengths, speeds and clearances the part of the source we
+Not comparable: amplitudes and peaks. Of lengths, speeds and clearances the part of the source we
 had gives none but the distances of the pivots A and D.
 """
 
@@ -53,8 +53,8 @@ STYLES = {
 }
 #: growth from which on a study calls something grown
 GROWN = 1.02
-#: turns; samples in a turn (25 us apart: peaks of the dry acceleration are within 1 % of those at a
-#: quarter of that); turns left out at the start
+#: turns; samples in a turn; turns left out at the start. Samples are 25 us apart: peaks of the dry
+#: acceleration are within 1 % of those at a quarter of that.
 TURNS, PER_TURN, SETTLE = 12, 8000, 2
 #: spread of turns, over their mean, below which they are the same
 SAME = 1e-4
@@ -216,8 +216,8 @@ def finished(figure, panels, xlabel: str, named=None):
 
 
 def peaks(runs: dict) -> tuple[list[str], list[list]]:
-    """Heads and rows: ends of the motion in a turn, and of its deviation from the ideal one; means
-    over turns, which do not grow with their number.
+    """Heads and rows: ends of the motion in a turn, and of its deviation from the ideal one. They
+    are means over turns, which do not grow with their number.
     """
     heads = [
         "joint B",

@@ -6,8 +6,8 @@ Answers: Jin et al. (2023), slider acceleration and joint force at several crank
 lubricated and transitional clearance. The source states that impacts grow with speed.
 
 Reproduced: curves over a turn at 150, 300 and 600 rpm, over the ideal mechanism's largest value
-there, and over 60 to 900 rpm the largest force of a turn in joint B and acceleration of the slider,
-what it accelerates beyond the ideal slider, the smallest film thickness ratio, contacts and energy
+there. Over 60 to 900 rpm: the largest force of a turn in joint B, the acceleration of the slider
+and its excess over the ideal slider. Also the smallest film thickness ratio, contacts and energy
 lost; clearance 0.2 mm. Each picture has the growth of every model and where the source's statement
 is met. Ideal forces grow with the square of the speed; the transitional joint's grow faster.
 
@@ -186,7 +186,7 @@ def ends(values: np.ndarray) -> tuple[float, float]:
 
 
 def told(metrics: dict, model: str, metric: str) -> np.ndarray | None:
-    """Values of a metric where it says something of a model."""
+    """Values of a metric where it has a meaning for a model."""
     film, contacts = (
         metric.endswith("film_thickness_ratio_min"),
         metric.endswith("impacts_per_turn"),

@@ -4,16 +4,16 @@ sharing.
 Group: feeder
 
 Answers: Jin et al. (2023), the transitional model itself, whose thresholds and membership functions
-were not in the part we had; and what remains open in it: where contact begins, from where its
-penetration counts, and at which rate the film closes where its gap is held.
+were not in the part we had. Three choices are open: the start of contact, the datum of its
+penetration, and the closing rate of the film where its gap is held.
 
-Reproduced: largest force in joint B at 300 rpm, by thin oils and two clearances, for every choice;
-load sharing, which has no threshold, is the reference. Choices: squeeze rate of the held film
-(whole, or that of a gap that stands still), datum of contact (the threshold mixed, the wall as in
-Flores' hybrid, or the threshold full), Flores' hybrid and no transition. Thresholds: 0.4, 1, 3
+Reproduced: largest force in joint B at 300 rpm, by thin oils and two clearances, for every choice.
+Load sharing, which has no threshold, is the reference. Choices: squeeze rate of the held film
+(full, or that of a gap that stands still). Datum of contact (the threshold mixed, the wall as in
+Flores' hybrid, or the threshold full). Flores' hybrid and no transition. Thresholds: 0.4, 1, 3
 halved and doubled, each with memberships that are half-cosines, straight lines and polynomials of
-fifth degree, read from files as a reader of the paper would give them. A cross marks a force hole:
-the film has faded before the contact carries.
+fifth degree. They come from files, as a reader of the paper would give them. A cross marks a force
+hole: the film has faded before the contact carries.
 
 Assumed: parameter set feeder-A, roughness 0.8 um, Winkler's contact, Greenwood and Tripp's
 asperities in load sharing.

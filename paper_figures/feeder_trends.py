@@ -3,14 +3,14 @@ a table.
 
 Group: feeder
 
-Answers: Jin et al. (2023), its statements that impacts grow with the crank's speed, with the
-clearance and with the number of clearance joints, and that joints act on one another.
+Answers: Jin et al. (2023). They state that impacts grow with the crank's speed, with the clearance
+and with the number of clearance joints, and that joints act on one another.
 
 Reproduced: largest acceleration of the slider, largest force in joint B and largest moment of the
-crank at 150, 300 and 600 rpm, with radial clearances of 0.05, 0.1 and 0.2 mm, of the ideal
-mechanism and with transitional joints at B, at B and C, and at B, C and E. Beside each number
-stands that of a held film that does not squeeze, the other choice of the transition. The picture
-has the accelerations over the ideal ones, and says of each statement at which clearances it is met.
+crank at 150, 300 and 600 rpm. Radial clearances are 0.05, 0.1 and 0.2 mm. The mechanism is ideal,
+or has transitional joints at B, at B and C, and at B, C and E. Beside each number stands that of a
+held film that does not squeeze, the other choice of the transition. The picture has the
+accelerations over the ideal ones. It states for each statement at which clearances it is met.
 
 Assumed: parameter set feeder-A, oil of 5 mPa s, half-cosine memberships, runs of four turns of
 which two are left out.

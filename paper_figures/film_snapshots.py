@@ -3,14 +3,15 @@
 Group: feeder
 
 Answers: no figure of Jin et al. (2023), whose film model is a closed-form force without a pressure
-field; it shows what the tabulated film of the front picture stands for.
+field. It shows the pressure behind the tabulated film of the front picture.
 
-Reproduced: the state of joint B along the sixth turn at 300 rpm, and at six moments of it the
-Reynolds equation solved anew with the run's bearing, oil and cavitation; the table sets its load
-beside the force that the run had.
+Reproduced: the state of joint B along the sixth turn at 300 rpm. At six moments of it the Reynolds
+equation is solved again with the run's bearing, oil and cavitation. The table sets its load beside
+the force of the run.
 
-Assumed: the feeder's parameter set feeder-A, a bearing of length over diameter 1 without grooves
-that cavitates at ambient pressure, constant viscosity, rigid smooth surfaces at the nominal gap.
+Assumed: the feeder's parameter set feeder-A, and a bearing of length over diameter 1 without
+grooves that cavitates at ambient pressure. Also constant viscosity, rigid smooth surfaces at the
+nominal gap.
 
 Not comparable: pressures and film extents; the source prints none.
 """

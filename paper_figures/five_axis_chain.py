@@ -2,16 +2,17 @@
 
 Group: chains
 
-Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, case 1: driving torques of the five axes without
+Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, case 1. Driving torques of the five axes without
 friction, with Coulomb-viscous and with Stribeck friction, and the joint reactions behind them.
 
 Reproduced: the tree of five hinges about vertical axes, each accelerated by 0.2 rad/s² against its
-carrier; reactions with axial force and bending moments, the friction load made of them, and both
+carrier. Reactions with axial force and bending moments, the friction load made of them, and both
 friction laws with the printed coefficients.
 
-Assumed: the start from rest and a run of 5 s; which links weigh 3 kg (reading P, links 2 and 4; the
-table has reading Q as well); pin radius and friction arm 20 mm and bending arm 50 mm, to which all
-friction is proportional; exponent 2 of the Stribeck term; viscous friction by the rate alone.
+Assumed: the start from rest and a run of 5 s, and the links of 3 kg (reading P, links 2 and 4; the
+table has reading Q as well). Pin radius and friction arm are 20 mm and the bending arm 50 mm, to
+which all friction is proportional. The exponent of the Stribeck term is 2, and viscous friction
+follows the rate alone.
 
 Not comparable: every number; the part of the source we had prints no torque and no error, only that
 it agrees with ADAMS. Instead the ideal torques agree with Pinocchio to rounding (see the tests).

@@ -3,17 +3,18 @@ LuGre.
 
 Group: joints
 
-Answers: Guo, Ju and Wang (2024), the two friction laws of their joints; Chacko and Khan (2017), the
-combined breakaway, Coulomb and viscous law with its linear zone at rest; for clearance joints the
+Answers: Guo, Ju and Wang (2024), the two friction laws of their joints. Chacko and Khan (2017), the
+combined breakaway, Coulomb and viscous law with its linear zone at rest. For clearance joints the
 comparisons of friction laws over speed in the literature (Marques et al., Nonlinear Dyn. 86 (2016)
 1407).
 
-Reproduced: every law with the coefficients that its source prints; the value 24.995 N m at the
-threshold of the linear zone, which fixes the decay coefficient as 10; hysteresis before sliding,
+Reproduced: every law with the coefficients that its source prints. The value 24.995 N m at the
+threshold of the linear zone fixes the decay coefficient as 10. Also hysteresis before sliding,
 breakaway and the lag of the friction force of LuGre.
 
-Assumed: the exponent of the Stribeck term (1 and 2 are drawn), the breakaway rate 0.1 of the smooth
-law, alike coefficients and speeds for all laws of clearance joints, and all parameters of LuGre.
+Assumed: the exponent of the Stribeck term (1 and 2 are drawn) and the breakaway rate 0.1 of the
+smooth law. Also equal coefficients and speeds for all laws of clearance joints, and all parameters
+of LuGre.
 
 Not comparable: the measured Stribeck curve of Guo, Ju and Wang, of which we had no data.
 """

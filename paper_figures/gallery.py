@@ -1,4 +1,4 @@
-"""All figures together: drawing one, the manifest that says what lies behind each, and the page
+"""All figures together: drawing one, the manifest that lists the data behind each, and the page
 that shows them.
 """
 
@@ -56,8 +56,8 @@ def drawn(
     say: Callable[[str], None] | None = None,
     results: Path | None = None,
 ) -> Entry:
-    """Draw one figure; where that fails, the status says why, and the log beside the figures
-    where.
+    """Draw one figure. Where that fails, the status has the reason, and the log beside the figures
+    the place.
     """
     work = workshop.Workshop(folder, name, quick, fresh, say or (lambda text: None), results)
     title, about = workshop.about(name)
@@ -103,8 +103,8 @@ def read(folder: Path) -> dict[str, dict]:
 def page(folder: Path) -> Path:
     """Write the page that shows all figures of a folder by groups.
 
-    On top stand small pictures that link to the figures; below, each figure with what its script
-    and the manifest say.
+    On top stand small pictures that link to the figures. Below stands each figure with the text of
+    its script and of the manifest.
     """
     groups, shown = _by_group(read(folder)), Page("Figures of clearance")
     small = [

@@ -2,23 +2,24 @@
 
 Group: manipulator
 
-Answers: Chacko and Khan, Tribology in Industry 39 (2017), simulations 1 to 3: inputs with both
-derivatives (Figs. 8 to 11 of the source); angle, speed, acceleration, torque and friction torque of
-the pins J1 to J3 (Figs. 13 to 15); force and friction force of the actuators (Figs. 16 to 18), with
-the combined breakaway, Coulomb and viscous friction in all pins and slides; path of the tooth with
+Answers: Chacko and Khan, Tribology in Industry 39 (2017), simulations 1 to 3. Inputs with both
+derivatives (Figs. 8 to 11 of the source). Angle, speed, acceleration, torque and friction torque of
+the pins J1 to J3 (Figs. 13 to 15). Force and friction force of the actuators (Figs. 16 to 18), with
+the combined breakaway, Coulomb and viscous friction in all pins and slides. Path of the tooth with
 the effect of the filter (Fig. 20). A pin is passive: the torque shown is that of its actuator about
 it, force times lever arm. Axes leave out the filter's start-up, which has its own picture.
 
 Reproduced: printed masses, centres of mass, sinusoids, time constants of the input filter and
-friction levels, with the linear zone at rest; the start-up transient of the filter, whose
+friction levels, with the linear zone at rest. The start-up transient of the filter: its
 acceleration starts with a jump and turns round, with its extremum at twice the time constant.
 
-Assumed: every length, anchor and inertia, the direction of the load of 150 N, which sinusoid moves
-which actuator, and the dig pattern of simulations 2 and 3, which the source shows as a figure only.
+Assumed: every length, anchor and inertia, the direction of the load of 150 N, and the match of
+sinusoids and actuators. Also the dig pattern of simulations 2 and 3, which the source shows as a
+figure only.
 
 Not comparable: forces and strokes. The printed +-1 N of actuator force cannot go with loads of 150
-N, and the printed 27.6 N m of pin torque is more than the printed friction law can give. Of the
-printed peak times 0.1995 s is twice the filter's time constant, 0.103 s close to it and 0.181 s
+N. The printed 27.6 N m of pin torque is more than the printed friction law can give. Of the printed
+peak times 0.1995 s is twice the filter's time constant, 0.103 s close to it and 0.181 s
 between: they are read as its start-up, which the missing lengths leave unproved.
 """
 

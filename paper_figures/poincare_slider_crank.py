@@ -2,9 +2,8 @@
 
 Group: joints
 
-Answers: no figure of the four sources; the sections that the literature on dry clearance joints
-draws (Flores, Ravn, Parenteau, Skrinjar and their co-authors) for the slider-crank of the Flores
-group.
+Answers: no figure of the four sources. The literature on dry clearance joints draws these sections
+for the slider-crank of the Flores group (Flores, Ravn, Parenteau, Skrinjar and their co-authors).
 
 Reproduced: the journal's centre, and the slider's velocity and acceleration, once a turn for 1000
 turns: one point at 3000 rpm, where the motion comes back every turn, and a scattered set at 5000
@@ -13,8 +12,8 @@ rpm, where it does not.
 Assumed: Lankarani-Nikravesh contact of steel with restitution 0.9, smooth Coulomb friction of 0.03,
 clearance 1 mm; 200 turns are left out at the start.
 
-Not comparable: shapes of the sections of those papers, whose masses, friction and contact differ;
-single points of the irregular motion depend on rounding, its cloud does not.
+Not comparable: shapes of the sections of those papers, whose masses, friction and contact differ.
+Single points of the irregular motion depend on rounding, its cloud does not.
 """
 
 from contextlib import ExitStack

@@ -3,18 +3,19 @@
 Group: feeder
 
 Answers: Jin et al. (2023), the joint in which film and contact share the load by fuzzy weights of
-the lubrication state; one page of what a run gives, as the first command of the README draws it.
+the lubrication state. It is one page of the content of a run, as the first command of the README
+draws it.
 
 Reproduced: the transition model: memberships of the film thickness ratio in full film, mixed and
-dry weigh film and contact; six turns that begin with the journal in the middle of its clearance:
-slider acceleration, drive torque, joint forces, the journal's path and its regimes, and the share
-of the load that the solids carry.
+dry weigh film and contact. Six turns begin with the journal in the middle of its clearance. The
+page has slider acceleration, drive torque, joint forces, the journal's path and its regimes, and
+the share of the load on the solids.
 
-Assumed: all lengths, masses and inertias, and the joint's size (parameter set feeder-A);
-half-cosine memberships with thresholds 0.4, 1 and 3, oil of 5 mPa s so that the film gets thin; the
+Assumed: all lengths, masses and inertias, and the joint's size (parameter set feeder-A).
+Half-cosine memberships with thresholds 0.4, 1 and 3, oil of 5 mPa s so that the film gets thin. The
 film is the tabulated solution of the Reynolds equation, not the source's Pinkus-Sternlicht formula.
 
-Not comparable: when and how long the joint is mixed, and all amplitudes; the source's lengths,
+Not comparable: times and durations of the mixed state, and all amplitudes. The source's lengths,
 masses and membership functions are not in the part of it we had.
 """
 

@@ -2,11 +2,11 @@
 
 Group: feeder
 
-Answers: Jin et al. (2023), how speed and clearance act on motion and joint forces, which the source
-shows for a few values of each; here as maps of 20 by 20 runs.
+Answers: Jin et al. (2023), the effect of speed and clearance on motion and joint forces. The source
+shows it for a few values of each; here it is in maps of 20 by 20 runs.
 
-Reproduced: trends: over most of the map the dry joint multiplies forces and accelerations by ten
-and more, and neighbouring points differ because its motion is irregular; oil of 5 mPa s keeps
+Reproduced: trends. Over most of the map the dry joint multiplies forces and accelerations by ten
+and more, and neighbouring points differ because its motion is irregular. Oil of 5 mPa s holds
 forces near those of ideal joints until speed and clearance are so large that the film thins to the
 roughness. The table has rank correlations with speed and clearance, and where the source's
 statement is met that impacts grow with both.

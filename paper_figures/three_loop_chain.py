@@ -2,20 +2,20 @@
 
 Group: chains
 
-Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, case 2: driving torque of the closed chain
+Answers: Guo, Ju and Wang, Aerospace 11 (2024) 368, case 2. Driving torque of the closed chain
 without friction, with Coulomb-viscous and with Stribeck friction at the driven joint. Friction in
 all ten pins is our extension.
 
 Reproduced: seven links, ten hinges and three loops, decoded from the nine printed vectors (met
-within their rounding); driving torque and all reactions at a crank speed of 0.1 rad/s, with the
+within their rounding). Driving torque and all reactions at a crank speed of 0.1 rad/s, with the
 printed masses and friction coefficients.
 
-Assumed: the sense of turning, a run of 10 s, pin radius 10 mm in all pins, exponent 2 of the
-Stribeck term, viscous friction by the rate alone.
+Assumed: the sense of turning, a run of 10 s and pin radius 10 mm in all pins. Also exponent 2 of
+the Stribeck term, and viscous friction by the rate alone.
 
 Not comparable: every number; the part of the source we had prints no torque and no error, only that
 it agrees with ADAMS. At the constant crank speed, which is the printed Stribeck rate, the source's
-Stribeck factor stays at 0.105: its case shows how friction follows the load, not the Stribeck
+Stribeck factor stays at 0.105. Its case shows how friction follows the load, not the Stribeck
 curve.
 """
 

@@ -4,9 +4,9 @@ Group: measured
 
 Answers: no figure of the sources; it is the evidence behind `clearance wear`.
 
-Reproduced: the depth of a loaded bushing after 1000 turns by dynamics and jumps, against the
-closed form of an elastic foundation under a load at rest. Implicit jumps replay the load path of
-a turn and are stable at any length; explicit ones (wear of a turn times turns) are those of the
+Reproduced: the depth of a loaded bushing after 1000 turns by dynamics and jumps. The comparison is
+the closed form of an elastic foundation under a load at rest. Implicit jumps replay the load path
+of a turn and are stable at any length. Explicit ones (wear of a turn times turns) are those of the
 literature. The dashed line is what running every turn would cost.
 
 Assumed: 1000 N at rest in a bearing of 10 mm radius and 0.1 mm clearance, Archard's law; stages of

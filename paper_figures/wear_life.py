@@ -5,8 +5,8 @@ Group: joints
 Answers: no figure of the sources; Mukras et al. (SAE 2009-01-0403; J. Tribology 132 (2010) 031604)
 print the depth of such a bushing over its turns.
 
-Reproduced: the depth of wear_a beside the closed form of a rigid journal under the load path of
-the first turn alone, which a designer needs no code for. The worn outline beside the arc of a
+Reproduced: the depth of wear_a beside the closed form of a rigid journal under the load path of the
+first turn alone. A designer needs no code for that form. The worn outline beside the arc of a
 circle that Dufrane measured and films of worn bearings assume: it is a result here. The normal
 load over the force, by which a law V = k F s falls short.
 

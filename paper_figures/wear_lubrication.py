@@ -5,13 +5,13 @@ Group: joints
 Answers: no figure of the sources; studies of worn joints with oil (Zhu, Li and Shen 2019) state
 that oil cuts wear by orders of magnitude.
 
-Reproduced: depth that a metre of sliding wears off, over the speed of the journal: the contact of
-a dry bearing carries all of the load, asperities of a mixed one carry what the film leaves, and a
+Reproduced: depth that a metre of sliding wears off, over the speed of the journal. The contact of a
+dry bearing carries all of the load. Asperities of a mixed one carry the rest beside the film, and a
 film alone wears nothing. What wear makes of the mixed bearing: film thickness ratio and share of
 the asperities over the life at one speed.
 
 Assumed: a short bearing of steel (radius 10 mm, length 8 mm, clearance 50 um, roughness 0.8 um)
-under 400 N at rest in oil of 50 mPa s; Archard's law with one coefficient, 1e-15 m2/N.
+under 400 N at rest in oil of 50 mPa s. Archard's law has one coefficient, 1e-15 m2/N.
 
 Not comparable: all numbers; no source has such a bearing.
 """

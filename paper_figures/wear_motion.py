@@ -5,12 +5,12 @@ Group: joints
 Answers: no figure of the sources; Mukras et al. and Flores (2009) state that wear changes the
 motion.
 
-Reproduced: a slider-crank with a dry joint between rod and slider, on outlines that are worn in
-the shape of its first turns and scaled to depths of up to 0.3 clearances. For each: the largest
-Lyapunov exponent with its error, the largest joint force, and the spread of the slider's
-acceleration once a turn. Exponents are those of short runs: the table has the verdict on each.
+Reproduced: a slider-crank with a dry joint between rod and slider, on worn outlines. They have the
+shape of its first turns, scaled to depths of up to 0.3 clearances. For each: the largest Lyapunov
+exponent with its error, the largest joint force, and the spread of the slider's acceleration once a
+turn. Exponents are those of short runs: the table has the verdict on each.
 
-Assumed: 0.1 mm of clearance at 300 rpm, a coefficient of restitution of 0.5, Winkler's contact; the
+Assumed: 0.1 mm of clearance at 300 rpm, a coefficient of restitution of 0.5, Winkler's contact. The
 shape of the wear of a chaotic motion is that of four turns.
 
 Not comparable: all numbers.

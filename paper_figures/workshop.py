@@ -2,9 +2,9 @@
 notes.
 
 A script is a module of this folder with a docstring (its title, then a paragraph for each of
-`PARTS`) and a function `draw(work)`, which asks `work` for results and hands it what it draws.
-Results lie under `DIR/results`, or in a folder given, and are used again as long as the scene, the
-options, the case and the sources of the physics are the same.
+`PARTS`) and a function `draw(work)`. The function requests results from `work` and hands it the
+drawing. Results lie under `DIR/results`, or in a folder given. They are used again as long as the
+scene, the options, the case and the sources of the physics are the same.
 """
 
 import ast
@@ -46,12 +46,12 @@ GROUPS = {
     "evidence": "Evidence of the code",
     "measured": "Measurements of the code",
 }
-#: the group whose figures measure the code, most of them its run times: they are drawn where they
-#: are named or asked for, one at a time
+#: the group whose figures measure the code, most of them its run times: they are drawn one at a
+#: time, by name or on request
 TIMED = "measured"
-#: paragraphs of a script's docstring: one of GROUPS, what of the source it answers, what is
-#: reproduced, what had to be assumed, and what cannot be compared because the source gives no
-#: number
+#: paragraphs of a script's docstring: one of GROUPS, the questions of the source, the reproduced
+#: part, the assumptions. The last has numbers that cannot be compared because the source gives
+#: none.
 PARTS = ("Group", "Answers", "Reproduced", "Assumed", "Not comparable")
 #: packages on whose sources no result depends
 WITHOUT_PHYSICS = ("commands", "evidence")
@@ -98,9 +98,9 @@ class Workshop:
     """Place where the pictures and tables of one figure are made, with a note of its sources.
 
     folder: of pictures and tables; name: of the figure, stem of its files; quick: a coarse preview,
-        in which scripts ask for `less`; fresh: runs of before are not used again; say: called with
-        what is being done; results: folder of runs and sweeps, which several folders of pictures
-        may share (default `results` in the first one).
+        for which scripts request `less`; fresh: runs of before are not used again; `say`: called
+        with a text on each piece of work; results: folder of runs and sweeps, which several folders
+        of pictures may share (default `results` in the first one).
     """
 
     def __init__(
@@ -216,8 +216,8 @@ class Workshop:
         self.drawing(lambda path: save(figure, path, dpi=150), suffix=suffix)
 
     def drawing(self, draw: Callable, *arguments, suffix: str = "", **more) -> None:
-        """Save in all kinds what draw(*arguments, path, **more) draws; suffix: tells the pictures
-        of a script apart.
+        """Save in all kinds what draw(*arguments, path, **more) draws; suffix: distinguishes the
+        pictures of a script.
         """
         for kind in KINDS:
             path = self._file(suffix, kind)

@@ -66,10 +66,10 @@ def channel(record: Record, path: str) -> Channel:
         return channels[0]
     if channels:
         raise ValueError(
-            f"channel {path!r} may be {' or '.join(c.path for c in channels)}; give the whole path"
+            f"channel {path!r} may be {' or '.join(c.path for c in channels)}; give the full path"
         )
     raise ValueError(
-        f"{name_of(record)} has no channel {path!r}, or it was not kept; it has "
+        f"{name_of(record)} has no channel {path!r}, or it was not stored; it has "
         f"{_known(record, path)}"
     )
 
@@ -345,4 +345,4 @@ def principal(record: Record) -> str:
         if {"x", "y"} <= set(record.names(f"bodies/{body}")) and record.time.size:
             spans = [np.ptp(record.values(f"bodies/{body}/{axis}")) for axis in "xy"]
             return f"bodies/{body}/{{}}{'xy'[int(np.argmax(spans))]}"
-    raise ValueError(f"{name_of(record)} has kept no body's x and y; name the channels")
+    raise ValueError(f"{name_of(record)} has no body's x and y; name the channels")

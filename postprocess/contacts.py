@@ -109,7 +109,7 @@ def _gradual(record: Record, joint: str) -> bool:
         return bool((record.values(path) > 0.0).any())
     if record.described(joint).get("transition"):
         raise ValueError(
-            f"{name_of(record)}: mixed joint {joint} needs the channel {path}, which was not kept"
+            f"{name_of(record)}: mixed joint {joint} needs the channel {path}, which was not stored"
         )
     return False
 
@@ -355,7 +355,7 @@ def _rose(axes, touches: Contacts, frame: str) -> None:
     angle = touches.angle[np.isfinite(touches.angle)]
     axes.set_title(f"where they began, in the {frame} frame", fontsize="small")
     if not angle.size:
-        axes.set_xlabel("eccentricity or bearing angle not kept")
+        axes.set_xlabel("eccentricity or bearing angle not stored")
         return
     numbers, edges = np.histogram(angle, np.linspace(-np.pi, np.pi, SECTORS + 1))
     axes.bar(

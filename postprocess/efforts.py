@@ -115,7 +115,7 @@ def rate(record: Record, joint: str) -> np.ndarray:
 
 def _kept(record: Record, path: str) -> np.ndarray:
     if path not in record:
-        raise ValueError(f"channel {path} of {name_of(record)} was not kept")
+        raise ValueError(f"channel {path} of {name_of(record)} was not stored")
     return record.values(path)
 
 
@@ -282,9 +282,8 @@ def efforts(record: Record, path: str | Path) -> Path:
     panels = driving_panels(record, added=True)
     if not panels:
         driven = any(load["type"] == "Drive" for load in record.scene["loads"])
-        raise ValueError(
-            f"{name_of(record)}: this run has {'kept no driving effort' if driven else 'no drive'}"
-        )
+        lacks = "stored no driving effort" if driven else "no drive"
+        raise ValueError(f"{name_of(record)}: this run has {lacks}")
     figure = figures.sheet(7.5, 1.3 + 2.1 * len(panels))
     grid = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, draw_panel in zip(grid, panels, strict=True):
@@ -308,7 +307,7 @@ def friction(
     """
     channels = joint_friction(record)
     if not channels:
-        had = "kept no" if rubbing_joints(record.scene) else "no"
+        had = "stored no" if rubbing_joints(record.scene) else "no"
         raise ValueError(f"{name_of(record)}: this run has {had} joint friction")
     names = [joints] if isinstance(joints, str) else list(joints or channels)
     if unknown := [j for j in names if j not in channels]:

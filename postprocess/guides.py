@@ -48,7 +48,7 @@ def guides(record: Record, path: str | Path, *, joints: str | Iterable[str] | No
             f"no slide with clearance {unknown[0]!r}; there are {', '.join(slides) or 'none'}"
         )
     if not names:
-        raise ValueError("this run has kept the motion of no slide with clearance")
+        raise ValueError("this run has the motion of no slide with clearance")
     figure = sheet(11.0, 5.6 * len(names) + 0.6)
     parts = figure.subfigures(2 * len(names), 1, height_ratios=[1.0, 2.0] * len(names))
     for name, above, below in zip(names, parts[0::2], parts[1::2], strict=True):

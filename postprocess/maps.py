@@ -162,9 +162,8 @@ class Choice:
         )
         if only_settled and not (np.isfinite(choice.period) & choice.done).any():
             raise ValueError(
-                f"no run of {sweep.folder} is known to have settled: a period is told of runs of "
-                f"at least "
-                f"{TURNS} whole turns after --settle, with clearance joints"
+                f"no run of {sweep.folder} is certain to have settled: a period needs runs "
+                f"of at least {TURNS} full turns after --settle, with clearance joints"
             )
         return choice
 
@@ -214,7 +213,7 @@ class Choice:
         if not chosen:
             what = ", ".join(self.names) or "nothing"
             raise ValueError(
-                f"no parameter tells the points of {self.sweep.folder} apart; what varies: {what}"
+                f"no parameter distinguishes the points of {self.sweep.folder}; what varies: {what}"
             )
         return min(chosen, key=lambda n: self.axis(n).named)
 
@@ -799,7 +798,7 @@ def bifurcation_of(
         passages.append((axis.values[place], rows))
     if labels is None:
         raise ValueError(
-            f"none of the {len(passages)} points asked for has the file of a complete run in "
+            f"none of the {len(passages)} requested points has the file of a complete run in "
             f"{sweep.folder}"
         )
     if not any(len(rows) for _, rows in passages):

@@ -188,7 +188,7 @@ def orbits(result: Result, path: str | Path, *, joints: str | Iterable[str] | No
             f"{', '.join(with_paths) or 'none'}"
         )
     if not names:
-        raise ValueError(f"{result.path.name} has kept the eccentricity of no clearance joint")
+        raise ValueError(f"{result.path.name} has the eccentricity of no clearance joint")
     mixed = [j for j in names if set(result.names(f"joints/{j}")) >= OF_STATES]
     plain = [j for j in names if j not in mixed]
     columns = 3 if mixed else min(len(plain), 3)

@@ -54,7 +54,7 @@ def _fields(record: Record, joint: str | None) -> tuple[str, PressureFields]:
     """The joint requested, or the first one with fields, and its fields."""
     names = [n for n in record.clearances if record.pressure_fields(n) is not None]
     if not names:
-        raise ValueError(f"{record.path.name} has kept no pressure fields; {KEEP}")
+        raise ValueError(f"{record.path.name} has no pressure fields; {KEEP}")
     if joint is not None and joint not in names:
         raise ValueError(
             f"{record.path.name} has no pressure fields of joint {joint!r}; of {', '.join(names)}"

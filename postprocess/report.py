@@ -191,7 +191,7 @@ def _needing(
             raise ValueError("the run has fewer than two samples")
         if absent:
             more = f" and {len(absent) - NAMED} more" if len(absent) > NAMED else ""
-            raise ValueError(f"these channels were not kept: {', '.join(absent[:NAMED])}{more}")
+            raise ValueError(f"these channels were not stored: {', '.join(absent[:NAMED])}{more}")
         return draw(path)
 
     return checked
@@ -251,7 +251,7 @@ def _range(values: np.ndarray, units: str) -> str:
 def _ledger(run: Result) -> str:
     share, turned = run.solver["energy_residual_share"], run.facts("energy").get("turned_over", 0.0)
     if share == 0.0 and "energy/residual" not in run:
-        return "no energy ledger was kept or integrated"
+        return "no energy ledger was stored or integrated"
     words = f"at worst {number(share)} of the energy turned over in a stretch of the run"
     return f"{words}; {quantity(turned, 'J')} were turned over in all"
 
@@ -264,7 +264,7 @@ def _summary(run: Result, settle: float | None) -> list[Markup]:
 
     Where they need channels that were not stored, the ranges of those that were.
     """
-    numbers, words = kept_metrics(run), "As the sweep that this run belongs to has kept them."
+    numbers, words = kept_metrics(run), "As the sweep that this run belongs to has stored them."
     before = {}
     if not numbers:
         window = Window.of(run, settle)
@@ -414,7 +414,7 @@ def _overview(page: Page, run: Result, settle: float | None) -> Markup:
     if all(p in run for p in wanted) or not present or run.time.size < 2:
         return drawn
     instead = partial(histories, run, channels=present[:MOST_PANELS])
-    return join([drawn, page.picture(instead, "Channels that were kept", run.time.size)])
+    return join([drawn, page.picture(instead, "Channels that were stored", run.time.size)])
 
 
 def overview_channels(run: Result) -> list[str]:
@@ -454,7 +454,7 @@ def _joint(page: Page, run: Result, joint: str) -> list[Markup]:
         for name, what, units in JOINT_FACTS
         if name in numbers
     ]
-    parts = [element("div", element("p", "Over the whole run:"), facts(rows))] if rows else []
+    parts = [element("div", element("p", "Over the entire run:"), facts(rows))] if rows else []
     described = run.described(joint)
     if described["type"] == "ClearancePrismatic":
         draw = _needing(
@@ -495,7 +495,7 @@ def _contacts(page: Page, run: Result, joint: str) -> list[Markup]:
     draw = partial(contacts, run, joints=joint)
     return [
         title,
-        element("p", "Over the whole run:"),
+        element("p", "Over the entire run:"),
         facts(rows),
         page.picture(draw, f"Contact statistics of joint {joint}", len(run.events["time"])),
     ]
@@ -544,7 +544,7 @@ def _spectrum(page: Page, run: Result) -> Markup:
     def draw(path: Path) -> Path:
         channels = [f"bodies/{body}/{c}" for c in ("ax", "ay") if f"bodies/{body}/{c}" in run]
         if not channels:
-            raise ValueError("its channels ax and ay were not kept")
+            raise ValueError("its channels ax and ay were not stored")
         largest = max(
             channels, key=lambda p: float(np.ptp(run.values(p))) if run.time.size else 0.0
         )
@@ -578,7 +578,7 @@ def _provenance(run: Result) -> list[Markup]:
         *((n.replace("_", " of ", 1), v) for n, v in about.items() if n.startswith("version_")),
         ("kernel", element("code", f"sha256 {digest}")),
     ]
-    rows.append(("channels kept", len(kept_channels(run))))
+    rows.append(("channels stored", len(kept_channels(run))))
     how = (
         f"import clearance as cl\nrun = cl.open_result({path.name!r})\nrun.time, run.scene, "
         'run.names("bodies")'

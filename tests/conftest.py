@@ -28,7 +28,7 @@ pytest_plugins = ["tests.validation.table"]
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """The tests of a file go to one worker, unless the command line says otherwise."""
+    """The tests of a file go to one worker, unless the command line states otherwise."""
     from xdist.scheduler import LoadFileScheduling
 
     return LoadFileScheduling(config, log) if config.option.dist == "load" else None

@@ -49,8 +49,8 @@ def test_crank_as_given(order):
 
 @pytest.mark.parametrize("order", [*permutations(range(2))])
 def test_cart_and_pole(order):
-    """A cart given off its rail goes straight to it; its place along it and the pole's angle are
-    kept (rounding).
+    """A cart given off its rail goes straight to it; its place along it and the pole's angle stay
+    as they are (rounding).
     """
     cart = m.body("cart", {"P": (0, 0)}, position=(0.3, 0.02))
     pole = m.body("pole", {"P": (0, 0), "Q": (0.4, 0)}, angle=-1.2, com=(0.2, 0.0))

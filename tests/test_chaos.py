@@ -1,6 +1,4 @@
-"""Statistics of chaotic motion: runs that go on, intervals that agree, errors that are asked
-for.
-"""
+"""Statistics of chaotic motion: runs that go on, intervals that agree, requested errors."""
 
 import json
 from dataclasses import replace
@@ -40,11 +38,11 @@ def test_a_run_goes_on_where_it_stopped():
 
 
 def test_reached(actual):
-    """Both that were asked for; nothing else need be."""
+    """Both that were requested; nothing else need be."""
     assert actual.reached
     assert set(actual.asked) == {FORCE, "drive_crank_torque_rms"}
     assert actual[FORCE].mean.share <= 0.3
-    assert actual.verdict.startswith("+- 30 % asked for, +- ")
+    assert actual.verdict.startswith("+- 30 % requested, +- ")
     starts, turns = actual.shape
     assert starts == 4
     assert actual[FORCE].mean.count == starts * (turns - actual.left_out)
@@ -70,7 +68,7 @@ def test_quantiles(actual):
 
 
 def test_not_reached():
-    """Says what it would take: four times the turns for half the width."""
+    """States what it would take: four times the turns for half the width."""
     result = cl.statistics(SCENE, 0.01, max_turns=160, check=False)
     assert not result.reached
     assert result.turns == 160
@@ -176,7 +174,7 @@ def test_command(tmp_path, capsys):
     status, message = command(tmp_path, capsys, *words)
     assert status == 0, message.err
     assert "comparable until turn" in message.out
-    assert "+- 60 % asked for, +- " in message.out
+    assert "+- 60 % requested, +- " in message.out
     assert "reached for joint_C_force_peak" in message.out
     assert (tmp_path / "r_turns.png").stat().st_size > 20_000
     with h5py.File(tmp_path / "r.h5") as file:
@@ -184,7 +182,7 @@ def test_command(tmp_path, capsys):
 
 
 def test_command_that_does_not_reach_it(tmp_path, capsys):
-    """Exit status 1, what was reached, what it would take; the file is kept."""
+    """Exit status 1, what was reached, what it would take; the file stays."""
     status, message = command(tmp_path, capsys, "--error", "1%", "--max-turns", "160", "--json")
     document = json.loads(message.out)
     assert status == 1

@@ -46,7 +46,7 @@ def same(one, other) -> None:
 
 
 def killed_at(path, stretches: int) -> None:
-    """Start a run in a process of its own and kill it once it has kept so many stretches."""
+    """Start a run in a process of its own and kill it once it has stored so many stretches."""
     process = subprocess.Popen([sys.executable, "-c", CALL, str(path), str(TURNS)])
     wanted = path.with_name(f"{path.name}.parts") / f"{stretches:04d}.h5.partial"
     deadline = time.monotonic() + 120.0

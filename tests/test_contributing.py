@@ -177,7 +177,7 @@ def test_the_linter_has_nothing_to_say(walked):
 
 
 def test_the_law_is_new():
-    """The walk adds what the package has not got."""
+    """The walk adds what the package lacks."""
     assert "carvalho_martins" not in cl.__all__
     assert not (ROOT / "cases" / "quick_return.py").exists()
 

@@ -1,4 +1,4 @@
-"""Damaged and foreign files: said in one line, by file and place, and no wrong number is read.
+"""Damaged and foreign files: stated in one line, by file and place, and no wrong number is read.
 
 The long form of the first tests is `python -m tests.benchmarks.damage`.
 """

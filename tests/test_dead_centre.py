@@ -119,8 +119,8 @@ def falling_parallelogram(clearance):
 
 
 def test_a_mechanism_that_stands_still_at_its_dead_centre_is_named():
-    """A force along a stretched slider-crank without weight: no part moves, and a warning says so.
-    With its weight it moves, without a warning.
+    """A force along a stretched slider-crank without weight: no part moves, and a warning states
+    so. With its weight it moves, without a warning.
     """
     crank, rod = bar("crank", 0.06), bar("rod", 0.1)
     slider = cl.Body("slider", 0.1, 1e-4, points={"p": (0, 0)})

@@ -64,8 +64,8 @@ def test_R9_simulate_and_sweep_refuse_it_too(more, tmp_path):
 
 
 def test_R9_what_the_disk_cannot_hold_is_refused(tmp_path, monkeypatch):
-    """By all the channels that are kept, at eight bytes a number; --force and force=True begin all
-    the same.
+    """By all the channels that are stored, at eight bytes a number; --force and force=True begin
+    all the same.
     """
     monkeypatch.setattr(demand.shutil, "disk_usage", lambda path: type("", (), {"free": 100_000})())
     with pytest.raises(

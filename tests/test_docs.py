@@ -1,4 +1,4 @@
-"""The site: its sources are whole, its code runs, and it is built where Sphinx is installed."""
+"""The site: its sources are complete, its code runs, and it is built where Sphinx is installed."""
 
 import importlib.util
 import re

@@ -132,14 +132,14 @@ def test_errors_in_the_file(stated):
 
 
 def test_what_gets_no_errors(tmp_path, feeder):
-    """Impacts, checkpoints, what was not asked for: the file says why, and the mapping is empty."""
+    """Impacts, checkpoints, no request: the file states why, and the mapping is empty."""
     dry = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.1, **SAMPLES)
     assert (len(dry.errors), dry.errors.reason) == (
         0,
         "neighbouring trajectories may part at impacts",
     )
     none = cl.simulate(feeder, turns=0.1, error=None, **SAMPLES)
-    assert none.errors.reason == "none was asked for"
+    assert none.errors.reason == "none was requested"
     stored = cl.simulate(feeder, turns=0.1, path=tmp_path / "run.h5", checkpoint=60.0, **SAMPLES)
     assert stored.errors.reason.startswith("a run with checkpoints is a long one: ")
     assert np.isnan(stored.errors.trajectory)
@@ -189,7 +189,7 @@ def test_a_run_whose_numbers_change():
 
 
 def test_films_that_are_solved_as_the_run_goes():
-    """Not by default, for a second run costs as much again; stated where they are asked for."""
+    """Not by default, for a second run costs as much again; stated where they are requested."""
     scene = cl.load_case("slider_crank", model="lubricated", film="fem")
     short = {"turns": 0.01, "samples_per_turn": 400}
     reason = companion.reason_without(prepare(scene, **short), "auto")
@@ -215,7 +215,7 @@ def test_a_companion_begins_where_its_run_began(feeder):
 
 
 def test_a_companion_that_fails(feeder, monkeypatch):
-    """The next tighter one takes its place; where that fails too, the run is kept and says why it
+    """The next tighter one takes its place; where that fails too, the run stays and states why it
     states nothing.
     """
     asked, plain = [], companion.companion
@@ -252,8 +252,8 @@ def test_an_interrupt_keeps_the_run(feeder, tmp_path, monkeypatch):
 
 
 def test_motions_that_do_not_forget_their_start():
-    """A double pendulum loses digits as it goes: the stated error of its trajectory says so, and is
-    above the true.
+    """A double pendulum loses digits as it goes: the stated error of its trajectory states so, and
+    is above the true.
     """
     scene = cl.load_case("double_pendulum")
     actual, exact = (
@@ -268,7 +268,7 @@ def test_shares_and_sums():
     error = Error(-4.0, 0.2, "N", film=0.1)
     assert (error.relative, error.total) == (0.05, pytest.approx(0.3))
     assert (Error(0.0, 0.1).relative, Error(0.0, 0.0).relative) == (np.inf, 0.0)
-    assert "none was asked" in repr(Errors(reason="none was asked for"))
+    assert "none was asked" in repr(Errors(reason="none was requested"))
 
 
 def test_json(tmp_path, capsys):
@@ -282,11 +282,11 @@ def test_json(tmp_path, capsys):
     )
     assert main(["run", "six_bar_feeder", "--no-error", *out]) == 0
     document = json.loads(capsys.readouterr().out)
-    assert document["errors"] == {"reason": "none was asked for"}
+    assert document["errors"] == {"reason": "none was requested"}
     assert "peak_force_error" not in document["joints"]["B"]
 
 
-# --- errors that are asked for
+# --- errors that are requested
 def test_requests_are_read():
     """Numbers, percent, names; what is none is named."""
     assert Request.of("5%").asked == {"all": pytest.approx(0.05)}
@@ -299,7 +299,7 @@ def test_requests_are_read():
         (-1.0, "error"),
         (2.0, "less than 1"),
         ({}, "give a number"),
-        ("1e-3,1e-4", "asks twice for all numbers"),
+        ("1e-3,1e-4", "requests twice all numbers"),
         ("a=1e-3,b=", "error of b: '' is no number"),
     ):
         with pytest.raises(ValueError, match=text):
@@ -323,8 +323,8 @@ def test_a_request_is_reached(feeder, exact):
 
 
 def test_a_request_beyond_the_film_table(feeder, tmp_path):
-    """1e-6 of the smallest gap: the table's own error is larger, which is told before digits are
-    bought.
+    """1e-6 of the smallest gap: the table's own error is larger, which is reported before digits
+    are bought.
     """
     with pytest.raises(
         NotReached, match=r"the film table alone makes 1\.[0-9]e-04 of joint_B_gap_min"
@@ -343,7 +343,7 @@ def test_a_request_beyond_the_film_table(feeder, tmp_path):
 
 def test_requests_that_cannot_be_reached(feeder, tmp_path):
     """Chaos, a name there is not, checkpoints, a run that fails, a tolerance beyond rounding: each
-    says so.
+    states so.
     """
     dry = cl.load_case(
         "slider_crank", model="dry", clearance=1e-3, speed=cl.rpm(5000), friction_coefficient=0.03
@@ -393,13 +393,13 @@ def test_an_interrupted_request_keeps_its_best_run(feeder, tmp_path, monkeypatch
     monkeypatch.setattr(Ladder, "_verdict", lambda *_: setattr(_[0], "past", [(1.0, 10.0)]))
     with pytest.raises(KeyboardInterrupt) as request:
         cl.simulate(feeder, turns=0.1, error=1e-3, path=tmp_path / "run.h5", **SAMPLES)
-    assert "best run so far is kept" in request.value.__notes__[0]
+    assert "best run so far is stored" in request.value.__notes__[0]
     with open_result(tmp_path / "run.h5") as stored:
         assert stored.errors.asked == {"all": 1e-3}
 
 
 def test_the_command_asks(tmp_path, capsys):
-    """Exit status 0 where it is reached, 1 with the file kept where not, 2 for what does not go
+    """Exit status 0 where it is reached, 1 with the file where not, 2 for what does not go
     together.
     """
     out = ["--turns", "1", "-o", str(tmp_path / "r.h5"), "--samples-per-turn", "100"]
@@ -446,7 +446,7 @@ def test_sweeps_reach_a_request(tmp_path):
 
 
 def test_sweeps_without_errors_say_why(tmp_path):
-    """Impacts: points are done, their reason tells why nothing is stated."""
+    """Impacts: points are done, their reason states why nothing is stated."""
     points = cl.grid(speed=[20.0, 30.0])
     dry = cl.sweep(
         "slider_crank",

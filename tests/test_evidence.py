@@ -120,8 +120,8 @@ class TestWorkPrecision:
     "name", [n for n, (module, _) in PEERS.items() if importlib.util.find_spec(module)]
 )
 def test_peers_solve_the_same_problem(name, validated):
-    """A peer ends where our reference does, or says why it cannot: 1e-2 at rtol 1e-7 through a film
-    at eps = 0.9.
+    """A peer ends where our reference does, or states why it cannot: 1e-2 at rtol 1e-7 through a
+    film at eps = 0.9.
     """
     problem = Problem(cl.load_case("slider_crank", model="lubricated", viscosity=0.4), 0.004)
     try:

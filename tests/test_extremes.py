@@ -1,4 +1,4 @@
-"""Extremes are those of the motion that was integrated, not of the rows that were asked for."""
+"""Extremes are those of the motion that was integrated, not of the rows that were requested."""
 
 import math
 
@@ -12,8 +12,8 @@ from clearance.metrics import metrics
 
 
 def test_stretches_hold_their_extremes():
-    """Whole stretches between two times, to rounding of their ends; outer ones are left out, empty
-    ones are None.
+    """Complete stretches between two times, to rounding of their ends; outer ones are left out,
+    empty ones are None.
     """
     values = np.array([[3.0, -1.0], [7.0, -5.0], [5.0, -2.0]])
     stored = Extremes(2.0, ("a_max", "b_min"), ("N", "m"), values, np.full((3, 2), np.nan))
@@ -124,7 +124,7 @@ def test_extremes_of_channels_that_are_not_followed_are_those_of_samples():
 
 @pytest.mark.parametrize("name", case_names())
 def test_M3_angles_do_not_depend_on_the_samples(name):
-    """One sample a turn gives the angles of 200 a turn, where steps are the same; whole turns would
+    """One sample a turn gives the angles of 200 a turn, where steps are the same; full turns would
     be 6.3 rad.
     """
     scene = find_case(name).scene()

@@ -1,4 +1,4 @@
-"""`clearance figures`: every script says what it shows; what is drawn is noted; results are used
+"""`clearance figures`: every script states what it shows; what is drawn is noted; results are used
 again.
 """
 

@@ -383,7 +383,7 @@ CASE = find_case("mobile_manipulator").function.__globals__
 
 
 def asked(simulation, name, time_constant):
-    """The motion that an actuator is asked for."""
+    """The required motion of an actuator."""
     scene = load_case(
         "mobile_manipulator", simulation=simulation, friction="none", time_constant=time_constant
     )
@@ -554,7 +554,7 @@ class TestMobileManipulator:
 
     @pytest.mark.parametrize("simulation", [1, 2, 3])
     def test_strokes_stay_away_from_dead_points(self, simulation):
-        """Lever arms over the whole run: an actuator's length is far from the sum and the
+        """Lever arms over the complete run: an actuator's length is far from the sum and the
         difference of its anchors.
 
         The smallest arm is the bucket's at its largest extension; 20 mm is half of the largest

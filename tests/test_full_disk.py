@@ -70,7 +70,7 @@ def test_what_fitted_is_kept(tmp_path, entire, limit, compression):
     ended = limited(limit, path, "--compression", compression)
     assert ended.returncode == 1
     assert ended.stderr.startswith("clearance: at t = ")
-    assert ended.stderr.endswith(f" s: {path} {REASON}; what fitted is kept in {path}\n")
+    assert ended.stderr.endswith(f" s: {path} {REASON}; what fitted is stored in {path}\n")
     assert ended.stderr.count("\n") == 1
     assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
     with cl.open_result(path) as stored:
@@ -117,7 +117,7 @@ def test_checkpoints_are_kept_and_the_run_goes_on(tmp_path, entire):
     ended = limited(8_000_000, path, "--checkpoint", "0.05")
     assert ended.returncode == 1
     assert (
-        f"{path} {REASON}; its checkpoints are kept in {path}.parts, and the same call goes on"
+        f"{path} {REASON}; its checkpoints are stored in {path}.parts, and the same call goes on"
         in ended.stderr
     )
     assert ended.stderr.count("\n") == 1
@@ -141,7 +141,7 @@ def test_a_checkpoint_that_finds_no_room_keeps_the_one_before(tmp_path, monkeypa
     monkeypatch.setattr(checkpoint, "save", full)
     options = {"turns": 20, "path": path, "checkpoint": 1e-9}
     with pytest.raises(
-        cl.SimulationError, match="No space left on device; its checkpoints are kept in "
+        cl.SimulationError, match="No space left on device; its checkpoints are stored in "
     ) as caught:
         cl.simulate(cl.load_case("slider_crank", model="dry"), **options)
     assert caught.value.result is None
@@ -168,7 +168,7 @@ def test_a_call_from_python_has_the_result(tmp_path, monkeypatch):
 
     monkeypatch.setattr(FileSink, "_append", full)
     with pytest.raises(
-        cl.SimulationError, match="No space left on device; what fitted is kept in "
+        cl.SimulationError, match="No space left on device; what fitted is stored in "
     ) as caught:
         cl.simulate(
             cl.load_case("slider_crank", model="dry"), turns=TURNS, path=tmp_path / "run.h5"

@@ -353,7 +353,7 @@ def test_U3_own_laws_run(journals, joint):
 
 
 def test_U3_own_friction_and_asperity_act(journals):
-    """Element by element as the laws say (1e-9: rounding)."""
+    """Element by element as the laws state (1e-9: rounding)."""
     with cl.open_result(journals / "run.h5") as run:
         actual, ratio = run.joint("P"), run.joint("P").film_thickness_ratio
         np.testing.assert_allclose(

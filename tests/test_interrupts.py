@@ -1,4 +1,4 @@
-"""Signals: none is lost, what was computed is kept, and handlers are put back."""
+"""Signals: none is lost, computed results are stored, and handlers are put back."""
 
 import signal
 import subprocess
@@ -57,7 +57,7 @@ def test_an_interrupt_in_a_callback_ends_the_run(tmp_path):
     scene, path = cl.load_case("slider_crank", model="dry"), tmp_path / "run.h5"
     with pytest.raises(KeyboardInterrupt) as caught:
         cl.simulate(scene, turns=60, path=path, progress=once(signal.SIGINT))
-    assert caught.value.__notes__ == [f"what was computed is kept in {path}"]
+    assert caught.value.__notes__ == [f"what was computed is stored in {path}"]
     with cl.open_result(path) as result:
         assert result.status.startswith("partial: interrupted at t = ")
         assert 0.2 * 60 * scene.turn < result.time[-1] < 0.5 * 60 * scene.turn
@@ -110,7 +110,7 @@ def test_a_signal_in_a_run_keeps_its_file(tmp_path, number, word):
     message = [line for line in message.splitlines() if "compiling" not in line]
     assert (process.returncode, message) == (
         1,
-        [f"clearance: {word}; what was computed is kept in {path}"],
+        [f"clearance: {word}; what was computed is stored in {path}"],
     )
     with cl.open_result(path) as result:
         assert result.status.startswith(f"partial: {word} at t = ")
@@ -143,7 +143,7 @@ def test_after_the_run_its_file_is_said_to_be_kept(tmp_path, monkeypatch, capsys
     monkeypatch.setattr(run, "_comparable", comparable)
     path = tmp_path / "run.h5"
     assert cli.main(["run", "slider_crank", "-o", str(path)]) == 1
-    assert capsys.readouterr().err == f"clearance: terminated; the run is kept in {path}\n"
+    assert capsys.readouterr().err == f"clearance: terminated; the run is stored in {path}\n"
     assert cl.open_result(path).complete
 
 
@@ -153,7 +153,7 @@ def test_a_terminated_run_goes_on_from_its_checkpoints(tmp_path):
     with terminable(), pytest.raises(Terminated) as caught:
         cl.simulate(scene, **options, progress=once(signal.SIGTERM, 0.5))
     assert caught.value.__notes__ == [
-        f"what was computed is kept in {path}, and the same call goes on from there"
+        f"what was computed is stored in {path}, and the same call goes on from there"
     ]
     shares = []
     assert cl.simulate(scene, **options, progress=shares.append).complete

@@ -108,8 +108,8 @@ class TestCoulomb:
         assert law(3.0, 50.0) == pytest.approx(-12.5, rel=1e-15)
 
     def test_transition(self):
-        """tanh: its value at the transition rate, the whole of Coulomb's from twenty times that on
-        (1 - e^-40).
+        """tanh: its value at the transition rate, all of Coulomb's from twenty times that on (1 -
+        e^-40).
         """
         law = joint_coulomb(coefficient=0.1, transition_rate=0.02)
         assert law(0.02, 50.0) == pytest.approx(-5.0 * math.tanh(1.0), rel=1e-15)
@@ -378,7 +378,7 @@ class TestRefusals:
         assert joint.friction is LEGACY
 
     def test_smoothness_is_known(self):
-        """Inputs of a motion found from forces."""
+        """Inputs of a motion that follows from forces."""
         for law, smooth in (
             (joint_coulomb(coefficient=0.1), False),
             (joint_coulomb(coefficient=0.1, transition_rate=0.1), True),

@@ -114,7 +114,7 @@ class TestContact:
     @pytest.mark.parametrize("name", ["exact_restitution", "winkler", "liu", "johnson"])
     @pytest.mark.parametrize("e", [0.2, 0.6, 0.9])
     def test_exact_restitution_for_any_elastic_force(self, name, e, validated):
-        """The factor does not ask what the elastic force is: 2e-3 by integrating the impact."""
+        """The factor does not depend on the elastic force: 2e-3 by integrating the impact."""
         law = CONTACTS[name](PAIR, e)
         actual = delivered_restitution(
             law, mass=0.14 * 1e6, speed=1e-3 if name == "johnson" else 0.01
@@ -224,7 +224,7 @@ class TestContact:
         assert all(np.diff(forces) > 0.0)
 
     def test_conformal_laws_are_stiffer_than_the_sphere(self):
-        """Trap 4: the sphere formula knows no length; 10 um deep, Liu and Winkler carry over three
+        """Trap 4: the sphere formula has no length; 10 um deep, Liu and Winkler carry over three
         times as much.
         """
         sphere = laws.hertz(stiffness=PAIR.stiffness)(1e-5, 0.0, 1.0)

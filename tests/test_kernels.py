@@ -181,7 +181,7 @@ class TestLaws:
             )
 
     def test_a_law_that_cannot_be_traced_is_compiled_by_numba(self):
-        """And `explain` says so."""
+        """And `explain` states so."""
         law = cl.joint_friction(table_of)
         scene = pendulum(law(gain=0.3))
         mechanism = build(scene, ledger=False)

@@ -107,7 +107,7 @@ def test_parts_add_up_to_the_total(name):
 def test_a_film_takes_out_the_integral_of_its_power_loss(method):
     """Once the journals have risen from the middle (an eighth of a turn) the trapezoidal rule is
     off by h^2: a quarter for half the distance of samples. What it tends to is what the ledger has,
-    to ten times rtol of the joint's energy (measured: a tenth of rtol). Over the whole span the
+    to ten times rtol of the joint's energy (measured: a tenth of rtol). Over the complete span the
     journals' rise leaves the rule off by 2e-8 of it.
     """
     result = cl.simulate(feeder("lubricated"), turns=0.5, rtol=1e-10, samples=8193, method=method)

@@ -151,7 +151,7 @@ def test_turns_to():
 
 
 def test_lives_of_figures_are_used_again(tmp_path):
-    """A figure's life is lived once, and anew where that is asked for."""
+    """A figure's life is lived once, and anew where that is requested."""
     from clearance.paper_figures.workshop import Workshop
 
     def made(fresh=False):

@@ -151,7 +151,7 @@ def test_R1_without_locks_both_files_are_whole(tmp_path, entire, monkeypatch):
 
 
 def test_R1_a_sweeps_image_needs_no_lock(tmp_path):
-    """Two of one name are each written in one piece: whichever comes last is whole."""
+    """Two of one name are each written in one piece: whichever comes last is complete."""
     path = tmp_path / "run.h5"
     one, two = (ShortSink(path, [], {"case": name}, locked=False) for name in "ab")
     for sink in (one, two):

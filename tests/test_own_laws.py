@@ -416,7 +416,7 @@ def test_a_law_without_a_value_is_named(low, high, gap):
 
 
 def test_what_the_force_of_a_slide_is():
-    """Of a driven slide the drive's force is in it, and the file says so; of others it is the
+    """Of a driven slide the drive's force is in it, and the file states so; of others it is the
     reaction.
     """
     message = {c.path: c.long_name for c in build(m.actuator()).layout.channels}

@@ -180,7 +180,7 @@ class TestStatedErrors:
         assert all(errors[name].relative < 1e-3 for name in exact if exact[name].value)
 
     def test_a_companion_that_fails(self, monkeypatch):
-        """In a fold no step is defined: the orbit is kept, and its file says why nothing is
+        """In a fold no step is defined: the orbit is returned, and its file states why nothing is
         stated.
         """
 
@@ -194,13 +194,13 @@ class TestStatedErrors:
 
     def test_the_films_part(self):
         """A table's forces larger by its error: the gap of a loaded journal changes by about as
-        much. Nothing is stated where nothing is wanted.
+        much. Nothing is stated where nothing is needed.
         """
         actual = steady(warm()).orbit
         gap = actual.errors["joint_J_gap_min"]
         table = actual.facts("joints/J")["film_table_error_closing"]
         assert 0.05 * table < gap.film / gap.value < 20.0 * table
-        assert steady(warm(), error=None).orbit.errors.reason == "none was asked for"
+        assert steady(warm(), error=None).orbit.errors.reason == "none was requested"
 
 
 class TestRefusals:

@@ -21,7 +21,7 @@ RPM = np.pi / 30.0
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A dry and a lubricated run of two turns, one that kept little, two with joint friction and
+    """A dry and a lubricated run of two turns, one that stored little, two with joint friction and
     with a slide that has clearance, a grid and samples.
     """
     folder = tmp_path_factory.mktemp("plots")
@@ -234,7 +234,7 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
         ),
         (
             ["lubricated.h5", "pressure"],
-            "lubricated.h5 has kept no pressure fields; run it with --pressure-fields N",
+            "lubricated.h5 has no pressure fields; run it with --pressure-fields N",
         ),
         (["grid", "--metrics", "wear"], "no metric 'wear'"),
         (["grid", "--x", "colour"], "'colour' is no parameter that varies"),
@@ -251,7 +251,7 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
         ),
         (["dry.h5", "orbit", "--joint", "A"], "no journal path of joint 'A' in dry.h5; of C"),
         (["dry.h5", "friction"], "dry.h5: this run has no joint friction"),
-        (["little.h5", "efforts"], "little.h5: this run has kept no driving effort"),
+        (["little.h5", "efforts"], "little.h5: this run has stored no driving effort"),
         (
             ["rubbing.h5", "friction", "--joint", "door"],
             "no friction of joint 'door' in rubbing.h5; of pin",
@@ -260,8 +260,8 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
             ["dry.h5", "efforts", "--joint", "C"],
             "--joint does not belong to efforts; it belongs to",
         ),
-        (["little.h5"], "overview needs more channels than were kept"),
-        (["little.h5", "orbit"], "has kept the eccentricity of no clearance joint"),
+        (["little.h5"], "overview needs more channels than were stored"),
+        (["little.h5", "orbit"], "has the eccentricity of no clearance joint"),
         (["dry.h5", "-o", "p.txt"], "its name must end in .png, .pdf, .svg"),
         (["dry.h5", "animation", "-o", "p.png"], "its name must end in .gif or .mp4"),
         (["dry.h5", "animation", "--frames", "1"], "frames must be a whole number of at least 2"),
@@ -387,7 +387,7 @@ def test_pictures_of_a_result(folder, tmp_path):
 
 
 def test_pictures_of_a_result_without_a_file(tmp_path):
-    """Efforts of a prescribed motion, which is kept in memory."""
+    """Efforts of a prescribed motion, which is stored in memory."""
     pin = cl.Revolute(
         cl.ground,
         cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0)),
@@ -438,7 +438,7 @@ def test_a_run_as_a_dataset(folder):
 
 
 def test_names_that_two_parts_share_are_paths(monkeypatch, folder):
-    """A body and a joint of one name are told apart."""
+    """A body and a joint of one name are distinguished."""
     with cl.open_result(folder / "dry.h5") as run:
         names = {"bodies": ("J",), "joints": ("J",), "bodies/J": ("x",), "joints/J": ("x",)}
         monkeypatch.setattr(run, "names", lambda group: names.get(group, ()))

@@ -131,8 +131,8 @@ def commands(block):
 
 @pytest.mark.parametrize("page", PAGES)
 def test_commands_are_understood(page):
-    """Each printed `clearance ...` line has options that the command line knows; cases and
-    parameters exist.
+    """Each printed `clearance ...` line has options that the command line has; cases and parameters
+    exist.
     """
     for block in re.findall(r"```sh\n(.*?)```", TEXT[page], re.DOTALL):
         for words in commands(block.replace("${n}", "3000").replace("$n", "3000")):

@@ -167,7 +167,7 @@ def test_velocities_are_derivatives(run):
 
 def test_warnings_are_kept_with_the_run(run):
     """The feeder's L/D = 1 is no long bearing; a soft restitution is not what the law gives; both
-    are said.
+    are stated.
     """
     assert run.warnings == []
     long = cl.simulate(cl.load_case("six_bar_feeder", film="pinkus_sternlicht"), until=1e-4)
@@ -176,7 +176,7 @@ def test_warnings_are_kept_with_the_run(run):
     ]
     soft = cl.simulate(cl.load_case("slider_crank", restitution=0.5, roughness=1e-6), until=1e-4)
     assert soft.warnings == [
-        "joint C: lankarani_nikravesh delivers a restitution of 0.73 where 0.50 is asked for"
+        "joint C: lankarani_nikravesh delivers a restitution of 0.73 where 0.50 is set"
     ]
     thin = cl.simulate(
         cl.load_case("slider_crank", model="lubricated", viscosity=0.04, roughness=1e-6), turns=1
@@ -381,7 +381,7 @@ def test_chosen_channels(tmp_path):
     assert some.names("bodies/slider") == ("ax", "ay")
     assert "eccentricity_x" in some.joint("C")
     assert some.names("energy") == ()
-    assert some.file["solver/step"].shape == (0,)  # the log of steps is for those who ask
+    assert some.file["solver/step"].shape == (0,)  # the log of steps comes on request
     assert (
         cl.simulate(scene, **options, channels=["solver"]).file["solver/step"].shape
         == entire.file["solver/step"].shape

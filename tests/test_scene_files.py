@@ -1,4 +1,4 @@
-"""Scene files: what they build, what they say is wrong, and what result files hold of a scene."""
+"""Scene files: what they build, their error messages, and what result files hold of a scene."""
 
 import json
 import math

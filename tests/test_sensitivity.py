@@ -188,7 +188,7 @@ def test_units(units, parameter, quotient_of):
         ("bodies/one/mas", r"no number of this scene \(did you mean bodies/one/mass\?\)"),
         ("bodies/one/points", "is no number"),
         ("bodies/one/angle", "its value is 0.*give the size that counts"),
-        ("crank,crank", "crank is asked for twice"),
+        ("crank,crank", "crank is requested twice"),
         ("crank,", "a name is missing"),
         ("", "sensitivity '': give at least one parameter"),
         ((), r"sensitivity \(\): give at least one parameter"),
@@ -342,7 +342,7 @@ def test_bars_have_units_that_read_well():
 
 
 def test_why_a_file_has_none(tmp_path, monkeypatch):
-    """A varied run that fails leaves the result, and the file says why."""
+    """A varied run that fails leaves the result, and the file states why."""
     monkeypatch.setattr(sensing.Steps, "around", _fails)
     path = tmp_path / "run.h5"
     result = cl.simulate(oscillator(), until=0.1, sensitivity="bodies/block/mass", path=path)
@@ -389,7 +389,7 @@ def test_columns_of_a_sweep(crank, tmp_path, capsys):
 
 
 def test_dry_points_of_a_sweep(tmp_path):
-    """Points that touch have no sensitivities, and say why; the others have them."""
+    """Points that touch have no sensitivities, and state why; the others have them."""
     fixed = {"film": "pinkus_sternlicht", "speed": 50.0}
     swept = cl.sweep(
         "slider_crank",

@@ -57,7 +57,7 @@ class TestMean:
         assert scatter == pytest.approx(variance_of_mean(rho, count), rel=0.25)
 
     def test_several_runs_are_one_long_one(self):
-        """Four runs of 100 turns tell as much as one of 400, within the scatter of 5 % of the means
+        """Four runs of 100 turns show as much as one of 400, within the scatter of 5 % of the means
         of 100 widths.
         """
         x = correlated(0.5, 400, 100)
@@ -74,7 +74,7 @@ class TestMean:
         assert series.mean([2.0] * 9) == series.Mean(2.0, 0.0, 9, 9)
         short, long = (series.mean(np.tile([1.0, 3.0], n), widened=False) for n in (200, 800))
         assert (short.value, long.value) == (2.0, 2.0)
-        assert long.half_width == short.half_width == 0.0  # batches of whole periods
+        assert long.half_width == short.half_width == 0.0  # batches of complete periods
         # half of that of independent values: the standard deviation is 1
         floor = 0.5 * series.student(399) / math.sqrt(399.0)
         assert series.mean(np.tile([1.0, 3.0], 200)).half_width == pytest.approx(floor)
@@ -82,8 +82,8 @@ class TestMean:
     @pytest.mark.parametrize("count", [20, 40, 100, 280])
     @pytest.mark.parametrize("rho", [0.0, 0.3, 0.6])
     def test_short_series(self, rho, count):
-        """1000 series: 92 to 98 of 100, as is asked of those of turns; two standard deviations are
-        1.4 %.
+        """1000 series: 92 to 98 of 100, as is required of those of turns; two standard deviations
+        are 1.4 %.
         """
         actual = [series.mean(x) for x in correlated(rho, count, 1000)]
         assert 0.92 <= np.mean([abs(m.value) <= m.half_width for m in actual]) <= 0.98 + 0.014

@@ -1,4 +1,4 @@
-"""Files of short runs, made from images: the same as those that HDF5 writes, whole or honest."""
+"""Files of short runs, made from images: the same as those that HDF5 writes, complete or honest."""
 
 import errno
 from pathlib import Path
@@ -112,7 +112,7 @@ def test_a_full_disk_keeps_what_fits(tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, "full")
 
     monkeypatch.setattr(short, "replacing", full)
-    with pytest.raises(cl.SimulationError, match="what fitted is kept in") as caught:
+    with pytest.raises(cl.SimulationError, match="what fitted is stored in") as caught:
         run(tmp_path / "run.h5", "dry")
     assert caught.value.result.status.startswith("partial: ")
     assert caught.value.result.time.size > 0

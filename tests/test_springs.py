@@ -81,8 +81,8 @@ def test_a_linear_law_is_the_linear_spring():
 
 def test_the_period_of_a_hardening_spring():
     """Duffing: T = 4 K(m) / sqrt(k + k_3 a^2), m = k_3 a^2 / (2 (k + k_3 a^2)); the complete
-    elliptic integral by the arithmetic-geometric mean. Energy is kept: the ledger counts the law's
-    work.
+    elliptic integral by the arithmetic-geometric mean. Energy is conserved: the ledger counts the
+    law's work.
     """
     stiffness, cubic, a = 100.0, 5e5, 0.02
     law = cl.cubic_spring(stiffness=stiffness, cubic=cubic)

@@ -52,9 +52,7 @@ def test_another_clearance_takes_the_share_of_it(settled):
 
 
 def test_a_pendulum_goes_on_where_another_ended():
-    """Angles, rates and whole turns are taken over: 1e-6 rad after one more second at rtol
-    1e-10.
-    """
+    """Angles, rates and full turns are taken over: 1e-6 rad after one more second at rtol 1e-10."""
     scene = cl.load_case("double_pendulum")
     entire = cl.simulate(scene, until=2.0, samples=21, rtol=1e-10)
     first = cl.simulate(scene, until=1.0, samples=2, rtol=1e-10)
@@ -91,7 +89,7 @@ def test_quasi_static_journals_are_not_accelerated(case, model):
 
 
 def test_starts_that_cannot_be(settled, tmp_path):
-    """Other states, a part of a turn, an older file, no clearance: one line that says so."""
+    """Other states, a part of a turn, an older file, no clearance: one line that states so."""
     feeder = cl.load_case("six_bar_feeder")
     with pytest.raises(
         ValueError, match="start: two.h5 has other states than this scene: it has no joints/C"
@@ -118,7 +116,7 @@ def test_starts_that_cannot_be(settled, tmp_path):
         cl.simulate(feeder, turns=1, start=tmp_path / "before.h5")
     old = tmp_path / "old.h5"
     old.write_bytes(gzip.decompress((FILES / "version_1.h5.gz").read_bytes()))
-    with pytest.raises(ValueError, match="has not kept the state at its end"):
+    with pytest.raises(ValueError, match="lacks the state at its end"):
         cl.simulate(feeder, turns=1, start=old)
     with pytest.raises(ValueError, match="quasi-static.*clearance joints"):
         cl.simulate(cl.load_case("six_bar_feeder", model="ideal"), turns=1, start="quasi-static")

@@ -206,7 +206,7 @@ def test_first_touch_is_where_it_must_be(speed, angle, tolerance, gravity):
     roots = np.roots([pull**2 / 4.0, -pull * math.sin(angle), 1.0, 0.0, -1.0])
     real = roots[np.abs(roots.imag) < 1e-6].real
     first = min(r for r in real if r > 0.0) * c / speed
-    for _ in range(3):  # the quartic's roots are found to 1e-10 only
+    for _ in range(3):  # the quartic's roots are right to 1e-10 only
         x, y = vx * first, vy * first - 0.5 * gravity * first**2
         slope = 2.0 * (x * vx + y * (vy - gravity * first))
         first -= (x * x + y * y - c * c) / slope

@@ -1,4 +1,4 @@
-"""A reduced stress matrix, and that the matrix tells what went wrong."""
+"""A reduced stress matrix, and that the matrix states what went wrong."""
 
 import dataclasses
 import json
@@ -86,8 +86,8 @@ def test_unknown_case():
 
 
 def test_a_fault_is_called_one(monkeypatch):
-    """An exception nobody expected, and a run out of time, are told apart from each other and from
-    a good end.
+    """An unexpected exception, and a run out of time, are distinguished from each other and from a
+    good end.
     """
     cell = Cell("as it comes", "slider_crank", "dry", turns=0.1)
     assert judge(cell).kind == "done"

@@ -163,8 +163,8 @@ def test_another_sweep_in_the_directory(tmp_path, capsys):
 
 @pytest.mark.parametrize(("every", "shown"), [(math.inf, False), (0.0, True)])
 def test_progress_on_a_pipe_is_lines(every, shown, tmp_path, monkeypatch, capsys):
-    """Failures are told at once; a line of what is done comes after some time, here never or with
-    each run.
+    """Failures are reported at once; a line of what is done comes after some time, here never or
+    with each run.
     """
     monkeypatch.setattr(command.Progress, "every", every)
     words = [*FILM, "-p", "speed=20,30", "--max-steps", "3"]

@@ -61,7 +61,7 @@ def test_means_and_energy(run):
     assert actual["dissipated_per_turn"].values.sum() == pytest.approx(lost[1] - lost[0], rel=1e-12)
     assert len(actual["dissipated_per_turn"].values) == 3
     assert means(run)["dissipated_per_turn"].count == 9
-    assert means(run, 3) == {}  # seven turns tell no error
+    assert means(run, 3) == {}  # seven turns show no error
     assert by_turn(run, 10) == {}
 
 

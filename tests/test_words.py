@@ -100,14 +100,12 @@ def test_pages_read_easily(page):
     assert count.banned == []
 
 
-#: folders of Python files whose prose is to be rewritten
-PENDING = ("paper_figures", "tests")
-
-
 def test_docstrings_and_comments_read_easily():
-    """The bound of the pages, in each folder."""
-    packages = {k: c for k, c in words.packages().items() if not k.startswith(PENDING)}
-    assert len(packages) > 10
-    assert {k: c.mean for k, c in packages.items() if c.mean > 15.0} == {}
-    assert [s for c in packages.values() for s in c.longer(30)] == []
+    """The bound of the pages, in each folder; tests may have longer sentences."""
+    packages = words.packages()
+    assert len(packages) > 20
+    assert {k: c.mean for k, c in packages.items() if c.mean > 16.0} == {}
     assert [hit for c in packages.values() for hit in c.banned] == []
+    ours = [c for k, c in packages.items() if not k.startswith("tests")]
+    assert max(c.mean for c in ours) <= 15.0
+    assert [s for c in ours for s in c.longer(30)] == []

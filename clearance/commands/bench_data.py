@@ -34,7 +34,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--preload",
         default="5000",
         metavar="LIST",
-        help="preloads [N], each with the whole programme: 2000,5kN (5000)",
+        help="preloads [N], each with the complete programme: 2000,5kN (5000)",
     )
     p.add_argument(
         "--noise", type=number, default=0.02, metavar="X", help="of the torque in N m (0.02)"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 LOOKED_AT = 64  # turns over which a motion is looked at
 MEANING = (
-    "the motion is chaotic; what is asked for is half of the 95 % interval over the mean of a turn"
+    "the motion is chaotic; the request is for half of the 95 % interval over the mean of a turn"
 )
 
 
@@ -19,7 +19,7 @@ def add_turns(command: argparse.ArgumentParser) -> None:
         "--max-turns",
         type=int,
         metavar="N",
-        help="of chaotic motion, whose statistics --error asks for (default 5%%): turns of all "
+        help="of chaotic motion, whose statistics --error requests (default 5%%): turns of all "
         "starts together that "
         "they may take, at least 40 a start (default 20000)",
     )

@@ -22,7 +22,7 @@ EXAMPLES = """\
   clearance figures --quick -o preview           coarse previews of all
 
 DIR holds each picture as PNG and PDF, tables as Markdown (own ones as CSV too), the results they
-were drawn from (DIR/results), manifest.json, which says what lies behind each picture, and
+were drawn from (DIR/results), manifest.json, which lists what lies behind each picture, and
 index.html, which shows all of them in groups by source. Runs and sweeps are used again as long as
 scene, options and sources are the same, by all figures that need them, and with --results by
 several folders; run times and fits are found anew.
@@ -65,7 +65,7 @@ def add(commands) -> argparse.ArgumentParser:
         action="store_true",
         help="also the figures that measure the code: run times, scaling, extremes",
     )
-    p.add_argument("--list", action="store_true", help="only say which there are")
+    p.add_argument("--list", action="store_true", help="only list them")
     p.add_argument(
         "--quick", action="store_true", help="coarse previews: fewer turns, points and tolerances"
     )

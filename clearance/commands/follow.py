@@ -22,7 +22,7 @@ from clearance.interrupts import terminable
 EXAMPLES = """\
 One -p has a range LO:HI: the periodic motion that the case settles to at LO is followed towards
 HI, round folds, also where it is unstable. Its bifurcations are located, its Floquet multipliers
-say where it is stable.
+state where it is stable.
 
   clearance follow slider_crank -p model=dry -p clearance=1mm -p speed=3000rpm:4100rpm -o branch
 The same command goes on where it was interrupted.
@@ -68,7 +68,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--most-turns", type=int, default=400, metavar="N", help="to the first motion (default 400)"
     )
     p.add_argument(
-        "--channels", metavar="PATHS", help="comma list of outputs kept where turns begin"
+        "--channels", metavar="PATHS", help="comma list of outputs stored where turns begin"
     )
     p.add_argument(
         "--over",

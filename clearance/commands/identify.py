@@ -278,7 +278,7 @@ def _readable(document: dict) -> list[str]:
             )
         lines.append(line)
     if "parameters" not in d:
-        lines.append(f"  {d['parameter_count']} parameters, kept in the file of the fit")
+        lines.append(f"  {d['parameter_count']} parameters, stored in the file of the fit")
     lines.append(
         f"  {'NRMSE: rms error over':<24} {'rms':>8} {'std':>8} {'range':>8}   of what was measured"
     )

@@ -29,7 +29,7 @@ def add(commands) -> argparse.ArgumentParser:
         type=int,
         default=200,
         metavar="N",
-        help="turns of the drive it is found over (200)",
+        help="turns of the drive that it is averaged over (200)",
     )
     p.add_argument(
         "--settle", type=int, default=20, metavar="N", help="turns before them, left out (20)"

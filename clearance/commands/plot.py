@@ -345,7 +345,7 @@ def _overview(options, records, output: Path) -> Path:
     except (KeyError, AttributeError) as error:  # exceptions for a channel that is not in the file
         reason = str(error.args[0]).partition(";")[0]
         raise ValueError(
-            f"overview needs more channels than were kept: {reason}; draw a history"
+            f"overview needs more channels than were stored: {reason}; draw a history"
         ) from None
 
 

@@ -63,12 +63,12 @@ def add(commands) -> argparse.ArgumentParser:
         type=number,
         default=400,
         metavar="N",
-        help="output rows a turn, of the whole run where nothing turns evenly (default 400)",
+        help="output rows a turn, of the complete run where nothing turns evenly (default 400)",
     )
     p.add_argument(
         "--channels",
         metavar="PATHS",
-        help='kept in the file: comma list such as "bodies/slider,joints/B/gap" (all)',
+        help='stored in the file: comma list such as "bodies/slider,joints/B/gap" (all)',
     )
     p.add_argument(
         "--pressure-fields",
@@ -136,7 +136,7 @@ def run(options) -> int:
             result, failure = simulated(options, case, scene, output)
         if result is None:
             return complain(options, failure, FAILED)
-        with _noted(f"the run is kept in {output}"):
+        with _noted(f"the run is stored in {output}"):
             summary = _summary(case, values, result, began, options.settle) | {"replaced": replaced}
             summary["resolved"] = resolved = json.loads(scene.origin["resolved"])
             if options.steady is not None:

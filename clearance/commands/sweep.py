@@ -97,7 +97,7 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--channels",
         metavar="PATHS",
-        help='kept in run files: comma list of patterns, "all" (default) or "none"',
+        help='stored in run files: comma list of patterns, "all" (default) or "none"',
     )
     p.add_argument(
         "--compression",

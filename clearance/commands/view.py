@@ -13,7 +13,7 @@ EXAMPLES = """\
                                                      measured data over the curve
   clearance view SWEEP                               a map whose points open their runs
 
-The page is one file for any browser since 2023; it asks nothing of a network. Of runs it has all
+The page is one file for any browser since 2023; it needs no network. Of runs it has all
 channels, of the runs of a sweep the last two turns. In the page, ? lists the keys.
 """
 

@@ -51,7 +51,7 @@ def add(commands) -> argparse.ArgumentParser:
     )
     add_case(p)
     p.add_argument(
-        "--turns", type=number, required=True, help="turns of the drive in the whole life"
+        "--turns", type=number, required=True, help="turns of the drive in the complete life"
     )
     p.add_argument(
         "-o",
@@ -138,7 +138,9 @@ def run(options) -> int:
         with terminable():
             life = wear(scene, **chosen, directory=options.output, progress=progress)
     except (SimulationError, RuntimeError) as error:
-        return complain(options, f"{error}; stages before it are kept in {options.output}", FAILED)
+        return complain(
+            options, f"{error}; stages before it are stored in {options.output}", FAILED
+        )
     except KeyboardInterrupt as request:
         request.add_note("stages before it are stored; the same command goes on from the last one")
         raise

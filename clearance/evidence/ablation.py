@@ -130,7 +130,7 @@ def doubt(rows: list[Part]) -> str:
         return ""
     return (
         f"Repeats of '{worst.name}' differ by {100.0 * worst.spread:.0f} % of their median: the "
-        "machine was busy. Differences within the ranges say nothing."
+        "machine was busy. Differences within the ranges mean nothing."
     )
 
 

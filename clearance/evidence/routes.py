@@ -185,7 +185,7 @@ def _multipliers(study: RouteStudy, record: Record, scene: Scene, progress) -> l
         everything, multipliers.inverse(scene, record.time, poses), record, scene, ideal=False
     )
     what = (
-        "efforts and reactions in the plane of a known motion without friction: "
+        "efforts and reactions in the plane of a given motion without friction: "
         f"{study.equations} equations, LAPACK"
     )
     solve = Route("multipliers, solve alone", what, record.time.size, formula)
@@ -218,7 +218,7 @@ def _pinocchio(study: RouteStudy, record: Record, scene: Scene) -> list[tuple]:
     forces = " and cut forces" if model.cuts else ""
     short = Route(
         "Pinocchio",
-        f"efforts{forces} of a known motion without friction: rnea,{solved} a loop in Python",
+        f"efforts{forces} of a given motion without friction: rnea,{solved} a loop in Python",
         len(q),
     )
     full = Route(
@@ -477,7 +477,7 @@ def describe(study: RouteStudy) -> list[str]:
         "Efforts, reactions: largest difference from the explicit route, over its largest value.",
         f"The explicit route needs {base.operations.total:.0f} operations from the time to efforts "
         f"and reactions "
-        f"({base.output_operations.total:.0f} for all channels), one dense solve of a known motion "
+        f"({base.output_operations.total:.0f} for all channels), one dense solve of a given motion "
         f"{dense.operations.total:.0f}: {dense.operations.total / base.operations.total:.2g} times "
         f"as many.",
         *(f"{r.name}: {r.computes}" for r in study.routes),

@@ -94,7 +94,7 @@ def matrix(case: str | None = None, quick: bool = False) -> list[Cell]:
     cells = [c for c in [*_cells(), *_random_cells()] if case is None or c.case == case]
     if not cells:
         names = ", ".join([*CASES, "random"])
-        raise ValueError(f"the stress matrix knows {names}; got {case!r}")
+        raise ValueError(f"the stress matrix has {names}; got {case!r}")
     if quick:
         cells = [dataclasses.replace(c, turns=min(c.turns, 0.5)) for c in cells[::7]]
     return cells

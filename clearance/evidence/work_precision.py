@@ -412,7 +412,7 @@ def save(study: Study, folder: str | Path) -> Path:
         tables[c.name.replace("/", " ")] = (
             {"own": c.own, "prepared_s": c.prepared_s, "notes": "; ".join(c.notes)},
             {
-                "rtol": ("1", "tolerance asked for (Exudyn: step over turn)", np.array(c.rtol)),
+                "rtol": ("1", "requested tolerance (Exudyn: step over turn)", np.array(c.rtol)),
                 "error": ("1", f"largest deviation of {study.measure}", np.array(c.error)),
                 "stated": (
                     "1",

@@ -490,7 +490,7 @@ class FastFilm:
     def __init__(self, bearing: Bearing, mesh: tuple[int, int] = (128, 16)):
         if bearing.cavitation not in CODES:
             raise ValueError(
-                f"the fast solver knows cavitation {', '.join(CODES)}, not {bearing.cavitation}"
+                f"the fast solver has the cavitation {', '.join(CODES)}, not {bearing.cavitation}"
             )
         self.bearing, self.mesh = bearing, check_mesh(mesh)
         self._grooves = np.array(

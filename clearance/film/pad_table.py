@@ -174,7 +174,7 @@ def build(key: PadKey) -> PadTable:
     """Solve all nodes, fit the splines, measure the error at states between them."""
     from tqdm import tqdm
 
-    LOG.info("building the film table of a pad, B / 2a = %g (kept for later)", key.slenderness)
+    LOG.info("building the film table of a pad, B / 2a = %g (stored for later)", key.slenderness)
     ys = np.linspace(0.0, TOP, key.nodes // 2 + 1)
     angles = -math.pi + 2.0 * math.pi / key.around * np.arange(key.around)
     bar = tqdm(ys, desc="film table", disable=None, leave=False)

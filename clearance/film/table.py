@@ -296,7 +296,7 @@ def build(key: Key) -> Table:
     from tqdm import tqdm
 
     LOG.info(
-        "building the film table of L/D = %g, %s (kept for later runs)",
+        "building the film table of L/D = %g, %s (stored for later runs)",
         key.slenderness,
         key.cavitation,
     )
@@ -454,4 +454,4 @@ def _write(path: Path, key: Key, made: Table) -> None:
     except OSError as reason:
         with suppress(OSError):
             temporary.unlink()
-        LOG.warning(f"film table {path} cannot be kept ({reason})")
+        LOG.warning(f"film table {path} cannot be stored ({reason})")

@@ -127,7 +127,6 @@ def of_intervals(widening: float, samples: int, independent: float) -> tuple[str
     if widening < WIDER:
         return ()
     return (
-        f"the 95 % intervals are too narrow by a factor of about {widening:.2g}: the errors hang "
-        f"together, {samples} "
-        f"samples say as much as {independent:.0f} independent ones",
+        f"the 95 % intervals are too narrow by a factor of about {widening:.2g}: the errors are "
+        f"autocorrelated, {samples} samples are worth {independent:.0f} independent ones",
     )

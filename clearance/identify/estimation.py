@@ -127,7 +127,7 @@ def bound_doubts(
             continue
         lower = p.name.replace("_static", "_kinetic")
         if size <= BLIND * sizes.max():
-            doubts.append(f"{p.name}: the trials say nothing about it")
+            doubts.append(f"{p.name}: the trials do not determine it")
         elif not p.low * (1.0 + 1e-3) < value < p.high * (1.0 - 1e-3) and p.low >= 0.0:
             doubts.append(f"{p.name}: ends at a bound, {value:.4g} {p.units}")
         elif lower != p.name and value < by_name[lower] * (1.0 + 1e-3):

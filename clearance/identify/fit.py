@@ -406,7 +406,7 @@ def _check(trial) -> None:
             )
     if (way := float(abs(trial.rate).sum()) * trial.step) < STILL:
         raise ValueError(
-            f"trial {trial.name!r} never moves ({way:.2g} rad in all): it tells nothing about "
+            f"trial {trial.name!r} never moves ({way:.2g} rad in all): it contains nothing about "
             f"friction"
         )
 

@@ -227,7 +227,7 @@ class LSTM(Model):
     def doubts(self, values: Values, fastest: float) -> list[str]:
         """Warnings about the weights."""
         return [
-            f"lstm: knows only motions like those it was trained on, up to {fastest:.3g} rad/s; "
+            f"lstm: valid only for motions as in its training, up to {fastest:.3g} rad/s; "
             f"not passive"
         ]
 

@@ -98,7 +98,7 @@ def _built(scene: Scene) -> Mechanism:
     if scene.clearance_joints:
         joint = scene.clearance_joints[0]
         raise ValueError(
-            f"{joint.label()} has clearance: its motion is found, not prescribed; use cl.simulate"
+            f"{joint.label()} has clearance: its motion is not prescribed; use cl.simulate"
         )
     for drive in (d for d in scene.drives if not d.prescribes):
         raise ValueError(

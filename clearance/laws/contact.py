@@ -211,9 +211,7 @@ def by_restitution(check: Check) -> Callable[[Callable[[float], float]], Law]:
         def doubt(joint, parameters):
             wanted = parameters["restitution"]
             given = delivered_restitution(damping(wanted))
-            other = (
-                f"{made.name} delivers a restitution of {given:.2f} where {wanted:.2f} is asked for"
-            )
+            other = f"{made.name} delivers a restitution of {given:.2f} where {wanted:.2f} is set"
             return other if abs(given - wanted) > 0.05 else None
 
         force.__name__, force.__doc__ = damping.__name__, damping.__doc__

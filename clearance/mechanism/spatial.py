@@ -73,6 +73,6 @@ def _refuse(body, joints: list) -> None:
     names = ", ".join(j.name for j in joints)
     raise ValueError(
         f"body {body.name}: loads out of the plane have no unique answer in a closed loop (joints "
-        f"{names}); say "
+        f"{names}); set "
         "self_aligning=True on the joints of the loop that leave them to the others"
     )

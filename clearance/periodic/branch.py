@@ -147,7 +147,7 @@ class Follower:
         value = self._value(unknowns)
         section, change = self.section(value), self.change(unknowns)
         if np.any(section.motion.held & section.motion.remembers):
-            raise Family("a contact lasts for the whole period")
+            raise Family("a contact lasts for the entire period")
         contacts, duration = section.contacts, section.duration
         matrix = self.matrix(unknowns, change)
         tangent = null_vector(matrix, along)

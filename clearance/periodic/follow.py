@@ -322,7 +322,7 @@ def _noted(branch: Callable[[str], Branch], path: str | Path | None) -> Iterator
         yield
     except KeyboardInterrupt as request:
         if path is not None:
-            request.add_note(f"the points so far are kept in {branch(INTERRUPTED).save(path)[0]}")
+            request.add_note(f"the points so far are stored in {branch(INTERRUPTED).save(path)[0]}")
         raise
 
 

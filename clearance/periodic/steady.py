@@ -241,7 +241,7 @@ class Search:
         spots = self.motion.mechanism.spots
         names = [spot.label(e) for (e, spot), h in zip(spots, self.motion.held, strict=True) if h]
         return (
-            f"joint {', '.join(names)} stays in contact for the whole period: its contact law "
+            f"joint {', '.join(names)} stays in contact for the entire period: its contact law "
             "remembers the impact speed of the last touch, and each speed has a periodic motion of "
             "its own; a law without impact speed, such as hertz, has one"
         )

@@ -182,8 +182,7 @@ def _existing(folder: Path, definition: Definition) -> Definition | None:
         other := [n for n in ("journal.jsonl", "runs", "sweep.h5") if (folder / n).exists()]
     ):
         raise ValueError(
-            f"{folder} has {', '.join(other)} but no sweep.json that says of what; give another "
-            f"directory"
+            f"{folder} has {', '.join(other)} but no sweep.json; give another directory"
         )
     if before is not None and (different := definition.differences(before)):
         raise ValueError(
@@ -628,7 +627,7 @@ class _Driver:
         if self.definition.files:
             return f"{alone} points each by itself: every run has a file"
         if not self.blocks:
-            return f"{alone} points each by itself: their metrics or their start need whole runs"
+            return f"{alone} points each by itself: their metrics or their start need complete runs"
         reasons = "; ".join(sorted(self.reasons - {""})) or "the first ones, and those at the end"
         return (
             f"{self.together} points together in one memory, {alone} each by itself"

@@ -46,7 +46,8 @@ class Sweep(Drawn):
         definition = definition or definitions.read(self.folder)
         if definition is None:
             life = (self.folder / "life.json").is_file()
-            hint = "; it holds a life: clearance plot draws it" if life else ""
+            stages = "clearance plot draws it, and clearance view its stages (stage-*.h5)"
+            hint = f"; it holds a life: {stages}" if life else ""
             raise FileNotFoundError(f"no sweep in {self.folder}: it has no sweep.json{hint}")
         self.definition = definition
         self.count = len(definition.points)

@@ -78,7 +78,7 @@ def _name(numbers: dict[str, str], name: str, value: object) -> None:
 def common_differences(before: dict, now: dict) -> list[str]:
     """Changes of the inputs that all points share, in words."""
     if not before:
-        return ["its points do not say what they were run with (version 0.1 wrote them)"]
+        return ["its points do not state their inputs (version 0.1 wrote them)"]
     differences = []
     if before["version"] != now["version"]:
         differences.append(f"clearance {before['version']}, here {now['version']}")

@@ -312,7 +312,7 @@ class Lanes:
         )
         good, steps = summing.sound(answers), answers.steps.tolist()
         if not good.all():
-            self._left("they failed or are in doubt", int((~good).sum()))
+            self._left("they failed or carry a warning", int((~good).sum()))
         values = summing.metrics(answers, points)
         warnings = summing.warnings(answers, points).tolist()
         described = {name: (m.units, m.text) for name, m in summing.first.items()}

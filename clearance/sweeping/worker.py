@@ -37,7 +37,7 @@ NO_SPACE = "no space left for its file"
 RESERVED = ("status", "reason")
 MOST_FAMILIES = 8  # whose memory a process keeps
 FEWEST = 100  # points of one structure that are worth a memory of their own
-APART = "they failed, are in doubt, or their metrics or warnings need more than one memory has"
+APART = "they failed, carry a warning, or their metrics or warnings need more than one memory has"
 LARGE = 8_000_000  # numbers in a run's file above which it is written as the run goes
 
 _families: dict[tuple[str, tuple], Family | str] = {}

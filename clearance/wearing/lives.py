@@ -92,7 +92,7 @@ def columns(life: Life, depth: float | None = None) -> dict[str, Metric]:
             metrics[f"{name}_depth_angle"] = Metric(angle, "rad", "its angle on the worn body")
             volume = float(life.volume(joint, surface)[-1])
             metrics[f"{name}_volume"] = Metric(volume, "m3", f"volume worn off the {surface}")
-            text = "turns until the largest depth is that asked for, default one clearance"
+            text = "turns until the largest depth is the requested one, default one clearance"
             turns = turns_to(life.turns, deep, aim)
             metrics[f"{name}_turns_to_depth"] = Metric(turns, "1", text)
     return metrics

@@ -1,7 +1,7 @@
 """Costs of the parts: `python tests/benchmarks/bench.py [--update]`.
 
 Prints a table of the page beside this file. Times are medians of repeats on whatever machine runs
-this; ratios compare two things measured in turn in one run. CPU seconds are of whole fresh
+this; ratios compare two things measured in turn in one run. CPU seconds are of complete fresh
 processes.
 """
 
@@ -171,7 +171,7 @@ def eccentricities(result):
 
 
 def runs():
-    """Integration time, accuracy and energy residual of whole runs."""
+    """Integration time, accuracy and energy residual of complete runs."""
     yield (
         "| two turns, warm | rtol | integration | steps | error / clearance | energy residual / "
         "turned over |"

@@ -4,8 +4,8 @@
 
 damages copies of a small result file, a sweep and measurements (flipped bits, cut short, parts
 missing or of another kind) and has every command that reads such files look at them. A command must
-say in one line what is wrong, or do its work; nothing may raise. No number may be read that was not
-written. The exit status is 1 where something failed.
+state in one line what is wrong, or do its work; nothing may raise. No number may be read that was
+not written. The exit status is 1 where something failed.
 """
 
 import argparse
@@ -76,7 +76,7 @@ OF_CASES = (
 Damage = Callable[[Path, random.Random], str]
 
 
-# --- ways to damage a file; each says what it did
+# --- ways to damage a file; each returns its name
 def flip(path: Path, rng: random.Random) -> str:
     """One bit of a file."""
     content = bytearray(path.read_bytes())
@@ -284,7 +284,7 @@ def damaged(
     shutil.rmtree(copy) if copy.is_dir() else copy.unlink(missing_ok=True)
     shutil.copytree(source, copy) if source.is_dir() else shutil.copyfile(source, copy)
     if inside == "journal.jsonl" or inside.startswith("runs/"):
-        (copy / "sweep.h5").unlink()  # else the index tells
+        (copy / "sweep.h5").unlink()  # else the index has it
     return copy, damage(copy / inside if inside else copy, rng)
 
 
@@ -371,7 +371,7 @@ def flips(seed: int, cases: int, source: Path, folder: Path) -> Iterator[tuple[s
 
 
 def parsed(arguments: list[str] | None = None) -> int:
-    """Try many cases and say which failed."""
+    """Try many cases and state which failed."""
     parser = argparse.ArgumentParser(description="damaged files, and what is made of them")
     parser.add_argument(
         "--cases", type=int, default=400, help="damaged files for commands, and flipped bits (400)"

@@ -1,10 +1,10 @@
-"""Stated against true errors, and errors that are asked for: `python tests/benchmarks/errors.py
+"""Stated against true errors, and errors that are requested: `python tests/benchmarks/errors.py
 [--update]`.
 
 Scenes of varied parameters, three turns each, settled numbers of the last two. True errors are
 against rtol 1e-12. Statements: runs at 1e-4 ... 1e-8, each with its companion at ten times the
 tolerance. Requests: the integration of all printed numbers, 1e-2 ... 1e-6; their time is that of
-all compiled loops of the ladder over that of the cheapest run of whole decades whose true errors
+all compiled loops of the ladder over that of the cheapest run of complete decades whose true errors
 are small enough, known only afterwards. With --update also draws the picture
 paper_figures/stated_errors.png. Some minutes.
 """
@@ -35,7 +35,7 @@ TURNS, SETTLE, SAMPLES = 3, 1.0, 200
 EXACT, DECADES, STATED = 12, range(2, 10), range(4, 9)  # tolerances 10^-k
 ASKED = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 FLOOR = 1e-11  # relative errors below it are those of the reference
-#: what is asked for: shares covered, median factor too large, median time of a request over the
+#: what is requested: shares covered, median factor too large, median time of a request over the
 #: cheapest run
 METRICS_COVERED, TOO_LARGE, SLOWER = 0.97, 40.0, 5.0
 MISSED = 0.02  # share of the requests that are stated as reached and are not: one of 65
@@ -210,7 +210,7 @@ class Scene:
 
 
 def scenes() -> Iterator[Scene]:
-    """All scenes, with the reference and the runs of whole decades."""
+    """All scenes, with the reference and the runs of complete decades."""
     for group, entries in SCENES.items():
         for case, values in entries:
             output = (

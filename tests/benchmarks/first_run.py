@@ -1,8 +1,9 @@
 """CPU seconds of starting: `python tests/benchmarks/first_run.py [--before CHECKOUT] [--update]`.
 
 Fresh processes, their children counted, with a store and a numba cache of their own. --before:
-another checkout, an older commit say, which is measured first; without it the numbers that stand in
-the table stay. --repeats: of all but the first run and the new structures, which are measured once.
+another checkout, such as an older commit, which is measured first; without it the numbers that
+stand in the table stay. --repeats: of all but the first run and the new structures, which are
+measured once.
 """
 
 import argparse

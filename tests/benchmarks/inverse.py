@@ -2,7 +2,7 @@
 
 The routes of `clearance inverse --compare --peers` over 10,000 samples (install the extra `peers`),
 warm, medians of repeats taken in turn in one run. Loops in Python are timed over 1000 samples and
-told for 10,000.
+reported for 10,000.
 """
 
 import math
@@ -37,7 +37,7 @@ def milliseconds(study: routes.RouteStudy, name: str) -> float:
 
 
 def row(name: str, study: routes.RouteStudy) -> str:
-    """Times for all samples, ratios to the whole call, agreement and operations of one scene."""
+    """Times for all samples, ratios to the complete call, agreement and operations of one scene."""
     loop, (entire, *others) = (
         milliseconds(study, "explicit"),
         (milliseconds(study, n) for n in SHOWN),
@@ -75,7 +75,7 @@ def table() -> list[str]:
 
 
 def check(name: str, study: routes.RouteStudy) -> None:
-    """Note what is asked for and not met."""
+    """Note what is requested and not met."""
     for r in study.routes:
         for what, apart in (("efforts", r.efforts), ("reactions", r.reactions)):
             require(not apart > 1e-10, f"{name}: {what} of {r.name} are {apart:.0e} away")

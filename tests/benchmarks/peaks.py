@@ -23,7 +23,7 @@ from clearance.stepping.state import PEAKS
 BEGIN = "<!-- peaks -->"
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8)
 EXACT = 1e-11
-#: at rtol 1e-6: largest error and median that are asked for
+#: at rtol 1e-6: largest error and median that are requested
 WORST, MEDIAN = 1e-5, 1e-6
 # ratio of the loop with located extremes to the one that looks at step ends, of films
 DEAREST = 1.10

@@ -1,4 +1,4 @@
-"""Shared parts of the scripts: tables into a file at their marks, numbers that are asked for and
+"""Shared parts of the scripts: tables into a file at their marks, numbers that are requested and
 not met.
 """
 
@@ -31,7 +31,7 @@ def put(path: str | Path, lines: list[str], begin: str, end: str = END) -> None:
 
 
 def publish(doc: str, make: Callable[[], list[str]], begin: str, end: str = END) -> None:
-    """A whole script: prints the lines, with --update puts them at their mark, says what was
+    """A complete script: prints the lines, with --update puts them at their mark, states what was
     missed, and exits.
     """
     options = argparse.ArgumentParser(description=doc)

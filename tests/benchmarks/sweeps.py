@@ -1,8 +1,8 @@
 """Cost of sweeps: `python tests/benchmarks/sweeps.py [--update]`.
 
 Throughput of one and two worker processes measured in turn, overhead of a run; 10,000 points: time,
-memory of the driver, reopening. Whole calls of `cl.sweep` in fresh processes; ratios compare what
-is measured in turn.
+memory of the driver, reopening. Complete calls of `cl.sweep` in fresh processes; ratios compare
+what is measured in turn.
 """
 
 import json

@@ -90,7 +90,7 @@ def sources(root: Path, path: str) -> Iterator[Path]:
 
 
 def table(root: Path, paths: list[str], with_files: bool = False) -> dict[str, Count]:
-    """Counts by path, and by file where asked for; paths without a file are left out."""
+    """Counts by path, and by file where requested; paths without a file are left out."""
     rows: dict[str, Count] = {}
     for path in paths:
         files = {f.relative_to(root).as_posix(): of_file(f) for f in sources(root, path)}

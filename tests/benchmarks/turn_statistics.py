@@ -4,7 +4,7 @@
 Four hundred starts of 320 turns of the dry slider-crank, whose bursts of hard impacts last several
 turns, and a hundred of the dry feeder, whose turns hardly depend on those before (some nine minutes
 of CPU). The truth is the mean over all starts without their first 30 turns. Shares are over all
-quantities of `clearance.turns` that vary; most of a mechanism tell the same, so that shares of a
+quantities of `clearance.turns` that vary; most of a mechanism show the same, so that shares of a
 hundred starts scatter by 2 %. The widening of short intervals was measured on other starts of the
 slider-crank. TURN_SERIES=FOLDER keeps the series, and takes those that are there.
 """
@@ -29,7 +29,7 @@ STARTS, TURNS, SETTLED, LEFT_OUT = 100, 320, 30, 10  # starts of a seed
 COUNTS = (9, 20, 40, 100, 200, 280)
 LOWEST, HIGHEST, SHORT = 0.92, 0.98, 100
 SHORTEST = 0.9  # lowest share of the intervals of few turns
-APART = 0.04  # largest share of groups of one motion that are told apart; 1 % expected
+APART = 0.04  # largest share of groups of one motion that are distinguished; 1 % expected
 FEW = 0.86  # lowest share of 25 groups: two standard deviations below 95 %
 ERRORS = (0.2, 0.1)
 #: by name: case, parameters and seeds of the starts

@@ -844,8 +844,8 @@ class TestAgainstFiniteElements:
 
     @pytest.mark.parametrize("state", STATES)
     def test_line_under_pressure(self, state, validated):
-        """A line fed at 5 SCALE over the whole length: second order here (2.4e-3 to 6e-4), 5.8e-3
-        where the force is smallest (eps 0.7); 8e-3.
+        """A line fed at 5 SCALE over the complete length: second order here (2.4e-3 to 6e-4),
+        5.8e-3 where the force is smallest (eps 0.7); 8e-3.
         """
         film = bearing(grooves=(Groove(angle=0.5, pressure=5.0 * SCALE),))
         actual, wanted = bands.solve(film, *state), fem.solve(film, *state, (128, 16))
@@ -931,7 +931,7 @@ class TestSideFlowNearContact:
             assert actual == pytest.approx(wanted, rel=1e-3 if eps < 0.999 else 2e-3)
 
     def test_nodes(self):
-        """The map is what it says, mirrored, and with nothing even the plain one."""
+        """The map is as its docstring states, mirrored, and with nothing even the plain one."""
         for even in (0.0, 0.4):
             theta, places = bands.angles(48, 0.99, 0.0, even)
             s = math.sqrt(0.01 / 1.99)

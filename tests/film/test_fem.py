@@ -594,13 +594,13 @@ class TestRoughness:
 
 class TestMeshError:
     """H2: short bearings need more cells; the sentence on the mesh of 64 by 8, and what
-    `load_error` says.
+    `load_error` states.
     """
 
     @pytest.mark.parametrize("slenderness", [0.1, 0.125, 1 / 6, 0.25, 0.5, 1.0, 2.0])
     def test_H2_load_error(self, slenderness):
-        """Of meshes of 32 and 64 cells, never above what is said; bounds of the docstring: 1e-3 up
-        to eps 0.7, at 0.9 4e-3, from L/D 1/2 on 1e-3. The fast solver on a fine mesh is right to
+        """Of meshes of 32 and 64 cells, never above what is stated; bounds of the docstring: 1e-3
+        up to eps 0.7, at 0.9 4e-3, from L/D 1/2 on 1e-3. The fast solver on a fine mesh is right to
         1e-5.
         """
         of = bearing(slenderness, grooves=LINE)

@@ -213,7 +213,7 @@ class TestFirstLaw:
 
     @pytest.mark.parametrize("more", [{}, MIXED], ids=["film", "mixed"])
     def test_adiabatic(self, more, validated):
-        """Nothing leaves: C dT is the energy that the ledger says was dissipated, at all times;
+        """Nothing leaves: C dT is the energy that the ledger states was dissipated, at all times;
         1e-6 (1e-10).
         """
         oil = HeatBalance(0.5, 0.0, volumetric=0.0)

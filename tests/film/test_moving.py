@@ -146,7 +146,7 @@ def test_bias_of_the_smooth_rupture():
 
 
 def test_mesh():
-    """Finer around where the bearing is short; a doubt where a mesh is too coarse names a finer
+    """Finer around where the bearing is short; a warning where a mesh is too coarse names a finer
     one.
     """
     assert mesh_for(1.0) == (36, 3)

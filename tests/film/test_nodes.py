@@ -152,8 +152,8 @@ class TestBalance:
     """Heat is conserved."""
 
     def test_two_joints_heat_one_housing(self, validated):
-        """Adiabatic: oils and housing hold what the ledger says was dissipated, at all times; 1e-6
-        of it.
+        """Adiabatic: oils and housing hold what the ledger states was dissipated, at all times;
+        1e-6 of it.
         """
         housing = cl.ThermalNode("housing", 2.0, 0.0)
         parts = [housing]

@@ -1,5 +1,5 @@
-"""Films that are solved as the run goes: how kernels ask for them, and that runs with them are
-those of the table.
+"""Films that are solved as the run goes: how kernels call them, and that runs with them are those
+of the table.
 
 The film with memory is compared with films that remember nothing where the two must agree.
 """
@@ -226,8 +226,8 @@ class TestKernels:
             assert np.abs(actual - wanted)[4:].max() < 0.02 * np.abs(wanted[4:]).max()
 
     def test_other_scenes_carry_no_letter(self):
-        """A block of a few numbers where a film is solved, none where it is a formula; nobody asks
-        without one.
+        """A block of a few numbers where a film is solved, none where it is a formula; no kernel
+        calls back without one.
         """
         formula, table, fem = (build(loaded(f)) for f in (cl.harmonic(), table_film(), fem_film()))
         assert all(
@@ -242,7 +242,7 @@ class TestKernels:
         assert fem.par[first] == source.address
 
     def test_joints_do_not_share_a_letter(self):
-        """Each asks for its own film."""
+        """Each joint calls its own film."""
         one, other = cl.Body("one", 1.0, 1e-3), cl.Body("other", 1.0, 1e-3)
         slots = {
             "radius": 0.01,
@@ -270,7 +270,7 @@ def run(film, until=0.02, **more):
 
 class TestRuns:
     def test_feeder_by_elements(self, validated):
-        """A whole turn, and few steps tried in vain: every fourth was with a rupture that jumps
+        """A complete turn, and few steps tried in vain: every fourth was with a rupture that jumps
         from node to node.
 
         The load of either film is right to 3e-3 where the gap is thinnest, and the gap goes with
@@ -379,7 +379,7 @@ class TestRuns:
         assert {k: v for k, v in stored.items() if k != "type"} == vars(groove)
 
     def test_coarse_meshes_are_named(self):
-        """A gap whose pressure is narrower than a cell: the run says so."""
+        """A gap whose pressure is narrower than a cell: the run states so."""
         result = cl.simulate(
             loaded(conserving_film(mesh=(16, 2)), mass=30.0), until=0.02, rtol=1e-3
         )
@@ -496,7 +496,7 @@ class TestMemory:
         assert (first.eccentricity_y == second.eccentricity_y).all()
 
     def test_every_run_begins_full_of_oil(self):
-        """One mechanism, and so one film, run twice: the second does not know of the first."""
+        """One mechanism, and so one film, run twice: the second does not depend on the first."""
         mechanism = build(loaded(conserving_film()))
         rows = [Run(mechanism, Span(0.002, 11), outputs=False).trajectory()[1] for _ in range(2)]
         assert (rows[0] == rows[1]).all()
@@ -531,8 +531,8 @@ class TestMemory:
 
     @pytest.mark.parametrize(("spins", "bound"), [((40.0, 100.0), 2e-3), ((70.0, 70.0), 5e-5)])
     def test_either_body_may_carry_the_bearing(self, spins, bound):
-        """Oil moves with the mean of both surfaces, so the equation does not tell bearing from
-        journal. The grid does: it turns with the bearing. Apart by its error (8.7e-4 of the
+        """Oil moves with the mean of both surfaces, so the equation does not distinguish bearing
+        and journal. The grid does: it turns with the bearing. Apart by its error (8.7e-4 of the
         clearance at (64, 6), 1.7e-4 at (128, 12)); where both turn alike the cells are the same,
         and steps and Newton's tolerance are left (5e-6).
         """
@@ -542,8 +542,8 @@ class TestMemory:
         assert np.hypot(*one).max() > 0.6
 
     def test_letter_of_the_film_with_memory(self):
-        """Committed once a step by the commit kernel, whose texts ask too; the others' structure
-        has no such commit.
+        """Committed once a step by the commit kernel, whose text calls back too; the others'
+        structure has no such commit.
         """
         mechanism = build(loaded(conserving_film()))
         assert mechanism.layout.commits == 1

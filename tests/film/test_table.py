@@ -1,5 +1,5 @@
-"""The film table: against the solver it stands for, its derivative, its limits, how it is kept and
-shared.
+"""The film table: against the solver it stands for, its derivative, its limits, how it is stored
+and shared.
 
 States are drawn off the nodes: y = -ln(1 - eps) and the scaled direction alpha' of the motion, both
 uniform; the journal closes in where alpha' < 90 degrees, and forces that matter are there.
@@ -138,7 +138,7 @@ class TestAgainstTheSolver:
 
     @pytest.mark.parametrize("key", [Key(0.5), Key(1.0)], ids=["0.5", "1"])
     def test_stated_errors_are_honest(self, key):
-        """Fresh states: closing error at most twice what the table says or 1e-3, its median
+        """Fresh states: closing error at most twice what the table states or 1e-3, its median
         twice.
         """
         actual, draw, errors = tables.table(key), np.random.default_rng(11), {True: [], False: []}
@@ -197,8 +197,8 @@ class TestAgainstTheSolver:
             assert 0.0 < actual < film.bearing.flow_scale * eps * 10.0
 
     def test_H1_stated_errors_are_the_largest(self):
-        """Fresh states: wet area and side flow are off by at most twice what the table says, of any
-        of them.
+        """Fresh states: wet area and side flow are off by at most twice what the table states, of
+        any of them.
         """
         key, draw = Key(1.0), np.random.default_rng(12)
         actual, errors = tables.table(key), []
@@ -662,7 +662,7 @@ class TestStore:
         built = tables.table(TINY)
         path = tables.path_of(TINY)
         entire = path.read_bytes()
-        if damage == "other":  # whole, and of the same size, but of another film
+        if damage == "other":  # complete, and of the same size, but of another film
             other = Key(0.9, nodes=5, mesh=(16, 2))
             tables.table(other)
             path.write_bytes(tables.path_of(other).read_bytes())
@@ -672,7 +672,7 @@ class TestStore:
                 "changed": built.numbers * 7.0,
                 "short": built.numbers[:-3],
             }[damage]
-            with open(path, "wb") as file:  # short: whole in itself, but not a table of this key
+            with open(path, "wb") as file:  # short: complete in itself, but not a table of this key
                 made = replace(built, numbers=numbers) if damage == "short" else built
                 sound = tables.digest(TINY, made)
                 np.savez(file, numbers=numbers, errors=built.errors, digest=sound)
@@ -818,7 +818,7 @@ class TestSharing:
 class TestRuns:
     def test_feeder(self):
         """Energy closes to 1e-5 of what is turned over (1e-9 at rtol 1e-8); drive torque of L/D = 1
-        within 10 % of the harmonic film's rms (0.2 %); the file says how good its table is.
+        within 10 % of the harmonic film's rms (0.2 %); the file states how good its table is.
         """
         table, harmonic = (
             cl.simulate(cl.load_case("six_bar_feeder", film=f), turns=1, rtol=1e-8)
@@ -851,7 +851,7 @@ class TestRuns:
     )
     def test_imports(self, text, absent):
         """Describing a scene needs no compiler; a run needs no finite elements (the compiler itself
-        asks for scipy's version, so its top package alone may be there).
+        reads scipy's version, so its top package alone may be there).
         """
         check = f"{text}\nimport sys\nprint([n for n in {absent!r} if n in sys.modules])"
         actual = subprocess.run(

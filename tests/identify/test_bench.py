@@ -169,7 +169,9 @@ def test_steady_sliding_lies_on_the_ellipsoid(validated):
 
 
 def test_the_joint_is_richer_than_one_element():
-    """Direction, seat, warm-up and level change the torque of steady sliding by what they say."""
+    """Direction, seat, warm-up and level change the torque of steady sliding by their stated
+    amounts.
+    """
     _, rate, angle, step = fine(
         [lambda t: 0.0 * t, lambda t: 0.0 * t, lambda t: np.full_like(t, 1.0)], 1.0
     )

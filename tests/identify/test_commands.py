@@ -359,9 +359,7 @@ def test_bad_input(small, capsys, arguments, message):
 
 
 def test_units_can_be_trusted(small, tmp_path, capsys):
-    """Torques of N mm that are said to be N m: noticed, and taken at their word where that is asked
-    for.
-    """
+    """Torques of N mm that are stated to be N m: noticed, and taken as given on request."""
     path = tmp_path / "large.h5"
     path.write_bytes(write(tmp_path / "copy.h5", read(small)).read_bytes())
     with h5py.File(path, "a") as file:

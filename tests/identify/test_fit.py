@@ -118,7 +118,7 @@ def late(trials, shift: float) -> Measurement:
 
 @pytest.mark.parametrize("shift", [0.5, -0.5])
 def test_S17_a_torque_shifted_against_its_rate_is_doubted(shift):
-    """Half a sample is found to a half (first order), on its side; the parameter named is off by
+    """Half a sample is located to a half (first order), on its side; the parameter named is off by
     more than 10 %.
     """
     fitted = fit(of_spin(shift), starts=2)
@@ -130,15 +130,15 @@ def test_S17_a_torque_shifted_against_its_rate_is_doubted(shift):
 
 
 def test_S17_without_a_shift_nothing_is_said():
-    """Less than a tenth of a sample, and no doubt."""
+    """Less than a tenth of a sample, and no warning."""
     fitted = fit(of_spin(), starts=2)
     assert abs(fitted.facts["lag"]) < 1e-4
     assert not any("its rate" in d for d in fitted.doubts)
 
 
 def test_S17_a_rate_held_over_each_step_is_doubted():
-    """Torque at the begin of the step: half a sample eats up the damping of 0.5, which the fit does
-    not say alone.
+    """Torque at the begin of the step: half a sample eats up the damping of 0.5, which the fit
+    cannot show alone.
     """
     values, trials = TRUTH | {"spin_stiffness": 900.0, "spin_damping": 0.5}, []
     for n, (amplitude, frequency) in enumerate(((0.05, 1.0), (0.2, 2.0), (0.02, 5.0))):
@@ -229,8 +229,8 @@ def test_the_exponent_of_the_load_comes_back_and_one_level_is_doubted():
 
 
 def test_S16_an_axis_that_never_moves_is_left_out():
-    """One doubt for the axis in place of six parameters with numbers nobody fitted; the file keeps
-    that.
+    """One warning for the axis in place of six parameters with numbers nobody fitted; the file
+    keeps that.
     """
     fitted = fit(of_spin(), starts=2)
     assert list(fitted.fitted) == [n for n in TRUTH if n.startswith("spin_")]
@@ -364,7 +364,7 @@ def test_smoothing_holds_knots_that_no_sample_reaches_and_in_the_end_all_of_them
     for name in ("torque", "stiffness", "damping"):
         at = [fitted.values[f"spin_{name}_at_{k:g}"] for k in knots]
         assert at[3:] == pytest.approx([at[2]] * 2, rel=1e-3)
-        assert f"spin_{name}_at_20: the trials say nothing about it" in fitted.doubts
+        assert f"spin_{name}_at_20: the trials do not determine it" in fitted.doubts
     stiff = fit(data, lugre3d(knots=knots, smoothing=100.0), starts=1)
     assert stiff.values["spin_torque_at_0"] == pytest.approx(
         stiff.values["spin_torque_at_1"], rel=1e-3
@@ -459,7 +459,7 @@ def test_a_network_fits_the_bench_at_least_as_well_as_the_stribeck_function(tmp_
         actual.law()
 
 
-# --- errors that hang together
+# --- errors that are autocorrelated
 def test_correlated_errors_widen_the_intervals():
     """Noise with rho = 0.9 a sample: tau = (1 + rho) / (1 - rho) = 19, sqrt 4.36; its estimate is
     known to some 10 %.
@@ -532,7 +532,7 @@ def test_the_law_in_a_hinge_makes_the_models_torque(name):
         fitted.law("x")
 
 
-# --- doubts
+# --- warnings
 def test_records_that_friction_cannot_give_are_doubted(tmp_path):
     data = small()
     flipped = Measurement(tuple(dataclasses.replace(t, torque=-t.torque) for t in data.trials))
@@ -626,7 +626,7 @@ def test_knots_that_no_sample_reaches_take_their_neighbours_torque():
     assert fitted.values["spin_torque_at_3"] == pytest.approx(
         fitted.values["spin_torque_at_1"], rel=1e-6
     )
-    assert "spin_torque_at_3: the trials say nothing about it" in fitted.doubts
+    assert "spin_torque_at_3: the trials do not determine it" in fitted.doubts
 
 
 def test_a_nonnegative_curve_brakes():

@@ -58,7 +58,7 @@ def weights(model, seed=0):
 
 def reference(model, values, rates):
     """Torques (n, 3) at the ends of intervals of mean rates (n, 3), as the equations of the module
-    say.
+    state.
     """
     hidden = model.hidden
     w, u, b, read_out, offset = np.split(
@@ -106,7 +106,7 @@ def test_a_trial_is_its_steps(measurement):
 
 
 def test_training_learns_and_scores(trained):
-    """A network that says nothing has 1; typical runs of these 40 epochs end at 0.2."""
+    """A network without information has 1; typical runs of these 40 epochs end at 0.2."""
     assert trained.nrmse["training"] < 0.5
     assert trained.nrmse["test"] < 0.8
     assert trained.history[0] > 4.0 * trained.history.min()

@@ -149,7 +149,7 @@ def test_the_guides_law(tmp_path, monkeypatch, capsys):
 
 
 def noisy_path(name: str, true: dict, time: np.ndarray) -> np.ndarray:
-    """A journal's path by a model of the guide, kept as FILE.py, with 0.5 um of noise (n, 2)."""
+    """A journal's path by a model of the guide, stored as FILE.py, with 0.5 um of noise (n, 2)."""
     Path(name).write_text(next(b for b in BLOCKS if f"# {name}" in b))
     zeros = np.zeros_like(time)
     record = Series("run", "training", time, {"x": zeros, "y": zeros}, {"x": "m", "y": "m"})
@@ -195,7 +195,7 @@ def test_the_guides_journal(tmp_path, monkeypatch, capsys):
     for name, value in true.items():
         p = printed["parameters"][name]
         assert p["low"] < value < p["high"]
-        assert p["high"] < 2.0 * p["low"]  # and they say something
+        assert p["high"] < 2.0 * p["low"]  # and they are not empty
     assert not printed["doubts"]
     assert Path("thresholds/columns.png").stat().st_size > 10_000
 

@@ -475,6 +475,6 @@ def test_measurements(measurement):
 
 
 def test_labels_and_units_are_documented():
-    """The module says what a user may write."""
+    """The module states what a user may write."""
     for name in (*records.LABELS, "time_ms", "rate_z_deg_s", "torque_z_N_mm", "preload [N]"):
         assert name in records.__doc__

@@ -1,4 +1,4 @@
-"""The studies: numbers that are known otherwise, and what the source says of its models."""
+"""The studies: numbers that are given elsewhere, and what the source states of its models."""
 
 import itertools
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Studies of load, coefficients and fast spin: closed forms, and what they are said to show."""
+"""Studies of load, coefficients and fast spin: closed forms, and their stated results."""
 
 import math
 

@@ -8,7 +8,7 @@ from tests import mechanisms as m
 
 
 def test_it_gives_what_a_simulation_gives():
-    """The same kernel at the same times: equal to the last bit but for the angles' whole turns."""
+    """The same kernel at the same times: equal to the last bit but for the angles' full turns."""
     scene = cl.load_case("four_bar", model="ideal")
     simulated = cl.simulate(scene, turns=2.0, samples=301)
     result = cl.inverse_dynamics(scene, turns=2.0, samples=301)

@@ -61,7 +61,7 @@ def test_json(tmp_path, capsys):
         np.linalg.norm(force, axis=1).max(), rel=1e-12
     )
     assert document["drives"]["crank"]["torque"] == np.abs(torque).max()
-    # found before, outside this package
+    # computed before, outside this package
     assert torque[[0, -1]] == pytest.approx([0.999011, 1.164278], abs=5e-7)
 
 
@@ -82,7 +82,7 @@ def test_turns_of_a_constant_drive(tmp_path, capsys):
 
 
 def test_a_motion_that_ends_part_way(tmp_path, capsys):
-    """Exit status 1, one line, and what was computed is kept."""
+    """Exit status 1, one line, and what was computed is stored."""
     out = tmp_path / "part.h5"
     status, text, err = inverse(
         "three_loop_chain", "--until", "20s", "-o", out, "--json", capsys=capsys
@@ -113,7 +113,7 @@ def test_a_motion_that_ends_part_way(tmp_path, capsys):
         (["three_loop_chain", "-p", "drive=torque", "--compare"], "gives an effort, not a motion"),
         (
             ["six_bar_feeder", "-p", "model=dry"],
-            "has clearance: its motion is found, not prescribed",
+            "has clearance: its motion is not prescribed",
         ),
         (["double_pendulum"], "no drive prescribes"),
         (["nosuch"], "known: double_pendulum"),

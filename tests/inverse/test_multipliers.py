@@ -563,7 +563,7 @@ LAWS = {
 @pytest.mark.parametrize("make", ["four_bar", "slider_crank"])
 def test_power_goes_where_it_should(make, law):
     """The power of the drive moves masses and rubs, sample by sample: 1e-11 of the largest power
-    (1e-9 is asked).
+    (1e-9 is required).
     """
     law = LAWS[law]
     scene = slider_crank(law) if make == "slider_crank" else four_bar(friction=law, pin_radius=0.01)
@@ -634,7 +634,7 @@ def joint_saturating(rate, load, coefficient, knee):
 
 def test_jammed():
     """Pins as large as the crank is long: friction outgrows what makes it; the samples before that
-    are kept.
+    stay.
     """
     scene, time = (
         four_bar(friction=joint_coulomb(coefficient=1.0), pin_radius=0.05),
@@ -652,7 +652,7 @@ def test_jammed():
 
 # --- positions
 def test_poses_are_guesses():
-    """Guesses 2 % of the size off, some angles by whole turns: the same positions, and the same
+    """Guesses 2 % of the size off, some angles by full turns: the same positions, and the same
     forces to 1e-11.
     """
     scene, time = slider_crank(LAWS["coulomb"]), np.linspace(0.0, 1.0, 200)
@@ -679,7 +679,7 @@ def test_many_samples_are_solved_in_blocks(monkeypatch):
 
 
 def test_a_motion_that_ends():
-    """The moving guide runs into its dead centre at 0.0183 s: the samples before it are kept."""
+    """The moving guide runs into its dead centre at 0.0183 s: the samples before it stay."""
     scene, time = m.moving_guide(), np.linspace(0.0, 0.03, 61)
     with pytest.raises(
         SingularPosition, match=r"t = 0.0185 s: the motion ends here; .* stays .* open"
@@ -695,7 +695,7 @@ def test_a_motion_that_ends():
 
 def test_dead_centre():
     """A slider pulls its crank straight: singular there, whether followed or given; before it all
-    is found.
+    is computed.
     """
     scene = slider_crank(motion=reaching(far=0.19 + 0.01, near=0.03))
     with pytest.raises(

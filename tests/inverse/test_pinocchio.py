@@ -2,7 +2,7 @@
 but the motion.
 
 Both sides are exact, so only rounding is left between them: 1e-15 to 1e-12 of the largest value
-here, more where a loop stands near a dead centre. 1e-10 is what is asked for.
+here, more where a loop stands near a dead centre. 1e-10 is what is requested.
 """
 
 import dataclasses

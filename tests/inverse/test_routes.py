@@ -27,7 +27,7 @@ def study():
 
 class TestCompare:
     def test_routes_agree(self, study):
-        """All are exact: 1e-10 is asked for, rounding leaves some 1e-15."""
+        """All are exact: 1e-10 is requested, rounding leaves some 1e-15."""
         assert [r.name for r in study.routes][:4] == [
             "explicit",
             "explicit, whole call",
@@ -72,7 +72,7 @@ class TestCompare:
         alone = actual.route("multipliers, solve")
         assert alone.efforts < 1e-10
         assert math.isnan(alone.reactions)
-        # the same friction in both, found to 1e-9 by iteration
+        # the same friction in both, iterated to 1e-9 by iteration
         assert actual.route("multipliers").reactions < 1e-9
         assert any("are not compared" in remark for remark in actual.remarks)
 

@@ -142,7 +142,7 @@ def run(tmp_path_factory):
 
 
 class Without(Result):
-    """A result some of whose channels were not kept."""
+    """A result some of whose channels were not stored."""
 
     dropped: tuple[str, ...] = ()
 

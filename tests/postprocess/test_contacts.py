@@ -72,7 +72,7 @@ def test_numbers_from_events():
         "longest_duration": 0.3,
     }
     assert {k: table[k] for k in expected} == pytest.approx(expected, rel=1e-12)
-    assert np.isnan(table["contact_angle"])  # the eccentricity was not kept
+    assert np.isnan(table["contact_angle"])  # the eccentricity was not stored
 
 
 def test_other_joints_do_not_count():
@@ -252,7 +252,7 @@ def test_several_joints(tmp_path, gallery):
 
 
 def test_lean_results():
-    """Events are always kept; angles need the eccentricity; a mixed joint its contact force."""
+    """Events are always stored; angles need the eccentricity; a mixed joint its contact force."""
     scene = cl.load_case("slider_crank", model="dry")
     lean = cl.simulate(scene, turns=0.5, channels=["bodies/slider/ax"])
     assert contact_table(lean)["C"]["contacts"] == len(lean.events["time"]) > 0
@@ -262,7 +262,7 @@ def test_lean_results():
     )
     with pytest.raises(
         ValueError,
-        match="mixed joint C needs the channel joints/C/contact_force, which was not kept",
+        match="mixed joint C needs the channel joints/C/contact_force, which was not stored",
     ):
         contact_table(mixed)
 
@@ -275,7 +275,7 @@ def test_the_picture_without_a_drive(samples, tmp_path, gallery):
     assert np.isnan(contact_table(free)["C"]["contacts_per_turn"])
     contacts(free, tmp_path / "c.png")
     assert any(t.startswith("contacts in ") for t in gallery.texts())
-    assert "eccentricity or bearing angle not kept" in gallery.texts()
+    assert "eccentricity or bearing angle not stored" in gallery.texts()
 
 
 def test_no_samples(tmp_path, gallery):

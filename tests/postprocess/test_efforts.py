@@ -1,5 +1,5 @@
 """Efforts and joint friction: what is drawn is what the run has, many joints stay readable, what is
-missing is said.
+missing is stated.
 """
 
 import math
@@ -364,14 +364,14 @@ def test_what_a_run_has_not_got_is_said(tmp_path):
     with pytest.raises(ValueError, match=r"run\.h5: this run has no joint friction"):
         friction(idle, tmp_path / "f.png")
     little = cl.simulate(cart(), until=0.1, samples=5, channels=["bodies/cart"])
-    with pytest.raises(ValueError, match="this run has kept no driving effort"):
+    with pytest.raises(ValueError, match="this run has stored no driving effort"):
         efforts(little, tmp_path / "e.png")
-    with pytest.raises(ValueError, match="this run has kept no joint friction"):
+    with pytest.raises(ValueError, match="this run has stored no joint friction"):
         friction(little, tmp_path / "f.png")
     lossless = cl.simulate(
         cart(), until=0.1, samples=5, channels=["joints/*/friction", "bodies/*/omega"]
     )
-    with pytest.raises(ValueError, match="channel joints/rail/power_loss of .* was not kept"):
+    with pytest.raises(ValueError, match="channel joints/rail/power_loss of .* was not stored"):
         friction(lossless, tmp_path / "f.png")
     assert not list(tmp_path.iterdir())
 

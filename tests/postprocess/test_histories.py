@@ -70,7 +70,7 @@ def test_channels_that_were_not_kept():
     lean = cl.simulate(scene, turns=0.2, channels=["bodies/slider/ax", "joints/C/gap"])
     assert channels.series(lean, "slider.ax")[0].size == lean.time.size
     with pytest.raises(
-        ValueError, match="no channel 'C.force', or it was not kept; it has joints/C: gap"
+        ValueError, match="no channel 'C.force', or it was not stored; it has joints/C: gap"
     ):
         channels.series(lean, "C.force")
     with pytest.raises(ValueError, match="name the channels"):
@@ -92,7 +92,7 @@ def test_patterns(feeder):
 
 def test_the_same_short_name_in_two_groups():
     record = Formula([0.0, 1.0], {"bodies/s/x": [0, 1], "springs/s/x": [2, 3]})
-    with pytest.raises(ValueError, match="may be bodies/s/x or springs/s/x; give the whole path"):
+    with pytest.raises(ValueError, match="may be bodies/s/x or springs/s/x; give the full path"):
         channels.series(record, "s.x")
 
 
@@ -261,7 +261,7 @@ def test_too_many_panels(feeder, tmp_path):
 
 def test_paths_in_the_plane_lose_nothing_visible():
     """Two hundred equal turns are drawn once; every point is within a cell of a drawn one; new
-    turns are kept.
+    turns stay.
     """
     angle = np.linspace(0.0, 2.0 * np.pi, 401)[:-1]
     x = np.concatenate([np.tile(np.cos(angle), 200), 1.5 * np.cos(angle)])

@@ -429,7 +429,7 @@ def test_curves_of_a_second_parameter(made, tmp_path, gallery):
     names = [t.get_text() for t in gallery.last.legends[0].get_texts()]
     assert names == [f"speed {n} rpm" for n in (100, 200, 300, 400)]
     many = made(grid(speed=np.linspace(10.0, 60.0, 12), clearance=CLEARANCES), {"force": force})
-    curves(many, tmp_path / "c.png", x="clearance")  # a bar tells so many apart
+    curves(many, tmp_path / "c.png", x="clearance")  # a bar distinguishes so many
     assert [a.get_ylabel() for a in gallery.last.axes if a.get_label() == "<colorbar>"] == [
         "speed [rpm]"
     ]

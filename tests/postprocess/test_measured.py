@@ -1,4 +1,4 @@
-"""Measured records beside a run: reading, the shift found, the error stated."""
+"""Measured records beside a run: reading, the fitted shift, the error stated."""
 
 import json
 

@@ -1,4 +1,6 @@
-"""Reports: whole HTML that needs nothing else, says what the file says, and what it cannot show."""
+"""Reports: complete HTML that needs nothing else, states what the file states, and what it cannot
+show.
+"""
 
 import dataclasses
 import hashlib
@@ -236,11 +238,11 @@ def test_svg_becomes_part_of_the_page():
 
 def test_a_picture_that_cannot_be_drawn_is_a_sentence():
     def draw(path):
-        raise ValueError("channel <x> was not kept")
+        raise ValueError("channel <x> was not stored")
 
     made = pages.Page("none").picture(draw, "Something")
     assert (
-        made == '<p class="missing">Something: not shown, for channel &lt;x&gt; was not kept.</p>'
+        made == '<p class="missing">Something: not shown, for channel &lt;x&gt; was not stored.</p>'
     )
 
 
@@ -338,13 +340,14 @@ def test_what_was_not_kept_is_said(tmp_path):
     message = " ".join(page.missing)
     assert "no channel 'bodies/slider/x'" in message
     assert (
-        "these channels were not kept: bodies/slider/ay, bodies/slider/theta, joints/A/force_x"
+        "these channels were not stored: bodies/slider/ay, bodies/slider/theta, joints/A/force_x"
         in message
     )
     assert (
-        "these channels were not kept: joints/B/eccentricity_x, joints/B/eccentricity_y" in message
+        "these channels were not stored: joints/B/eccentricity_x, joints/B/eccentricity_y"
+        in message
     )
-    assert len(page.pictures) == 2  # what was kept, and its spectrum
+    assert len(page.pictures) == 2  # what was stored, and its spectrum
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -353,8 +356,8 @@ def test_no_channels_at_all(feeder, tmp_path):
         cl.load_case("six_bar_feeder"), turns=1.0, channels=["energy/kinetic"], energy=False
     )
     page = read(run, tmp_path)
-    assert page.row("energy residual")[1] == "no energy ledger was kept or integrated"
-    assert "its channels ax and ay were not kept" in " ".join(page.missing)
+    assert page.row("energy residual")[1] == "no energy ledger was stored or integrated"
+    assert "its channels ax and ay were not stored" in " ".join(page.missing)
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -595,7 +598,7 @@ def test_links_lead_to_the_runs(swept, swept_page):
 @pytest.mark.usefixtures("undrawn")
 def test_a_run_of_a_sweep_shows_what_the_sweep_kept(swept, tmp_path):
     page = read(swept.path(2), tmp_path)
-    assert "As the sweep that this run belongs to has kept them." in page.text
+    assert "As the sweep that this run belongs to has stored them." in page.text
     value = swept.metrics["slider_position_deviation_peak_mean"][2]
     assert page.row("slider_position_deviation_peak_mean")[1] == pages.measured(value, "m")[
         0

@@ -34,8 +34,8 @@ def made(per_turn=50, turns=9, **options):
 
 @pytest.mark.parametrize("angle", [0.0, 1.0, -2.0, 6.0])
 def test_section_of_a_formula(angle):
-    """A period of three turns gives three points, found between samples to the interpolation's h^4
-    (w h = 0.042).
+    """A period of three turns gives three points, located between samples to the interpolation's
+    h^4 (w h = 0.042).
 
     Cubic Hermite errs by (w h)^4 / 384 = 8e-9 of the amplitude, four points by at most 3 (w
     h)^4 / 128 = 7e-8; the acceleration's amplitude is 4.4.

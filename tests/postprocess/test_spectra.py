@@ -1,4 +1,4 @@
-"""Amplitudes of known sinusoids, Parseval, whole turns, and what cannot have a spectrum."""
+"""Amplitudes of known sinusoids, Parseval, full turns, and what cannot have a spectrum."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def made(time, path="joints/C/force_x", **options):
 @pytest.mark.parametrize("window", ["hann", "none"])
 @pytest.mark.parametrize("turns", [2.0, 5.0, 7.4])
 def test_a_sum_of_sinusoids(window, turns, validated):
-    """Over whole turns each harmonic stands on a frequency of its own; only rounding is left, 1e-12
+    """Over full turns each harmonic stands on a frequency of its own; only rounding is left, 1e-12
     of the largest.
 
     That holds for the smallest amplitude too, 2000 times smaller than the largest, for the three
@@ -73,7 +73,7 @@ def test_the_last_turns_are_taken():
 
 @pytest.mark.parametrize("count", [400, 401])
 def test_parseval_without_window(count, validated):
-    """Mean square = mean^2 + half the squares of the amplitudes (the whole square at half the
+    """Mean square = mean^2 + half the squares of the amplitudes (the full square at half the
     sampling rate).
     """
     values = np.random.default_rng(3).normal(size=count) + 2.0
@@ -113,7 +113,8 @@ def test_without_a_drive():
     assert lines.resolution == pytest.approx(1.0 / (401 * 0.005), rel=1e-12)
     uneven = np.sort(np.random.default_rng(5).uniform(0.0, 2.0, 3000))
     again = spectrum(made(uneven, speed=None), "C.force_x")
-    assert again.amplitude[2] == pytest.approx(2.0, rel=1e-2)  # 1 Hz; not of whole periods exactly
+    # 1 Hz; not of complete periods exactly
+    assert again.amplitude[2] == pytest.approx(2.0, rel=1e-2)
 
 
 def test_what_has_no_spectrum():

@@ -238,7 +238,7 @@ def test_the_page_of_a_sweep_has_its_points(name, folder, tmp_path):
 
 
 def test_a_sweep_with_many_runs_keeps_what_there_is_room_for(folder, monkeypatch):
-    """Spread over the points, the first one among them; the page says so."""
+    """Spread over the points, the first one among them; the page states so."""
     monkeypatch.setattr(view_map, "ROOM", 60_000)
     facts, blocks = view_map.of_sweep(open_sweep(folder / "grid"))
     having = [i for i, block in enumerate(facts["map"]["blocks"]) if block is not None]
@@ -262,7 +262,7 @@ def test_the_command_takes_measured_data(folder, tmp_path, capsys):
 
 
 def test_the_command_writes_a_page(folder, tmp_path, capsys):
-    """Beside the file by itself, with the curves asked for first."""
+    """Beside the file by itself, with the curves requested first."""
     shutil.copy(folder / "dry.h5", tmp_path / "dry.h5")
     status, text, err = command(
         "view", tmp_path / "dry.h5", "--channels", "slider.ay,C.epsilon", "--json", capsys=capsys
@@ -311,7 +311,7 @@ def browser():
 
 @pytest.fixture(scope="module")
 def shown(browser, folder, tmp_path_factory):
-    """Opens a page and returns it when it is drawn; it asks for its file only, without errors."""
+    """Opens a page and returns it when it is drawn; it loads its file only, without errors."""
     asked, errors = [], []
 
     def opened(*sources, **options):

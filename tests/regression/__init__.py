@@ -1,1 +1,1 @@
-"""Whole runs of every case against stored results."""
+"""Complete runs of every case against stored results."""

@@ -1,5 +1,5 @@
 """Reference results of the regression tests: which runs there are, how they are made, how they are
-kept.
+stored.
 
     python tests/regression/references.py [NAME ...] [--overwrite]
 
@@ -7,7 +7,7 @@ makes the files references/<name>.h5 of these runs (default: all), about two min
 compiled. References are better than what they are compared with, and come another way where there
 is one: integrated motions with a tolerance of 1e-10 by another stepper than the tests' default,
 prescribed motions by the multiplier formulation, statistics from 24 runs, estimations from several
-starts in place of one. For each it says how far a run with default settings is off, over what is
+starts in place of one. For each it states how far a run with default settings is off, over what is
 allowed; a third stepper (explicit for implicit, and the other way round) agreed with the integrated
 motions within a hundredth of that. A result that has moved for a known reason is made anew with
 --overwrite.

@@ -1,4 +1,4 @@
-"""Whole runs with default settings against the references, see references.py.
+"""Complete runs with default settings against the references, see references.py.
 
 What is allowed is a few times (mostly five) the deviation of the run when its reference was made:
 the error of rtol = 1e-6, or of rounding where the motion is prescribed. A change beyond it is a

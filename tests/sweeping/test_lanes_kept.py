@@ -81,7 +81,7 @@ def test_a_rest_of_few_points(tmp_path, undisturbed, small_blocks, monkeypatch):
 
 
 def test_a_full_disk_at_the_journal(tmp_path, undisturbed, small_blocks, monkeypatch):
-    """The second block finds no room: the first is kept, nothing of the second; then the rest."""
+    """The second block finds no room: the first is stored, nothing of the second; then the rest."""
     journal, run = tmp_path / "out" / "journal.jsonl", together.Lanes._run
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
 
@@ -106,7 +106,7 @@ def test_a_full_disk_at_the_journal(tmp_path, undisturbed, small_blocks, monkeyp
 @pytest.mark.slow
 @pytest.mark.parametrize("after", [0, 1, 2])
 def test_killed_within_a_block(tmp_path, undisturbed, after):
-    """SIGKILL of the command as soon as so many blocks are kept, so inside the next."""
+    """SIGKILL of the command as soon as so many blocks are stored, so inside the next."""
     folder = tmp_path / "out"
     driver = subprocess.Popen([sys.executable, "-c", DRIVE, str(folder)])
     wait_for(after, folder)

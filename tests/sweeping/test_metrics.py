@@ -48,7 +48,7 @@ def feeder():
 
 @pytest.fixture(scope="module")
 def dry():
-    """Two dry joints with friction, and an end that is no whole number of turns."""
+    """Two dry joints with friction, and an end within a turn."""
     scene = cl.load_case("six_bar_feeder", speed=30.0, model="dry", joints="B,C", clearance=2e-4)
     return recorded(scene, turns=3.3, samples_per_turn=200)
 
@@ -70,7 +70,7 @@ def clocked(turns, per_turn=40, speed=7.3, **more):
 
 
 thousandths = st.integers(0, 12000)
-#: turns after settling, many of them whole or a thousandth beside
+#: turns after settling, many of them full or a thousandth beside
 lefts = thousandths | st.builds(
     lambda entire, beside: 1000 * entire + beside, st.integers(0, 12), st.integers(-1, 1)
 )
@@ -82,8 +82,8 @@ lefts = thousandths | st.builds(
 @example(300, 3000, 10, 523.6)
 @example(11999, 1, 1, 7.3)
 def test_a_window_has_whole_turns_after_settling_and_no_more(settle, left, per_turn, speed):
-    """Whole turns by exact arithmetic; all numbers are multiples of 0.001, so 1e-9 of a run never
-    is a whole turn.
+    """Full turns by exact arithmetic; all numbers are multiples of 0.001, so 1e-9 of a run never is
+    a complete turn.
     """
     turns, settle, left = (
         f"{(settle + left) / 1000:.3f}",
@@ -183,7 +183,7 @@ def test_means_are_over_time(turns, settle, per_turn):
 # --- made-up motions
 def shaker(turns=4.0, per_turn=50, speed=2.0 * math.pi, joints=(), events=None, **channels):
     """A record of one turn a second with a drive and joint C (force 3 N, 4 N, gap 1e-4 m) unless
-    said otherwise.
+    stated otherwise.
     """
     count = round(turns * per_turn)
     flat = {
@@ -217,7 +217,7 @@ def contacts(begin, duration, joints=None, speed=0.5, force=10.0, depth=1e-6):
 
 
 def test_root_mean_square_of_a_sine_is_exact_over_whole_turns():
-    """The trapezium rule integrates a sine over whole turns exactly; counting both ends whole would
+    """The trapezium rule integrates a sine over full turns exactly; counting both ends fully would
     be off by 1 %.
     """
     record = shaker(force_x=lambda t: 5.0 * np.cos(2.0 * np.pi * t), force_y=np.zeros_like)
@@ -228,7 +228,7 @@ def test_root_mean_square_of_a_sine_is_exact_over_whole_turns():
 
 @pytest.mark.parametrize("turns", [2.37, 5.91])
 def test_root_mean_square_where_samples_are_not_those_of_the_turn(turns):
-    """Off by the two ends only: half a step each of a window of whole turns."""
+    """Off by the two ends only: half a step each of a window of full turns."""
     record = shaker(
         turns, 53, force_x=lambda t: 5.0 * np.cos(2.0 * np.pi * t), force_y=np.zeros_like
     )
@@ -413,8 +413,8 @@ def wave(*parts):
 )
 @pytest.mark.parametrize(("turns", "per_turn"), [(10.0, 50), (9.73, 61)])
 def test_period_of_a_known_motion(x, period, turns, per_turn):
-    """Also where turns are no whole number of samples: the cubic is right to 0.03 (6
-    pi / 61)^4 < 1e-3 here.
+    """Also where a turn has a fraction of a sample: the cubic is right to 0.03 (6 pi / 61)^4 < 1e-3
+    here.
     """
     assert values(orbit(x, turns=turns, per_turn=per_turn))["period"] == period
 

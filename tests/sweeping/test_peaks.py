@@ -20,7 +20,7 @@ def dry():
 
 
 def test_dry_points_have_means_over_turns(dry):
-    """Those of the turns after `settle`, their intervals and the quantile that 50 turns tell."""
+    """Those of the turns after `settle`, their intervals and the quantile that 50 turns show."""
     actual, forces = of_point(dry, settle=10), by_turn(dry, 10)[FORCE].values
     assert actual[f"{FORCE}_mean"].value == pytest.approx(forces.mean(), rel=1e-14)
     assert actual[f"{FORCE}_mean_half_width"].value == mean(forces).half_width

@@ -114,7 +114,7 @@ def test_bad_points(call, reason):
 
 
 def test_columns_along_their_axes():
-    """A grid is kept as its axes; what is read is what was written."""
+    """A grid is stored as its axes; what is read is what was written."""
     points = (
         cl.grid(speed=[1.0, 2.0, 3.0])
         * cl.zipped(clearance=[1e-4, 2e-4], joints=["B", "C"])

@@ -101,7 +101,7 @@ def test_R2_unchanged_it_goes_on(begun):
 
 def test_R2_a_changed_helper_is_named_and_refused(begun):
     """An imported file that changes a number: the file, the point, the number and both values are
-    said.
+    stated.
     """
     folder, go = begun
     edit(folder, "MASS = 1.0", "MASS = 2.5")
@@ -120,7 +120,7 @@ def test_R2_a_changed_helper_is_named_and_refused(begun):
 
 
 def test_R2_a_changed_file_of_one_point_among_many_is_refused(tmp_path):
-    """More points than are built again: each says which files its parameters name."""
+    """More points than are built again: each states which files its parameters name."""
     case, folder = tmp_path / "weighed.py", tmp_path / "out"
     case.write_text(WEIGHED)
     for name in ("a", "b"):
@@ -162,10 +162,10 @@ def test_R2_another_version_is_refused(begun):
 
 
 def test_R2_a_journal_of_version_0_1_is_refused(begun):
-    """Its points do not say what they were run with, so nobody can tell."""
+    """Its points do not state their inputs, so they are unknown."""
     folder, go = begun
     rewrite(folder, [{n: v for n, v in o.items() if n != "made"} for o in lines(folder)])
-    with pytest.raises(ValueError, match="do not say what they were run with"):
+    with pytest.raises(ValueError, match="do not state their inputs"):
         go()
     assert go(accept_changes=True).done.all()
 
@@ -181,7 +181,7 @@ def test_R2_a_finished_sweep_is_read_whatever_has_changed(begun):
 
 
 def test_R2_a_worker_that_runs_something_else_stops_the_sweep(begun, monkeypatch):
-    """A cluster's worker of another version: its point is not kept."""
+    """A cluster's worker of another version: its point is not stored."""
     folder, go = begun
     now = made.common({}) | {"version": "0.0.1"}
     monkeypatch.setattr(driver, "common", lambda modules, files: now | {"modules": modules})
@@ -195,7 +195,7 @@ def test_R2_a_worker_that_runs_something_else_stops_the_sweep(begun, monkeypatch
 
 
 def test_R2_what_was_run_survives_the_journal(begun):
-    """The run's own file tells it too."""
+    """The run's own file states it too."""
     folder, go = begun
     (folder / "journal.jsonl").unlink()
     assert go().done.all()

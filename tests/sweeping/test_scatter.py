@@ -116,7 +116,7 @@ def test_samples_differ_in_one_parameter():
 
 def test_intervals():
     """Of quantiles and probabilities: they contain the truth in at least 93 % of 400 draws of 50
-    (95 % asked for).
+    (95 % requested).
     """
     random, inside, within = np.random.default_rng(0), 0, 0
     for _ in range(400):

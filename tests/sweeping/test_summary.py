@@ -77,8 +77,8 @@ def test_running_is_no_more_than_workers(tmp_path):
 
 
 class Settled:
-    """A sweep of four points by hand: two come back to themselves, one does not, of one nobody can
-    tell.
+    """A sweep of four points by hand: two come back to themselves, one does not, of one it is
+    unknown.
     """
 
     def __new__(cls, swept):
@@ -101,7 +101,7 @@ def test_only_settled_leaves_out_what_did_not_come_back(swept, tmp_path):
     np.testing.assert_array_equal(maps.Choice.of(actual, None).values("peak"), [1.0, 2.0, 3.0, 4.0])
     assert maps.maps(actual, tmp_path / "map.png", only_settled=True).exists()
     assert maps.curves(actual, tmp_path / "curves.png", only_settled=True).exists()
-    with pytest.raises(ValueError, match="no run of .* is known to have settled"):
+    with pytest.raises(ValueError, match="no run of .* is certain to have settled"):
         maps.maps(swept, tmp_path / "never.png", only_settled=True)
 
 

@@ -146,7 +146,7 @@ def ended_whole(folder) -> list[bytes]:
 
 
 def test_a_run_whose_line_was_lost_is_taken_from_its_file(copy):
-    """A kill between a run's file and its line: the file is whole and counts."""
+    """A kill between a run's file and its line: the file is complete and counts."""
     lines = (copy / "journal.jsonl").read_bytes().splitlines(keepends=True)
     (copy / "journal.jsonl").write_bytes(b"".join(lines[:2]))
     actual = again(copy)
@@ -301,7 +301,7 @@ def test_chosen_channels_and_compression(tmp_path):
         assert run.file["bodies/slider/x"].compression == "gzip"
         with pytest.raises(KeyError, match="may not have been kept"):
             run.values("bodies/slider/y")
-    assert "joint_C_gap_min" in actual.metrics  # of all channels, whichever are kept
+    assert "joint_C_gap_min" in actual.metrics  # of all channels, whichever are stored
 
 
 def test_a_metric_of_ones_own(tmp_path):

@@ -1,8 +1,8 @@
 """The table of validation: tests state what they compare with which number; `--validation-table
 FILE` writes a page.
 
-A pytest plugin, loaded by tests/conftest.py. Tests that ask for the fixture `validated` carry the
-marker `validation`.
+A pytest plugin, loaded by tests/conftest.py. Tests with the fixture `validated` carry the marker
+`validation`.
 """
 
 import json
@@ -70,7 +70,7 @@ def validated(record_property: Callable) -> Callable:
     def compare(
         quantity, result, reference, tolerance, *, source, unit="", kind="published", relative=True
     ):
-        """Assert |found - reference| <= tolerance for numbers or arrays of one shape [unit];
+        """Assert |result - reference| <= tolerance for numbers or arrays of one shape [unit];
         complex numbers are vectors.
 
         The deviation is a share of each reference value, with relative=False a number of units, or
@@ -111,7 +111,7 @@ def worst(result: np.ndarray, reference: np.ndarray, size: np.ndarray | float) -
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """The option that asks for the page."""
+    """The option for the page."""
     parser.addoption(
         "--validation-table",
         metavar="FILE",
@@ -144,7 +144,7 @@ class Gathered:
         self.path, self.rows = path, {}
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Take the rows that a test stated, or a row that says why it stated none."""
+        """Take the rows that a test stated, or a row that states why it stated none."""
         ended = report.when == "call" or (report.when == "setup" and not report.passed)
         if "validation" not in report.keywords or not ended:
             return

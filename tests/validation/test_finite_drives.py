@@ -364,7 +364,7 @@ class TestTurns:
         assert run.time.size == 6 * 400 + 1
 
     def test_angle(self, run):
-        """Turns are the crank's angle; their times are those of whole angles, to 1e-6 rad."""
+        """Turns are the crank's angle; their times are those of complete angles, to 1e-6 rad."""
         assert run.turns_at(run.time) == pytest.approx(
             run["crank"].theta / (2.0 * math.pi), abs=1e-13
         )
@@ -384,7 +384,7 @@ class TestTurns:
         assert x == pytest.approx(wanted, abs=0.05 * 1e-7)
 
     def test_metrics(self, run):
-        """Whole turns after the first; the largest torque in them is that of the samples there,
+        """Full turns after the first; the largest torque in them is that of the samples there,
         1e-4.
         """
         actual = metrics(run)
@@ -394,7 +394,7 @@ class TestTurns:
         assert actual["drive_crank_torque_max"].value == pytest.approx(torque.max(), rel=1e-4)
 
     def test_last(self, run):
-        """The last whole turn by its angle: from 5 to 6 of 6.4 turns, drawn from 0 to 360
+        """The last complete turn by its angle: from 5 to 6 of 6.4 turns, drawn from 0 to 360
         degrees.
         """
         angle, actual, label = abscissa(run, "angle", last=1.0)
@@ -444,7 +444,7 @@ class TestTurns:
 @pytest.mark.parametrize("case", ["slider_crank", "four_bar", "six_bar_feeder"])
 @pytest.mark.parametrize("drive", ["pi", "motor", "kloss", "dc"])
 def test_cases(case, drive):
-    """Each word drives each case: near the speed asked for (2 %), within 20 % at all times, the
+    """Each word drives each case: near the speed requested (2 %), within 20 % at all times, the
     ledger closed.
     """
     scene = cl.load_case(case, model="ideal", drive=drive)

@@ -1,5 +1,5 @@
-"""The table of validation: what its rows say, and that the page in this folder has every test that
-states one.
+"""The table of validation: what its rows state, and that the page in this folder has every test
+that states one.
 """
 
 import ast
@@ -104,7 +104,7 @@ def test_rows(tmp_path, options):
 
 
 def stating(path):
-    """Ids of the tests in a file that ask for the fixture."""
+    """Ids of the tests in a file with the fixture."""
     tree, name = ast.parse(path.read_text()), path.relative_to(ROOT).as_posix()
     for parent in (tree, *(node for node in tree.body if isinstance(node, ast.ClassDef))):
         for node in parent.body:
