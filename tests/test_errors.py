@@ -268,7 +268,7 @@ def test_shares_and_sums():
     error = Error(-4.0, 0.2, "N", film=0.1)
     assert (error.relative, error.total) == (0.05, pytest.approx(0.3))
     assert (Error(0.0, 0.1).relative, Error(0.0, 0.0).relative) == (np.inf, 0.0)
-    assert "none was asked" in repr(Errors(reason="none was requested"))
+    assert "none was requested" in repr(Errors(reason="none was requested"))
 
 
 def test_json(tmp_path, capsys):

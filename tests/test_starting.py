@@ -112,7 +112,7 @@ def test_starts_that_cannot_be(settled, tmp_path):
     with h5py.File(part.save(tmp_path / "before.h5"), "r+") as file:  # of a development version
         del file["state"].attrs["sizes"]
         file["state"].attrs["clearances"] = [1e-4]
-    with pytest.raises(ValueError, match="before.h5 has not kept .* older clearance"):
+    with pytest.raises(ValueError, match="before.h5 lacks the state .* older clearance"):
         cl.simulate(feeder, turns=1, start=tmp_path / "before.h5")
     old = tmp_path / "old.h5"
     old.write_bytes(gzip.decompress((FILES / "version_1.h5.gz").read_bytes()))
