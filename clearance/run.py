@@ -207,6 +207,7 @@ class Run:
         )
         state.contacts[:, CLEARANCE] = mechanism.reach
         state.band[:] = self.loop.BAND * mechanism.reach
+        self.watched.take_layers(state, mechanism)
         self._scale_film_rates()
 
     def _scale_film_rates(self) -> None:

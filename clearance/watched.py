@@ -11,6 +11,9 @@ from clearance.stepping import state as places
 from clearance.stepping.state import State
 
 LEDGER = ("energy/kinetic", "energy/input", "energy/dissipated", "energy/residual")
+SHARP = 1e-7  # of the natural size of a rate: a friction that jumps turns round within this
+# layers that are looked into at one side of a reversal; at least by so much one rate over another
+REACH, COARSEST = 8.0, 1.7
 COLUMNS = [places.CHANNEL, places.PAIRED, places.SIGN, places.JOINT]
 
 
@@ -40,6 +43,11 @@ class Watched:
             for i, c in enumerate(channels)
             if c.wrapped
         ]
+        self.rubbing = [
+            (place[f"{j.key}/friction"], place[f"{j.key}/power_loss"], j)
+            for j in (scene.rubbing_joints if channels else ())
+            if j.friction.law.layer is not None
+        ]
         self.ledger = [place[p] for p in LEDGER] if place.keys() >= set(LEDGER) else []
         self.length = stretch_length(until, scene.turn)
         self.any = bool(channels)
@@ -48,6 +56,7 @@ class Watched:
             "angles": len(self.angles),
             "peaks": len(self.rows),
             "stretches": stretches(until, self.length),
+            "reversals": len(self.rubbing),
         }
 
     def install(self, state: State) -> None:
@@ -59,6 +68,16 @@ class Watched:
         state.angles[...] = np.array(self.angles, dtype=np.int64).reshape(-1, 2)
         state.ledger[...] = self.ledger
         state.stretch, state.watched = self.length, self.any
+
+    def take_layers(self, state: State, mechanism: Mechanism) -> None:
+        """Rates within which friction turns round, from the numbers of a mechanism."""
+        joints = {j.key: j for j in mechanism.scene.rubbing_joints}
+        for row, (friction, power, joint) in zip(state.reversals, self.rubbing, strict=True):
+            size = mechanism.frequency * (mechanism.start.size if joint.slides else 1.0)
+            law = joints[joint.key].friction
+            fine, wide = (max(r, SHARP * size) for r in law.law.layer(law.values))
+            factor = max(REACH * wide / fine, 1.0) ** (1.0 / (places.SIDE - 1))
+            row[:] = friction, power, row[places.RATE], fine, max(factor, COARSEST)
 
     def extremes(self, state: State) -> Extremes:
         """Located extremes so far."""

@@ -208,3 +208,31 @@ def test_the_ledger_is_judged_where_the_states_are_known():
     )
     assert tight < 0.1 * loose
     assert tight < 1e-5
+
+
+def _sliding(law):
+    """A block of 1 kg on a spring, let go 0.1 m from rest; its guide carries the weight alone."""
+    block = cl.Body("block", 1.0, 1e-3)
+    guide = cl.Prismatic(cl.ground, block, name="guide", axis=(1, 0), overlap=0.05, friction=law)
+    spring = cl.SpringDamper(cl.ground.at(0.3, 0.0), block, stiffness=1e3, free_length=0.2)
+    return cl.Scene(guide, spring, gravity=(0.0, -10.0))
+
+
+@pytest.mark.parametrize("sharp", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-7])
+def test_friction_is_largest_while_it_turns_round(sharp, rtol):
+    """Stribeck's hump, ten layers wide, and a hump at the breakaway rate: the largest of the law
+    over all rates, within 1e-4, what parabolas miss of them; also where they are over in a
+    millionth of a period.
+    """
+    stribeck = cl.joint_stribeck(
+        static=0.2, kinetic=0.1, stribeck_rate=10.0 * sharp, transition_rate=sharp
+    )
+    smooth = cl.breakaway_smooth(breakaway=3.0, coulomb=1.0, breakaway_rate=10.0 * sharp)
+    rates = sharp * np.geomspace(1e-2, 1e3, 20001)
+    for law in (stribeck, smooth):
+        largest = max(-law(float(rate), 10.0) for rate in rates)
+        run = cl.simulate(_sliding(law), until=0.5, rtol=rtol, error=None)
+        for end, sign in (("max", 1.0), ("min", -1.0)):
+            extreme = run.extreme(f"joints/guide/friction_{end}").value
+            assert sign * extreme == pytest.approx(largest, rel=1e-4)

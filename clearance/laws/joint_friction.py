@@ -272,6 +272,10 @@ def _has_slope(parameters: dict) -> bool:
 
 
 joint_coulomb.smooth = joint_stribeck.smooth = _has_slope
+joint_coulomb.layer = lambda p: (p["transition_rate"], p["transition_rate"])
+joint_stribeck.layer = lambda p: (p["transition_rate"], p["stribeck_rate"])
+breakaway_linear.layer = lambda p: (p["threshold"], p["threshold"])
+breakaway_smooth.layer = lambda p: (0.1 * p["breakaway_rate"], p["breakaway_rate"])
 
 
 def _falls(joint, parameters):

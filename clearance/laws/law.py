@@ -111,6 +111,8 @@ class Law:
         self.needs_load = True  # of joint friction: whether the reaction of the joint enters
         # of joint friction: whether it has a slope at rest, by parameters
         self.smooth: Callable | None = None
+        # of joint friction: least and largest rate of what it does around rest, by parameters
+        self.layer: Callable | None = None
         # of contacts: penetration [m] up to which the law is meant, by parameters
         self.limit: Callable | None = None
         # of laws of time: times [s] at which a slope jumps, by parameters; steps end there

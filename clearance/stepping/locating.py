@@ -14,6 +14,9 @@ import math
 from clearance.stepping.state import (
     CHANNEL,
     EARLIER,
+    FACTOR,
+    FINE,
+    FRICTION,
     IMPACT_SPEED,
     JOINT,
     LAST,
@@ -21,7 +24,10 @@ from clearance.stepping.state import (
     NEXT,
     PAIRED,
     PEAKS,
+    POWER,
+    RATE,
     SEARCHED,
+    SIDE,
     SIGN,
     SINCE,
     TOUCHING,
@@ -40,6 +46,8 @@ CLOSER = 0.1  # half the width of a parabola over that of the one before
 SETTLED = 0.03
 REACH = 0.6  # of the interval: a first summit further than this from its middle is outside
 EDGE = 1e-3  # of the interval: how near to its ends a summit is looked for
+CLOSE = 0.1  # to rest, over the layer, a rate that counts as there
+ROOTS = 12  # steps to the zero of a rate, at most
 SLIVER = 1e-9  # of a step: parts of it that are not looked into
 
 
@@ -60,6 +68,106 @@ def follow(s):
     """Take the angles of s.row as those of the last step's end."""
     for k in range(s.angles.shape[0]):
         s.turned[k, 0], s.turned[k, 1] = s.row[s.angles[k, 0]], s.row[s.angles[k, 1]]
+
+
+# --- inside a step
+@shared
+def observe_inside(s, t, h, theta):
+    """Outputs at theta of the last step, into s.look."""
+    evaluate(s, theta)
+    s.observe(t + theta * h, s.trial, s.par, s.work, s.look)
+
+
+# --- reversals of friction
+@inline
+def rate_of(s, row, k):
+    """Rate of a joint that rubs, from its power loss over its friction in a row of outputs."""
+    friction = row[int(s.reversals[k, FRICTION])]
+    return -row[int(s.reversals[k, POWER])] / friction if friction != 0.0 else 0.0
+
+
+@inline
+def note_rates(s):
+    """Take the rates in s.row as those of the last step's end."""
+    for k in range(s.reversals.shape[0]):
+        s.reversals[k, RATE] = rate_of(s, s.row, k)
+
+
+@shared
+def rate_inside(s, t, h, k, theta):
+    """Rate of a joint that rubs at theta of the last step."""
+    observe_inside(s, t, h, theta)
+    return rate_of(s, s.look, k)
+
+
+@shared
+def slowest(s, t, h, k, before, after):
+    """Where a rate is nearest to rest in the last step: its zero by the Illinois method, or an end.
+
+    Returns theta and the rate there. before, after: rates at the step's ends.
+    """
+    if before * after >= 0.0:
+        return (0.0, before) if abs(before) < abs(after) else (1.0, after)
+    low, high, at_low, at_high, side = 0.0, 1.0, before, after, 0
+    theta, rate = 0.0, before
+    for _ in range(ROOTS):
+        theta = (low * at_high - high * at_low) / (at_high - at_low)
+        rate = rate_inside(s, t, h, k, theta)
+        if abs(rate) < CLOSE * s.reversals[k, FINE]:
+            break
+        if rate * after > 0.0:
+            high, at_high = theta, rate
+            at_low *= 0.5 if side > 0 else 1.0
+            side = 1
+        else:
+            low, at_low = theta, rate
+            at_high *= 0.5 if side < 0 else 1.0
+            side = -1
+    return theta, rate
+
+
+@inline
+def cut(s, count, theta):
+    """Take in one place, in ascending order; how many there are then."""
+    if not SLIVER < theta < 1.0 - SLIVER or count == s.cuts.size:
+        return count
+    k = count
+    while k > 0 and s.cuts[k - 1] > theta:
+        s.cuts[k] = s.cuts[k - 1]
+        k -= 1
+    s.cuts[k] = theta
+    return count + 1
+
+
+@shared
+def reversals(s, t, h):
+    """Places in the last step where friction turns round, into s.cuts; how many there are.
+
+    They stand at rest and at rates of both signs, each so many times the one before. They need not
+    be exact: the rate is taken to be straight around rest.
+    """
+    count = 0
+    for k in range(s.reversals.shape[0]):
+        before, after = s.reversals[k, RATE], rate_of(s, s.row, k)
+        s.reversals[k, RATE] = after
+        fine, factor = s.reversals[k, FINE], s.reversals[k, FACTOR]
+        reach = fine * factor ** (SIDE - 1)
+        passes = before * after <= 0.0 or min(abs(before), abs(after)) < reach
+        if not passes or abs(after - before) < fine:
+            continue
+        interpolate(s, t, h)
+        theta, rate = slowest(s, t, h, k, before, after)
+        aside = min(max(fine / abs(after - before), SLIVER), 0.5)
+        aside = -aside if theta > 0.5 else aside
+        slope = (rate_inside(s, t, h, k, theta + aside) - rate) / aside
+        if slope == 0.0:
+            continue
+        count, wanted = cut(s, count, theta - rate / slope), fine
+        for _ in range(SIDE):
+            count = cut(s, count, theta + (wanted - rate) / slope)
+            count = cut(s, count, theta - (wanted + rate) / slope)
+            wanted *= factor
+    return count
 
 
 # --- one quantity
@@ -84,13 +192,6 @@ def asleep(s, k):
 def offer(s, k, value, time):
     if value > s.peaks[k, VALUE]:
         s.peaks[k, VALUE], s.peaks[k, WHEN] = value, time
-
-
-@shared
-def observe_inside(s, t, h, theta):
-    """Outputs at theta of the last step, into s.look."""
-    evaluate(s, theta)
-    s.observe(t + theta * h, s.trial, s.par, s.work, s.look)
 
 
 @shared
@@ -183,6 +284,20 @@ def look_into(s, t, h, low, high, row):
 
 
 @shared
+def look_along(s, t, h, low, high, count):
+    """Extremes from one place in the last step to the last reversal before another, which it
+    returns.
+    """
+    for k in range(count):
+        theta = s.cuts[k]
+        if low + SLIVER < theta < high - SLIVER:
+            observe_inside(s, t, h, theta)
+            look_into(s, t, h, low, theta, s.look)
+            low = theta
+    return low
+
+
+@shared
 def end_stretch(s, time):
     """Keep the extremes of a stretch; the next begins with the values at its end."""
     for k in range(s.peaks.shape[0]):
@@ -198,7 +313,7 @@ def look(s, t, h):
     s.observe(t + h, s.y_new, s.par, s.work, s.row)
     unwind(s, s.row, h)
     follow(s)
-    low = 0.0
+    low, count = 0.0, reversals(s, t, h)
     while s.stretches < s.best.shape[0] - 1:
         boundary = (s.stretches + 1) * s.stretch
         if boundary > t + h:
@@ -206,11 +321,13 @@ def look(s, t, h):
         theta = (boundary - t) / h
         if theta > low + SLIVER:
             interpolate(s, t, h)
+            low = look_along(s, t, h, low, theta, count)
             observe_inside(s, t, h, theta)
             look_into(s, t, h, low, theta, s.look)
             low = theta
         end_stretch(s, boundary)
     if low < 1.0 - SLIVER:
+        low = look_along(s, t, h, low, 1.0, count)
         look_into(s, t, h, low, 1.0, s.row)
 
 
@@ -219,6 +336,7 @@ def look_again(s, t):
     """Outputs where a phase begins: values may have jumped, slopes have."""
     s.observe(t, s.y, s.par, s.work, s.row)
     unwind(s, s.row, 0.0)
+    note_rates(s)
     for k in range(s.peaks.shape[0]):
         s.peaks[k, LAST] = quantity(s, s.row, k)
         if not asleep(s, k):

@@ -24,6 +24,11 @@ IMPACT_COLUMNS = 7  # joint, time, impact speed, peak force, penetration, durati
 # time at the end, step, error over tolerance; energies follow, where there is a ledger
 LOG_COLUMNS = 3
 TRAIL_PLACES = 3  # of a step at which it is followed: start, middle and end
+# columns of `reversals`, see locating.py
+FRICTION, POWER, RATE, FINE, FACTOR = range(5)
+REVERSAL_COLUMNS = 5
+SIDE = 9  # rates of one sign that are looked at in a reversal
+CUTS = 2 * SIDE + 1
 # columns of `peaks`, see locating.py
 CHANNEL, PAIRED, SIGN, JOINT, VALUE, WHEN, EARLIER, LAST, NEXT, MIDDLE, SEARCHED = range(11)
 PEAK_COLUMNS = 11
@@ -112,6 +117,7 @@ def layout(
     log,
     impacts,
     followed,
+    reversals,
 ) -> np.dtype:
     """All numbers and arrays of a run, as they stand in memory one after another.
 
@@ -119,7 +125,8 @@ def layout(
         watched quantities;
     scratch: rows of the stepper's scratch; rows, log, impacts: samples, steps and contacts of one
         piece of output.
-    followed: numbers handed on at the start, middle and end of each step.
+    followed: numbers handed on at the start, middle and end of each step. reversals: joints whose
+        friction turns round within a layer.
     """
     events = (SPOT_VALUES * spots,)
     arrays = [
@@ -134,6 +141,8 @@ def layout(
         ("when", float, (stretches, peaks)),
         ("angles", int, (angles, 2)),  # places of angles and their rates among the outputs
         ("turned", float, (angles, 2)),  # both at the end of the last step
+        ("reversals", float, (reversals, REVERSAL_COLUMNS)),
+        ("cuts", float, (reversals * CUTS,)),  # places in the last step where friction turns round
         ("ledger", int, (ledger,)),  # places of the energies
         ("row", float, (outputs,)),  # at the end of the last step
         ("look", float, (outputs,)),  # inside it
