@@ -236,7 +236,7 @@ def motor(tmp_path):
 
 @pytest.mark.parametrize(("friction", "median", "worst"), [(0.0, 1e-6, 1e-3), (0.15, 1e-3, 2e-2)])
 def test_turns_of_a_motor(friction, median, worst, motor):
-    """Against differences of independent runs at 1e-11 and ten times the samples, extrapolated:
+    """Against differences of independent runs at 1e-11 and four times the samples, extrapolated:
     without friction half of all within 1e-6, what those are good for; with it within 1e-3, and the
     worst within 2e-2, for samples see a jump of the forces somewhere between two of them.
     """

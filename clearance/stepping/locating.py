@@ -6,7 +6,8 @@ largest value is always the target. Each step's end is one look. A step is looke
 where its ends and the end before allow a larger value inside. The places are the middle, then the
 summits of parabolas through three places ever closer to it. Rows of a joint belong to its contact
 going on. The others begin anew with each stretch of the run, whose values and times go to `best`
-and `when`.
+and `when`. A step in which a joint's friction turns round is looked into piece by piece, between
+rates around rest.
 """
 
 import math
