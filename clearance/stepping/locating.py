@@ -81,7 +81,7 @@ def observe_inside(s, t, h, theta):
 
 # --- reversals of friction
 @inline
-def rate_of(s, row, k):
+def rubbing_rate(s, row, k):
     """Rate of a joint that rubs, from its power loss over its friction in a row of outputs."""
     friction = row[int(s.reversals[k, FRICTION])]
     return -row[int(s.reversals[k, POWER])] / friction if friction != 0.0 else 0.0
@@ -91,14 +91,14 @@ def rate_of(s, row, k):
 def note_rates(s):
     """Take the rates in s.row as those of the last step's end."""
     for k in range(s.reversals.shape[0]):
-        s.reversals[k, RATE] = rate_of(s, s.row, k)
+        s.reversals[k, RATE] = rubbing_rate(s, s.row, k)
 
 
 @shared
 def rate_inside(s, t, h, k, theta):
     """Rate of a joint that rubs at theta of the last step."""
     observe_inside(s, t, h, theta)
-    return rate_of(s, s.look, k)
+    return rubbing_rate(s, s.look, k)
 
 
 @shared
@@ -149,7 +149,7 @@ def reversals(s, t, h):
     """
     count = 0
     for k in range(s.reversals.shape[0]):
-        before, after = s.reversals[k, RATE], rate_of(s, s.row, k)
+        before, after = s.reversals[k, RATE], rubbing_rate(s, s.row, k)
         s.reversals[k, RATE] = after
         fine, factor = s.reversals[k, FINE], s.reversals[k, FACTOR]
         reach = fine * factor ** (SIDE - 1)
