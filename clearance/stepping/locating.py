@@ -103,9 +103,9 @@ def rate_inside(s, t, h, k, theta):
 
 @shared
 def slowest(s, t, h, k, before, after):
-    """Where a rate is nearest to rest in the last step: its zero by the Illinois method, or an end.
+    """Place in the last step where a rate is nearest to rest, and the rate there.
 
-    Returns theta and the rate there. before, after: rates at the step's ends.
+    The place is its zero by the Illinois method, or an end. before, after: rates at the ends.
     """
     if before * after >= 0.0:
         return (0.0, before) if abs(before) < abs(after) else (1.0, after)
