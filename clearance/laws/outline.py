@@ -375,16 +375,66 @@ deepest.slopes = deepest_slopes
 
 
 # --- worn outlines of one joint
+# --- edges of a bearing's scar, which fall between its nodes
+EDGES = 1 + 2 * LINE  # place of the number of pieces, in the numbers of outlines
+MOST_EDGES = 8
+# of one piece: share of a cell, node before it, place behind the node, its cos and sin, depth and
+# its rise over a radian [m]
+PIECE = 7
+SHARP = 8.0  # bend of an edge over those beside it
+BEHIND = np.array([[1.0, 0.0, 0.0], [1.5, -2.0, 0.5], [0.5, -1.0, 0.5]])  # nodes 0, -1, -2
+
+
+def edges(depths: np.ndarray) -> list[tuple[int, float, np.ndarray, np.ndarray]]:
+    """Edges between nodes, the sharpest first: node before, place t behind it, and the parabolas
+    in t that meet there.
+
+    The parabola through three nodes before and that through three behind cross in the cell; their
+    slopes differ by more than SHARP times what neighbouring cells bend.
+    """
+    around = [np.roll(depths, -k) for k in range(-2, 4)]
+    left = BEHIND @ around[2::-1]
+    right = BEHIND @ around[3:]  # in 1 - t
+    right = np.array([right.sum(axis=0), -right[1] - 2.0 * right[2], right[2]])
+    bend, rise, gap = (right - left)[::-1]
+    found = []
+    for node in np.flatnonzero((gap * (gap + rise + bend) < 0.0) & (gap != 0.0)):
+        roots = np.roots([bend[node], rise[node], gap[node]])
+        t = next(float(r.real) for r in roots if abs(r.imag) < 1e-9 and -1e-9 <= r.real <= 1.0)
+        jump = abs(rise[node] + 2.0 * bend[node] * t)
+        beside = 2.0 * max(abs(left[2, node]), abs(right[2, node]))
+        if jump > SHARP * beside:
+            found.append((jump, int(node), t))
+    found = sorted(found, reverse=True)[:MOST_EDGES]
+    return [(node, t, left[:, node], right[:, node]) for _, node, t in found]
+
+
+def pieces(depths: np.ndarray) -> np.ndarray:
+    """Rows of PIECE that replace cells with an edge: the cell taken away, and both of its parts."""
+    rows = []
+    for node, t, left, right in edges(depths):
+        here, beyond = depths[node], depths[(node + 1) % NODES]
+        rows.append((-1.0, node, 0.5, 0.5 * (here + beyond), (beyond - here) / STEP))
+        for (low, high), (a, b, c) in (((0.0, t), left), ((t, 1.0), right)):
+            u = 0.5 * (low + high)
+            rows.append((high - low, node, u, a + u * (b + u * c), (b + 2.0 * u * c) / STEP))
+    table = np.zeros((3 * MOST_EDGES, PIECE))
+    for row, (share, node, u, depth, rise) in zip(table, rows, strict=False):
+        angle = (node + u) * STEP
+        row[:] = share, node, u, math.cos(angle), math.sin(angle), depth, rise
+    return np.append(float(len(rows)), table)
+
+
 class Outline:
     """Worn depths as kernels read them: 1 where the journal is worn too, then LINE depths of each
-    [m].
+    [m], then the number of pieces of cells with an edge, and these.
     """
 
     def __init__(self, joint: FilmJoint, settings: dict):
         bearing, journal = settings["bearing"], settings["journal"]
         worn = any(journal)
         lines = [np.resize(np.roll(depths, 1), LINE) for depths in (bearing, journal)]
-        self.numbers = np.concatenate([[float(worn)], *lines])
+        self.numbers = np.concatenate([[float(worn)], *lines, pieces(np.asarray(bearing))])
 
 
 _outline = DataLaw(outline, touching, {}, Outline, name="worn")

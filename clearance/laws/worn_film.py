@@ -8,7 +8,8 @@ in the bearing's frame, lengths over the clearance c; spin = omega_J - omega_B. 
 outline counts with +6 spin, the journal's with -6 spin, for it turns. `lift` is what a transition
 adds to the gap of a rough joint, the same all around: the smallest gap is the film gap that the
 transition gives. Sums over the middles between nodes, where the bearing's outline is straight;
-the oil drags all around.
+a cell with an edge of the bearing's scar counts as two, see `laws.outline.edges`. The oil drags all
+around.
 
 Valid for L/D < 0.25, too stiff above. Unworn and without lift it is `short_film` (1e-4).
 Source: DuBois and Ocvirk, NACA TR 1157 (1953), place by place; outlines as in film/conserving.py.
@@ -18,7 +19,10 @@ import numpy as np
 
 from clearance.laws.law import FilmJoint
 from clearance.laws.outline import (
+    EDGES,
+    LINE,
     NODES,
+    PIECE,
     STEP,
     cubic,
     cubic_bend,
@@ -33,9 +37,8 @@ COS = np.cos(STEP * (np.arange(NODES) + 0.5))  # of the middles between nodes
 SIN = np.sin(STEP * (np.arange(NODES) + 0.5))
 
 
-def gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, slope, node):
-    """H and r behind a node; h: sum of both depths, slope: of the bearing's minus the journal's."""
-    c, s = COS[node], SIN[node]
+def gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, slope, c, s):
+    """H and r at an angle; h: sum of both depths, slope: of the bearing's minus the journal's."""
     wedge = 6.0 * spin * (x * s - y * c + slope)
     return 1.0 - x * c - y * s + h + lift, wedge - 12.0 * (vx * c + vy * s - lift_rate)
 
@@ -50,6 +53,22 @@ def depths(data, bearing, journal, node, clearance, weights, slopes):
     return h, rise, four(data, journal + node, slopes) / clearance
 
 
+def beside(data, start, piece, angle, clearance):
+    """A piece of a cell with an edge: its share, cos and sin, then as `depths`, and the journal's
+    bend.
+    """
+    at = start + EDGES + 1 + PIECE * piece
+    share, node, u, c, s = data[at], int(data[at + 1]), data[at + 2], data[at + 3], data[at + 4]
+    h, rise, fall, bend = data[at + 5] / clearance, data[at + 6] / clearance, 0.0, 0.0
+    if data[start] != 0.0:
+        before, t = turned(angle - u * STEP)
+        place = start + 2 + LINE + (node + before) % NODES
+        h += four(data, place, cubic(t)) / clearance
+        fall = four(data, place, cubic_slope(t)) / clearance
+        bend = four(data, place, cubic_bend(t)) / clearance
+    return share, c, s, h, rise, fall, bend
+
+
 def short_on_outlines(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start):
     """Force x, y on the journal [N] and the integral of 1 / H all around [1]; angle: of the
     journal.
@@ -57,15 +76,20 @@ def short_on_outlines(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoi
     before, t = turned(angle - 0.5 * STEP)
     bearing, journal = places(data, int(start), 0, before)
     weights, slopes = cubic(t), cubic_slope(t)
-    fx, fy, shear = 0.0, 0.0, 0.0
-    for node in range(NODES):
-        h, rise, fall = depths(data, bearing, journal, node, joint.clearance, weights, slopes)
-        gap, r = gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, rise - fall, node)
+    fx, fy, shear, first = 0.0, 0.0, 0.0, int(start)
+    for node in range(NODES + int(data[first + EDGES])):
+        if node < NODES:
+            share, c, s = 1.0, COS[node], SIN[node]
+            h, rise, fall = depths(data, bearing, journal, node, joint.clearance, weights, slopes)
+        else:
+            piece = beside(data, first, node - NODES, angle, joint.clearance)
+            share, c, s, h, rise, fall, _ = piece
+        gap, r = gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, rise - fall, c, s)
         inverse = 1.0 / max(gap, THINNEST)
-        shear += inverse
+        shear += share * inverse
         if r < 0.0:
-            p = r * inverse * inverse * inverse
-            fx, fy = fx + p * COS[node], fy + p * SIN[node]
+            p = share * r * inverse * inverse * inverse
+            fx, fy = fx + p * c, fy + p * s
     size = STEP * size_of(joint)
     return size * fx, size * fy, STEP * shear
 
@@ -84,19 +108,23 @@ def short_slopes(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, d
     fx, fy, shear = 0.0, 0.0, 0.0
     xx, xy, yx, yy, xa, ya, xl, yl = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     cc, cs, ss, xs, ys, xr, yr = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    sx, sy, sa, sl = 0.0, 0.0, 0.0, 0.0
-    for node in range(NODES):
-        c, s = COS[node], SIN[node]
-        h, rise, fall = depths(data, bearing, journal, node, joint.clearance, weights, slopes)
-        gap, r = gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, rise - fall, node)
+    sx, sy, sa, sl, first = 0.0, 0.0, 0.0, 0.0, int(start)
+    for node in range(NODES + int(data[first + EDGES])):
+        if node < NODES:
+            share, c, s = 1.0, COS[node], SIN[node]
+            h, rise, fall = depths(data, bearing, journal, node, joint.clearance, weights, slopes)
+            bend = four(data, journal + node, bends) / joint.clearance if journal > 0 else 0.0
+        else:
+            piece = beside(data, first, node - NODES, angle, joint.clearance)
+            share, c, s, h, rise, fall, bend = piece
+        gap, r = gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, rise - fall, c, s)
         inverse = 1.0 / max(gap, THINNEST)
-        by_gap = -inverse * inverse if gap > THINNEST else 0.0
-        shear += inverse
+        by_gap = -share * inverse * inverse if gap > THINNEST else 0.0
+        shear += share * inverse
         sx, sy, sa, sl = sx - by_gap * c, sy - by_gap * s, sa - by_gap * fall, sl + by_gap
         if r < 0.0:
-            cube = inverse * inverse * inverse
+            cube = share * inverse * inverse * inverse
             steep = 3.0 * r * inverse * inverse * by_gap
-            bend = four(data, journal + node, bends) / joint.clearance if journal > 0 else 0.0
             by_x = 6.0 * spin * s * cube - steep * c
             by_y = -6.0 * spin * c * cube - steep * s
             by_angle = 6.0 * spin * bend * cube - steep * fall

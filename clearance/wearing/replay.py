@@ -37,6 +37,7 @@ NEWTON = 60  # steps of the search for a place of rest, at most
 AT_REST = 1e-9  # of the force: what is left of it there
 STRIDE = 0.2  # of the clearance: longest step of the search
 LIGHT = 1e-6  # of the strength of asperities: pressures whose journal swims in its film
+FEW = 1e-3  # of the depth of a jump: a step that adds less may miss this much in its stead
 ENOUGH = 0.7  # of the slope at the start of a step that may stand at its end, behind the rest
 
 
@@ -266,21 +267,24 @@ class Replay:
         """Outlines after `turns` turns, or where a depth has grown by `most` [m]: outlines, turns,
         error [m].
 
-        A step's error is at most `tolerance` of the largest depth that it adds.
+        A step's error is at most `tolerance` of the largest depth that it adds, or of a FEW of all
+        that it goes on from: where a journal leaves one place of rest for another, the outline of a
+        step of any length is uncertain by that.
         """
-        done, error, begin = 0.0, 0.0, worn.data.copy()
+        done, error, grown, begin = 0.0, 0.0, 0.0, worn.data.copy()
         size = min(turns, max(1.0, 0.2 / max(self.stiff, 1e-300)))
         while done < turns:
             size = min(size, turns - done)
             new, off = self.both(worn, size)
             added = float((new.data - worn.data)[1:].max())
-            if off > tolerance * added and size > 1e-3:
-                size *= max(0.2, 0.8 * tolerance * added / off)
+            allowed = tolerance * max(added, FEW * grown)
+            if off > allowed and size > 1e-3:
+                size *= max(0.2, 0.8 * allowed / off)
                 continue
             worn, done, error = new, done + size, error + off
             grown = float((worn.data - begin)[1:].max())
             if grown >= most:
                 break
-            size *= min(2.0, 0.8 * tolerance * added / max(off, 1e-300))
+            size *= min(2.0, 0.8 * allowed / max(off, 1e-300))
             size = min(size, max(1.0, size * (most - grown) / max(added, 1e-300)))
         return worn, done, error
