@@ -45,7 +45,7 @@ class JointOptions:
     asperity: of load_sharing: greenwood_tripp, greenwood_williamson, none; auto: the first, none
         elsewhere [-]
     wear: coefficient of wear of the bearings, Archard's; 0: none; needs the contact winkler, and
-        in mixed joints the film short [m2/N]
+        in mixed joints the film short or conserving [m2/N]
     wear_journal: that of the journals [m2/N]
     """
 

@@ -53,7 +53,8 @@ class ClearanceRevolute(ClearanceJoint):
         pair has a net moment. Off reproduces published rows that leave the drag out.
     wear, wear_journal: laws of wear of bearing and journal; outline: their worn depths, see `worn`
     (default: unworn where something wears). They need the contact `winkler`; friction goes by the
-    normal load there, not by the force. A film wears nothing; beside a contact it is `short_film`.
+    normal load there, not by the force. A film wears nothing; it is `short_film` or
+    `conserving_film`.
     roughness: composite rms roughness [m], switches the film thickness ratio output on.
     heat: the balance of heat that sets the oil's temperature and with it its viscosity, or None for
         a constant one.
@@ -177,13 +178,8 @@ class ClearanceRevolute(ClearanceJoint):
                 )
         film = self.film and self.film.law
         if film and not film.on_outlines and film.family is not memory_film:
-            have = "short_film and, without a contact, conserving_film have"
+            have = "short_film and conserving_film have"
             raise ValueError(f"{label}: film {film.name} has no worn outline; {have} one")
-        if film and not film.on_outlines and self.contact is not None:
-            have = "short_film does"
-            raise ValueError(
-                f"{label}: film {film.name} does not share worn outlines with a contact; {have}"
-            )
         if self.asperity is not None:
             self._check_rough(label)
 
@@ -467,11 +463,20 @@ class Journal:
         (ex, ey), (vx, vy) = (
             (pose.cosine * x + pose.sine * y, pose.cosine * y - pose.sine * x) for x, y in away
         )
-        state = [ex, ey, vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a, self.turn, m.time]
+        state = [ex, ey, vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a, self.turn, 0.0, 0.0]
+        return self._remembering(state)
+
+    def _remembering(self, state: list) -> tuple:
+        """Radial and tangential force and shear of a film with a memory.
+
+        state: its arguments before the time.
+        """
+        m, joint = self.m, self.joint
+        state = [*state, m.time]
         fx, fy, shear = m.law(joint, "film", state, self.facts)
         self._show_data(state)
         self.w.keep(joint, m.keep(joint, "film", state, self.facts))
-        fx, fy = pose.turned(fx, fy)
+        fx, fy = m.pose(joint.a.body).turned(fx, fy)
         return fx * self.nx + fy * self.ny, fy * self.nx - fx * self.ny, shear
 
     def contact(self, share: Shares) -> None:

@@ -69,18 +69,18 @@ class WornJournal(Journal):
     def _of_film(self, share) -> tuple:
         """As of a round journal.
 
-        The film of a short bearing goes by the gap of each place, lifted all around until the
-        smallest is that of the transition.
+        The film goes by the gap of each place, lifted all around until the smallest is that of the
+        transition.
         """
         m, joint, c = self.m, self.joint, self.clearance
-        if joint.film.law.family is memory_film:
-            return super()._of_film(share)
-        from clearance.laws.worn_film import short_on_outlines
-
         (x, y, turn), (vx, vy, spin), lift = self.place, self.motion, (0.0, 0.0)
         if share.film_gap is not None:
             lift = (share.film_gap - self.gap) / c, (1.0 - share.slope) * self.approach / c
         state = [x / c, y / c, vx / c, vy / c, spin, turn, *lift]
+        if joint.film.law.family is memory_film:
+            return self.distance / c, *self._remembering(state)
+        from clearance.laws.worn_film import short_on_outlines
+
         fx, fy, shear = self._at_outline(short_on_outlines, state, self.facts)
         fx, fy = m.pose(joint.a.body).turned(fx, fy)
         radial, tangential = fx * self.nx + fy * self.ny, fy * self.nx - fx * self.ny

@@ -682,10 +682,13 @@ class MemoryFilm:
         for groove in self.bearing.grooves:
             self._cut(groove)
 
-    def _turn(self, angle: float) -> None:
-        """Depths over c on the grid, the journal turned by an angle against the bearing."""
+    def _turn(self, angle: float, lift: float = 0.0) -> None:
+        """Depths over c on the grid, the journal turned by an angle against the bearing; lift: what
+        is added all around.
+        """
         bearing, journal = self._outlines
         if bearing is None and journal is None:
+            self._worn[:, :3] = lift
             return
         face = self.theta + 0.5 * self._shape[0]
         self._worn[:] = 0.0
@@ -698,6 +701,12 @@ class MemoryFilm:
             self._worn[:, 3] = on_faces - np.roll(on_faces, 1)
         ends = self._worn[:, 1] + np.roll(self._worn[:, 1], 1)
         self._worn[:, 2] = (ends + 4.0 * self._worn[:, 0]) / 6.0
+        self._worn[:, :3] += lift
+
+    def _sweep(self, vx: float, vy: float, spin: float, lift_rate: float) -> None:
+        """The rate of the rigid gap's volumes, see `sweep`, and that of the lift."""
+        sweep(vx, vy, spin, self.content, self._grid[0], self._worn, self._shape, self._base)
+        self._base += 12.0 * self._shape[0] * self._shape[1] * lift_rate * self.content
 
     def _cut(self, groove: Groove) -> None:
         """Fix P - lowest in the cells of a groove."""
@@ -771,12 +780,15 @@ class MemoryFilm:
         spin: float,
         elapsed: float,
         angle: float = 0.0,
+        lift: float = 0.0,
+        lift_rate: float = 0.0,
     ) -> np.ndarray:
         """The film's answer `elapsed` seconds after the last accepted moment; the memory stays as
         it is.
 
         ex, ey: the journal's centre over c; vx, vy: its rate [1/s] as seen from the turning
-        bearing; spin [rad/s]; angle of a worn journal against the bearing. Returns (4, 6). The rows
+        bearing; spin [rad/s]; angle of a worn journal against the bearing; lift of the gap all
+        around, over c, and its rate [1/s]. Returns (4, 6). The rows
         are force_x, force_y on the journal [N], shear, and side_flow out of the film at both ends
         [m3/s]. shear is the integral of 1/H over the wetted area, out of 2 pi; a cavitated cell
         counts with its content (streamlets). The columns are the value and d/d(ex, ey, vx, vy,
@@ -789,11 +801,11 @@ class MemoryFilm:
         Raises ValueError for elapsed < 0, RuntimeError for an unsettled film.
         """
         out = np.full((4, 6), math.nan)
-        if not math.isfinite(ex + ey + vx + vy + spin + elapsed):
+        if not math.isfinite(ex + ey + vx + vy + spin + elapsed + lift + lift_rate):
             return out
         hold = 12.0 / self._since(vx, vy, spin, elapsed)
-        self._turn(angle)
-        sweep(vx, vy, spin, self.content, self._grid[0], self._worn, self._shape, self._base)
+        self._turn(angle, lift)
+        self._sweep(vx, vy, spin, lift_rate)
         self._respond((ex, ey), self._flow(spin, hold, hold), self.content, out, spin)
         return out
 
@@ -849,6 +861,8 @@ class MemoryFilm:
         spin: float,
         elapsed: float,
         angle: float = 0.0,
+        lift: float = 0.0,
+        lift_rate: float = 0.0,
     ) -> None:
         """Accept a moment: the conservative step from the last one, then remember content, gap and
         pressure.
@@ -869,8 +883,8 @@ class MemoryFilm:
         since = self._since(vx, vy, spin, elapsed)
         hold = 12.0 / since
         first = not self._begun or since > elapsed
-        self._turn(angle)
-        sweep(vx, vy, spin, self.content, self._grid[0], self._worn, self._shape, self._base)
+        self._turn(angle, lift)
+        self._sweep(vx, vy, spin, lift_rate)
         if not first:
             self._base[:] = 0.0
         flow = self._flow(spin, hold, hold)

@@ -11,6 +11,8 @@ the motion; film/fem.py is their reference.
 import time as clock_of_the_wall
 from collections.abc import Callable
 
+import numpy as np
+
 from clearance import checks
 from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh, coarseness
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
@@ -20,6 +22,7 @@ from clearance.tracing.callback import KEEP, SLOPES, VALUE, Callback, answered
 USUAL = {"fem": 5000, "fast": 16_000, "conserving": 100_000}
 VALUES = 15  # solutions without slopes for one with them, in usual runs
 APART = 0.01  # eccentricity ratios of the stages of a step
+FEELER = 1e-5  # of the clearance: step of a difference by the lift
 NEAREST = 1.0 - 1e-4  # largest eccentricity ratio for a finite element mesh
 
 
@@ -38,34 +41,96 @@ def solved_side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, 
 
 
 def conserving(
-    eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start
+    eccentricity_x,
+    eccentricity_y,
+    rate_x,
+    rate_y,
+    spin,
+    angle,
+    lift,
+    lift_rate,
+    time,
+    joint,
+    data,
+    start,
 ):
     """Film that conserves its oil, on the bearing [N, N, 1]: force on the journal along the
     bearing's axes, shear.
 
     Jakobsson, Floberg and Olsson's film (film/conserving.py) a time `time` minus that of the last
     accepted step after it. eccentricity over clearance and its rate [1/s] in the bearing's frame,
-    spin = omega_J - omega_B [rad/s]; angle of a worn journal.
+    spin = omega_J - omega_B [rad/s]; angle of a worn journal; lift of the gap over clearance and
+    its rate [1/s].
     """
-    return answered(
-        data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time), 3
+    state = (
+        eccentricity_x,
+        eccentricity_y,
+        rate_x,
+        rate_y,
+        spin,
+        angle,
+        lift,
+        lift_rate,
+        time,
     )
+    return answered(data, start, VALUE, state, 3)
 
 
 def conserving_side_flow(
-    eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start
+    eccentricity_x,
+    eccentricity_y,
+    rate_x,
+    rate_y,
+    spin,
+    angle,
+    lift,
+    lift_rate,
+    time,
+    joint,
+    data,
+    start,
 ):
     """Oil that leaves the bearing at both ends [m3/s]."""
-    return answered(
-        data, start, VALUE, (eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time), 4
-    )[3]
+    state = (
+        eccentricity_x,
+        eccentricity_y,
+        rate_x,
+        rate_y,
+        spin,
+        angle,
+        lift,
+        lift_rate,
+        time,
+    )
+    return answered(data, start, VALUE, state, 4)[3]
 
 
 def conserving_keep(
-    eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time, joint, data, start
+    eccentricity_x,
+    eccentricity_y,
+    rate_x,
+    rate_y,
+    spin,
+    angle,
+    lift,
+    lift_rate,
+    time,
+    joint,
+    data,
+    start,
 ):
     """Remember this state as the last accepted one; returns its time [s]."""
-    state = eccentricity_x, eccentricity_y, rate_x, rate_y, spin, angle, time
+    state = (
+        eccentricity_x,
+        eccentricity_y,
+        rate_x,
+        rate_y,
+        spin,
+        angle,
+        lift,
+        lift_rate,
+        time,
+    )
     return time + answered(data, start, KEEP, state, 1)[0]
 
 
@@ -140,7 +205,7 @@ class MemoryAnswer(Callback):
             bearing, settings["mesh"], settings["liner"], settings["memory"], *depths
         )
         self.worn = any(map(bool, depths))
-        super().__init__(7, 4, self._solve)
+        super().__init__(9, 4, self._solve)
         self.reset()
 
     def reset(self) -> None:
@@ -148,20 +213,37 @@ class MemoryAnswer(Callback):
         super().reset()
         self.film.reset()
         self.now, self.asked, self.found, self.worst = 0.0, None, None, 0.0
+        self.answered = VALUE
 
     def _solve(self, wanted: float, state: list[float]):
-        *motion, angle, time = state
+        *motion, angle, lift, lift_rate, time = state
+        elapsed = max(time - self.now, 0.0)
         if wanted == KEEP:
-            self.film.commit(*motion, max(time - self.now, 0.0), angle)
+            self.film.commit(*motion, elapsed, angle, lift, lift_rate)
             self.worst = max(self.worst, self.film.mass_defect)
             self.now, self.asked = time, None
             return None
-        if state != self.asked:
-            solved = self.film.trial(*motion, max(time - self.now, 0.0), angle)
+        if state != self.asked or wanted > self.answered:
+            solved = self.film.trial(*motion, elapsed, angle, lift, lift_rate)
+            slopes = np.zeros((2, len(solved)))
+            if wanted == SLOPES and (lift or lift_rate):
+                slopes = self._by_lift(motion, elapsed, angle, lift, lift_rate)
             # Newton's method moves neither angle nor time
-            self.found = [[*row, 0.0, 0.0] for row in solved]
-            self.asked = list(state)
+            self.found = [[*row, 0.0, *by, 0.0] for row, by in zip(solved, slopes.T, strict=True)]
+            self.asked, self.answered = list(state), wanted
         return self.found
+
+    def _by_lift(self, motion, elapsed: float, angle: float, *lift: float) -> np.ndarray:
+        """Derivatives by lift and its rate, from differences."""
+
+        def value(*lift: float) -> np.ndarray:
+            return self.film.trial(*motion, elapsed, angle, *lift)[:, 0]
+
+        rows, fast = [], max(abs(motion[4]), abs(lift[1]), 1.0)
+        for step in ((FEELER, 0.0), (0.0, FEELER * fast)):
+            up, down = ([at + way * h for at, h in zip(lift, step, strict=True)] for way in (1, -1))
+            rows.append((value(*up) - value(*down)) / (2.0 * max(step)))
+        return np.array(rows)
 
     def facts(self) -> dict:
         """Facts of it in the report of a run."""
@@ -169,7 +251,9 @@ class MemoryAnswer(Callback):
 
     def seconds(self) -> float:
         """CPU time of one solution."""
-        return _usual(lambda wanted, eps: self._solve(wanted, [eps, 0.0, 0.0, 0.0, 1.0, 0.0, 1e-4]))
+        return _usual(
+            lambda wanted, eps: self._solve(wanted, [eps, *[0.0] * 3, 1.0, *[0.0] * 3, 1e-4])
+        )
 
     def doubt(self, eccentricity_ratio: float) -> str | None:
         """Objection to the mesh at the largest eccentricity of a run."""

@@ -333,10 +333,22 @@ film = Family("film", ("eccentricity_ratio", "radial_rate", "entrainment", "join
 #: area)
 wet_film = Family("film", film.state, 3)
 #: a film with a memory, in the bearing's frame: returns (force x, force y, integral of 1/H over the
-#: wetted area). angle: of a worn journal against the bearing
+#: wetted area). angle: of a worn journal against the bearing; lift, lift_rate: of the gap of worn
+#: outlines all around, by a transition
 memory_film = Family(
     "film",
-    ("eccentricity_x", "eccentricity_y", "rate_x", "rate_y", "spin", "angle", "time", "joint"),
+    (
+        "eccentricity_x",
+        "eccentricity_y",
+        "rate_x",
+        "rate_y",
+        "spin",
+        "angle",
+        "lift",
+        "lift_rate",
+        "time",
+        "joint",
+    ),
     3,
 )
 #: load that the asperities of the joint's surfaces carry [N]

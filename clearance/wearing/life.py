@@ -40,6 +40,7 @@ LEAST = 1.0  # turns of a jump
 GROW, SHRINK, EASY = 1.5, 0.5, 1.0 / 3.0  # of jumps; share of the tolerance below which they grow
 REPLAYED = 1e-3  # error of the replay, of the depth that it adds
 SCATTERED = 0.1  # the same, of the scatter of the wear of a turn, where that is more
+CHANCE = 4.0  # standard errors that the largest of some twenty places is off by, of few turns
 MOST_JOINED = 6  # rows of a load path that are made one where a stage averages as many turns
 FIRST = 1.0  # jump over what the share allows, to begin with
 
@@ -81,13 +82,16 @@ class Plan:
 
 @dataclass(frozen=True)
 class Measured:
-    """Measurement of one joint in a stage: wear of a turn [m] by surface, its standard error as a
-    share, and the load path of a turn.
+    """Measurement of one joint in a stage: wear of a turn [m] by surface, and the load path of one.
+
+    Standard errors of means over the turns: scatter, of the volume, as a share of it; spread, of
+    the depth of a turn, largest over the angle, as a share of its largest.
     """
 
     rate: dict[str, np.ndarray]
     scatter: float
     path: np.ndarray
+    spread: float
 
     @classmethod
     def of(cls, turns: list[Turn]) -> "Measured":
@@ -95,12 +99,13 @@ class Measured:
         count = len(turns)
         rate = {b: sum(t.depths[b] for t in turns) / count for b in turns[0].depths}
         totals = np.array([sum(t.volumes.values()) for t in turns])
-        scatter = 0.0
+        scatter = spread = 0.0
         if count > 1 and totals.mean() > 0.0:
             scatter = float(totals.std(ddof=1) / math.sqrt(count) / totals.mean())
+            spread = max(_spread([t.depths[b] for t in turns]) for b in rate)
         path = np.concatenate([joined(t.path, min(count, MOST_JOINED)) for t in turns])
         path[:, 3:5] /= count
-        return cls(rate, scatter, path)
+        return cls(rate, scatter, path, spread)
 
 
 def wear(
@@ -365,7 +370,7 @@ class Driver:
             self._check_walls(new, turns + done)
             after, values = self.stage(stage + 1, new)
             miss, apart = _missed(predicted, after)
-            allowed = max(self.plan.tolerance, 2.0 * max(m.scatter for m in after.values()))
+            allowed = max(self.plan.tolerance, _chance(measured, after))
             if miss > allowed and done > LEAST:
                 size = max(LEAST, SHRINK * done)
                 LOG.info(
@@ -439,12 +444,12 @@ class Driver:
     def _measured(self, stage: int) -> dict[str, Measured]:
         arrays = np.load(self.folder / f"stage-{stage:04d}.npz")
         scatter = self.journal[-1]["scatter"]
-        return {
-            n: Measured(
-                {s: arrays[f"{n}/{s}/turn"] for s in _wears(j)}, scatter[n], arrays[f"{n}/path"]
-            )
-            for n, j in self.joints.items()
-        }
+        spread = self.journal[-1].get("spread", scatter)
+        found = {}
+        for name, joint in self.joints.items():
+            rate = {s: arrays[f"{name}/{s}/turn"] for s in _wears(joint)}
+            found[name] = Measured(rate, scatter[name], arrays[f"{name}/path"], spread[name])
+        return found
 
     def _keep(self, stage, outlines, measured, turns, error, size, values, miss) -> None:
         """A stage is over: its arrays, then its line in the journal."""
@@ -464,6 +469,7 @@ class Driver:
             "changed": miss,
             "average": self.average,
             "scatter": {n: m.scatter for n, m in measured.items()},
+            "spread": {n: m.spread for n, m in measured.items()},
             "metrics": {n: m.value for n, m in values.items()},
         }
         if stage == 0:
@@ -519,6 +525,19 @@ def _depths(outline: Worn) -> dict[str, np.ndarray]:
 def _smoothed(rate: np.ndarray) -> np.ndarray:
     """Mean over neighbouring bins."""
     return sum(np.roll(rate, k) for k in range(-(SMOOTH // 2), SMOOTH // 2 + 1)) / SMOOTH
+
+
+def _spread(depths: list[np.ndarray]) -> float:
+    """Standard error of the mean of depths, largest over the angle, over the largest mean."""
+    smooth = np.array([_smoothed(one) for one in depths])
+    largest = float(smooth.mean(axis=0).max())
+    error = float(smooth.std(axis=0, ddof=1).max()) / math.sqrt(len(depths))
+    return error / largest if largest > 0.0 else 0.0
+
+
+def _chance(before: dict[str, Measured], after: dict[str, Measured]) -> float:
+    """Largest difference of two stages' wear of a turn by chance."""
+    return CHANCE * max(math.hypot(before[n].spread, one.spread) for n, one in after.items())
 
 
 def _missed(predicted: dict, measured: dict[str, Measured]) -> tuple[float, float]:

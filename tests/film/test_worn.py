@@ -12,8 +12,11 @@ import pytest
 import clearance as cl
 from clearance.film.bearing import Bearing
 from clearance.film.conserving import MemoryFilm
+from clearance.film.online import MemoryAnswer
 from clearance.laws import FilmJoint
-from clearance.laws.outline import worn
+from clearance.laws.outline import Outline, worn
+from clearance.laws.worn_film import short_on_outlines
+from clearance.tracing.asking import SLOPES, VALUE
 
 FILE = Path(__file__).with_name("worn_film_rows.csv")
 ROWS = [
@@ -75,6 +78,45 @@ def test_linear_and_symmetric():
     mixed = force(0.3, -0.2, 0.7)
     assert mixed == pytest.approx(0.3 * units[0] - 0.2 * units[1] + 0.7 * units[2], abs=1e-9 * size)
     assert units[0][1] == pytest.approx(units[1][0], abs=1e-3 * size)
+
+
+def test_lift_is_uniform_wear():
+    """A lift of the gap all around gives what an outline deeper by it does, to rounding."""
+    depths, state = scar(0.2, 1.0), (0.6, 0.3, 0.2, -0.1, 20.0, 0.0)
+    lifted, _ = film(0.5, outline=depths)
+    deeper, _ = film(0.5, outline=depths + 0.05 * CLEARANCE)
+    here = lifted.trial(*state, 0.0, 0.05)
+    np.testing.assert_allclose(here, deeper.trial(*state), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("lift_rate", [0.0, 3.0, -3.0])
+def test_lifted_film_of_a_short_bearing(lift_rate):
+    """A lift and its rate as in the closed form of a short bearing; L/D 0.02 is within 2e-2."""
+    depths = 0.1 * CLEARANCE * (1.0 + np.cos(np.deg2rad(np.arange(360.0))))
+    motion, lift = (0.6, 0.3, 0.2, -0.1, 20.0), 0.05
+    long, _ = film(0.02, mesh=(192, 6), outline=depths)
+    joint = FilmJoint(RADIUS, CLEARANCE, 0.04 * RADIUS, VISCOSITY)
+    numbers = Outline(None, worn(bearing=depths).parameters).numbers
+    short = short_on_outlines(*motion, 0.0, lift, lift_rate, joint, numbers, 0.0)[:2]
+    found = long.trial(*motion, 0.0, 0.0, lift, lift_rate)[:2, 0]
+    assert found == pytest.approx(short, abs=2e-2 * math.hypot(*short))
+
+
+def test_slopes_by_lift():
+    """The answer's derivatives by lift and its rate, against wider differences (1e-3)."""
+    depths = tuple(scar(0.2, 1.0))
+    law = cl.conserving_film(mesh=(48, 4), memory=False)
+    joint = FilmJoint(RADIUS, CLEARANCE, RADIUS, VISCOSITY)
+    answer = MemoryAnswer(joint, dict(law.settings) | {"bearing": depths, "journal": None})
+    state = np.array([0.6, 0.3, 0.2, -0.1, 20.0, 0.0, 0.05, 1.0, 0.0])
+    slopes = np.array(answer._solve(SLOPES, list(state)))
+    for k, h in ((6, 1e-4), (7, 1e-2)):
+        up, down = (
+            np.array(answer._solve(VALUE, list(state + way * h * np.eye(9)[k])))[:, 0]
+            for way in (1.0, -1.0)
+        )
+        expected = (up - down) / (2.0 * h)
+        assert slopes[:2, 1 + k] == pytest.approx(expected[:2], rel=1e-3)
 
 
 def test_uniform_wear_is_a_larger_clearance():
