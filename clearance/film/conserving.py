@@ -787,8 +787,8 @@ class MemoryFilm:
         it is.
 
         ex, ey: the journal's centre over c; vx, vy: its rate [1/s] as seen from the turning
-        bearing; spin [rad/s]; angle of a worn journal against the bearing; lift of the gap all
-        around, over c, and its rate [1/s]. Returns (4, 6). The rows
+        bearing; spin [rad/s]; angle of a worn journal against the bearing. lift: of the gap
+        all around, over c; lift_rate [1/s]. Returns (4, 6). The rows
         are force_x, force_y on the journal [N], shear, and side_flow out of the film at both ends
         [m3/s]. shear is the integral of 1/H over the wetted area, out of 2 pi; a cavitated cell
         counts with its content (streamlets). The columns are the value and d/d(ex, ey, vx, vy,

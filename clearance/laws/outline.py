@@ -427,7 +427,7 @@ def pieces(depths: np.ndarray) -> np.ndarray:
 
 class Outline:
     """Worn depths as kernels read them: 1 where the journal is worn too, then LINE depths of each
-    [m], then the number of pieces of cells with an edge, and these.
+    [m]. The number of pieces of cells with an edge follows, and these.
     """
 
     def __init__(self, joint: FilmJoint, settings: dict):

@@ -84,8 +84,8 @@ class Plan:
 class Measured:
     """Measurement of one joint in a stage: wear of a turn [m] by surface, and the load path of one.
 
-    Standard errors of means over the turns: scatter, of the volume, as a share of it; spread, of
-    the depth of a turn, largest over the angle, as a share of its largest.
+    scatter: standard error of the volume's mean over the turns, as a share of it. spread: that of
+    the depth of a turn, the largest over the angle, as a share of the largest depth.
     """
 
     rate: dict[str, np.ndarray]

@@ -268,7 +268,7 @@ class Replay:
         error [m].
 
         A step's error is at most `tolerance` of the largest depth that it adds, or of a FEW of all
-        that it goes on from: where a journal leaves one place of rest for another, the outline of a
+        that it goes on from. Where a journal leaves one place of rest for another, the outline of a
         step of any length is uncertain by that.
         """
         done, error, grown, begin = 0.0, 0.0, 0.0, worn.data.copy()
