@@ -83,3 +83,18 @@ def test_both_surfaces(validated):
     end, _ = test_life.replayed(path, 1000)
     actual, row = [end.bearing[270], end.journal[90]], [rows["W48"], rows["W52"]]
     validated("depths of 1000 turns, both surfaces", actual, row, 2e-3, unit="m", **CODE)
+
+
+def test_wear_a(tmp_path, validated):
+    """Set wear-A after 21,400 turns, by the load path of its second turn alone.
+
+    The row has a load path that never changes. A life has one that falls as the slider comes nearer
+    to the anchor of its spring. It is 1.2e-3 below the row, by jumps and run turn by turn.
+    """
+    life = cl.wear("wear_a", turns=1, directory=tmp_path, settle=1, average=1, rtol=1e-4)
+    joint = next(j for j in cl.load_case("wear_a").clearance_joints)
+    path, surface = life.load_path("B"), joint.radius * joint.contact_length
+    replay = Replay(path, joint.contact.values["layer_modulus"], surface)
+    end, _, _ = replay.over(Worn.of(test_life.UNWORN, path, False), 21400.0, 1e-3)
+    found, row = float(end.bearing.max()), test_life.ROWS["W63"]
+    validated("depth of wear-A, load path of one turn", found, row, 1e-3, unit="m", **CODE)
