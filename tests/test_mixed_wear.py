@@ -130,8 +130,8 @@ class TestShortFilm:
     def test_edges(self):
         """Edges of Dufrane's arc by its closed form (1e-3 of a cell), none on smooth outlines."""
         exact = math.degrees(math.acos(1.0 / 1.3))
-        found = sorted(node + t for node, t, *_ in edges(scar(0.3 * CLEARANCE)))
-        assert found == pytest.approx([exact, 360.0 - exact], abs=1e-3)
+        places = sorted(node + t for node, t, *_ in edges(scar(0.3 * CLEARANCE)))
+        assert places == pytest.approx([exact, 360.0 - exact], abs=1e-3)
         assert edges(8e-6 * (1.0 + np.cos(3.0 * THETA))) == []
         assert edges(np.zeros(NODES)) == []
 

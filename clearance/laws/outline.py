@@ -397,16 +397,16 @@ def edges(depths: np.ndarray) -> list[tuple[int, float, np.ndarray, np.ndarray]]
     right = BEHIND @ around[3:]  # in 1 - t
     right = np.array([right.sum(axis=0), -right[1] - 2.0 * right[2], right[2]])
     bend, rise, gap = (right - left)[::-1]
-    found = []
+    sharp = []
     for node in np.flatnonzero((gap * (gap + rise + bend) < 0.0) & (gap != 0.0)):
         roots = np.roots([bend[node], rise[node], gap[node]])
         t = next(float(r.real) for r in roots if abs(r.imag) < 1e-9 and -1e-9 <= r.real <= 1.0)
         jump = abs(rise[node] + 2.0 * bend[node] * t)
         beside = 2.0 * max(abs(left[2, node]), abs(right[2, node]))
         if jump > SHARP * beside:
-            found.append((jump, int(node), t))
-    found = sorted(found, reverse=True)[:MOST_EDGES]
-    return [(node, t, left[:, node], right[:, node]) for _, node, t in found]
+            sharp.append((jump, int(node), t))
+    sharp = sorted(sharp, reverse=True)[:MOST_EDGES]
+    return [(node, t, left[:, node], right[:, node]) for _, node, t in sharp]
 
 
 def pieces(depths: np.ndarray) -> np.ndarray:

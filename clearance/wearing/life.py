@@ -445,11 +445,11 @@ class Driver:
         arrays = np.load(self.folder / f"stage-{stage:04d}.npz")
         scatter = self.journal[-1]["scatter"]
         spread = self.journal[-1].get("spread", scatter)
-        found = {}
+        joints = {}
         for name, joint in self.joints.items():
             rate = {s: arrays[f"{name}/{s}/turn"] for s in _wears(joint)}
-            found[name] = Measured(rate, scatter[name], arrays[f"{name}/path"], spread[name])
-        return found
+            joints[name] = Measured(rate, scatter[name], arrays[f"{name}/path"], spread[name])
+        return joints
 
     def _keep(self, stage, outlines, measured, turns, error, size, values, miss) -> None:
         """A stage is over: its arrays, then its line in the journal."""

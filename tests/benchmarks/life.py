@@ -80,8 +80,8 @@ def direct(case: dict, turns: int, folder: Path, options: dict) -> dict:
     path, scene = folder / "state.npz", cl.load_case("wear_a", **case)
     now = {"turns": 0, "depth": np.zeros(NODES), "steps": 0, "cpu": 0.0, "wall": 0.0}
     if path.exists():
-        with np.load(path) as kept:
-            now = {name: kept[name] for name in kept.files}
+        with np.load(path) as arrays:
+            now = {name: arrays[name] for name in arrays.files}
     while now["turns"] < turns:
         cpu, wall = time.process_time(), time.perf_counter()
         new = piece(scene, now, min(PIECE, turns - int(now["turns"])), options)

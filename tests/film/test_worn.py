@@ -98,8 +98,8 @@ def test_lifted_film_of_a_short_bearing(lift_rate):
     joint = FilmJoint(RADIUS, CLEARANCE, 0.04 * RADIUS, VISCOSITY)
     numbers = Outline(None, worn(bearing=depths).parameters).numbers
     short = short_on_outlines(*motion, 0.0, lift, lift_rate, joint, numbers, 0.0)[:2]
-    found = long.trial(*motion, 0.0, 0.0, lift, lift_rate)[:2, 0]
-    assert found == pytest.approx(short, abs=2e-2 * math.hypot(*short))
+    force = long.trial(*motion, 0.0, 0.0, lift, lift_rate)[:2, 0]
+    assert force == pytest.approx(short, abs=2e-2 * math.hypot(*short))
 
 
 def test_slopes_by_lift():

@@ -96,5 +96,5 @@ def test_wear_a(tmp_path, validated):
     path, surface = life.load_path("B"), joint.radius * joint.contact_length
     replay = Replay(path, joint.contact.values["layer_modulus"], surface)
     end, _, _ = replay.over(Worn.of(test_life.UNWORN, path, False), 21400.0, 1e-3)
-    found, row = float(end.bearing.max()), test_life.ROWS["W63"]
-    validated("depth of wear-A, load path of one turn", found, row, 1e-3, unit="m", **CODE)
+    actual, row = float(end.bearing.max()), test_life.ROWS["W63"]
+    validated("depth of wear-A, load path of one turn", actual, row, 1e-3, unit="m", **CODE)
