@@ -57,8 +57,9 @@ def test_first_point(name):
     ideal joints 5e-3.
 
     The four-bar has no guide, and each clearance of the slider-crank has a film table of its own.
+    At smaller clearances the deviation of accelerations drowns in the tolerance of the run.
     """
-    case, columns = find_case(name), {"clearance": np.geomspace(5e-5, 1e-4, 5)}
+    case, columns = find_case(name), {"clearance": np.geomspace(2e-4, 2.5e-4, 5)}
     together = Together(
         lambda values: case.scene(model="lubricated", **values), columns, {"turns": 2.0}, None
     )
