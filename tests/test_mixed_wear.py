@@ -135,6 +135,13 @@ class TestShortFilm:
         assert edges(8e-6 * (1.0 + np.cos(3.0 * THETA))) == []
         assert edges(np.zeros(NODES)) == []
 
+    def test_edges_of_straight_flanks(self):
+        """A ramp that begins anywhere: bends of straight lines are rounding (1e-6 of a cell)."""
+        for begin in 1.0 + 3e-3 * np.arange(400):
+            ramp = np.where(THETA < 4.0, np.clip(THETA - begin, 0.0, 0.7), 0.0)
+            places = np.array([node + t for node, t, *_ in edges(1e-6 * ramp)])
+            assert np.abs(places - math.degrees(begin)).min() < 1e-6
+
     def test_smooth_outlines(self):
         """Smooth outlines on both surfaces: the integral over 7200 angles, within 1e-4."""
         turned, place, motion = 0.4, (0.5, 0.3), (0.2, -0.1, 1.0)

@@ -399,14 +399,20 @@ def edges(depths: np.ndarray) -> list[tuple[int, float, np.ndarray, np.ndarray]]
     bend, rise, gap = (right - left)[::-1]
     sharp = []
     for node in np.flatnonzero((gap * (gap + rise + bend) < 0.0) & (gap != 0.0)):
-        roots = np.roots([bend[node], rise[node], gap[node]])
-        t = next(float(r.real) for r in roots if abs(r.imag) < 1e-9 and -1e-9 <= r.real <= 1.0)
+        t = crossing(rise[node] / gap[node], bend[node] / gap[node])
         jump = abs(rise[node] + 2.0 * bend[node] * t)
         beside = 2.0 * max(abs(left[2, node]), abs(right[2, node]))
         if jump > SHARP * beside:
             sharp.append((jump, int(node), t))
     sharp = sorted(sharp, reverse=True)[:MOST_EDGES]
     return [(node, t, left[:, node], right[:, node]) for _, node, t in sharp]
+
+
+def crossing(rise: float, bend: float) -> float:
+    """Root in [0, 1] of 1 + rise t + bend t^2, which is not positive at 1; bend may be rounding."""
+    half = -0.5 * (rise + math.copysign(math.sqrt(max(rise * rise - 4.0 * bend, 0.0)), rise))
+    roots = [1.0 / half, *([half / bend] if bend else [])]
+    return float(min(max(min(roots, key=lambda t: abs(t - 0.5)), 0.0), 1.0))
 
 
 def pieces(depths: np.ndarray) -> np.ndarray:
