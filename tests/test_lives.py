@@ -3,13 +3,15 @@
 import json
 import math
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 import clearance as cl
 from clearance.cli import main
-from clearance.wearing.lives import turns_to
+from clearance.locks import Lock
+from clearance.wearing.lives import folder_of, planned, point, turns_to
 from tests.test_life import rotor
 
 CASE = '''\
@@ -95,6 +97,21 @@ def test_goes_on(lives, tmp_path):
     again = cl.sweep(case, points, copy, life=options, workers=1)
     assert np.array_equal(again.metrics["joint_B_bearing_depth"], depth, equal_nan=True)
     assert (life / "stage-0001.npz").stat().st_mtime_ns == before
+
+
+def test_a_life_in_hand(tmp_path):
+    """A point waits for a process that has its life in hand; the life by itself is refused."""
+    folder = folder_of(tmp_path, "key")
+    folder.mkdir(parents=True)
+    short = {"turns": 1.0, "settle": 0, "average": 1}
+    life = planned(short, {})["life"]
+    with ThreadPoolExecutor() as pool, Lock(folder / "life.lock"):
+        outcome = pool.submit(point, life, rotor(), tmp_path, 0, "key", {})
+        with pytest.raises(TimeoutError):
+            outcome.result(timeout=0.5)
+        with pytest.raises(ValueError, match=r"key is in use \(process "):
+            cl.wear(rotor(), directory=folder, **short)
+    assert outcome.result().status == "done"
 
 
 def test_title(lives):

@@ -359,14 +359,14 @@ def _new_family(definition: Definition, kind: tuple) -> Family | str:
 
 def _lived(definition: Definition, folder: Path, index: int, key: str) -> Outcome:
     """The life of a point."""
-    from clearance.wearing.lives import lived
+    from clearance.wearing.lives import point
 
     values = definition.values(index)
     files = files_named(values.values())
     scene: Scene = _case(definition.path, definition.source).scene(**values)
     mechanism = prepare(scene, **definition.run_options).mechanism
     modules = _modules(definition.path, definition.source, definition.own)
-    return lived(definition.life, scene, folder, index, key, made(mechanism, modules, files))
+    return point(definition.life, scene, folder, index, key, made(mechanism, modules, files))
 
 
 def _attempt(

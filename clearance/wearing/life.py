@@ -155,9 +155,18 @@ def wear(
     scene = case if isinstance(case, Scene) else load_case(case, **parameters)
     if isinstance(case, Scene) and parameters:
         raise ValueError(f"a scene takes no parameters of a case, got {', '.join(parameters)}")
-    folder = Path(directory)
+    return lived(scene, plan, Path(directory), progress)
+
+
+def lived(
+    scene: Scene, plan: Plan, folder: Path, progress: Callable | None = None, wait: bool = False
+) -> Life:
+    """The life of a scene, begun or gone on with; see `wear`.
+
+    wait: until another process that has the directory in hand has ended; else that is an error.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    with Lock(folder / "life.lock"):
+    with Lock(folder / "life.lock", f"{folder} is in use", wait):
         return Driver(scene, plan, folder, progress or (lambda done, words: None)).go()
 
 

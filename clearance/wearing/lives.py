@@ -17,7 +17,7 @@ from clearance import checks
 from clearance.metrics import Metric
 from clearance.scene import Scene
 from clearance.sweeping.journal import DONE, Outcome
-from clearance.wearing.life import Plan, wear
+from clearance.wearing.life import Plan, lived, wear
 from clearance.wearing.records import Life
 
 NAMES = tuple(f.name for f in fields(Plan))
@@ -50,15 +50,16 @@ def folder_of(folder: Path, key: str) -> Path:
     return Path(folder) / "lives" / key
 
 
-def lived(
+def point(
     life: Mapping[str, object], scene: Scene, folder: Path, index: int, key: str, made: dict
 ) -> Outcome:
-    """Live a point: its outcome."""
+    """Outcome of the life of a point.
+
+    A worker of a cluster goes on when its driver was killed; a second one waits for its end.
+    """
     began = time.perf_counter()
-    plan = {n: v for n, v in life.items() if n != "depth"}
-    directory = folder_of(folder, key)
-    directory.parent.mkdir(exist_ok=True)
-    ended = wear(scene, directory=directory, **plan)
+    plan = Plan(**{n: v for n, v in life.items() if n != "depth"})
+    ended = lived(scene, plan, folder_of(folder, key), wait=True)
     metrics = columns(ended, life["depth"])
     return Outcome(
         index,
