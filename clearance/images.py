@@ -190,6 +190,7 @@ class Image:
         """The values of a column, chunk by chunk, each with its checksum behind."""
         if column.fixed:
             return
+        assert not column.chunks or len(values) <= column.rows * len(column.chunks)
         if values.ndim == 1:
             struct.pack_into("<Q", out, column.extent, len(values))
         _, fletcher = _checksums()

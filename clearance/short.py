@@ -216,7 +216,8 @@ class ShortSink:
         made_once = images.available() and not self.options[3]
         if made_once:
             shapes = images.likeness(attributes, growing, tables, self.rows_in_chunk)
-            key = (tuple(self.channels[i] for i in self.kept), *spots(self.channels), shapes)
+            named = tuple(self.channels[i] for i in self.kept), *spots(self.channels)
+            key = *named, self.rows_in_chunk, shapes
             if key in _images:
                 return bytes(_images[key].filled(attributes, growing | tables))
         maker = ImageSink(self.given or Path("run.h5"), *self.options)

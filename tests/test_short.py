@@ -59,6 +59,14 @@ def test_an_image_gives_the_same_file(tmp_path, monkeypatch, model, turns):
     assert made == 1 or model == "dry"  # contacts may need another number of chunks
 
 
+def test_lengths_of_columns_do_not_mix(monkeypatch):
+    """Each run holds all of its samples, whatever numbers of samples came before it."""
+    monkeypatch.setattr(short, "_images", {})
+    for samples in (51, 201, 101, 601, 2001, 51):
+        result = run(None, "ideal", samples=samples, error=None)
+        np.testing.assert_allclose(np.diff(result.time), result.time[-1] / (samples - 1))
+
+
 def content_read(path):
     """Range and samples of a channel."""
     with cl.open_result(path) as result:
