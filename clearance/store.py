@@ -15,7 +15,7 @@ import os
 import pickle
 import re
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import FunctionType
@@ -172,7 +172,9 @@ class CheckedFiles(IndexDataCacheFile):
             return None
         size = hashlib.sha256().digest_size
         if content[:size] == self._digest(content[size:]):
-            return pickle.loads(content[size:])
+            with suppress(ModuleNotFoundError):  # of a function whose module cannot be imported
+                return pickle.loads(content[size:])
+            return None
         LOG.warning(f"compiled code {path} is damaged or of another program; it is made again")
         return None
 

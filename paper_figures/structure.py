@@ -85,7 +85,7 @@ BOXES = {
         "quantities body elements* document scene regimes",
         step=1,
     ),
-    "tracing": Box("tracing", "expressions to\ncompiled code", 1, 1.15, "#ad1457", "tracing*"),
+    "tracing": Box("tracing", "expressions to\ncompiled code", 1, 1.3, "#ad1457", "tracing*"),
     "compiler": Box(
         "compiler", "mechanism/: one\nkernel a scene", 2, 0.0, "#6a1b9a", "mechanism*", step=2
     ),

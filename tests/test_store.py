@@ -1,5 +1,6 @@
 """Kernels: structure in the text, numbers in the vector, nothing compiled twice or without need."""
 
+import importlib
 import json
 import os
 import pickle
@@ -222,12 +223,13 @@ def test_damaged_machine_code_is_made_again(suffix, damage, tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "doubling.py"
     path.write_text("def doubled(x):\n    return 2.0 * x\n")
-    scope = {"__name__": "doubling"}
-    exec(compile(path.read_text(), path, "exec"), scope)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "doubling", raising=False)
+    doubling = importlib.import_module("doubling")
 
     def again(made_from="one"):
         caplog.clear()
-        function = store.cached(scope["doubled"], store.float64(store.float64), made_from)
+        function = store.cached(doubling.doubled, store.float64(store.float64), made_from)
         return function(1.5), sum(function.stats.cache_hits.values())
 
     assert again() == (3.0, 0)

@@ -11,8 +11,6 @@ the motion; film/fem.py is their reference.
 import time as clock_of_the_wall
 from collections.abc import Callable
 
-import numpy as np
-
 from clearance import checks
 from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh, coarseness
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
@@ -225,25 +223,25 @@ class MemoryAnswer(Callback):
             return None
         if state != self.asked or wanted > self.answered:
             solved = self.film.trial(*motion, elapsed, angle, lift, lift_rate)
-            slopes = np.zeros((2, len(solved)))
+            slopes = [(0.0, 0.0)] * len(solved)
             if wanted == SLOPES and (lift or lift_rate):
                 slopes = self._by_lift(motion, elapsed, angle, lift, lift_rate)
             # Newton's method moves neither angle nor time
-            self.found = [[*row, 0.0, *by, 0.0] for row, by in zip(solved, slopes.T, strict=True)]
+            self.found = [[*row, 0.0, *by, 0.0] for row, by in zip(solved, slopes, strict=True)]
             self.asked, self.answered = list(state), wanted
         return self.found
 
-    def _by_lift(self, motion, elapsed: float, angle: float, *lift: float) -> np.ndarray:
+    def _by_lift(self, motion, elapsed: float, angle: float, *lift: float) -> list[tuple]:
         """Derivatives by lift and its rate, from differences."""
 
-        def value(*lift: float) -> np.ndarray:
+        def value(*lift: float):
             return self.film.trial(*motion, elapsed, angle, *lift)[:, 0]
 
         rows, fast = [], max(abs(motion[4]), abs(lift[1]), 1.0)
         for step in ((FEELER, 0.0), (0.0, FEELER * fast)):
             up, down = ([at + way * h for at, h in zip(lift, step, strict=True)] for way in (1, -1))
             rows.append((value(*up) - value(*down)) / (2.0 * max(step)))
-        return np.array(rows)
+        return list(zip(*rows, strict=True))
 
     def facts(self) -> dict:
         """Facts of it in the report of a run."""

@@ -1005,6 +1005,6 @@ class TestBadInput:
     def test_memory_is_not_for_the_fast_solver(self):
         with pytest.raises(
             ValueError,
-            match="fast solver knows cavitation reynolds, gumbel, none, not mass_conserving",
+            match="fast solver has the cavitation reynolds, gumbel, none, not mass_conserving",
         ):
             bands.solve(bearing(cavitation="mass_conserving"), 0.5, 0.0, 1.0)

@@ -71,7 +71,7 @@ class TestPressure:
             (("--groove", "1,2,3,4,5"), "expected ANGLE"),
             (("--cavitation", "boiling"), "cavitation must be one of"),
             (("--cavitation", "mass_conserving"), "supply groove"),
-            (("--cavitation", "mass_conserving", "--solver", "fast"), "the fast solver knows"),
+            (("--cavitation", "mass_conserving", "--solver", "fast"), "the fast solver has"),
             (("--solver", "slow"), "solver must be one of"),
             (("--solver", "fem", "--eccentricity", "0.9995"), "too coarse for eccentricity ratio"),
             (("--roughness", "80um"), "flow factors need a clearance"),

@@ -725,7 +725,7 @@ class TestStore:
 
         monkeypatch.setattr(np, "savez", full)
         assert np.isfinite(tables.table(TINY).numbers).all()
-        assert re.search("cannot be kept .*No space left", caplog.text)
+        assert re.search("cannot be stored .*No space left", caplog.text)
         assert not [p for p in store.iterdir() if p.suffix != ".lock"]
 
     def test_store_that_takes_nothing(self, tmp_path, monkeypatch, caplog):
@@ -736,7 +736,7 @@ class TestStore:
         tables.table.cache_clear()
         assert np.isfinite(tables.table(TINY).numbers).all()
         tables.table.cache_clear()
-        assert "cannot be kept" in caplog.text
+        assert "cannot be stored" in caplog.text
 
     def test_two_at_once(self, store):
         """Both have the table, and one file is left, which a third reads."""

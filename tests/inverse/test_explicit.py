@@ -85,7 +85,7 @@ def test_a_motion_out_of_reach_says_where_and_when(tmp_path):
     [
         (
             lambda: cl.load_case("slider_crank", model="dry"),
-            "joint C has clearance: its motion is found",
+            "joint C has clearance: its motion is not prescribed",
         ),
         (
             lambda: cl.load_case("double_pendulum"),
