@@ -2,12 +2,12 @@
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import fields, replace
+from dataclasses import fields, is_dataclass, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
 from clearance import checks, document
-from clearance.body import Body, Point, ground
+from clearance.body import Body, ground
 from clearance.elements.drive import Drive
 from clearance.elements.element import Element, Spot
 from clearance.elements.joint import Joint
@@ -134,6 +134,11 @@ class Scene:
         """Bodies, joints and loads."""
         return [*self.bodies, *self.elements]
 
+    @cached_property
+    def positions(self) -> dict[str, int]:
+        """Position of each part among all, by its key."""
+        return {p.key: i for i, p in enumerate(self.parts)}
+
     @property
     def provenance(self) -> dict[str, str]:
         """Attributes of result files: case, parameters that were given (JSON), entire scene (JSON).
@@ -157,15 +162,17 @@ class Scene:
         made: dict = {b: body(b) for b in self.bodies} | {ground: ground}
 
         def followed(value):
-            if isinstance(value, Point):
-                return replace(value, body=made[value.body])
-            return made[value] if isinstance(value, Body | Element) else value
+            if isinstance(value, Body):
+                return made[value]
+            if not is_dataclass(value) or isinstance(value, BoundLaw):
+                return value
+            if isinstance(value, Element) and value in made:
+                return made[value]
+            parts = {f.name: followed(getattr(value, f.name)) for f in fields(value)}
+            new = replace(value, **parts)
+            return made.setdefault(value, element(new)) if isinstance(value, Element) else new
 
-        for one in self.elements:
-            made[one] = element(
-                replace(one, **{f.name: followed(getattr(one, f.name)) for f in fields(one)})
-            )
-        elements = [made[one] for one in self.elements]
+        elements = [followed(one) for one in self.elements]
         scene = Scene(
             *elements, gravity=self.gravity if gravity is None else gravity, name=self.name
         )
@@ -233,11 +240,10 @@ class Scene:
 
 
 def counterparts(before: Scene, after: Scene) -> dict[Body | Element, Body | Element]:
-    """The parts of one scene by those of another with the same names; the ground is that of
+    """The parts of one scene by those of another of the same structure; the ground is that of
     both.
     """
-    parts = {p.key: p for p in after.parts}
-    return {p: parts[p.key] for p in before.parts} | {ground: ground}
+    return dict(zip(before.parts, after.parts, strict=True)) | {ground: ground}
 
 
 def _changed(part: Part, changes: dict[str, float]) -> Part:

@@ -6,6 +6,7 @@ from functools import partial
 from types import CellType, FunctionType, MethodType, ModuleType
 
 import numpy as np
+import pytest
 
 import clearance as cl
 from clearance.mechanism import build as building
@@ -132,8 +133,8 @@ def crank(bodies, joints):
     )
 
 
-def test_A3_renaming_compiles_nothing():
-    """The store's key is of the text without comments; the text itself goes by the new names."""
+def test_A3_renaming_traces_and_compiles_nothing():
+    """Two names, one trace; the texts and the channels go by the new names."""
     one = build(
         crank(("crank", "rod", "slider"), ("A", "B", "C", "G", "spring", "drive"))
     ).structure
@@ -141,8 +142,28 @@ def test_A3_renaming_compiles_nothing():
     assert [c.path for c in one.layout.channels] != [c.path for c in two.layout.channels]
     assert one.texts["rhs"] != two.texts["rhs"]
     assert "# joints/X/clearance" in two.texts["rhs"]
+    assert one.programs is two.programs
     assert one.digest == two.digest
     assert one.kernel("rhs") is two.kernel("rhs")
+    names = {c.path: c.long_name for c in two.layout.channels}
+    assert names["bodies/three/x"].startswith("three: ")
+    assert names["joints/X/force_x"] == "force x on three"
+    texts = "".join([*one.texts.values(), *two.texts.values(), *map(repr, (one, two))])
+    assert "⟦" not in texts
+
+
+def test_A3_an_error_of_the_trace_names_the_parts_of_its_scene(monkeypatch):
+    """Also of a scene whose structure is traced for the first time."""
+    monkeypatch.setattr(building, "_structures", {})
+
+    class Broken(cl.Torque):
+        def act(self, m, w):
+            raise ValueError(f"{self.label()} on {self.bodies()[0].name}: broken")
+
+    body = cl.Body("arm", mass=1.0, inertia=1e-3)
+    scene = cl.Scene(cl.Revolute(cl.ground, body, name="P"), Broken(body, 1.0, name="wind"))
+    with pytest.raises(ValueError, match="^Broken wind on arm: broken$"):
+        build(scene)
 
 
 def test_A3_a_renamed_run_gives_the_same_numbers():

@@ -32,7 +32,7 @@ MOST_POSITIONS = 100  # that a process keeps
 
 #: closed positions and their measured joints, by all that they depend on: points of a sweep mostly
 #: share them
-_positions: dict[tuple, tuple[np.ndarray, list[str]]] = {}
+_positions: dict[tuple, tuple[np.ndarray, list[int]]] = {}
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Start:
         return self.value(place_of(target))[0]
 
     def followed(self, before: Scene, after: Scene) -> "Start":
-        """The same start for a scene whose parts are others with the same names."""
+        """The same start for a scene of the same structure."""
         new = counterparts(before, after)
         return Start(
             {new[b]: pose for b, pose in self.pose.items()},
@@ -96,7 +96,7 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
         if len(_positions) >= MOST_POSITIONS:
             del _positions[next(iter(_positions))]  # the oldest
         q = system.position()
-        _positions[key] = q, [j.name for j in system.measured]
+        _positions[key] = q, [scene.joints.index(j) for j in system.measured]
     q, measured = _positions[key]
     system.measure(measured)
     system.check_measured(q)
@@ -167,9 +167,9 @@ class _System:
         self.report_dependent(*self.choose_measured(q))
         return q
 
-    def measure(self, names: Collection[str]) -> None:
-        """Have the joints of these names measured, in this order."""
-        self.measured = [next(j for j in self.scene.joints if j.name == name) for name in names]
+    def measure(self, places: Collection[int]) -> None:
+        """Have the joints at these places of the scene measured, in this order."""
+        self.measured = [self.scene.joints[place] for place in places]
         self.joints = [j for j in self.scene.joints if j not in self.measured]
 
     # --- rough start

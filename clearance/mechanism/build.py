@@ -14,6 +14,7 @@ from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.layout import Layout
 from clearance.mechanism.loops import check_reach, mode
+from clearance.mechanism.marks import marked, named
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure, Tracing
 from clearance.mechanism.topology import Plan, closed_plan, cut_plan
@@ -21,8 +22,8 @@ from clearance.scene import Scene, counterparts
 from clearance.tracing.trace import Trace
 
 _structures: dict[tuple, Structure] = {}
-_planned: dict[tuple, tuple[Scene, Plan, Plan]] = {}
-MOST_STRUCTURES = 100  # that a process keeps; one takes some 3 MB
+_planned: dict[tuple, tuple[Scene, tuple[Plan, Plan], tuple]] = {}
+MOST_STRUCTURES = 200  # that a process keeps; a trace takes some 3 MB, names of its parts little
 
 
 @dataclass
@@ -147,18 +148,18 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     start = assemble(scene, numbers)
     more = (j for j in scene.clearance_joints if j.name in opened and j not in start.measured)
     start = replace(start, measured=(*start.measured, *more))
-    plan, cut = _plans(scene, numbers, start.measured)
+    plan, cut, way = _plans(scene, numbers, start.measured)
     for group in plan.groups:
         check_reach(group, start.size)
-    measured = tuple(j.name for j in start.measured)
-    signature = (numbers.signature, plan.signature, cut.signature, measured, ledger)
-    if signature not in _structures:
-        if len(_structures) >= MOST_STRUCTURES:
-            del _structures[next(iter(_structures))]  # the oldest
-        _structures[signature] = Tracing(
-            scene, numbers, plan, cut, start.measured, ledger
-        ).structure()
-    structure = _structures[signature]
+    names = tuple(p.name for p in scene.parts)
+    trace = numbers.signature, way, ledger
+    structure = _shared(
+        _structures,
+        (trace, names),
+        lambda: _shared(
+            _structures, (trace,), lambda: _traced(scene, plan, cut, start.measured, ledger)
+        ).named(names),
+    )
     _check_friction(scene, structure)
     sources = _sources(scene)
     par = _parameters(structure, _values(scene, structure, plan, numbers, start), sources)
@@ -170,21 +171,45 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     return mechanism
 
 
-def _plans(scene: Scene, numbers: Numbers, measured: tuple) -> tuple[Plan, Plan]:
-    """Plans with the clearance joints closed and cut; scenes of one structure and the same lengths
-    share them.
+def _shared(memory: dict, key: tuple, make: Callable):
+    """The entry of a memory, made where it has none; a full one loses its oldest."""
+    if key not in memory:
+        made = make()
+        if len(memory) >= MOST_STRUCTURES:
+            del memory[next(iter(memory))]
+        memory[key] = made
+    return memory[key]
+
+
+def _traced(scene: Scene, plan: Plan, cut: Plan, measured: tuple, ledger: bool) -> Structure:
+    """The structure of a scene, with marks for the names of its parts."""
+    nameless = marked(scene)
+    new = counterparts(scene, nameless)
+    followed = plan.followed(new), cut.followed(new), tuple(new[j] for j in measured)
+    try:
+        return Tracing(nameless, Numbers(nameless), *followed, ledger).structure()
+    except Exception as error:
+        names = [p.name for p in scene.parts]
+        error.args = tuple(named(a, names) if isinstance(a, str) else a for a in error.args)
+        raise
+
+
+def _plans(scene: Scene, numbers: Numbers, measured: tuple) -> tuple[Plan, Plan, tuple]:
+    """Plans with the clearance joints closed and cut, and what a trace depends on of them; scenes
+    of one structure and the same lengths share them.
     """
     lengths = tuple((p.x, p.y) for j in scene.joints for p in (j.a, j.b))
-    key = numbers.signature, tuple(j.name for j in measured), lengths
-    if key not in _planned:
-        if len(_planned) >= MOST_STRUCTURES:
-            del _planned[next(iter(_planned))]  # the oldest
-        _planned[key] = scene, closed_plan(scene, measured), cut_plan(scene)
-    before, *plans = _planned[key]
-    if before is scene:
-        return tuple(plans)
-    new = counterparts(before, scene)
-    return tuple(plan.followed(new) for plan in plans)
+    key = numbers.signature, tuple(scene.positions[j.key] for j in measured), lengths
+
+    def planned() -> tuple:
+        plans = closed_plan(scene, measured), cut_plan(scene)
+        return scene, plans, (key[1], *(plan.signature(scene.positions) for plan in plans))
+
+    before, plans, way = _shared(_planned, key, planned)
+    if before is not scene:
+        new = counterparts(before, scene)
+        plans = [plan.followed(new) for plan in plans]
+    return *plans, way
 
 
 def changed(mechanism: Mechanism, changes: dict[str, float], time: float = 0.0) -> Mechanism:

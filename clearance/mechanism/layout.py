@@ -2,7 +2,8 @@
 outputs.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 
@@ -43,6 +44,28 @@ class Layout:
     channels: tuple[Channel, ...]
     sums: tuple[str, ...] = ()
     followed: tuple[str, ...] = ()
+
+    def renamed(self, renamed: Callable[[str], str]) -> "Layout":
+        """The same places, each name passed through a function."""
+        paths = (
+            "coordinates",
+            "first_order",
+            "dissipated",
+            "spots",
+            "remembering",
+            "sums",
+            "followed",
+        )
+        return replace(
+            self,
+            **{one: tuple(map(renamed, getattr(self, one))) for one in paths},
+            carried=tuple((what, renamed(name)) for what, name in self.carried),
+            parameters={renamed(name): place for name, place in self.parameters.items()},
+            channels=tuple(
+                replace(c, path=renamed(c.path), long_name=renamed(c.long_name))
+                for c in self.channels
+            ),
+        )
 
     @property
     def size(self) -> int:

@@ -9,7 +9,7 @@ them.
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 
-from clearance.body import Body, Point
+from clearance.body import Body
 from clearance.elements.element import Element
 from clearance.laws.law import BoundLaw
 from clearance.quantities import ZERO, Row
@@ -19,7 +19,7 @@ from clearance.tracing.interpreter import fingerprint
 
 class Numbers:
     """Names, values and foldability of all numbers of a scene. `signature` is equal for scenes that
-    share kernels.
+    share kernels, whatever the names of their parts.
     """
 
     def __init__(self, scene: Scene):
@@ -29,7 +29,9 @@ class Numbers:
         self.constants = dict(folded)
         self.index = {key: i for i, (key, _) in enumerate(free)}
         self.values = [float(value) for _, value in free]
-        self.signature = (tuple(folded), tuple(self.index), _structure(scene))
+        rest = (key.split("/", 2)[2] for key in self.index)
+        parts = ((key.split("/", 2)[2], value) for key, value in folded)
+        self.signature = (tuple(parts), tuple(rest), _structure(scene))
 
 
 def numbers_of(scene: Scene) -> Iterator[tuple[str, float]]:
@@ -48,23 +50,23 @@ def _rows(scene: Scene) -> Iterator[Row]:
 
 def _structure(scene: Scene) -> tuple:
     """Connectivity, kinds and laws."""
-    return tuple(b.name for b in scene.bodies), tuple(_shape(e) for e in scene.elements)
+    shapes = tuple((type(e), *_shape(e, scene.positions)) for e in scene.elements)
+    return len(scene.bodies), shapes
 
 
-def _shape(element: Element) -> tuple:
-    """All of an element that its numbers leave open."""
-    values = (getattr(element, f.name) for f in fields(element))
-    return type(element), element.name, *map(_of_structure, values)
+def _shape(part: object, positions: dict[str, int]) -> Iterator[object]:
+    """All of an element, or of a field with fields, that its numbers and its name leave open."""
+    for one in fields(part):
+        if one.name != "name":
+            yield _of_structure(getattr(part, one.name), positions)
 
 
-def _of_structure(value: object) -> object:
+def _of_structure(value: object, positions: dict[str, int]) -> object:
     """Part of a field that belongs to the structure."""
     if isinstance(value, BoundLaw):
         return fingerprint(value.law.function)
-    if isinstance(value, Point):
-        return value.body.name
     if isinstance(value, Body | Element):
-        return value.key
+        return positions.get(value.key)  # None: the ground
     if is_dataclass(value):
-        return tuple(_of_structure(getattr(value, f.name)) for f in fields(value))
+        return tuple(_shape(value, positions))
     return value if isinstance(value, bool | str) else value is not None

@@ -23,6 +23,7 @@ from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.joint_friction import joint_friction
 from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
 from clearance.mechanism.layout import Channel, Layout
+from clearance.mechanism.marks import named
 from clearance.mechanism.motion import Calls, Motion
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import Plan
@@ -54,6 +55,7 @@ class Structure:
     programs: kernels by role; derive fills the derived parameters. modes: names of assembly modes.
     forced: joints with friction whose rate is decided by forces.
     rubs, iterates: joint friction, and such as is solved for. spatial: loads out of the plane.
+    names: of its parts, by their positions; its programs have marks instead.
     """
 
     programs: dict[str, Program]
@@ -64,6 +66,21 @@ class Structure:
     rubs: bool
     iterates: bool
     spatial: bool
+    names: tuple[str, ...] = ()
+
+    def named(self, names: tuple[str, ...]) -> "Structure":
+        """This structure of marks with these names of parts; it shares programs and kernels."""
+
+        def renamed(text: str) -> str:
+            return named(text, names)
+
+        return replace(
+            self,
+            names=names,
+            layout=self.layout.renamed(renamed),
+            modes=tuple(map(renamed, self.modes)),
+            forced=frozenset(map(renamed, self.forced)),
+        )
 
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
@@ -96,7 +113,8 @@ class Structure:
     def texts(self) -> dict[str, str]:
         """Source of each kernel by role."""
         names = {f"par[{i}]": name for name, i in self.layout.parameters.items()}
-        return {role: kernel_text(program, names) for role, program in self.programs.items()}
+        texts = {role: kernel_text(program, names) for role, program in self.programs.items()}
+        return {role: named(text, self.names) for role, text in texts.items()}
 
     @cached_property
     def digest(self) -> str:

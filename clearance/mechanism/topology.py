@@ -107,18 +107,25 @@ class Plan:
 
     groups: list[Group] = field(default_factory=list)
 
-    @property
-    def signature(self) -> tuple:
-        """Equal for plans that solve scenes in the same way, whatever their numbers."""
+    def signature(self, positions: Mapping[str, int]) -> tuple:
+        """Equal for plans that solve scenes in the same way, whatever their numbers and names.
+
+        positions: of the scene's parts, by their keys.
+        """
+
+        def at(part) -> int | None:
+            return None if part is None else positions.get(part.key)
+
         return tuple(
             (
                 group.form,
+                tuple((at(a.body), at(a.parent), at(a.joint)) for a in group.attachments),
                 tuple(
-                    (a.body.name, a.parent.name, getattr(a.joint, "name", None))
+                    (c.source, at(c.place[0]), c.what)
                     for a in group.attachments
+                    for c in a.coordinates
                 ),
-                tuple((c.source, c.key) for a in group.attachments for c in a.coordinates),
-                tuple(j.name for j in group.closures),
+                tuple(map(at, group.closures)),
             )
             for group in self.groups
         )

@@ -303,3 +303,11 @@ class TestErrors:
     def test_balance(self, numbers, line):
         with pytest.raises(ValueError, match=f"heat balance: {line}"):
             HeatBalance(**numbers)
+
+
+def test_a_node_that_changes_stays_that_of_its_films():
+    """The balance of heat of a joint follows to the node with the other number."""
+    scene = bath(0.5, 1.0).replaced({"nodes/bath/capacity": 0.7})
+    (node,) = (load for load in scene.loads if isinstance(load, cl.ThermalNode))
+    assert node.capacity == 0.7
+    assert scene.joints[0].heat.to is node
