@@ -80,7 +80,8 @@ def test_the_matrix_holds_the_extremes():
 
 def test_unknown_case():
     with pytest.raises(
-        ValueError, match="knows six_bar_feeder, slider_crank, four_bar, random; got 'nothing'"
+        ValueError,
+        match="the stress matrix has six_bar_feeder, slider_crank, four_bar, random; got 'nothing'",
     ):
         matrix("nothing")
 

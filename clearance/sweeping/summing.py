@@ -360,12 +360,14 @@ class Tracked:
             j.name: float(summing.number(points.par, j, "clearance")[place])
             for j in summing.mechanism.scene.clearance_joints
         }
-        described = summing.record.scene["joints"]
-        self.scene = {
-            "joints": [
-                j | {"clearance": sizes[j["name"]]} if j["name"] in sizes else j for j in described
-            ]
+        self.joints = {
+            name: summing.record.described(name) | {"clearance": size}
+            for name, size in sizes.items()
         }
+
+    def described(self, joint: str) -> dict:
+        """Description of a joint at this point."""
+        return self.joints[joint]
 
     def values(self, path: str) -> np.ndarray:
         return self.tracks[path]

@@ -51,25 +51,26 @@ def test_steps(feeder):
     assert 0.8 * steps <= answers.steps[0] <= 1.05 * steps + 2
 
 
-@pytest.mark.parametrize("name", ["four_bar", "slider_crank"])
-def test_first_point(name):
+@pytest.mark.parametrize(("name", "turns"), [("four_bar", 2.0), ("slider_crank", 5.0)])
+def test_first_point(name, turns):
     """Metrics of the first point within 2e-4 of the ordinary way's at rtol 1e-6; deviations from
-    ideal joints 5e-3.
+    ideal joints 5e-3, the ratio of two small changes from turn to turn 5e-2.
 
     The four-bar has no guide, and each clearance of the slider-crank has a film table of its own.
     At smaller clearances the deviation of accelerations drowns in the tolerance of the run.
     """
     case, columns = find_case(name), {"clearance": np.geomspace(2e-4, 2.5e-4, 5)}
     together = Together(
-        lambda values: case.scene(model="lubricated", **values), columns, {"turns": 2.0}, None
+        lambda values: case.scene(model="lubricated", **values), columns, {"turns": turns}, None
     )
+    assert ("period_error" in together.summing.first) == (turns > 3.0)
     assert together.several == (name == "slider_crank")
     points = together.points(columns)
     answers = together.answers(points, 1)
     assert together.summing.sound(answers).all()
     metrics = together.summing.metrics(answers, points)
     for metric, ordinary in together.summing.first.items():
-        share = 5e-3 if "deviation" in metric else 2e-4
+        share = {"settling_ratio": 5e-2}.get(metric, 5e-3 if "deviation" in metric else 2e-4)
         assert math.isclose(metrics[metric][0], ordinary.value, rel_tol=share), metric
     lone = together.points({"clearance": columns["clearance"][3:]})
     again = together.answers(lone, 2)
