@@ -14,7 +14,7 @@ import pytest
 import clearance as cl
 from clearance.cli import main
 from clearance.laws import FilmJoint
-from clearance.laws.outline import NODES, Outline, worn
+from clearance.laws.outline import NODES, Outline, deepest, touching, worn
 from clearance.wearing.life import Plan
 from clearance.wearing.replay import Replay, Worn, rest
 
@@ -111,6 +111,21 @@ class TestReplay:
         assert end.bearing[270] == pytest.approx(deep, rel=2e-3)
         assert end.bearing[180] == above == 0.0
         assert end.journal[90] == pytest.approx(low, rel=2e-3)
+
+    def test_rest_on_a_ridge(self):
+        """A journal above a ridge that only the deepest point sees: Newton carries its force
+        (1e-9).
+        """
+        flanks = [50, 155, 230, 274, 289, 272, 226, 149, 42.5, 0, 0, 246, 914, 1551, 2157, 2732]
+        depths = np.zeros(NODES)
+        depths[151:167] = 1e-9 * np.array(flanks)
+        joint, place = FilmJoint(0.0, CLEARANCE, 0.0, 0.0, 0.0), (-9.4870e-05, 3.1606e-05)
+        data = Outline(None, worn(bearing=depths).parameters).numbers
+        assert deepest(*place, 0.0, joint, data, 0.0)[0] > 0.0
+        assert touching(*place, 0.0, joint, data, 0.0)[2] == 0.0
+        x, y, _ = rest(1649.0, -549.0, 0.0, joint, data, 1e10, *place)
+        force = 1e10 * np.array(touching(x, y, 0.0, joint, data, 0.0)[:2])
+        assert force == pytest.approx([1649.0, -549.0], abs=1e-9 * 1739.0)
 
     def test_volume_is_that_of_the_load(self):
         """Depths sum to k N s at each part, whatever the nodes see of the pressure (rounding)."""

@@ -38,8 +38,8 @@ MOST_AVERAGED = 50  # turns of a stage, where its wear scatters
 SMOOTH = 9  # bins that wear of a turn is averaged over before it is compared
 LEAST = 1.0  # turns of a jump
 GROW, SHRINK, EASY = 1.5, 0.5, 1.0 / 3.0  # of jumps; share of the tolerance below which they grow
-REPLAYED = 1e-3  # error of the replay, of the depth that it adds
-SCATTERED = 0.1  # the same, of the scatter of the wear of a turn, where that is more
+REPLAYED = 0.02  # error of the replay, of the depth that it adds, over the tolerance
+SCATTERED = 0.1  # the same, over the spread of the depth of a turn, where that is more
 CHANCE = 4.0  # standard errors that the largest of some twenty places is off by, of few turns
 MOST_JOINED = 6  # rows of a load path that are made one where a stage averages as many turns
 FIRST = 1.0  # jump over what the share allows, to begin with
@@ -92,6 +92,11 @@ class Measured:
     scatter: float
     path: np.ndarray
     spread: float
+
+    @property
+    def fastest(self) -> float:
+        """Largest depth of a turn, over neighbouring bins [m]."""
+        return max(float(_smoothed(rate).max()) for rate in self.rate.values())
 
     @classmethod
     def of(cls, turns: list[Turn]) -> "Measured":
@@ -302,11 +307,13 @@ class Driver:
         of the replay.
         """
         most = self.plan.share * min(j.clearance for j in self.joints.values())
-        made = {n: self._over(n, outlines[n], measured[n], turns, most) for n in self.joints}
-        turns = min(done for _, done, _ in made.values())
+        made = {}
+        for name in sorted(self.joints, key=lambda n: -measured[n].fastest):
+            made[name] = self._over(name, outlines[name], measured[name], turns, most)
+            turns = made[name][1]
         for name in (n for n, (_, done, _) in made.items() if done > turns):
             made[name] = self._over(name, outlines[name], measured[name], turns, math.inf)
-        return {n: m[0] for n, m in made.items()}, turns, max(m[2] for m in made.values())
+        return {n: made[n][0] for n in self.joints}, turns, max(m[2] for m in made.values())
 
     def _over(
         self, name: str, outline: Worn, measured: Measured, turns: float, most: float
@@ -317,7 +324,7 @@ class Driver:
         if not len(measured.path):
             return outline, turns, 0.0
         outline = Worn.of(outline.data, measured.path, self.joints[name].wear_journal is not None)
-        tolerance = max(REPLAYED, SCATTERED * measured.scatter)
+        tolerance = max(REPLAYED * self.plan.tolerance, SCATTERED * measured.spread)
         return self._replay(name, measured).over(outline, turns, tolerance, most)
 
     def _replay(self, name: str, measured: Measured) -> Replay:

@@ -36,6 +36,7 @@ from clearance.store import compiled
 NEWTON = 60  # steps of the search for a place of rest, at most
 AT_REST = 1e-9  # of the force: what is left of it there
 STRIDE = 0.2  # of the clearance: longest step of the search
+PRESSED = 1e-4  # of the clearance: how deep a journal in free flight is pressed in first
 LIGHT = 1e-6  # of the strength of asperities: pressures whose journal swims in its film
 FEW = 1e-3  # of the depth of a jump: a step that adds less may miss this much in its stead
 ENOUGH = 0.7  # of the slope at the start of a step that may stand at its end, behind the rest
@@ -45,15 +46,17 @@ def rest(force_x, force_y, angle, joint, data, scale, x, y):
     """Place where the foundation, `scale` stiff, puts a force on the journal, from (x, y): x, y and
     normal load.
 
-    Newton's method on a convex energy, steps that overshoot are halved. The load is nan where it
-    fails.
+    Newton's method on a convex energy, steps that overshoot are halved. A journal in free flight is
+    pressed in, ever deeper: the deepest point may lie on a ridge that no cell sees. The load is nan
+    where it fails.
     """
     size = math.sqrt(force_x * force_x + force_y * force_y)
+    pressed = PRESSED * joint.clearance
     f = touching_slopes(x, y, angle, joint, data, 0.0)
     for _ in range(NEWTON):
         if f[2] <= 0.0:
-            way = 1e-4 * joint.clearance - deepest(x, y, angle, joint, data, 0.0)[0]
-            x, y = x - way * force_x / size, y - way * force_y / size
+            way = pressed - deepest(x, y, angle, joint, data, 0.0)[0]
+            x, y, pressed = x - way * force_x / size, y - way * force_y / size, 2.0 * pressed
             f = touching_slopes(x, y, angle, joint, data, 0.0)
             continue
         rx, ry = f[0] - force_x / scale, f[1] - force_y / scale
