@@ -193,6 +193,7 @@ class Driver:
             raise ValueError(f"{scene.name}: a life counts turns, and nothing turns evenly in it")
         self.scene, self.turn = scene, scene.turn
         self.settle, self.average = plan.settle, plan.average
+        self.most = plan.share * min(j.clearance for j in self.joints.values())  # of a jump [m]
         self._begin()
 
     # --- the directory
@@ -306,8 +307,7 @@ class Driver:
         """Outlines after a jump, its turns (of the joint whose depth grows fastest), and the error
         of the replay.
         """
-        most = self.plan.share * min(j.clearance for j in self.joints.values())
-        made = {}
+        made, most = {}, self.most
         for name in sorted(self.joints, key=lambda n: -measured[n].fastest):
             made[name] = self._over(name, outlines[name], measured[name], turns, most)
             turns = made[name][1]
@@ -325,7 +325,7 @@ class Driver:
             return outline, turns, 0.0
         outline = Worn.of(outline.data, measured.path, self.joints[name].wear_journal is not None)
         tolerance = max(REPLAYED * self.plan.tolerance, SCATTERED * measured.spread)
-        return self._replay(name, measured).over(outline, turns, tolerance, most)
+        return self._replay(name, measured).over(outline, turns, tolerance, most, self.most)
 
     def _replay(self, name: str, measured: Measured) -> Replay:
         joint = self.joints[name]

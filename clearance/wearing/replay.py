@@ -38,7 +38,7 @@ AT_REST = 1e-9  # of the force: what is left of it there
 STRIDE = 0.2  # of the clearance: longest step of the search
 PRESSED = 1e-4  # of the clearance: how deep a journal in free flight is pressed in first
 LIGHT = 1e-6  # of the strength of asperities: pressures whose journal swims in its film
-FEW = 1e-3  # of the depth of a jump: a step that adds less may miss this much in its stead
+FEW = 1e-3  # of the depth of a jump: a step that adds less may miss as if it added this
 ENOUGH = 0.7  # of the slope at the start of a step that may stand at its end, behind the rest
 
 
@@ -265,14 +265,14 @@ class Replay:
         return half, float(np.abs(change[1:]).max())
 
     def over(
-        self, worn: Worn, turns: float, tolerance: float, most: float = math.inf
+        self, worn: Worn, turns: float, tolerance: float, most: float = math.inf, aim: float = 0.0
     ) -> tuple[Worn, float, float]:
         """Outlines after `turns` turns, or where a depth has grown by `most` [m]: outlines, turns,
         error [m].
 
         A step's error is at most `tolerance` of the largest depth that it adds, or of a FEW of all
-        that it goes on from. Where a journal leaves one place of rest for another, the outline of a
-        step of any length is uncertain by that.
+        that it goes on from, or of the depth `aim` of a jump. Where a journal leaves one place of
+        rest for another, a step of any length is uncertain by that.
         """
         done, error, grown, begin = 0.0, 0.0, 0.0, worn.data.copy()
         size = min(turns, max(1.0, 0.2 / max(self.stiff, 1e-300)))
@@ -280,7 +280,7 @@ class Replay:
             size = min(size, turns - done)
             new, off = self.both(worn, size)
             added = float((new.data - worn.data)[1:].max())
-            allowed = tolerance * max(added, FEW * grown)
+            allowed = tolerance * max(added, FEW * max(grown, aim))
             if off > allowed and size > 1e-3:
                 size *= max(0.2, 0.8 * allowed / off)
                 continue
