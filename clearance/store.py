@@ -20,6 +20,7 @@ from functools import cache
 from pathlib import Path
 from types import FunctionType
 
+import llvmlite.binding as llvm
 import llvmlite.ir as ir
 import numba
 import numba.extending
@@ -42,6 +43,9 @@ OPTIONS = {
 }  # nothing in a kernel allocates: arrays need no counting
 COMPILED = not numba.config.DISABLE_JIT
 FRAMES = 1 << 16  # words of a roomy frame
+# The second scheduling of LLVM takes time that grows with the square of the length of a block. It
+# changes no bit, and kernels and lanes run as fast without it.
+llvm.set_option("", "-post-RA-scheduler=false")
 
 _addresses: dict[Callable, int] = {}
 
