@@ -270,9 +270,9 @@ class Replay:
         """Outlines after `turns` turns, or where a depth has grown by `most` [m]: outlines, turns,
         error [m].
 
-        A step's error is at most `tolerance` of the largest depth that it adds, or of a FEW of all
-        that it goes on from, or of the depth `aim` of a jump. Where a journal leaves one place of
-        rest for another, a step of any length is uncertain by that.
+        A step's error is at most `tolerance` of the largest depth that it adds. A FEW of the depth
+        so far, or of `aim`, the depth of a complete jump [m], stands for a smaller one. Where a
+        journal leaves one place of rest for another, a step of any length is uncertain by that.
         """
         done, error, grown, begin = 0.0, 0.0, 0.0, worn.data.copy()
         size = min(turns, max(1.0, 0.2 / max(self.stiff, 1e-300)))
