@@ -65,6 +65,9 @@ COUNTS = (
 
 EXTREME, MEAN, COUNT = "extreme", "mean", "count"
 
+#: numbers of runs by name: those of the runs, of their companions, and of the companions with
+#: stronger films; the last axis, where there is one, goes over the runs
+Numbers = dict[str, np.ndarray]
 #: metrics of a record by name
 Summed = Callable[[Record], dict[str, Metric]]
 
@@ -139,17 +142,22 @@ def companion(run: Run, start: Start, rtol: float, times: float = 0.0) -> Memory
     return record
 
 
+def beside_at(rtol: float) -> float:
+    """Tolerance of the companion of a run: ten times its own, or a tenth where that is too much."""
+    return LOOSER * rtol if LOOSER * rtol <= LOOSEST else rtol / LOOSER
+
+
 def beside(run: Run, start: Start) -> tuple[float, MemoryRecord]:
     """A companion at ten times the tolerance, or where there is none at a tenth, and its tolerance.
 
     Raises Parted.
     """
-    looser, tighter = LOOSER * run.solver.rtol, run.solver.rtol / LOOSER
-    if looser > LOOSEST:
-        return tighter, companion(run, start, tighter)
+    rtol, tighter = beside_at(run.solver.rtol), run.solver.rtol / LOOSER
     try:
-        return looser, companion(run, start, looser)
+        return rtol, companion(run, start, rtol)
     except Parted:
+        if rtol == tighter:
+            raise
         return tighter, companion(run, start, tighter)
 
 
@@ -160,7 +168,12 @@ def tables(mechanism: Mechanism) -> dict[ClearanceJoint, Tabulated]:
 
 def stronger(mechanism: Mechanism) -> float:
     """Times of their own errors by which film tables are made stronger; 0 without a table."""
-    largest = max((t.error for t in tables(mechanism).values()), default=0.0)
+    return times_of(tables(mechanism).values())
+
+
+def times_of(sources: Iterable[Tabulated]) -> float:
+    """As `stronger`, for these tables."""
+    largest = max((t.error for t in sources), default=0.0)
     return max(STRONGER / largest, 1.0) if largest > 0.0 else 0.0
 
 
@@ -213,13 +226,11 @@ def stated(
     """
     window = Window.of(pair.run, settle)
     begin, end = (0.0, math.inf) if window is None else window.bounds(pair.run)
-    numbers = _numbers(pair, summed, begin, end)
-    g = {kind: spread(n for n in numbers.values() if n.kind == kind) for kind in (EXTREME, MEAN)}
-    rows = {}
-    for name, n in numbers.items():
-        difference = max(abs(n.value - n.other), g.get(n.kind, 0.0) * abs(n.value))
-        off = abs(n.film - n.other) / pair.times
-        rows[name] = Error(n.value, SAFETY / apart * difference, n.units, film=off)
+    numbers, units = _numbers(pair, summed, begin, end)
+    g, rows = spreads(numbers), {}
+    for name, (by, film) in differences(numbers, g, pair.times).items():
+        value = float(numbers[name][0])
+        rows[name] = Error(value, SAFETY / apart * float(by), units[name], film=float(film))
     if size is not None:
         film = 0.0 if pair.film is None else distance(pair.other, pair.film, size) / pair.times
         rows[TRAJECTORY] = Error(
@@ -228,56 +239,59 @@ def stated(
     along = {
         path: THROUGHOUT / apart * share for path, share in channels(pair.run, pair.other).items()
     }
-    stretches = extremes(pair, g[EXTREME], SAFETY / apart)
-    return Errors(rows, along, "", pair.rtol, g[EXTREME], begin, end, stretches)
+    common = float(g[EXTREME])
+    stretches = extremes(pair, common, SAFETY / apart)
+    return Errors(rows, along, "", pair.rtol, common, begin, end, stretches)
 
 
-@dataclass(frozen=True)
-class Number:
-    """A number of a run, of its companion and of that with stronger films; kind: EXTREME, MEAN or
-    COUNT.
-    """
-
-    value: float
-    other: float
-    film: float
-    units: str
-    kind: str
-
-
-def _numbers(pair: Pair, summed: Summed, begin: float, end: float) -> dict[str, Number]:
-    """Metrics and located extremes by name, those that are finite."""
-    film = pair.other if pair.film is None else pair.film
-    mine, others, films = (summed(record) for record in (pair.run, pair.other, film))
-    numbers = {}
-    for name, m in mine.items():
-        if name in others and name in films:
-            numbers[name] = Number(
-                m.value, others[name].value, films[name].value, m.units, _kind(name)
-            )
+def _numbers(
+    pair: Pair, summed: Summed, begin: float, end: float
+) -> tuple[Numbers, dict[str, str]]:
+    """Metrics and located extremes by name, those that are finite, and their units."""
+    records = pair.run, pair.other, pair.other if pair.film is None else pair.film
+    parts = [summed(record) for record in records]
+    values = {n: [p[n].value for p in parts] for n in parts[0] if all(n in p for p in parts)}
+    units = {name: metric.units for name, metric in parts[0].items()}
     located = pair.run.located
-    for name, units in zip(located.names, located.units, strict=True):
-        three = [record.located.of(name, begin, end) for record in (pair.run, pair.other, film)]
+    for name, unit in zip(located.names, located.units, strict=True):
+        three = [record.located.of(name, begin, end) for record in records]
         if all(three):
-            numbers[name] = Number(*(extreme.value for extreme in three), units, EXTREME)
-    return {name: n for name, n in numbers.items() if np.isfinite([n.value, n.other, n.film]).all()}
+            values[name], units[name] = [extreme.value for extreme in three], unit
+    return {n: np.array(v) for n, v in values.items() if np.isfinite(v).all()}, units
 
 
-def _kind(metric: str) -> str:
-    """Kind of a metric by its name."""
-    if metric.endswith(COUNTS):
+def kind_of(name: str) -> str:
+    """Kind of a number by its name: EXTREME, MEAN or COUNT."""
+    if name.endswith(COUNTS):
         return COUNT
-    return EXTREME if metric.endswith(("_max", "_min")) else MEAN
+    return EXTREME if name.endswith(("_max", "_min")) else MEAN
 
 
-def spread(numbers: Iterable[Number]) -> float:
-    """Geometric mean of the relative differences of numbers; those that agree to the last digit
-    left out.
+def spreads(numbers: Numbers) -> dict[str, np.ndarray]:
+    """Geometric means of the relative differences of the extremes and of the means; those that
+    agree to the last digit, or are not finite, left out.
     """
-    shares = [
-        abs(n.value - n.other) / abs(n.value) for n in numbers if n.value not in (0.0, n.other)
-    ]
-    return geometric_mean(shares)
+    shares: dict[str, list] = {EXTREME: [], MEAN: [], COUNT: []}
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for name, (value, other, film) in numbers.items():
+            share = np.abs(value - other) / np.abs(value)
+            shares[kind_of(name)].append(np.where(np.isfinite(film), share, np.nan))
+    return {kind: geometric_mean(shares[kind]) for kind in (EXTREME, MEAN)}
+
+
+def differences(
+    numbers: Numbers, g: dict[str, np.ndarray], times: float | np.ndarray
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Of each number max(|M - M'|, g |M|), and its change by the films.
+
+    g: of `spreads`; times: by how many times their errors films are stronger.
+    """
+    made = {}
+    with np.errstate(invalid="ignore"):
+        for name, (value, other, film) in numbers.items():
+            common = g.get(kind_of(name), 0.0) * np.abs(value)
+            made[name] = np.maximum(np.abs(value - other), common), np.abs(film - other) / times
+    return made
 
 
 def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 INTEGRATION = "integration"
 TRAJECTORY = "trajectory"
@@ -58,9 +59,12 @@ def share(error: float, value: float) -> float:
     return abs(error / value)
 
 
-def geometric_mean(shares: list[float]) -> float:
-    """Geometric mean of positive shares; 0 of none."""
-    return math.exp(float(np.mean(np.log(shares)))) if shares else 0.0
+def geometric_mean(shares: ArrayLike) -> np.ndarray:
+    """Geometric mean along the first axis of the shares that are positive numbers; 0 of none."""
+    shares = np.asarray(shares, float)
+    usable = (shares > 0.0) & np.isfinite(shares)
+    total, count = np.log(np.where(usable, shares, 1.0)).sum(axis=0), usable.sum(axis=0)
+    return np.where(count > 0, np.exp(total / np.maximum(count, 1)), 0.0)
 
 
 @dataclass(frozen=True)

@@ -217,9 +217,8 @@ def differences(
             corner = (m[1] - 2.0 * m[0] + m[-1]) / d, (m[2] - 2.0 * m[0] + m[-2]) / (2.0 * d)
             local = abs(slope - twice) + 0.5 * abs(corner[0] - 0.5 * corner[1])
             rows[name] = metric, slope, abs(slope - looser), local
-    g = geometric_mean(
-        [apart / abs(slope) for _, slope, apart, _ in rows.values() if slope and apart]
-    )
+    shares = [apart / abs(slope) for _, slope, apart, _ in rows.values() if slope]
+    g = float(geometric_mean(shares))
     for name, (metric, slope, apart, local) in rows.items():
         error = SAFETY * max(apart, g * abs(slope)) + local
         parts = metric.value, metric.units, one.size, one.units

@@ -119,7 +119,8 @@ def test_shared_numbers(role):
     layout, structure = mechanism.layout, mechanism.structure
     varying, given = layout.parameters["joints/B/clearance"], len(layout.parameters)
     tables = given + layout.derived
-    folding = Folding(mechanism.par, sorted(set(range(given)) - {varying}), tables)
+    shared = sorted(set(range(given)) - {varying})
+    folding = Folding(mechanism.par, shared, list(range(tables, len(mechanism.par))))
     program, module = folding.program(structure.programs[role]), new_module()
     assert program.operations < structure.programs[role].operations
     kernels.write(module, "kernel", program, width)

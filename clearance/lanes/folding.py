@@ -34,13 +34,13 @@ class Folding(Expansion):
     """Copies kernels to traces that have the numbers that all points share.
 
     par: parameter vector of a point: numbers, those derived from them, tables; places: of the
-    numbers that all points share; tables: where the tables begin.
+    numbers that all points share; tables: of those in tables.
     """
 
-    def __init__(self, par, places: list[int], tables: int):
+    def __init__(self, par, places: list[int], tables: list[int]):
         super().__init__()
         self.par, self.shared = par, set(places)
-        self.numbers = {i: float(par[i]) for i in [*places, *range(tables, len(par))]}
+        self.numbers = {i: float(par[i]) for i in [*places, *tables]}
         self._made: dict[tuple, Function] = {}
 
     def program(self, program: Program) -> Program:

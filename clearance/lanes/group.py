@@ -76,7 +76,8 @@ class Points:
         tables; work: the work vector and one more; clearance, pull, rate_x, rate_y: of films
         (films, points); longest: step [s]; begin, until: of the window and of the run, turn: length
         of a turn [s]; own: numbers that reductions may read; tables: those of each point (points,
-        numbers), where they differ.
+        numbers), or of all (numbers,), where they are not the group's; rtol: where it is not the
+        group's.
     """
 
     y: np.ndarray
@@ -90,6 +91,7 @@ class Points:
     turn: np.ndarray
     own: np.ndarray
     tables: np.ndarray | None = None
+    rtol: float | None = None
 
     @property
     def turns(self) -> int:
@@ -122,7 +124,7 @@ class Group:
     channels: outputs that are looked at, to which the watch refers; data: parameter vector of one
         of them, with the tables behind; given: numbers of each sample (numbers, samples); shared:
         places of the parameters that are the same in all runs; starts: those that point to tables,
-        where each run has its own.
+        where each run has its own; moving: places of the numbers of tables that runs may change.
     """
 
     def __init__(
@@ -137,6 +139,7 @@ class Group:
         width: int | None = None,
         shared: Sequence[int] = (),
         starts: Sequence[int] = (),
+        moving: Sequence[int] = (),
     ):
         self.shape, self.watch, self.samples, self.rtol = shape_of(mechanism), watch, samples, rtol
         self.structure, self.width = mechanism.structure, width or natural_width()
@@ -145,7 +148,8 @@ class Group:
         self.starts = list(starts)
         self.tables = len(mechanism.layout.parameters) + mechanism.layout.derived
         alike = sorted(set(shared) - set(starts))
-        folding = Folding(mechanism.par, alike, len(mechanism.par) if starts else self.tables)
+        tables = [] if starts else sorted(set(range(self.tables, len(mechanism.par))) - set(moving))
+        folding = Folding(mechanism.par, alike, tables)
         self.engine: Engine = engine(
             mechanism.structure, self.shape, watch, channels, method, self.width, folding
         )
@@ -160,6 +164,10 @@ class Group:
         """Tables with those of the points behind them, and parameters that point there."""
         if points.tables is None:
             return self.data, points.par
+        if points.tables.ndim == 1:
+            return np.concatenate(
+                [self.data[: self.tables], points.tables, np.zeros(BLOCK)]
+            ), points.par
         par, (count, length) = points.par.copy(), points.tables.shape
         par[self.starts] += len(self.data) - self.tables + length * np.arange(count)
         return np.concatenate([self.data, points.tables.ravel(), np.zeros(BLOCK)]), par
@@ -167,7 +175,7 @@ class Group:
     def _numbers(self, points: Points, par: np.ndarray) -> np.ndarray:
         """Numbers of the points: (points, rows)."""
         count = len(points.until)
-        rtol = np.full((1, count), self.rtol)
+        rtol = np.full((1, count), points.rtol or self.rtol)
         parts = [
             points.y,
             points.scale,

@@ -283,9 +283,9 @@ def _sources(scene: Scene) -> dict:
     }
 
 
-def tables_of(scene: Scene) -> list[np.ndarray]:
-    """Numbers that laws read as a block, in the order of `_data`, shared ones once."""
-    return [s.numbers for s in {id(s): s for s in _sources(scene).values()}.values()]
+def tables_of(scene: Scene) -> list:
+    """Sources of the blocks of numbers that laws read, ordered as in `_data`, shared ones once."""
+    return list({id(s): s for s in _sources(scene).values()}.values())
 
 
 def _data(sources: dict, structure: Structure, values: list[float]) -> list[np.ndarray]:

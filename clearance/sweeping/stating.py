@@ -50,5 +50,10 @@ class Stating:
         return {
             f"{n}_error": Metric(errors[n].total, m.units, f"stated error: {m.text}")
             for n, m in values.items()
-            if n in errors and not n.startswith("period")
+            if n in errors and not is_period(n)
         }
+
+
+def is_period(metric: str) -> bool:
+    """True for metrics about periods, which get no stated error."""
+    return metric.startswith("period")

@@ -8,20 +8,23 @@ metrics, and runs that do not end with a complete turn, are `Unsuited`.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
+from clearance.companion import SAFETY, differences, spreads
 from clearance.diagnosis import LOST_ENERGY
 from clearance.extremes import along, guides
 from clearance.lanes.group import Answers, Points
 from clearance.lanes.watch import Quantity, Reduction, Watch
-from clearance.metrics import ROUNDING, Window, periodicity
+from clearance.metrics import ROUNDING, Metric, Window, periodicity
 from clearance.recording import MemoryRecord, MemorySink
 from clearance.regimes import FLATTENING, FULL_FILM, PIEZOVISCOUS, regime
 from clearance.run import Run
 from clearance.stepping import status
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.peaks import of_point
+from clearance.sweeping.stating import Stating, is_period
 
 
 class Unsuited(Exception):
@@ -42,7 +45,10 @@ class Wanted:
 
     def channel(self, path: str, count: int = 1) -> int:
         """Place of an output among those looked at; count: of outputs that follow each other."""
-        first = self.layout.output[path]
+        return self.place(self.layout.output[path], count)
+
+    def place(self, first: int, count: int = 1) -> int:
+        """As `channel`, from the place among all outputs."""
         for i in range(len(self.channels) - count + 1):
             if self.channels[i : i + count] == list(range(first, first + count)):
                 return i
@@ -84,11 +90,15 @@ class Wanted:
 class Summing:
     """Outputs that are looked at in runs of one structure, and metrics made of them.
 
-    run: of one point, not begun: it is run here; settle: turns left out of the metrics.
-    first: its metrics. Raises Unsuited.
+    run: of one point, not begun: it is run here; settle: turns left out of the metrics; error: that
+    is to be stated, as of `simulate`.
+    first: its metrics; stated: their errors. Raises Unsuited.
     """
 
-    def __init__(self, run: Run, settle: float | None):
+    def __init__(self, run: Run, settle: float | None, error: float | str | dict | None = None):
+        stating = Stating(run, error, settle)
+        if stating.request is not None:
+            raise Unsuited("a requested error chooses the tolerance of each point")
         self.mechanism, self.solver, self.span, self.settle = (
             run.mechanism,
             run.solver,
@@ -104,6 +114,9 @@ class Summing:
         self.steps = int(self.record.solver["steps"])
         self._check_window()
         self._want()
+        self.stated, self.located = self._state(stating), []
+        if self.stated:
+            self._want_located(run)
 
     @property
     def given(self) -> np.ndarray:
@@ -135,7 +148,23 @@ class Summing:
             raise Unsuited("the run does not end with the whole turns that its metrics are about")
         self.turns = window.turns
 
+    def _state(self, stating: Stating) -> dict[str, Metric]:
+        """Stated errors of the first point. Raises Unsuited where there are none."""
+        summed = partial(of_point, settle=self.settle, ideal=self.ideal)
+        stated = stating.columns(self.record, self.first, summed)
+        if stating.left_out:
+            raise Unsuited(f"no stated errors: {stating.left_out}")
+        return stated
+
     # --- outputs that are looked at
+    def _want_located(self, run: Run) -> None:
+        """The extremes that stated errors compare, beside those of metrics."""
+        for q in run.watched.quantities:
+            if q.name not in self.wanted.quantities:
+                channel = self.wanted.place(q.channel, 1 + q.paired)
+                self.wanted.quantities[q.name] = Quantity(channel, q.paired, q.sign)
+            self.located.append(q.name)
+
     def _want(self) -> None:
         self.wanted = wanted = Wanted(self.mechanism.layout)
         output = self.mechanism.layout.output
@@ -218,6 +247,34 @@ class Summing:
         if missing := [name for name in self.first if name not in made]:
             raise Unsuited(f"metric {missing[0]} is not made in lanes")
         return {name: made[name] for name in self.first}
+
+    def errors(
+        self, answers: tuple[Answers, Answers, Answers], points: Points, times: float | np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Stated errors of the metrics, those of the first point; not a number where one cannot be
+        stated.
+
+        answers: of the points, of their companions, and of those with films that are stronger by so
+        many times the errors of their tables.
+        """
+        parts = [self.metrics(one, points) | self._located(one) for one in answers]
+        numbers = {name: np.stack([part[name] for part in parts]) for name in parts[0]}
+        by, made = differences(numbers, spreads(numbers), times), {}
+        for name in self.first:
+            if f"{name}_error" in self.stated:
+                integration, film = by[name]
+                made[f"{name}_error"] = SAFETY * integration + film
+        return made
+
+    def stated_alike(self, values: dict, stated: dict) -> np.ndarray:
+        """True for points whose metrics have errors where those of the first have."""
+        good = [np.isfinite(errors) for errors in stated.values()]
+        without = [n for n in self.first if f"{n}_error" not in stated and not is_period(n)]
+        return np.logical_and.reduce([*good, *(~np.isfinite(values[n]) for n in without)])
+
+    def _located(self, answers: Answers) -> dict[str, np.ndarray]:
+        """Located extremes of the window that stated errors compare."""
+        return {name: self._of_all(answers, name, self.past) for name in self.located}
 
     def _parts(self, answers: Answers, points: Points):
         by_turn = np.moveaxis(answers.extremes[:, self.past :], -1, 0)

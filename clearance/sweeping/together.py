@@ -15,12 +15,15 @@ import numpy as np
 
 from clearance import lanes
 from clearance.case import Case
+from clearance.companion import beside_at, times_of
+from clearance.film.tabulated import Tabulated
 from clearance.lanes.group import Answers, Group, Points
 from clearance.mechanism.build import acceleration_of, tables_of
 from clearance.options import Span, longest_step
 from clearance.run import Run
 from clearance.scene import Scene
 from clearance.simulation import prepare
+from clearance.stepping import status
 from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.journal import DONE, Outcome
@@ -43,7 +46,7 @@ class Together:
 
     scene: gives the scene of swept values; columns: all values of the swept numbers by name;
         options: of the runs, as of `prepare`, their length in turns; settle: turns left out of the
-        metrics.
+        metrics; error: that is to be stated, as of `simulate`.
     Raises Unsuited or Irregular.
     """
 
@@ -53,6 +56,7 @@ class Together:
         columns: dict[str, np.ndarray],
         options: dict,
         settle: float | None,
+        error: float | str | dict | None = None,
     ):
         self.columns, self.options, self.scene_of = columns, options, scene
         self.count = len(next(iter(columns.values())))
@@ -67,7 +71,7 @@ class Together:
         run = prepare(scene(first), **options)
         if reason := lanes.impossible(run.mechanism, run.method):
             raise Unsuited(reason)
-        self.summing = Summing(run, settle)
+        self.summing = Summing(run, settle, error)
         self.spread = Spread(scene, prepared, columns, EXACT, first, one_table=False)
         films = [list(map(id, run.mechanism.sources.values())) for _, run in tried]
         self.several = any(tables != films[0] for tables in films)
@@ -86,12 +90,18 @@ class Together:
             self.summing.given,
             shared=sorted(set(range(count)) - set(varying)),
             starts=self._starts() if self.several else (),
+            moving=self._moving() if self.summing.stated else (),
         )
         self._compare(tried)
 
     # --- numbers of points
-    def points(self, columns: dict[str, np.ndarray]) -> Points:
-        """Numbers of points, from their swept numbers."""
+    def points(
+        self,
+        columns: dict[str, np.ndarray],
+        rtol: float | None = None,
+        tables: np.ndarray | None = None,
+    ) -> Points:
+        """Numbers of points, from their swept numbers; rtol, tables: where they have others."""
         mechanism, start = self.mechanism, self.spread.starts(columns)
         turn, _, frequency, size, _ = start["scalars"].T
         until = self.options["turns"] * turn
@@ -117,7 +127,8 @@ class Together:
             until=until,
             turn=turn,
             own=self._faster(parameters)[None] ** 2,
-            tables=self._tables(columns) if self.several else None,
+            tables=self._tables(columns) if self.several and tables is None else tables,
+            rtol=rtol,
         )
         self._film_rates(points)
         return points
@@ -127,11 +138,30 @@ class Together:
         parameters = self.mechanism.layout.parameters
         return [parameters[f"{joint.key}/film/start"] for joint in self.mechanism.sources]
 
+    def _moving(self) -> list[int]:
+        """Places of the numbers of tables that are not those of stronger films."""
+        if not (tables := tables_of(self.mechanism.scene)):
+            return []
+        _, stronger = _strengthened(tables)
+        before = self.mechanism.par[-stronger.size :]
+        return (len(self.mechanism.par) - before.size + np.flatnonzero(before != stronger)).tolist()
+
+    def _scenes(self, columns: dict[str, np.ndarray]) -> Iterator[Scene]:
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        return (self.scene_of(dict(zip(columns, row, strict=True))) for row in rows)
+
     def _tables(self, columns: dict[str, np.ndarray]) -> np.ndarray:
         """Tables of points that have tables of their own: (points, numbers)."""
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        scenes = (self.scene_of(dict(zip(columns, row, strict=True))) for row in rows)
-        return np.array([np.concatenate(tables_of(scene)) for scene in scenes])
+        scenes = self._scenes(columns)
+        return np.array([np.concatenate([t.numbers for t in tables_of(s)]) for s in scenes])
+
+    def _stronger(self, columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Times of their errors by which the tables of points are made stronger, and the tables."""
+        if not self.several:
+            return _strengthened(tables_of(self.mechanism.scene))
+        made = [_strengthened(tables_of(scene)) for scene in self._scenes(columns)]
+        times, tables = zip(*made, strict=True)
+        return np.array(times), np.array(tables)
 
     def _faster(self, par: np.ndarray) -> np.ndarray:
         """Speeds of the one drive that moves everything, over that of the first point."""
@@ -210,6 +240,33 @@ class Together:
         """Results of points."""
         return self.group.run(points, threads, self.options.get("max_steps"))
 
+    def errors(
+        self, columns: dict[str, np.ndarray], answers: Answers, threads: int
+    ) -> dict[str, np.ndarray]:
+        """Stated errors of points that have run, see companion.py; not a number where a companion
+        fails.
+        """
+        rtol = beside_at(self.run.solver.rtol)
+        points = self.points(columns, rtol)
+        other = film = self.answers(points, threads)
+        good, times = other.status == status.DONE, np.ones(len(points.until))
+        if tables_of(self.mechanism.scene):
+            times, tables = self._stronger(columns)
+            film = self.answers(self.points(columns, rtol, tables), threads)
+            good &= film.status == status.DONE
+        stated = self.summing.errors((answers, other, film), points, times)
+        return {name: np.where(good, values, np.nan) for name, values in stated.items()}
+
+
+def _strengthened(tables: list) -> tuple[float, np.ndarray]:
+    """Times of their errors by which film tables are made stronger, and their numbers then."""
+    times = times_of(t for t in tables if isinstance(t, Tabulated))
+    parts = [
+        t.stronger(1.0 + times * t.error) if isinstance(t, Tabulated) and times else t.numbers
+        for t in tables
+    ]
+    return times or 1.0, np.concatenate(parts)
+
 
 class Lanes:
     """Points of a sweep in lanes, as far as they suit.
@@ -270,7 +327,7 @@ class Lanes:
         definition = self.definition
         if definition.files or definition.own:
             return "runs have files" if definition.files else "metrics of your own"
-        if unknown := sorted(set(definition.options) - OPTIONS):
+        if unknown := sorted(set(definition.options) - OPTIONS - {"error"}):
             return f"option {unknown[0]}"
         return "" if "turns" in definition.options else "their length is not in turns"
 
@@ -285,8 +342,9 @@ class Lanes:
             return Together(
                 lambda swept: self.case.scene(**(values | swept)),
                 {n: v for n, v in columns.items() if np.ptp(v)},
-                self.definition.options,
+                self.definition.run_options,
                 self.definition.settle,
+                self.definition.options.get("error"),
             )
         except (Unsuited, Irregular) as error:
             return str(error)
@@ -296,26 +354,36 @@ class Lanes:
     def _run(self, together: Together, indices: list[int], threads: int) -> list[Outcome]:
         """Outcomes of a block, those that are sound."""
         began = time.perf_counter()
-        points = together.points({n: self.numbers[n][indices] for n in together.columns})
-        made = self._made(together, points, together.answers(points, threads), indices)
+        columns = {n: self.numbers[n][indices] for n in together.columns}
+        made = self._made(together, columns, indices, threads)
         wall = (time.perf_counter() - began) / len(indices)
         self.count += len(made)
         return [replace(outcome, wall=wall, loop=wall, together=True) for outcome in made]
 
     def _made(
-        self, together: Together, points: Points, answers: Answers, indices: list[int]
+        self,
+        together: Together,
+        columns: dict[str, np.ndarray],
+        indices: list[int],
+        threads: int,
     ) -> list[Outcome]:
         """Outcomes of a block, those that are sound."""
         summing, about = (
             together.summing,
             self.about | {"text": together.mechanism.structure.digest},
         )
+        points = together.points(columns)
+        answers = together.answers(points, threads)
         good, steps = summing.sound(answers), answers.steps.tolist()
+        values = summing.metrics(answers, points)
+        if summing.stated:
+            stated = together.errors(columns, answers, threads)
+            good &= summing.stated_alike(values, stated)
+            values |= stated
         if not good.all():
             self._left("they failed or carry a warning", int((~good).sum()))
-        values = summing.metrics(answers, points)
         warnings = summing.warnings(answers, points).tolist()
-        described = {name: (m.units, m.text) for name, m in summing.first.items()}
+        described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
         rows = list(zip(*(values[name].tolist() for name in described), strict=True))
         return [
             Outcome(
