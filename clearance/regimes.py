@@ -184,8 +184,10 @@ def hole_warning(
     if joint.film.law.family is memory_film:
         return None
     approach = sinking_speed(joint, 2.0 * frequency, wanted)
+    if reached is None and approach == 0.0:
+        return None
     hole = hole_check(joint, 2.0 * frequency, approach)
-    met = approach > 0.0 if reached is None else reached <= hole.where
+    met = reached is None or reached <= hole.where
     if hole.monotone or hole.left >= wanted or not met:
         return None
     moving = f"closes at {approach:.2g} m/s" if approach else "closes slowly"

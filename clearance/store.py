@@ -1,8 +1,8 @@
 """Doors to numba: code written as LLVM IR, functions called by address, and the folder of what
 is compiled once.
 
-The store keeps what is dear and the same for all scenes: film tables, and what numba caches of the
-time loop. Set CLEARANCE_STORE to put it elsewhere.
+The store keeps what is dear: film tables, and the machine code of kernels. Set CLEARANCE_STORE to
+put it elsewhere. What numba caches of the time loop stands in the folder of numba.
 """
 
 import ctypes
@@ -10,7 +10,6 @@ import gc
 import hashlib
 import inspect
 import itertools
-import logging
 import os
 import pickle
 import re
@@ -19,7 +18,9 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import FunctionType
+from typing import ClassVar
 
+import llvmlite
 import llvmlite.binding as llvm
 import llvmlite.ir as ir
 import numba
@@ -31,9 +32,9 @@ from numba.core.cgutils import for_range as for_range
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
+from clearance import sealed
 from clearance.locks import Lock
 
-LOG = logging.getLogger("clearance")
 VECTOR = float64[::1]
 KERNEL_SIGNATURE = void(float64, VECTOR, VECTOR, VECTOR, VECTOR)
 KERNEL = types.FunctionType(KERNEL_SIGNATURE)
@@ -57,32 +58,79 @@ ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ARRAY] * 4)
 class Kernel:
     """A compiled kernel (t, y, par, work, out): for Python, and at an address for compiled code.
 
-    write: see `written`. Numba's code generator and call convention, without its front end.
+    write: see `written`. Numba's code generator and call convention, without its front end. text:
+    what the kernel computes; its machine code stays in the store. Without a text it does not, for
+    addresses of this process stand in it.
     """
 
     _names = itertools.count()
+    _loaded: ClassVar[set[str]] = set()  # names of kernels whose machine code is in memory
 
-    def __init__(self, write: Callable):
-        target, name = cpu_target.target_context, f"kernel_{next(self._names)}"
-        number, pointer = ir.DoubleType(), ir.DoubleType().as_pointer()
+    def __init__(self, write: Callable, text: str | None = None):
         with global_compiler_lock:
-            target.refresh()
-            self.library = target.codegen().create_library(name)
-            module = self.library.create_ir_module(name)
-            kind = ir.FunctionType(ir.VoidType(), [number, *[pointer] * 4])
-            entry = ir.Function(module, kind, f"{name}_entry")
-            entry.attributes.add("noinline")
-            builder = ir.IRBuilder(entry.append_basic_block())
-            write(builder, entry.args)
-            builder.ret_void()
-            _numba_form(target, module, entry, name)
-            self.library.add_ir_module(module)
-            self.library.finalize()
-            self.address = self.library.get_pointer_to_function(name)
-            self._entry = ENTRY(self.library.get_pointer_to_function(entry.name))
+            codegen = cpu_target.target_context.codegen()
+            self.name = f"kernel_{_digest(codegen, text) if text else next(self._names)}"
+            if self.name not in self._loaded:
+                _load(codegen, self.name, write, lasting=text is not None)
+                self._loaded.add(self.name)
+            self.address = codegen._engine.get_function_address(self.name)
+            self._entry = ENTRY(codegen._engine.get_function_address(f"{self.name}_entry"))
 
     def __call__(self, t, y, par, work, out):
         self._entry(t, y, par, work, out)
+
+
+def _digest(codegen, text: str) -> str:
+    """Digest of all that the machine code of a kernel is made from."""
+    made_from = text, _sources_of_code(), *codegen.magic_tuple()
+    return hashlib.sha256(" ".join(made_from).encode()).hexdigest()[:32]
+
+
+@cache
+def _sources_of_code() -> str:
+    """Digest of what writes the code of kernels: sources, and versions of compilers."""
+    here = Path(__file__).parent
+    sources = [Path(__file__), *sorted((here / "tracing").glob("*.py"))]
+    versions = f"{llvmlite.__version__} {numba.__version__} {numba.config.OPT}".encode()
+    return hashlib.sha256(b"".join([versions, *(p.read_bytes() for p in sources)])).hexdigest()
+
+
+def _load(codegen, name: str, write: Callable, lasting: bool) -> None:
+    """Load the machine code of a kernel, from the store where it has it."""
+    path = file_of(name)
+    code = sealed.opened(path, name.encode()) if lasting else None
+    if code is None:
+        code = _machine_code(name, write)
+        if lasting:
+            sealed.write(path, code, name.encode())
+    else:
+        codegen._engine._ee.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
+        codegen._engine.finalize_object()
+
+
+def file_of(name: str) -> Path:
+    """File of the machine code of a kernel."""
+    return folder() / f"clearance_{name}.o"
+
+
+def _machine_code(name: str, write: Callable) -> bytes:
+    """The object code of a kernel, which is in memory now."""
+    target = cpu_target.target_context
+    target.refresh()
+    number, pointer = ir.DoubleType(), ir.DoubleType().as_pointer()
+    library = target.codegen().create_library(name)
+    library.enable_object_caching()
+    module = library.create_ir_module(name)
+    kind = ir.FunctionType(ir.VoidType(), [number, *[pointer] * 4])
+    entry = ir.Function(module, kind, f"{name}_entry")
+    entry.attributes.add("noinline")
+    builder = ir.IRBuilder(entry.append_basic_block())
+    write(builder, entry.args)
+    builder.ret_void()
+    _numba_form(target, module, entry, name)
+    library.add_ir_module(module)
+    library.finalize()
+    return library._get_compiled_object()
 
 
 def _numba_form(target, module: ir.Module, entry: ir.Function, name: str) -> None:
@@ -160,26 +208,15 @@ class CheckedFiles(IndexDataCacheFile):
         vars(self).update(vars(files))
         self.made_from = f"{made_from} {self._version} {self._source_stamp}".encode()
 
-    def _digest(self, data: bytes) -> bytes:
-        return hashlib.sha256(self.made_from + data).digest()
-
     def _save(self, path: str, content) -> None:
-        data = self._dump(content)
         with self._open_for_write(path) as file:
-            file.write(self._digest(data) + data)
+            file.write(sealed.sealed(self._dump(content), self.made_from))
 
     def _read(self, path: str):
         """The content of a file; None where there is none that may be used."""
-        try:
-            content = Path(path).read_bytes()
-        except FileNotFoundError:
-            return None
-        size = hashlib.sha256().digest_size
-        if content[:size] == self._digest(content[size:]):
-            with suppress(ModuleNotFoundError):  # of a function whose module cannot be imported
-                return pickle.loads(content[size:])
-            return None
-        LOG.warning(f"compiled code {path} is damaged or of another program; it is made again")
+        data = sealed.opened(path, self.made_from)
+        with suppress(ModuleNotFoundError):  # of a function whose module cannot be imported
+            return None if data is None else pickle.loads(data)
         return None
 
     def _load_index(self) -> dict:
@@ -340,7 +377,7 @@ def _with_helpers(function: Callable) -> Callable:
 
 # --- the folder
 def folder() -> Path:
-    """Folder of the film tables."""
+    """Folder of the store."""
     if chosen := os.environ.get("CLEARANCE_STORE"):
         return Path(chosen)
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"

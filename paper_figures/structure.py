@@ -144,7 +144,7 @@ BOXES = {
 #: modules that all parts may use: they are drawn without arrows
 SHARED = (
     "columns checks errors sensitivity units extremes interrupts loading locks demand version "
-    "compiling store series"
+    "compiling store sealed series"
 )
 #: the package itself: its public names come from all parts
 PUBLIC = "clearance"

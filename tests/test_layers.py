@@ -16,6 +16,7 @@ LAYERS = [
     ["clearance.extremes", "clearance.interrupts", "clearance.loading"],
     [
         "clearance.locks",
+        "clearance.sealed",
         "clearance.demand",
         "clearance.version",
         "clearance.series",

@@ -202,6 +202,7 @@ class DataLaw(Law):
             )
         self.make = make
         self.looked_at = lru_cache(maxsize=8)(lambda joint, settings: make(joint, dict(settings)))
+        self.of_numbers = Law(family, function, {})  # with its data among its parameters
         # of films with a memory: called with the law's arguments at each step's end
         self.keep: Callable | None = None
         del self.parameters["data"]
@@ -279,7 +280,8 @@ class BoundLaw:
                 f"{self.law.name} takes {', '.join(self.law.family.state)}; got {len(state)} "
                 f"arguments"
             )
-        if missing := [n for n, v in self.values.items() if v is None]:
+        if any(number is None for number in self.numbers):
+            missing = [n for n, v in self.values.items() if v is None]
             reason = f"give {', '.join(missing)}; without a joint nothing determines it"
             raise ValueError(f"{self.law.name}: {reason}")
         if isinstance(self.law, DataLaw):
@@ -303,7 +305,7 @@ class BoundLaw:
         )
         source = self.law.looked_at(facts, self.settings)
         numbers = (source.numbers, 0.0, *self.numbers[1:])
-        return BoundLaw(Law(self.law.family, self.law.function, {}), numbers)(*state)
+        return BoundLaw(self.law.of_numbers, numbers)(*state)
 
     def __repr__(self) -> str:
         given = ", ".join(f"{k}={_brief(v)}" for k, v in self.parameters.items())

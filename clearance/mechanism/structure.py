@@ -85,7 +85,7 @@ class Structure:
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
         if role not in self.compiled:
-            self.compiled[role] = kernels.kernel(self.programs[role])
+            self.compiled[role] = kernels.kernel(self.programs[role], self.codes[role])
         return self.compiled[role]
 
     def observing(self, paths: Collection[str]) -> "Structure":
@@ -119,8 +119,12 @@ class Structure:
     @cached_property
     def digest(self) -> str:
         """Equal for structures whose kernels compute the same: of their texts without comments."""
-        texts = "".join(re.sub(r" *#[^\n]*", "", t) for t in self.texts.values())
-        return hashlib.sha256(texts.encode()).hexdigest()[:16]
+        return hashlib.sha256("".join(self.codes.values()).encode()).hexdigest()[:16]
+
+    @cached_property
+    def codes(self) -> dict[str, str]:
+        """Texts of the kernels without comments, which have all names."""
+        return {role: re.sub(r" *#[^\n]*", "", text) for role, text in self.texts.items()}
 
 
 class Tracing:

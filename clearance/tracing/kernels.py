@@ -33,8 +33,11 @@ MATH = SimpleNamespace(
 )
 
 
-def kernel(program: Program) -> Callable:
-    """The compiled kernel of a program; in plain Python where numba is switched off."""
+def kernel(program: Program, text: str) -> Callable:
+    """The compiled kernel of a program; in plain Python where numba is switched off.
+
+    text: its source without names.
+    """
     if not store.COMPILED:
         return plain_kernel(program)
 
@@ -50,7 +53,7 @@ def kernel(program: Program) -> Callable:
         )
         lowering.write(program)
 
-    return store.Kernel(write)
+    return store.Kernel(write, None if places else text)
 
 
 def lanes(program: Program, width: int) -> Callable:

@@ -1,0 +1,102 @@
+"""Machine code of kernels in the store: used again, checked, never that of another kernel."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import store
+from clearance.mechanism import build as building
+from clearance.mechanism import structure
+from clearance.mechanism.build import build
+from tests.test_kernels import iterated, pendulum, table_of
+
+CODE = """
+import json, logging, clearance as cl
+from clearance import store
+made = []
+machine_code = store._machine_code
+store._machine_code = lambda name, write: made.append(name) or machine_code(name, write)
+r = cl.simulate(cl.load_case("four_bar", model="dry", joints="C"), turns=0.05)
+print(json.dumps([len(made), r.joint("C").eccentricity_x.tolist(), r.energy.input.tolist()]))
+"""
+
+
+def run_of_four_bar(folder):
+    """Kernels compiled by a fresh process, numbers of its run, and its messages."""
+    done = subprocess.run(
+        [sys.executable, "-c", CODE],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"CLEARANCE_STORE": str(folder)},
+        check=True,
+    )
+    count, *numbers = json.loads(done.stdout)
+    return count, numbers, done.stderr
+
+
+def test_a_later_process_compiles_no_kernel(tmp_path):
+    """The same numbers, bit for bit, from code that was compiled and code that was read. A damaged
+    file and one of another kernel are named, and made again.
+    """
+    count, numbers, messages = run_of_four_bar(tmp_path)
+    files = sorted(tmp_path.glob("clearance_kernel_*.o"))
+    assert count == len(files) == 3  # rhs, events, observe
+    assert run_of_four_bar(tmp_path) == (0, numbers, messages)
+    contents = [f.read_bytes() for f in files]
+    files[0].write_bytes(contents[0][:-9] + bytes([contents[0][-9] ^ 1]) + contents[0][-8:])
+    files[1].write_bytes(contents[2])
+    count, again, messages = run_of_four_bar(tmp_path)
+    assert (count, again) == (2, numbers)
+    assert all(str(f) in messages for f in files[:2])
+    assert [f.read_bytes()[:32] for f in files] == [c[:32] for c in contents]
+    assert sorted(tmp_path.iterdir()) == files  # nothing temporary is left
+
+
+@pytest.fixture
+def fresh(tmp_path, monkeypatch):
+    """An empty store, and a process that has no structure and no kernel."""
+    monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path))
+    monkeypatch.setattr(building, "_structures", {})
+    monkeypatch.setattr(structure, "_compiled", {})
+    monkeypatch.setattr(store.Kernel, "_loaded", set())
+    return tmp_path
+
+
+def rates(**options):
+    """Rates at the start of a scene."""
+    mechanism = build(cl.load_case("slider_crank", model="dry", **options))
+    out = np.zeros(mechanism.y0.size)
+    mechanism.kernel("rhs")(0.0, mechanism.y0, mechanism.par, np.append(mechanism.work0, 0.0), out)
+    return out
+
+
+def test_a_text_of_its_own_has_a_file_of_its_own(fresh):
+    """Other numbers read the file that is there; another law has another one."""
+    rates()
+    (one,) = fresh.iterdir()
+    rates(speed=7.0)
+    assert list(fresh.iterdir()) == [one]
+    rates(contact="hertz")
+    assert len(list(fresh.iterdir())) == 2
+
+
+def test_a_store_that_takes_no_file(fresh, monkeypatch):
+    """The run goes on without it."""
+    expected = rates()
+    monkeypatch.setenv("CLEARANCE_STORE", str(next(fresh.iterdir()) / "below_a_file"))
+    monkeypatch.setattr(building, "_structures", {})
+    monkeypatch.setattr(structure, "_compiled", {})
+    np.testing.assert_array_equal(rates(), expected)
+
+
+def test_code_with_addresses_of_the_process_is_not_stored(fresh):
+    """A law that is called by address: the next process has it elsewhere."""
+    build(pendulum(cl.joint_friction(table_of)(gain=0.3))).kernel("rhs")
+    assert not list(fresh.iterdir())
+    build(pendulum(iterated(gain=0.8))).kernel("rhs")  # one that can be traced
+    assert len(list(fresh.iterdir())) == 1
