@@ -2,6 +2,7 @@
 another one has, and one worker for each file, so that its runs and structures are made once.
 """
 
+import gc
 import os
 import tempfile
 from pathlib import Path
@@ -22,6 +23,10 @@ settings.register_profile("clearance", deadline=None, derandomize=True)
 settings.load_profile("clearance")
 
 np.seterr(all="raise", under="ignore")
+
+# syntax trees, traces and tests are many objects that live long: at Python's threshold of 700 the
+# search for cycles among them takes a tenth of the session
+gc.set_threshold(100_000)
 
 pytest_plugins = ["tests.validation.table"]
 

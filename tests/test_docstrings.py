@@ -13,6 +13,7 @@ import clearance as cl
 from clearance import results
 from clearance.identify import fit, models, records
 from clearance.laws.law import Family, Law
+from tests.benchmarks.words import statements
 
 ROOT = Path(__file__).parent.parent
 PUBLIC = {name: getattr(cl, name) for name in sorted({*cl.__all__, *cl._LAZY})}
@@ -80,7 +81,8 @@ FOLDERS = ("clearance", "cases", "postprocess", "paper_figures", "tests")
 
 def documented(path):
     """Names and docstrings of a file."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    module = ast.parse(path.read_text())
+    for node in (module, *statements(module)):
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
             yield getattr(node, "name", "the module"), ast.get_docstring(node) or ""
 

@@ -10,9 +10,7 @@ the root of the repository. The default is the pages of the site and the Python 
 
 import argparse
 import ast
-import io
 import re
-import tokenize
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,6 +51,15 @@ EQUATION = re.compile(r"^\s*\S+( \([^)]*\))? (=|<=|>=) |\S {2,}\S|^\s*\S+\(.*\).
 #: where a further definition begins, as in "radius: of the pin [m]; width: its extent [rad]"
 DEFINITION = re.compile(r"(?<=[.;])\s+(?=[a-z_]\w*(?:, \w+)*: )")
 PRAGMA = re.compile(r"#!|# (ruff|noqa|type:|pragma)")
+#: a string of Python, which may hold #, or a comment
+STRING_OR_COMMENT = re.compile(
+    r'"""(?:\\.|[^\\])*?"""'
+    r"|'''(?:\\.|[^\\])*?'''"
+    r'|"(?:\\.|[^"\\\n])*"'
+    r"|'(?:\\.|[^'\\\n])*'"
+    r"|(?P<comment>#[^\n]*)",
+    re.DOTALL,
+)
 WORD = re.compile(r"[^\W_]")
 
 
@@ -122,10 +129,20 @@ def sentences(paragraph: str) -> list[str]:
     return [p for p in parts if length(p)]
 
 
+def statements(node: ast.AST) -> Iterator[ast.stmt]:
+    """Statements of a module, class or function with those of their blocks; no expressions."""
+    for block in ("body", "handlers", "orelse", "finalbody", "cases"):
+        for child in getattr(node, block, ()):
+            if isinstance(child, ast.stmt):
+                yield child
+            yield from statements(child)
+
+
 def docstrings(code: str) -> list[str]:
     """Docstrings of a Python text."""
-    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    nodes = [n for n in ast.walk(ast.parse(code)) if isinstance(n, documented)]
+    documented = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    module = ast.parse(code)
+    nodes = [module, *(n for n in statements(module) if isinstance(n, documented))]
     return [text for n in nodes if (text := ast.get_docstring(n))]
 
 
@@ -133,12 +150,13 @@ def comments(code: str) -> list[str]:
     """Comments of a Python text: lines below each other are one, a comment beside code is one."""
     blocks: list[str] = []
     above = None  # line and column of the comment before
-    for token in tokenize.generate_tokens(io.StringIO(code).readline):
-        if token.type != tokenize.COMMENT or PRAGMA.match(token.string):
+    for match in STRING_OR_COMMENT.finditer(code):
+        if match["comment"] is None or PRAGMA.match(match["comment"]):
             continue
-        line, column = token.start
-        text = token.string.lstrip("#: ")
-        if above == (line - 1, column) and not token.line[:column].strip():
+        begin = code.rfind("\n", 0, match.start()) + 1
+        line, column = code.count("\n", 0, begin), match.start() - begin
+        text = match["comment"].lstrip("#: ")
+        if above == (line - 1, column) and not code[begin : match.start()].strip():
             blocks[-1] += f"\n{text}"
         else:
             blocks.append(text)
