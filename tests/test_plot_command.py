@@ -102,6 +102,17 @@ def test_what_is_drawn_without_a_kind(folder, capsys):
     assert json.loads(text)["picture"] == str(folder / "lubricated_overview.png")
 
 
+def test_a_sweep_that_draws_its_picture(tmp_path, capsys):
+    """A grid leads to its map, points along one line to curves."""
+    words = ["slider_crank", "-p", "model=dry", "-p", "speed=1000rpm:2000rpm:3"]
+    words += ["--samples-per-turn", 20, "--channels", "none", "--workers", 1, "--plot"]
+    for more, picture in (([], "curves.png"), (["-p", "clearance=0.2mm,0.5mm"], "map.png")):
+        folder = tmp_path / picture.removesuffix(".png")
+        status, text, _ = run("sweep", *words, *more, "-o", folder, capsys=capsys)
+        assert (status, text.splitlines()[-1]) == (0, f"  picture      {folder / picture}")
+        assert size(folder / picture) > 8000
+
+
 @pytest.mark.parametrize(
     ("kind", "options"),
     [

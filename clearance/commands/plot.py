@@ -543,6 +543,11 @@ def _of_sweep(options, folder: Path, kind: str | None) -> Path:
     )
 
 
+def usual(folder: Path) -> Path:
+    """The usual picture of a finished sweep, in its directory."""
+    return _of_sweep(argparse.Namespace(**dict.fromkeys(OPTIONS), output=None), folder, None)
+
+
 def _scatter(options, folder: Path) -> Path:
     from clearance.postprocess.scatter import scatter
     from clearance.sweeping.scatter import open_scatter

@@ -119,6 +119,11 @@ def add(commands) -> argparse.ArgumentParser:
         help="go on although the package, a law or an imported file has changed since the finished "
         "points were run",
     )
+    p.add_argument(
+        "--plot",
+        action="store_true",
+        help="draw the usual picture into the directory: the map of a grid, else curves",
+    )
     add_force(p)
     p.add_argument("-o", dest="output", metavar="DIR", help="sweep directory (default CASE_sweep)")
     return p
@@ -215,6 +220,11 @@ def run(options) -> int:
         return complain(
             options, failure, FAILED, **{n: v for n, v in document.items() if n != "status"}
         )
+    if options.plot:
+        from clearance.commands.plot import usual
+
+        with quiet(options):
+            document["plot"] = str(usual(result.folder))
     if options.json:
         print(json_text(document))
     elif not options.quiet:
@@ -396,7 +406,8 @@ def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
         lines.append(f"  and {len(d['metrics_missing']) - 5} more points with a metric missing")
     if d["failed"]:
         lines.append("  --retry-failed tries failed points again")
-    return [*lines, f"  directory    {d['folder']}"]
+    picture = [f"  picture      {d['plot']}"] if "plot" in d else []
+    return [*lines, f"  directory    {d['folder']}", *picture]
 
 
 def _range(name: str, metric: dict, units: str) -> str:
