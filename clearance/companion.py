@@ -126,6 +126,7 @@ def companion(run: Run, start: Start, rtol: float, times: float = 0.0) -> Memory
     """
     mechanism = strengthened(start.mechanism, times)
     other = Run(mechanism, run.span, replace(run.solver, rtol=rtol))
+    other.warned = False  # they are those of the run
     # nothing is integrated: other steps show how well extremes are located
     if not run.mechanism.size:
         other.state.longest_step /= math.sqrt(2.0)

@@ -150,15 +150,17 @@ class Reader:
 
     def shape(self, place: str) -> tuple[int, ...]:
         """Shape of a column."""
+        return self._data(place).shape
+
+    def _data(self, place: str) -> h5py.Dataset:
         item = self.item(place)
         if not isinstance(item, h5py.Dataset) or item.shape is None:
             raise Damaged(f"{self.path}: /{place} is no column")
-        return item.shape
+        return item
 
     def column(self, place: str) -> np.ndarray:
         """All of a column, of numbers or of texts."""
-        self.shape(place)
-        data = self.item(place)
+        data = self._data(place)
         with _reading(self.path, place):
             if data.external or data.is_virtual:
                 raise Damaged(f"{self.path}: /{place} points to another file")

@@ -507,12 +507,17 @@ class Record(Drawn, ABC):
         return gap and Extreme(OF_GAP[quantity](gap.value, joint), gap.time)
 
     def _of_samples(self, path: str, which: str, begin: float, end: float) -> Extreme | None:
-        time, inside = self.time, self._between(begin, end)
+        inside = self._between(begin, end)
         if not inside.any():
             return None
         values = self._sizes(path)[inside]
         i = int(values.argmin() if which == "min" else values.argmax())
-        return Extreme(float(values[i]), float(time[inside][i]))
+        return Extreme(float(values[i]), float(self._times[inside][i]))
+
+    @cached_property
+    def _times(self) -> np.ndarray:
+        """Times of the samples, read once."""
+        return self.time
 
     def _sizes(self, path: str) -> np.ndarray:
         """Samples of a channel, or sizes of a vector's."""
@@ -530,7 +535,7 @@ class Record(Drawn, ABC):
 
     def _between(self, begin: float, end: float) -> np.ndarray:
         """True for samples between two times [s]."""
-        time = self.time
+        time = self._times
         return (time >= begin * (1.0 - ROUNDING)) & (time <= end * (1.0 + ROUNDING))
 
     def _channels(self, kind: str, name: str) -> Channels:

@@ -91,6 +91,7 @@ class Run:
         self.opened: tuple[str, ...] = ()
         self.wearing = None  # the observer that sums wear, where some joint wears
         self.dead_centre: DeadCentre | None = None  # of a loop, once the run has failed there
+        self.warned = True  # its record has warnings
 
     def _new_state(self) -> State:
         """The state at the start, without numbers and without a stepper."""
@@ -483,7 +484,8 @@ class Run:
         for group, facts in self.facts.items():
             recorder.know(group, **facts)
         recorder.know("state", **end_state(self.mechanism, state.y, state.work, state.time))
-        recorder.close(finished, summary, recording.diagnosis.warnings(), self.extremes)
+        warnings = recording.diagnosis.warnings() if self.warned else []
+        recorder.close(finished, summary, warnings, self.extremes)
 
     def open_contacts(self) -> np.ndarray:
         """Contacts that the end of the run cuts off."""

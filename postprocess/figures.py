@@ -62,8 +62,17 @@ def save(figure: Figure, path: str | Path | None, dpi: float = 150) -> Path | Fi
         raise ValueError(f"picture {path}: its name must end in {', '.join(KINDS)}")
     powers_into_labels(figure)
     with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=dpi, format=path.suffix[1:].lower())
+        if path.suffix.lower() == ".png":
+            drawn_once(figure, temporary, dpi)
+        else:
+            figure.savefig(temporary, dpi=dpi, format=path.suffix[1:].lower())
     return path
+
+
+def drawn_once(figure: Figure, path: Path, dpi: float) -> None:
+    """Write a picture as pixels. `savefig` would draw twice, the first time for the layout only."""
+    figure.set_dpi(dpi)
+    figure.canvas.print_png(path)
 
 
 def powers_into_labels(figure: Figure) -> None:

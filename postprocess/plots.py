@@ -11,6 +11,7 @@ from clearance.postprocess.figures import (
     finish,
     legend_above,
     line,
+    plain_decades,
     save,
     sheet,
     trajectory,
@@ -484,6 +485,7 @@ def regimes(result: Result, joint: str, axes, turns: float = 2.0) -> None:
     )
     if ratio.min() > 0.0:
         axes.set_yscale("log")
+        plain_decades(axes.yaxis, *axes.get_ylim())
     else:
         axes.set_yscale("symlog", linthresh=0.1)
     law = result.described(joint)["transition"]

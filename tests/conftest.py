@@ -52,3 +52,7 @@ def undrawn(monkeypatch):
             Path(path).write_text('<svg viewBox="0 0 1 1"></svg>')
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", savefig)
+    monkeypatch.setattr(
+        "clearance.postprocess.figures.drawn_once",
+        lambda figure, path, dpi: savefig(figure, path, "png"),
+    )
