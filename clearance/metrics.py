@@ -491,9 +491,12 @@ def periodicity(record: Record, window: Window) -> Found:
         np.stack([_evenly(record, path, window) / size for path, size in part])
         for part in (moving[0::2], moving[1::2])
     )
+    states = x + 1j * y
+    changes = _sizes(_change(states, per_turn)).max(axis=0)
     period, least = math.inf, math.inf
     for turns in range(1, (int(window.turns) + 1) // 3 + 1):
-        error = float(np.abs(_change(x + 1j * y, turns * per_turn)).max())
+        later = changes if turns == 1 else _sizes(_change(states, turns * per_turn))
+        error = float(later.max())
         if error < PERIODIC:
             period, least = float(turns), error
             break
@@ -505,7 +508,7 @@ def periodicity(record: Record, window: Window) -> Found:
         "turns after which all journals are back within 1 % of their clearance",
     )
     yield "period_error", least, "1", "largest distance over the clearance after a period"
-    changes, turn = np.abs(_change(x + 1j * y, per_turn)).max(axis=0), round(per_turn)
+    turn = round(per_turn)
     first, last = float(changes[:turn].max()), float(changes[-turn:].max())
     yield (
         "settling_ratio",
@@ -542,6 +545,11 @@ def _evenly(record: Record, path: str, window: Window) -> np.ndarray:
         + np.arange(math.floor(window.turns * every * (1.0 + ROUNDING)) + 1) / every
     )
     return cubic(time, values, record.time_at(turns))
+
+
+def _sizes(numbers: np.ndarray) -> np.ndarray:
+    """Sizes of complex numbers, in a third of the time of numpy's, which fears overflow."""
+    return np.sqrt(numbers.real**2 + numbers.imag**2)
 
 
 def _change(states: np.ndarray, shift: float) -> np.ndarray:

@@ -21,9 +21,12 @@ from clearance.stepping.record import Record, reader
 from clearance.stepping.types import DIGEST, INTEGERS, MATRIX, VECTOR, inline, shared
 from clearance.store import OPTIONS, cached, entry_caller, types
 
-#: pieces in the order of their addresses: one for each phase, those of samples and inner places
-PIECES = ("start", "prepare", "iterate", "finish", "sample", "inside")
-CALL_START, CALL_PREPARE, CALL_ITERATE, CALL_FINISH, CALL_SAMPLE, CALL_INSIDE = range(6)
+#: pieces in the order of their addresses: one for each phase, those of samples and inner places,
+#: those that copy a step to the place of a sample, and to all places beside a lane
+PIECES = ("start", "prepare", "iterate", "finish", "sample", "inside", "hold", "spread")
+CALL_START, CALL_PREPARE, CALL_ITERATE, CALL_FINISH, CALL_SAMPLE, CALL_INSIDE, HOLD, SPREAD = range(
+    len(PIECES)
+)
 NEVER = 1e300
 SAME = 1e-12  # share of the time within which two moments are one
 WAITING = 0.75  # share of the lanes that wait for the end of their step, when it is made
@@ -39,10 +42,10 @@ ROWS = (
     "steps",
     "rejected",
     "sample_time",
-    "sample",
+    "sample_theta",
     "share",
     "inner_time",
-    "inner",
+    "inner_theta",
     "within",
     "value",
     "last",
@@ -53,8 +56,7 @@ ROWS = (
     "tracks",
     "sums",
     "given",
-    "base",
-    "polynomial",
+    "sample_base",
     "y",
 )
 (
@@ -67,10 +69,10 @@ ROWS = (
     STEPS,
     REJECTED,
     SAMPLE_TIME,
-    SAMPLE_STATE,
+    SAMPLE_THETA,
     SHARE,
     INNER_TIME,
-    INNER_STATE,
+    INNER_THETA,
     WITHIN,
     VALUE,
     LAST,
@@ -81,8 +83,7 @@ ROWS = (
     TRACKS,
     SUMS,
     GIVEN,
-    BASE,
-    POLYNOMIAL,
+    SAMPLE_STEP,
     STATE,
 ) = range(len(ROWS))
 
@@ -101,11 +102,12 @@ OVER, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
 
 def layout(*, width: int, quantities: int) -> np.dtype:
     """Numbers of the driver, and arrays that it alone uses."""
-    numbers = ("states", "degree", "quantities", "limit", "taken", "alive")
+    numbers = ("held", "quantities", "active", "limit", "taken", "alive")
     arrays = [
         ("progress", float, (width, PROGRESS)),
         ("drawn", int, (width, width)),  # numbers of the samples that wait, by lane
         ("searches", float, (quantities, SEARCH_COLUMNS)),
+        ("searched", int, (quantities,)),  # those that a search is about
         ("places", int, (width,)),  # quantities of the inner places that are looked at
         ("stages", int, (width,)),
         ("thetas", float, (width,)),  # shares of the step
@@ -255,14 +257,10 @@ def arrive(s, lane):
 
 # --- places inside a step
 @inline
-def place(s, lane, column, first, theta):
-    """Put the state at a share of the step made last into rows beside a lane."""
-    for i in range(s.states):
-        value = 0.0
-        for r in range(s.degree - 1, -1, -1):
-            value += s.rows[s.at[POLYNOMIAL] + r * s.states + i, lane]
-            value *= theta if r % 2 == 0 else 1.0 - theta
-        s.sides[lane, first + i, column] = s.rows[s.at[BASE] + i, lane] + value
+def copy_step(s, piece, lane, column):
+    """Copy the step made last of a lane to a column of the rows beside it."""
+    rows, side = s.rows.ctypes.data, s.sides[lane].ctypes.data
+    call_at(s.pieces[piece], (rows + 8 * lane, side + 8 * column))
 
 
 @shared
@@ -271,59 +269,55 @@ def draw(s, lane):
     count, point = int(s.progress[lane, DRAWN]), int(s.progress[lane, POINT])
     if count == 0:
         return
-    for k in range(count, s.rows.shape[1]):  # copies, which have no share
-        s.sides[lane, s.at[SHARE], k] = 0.0
-        s.sides[lane, s.at[SAMPLE_TIME], k] = s.sides[lane, s.at[SAMPLE_TIME], 0]
-        for i in range(s.states):
-            s.sides[lane, s.at[SAMPLE_STATE] + i, k] = s.sides[lane, s.at[SAMPLE_STATE] + i, 0]
+    side = s.sides[lane]
+    for k in range(count, side.shape[1]):  # copies, which have no share
+        side[s.at[SHARE], k] = 0.0
+        side[s.at[SAMPLE_TIME], k] = side[s.at[SAMPLE_TIME], 0]
+        side[s.at[SAMPLE_THETA], k] = side[s.at[SAMPLE_THETA], 0]
+        for i in range(s.held):
+            side[s.at[SAMPLE_STEP] + i, k] = side[s.at[SAMPLE_STEP] + i, 0]
         for i in range(s.given.shape[0]):
-            s.sides[lane, s.at[GIVEN] + i, k] = s.sides[lane, s.at[GIVEN] + i, 0]
-    call(s, CALL_SAMPLE, s.sides[lane])
-    for k in range(count):
-        for i in range(s.tracks.shape[1]):
-            s.tracks[point, i, s.drawn[lane, k]] = s.sides[lane, s.at[TRACKS] + i, k]
+            side[s.at[GIVEN] + i, k] = side[s.at[GIVEN] + i, 0]
+    call(s, CALL_SAMPLE, side)
+    for i in range(s.tracks.shape[1]):
+        for k in range(count):
+            s.tracks[point, i, s.drawn[lane, k]] = side[s.at[TRACKS] + i, k]
     s.progress[lane, DRAWN] = 0.0
 
 
 @shared
 def sample(s, lane):
     """Take the samples of the step made last."""
-    time, h, begun = (
-        s.rows[s.at[TIME], lane],
-        s.rows[s.at[LAST_H], lane],
-        s.rows[s.at[FROM], lane],
-    )
-    point = int(s.progress[lane, POINT])
+    time = s.rows[s.at[TIME], lane]
+    if s.progress[lane, DUE] > time:
+        return
+    h, begun = s.rows[s.at[LAST_H], lane], s.rows[s.at[FROM], lane]
+    point, side = int(s.progress[lane, POINT]), s.sides[lane]
     begin, until = s.spans[point, BEGIN], s.spans[point, UNTIL]
     half = 0.5 * s.spans[point, EVERY]
     while s.progress[lane, DUE] <= time:
         due, column = s.progress[lane, DUE], int(s.progress[lane, DRAWN])
         index = int(s.progress[lane, SAMPLE])
-        place(
-            s,
-            lane,
-            column,
-            s.at[SAMPLE_STATE],
-            min((due - begun) / h, 1.0) if h > 0.0 else 0.0,
-        )
+        copy_step(s, HOLD, lane, column)
         share = (min(due + half, until) - max(due - half, begin)) / (until - begin)
-        s.sides[lane, s.at[SAMPLE_TIME], column] = due
-        s.sides[lane, s.at[SHARE], column] = share
+        side[s.at[SAMPLE_THETA], column] = min((due - begun) / h, 1.0) if h > 0.0 else 0.0
+        side[s.at[SAMPLE_TIME], column] = due
+        side[s.at[SHARE], column] = share
         for i in range(s.given.shape[0]):
-            s.sides[lane, s.at[GIVEN] + i, column] = s.given[i, index]
+            side[s.at[GIVEN] + i, column] = s.given[i, index]
         s.drawn[lane, column] = index
         s.progress[lane, DRAWN] = column + 1.0
         s.progress[lane, SAMPLE] = index + 1.0
         s.progress[lane, DUE] = sample_time(s, point, index + 1.0)
-        if column + 1 == s.rows.shape[1]:
+        if column + 1 == side.shape[1]:
             draw(s, lane)
 
 
-@shared
+@inline
 def look(s, lane, column, quantity, stage, theta):
     """Have a place inside the step made last looked at."""
-    place(s, lane, column, s.at[INNER_STATE], theta)
     begun, h = s.rows[s.at[FROM], lane], s.rows[s.at[LAST_H], lane]
+    s.sides[lane, s.at[INNER_THETA], column] = theta
     s.sides[lane, s.at[INNER_TIME], column] = begun + theta * h
     s.places[column], s.stages[column], s.thetas[column] = quantity, stage, theta
 
@@ -331,18 +325,19 @@ def look(s, lane, column, quantity, stage, theta):
 @shared
 def see(s, lane, columns):
     """Outputs at the places of the search; the largest of each quantity stays."""
-    for k in range(columns, s.rows.shape[1]):  # copies, which nobody reads
-        s.sides[lane, s.at[INNER_TIME], k] = s.sides[lane, s.at[INNER_TIME], 0]
-        for i in range(s.states):
-            s.sides[lane, s.at[INNER_STATE] + i, k] = s.sides[lane, s.at[INNER_STATE] + i, 0]
-    call(s, CALL_INSIDE, s.sides[lane])
+    side, rows = s.sides[lane], s.rows
+    for k in range(columns, side.shape[1]):  # copies, which nobody reads
+        side[s.at[INNER_TIME], k] = side[s.at[INNER_TIME], 0]
+        side[s.at[INNER_THETA], k] = side[s.at[INNER_THETA], 0]
+    call(s, CALL_INSIDE, side)
     s.calls[len(PIECES) + CALL_INSIDE] += columns
+    seen, values = s.at[SEEN], s.at[VALUE]
     for i in range(s.quantities):
         if s.inner[i]:
+            best = rows[values + i, lane]
             for k in range(columns):
-                value = s.sides[lane, s.at[SEEN] + i, k]
-                if value > s.rows[s.at[VALUE] + i, lane]:
-                    s.rows[s.at[VALUE] + i, lane] = value
+                best = max(best, side[seen + i, k])
+            rows[values + i, lane] = best
 
 
 @shared
@@ -364,6 +359,8 @@ def summit(q, best):
 @shared
 def found(q, stage, theta, value):
     """Go on with a search: the value at a place that was looked at is known."""
+    if q[STAGE] == OVER:  # the sides of a summit that is near enough
+        return
     if stage == LEFT:
         q[AT_A], q[STAGE] = value, RIGHT
     elif stage == RIGHT:
@@ -383,7 +380,8 @@ def asked(s, lane):
     number.
     """
     columns, width = 0, s.rows.shape[1]
-    for i in range(s.quantities):
+    for place in range(s.active):
+        i = s.searched[place]
         q = s.searches[i]
         if q[STAGE] == SUMMIT and columns < width:
             theta = summit(q, s.rows[s.at[VALUE] + i, lane])
@@ -392,6 +390,14 @@ def asked(s, lane):
                 continue
             look(s, lane, columns, i, SUMMIT, theta)
             columns += 1
+            if q[ROUND] + 1.0 < ROUNDS:  # its sides, where there is room
+                half = CLOSER * q[WIDTH]
+                if columns < width:
+                    look(s, lane, columns, i, LEFT, max(0.0, theta - half))
+                    columns += 1
+                if columns < width:
+                    look(s, lane, columns, i, RIGHT, min(1.0, theta + half))
+                    columns += 1
         for stage, side in ((LEFT, A), (RIGHT, C)):
             if LEFT <= q[STAGE] <= stage and columns < width:
                 look(s, lane, columns, i, stage, q[side])
@@ -402,15 +408,20 @@ def asked(s, lane):
 @shared
 def search(s, lane):
     """Locate extremes inside the step made last: in the middle first, which all share."""
+    s.active = 0
     for i in range(s.quantities):
-        q = s.searches[i]
-        q[STAGE] = SUMMIT if s.rows[s.at[SEARCHED] + i, lane] > 0.5 else OVER
-        q[A], q[B], q[C], q[WIDTH], q[ROUND] = 0.0, 0.5, 1.0, 1.0, 0.0
-        q[AT_A], q[AT_C] = s.rows[s.at[LAST] + i, lane], s.rows[s.at[NEXT] + i, lane]
+        if s.rows[s.at[SEARCHED] + i, lane] > 0.5:
+            s.searched[s.active] = i
+            s.active += 1
+    copy_step(s, SPREAD, lane, 0)
     look(s, lane, 0, 0, SUMMIT, 0.5)
     see(s, lane, 1)
-    for i in range(s.quantities):
-        s.searches[i, AT_B] = s.sides[lane, s.at[SEEN] + i, 0]
+    for place in range(s.active):
+        i = s.searched[place]
+        q = s.searches[i]
+        q[A], q[B], q[C], q[WIDTH], q[ROUND], q[STAGE] = 0.0, 0.5, 1.0, 1.0, 0.0, SUMMIT
+        q[AT_A], q[AT_C] = s.rows[s.at[LAST] + i, lane], s.rows[s.at[NEXT] + i, lane]
+        q[AT_B] = s.sides[lane, s.at[SEEN] + i, 0]
     columns = asked(s, lane)
     while columns > 0:
         see(s, lane, columns)

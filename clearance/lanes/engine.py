@@ -10,6 +10,7 @@ from clearance.lanes import kernels, radau5, steps, watch
 from clearance.lanes.code import Code, begin, callable_at, new_module
 from clearance.lanes.driver import PIECES
 from clearance.lanes.folding import Folding
+from clearance.lanes.functions import INT32
 from clearance.lanes.lowering import Lanes
 from clearance.lanes.rows import Entry, Piece, Rows
 from clearance.lanes.steps import Entries, Shape
@@ -137,11 +138,43 @@ def engine(
     watch.look_first(pieces["start"], entries, watched)
     for name, piece in pieces.items():
         write(module, f"piece_{name}", piece, rows, width, made)
+    step = [*rows.places("base"), *rows.places("polynomial")]
+    sample = [*rows.places("sample_base"), *rows.places("sample_polynomial")]
+    copy(module, "piece_hold", dict(zip(step, sample, strict=True)), width)
+    copy(module, "piece_spread", dict(zip(step, step, strict=True)), width, spread=True)
     code = Code(module)
     addresses = np.array([code.address(f"piece_{name}") for name in PIECES], dtype=np.int64)
     return Engine(
         width, rows, code, addresses, callable_at(code.address("rhs"), len(kernels.ARRAYS))
     )
+
+
+def copy(
+    module: ir.Module, name: str, places: dict[int, int], width: int, spread: bool = False
+) -> None:
+    """A function that copies rows of one lane to other rows of one lane, or of all lanes (spread).
+
+    It takes the addresses of both lanes in the first row.
+    """
+    function = begin(module, name, 2)
+    builder = ir.IRBuilder(function.append_basic_block())
+    lane = ir.VectorType(DOUBLE, width)
+    for source, target in places.items():
+        one, other = (
+            builder.gep(argument, [ir.Constant(INT64, place * width)])
+            for argument, place in zip(function.args, (source, target), strict=True)
+        )
+        value = builder.load(one)
+        if spread:
+            value = builder.insert_element(ir.Constant(lane, ir.Undefined), value, INT64(0))
+            value = builder.shuffle_vector(
+                value,
+                ir.Constant(lane, ir.Undefined),
+                ir.Constant(ir.VectorType(INT32, width), [0] * width),
+            )
+            other = builder.bitcast(other, lane.as_pointer())
+        builder.store(value, other, align=8)
+    builder.ret_void()
 
 
 def filled(jacobian, n: int):

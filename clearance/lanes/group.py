@@ -246,9 +246,8 @@ class Group:
         common = [*rows.places("par"), *rows.places("work"), *rows.places("own")]
         common += rows.places("y")[states:]
         memory = np.zeros((), driver.layout(width=width, quantities=len(self.watch.quantities)))
-        degree = rows.counts["polynomial"] // states
-        numbers = {"states": states, "degree": degree, "limit": limit}
-        numbers["quantities"] = len(self.watch.quantities)
+        held = states + rows.counts["polynomial"]
+        numbers = {"held": held, "quantities": len(self.watch.quantities), "limit": limit}
         for name, number in numbers.items():
             memory[name] = number
         sides = aligned(width * rows.total, width).reshape(width, rows.total, width)

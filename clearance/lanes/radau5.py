@@ -56,14 +56,9 @@ def followed(piece: Piece, shape: Shape, h, y: list, stages: list[list]) -> None
 
 def moved(piece: Piece, shape: Shape, share) -> list:
     """Change of the states along the last step's polynomial, beyond its end by a share of it."""
-    n, polynomial, x = shape.states, piece.all("polynomial"), 1.0 + share
-    values = []
-    for i in range(n):
-        value = 0.0
-        for r in range(STAGES - 1, -1, -1):
-            value = (value + polynomial[r * n + i]) * (x if r % 2 == 0 else 1.0 - x)
-        values.append(value - polynomial[i])
-    return values
+    n, polynomial = shape.states, piece.all("polynomial")
+    moved = piece.along(polynomial, 1.0 + share, n)
+    return [a - b for a, b in zip(moved, polynomial[:n], strict=True)]
 
 
 def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[list], list[list]]:

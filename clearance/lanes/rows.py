@@ -131,6 +131,16 @@ class Piece:
         pairs = zip(weights, values, strict=True)
         return self.trace.sum(value * float(w) for w, value in pairs if w != 0.0)
 
+    def along(self, polynomial: list, share, count: int) -> list:
+        """Change of so many states up to a share of a step, on its dense output."""
+        values = []
+        for i in range(count):
+            value = 0.0
+            for r in range(len(polynomial) // count - 1, -1, -1):
+                value = (value + polynomial[r * count + i]) * (share if r % 2 == 0 else 1.0 - share)
+            values.append(value)
+        return values
+
     def length(self, values, count: int):
         """Root of the mean square."""
         return self.sqrt(self.total(v * v for v in values) * (1.0 / count))

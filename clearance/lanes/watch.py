@@ -58,8 +58,10 @@ class Watch:
 def add_rows(rows: Rows, shape: Shape, watch: Watch) -> None:
     """Rows of the outputs."""
     count = len(watch.quantities)
-    rows.add("interval", "within", "found", "sample_time", "share", "inner_time")
-    rows.add("sample", "inner", count=shape.states)
+    rows.add("interval", "within", "found", "share", "sample_time", "sample_theta")
+    rows.add("inner_time", "inner_theta")
+    rows.add("sample_base", count=shape.states)
+    rows.add("sample_polynomial", count=rows.counts["polynomial"])
     rows.add("value", "last", "next", "search", "seen", count=count)
     rows.add("sums", count=len(watch.reductions))
     rows.add("tracks", count=len(watch.tracks))
@@ -138,7 +140,9 @@ def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
 def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     """Quantities at places inside a step of one run, one in each lane."""
     piece = Piece(rows, None)
-    y = [*piece.all("inner"), *piece.all("y")[shape.states :]]
+    moved = piece.along(piece.all("polynomial"), piece.one("inner_theta"), shape.states)
+    y = [a + b for a, b in zip(piece.all("base"), moved, strict=True)]
+    y += piece.all("y")[shape.states :]
     row = piece.call(entries.outputs, piece.one("inner_time"), y)
     piece.set("seen", *values_of(piece, watch, row))
     return piece
@@ -147,7 +151,9 @@ def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
 def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     """Outputs at samples of one run, one in each lane: sums, and what is tracked."""
     piece = Piece(rows, None)
-    y = [*piece.all("sample"), *piece.all("y")[shape.states :]]
+    moved = piece.along(piece.all("sample_polynomial"), piece.one("sample_theta"), shape.states)
+    y = [a + b for a, b in zip(piece.all("sample_base"), moved, strict=True)]
+    y += piece.all("y")[shape.states :]
     row = piece.call(entries.outputs, piece.one("sample_time"), y)
     given, mine, share = piece.all("given"), piece.all("own"), piece.one("share")
     for k, reduction in enumerate(watch.reductions):

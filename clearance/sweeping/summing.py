@@ -146,7 +146,7 @@ class Summing:
         on_turn = abs(before - self.past) < ROUNDING
         if not on_turn or window.end < until * (1.0 - ROUNDING) or window.turns < 1.0 - ROUNDING:
             raise Unsuited("the run does not end with the whole turns that its metrics are about")
-        self.turns = window.turns
+        self.window, self.turns = window, window.turns
 
     def _state(self, stating: Stating) -> dict[str, Metric]:
         """Stated errors of the first point. Raises Unsuited where there are none."""
@@ -359,8 +359,7 @@ class Summing:
             record = Tracked(
                 self, dict(zip(self.wanted.tracks, tracks, strict=True)), points, place
             )
-            window = Window.of(record, self.settle)
-            rows.append({name: value for name, value, *_ in periodicity(record, window)})
+            rows.append({name: value for name, value, *_ in periodicity(record, self.window)})
         for name in rows[0] if rows else ():
             yield name, np.array([row[name] for row in rows])
 
