@@ -8,6 +8,7 @@ from clearance.mechanism.build import Mechanism
 from clearance.recording import filters
 
 METHODS = ("dop853", "rodas5p", "radau5", "radau9")
+STAGED = ("radau5", "radau9")  # whose right-hand sides can be evaluated together
 # tolerances between which radau5 is the fastest implicit method (clearance work-precision)
 LOOSE, TIGHT = 1e-3, 3e-7
 FINEST = 1e-14  # smallest rtol
@@ -134,6 +135,7 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
     """The kernels a run needs; roles the scene has no use for are never called and not compiled."""
     needed = {
         "rhs": True,
+        "moments": method in STAGED and mechanism.structure.together,
         "jacobian": method != "dop853",
         "events": bool(mechanism.spots),
         "commit": mechanism.layout.commits > 0,

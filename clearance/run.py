@@ -40,6 +40,7 @@ from clearance.stepping.state import (
     VALUE,
     State,
 )
+from clearance.stepping.types import MOMENTS
 from clearance.tracing.callback import Callback
 from clearance.watched import Watched
 
@@ -163,14 +164,20 @@ class Run:
         functions |= {name: getattr(touching, name, stepper.step) for name in CONTACTS}
         if not self.outputs:
             functions["observe"] = self.loop.copy_state
-        self.functions = {name: store.address(f, FUNCTIONS[name]) for name, f in functions.items()}
+        self.links = {name: store.address(f, FUNCTIONS[name]) for name, f in functions.items()}
+        self.links["together"] = self._room(stepper.STAGES if "moments" in self.roles else 0)
         self.resize(scratch=stepper.ROWS)
         self.state.order = stepper.ORDER
+
+    def _room(self, stages: int) -> np.ndarray:
+        """Room for times and states of so many stages, and for their rates."""
+        blocks = 2 * math.ceil(stages / MOMENTS)
+        return np.zeros((blocks, MOMENTS * (self.mechanism.y0.size + 1)))
 
     def resize(self, **sizes: int) -> None:
         """Give arrays other lengths, see `stepping.state.layout`."""
         self.state = self.state.resized(**sizes)
-        self.state.connect(self.mechanism.par, **self.functions)
+        self.state.connect(self.mechanism.par, **self.links)
 
     def _become_implicit(self) -> None:
         """The explicit method of an automatic choice is held up by stability: go on with an
@@ -183,6 +190,12 @@ class Run:
         state.may_switch = state.stiff_steps = 0
         state.stiffness = 0.0
         with announced():
+            self.take(method)
+
+    def _hasten(self) -> None:
+        """Compile the kernels that only a structure of many steps pays for; no bit changes."""
+        method = self.method.rpartition(", ")[2]
+        if kernel_roles(self.mechanism, method).count("moments") > self.roles.count("moments"):
             self.take(method)
 
     # --- numbers
@@ -304,7 +317,7 @@ class Run:
     def take_mechanism(self, mechanism: Mechanism) -> None:
         """Take a mechanism of the same structure with other numbers."""
         self.mechanism = mechanism
-        self.state.connect(mechanism.par, **self.functions)
+        self.state.connect(mechanism.par, **self.links)
 
     def interrupt_steps(self) -> None:
         """Let the next step use nothing of those before: the state or its rates have been
@@ -331,13 +344,16 @@ class Run:
         began, worked, state = clock.perf_counter(), clock.thread_time(), self.state
         until = min(until, self.span.until)
         state.end = min(until, self._next_stop())
+        before = state.steps
         code = self.loop.run(state.address, self.budget)
+        self.mechanism.structure.compiled.steps += int(state.steps - before)
         self.cpu += clock.thread_time() - worked
         self.wall += clock.perf_counter() - began
         self._hand_over()
         if code == status.STIFF:
             self._become_implicit()
             return status.RUNNING
+        self._hasten()
         if code == status.DONE:
             self._reach()
         return status.RUNNING if code == status.DONE and self.state.time < until else code

@@ -44,6 +44,10 @@ OPTIONS = {
 }  # nothing in a kernel allocates: arrays need no counting
 COMPILED = not numba.config.DISABLE_JIT
 FRAMES = 1 << 16  # words of a roomy frame
+# True where the processor computes a product and a sum in one operation
+FUSES = llvm.get_process_triple().startswith("aarch64") or bool(
+    llvm.get_host_cpu_features().get("fma")
+)
 # The second scheduling of LLVM takes time that grows with the square of the length of a block. It
 # changes no bit, and kernels and lanes run as fast without it.
 llvm.set_option("", "-post-RA-scheduler=false")

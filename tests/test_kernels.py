@@ -1,4 +1,4 @@
-"""Kernels on the trace: matrices by columns, several mechanisms in lanes, laws that end loops or
+"""Kernels on the trace: matrices by columns, several moments at once, laws that end loops or
 are not traced.
 """
 
@@ -16,8 +16,11 @@ from clearance.evidence.explain import explain
 from clearance.mechanism import build as building
 from clearance.mechanism import structure
 from clearance.mechanism.build import build
+from clearance.options import Solver, Span
+from clearance.run import Run
+from clearance.stepping.types import MOMENTS
 from clearance.tracing.interpreter import parsed
-from clearance.tracing.kernels import lanes, plain_kernel
+from clearance.tracing.kernels import plain_kernel, takes_moments
 from tests import mechanisms as m
 
 
@@ -97,37 +100,41 @@ class TestColumns:
         assert all(counts[1][role] < 2.2 * counts[0][role] for role in counts[0])
 
 
-class TestLanes:
-    @pytest.mark.parametrize("width", [2, 8])
-    @pytest.mark.parametrize("name", SCENES)
-    def test_each_lane_is_the_scalar_kernel(self, name, width):
-        """Bit for bit, with other states and parameters in each lane."""
+class TestMoments:
+    @pytest.mark.parametrize("name", ["film", "dry", "newton", "table"])
+    def test_each_moment_is_that_of_the_kernel(self, name):
+        """Bit for bit, at other times and states in each."""
         mechanism = build(SCENES[name]())
-        rng = np.random.default_rng(1)
-        head = (
-            len(mechanism.layout.parameters) + mechanism.layout.derived
-        )  # tables behind are for all lanes
-        states = np.array([moved(mechanism, seed) for seed in range(width)])
-        times = rng.uniform(0.0, 0.1, width)
-        for role in ("rhs", "observe") if name == "rubbing" else ("rhs", "observe", "events"):
-            count = sizes(mechanism)[role]
-            if count == 0:
-                continue
-            work = np.append(mechanism.work0, 0.0)
-            together = np.zeros(count * width)
-            par = np.tile(mechanism.par[:head], (width, 1))
-            lanes(mechanism.structure.programs[role], width)(
-                times,
-                states.T.ravel().copy(),
-                par.T.ravel().copy(),
-                np.tile(work, (width, 1)).T.ravel().copy(),
-                together,
-                mechanism.par,
-            )
-            for lane in range(width):
-                alone = np.zeros(count)
-                mechanism.kernel(role)(times[lane], states[lane], mechanism.par, work.copy(), alone)
-                np.testing.assert_array_equal(together.reshape(count, width)[:, lane], alone)
+        assert takes_moments(mechanism.structure.programs["rhs"])
+        times = np.random.default_rng(1).uniform(0.0, 0.1, MOMENTS)
+        states = np.array([moved(mechanism, seed) for seed in range(MOMENTS)])
+        together, work = np.zeros(states.size), np.append(mechanism.work0, 0.0)
+        both = np.concatenate([times, states.T.ravel()])
+        mechanism.kernel("moments")(0.0, both, mechanism.par, work, together)
+        for i in range(MOMENTS):
+            alone = np.zeros(states.shape[1])
+            mechanism.kernel("rhs")(times[i], states[i], mechanism.par, work, alone)
+            np.testing.assert_array_equal(together.reshape(-1, MOMENTS)[:, i], alone)
+
+    @pytest.mark.parametrize("method", ["radau5", "radau9"])
+    def test_a_run_has_the_same_bits_with_and_without(self, method, monkeypatch):
+        """From a structure's first step on, from the run's second call of the loop on, or never."""
+        rows = []
+        for hot in (-1, 500, math.inf):
+            monkeypatch.setattr(structure, "HOT", hot)
+            monkeypatch.setattr(structure, "_compiled", {})
+            monkeypatch.setattr(building, "_structures", {})
+            scene = cl.load_case("slider_crank", model="lubricated", film="pinkus_sternlicht")
+            run = Run(build(scene), Span(15.0 * scene.turn, 301), Solver(1e-6, method))
+            rows.append(run.trajectory()[1])
+            assert ("moments" in run.roles) == (hot < math.inf)
+        np.testing.assert_array_equal(rows[0], rows[2])
+        np.testing.assert_array_equal(rows[1], rows[2])
+
+    def test_a_law_that_is_called_apart_stays_so(self):
+        """Nothing is won where each moment is a call of its own."""
+        mechanism = build(cl.load_case("slider_crank", model="lubricated", film="fem"))
+        assert not takes_moments(mechanism.structure.programs["rhs"])
 
 
 # --- laws of users

@@ -10,12 +10,12 @@ from clearance.lanes import kernels, radau5, steps, watch
 from clearance.lanes.code import Code, begin, callable_at, new_module
 from clearance.lanes.driver import PIECES
 from clearance.lanes.folding import Folding
-from clearance.lanes.functions import INT32
-from clearance.lanes.lowering import Lanes
 from clearance.lanes.rows import Entry, Piece, Rows
 from clearance.lanes.steps import Entries, Shape
 from clearance.mechanism.structure import Structure
+from clearance.tracing.elementary import INT32
 from clearance.tracing.ir import DOUBLE, INT64
+from clearance.tracing.lanes import Lanes
 from clearance.tracing.schedule import scheduled
 
 METHODS = {"radau5": radau5}

@@ -3,9 +3,9 @@
 import llvmlite.ir as ir
 
 from clearance.lanes.code import begin
-from clearance.lanes.lowering import Lanes
 from clearance.tracing.emission import Program
 from clearance.tracing.kernels import addresses
+from clearance.tracing.lanes import Lanes
 
 ARRAYS = ("t", "y", "par", "work", "out", "data")
 

@@ -36,12 +36,16 @@ from clearance.tracing.trace import DerivedParameters, Trace
 
 #: derivatives of a Jacobian up to which its entries are written down, each by itself
 MOST_DERIVATIVES = 12_000
+#: steps of a structure after which a kernel of several moments has paid for its compiling
+HOT = 50_000
 #: dyads, whose assembly mode is a number
 DYADS = ("RRR", "RRP", "RPR")
 
 
 class Compiled(dict):
-    """Compiled kernels by role."""
+    """Compiled kernels by role. steps: that runs have made with them."""
+
+    steps = 0
 
 
 #: those of all structures that are in use, by what they compute
@@ -85,8 +89,15 @@ class Structure:
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
         if role not in self.compiled:
-            self.compiled[role] = kernels.kernel(self.programs[role], self.codes[role])
+            self.compiled[role] = self._made(role)
         return self.compiled[role]
+
+    def _made(self, role: str) -> Callable:
+        if role != "moments":
+            return kernels.kernel(self.programs[role], self.codes[role])
+        from clearance.stepping.types import MOMENTS
+
+        return kernels.moments(self.programs["rhs"], self.codes["rhs"], MOMENTS)
 
     def observing(self, paths: Collection[str]) -> "Structure":
         """This structure with no other outputs than these; it shares the kernels that are
@@ -101,6 +112,13 @@ class Structure:
             {r: k for r, k in self.compiled.items() if r != "observe"}
         )
         return other
+
+    @property
+    def together(self) -> bool:
+        """True where a kernel of several moments is compiled, or would pay for it."""
+        if "moments" in self.compiled:
+            return True
+        return self.compiled.steps > HOT and kernels.takes_moments(self.programs["rhs"])
 
     @cached_property
     def compiled(self) -> Compiled:

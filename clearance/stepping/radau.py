@@ -17,7 +17,7 @@ import math
 from clearance.stepping.linear import factor, rate_matrix, solve
 from clearance.stepping.record import constant
 from clearance.stepping.tableaus import Collocation
-from clearance.stepping.types import inline
+from clearance.stepping.types import MOMENTS, inline
 
 constant(Collocation)  # a scheme's tables are known where its stepper is compiled
 ITERATIONS = 10
@@ -126,21 +126,41 @@ def correct(k, m, complexes, h, p, n):
 
 
 @inline
-def newton(k, run, rhs, t, h, y, par, work, m, complexes, n):
+def rates(k, run, t, h, y, par, work, m, n):
+    """Rates at the stages, into the rows behind them; of several at once where the run can."""
+    stages, together = k.c.size, run.together
+    if together.shape[0] == 0:
+        trial = m[4 * stages + TRIAL]
+        for i in range(n, y.size):
+            trial[i] = y[i]
+        for s in range(stages):
+            for i in range(n):
+                trial[i] = y[i] + m[s, i]
+            run.rhs(t + k.c[s] * h, trial, par, work, m[stages + s])
+        return
+    blocks = (stages + MOMENTS - 1) // MOMENTS
+    for b in range(blocks):
+        for lane in range(MOMENTS):
+            s = min(b * MOMENTS + lane, stages - 1)
+            together[b, lane] = t + k.c[s] * h
+            for i in range(n):
+                together[b, (1 + i) * MOMENTS + lane] = y[i] + m[s, i]
+        run.moments(t, together[b], par, work, together[blocks + b])
+        for s in range(b * MOMENTS, min((b + 1) * MOMENTS, stages)):
+            for i in range(y.size):
+                m[stages + s, i] = together[blocks + b, i * MOMENTS + s - b * MOMENTS]
+
+
+@inline
+def newton(k, run, t, h, y, par, work, m, complexes, n):
     """Simplified Newton on the transformed stages. 0 converged, 1 not, 2 not finite; and the rate
     of convergence.
     """
     stages, p = k.c.size, run.coordinates
-    trial = m[4 * stages + TRIAL]
     tolerance = max(2e-15 / run.rtol, run.newton_tolerance)
-    for i in range(n, y.size):
-        trial[i] = y[i]
     old, rate, factor_of_rate = 0.0, 0.0, max(run.convergence, 1e-16) ** 0.8
     for iteration in range(ITERATIONS):
-        for s in range(stages):
-            for i in range(n):
-                trial[i] = y[i] + m[s, i]
-            rhs(t + k.c[s] * h, trial, par, work, m[stages + s])
+        rates(k, run, t, h, y, par, work, m, n)
         run.evaluations += stages
         norm = math.sqrt(correct(k, m, complexes, h, p, n) / (stages * n))
         if not math.isfinite(norm):
@@ -205,16 +225,10 @@ def error_norm(k, run, rhs, t, h, y, f, par, work, vector, m, n):
 
 
 @inline
-def ledger(k, run, rhs, t, h, y, par, work, m, n):
+def ledger(k, run, t, h, y, par, work, m, n):
     """Stages of the energy integrals from the powers at the converged stages."""
     stages = k.c.size
-    trial = m[4 * stages + TRIAL]
-    for s in range(stages):
-        for i in range(n):
-            trial[i] = y[i] + m[s, i]
-        for i in range(n, y.size):
-            trial[i] = y[i]
-        rhs(t + k.c[s] * h, trial, par, work, m[stages + s])
+    rates(k, run, t, h, y, par, work, m, n)
     run.evaluations += stages
     for i in range(n, y.size):
         for s in range(stages):
@@ -272,7 +286,7 @@ def advance(k, run, t, h):
         if run.lu_state != 1 or run.last_h != h:
             factorise(k, run, vector, m, complexes, h, n)
         predict(k, run, m, h, y, n)
-        answer, rate = newton(k, run, rhs, t, h, y, par, work, m, complexes, n)
+        answer, rate = newton(k, run, t, h, y, par, work, m, complexes, n)
         if answer == 0 or fresh:
             break
         run.jacobian_state = 0
@@ -285,7 +299,7 @@ def advance(k, run, t, h):
         run.lu_state = 0
         return 0 if math.isfinite(error) else 2
     if size > n and run.evaluate_ledger > 0:
-        ledger(k, run, rhs, t, h, y, par, work, m, n)
+        ledger(k, run, t, h, y, par, work, m, n)
     for i in range(size):
         y_new[i] = y[i] + m[stages - 1, i]
     collocate(k, m, size)

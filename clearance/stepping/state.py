@@ -9,7 +9,7 @@ from inspect import signature
 import numpy as np
 
 from clearance.stepping.record import Record, packed, reader
-from clearance.stepping.types import DENSE_ROWS, KERNEL, STEP, VECTOR, inline, shared
+from clearance.stepping.types import DENSE_ROWS, KERNEL, MATRIX, STEP, VECTOR, inline, shared
 from clearance.store import COMPILED
 
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
@@ -176,12 +176,12 @@ NUMBERS = {*FLOATS, *INTEGERS}
 STEPPER, CONTACTS, KERNELS = (
     ("step", "interpolant"),
     ("meet", "swap"),
-    ("rhs", "jacobian", "events", "commit", "observe", "follow"),
+    ("rhs", "moments", "jacobian", "events", "commit", "observe", "follow"),
 )
 FUNCTIONS = dict.fromkeys(STEPPER + CONTACTS, STEP) | dict.fromkeys(KERNELS, KERNEL)
 STATE = Record(
     "of a run",
-    FUNCTIONS | {"par": VECTOR},
+    FUNCTIONS | {"par": VECTOR, "together": MATRIX},
     layout(**dict.fromkeys(signature(layout).parameters, 1)),
 )
 state_at = reader(STATE)
@@ -191,7 +191,9 @@ class State:
     """The state of a run, all zero at first; beside it the functions it calls and the mechanism's
     numbers.
 
-    memory: all numbers and arrays in one piece; each is an attribute too.
+    memory: all numbers and arrays in one piece; each is an attribute too. together: room for times
+        and states of moments that are evaluated together, and for their rates; empty where each
+        stands alone.
     """
 
     def __init__(self, **sizes: int):
@@ -227,9 +229,9 @@ class State:
         memory = self.memory.reshape(1).view(np.uint8)
         memory[:] = np.frombuffer(image, np.uint8)
 
-    def connect(self, par: np.ndarray, **functions) -> None:
+    def connect(self, par: np.ndarray, together: np.ndarray, **functions) -> None:
         """Take the functions that the loop calls and the mechanism's numbers."""
-        vars(self).update(functions, par=par)
+        vars(self).update(functions, par=par, together=together)
         self.words = packed(STATE, self) if COMPILED else None
 
     @property

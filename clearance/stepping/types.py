@@ -18,6 +18,8 @@ STEP_SIGNATURE = int64(int64, float64, float64)
 STEP = types.FunctionType(STEP_SIGNATURE)
 kernel_at = caller(KERNEL)
 
+#: evaluated together: the numbers in a register of most processors
+MOMENTS = 4
 #: rows of the dense output: y(theta) = d0 + theta (d1 + (1 - theta) (d2 + theta (d3 + ...)))
 DENSE_ROWS = 8
 

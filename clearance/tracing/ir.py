@@ -2,15 +2,16 @@
 in each lane.
 
 In lanes a value is a vector; arrays hold the W numbers of a place side by side. Functions without a
-vector form (sines, powers, called functions of numba) are taken lane by lane. A branch is entered
-where any lane needs it.
+vector form (tangents, called functions of numba) are taken lane by lane. A branch is entered where
+any lane needs it.
 """
 
 from collections.abc import Callable, Collection
 
 import llvmlite.ir as ir
 
-from clearance.store import for_range
+from clearance.store import FUSES, for_range
+from clearance.tracing.elementary import FUNCTIONS, Functions
 from clearance.tracing.emission import Program, called
 from clearance.tracing.function import Answer, Function, Loop, Opaque
 from clearance.tracing.schedule import Branch, scheduled
@@ -45,6 +46,9 @@ class Lowering:
     the function runs; a compiler that must expect otherwise takes the square of a kernel's size.
     """
 
+    #: functions that are not left to the C library, which is as fast for the others
+    written: Collection[str] = ("sin", "cos")
+
     def __init__(
         self,
         builder: ir.IRBuilder,
@@ -56,8 +60,7 @@ class Lowering:
     ):
         self.builder, self.module, self.unchanging = builder, builder.module, unchanging
         self.arrays, self.time, self.addresses, self.width = arrays, time, addresses, width
-        self.kind = DOUBLE if width == 1 else ir.VectorType(DOUBLE, width)
-        self.truth = BIT if width == 1 else ir.VectorType(BIT, width)
+        self.kind, self.truth = map(self.spread, (DOUBLE, BIT))
         self.values: dict[Scalar, ir.Value] = {}
         self.slots: dict[Scalar, int] = {}
         self.functions: dict[object, ir.Function] = {}
@@ -107,10 +110,13 @@ class Lowering:
     def constant(self, number: float) -> ir.Value:
         return self.splat(ir.Constant(DOUBLE, float(number)))
 
+    def spread(self, kind: ir.Type) -> ir.Type:
+        """The type of one value, or of as many as there are lanes."""
+        return kind if self.width == 1 else ir.VectorType(kind, self.width)
+
     def splat(self, constant: ir.Constant) -> ir.Value:
-        if self.width == 1:
-            return constant
-        return ir.Constant(ir.VectorType(constant.type, self.width), [constant] * self.width)
+        kind = self.spread(constant.type)
+        return constant if self.width == 1 else ir.Constant(kind, [constant] * self.width)
 
     def value(self, value) -> ir.Value:
         return self.values[value] if isinstance(value, Scalar) else self.constant(value)
@@ -200,6 +206,21 @@ class Lowering:
         return self.lanes(self.looked_up, [self.integer(node.args[0])])
 
     def function(self, op: str, args: list[ir.Value]) -> ir.Value:
+        """A function of numbers; one of those written here stands once in a module."""
+        if op not in self.written or not FUSES:
+            return self.lane_by_lane(op, args)
+        name = f"clearance_{op}"
+        if name not in self.module.globals:
+            made = ir.Function(
+                self.module, ir.FunctionType(self.kind, len(args) * [self.kind]), name
+            )
+            made.linkage = "internal"
+            builder = ir.IRBuilder(made.append_basic_block())
+            inner = type(self)(builder, {}, None, {}, self.width)
+            builder.ret(Functions(inner)(op, made.args))
+        return self.builder.call(self.module.globals[name], args)
+
+    def lane_by_lane(self, op: str, args: list[ir.Value]) -> ir.Value:
         """A function of the C library."""
         name = f"llvm.{op}.f64" if op in LIBRARY else op
         return self.lanes(
@@ -392,3 +413,11 @@ class Lowering:
                     value = build.insert_element(build.extract_value(result, k), value, lane)
                 result = build.insert_value(result, value, k)
         return result
+
+
+class Rates(Lowering):
+    """The lowering of right-hand sides: with the functions that several moments have, and their
+    bits.
+    """
+
+    written = FUNCTIONS

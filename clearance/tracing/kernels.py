@@ -11,7 +11,7 @@ import numpy as np
 from clearance import store
 from clearance.tracing.callback import answered
 from clearance.tracing.emission import Program, called, function_text, kernel_text
-from clearance.tracing.function import Function, Opaque
+from clearance.tracing.function import Answer, Function, Opaque
 from clearance.tracing.interpreter import parsed
 
 #: functions that numpy and math call alike
@@ -41,14 +41,14 @@ def kernel(program: Program, text: str) -> Callable:
     if not store.COMPILED:
         return plain_kernel(program)
 
-    from clearance.tracing.ir import Lowering
+    from clearance.tracing.ir import Lowering, Rates
 
-    places = addresses(program.functions)
+    places, kind = addresses(program.functions), Rates if program.role == "rhs" else Lowering
 
     def write(builder, arguments):
         time, *arrays = arguments
         arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
-        lowering = Lowering(
+        lowering = kind(
             builder, arrays | {"data": arrays["par"]}, time, places, unchanging=("y", "par")
         )
         lowering.write(program)
@@ -56,23 +56,28 @@ def kernel(program: Program, text: str) -> Callable:
     return store.Kernel(write, None if places else text)
 
 
-def lanes(program: Program, width: int) -> Callable:
-    """A kernel of as many mechanisms at once: f(t, y, par, work, out, data), the numbers of a place
-    side by side.
+def takes_moments(program: Program) -> bool:
+    """True where a kernel of several moments pays: nothing of it is called moment by moment."""
+    apart = any(isinstance(f, Opaque | Answer) for f in program.functions)
+    return store.COMPILED and store.FUSES and not apart
 
-    data: the parameter vector of one of them, whose tables all read.
+
+def moments(program: Program, text: str, width: int) -> Callable:
+    """A kernel of so many moments at once: f(0, y, par, work, out), the numbers of a place side by
+    side.
+
+    y: the times, then the states. Each moment has the bits of the kernel.
     """
-    from clearance.tracing.ir import Lowering
-
-    places = addresses(program.functions)
+    from clearance.tracing.lanes import Moments
 
     def write(builder, arguments):
-        arrays = dict(zip(("t", "y", "par", "work", "out", "data"), arguments, strict=True))
-        lowering = Lowering(builder, arrays, None, places, width)
-        lowering.time = lowering.load("t", 0)
+        _, *arrays = arguments
+        arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
+        lowering = Moments(builder, arrays | {"data": arrays["par"]}, None, {}, width)
+        lowering.time = lowering.load("y", -1)
         lowering.write(program)
 
-    return store.written(store.void(*[store.VECTOR] * 6), write)
+    return store.Kernel(write, f"{width} moments of {text}")
 
 
 def compiled(function: Function) -> Callable:

@@ -1,10 +1,12 @@
-"""Kernels for W mechanisms side by side: vector functions, and tables read in rows."""
+"""Kernels for W mechanisms side by side, or for W moments of one: vector functions, and tables
+read in rows.
+"""
 
 from dataclasses import dataclass
 
 import llvmlite.ir as ir
 
-from clearance.lanes.functions import FUNCTIONS, INT32, INT64, Functions
+from clearance.tracing.elementary import FUNCTIONS, INT32, INT64, Functions
 from clearance.tracing.ir import Lowering
 from clearance.tracing.schedule import Branch
 from clearance.tracing.trace import Scalar
@@ -47,6 +49,8 @@ class Lanes(Lowering):
     transposed.
     """
 
+    written = FUNCTIONS
+
     def __init__(self, builder, arrays, time, addresses, width):
         super().__init__(builder, arrays, time, addresses, width)
         self.rows: dict[Scalar, tuple[Base, int, list[tuple[int, Scalar]]]] = {}
@@ -85,13 +89,9 @@ class Lanes(Lowering):
         return self.values[node] if node in self.values else super().operation(node)
 
     def function(self, op: str, args: list[ir.Value]) -> ir.Value:
-        if self.width > 1 and op in FUNCTIONS:
+        if op in FUNCTIONS:
             return self.write_function(op, args)
         return self.lane_by_lane(op, args)
-
-    def lane_by_lane(self, op: str, args: list[ir.Value]) -> ir.Value:
-        """A function of the C library."""
-        return super().function(op, args)
 
     # --- tables
     def lookup(self, node: Scalar) -> ir.Value:
@@ -144,3 +144,23 @@ class Lanes(Lowering):
     def _shuffled(self, a: ir.Value, b: ir.Value, places: list[int]) -> ir.Value:
         mask = ir.Constant(ir.VectorType(INT32, self.width), places)
         return self.builder.shuffle_vector(a, b, mask)
+
+
+class Moments(Lanes):
+    """W moments of one mechanism, which share its parameters; y begins with the times.
+
+    No operations are fused, so that each moment has the bits of the scalar kernel.
+    """
+
+    SHARED = ("par", "work")
+
+    def arithmetic(self, name: str, args: list[ir.Value]) -> ir.Value:
+        return getattr(self.builder, name)(*args)
+
+    def load(self, array: str, index: int) -> ir.Value:
+        if array not in self.SHARED:
+            return super().load(array, index + 1 if array == "y" else index)
+        place = self.builder.gep(self.arrays[array], [ir.Constant(INT64, index)])
+        nothing, first = ir.Constant(self.kind, ir.Undefined), ir.Constant(INT32, 0)
+        one = self.builder.insert_element(nothing, self.builder.load(place), first)
+        return self._shuffled(one, nothing, [0] * self.width)

@@ -1,8 +1,9 @@
-"""Sines, logarithms and powers of W numbers side by side, without branches, within two units in the
-last place.
+"""Sines, logarithms and powers of one number or of W side by side, without branches.
+
+They are right within two units in the last place.
 
 Where an argument is out of the ordinary (zero, not finite, a subnormal or very large number) the C
-library computes that lane. So a result never depends on the lanes beside it.
+library computes that lane. So a result never depends on the lanes beside it, nor on their number.
 
 Sources: argument reduction of Cody and Waite (Software Manual for the Elementary Functions, 1980);
 polynomials of the Cephes library (S. L. Moshier) for sine, cosine and arctangent, of fdlibm (Sun
@@ -105,15 +106,15 @@ class Number:
 
 
 class Functions:
-    """Writes functions of vectors with a lowering (see `lowering.Lanes`)."""
+    """Writes functions of numbers or vectors with a lowering (see `ir.Lowering`)."""
 
     def __init__(self, lowering):
         self.lowering, self.build, self.width = lowering, lowering.builder, lowering.width
         self.kind = lowering.kind
-        self.whole = ir.VectorType(INT64, self.width)
+        self.small, self.whole = map(lowering.spread, (INT32, INT64))
 
     def __call__(self, name: str, args: list[ir.Value]) -> ir.Value:
-        """One of FUNCTIONS of vectors."""
+        """One of FUNCTIONS."""
         numbers = [Number(self, a) for a in args]
         value, ordinary = getattr(self, name)(*numbers)
         return self._mended(name, args, value.value, ordinary)
@@ -133,7 +134,7 @@ class Functions:
         return value.value if isinstance(value, Number) else self.lowering.constant(value)
 
     def integers(self, value: int) -> ir.Value:
-        return ir.Constant(self.whole, [value] * self.width)
+        return self.lowering.splat(ir.Constant(INT64, value))
 
     def binary(self, name: str, a, b) -> Number:
         return Number(self, getattr(self.build, name)(self.constant(a), self.constant(b)))
@@ -145,7 +146,8 @@ class Functions:
         return Number(self, self.build.select(condition, self.constant(a), self.constant(b)))
 
     def intrinsic(self, name: str, *args) -> Number:
-        function = self.lowering.external(f"llvm.{name}.v{self.width}f64", self.kind, len(args))
+        name = f"llvm.{name}.{self.lowering.suffix}"
+        function = self.lowering.external(name, self.kind, len(args))
         return Number(self, self.build.call(function, [self.constant(a) for a in args]))
 
     def fma(self, a, b, c) -> Number:
@@ -164,7 +166,7 @@ class Functions:
     def rounded(self, x: Number) -> tuple[Number, ir.Value]:
         """The nearest integer (of less than 2^31), as floats and as integers."""
         near = self.intrinsic("rint", x)
-        small = self.build.fptosi(near.value, ir.VectorType(INT32, self.width))
+        small = self.build.fptosi(near.value, self.small)
         return near, self.build.sext(small, self.whole)
 
     def bits(self, x: Number) -> ir.Value:
@@ -208,7 +210,7 @@ class Functions:
         shifted = build.add(bits, self.integers(ONE - ROOT_HALF))
         exponent = build.sub(build.lshr(shifted, self.integers(52)), self.integers(1023))
         mantissa = self.from_bits(build.sub(bits, build.shl(exponent, self.integers(52))))
-        small = build.trunc(exponent, ir.VectorType(INT32, self.width))
+        small = build.trunc(exponent, self.small)
         return Number(self, build.sitofp(small, self.kind)), mantissa - 1.0
 
     def log(self, x: Number):
