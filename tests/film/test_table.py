@@ -100,13 +100,23 @@ def solved(motion, of, **more) -> np.ndarray:
     return np.array([film.radial, film.tangential])
 
 
+@pytest.fixture(scope="module", autouse=True)
+def unchecked(tmp_path_factory):
+    """A store for the tables that are built here: one check each, for errors are read of shipped
+    tables only.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CLEARANCE_STORE", str(tmp_path_factory.mktemp("store")))
+        patch.setattr(tables, "CHECKS", 1)
+        tables.table.cache_clear()
+        yield
+        tables.table.cache_clear()
+
+
 @pytest.fixture
 def store(tmp_path, monkeypatch):
-    """An empty store, and no table in memory, before and after; nothing here reads a table's
-    errors: one check each.
-    """
+    """An empty store, and no table in memory, before and after."""
     monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path / "store"))
-    monkeypatch.setattr(tables, "CHECKS", 1)
     tables.table.cache_clear()
     yield tmp_path / "store"
     tables.table.cache_clear()
@@ -464,11 +474,8 @@ class TestLimits:
         % (1.2 %; the end layers are thin for a mesh of 12 along). With squeeze the two differ:
         ambient pressure is at the ends, not at theta_1.
         """
-        key = {"cavitation": "gumbel"}
-        forces = [
-            table_film(**key)(eps, 0.0, spin, joint(x, viscosity=0.05 / x))[:2]
-            for x in (20.0, 40.0)
-        ]
+        law = table_film(cavitation="gumbel", nodes=17)
+        forces = [law(eps, 0.0, spin, joint(x, viscosity=0.05 / x))[:2] for x in (20.0, 40.0)]
         wanted = np.array(long_film()(eps, 0.0, spin, joint(20.0, viscosity=0.05 / 20.0)))
         assert apart(forces[0], wanted) < 0.06
         assert apart(forces[1], wanted) < 0.04
@@ -493,12 +500,10 @@ class TestLimits:
         """The effect of a finite length is of second order in L/D: a quarter at half the length;
         6.4 % at L/D 0.1.
         """
-        errors = []
+        errors, law = [], table_film(cavitation="gumbel", nodes=25)
         for x in (0.1, 0.05):
             of = joint(x)
-            errors.append(
-                apart(table_film(cavitation="gumbel")(*motion, of)[:2], short_film()(*motion, of))
-            )
+            errors.append(apart(law(*motion, of)[:2], short_film()(*motion, of)))
         assert errors[0] < 0.07
         assert errors[1] < 0.3 * errors[0]
 
@@ -607,7 +612,7 @@ class TestRoughness:
         rough = np.array(table_film(flow_factors=True, nodes=17)(*motion, of)[:2])
         wanted = solved(motion, of, roughness=2e-5)
         assert apart(rough, wanted) < 3e-3
-        smooth = np.array(table_film(nodes=17)(*motion, of)[:2])
+        smooth = np.array(table_film()(*motion, of)[:2])
         assert np.linalg.norm(rough) > 1.05 * np.linalg.norm(smooth)
 
     def test_a_joint_without_roughness_says_so_when_it_is_built(self):
@@ -732,7 +737,6 @@ class TestStore:
         """A file stands where the folder should be: the table is there, and a warning."""
         (tmp_path / "file").write_text("")
         monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path / "file"))
-        monkeypatch.setattr(tables, "CHECKS", 1)
         tables.table.cache_clear()
         assert np.isfinite(tables.table(TINY).numbers).all()
         tables.table.cache_clear()
