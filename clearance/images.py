@@ -226,11 +226,11 @@ def _column(data: h5py.Dataset, head: Header) -> Column:
         if data.size:
             raise Unknown(f"{data.name} has no chunks")
         return Column(head.extent, (), 1, data.dtype, True)
-    count = data.id.get_num_chunks()
-    chunks = [data.id.get_chunk_info(i) for i in range(count)]
-    places = tuple(c.byte_offset for c in sorted(chunks, key=lambda c: c.chunk_offset))
+    chunks: list[tuple] = []  # place in the column, and in the file
+    data.id.chunk_iter(lambda chunk: chunks.append((chunk.chunk_offset, chunk.byte_offset)))
+    places = tuple(place for _, place in sorted(chunks))
     fixed = data.compression is not None
-    if not fixed and not (data.fletcher32 or not count):
+    if not fixed and not (data.fletcher32 or not chunks):
         raise Unknown(f"{data.name} has no checksum")
     return Column(head.extent, places, data.chunks[0], data.dtype, fixed)
 

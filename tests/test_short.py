@@ -40,18 +40,21 @@ def run(path, model, turns=1.0, **options):
     return cl.simulate(cl.load_case("slider_crank", model=model), turns=turns, path=path, **options)
 
 
-@pytest.mark.parametrize(("model", "turns"), [("dry", 1.0), ("lubricated", 6.0), ("ideal", 1.0)])
-def test_an_image_gives_the_same_file(tmp_path, monkeypatch, model, turns):
+@pytest.mark.parametrize(
+    ("model", "turns", "options"),
+    [("dry", 1.0, {}), ("lubricated", 6.0, {}), ("ideal", 1.0, {}), ("ideal", 1.0, {"samples": 2})],
+)
+def test_an_image_gives_the_same_file(tmp_path, monkeypatch, model, turns, options):
     """Other numbers in the image of a run: every place of the file that HDF5 writes of them; also
-    contacts, two chunks and stated errors.
+    contacts, two chunks and stated errors, and steps in many chunks of two rows.
     """
     monkeypatch.setattr(short, "_images", {})
-    run(tmp_path / "first.h5", model, turns)
+    run(tmp_path / "first.h5", model, turns, **options)
     assert len(short._images) == 1
-    run(tmp_path / "filled.h5", model, turns, rtol=3e-6)
+    run(tmp_path / "filled.h5", model, turns, rtol=3e-6, **options)
     made = len(short._images)
     monkeypatch.setattr(short, "_images", {})
-    run(tmp_path / "written.h5", model, turns, rtol=3e-6)
+    run(tmp_path / "written.h5", model, turns, rtol=3e-6, **options)
     filled, written = (content(tmp_path / f"{n}.h5") for n in ("filled", "written"))
     assert filled.keys() == written.keys()
     for place, parts in written.items():
