@@ -1,8 +1,8 @@
 """Doors to numba: code written as LLVM IR, functions called by address, and the folder of what
 is compiled once.
 
-The store keeps what is dear: film tables, and the machine code of kernels. Set CLEARANCE_STORE to
-put it elsewhere. What numba caches of the time loop stands in the folder of numba.
+The store keeps what is dear: film tables, and the machine code of kernels and of the time loop. Set
+CLEARANCE_STORE to put it elsewhere.
 """
 
 import ctypes
@@ -57,6 +57,7 @@ _addresses: dict[Callable, int] = {}
 
 ARRAY = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
 ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ARRAY] * 4)
+CTYPES = {types.int64: ctypes.c_int64, float64: ctypes.c_double}
 
 
 class Kernel:
@@ -68,52 +69,96 @@ class Kernel:
     """
 
     _names = itertools.count()
-    _loaded: ClassVar[set[str]] = set()  # names of kernels whose machine code is in memory
 
     def __init__(self, write: Callable, text: str | None = None):
+        lasting = text is not None
         with global_compiler_lock:
-            codegen = cpu_target.target_context.codegen()
-            self.name = f"kernel_{_digest(codegen, text) if text else next(self._names)}"
-            if self.name not in self._loaded:
-                _load(codegen, self.name, write, lasting=text is not None)
-                self._loaded.add(self.name)
-            self.address = codegen._engine.get_function_address(self.name)
-            self._entry = ENTRY(codegen._engine.get_function_address(f"{self.name}_entry"))
+            self.name = f"kernel_{_digest(text) if lasting else next(self._names)}"
+            code = MachineCode(self.name, lambda: (self.name, _machine_code(self.name, write)))
+            symbol = code.loaded(lasting)
+            self.address, self._entry = code.address(symbol), ENTRY(code.address(f"{symbol}_entry"))
 
     def __call__(self, t, y, par, work, out):
         self._entry(t, y, par, work, out)
 
 
-def _digest(codegen, text: str) -> str:
-    """Digest of all that the machine code of a kernel is made from."""
-    made_from = text, _sources_of_code(), *codegen.magic_tuple()
+class Entry:
+    """A function of numbers that numba compiled now or before: for Python, and at an address for
+    compiled code. Its machine code stays in the store.
+
+    made_from: digest of the sources, with those of its helpers.
+    """
+
+    def __init__(self, function: Callable, signature, made_from: str, **options):
+        self.py_func = function
+        text = f"{function.__module__} {function.__name__} {signature} {made_from}"
+        with global_compiler_lock:
+            self.name = f"{text.split()[0].rpartition('.')[2]}_{function.__name__}_{_digest(text)}"
+            code = MachineCode(self.name, lambda: _front_end(function, signature, options))
+            self.address = code.address(code.loaded())
+        kinds = [CTYPES.get(a, ctypes.c_void_p) for a in signature.args]
+        self._call = ctypes.PYFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *kinds)(
+            self.address
+        )
+
+    def __call__(self, *arguments) -> int:
+        """Numba's call convention: places for answer and error come first."""
+        answer, error = ctypes.c_int64(), ctypes.c_void_p()
+        if self._call(ctypes.addressof(answer), ctypes.addressof(error), *arguments):
+            raise SystemError(f"{self.name} failed")
+        return answer.value
+
+
+class MachineCode:
+    """Object code in the store, by a name that holds a digest of all that it was made from.
+
+    make: gives a symbol of it and the code, which is in memory then.
+    """
+
+    _loaded: ClassVar[dict[str, str]] = {}  # symbols of what is in memory, by name
+
+    def __init__(self, name: str, make: Callable[[], tuple[str, bytes]]):
+        self.name, self.make = name, make
+        self.engine = cpu_target.target_context.codegen()._engine
+
+    def address(self, symbol: str) -> int:
+        return self.engine.get_function_address(symbol)
+
+    def loaded(self, lasting: bool = True) -> str:
+        """Load it, from the store where it has it; its symbol."""
+        if self.name not in self._loaded:
+            self._loaded[self.name] = self._read_or_made() if lasting else self.make()[0]
+        return self._loaded[self.name]
+
+    def _read_or_made(self) -> str:
+        path, made_from = file_of(self.name), self.name.encode()
+        if (data := sealed.opened(path, made_from)) is None:
+            symbol, code = self.make()
+            sealed.write(path, symbol.encode() + b"\n" + code, made_from)
+            return symbol
+        symbol, _, code = data.partition(b"\n")
+        self.engine._ee.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
+        self.engine.finalize_object()
+        return symbol.decode()
+
+
+def _digest(text: str) -> str:
+    """Digest of all that machine code is made from; text: its sources."""
+    made_from = text, _compilers(), *cpu_target.target_context.codegen().magic_tuple()
     return hashlib.sha256(" ".join(made_from).encode()).hexdigest()[:32]
 
 
 @cache
-def _sources_of_code() -> str:
-    """Digest of what writes the code of kernels: sources, and versions of compilers."""
+def _compilers() -> str:
+    """Digest of what makes machine code: sources, and versions of compilers."""
     here = Path(__file__).parent
     sources = [Path(__file__), *sorted((here / "tracing").glob("*.py"))]
     versions = f"{llvmlite.__version__} {numba.__version__} {numba.config.OPT}".encode()
     return hashlib.sha256(b"".join([versions, *(p.read_bytes() for p in sources)])).hexdigest()
 
 
-def _load(codegen, name: str, write: Callable, lasting: bool) -> None:
-    """Load the machine code of a kernel, from the store where it has it."""
-    path = file_of(name)
-    code = sealed.opened(path, name.encode()) if lasting else None
-    if code is None:
-        code = _machine_code(name, write)
-        if lasting:
-            sealed.write(path, code, name.encode())
-    else:
-        codegen._engine._ee.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
-        codegen._engine.finalize_object()
-
-
 def file_of(name: str) -> Path:
-    """File of the machine code of a kernel."""
+    """File of machine code."""
     return folder() / f"clearance_{name}.o"
 
 
@@ -191,7 +236,7 @@ def address(function: Callable, kind: types.FunctionType):
     """
     if not COMPILED:
         return function
-    if isinstance(function, Kernel):
+    if isinstance(function, Kernel | Entry):
         return function.address
     if function not in _addresses:
         compiled = function.get_compile_result(kind.signature)
@@ -256,6 +301,16 @@ def _without_collector() -> Iterator[None]:
     finally:
         if enabled:
             gc.enable()
+
+
+@roomy
+def _front_end(function: Callable, signature, options: dict) -> tuple[str, bytes]:
+    """Symbol and object code of a function that numba compiles."""
+    dispatcher = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(function)
+    with _without_collector():
+        dispatcher.compile(signature)
+    made = dispatcher.get_compile_result(signature)
+    return made.fndesc.llvm_func_name, made.library._get_compiled_object()
 
 
 @roomy

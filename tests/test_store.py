@@ -6,7 +6,6 @@ import os
 import pickle
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -177,16 +176,6 @@ def test_reference_counting_stays_out_of_the_kernels():
     code = store.file_of(kernel.name).read_bytes()
     assert b"NRT_" not in code
     assert b"cos\0" in code  # names of functions that are called do stand there
-
-
-def test_edited_stepper_sources_make_new_caches():
-    """numba's cache of the loop is named after all stepping sources, not only loop.py."""
-    from clearance.stepping import dop853, loop, types
-
-    for function in (loop.run, dop853.step, dop853.interpolant):
-        assert function.py_func.__qualname__.endswith(types.DIGEST)
-    caches = Path(loop.__file__).parent / "__pycache__"
-    assert list(caches.glob(f"loop.run_{types.DIGEST}-*.nbi")) or not os.access(caches, os.W_OK)
 
 
 class Planted:

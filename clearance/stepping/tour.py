@@ -60,7 +60,8 @@ def jumped(pair, places, step, size):
         float64,
         MATRIX,
         MATRIX,
-    )
+    ),
+    arrays=True,
 )
 def tour(observe, commit, commits, times, y, par, work, longest, places, size, pair, rows):
     """Fill a row for each time; returns how many are good: the next has values that are not finite,

@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 
 from clearance.stepping.parts import Part, Whole
-from clearance.store import COMPILED, KERNEL, OPTIONS, cached, caller, njit, types
+from clearance.store import COMPILED, KERNEL, OPTIONS, Entry, cached, caller, njit, types
 
 float64, int64, complex128 = types.float64, types.int64, types.complex128
 VECTOR = float64[::1]
@@ -23,24 +23,26 @@ MOMENTS = 4
 #: rows of the dense output: y(theta) = d0 + theta (d1 + (1 - theta) (d2 + theta (d3 + ...)))
 DENSE_ROWS = 8
 
-#: of all sources that steppers are compiled from: numba's cache looks at a function's own file only
+#: of all sources that steppers are compiled from
 DIGEST = hashlib.sha256(
     b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.glob("*.py")))
 ).hexdigest()[:12]
 
 
-def compiled(signature):
+def compiled(signature, arrays: bool = False):
     """Compile for the entire package, once (plain Python when numba is switched off).
 
     Without numba's runtime: nothing in here may allocate, and no array is counted; counting took
     half of the time.
 
-    The digest in the qualified name gives an edited helper, tableau or constant a cache of its own.
+    arrays: it is called from Python with arrays. Numba's cache has it, by the digest in its name.
     """
 
     def decorate(function):
         if not COMPILED:
             return function
+        if not arrays:
+            return Entry(function, signature, DIGEST, pipeline_class=Whole, **OPTIONS)
         function.__qualname__ = f"{function.__name__}_{DIGEST}"
         return cached(function, signature, DIGEST, pipeline_class=Whole, **OPTIONS)
 
