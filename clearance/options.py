@@ -135,7 +135,6 @@ def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
     """The kernels a run needs; roles the scene has no use for are never called and not compiled."""
     needed = {
         "rhs": True,
-        "moments": method in STAGED and mechanism.structure.together,
         "jacobian": method != "dop853",
         "events": bool(mechanism.spots),
         "commit": mechanism.layout.commits > 0,

@@ -16,7 +16,15 @@ from clearance.compiling import announced
 from clearance.interrupts import DeferredSignals, ended
 from clearance.mechanism.build import Mechanism, changed
 from clearance.mechanism.dead_centre import DeadCentre
-from clearance.options import Solver, Span, choose_method, implicit, kernel_roles, longest_step
+from clearance.options import (
+    STAGED,
+    Solver,
+    Span,
+    choose_method,
+    implicit,
+    kernel_roles,
+    longest_step,
+)
 from clearance.recording import MemoryRecord, MemorySink, Recorder, Unwritable
 from clearance.results import Record
 from clearance.starting import end_state, state_from
@@ -154,18 +162,18 @@ class Run:
         self.roles = kernel_roles(mechanism, method)
         if not self.outputs:
             self.roles.remove("observe")
+        together = method in STAGED and mechanism.structure.together
+        called = [*self.roles, "moments"] if together else self.roles
         # the loop takes a function for every role; one that is not needed is never called, so any
         # will do
-        functions = {
-            role: mechanism.kernel(role if role in self.roles else "rhs") for role in KERNELS
-        }
+        functions = {role: mechanism.kernel(role if role in called else "rhs") for role in KERNELS}
         functions |= {name: getattr(stepper, name) for name in STEPPER}
         touching = import_module("clearance.stepping.contacts") if self._first_touches else None
         functions |= {name: getattr(touching, name, stepper.step) for name in CONTACTS}
         if not self.outputs:
             functions["observe"] = self.loop.copy_state
         self.links = {name: store.address(f, FUNCTIONS[name]) for name, f in functions.items()}
-        self.links["together"] = self._room(stepper.STAGES if "moments" in self.roles else 0)
+        self.links["together"] = self._room(stepper.STAGES if together else 0)
         self.resize(scratch=stepper.ROWS)
         self.state.order = stepper.ORDER
 
@@ -193,9 +201,9 @@ class Run:
             self.take(method)
 
     def _hasten(self) -> None:
-        """Compile the kernels that only a structure of many steps pays for; no bit changes."""
-        method = self.method.rpartition(", ")[2]
-        if kernel_roles(self.mechanism, method).count("moments") > self.roles.count("moments"):
+        """Take the kernel that only a structure of many steps pays for; no bit changes."""
+        method, alone = self.method.rpartition(", ")[2], not self.links["together"].size
+        if alone and method in STAGED and self.mechanism.structure.together:
             self.take(method)
 
     # --- numbers
