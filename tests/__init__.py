@@ -1,0 +1,6 @@
+"""Tests. One thread of linear algebra for each worker: more would wait for each other."""
+
+import os
+
+# numpy reads it when it is imported, so it stands before the imports of all tests
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
