@@ -19,8 +19,11 @@ def sealed(data: bytes, made_from: bytes) -> bytes:
     return hashlib.sha256(made_from + data).digest() + data
 
 
-def opened(path: str | Path, made_from: bytes) -> bytes | None:
-    """The data of a file; None where there is no file, or none that may be used."""
+def opened(path: str | Path, made_from: bytes, warned: bool = False) -> bytes | None:
+    """The data of a file; None where there is no file, or none that may be used.
+
+    warned: the log has the warning already.
+    """
     try:
         content = Path(path).read_bytes()
     except OSError:
@@ -28,7 +31,8 @@ def opened(path: str | Path, made_from: bytes) -> bytes | None:
     data = content[SIZE:]
     if content == sealed(data, made_from):
         return data
-    LOG.warning(f"compiled code {path} is damaged or of another program; it is made again")
+    if not warned:
+        LOG.warning(f"compiled code {path} is damaged or of another program; it is made again")
     return None
 
 

@@ -133,9 +133,11 @@ class MachineCode:
     def _read_or_made(self) -> str:
         path, made_from = file_of(self.name), self.name.encode()
         if (data := sealed.opened(path, made_from)) is None:
-            symbol, code = self.make()
-            sealed.write(path, symbol.encode() + b"\n" + code, made_from)
-            return symbol
+            with alone(path):  # where several processes need it, one makes it
+                if (data := sealed.opened(path, made_from, warned=True)) is None:
+                    symbol, code = self.make()
+                    sealed.write(path, symbol.encode() + b"\n" + code, made_from)
+                    return symbol
         symbol, _, code = data.partition(b"\n")
         self.engine._ee.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
         self.engine.finalize_object()

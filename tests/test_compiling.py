@@ -9,6 +9,7 @@ import sys
 import numba
 import numpy as np
 import pytest
+from numba.core.postproc import PostProcessor
 from numba.core.targetconfig import TargetConfig
 
 from clearance import compiling, store
@@ -67,6 +68,17 @@ def test_options_of_a_function_are_never_compared_one_by_one(monkeypatch):
     caller, _ = _caller_and_helper()
     assert caller(np.array([2.0, 3.0, 5.0])) == 21.0
     assert not compared
+
+
+def test_lifetimes_of_variables_are_not_looked_for(monkeypatch):
+    """Nothing is freed where they end. Afterwards numba looks for them again."""
+    run = PostProcessor.run
+    with monkeypatch.context() as patch:
+        patch.delattr("numba.core.postproc.VariableLifetime")
+        caller, _ = _caller_and_helper()
+        assert caller(np.array([2.0, 3.0, 5.0])) == 21.0
+    assert PostProcessor.run is run
+    assert numba.njit(lambda x: x + 1.0)(1.0) == 2.0
 
 
 def test_the_garbage_collector_rests_while_numba_compiles(tmp_path, monkeypatch):

@@ -13,7 +13,9 @@ from numba.core import typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, Flags
 from numba.core.compiler_machinery import PassManager
+from numba.core.postproc import PostProcessor
 from numba.core.targetconfig import ConfigStack
+from numba.core.transforms import canonicalize_cfg
 from numba.core.types.functions import BaseFunction
 from numba.core.typing import Signature
 
@@ -63,14 +65,23 @@ def _signature(function: BaseFunction, context, arguments, named) -> Signature:
     return _signatures[use]
 
 
+def _tidied(processor: PostProcessor, emit_dels=False, extend_lifetimes=False) -> None:
+    """What numba does after each pass, without the lifetimes of variables: nothing is freed at
+    their ends.
+    """
+    processor.func_ir.blocks = canonicalize_cfg(processor.func_ir.blocks)
+    processor.func_ir.generator_info = None
+
+
 @contextmanager
-def _looked_up_once() -> Iterator[None]:
-    """Meanwhile numba looks each operator up once."""
-    before, BaseFunction.get_call_type = BaseFunction.get_call_type, _signature
+def _spared() -> Iterator[None]:
+    """Meanwhile numba looks each operator up once, and no lifetimes."""
+    before = BaseFunction.get_call_type, PostProcessor.run
+    BaseFunction.get_call_type, PostProcessor.run = _signature, _tidied
     try:
         yield
     finally:
-        BaseFunction.get_call_type = before
+        BaseFunction.get_call_type, PostProcessor.run = before
 
 
 class Passes(PassManager):
@@ -79,7 +90,7 @@ class Passes(PassManager):
     def run(self, state) -> None:
         """Run all of them."""
         options = _options.setdefault(state.flags.summary(), Options(state.flags))
-        with ConfigStack().enter(options), _looked_up_once():
+        with ConfigStack().enter(options), _spared():
             super().run(state)
 
 
