@@ -21,8 +21,8 @@ from clearance.stepping.record import Record, reader
 from clearance.stepping.types import DIGEST, INTEGERS, MATRIX, VECTOR, inline, shared
 from clearance.store import OPTIONS, cached, entry_caller, types
 
-#: pieces in the order of their addresses: one for each phase, those of samples and inner places,
-#: those that copy a step to the place of a sample, and to all places beside a lane
+#: pieces in the order of their addresses: one for each phase, those of samples and inner places.
+#: The last two copy a step, to the place of a sample and to all places beside a lane
 PIECES = ("start", "prepare", "iterate", "finish", "sample", "inside", "hold", "spread")
 CALL_START, CALL_PREPARE, CALL_ITERATE, CALL_FINISH, CALL_SAMPLE, CALL_INSIDE, HOLD, SPREAD = range(
     len(PIECES)

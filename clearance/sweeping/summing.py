@@ -173,7 +173,7 @@ class Summing:
             wanted.force(joint.name)
         for joint in self.mechanism.scene.clearance_joints:
             if joint.contact is not None:
-                raise Unsuited(f"joint {joint.name} has a contact law")
+                self._want_contact(joint)
             wanted.located(f"joints/{joint.name}/gap", "min", always=True)
             if f"joints/{joint.name}/film_pressure" in output:
                 wanted.located(f"joints/{joint.name}/film_pressure", "max", always=True)
@@ -193,6 +193,15 @@ class Summing:
                 for name in ("eccentricity_x", "eccentricity_y"):
                     if (path := f"joints/{joint.name}/{name}") in output:
                         wanted.tracks[path] = wanted.channel(path)
+
+    def _want_contact(self, joint) -> None:
+        """Share of the time in contact of a joint whose contact sets in gradually."""
+        if (path := f"joints/{joint.name}/contact_force") not in self.mechanism.layout.output:
+            raise Unsuited(f"joint {joint.name} touches at several places")
+        c = self.wanted.channel(path)
+        self.wanted.mean(
+            f"{joint.name} contact", lambda p, row, given, constants: p.flag(p.above(row[c], 0.0))
+        )
 
     def _want_slides(self) -> None:
         """Motion of bodies along guides, and how far it is from that with ideal joints."""
@@ -216,9 +225,11 @@ class Summing:
             wanted.reductions[f"{body} beyond"] = Reduction(beyond)
 
     # --- metrics
-    def sound(self, answers: Answers) -> np.ndarray:
-        """True for runs that reached their end and whose energy adds up."""
-        good = answers.status == status.DONE
+    def sound(self, answers: Answers, points: Points) -> np.ndarray:
+        """True for runs that reached their end, whose energy adds up, and whose surfaces stay away
+        from contact.
+        """
+        good = (answers.status == status.DONE) & ~self._near(answers, points)
         if "energy/residual_max" not in self.wanted.quantities:
             return good
         ends = {
@@ -333,6 +344,8 @@ class Summing:
                 yield f"joint_{joint}_force_max", extremes[f"joints/{joint}/force_max"]
                 yield f"joint_{joint}_force_rms", np.sqrt(sums[f"{joint} force"])
         for joint in self.mechanism.scene.clearance_joints:
+            if f"{joint.name} contact" in sums:
+                yield f"joint_{joint.name}_contact_fraction", sums[f"{joint.name} contact"]
             gap = extremes[f"joints/{joint.name}/gap_min"]
             yield f"joint_{joint.name}_gap_min", gap
             yield (
@@ -380,6 +393,15 @@ class Summing:
             if joint.film is not None and joint.film_joint is not None:
                 count += self._film_warnings(joint, answers, points)
         return count
+
+    def _near(self, answers: Answers, points: Points) -> np.ndarray:
+        """True for runs in which surfaces with a contact law come near: see hole_warning."""
+        near = np.zeros(len(points.until), bool)
+        for joint in self.mechanism.scene.clearance_joints:
+            if joint.contact is not None:
+                rough = self.number(points.par, joint, "roughness") if joint.roughness else 0.0
+                near |= self._of_all(answers, f"joints/{joint.name}/gap_min") < FULL_FILM * rough
+        return near
 
     def _film_warnings(self, joint, answers: Answers, points: Points) -> np.ndarray:
         """As Regime.warnings: thin films, large pressures, flattened surfaces."""

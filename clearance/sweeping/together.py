@@ -16,6 +16,7 @@ import numpy as np
 from clearance import lanes
 from clearance.case import Case
 from clearance.companion import beside_at, times_of
+from clearance.elements.element import BLENDED
 from clearance.film.tabulated import Tabulated
 from clearance.lanes.group import Answers, Group, Points
 from clearance.mechanism.build import acceleration_of, tables_of
@@ -120,7 +121,7 @@ class Together:
             y=np.ascontiguousarray(start["state"].T),
             scale=scale,
             par=parameters,
-            work=np.vstack([start["work"].T, np.zeros_like(turn)]),
+            work=self._work(start["work"].T, reach, frequency),
             films=films,
             longest=np.array([longest_step(mechanism, span, one) for span, one in spans]),
             begin=self.summing.past * turn,
@@ -130,8 +131,16 @@ class Together:
             tables=self._tables(columns) if self.several and tables is None else tables,
             rtol=rtol,
         )
-        self._film_rates(points)
+        self._film_rates(points, pull)
         return points
+
+    def _work(self, work: np.ndarray, reach: np.ndarray, frequency: np.ndarray) -> np.ndarray:
+        """Work vectors, see Mechanism.blend, and one more number: (numbers, points)."""
+        made = np.vstack([work, np.zeros_like(frequency)])
+        for i, (_, spot) in enumerate(self.mechanism.spots):
+            if spot.kind == BLENDED:
+                made[i] = np.maximum(spot.speed, reach[i] * frequency)
+        return made
 
     def _starts(self) -> list[int]:
         """Places of the parameters that point to tables."""
@@ -173,34 +182,36 @@ class Together:
     def _parameters(self, numbers: np.ndarray) -> np.ndarray:
         """Parameters, those derived from them with them: (parameters, points)."""
         derived = np.zeros((self.mechanism.layout.derived, numbers.shape[1]))
+        par, derive = np.concatenate([numbers, derived]), self.mechanism.structure.derive
         with np.errstate(all="ignore"):
-            rows = self.mechanism.structure.derive([*numbers, *derived])
-        return np.array(
-            [np.broadcast_to(np.asarray(row, float), derived.shape[1:]) for row in rows]
-        )
+            try:
+                rows = derive([*par])
+            except ValueError:  # a formula with cases takes points one by one
+                return np.array([derive(column.tolist()) for column in par.T], dtype=float).T
+        return np.array([np.broadcast_to(np.asarray(row, float), par.shape[1:]) for row in rows])
 
     def _scales(self, start: dict[str, np.ndarray]) -> np.ndarray:
         """Natural sizes of the states, see Mechanism.scale: (states, points)."""
         sizes, p = start["sizes"].T, self.group.shape.coordinates
         return np.concatenate([sizes[:p], sizes[:p] * start["scalars"].T[2], sizes[p:]])
 
-    def _film_rates(self, points: Points) -> None:
-        """Natural rates of films, see Run._scale_film_rates."""
+    def _film_rates(self, points: Points, pull: np.ndarray) -> None:
+        """Natural rates of films, see Run._scale_film_rates; pull: typical accelerations."""
         mechanism, p = self.mechanism, self.group.shape.coordinates
-        rest, films, usual = points.y.copy(), points.films, points.scale.copy()
+        rest, usual = points.y.copy(), points.scale.copy()
         for at in mechanism.places.values():
             rest[at : at + 2] = rest[p + at : p + at + 2] = 0.0
         before = self.group.rates(points, rest)
-        for row, (first, _) in enumerate(self.group.shape.films):
-            for k, name in ((p + first, "rate_x"), (p + first + 1, "rate_y")):
+        for first in (at for joint, at in mechanism.places.items() if joint.film is not None):
+            for k in (p + first, p + first + 1):
                 moved, share = rest.copy(), usual[k] / usual[p + first]
                 moved[k] = usual[k]
-                slope = np.abs(self.group.rates(points, moved)[k] - before[k])
-                bound = films["pull"][row] * share
-                rate = np.where(
-                    slope > bound, bound * usual[k] / np.maximum(slope, 1e-300), usual[k]
-                )
-                points.scale[k] = films[name][row] = rate
+                slope, bound = np.abs(self.group.rates(points, moved)[k] - before[k]), pull * share
+                slower = bound * usual[k] / np.maximum(slope, 1e-300)
+                points.scale[k] = np.where(slope > bound, slower, usual[k])
+        for row, (first, _) in enumerate(self.group.shape.films):
+            for k, name in ((p + first, "rate_x"), (p + first + 1, "rate_y")):
+                points.films[name][row] = points.scale[k]
 
     def _compare(self, tried: list[tuple[dict, Run]]) -> None:
         """Compare the numbers of runs with those of points. Raises Unsuited where they differ."""
@@ -374,14 +385,14 @@ class Lanes:
         )
         points = together.points(columns)
         answers = together.answers(points, threads)
-        good, steps = summing.sound(answers), answers.steps.tolist()
+        good, steps = summing.sound(answers, points), answers.steps.tolist()
         values = summing.metrics(answers, points)
         if summing.stated:
             stated = together.errors(columns, answers, threads)
             good &= summing.stated_alike(values, stated)
             values |= stated
         if not good.all():
-            self._left("they failed or carry a warning", int((~good).sum()))
+            self._left("they failed, carry a warning or come near contact", int((~good).sum()))
         warnings = summing.warnings(answers, points).tolist()
         described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
         rows = list(zip(*(values[name].tolist() for name in described), strict=True))

@@ -73,7 +73,7 @@ class Sweep:
             places = slice(first, first + self.together.block)
             points = self.together.points({n: v[places] for n, v in self.together.columns.items()})
             answers = self.together.answers(points, 1)
-            if not self.together.summing.sound(answers).all():
+            if not self.together.summing.sound(answers, points).all():
                 raise RuntimeError("a point is not sound")
             parts.append(self.together.summing.metrics(answers, points))
         spent = time.process_time() - began

@@ -74,7 +74,7 @@ def errors(name: str, fixed: dict, turns: float, others: dict, count: int) -> np
     together = Together(scene, columns, {"turns": turns, "rtol": USUAL}, None)
     points = together.points(columns)
     answers = together.answers(points, 1)
-    if not together.summing.sound(answers).all():
+    if not together.summing.sound(answers, points).all():
         raise RuntimeError("a point is not sound")
     lanes = together.summing.metrics(answers, points)
     for i in range(count):
