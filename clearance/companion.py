@@ -30,7 +30,7 @@ import numpy as np
 
 from clearance.elements.clearance_joint import ClearanceJoint
 from clearance.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors, geometric_mean
-from clearance.film.tabulated import Tabulated
+from clearance.film.lookup import Tabulated
 from clearance.groups import error_groups
 from clearance.mechanism.build import Mechanism
 from clearance.metrics import Metric, Window, metrics, offsets

@@ -164,8 +164,8 @@ class Diagnosis:
     def _standstill(self) -> list[str]:
         """A mechanism that could move and stays exactly where it started."""
         state, mechanism = self.run.state, self.run.mechanism
-        moving, size = mechanism.coordinates, mechanism.size
-        still = moving and state.started and not state.f[: 2 * moving].any()
+        rates, size = mechanism.layout.rates, mechanism.size
+        still = rates.start and state.started and not state.f[: rates.stop].any()
         if not still or not np.array_equal(state.y[:size], mechanism.y0[:size]):
             return []
         return [

@@ -47,11 +47,10 @@ class Ensemble:
 def somewhere(mechanism: Mechanism, rng: np.random.Generator) -> np.ndarray:
     """A start with the journals anywhere in a part of their clearances, evenly."""
     y = mechanism.y0.copy()
-    for joint, at in mechanism.places.items():
+    for joint, place in mechanism.offsets.items():
         count = len(joint.soft_coordinates)
         direction = rng.normal(size=count)
         radius = SPREAD * rng.random() ** (1.0 / count)
-        place = slice(at, at + count)
         y[place] = mechanism.scale[place] * radius * direction / np.linalg.norm(direction)
     return y
 

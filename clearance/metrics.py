@@ -292,6 +292,8 @@ def joints(record: Record, window: Window) -> Found:
     """Forces in all joints; how near, how hard and how often surfaces come in clearance joints."""
     events, clearances = record.events, record.clearances
     for name in record.names("joints"):
+        if f"joints/{name}/force_x" not in record:
+            continue
         x, y = (record.values(f"joints/{name}/force_{axis}")[window.samples] for axis in "xy")
         squared = x * x + y * y
         peak, contacts = record.extreme(f"joints/{name}/force_max", *window.bounds(record)), None

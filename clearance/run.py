@@ -240,27 +240,28 @@ class Run:
         damping times rate, wrong by much more.
         """
         mechanism, state = self.mechanism, self.state
-        films = {j: at for j, at in mechanism.places.items() if j.film is not None}
+        films = {j: place for j, place in mechanism.offsets.items() if j.film is not None}
         if not films:
             return
         state.contacts[:, PULL] = pull = mechanism.acceleration
-        rhs, p, scale = mechanism.kernel("rhs"), mechanism.coordinates, state.scale
+        rhs, rates, scale = mechanism.kernel("rhs"), mechanism.layout.rates, state.scale
         rest = mechanism.y0.copy()
-        for at in mechanism.places.values():
-            rest[at : at + 2] = rest[p + at : p + at + 2] = 0.0
+        for place in mechanism.offsets.values():
+            rest[place] = rest[rates][place] = 0.0
         before, after = np.zeros_like(rest), np.zeros_like(rest)
         rhs(0.0, rest, mechanism.par, state.work, before)
-        for joint, at in films.items():
-            for k in (p + at, p + at + 1):
+        for joint, place in films.items():
+            own_rates = range(rates.start, rates.stop)[place]
+            for k in own_rates:
                 # tilts have other units
-                moved, share = rest.copy(), mechanism.scale[k] / mechanism.scale[p + at]
+                moved, share = rest.copy(), mechanism.scale[k] / mechanism.scale[own_rates[0]]
                 moved[k] = scale[k]
                 rhs(0.0, moved, mechanism.par, state.work, after)
                 damping = abs(after[k] - before[k]) / scale[k]
                 if damping * scale[k] > pull * share:
                     scale[k] = pull * share / damping
             row = state.contacts[[e for e, _ in mechanism.spots].index(joint)]
-            row[RATE_X], row[RATE_Y] = scale[p + at], scale[p + at + 1]
+            row[RATE_X], row[RATE_Y] = scale[rates][place]
 
     # --- where the run stands
     @property
@@ -309,7 +310,7 @@ class Run:
         if outside := [
             j.label()
             for j in self.mechanism.places
-            if j.contact is None and self.film_left(j) <= 0.0
+            if j.film is not None and j.contact is None and self.film_left(j) <= 0.0
         ]:
             raise ValueError(f"{outside[0]}: its journal lies outside the changed clearance")
         self.mechanism.kernel("rhs")(state.time, state.y, self.mechanism.par, state.work, state.f)

@@ -106,9 +106,14 @@ class Scene:
         return [(element, spot) for element in self.elements for spot in element.spots()]
 
     @property
-    def clearance_joints(self) -> tuple[Joint, ...]:
-        """Joints with clearance, in the order of the scene."""
+    def soft_joints(self) -> tuple[Joint, ...]:
+        """Joints that only forces hold together, in the order of the scene."""
         return tuple(j for j in self.joints if j.soft)
+
+    @property
+    def clearance_joints(self) -> tuple[Joint, ...]:
+        """Soft joints whose bodies may touch."""
+        return tuple(j for j in self.soft_joints if j.spots())
 
     @property
     def rubbing_joints(self) -> tuple[Joint, ...]:

@@ -175,10 +175,11 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
     """
     if not mechanism.places:
         raise ValueError('start: "quasi-static" is for scenes with clearance joints')
-    offsets = [np.arange(at, at + len(j.soft_coordinates)) for j, at in mechanism.places.items()]
-    places, sizes = np.concatenate(offsets), _own_sizes(mechanism)
-    y, size, p = mechanism.y0.copy(), mechanism.size, mechanism.coordinates
-    y[p + places] = 0.0
+    y, size, sizes = mechanism.y0.copy(), mechanism.size, _own_sizes(mechanism)
+    offsets = [np.arange(size)[place] for place in mechanism.offsets.values()]
+    places = np.concatenate(offsets)
+    rates = mechanism.layout.rates.start + places
+    y[rates] = 0.0
     work = np.append(mechanism.work0, 0.0)
     work[: len(mechanism.layout.spots)] = 0.0  # contacts of dry joints carry too
     slope, rate = np.zeros(size * size), np.zeros(y.size)
@@ -187,12 +188,12 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
     last = math.inf
     for _ in range(ITERATIONS):
         rhs(0.0, y, mechanism.par, work, rate)
-        pull = rate[p + places]
+        pull = rate[rates]
         left = float(np.abs(pull).max())
         if left <= enough:
             return y[:size]
         jacobian(0.0, y, mechanism.par, work, slope)
-        stiffness = slope.reshape(size, size)[np.ix_(p + places, places)]
+        stiffness = slope.reshape(size, size)[np.ix_(rates, places)]
         if not (np.isfinite(pull).all() and np.isfinite(stiffness).all()):
             break
         step *= min(max(last / left, 0.5), 10.0) if math.isfinite(last) else 1.0

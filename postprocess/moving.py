@@ -15,7 +15,7 @@ from clearance.postprocess.figures import hexadecimal
 from clearance.postprocess.guides import MAGNIFIED, modes_at
 from clearance.postprocess.measured import Comparison
 from clearance.postprocess.packing import Pack
-from clearance.postprocess.pages import date
+from clearance.postprocess.pages import date, scaled
 from clearance.postprocess.plots import with_contacts
 from clearance.postprocess.shapes import Shapes
 
@@ -312,6 +312,16 @@ class Moving:
     def telling(self) -> list[str]:
         """Curves that a page shows before its reader chooses."""
         return [path for path in telling(self.record) if path in self.facts["columns"]]
+
+
+def of_all(runs: list[Moving]) -> dict:
+    """Facts of several runs, and of their channels the label and the unit that suits all."""
+    channels = {}
+    for path in dict.fromkeys(path for run in runs for path in run.labels):
+        having = [run for run in runs if path in run.labels]
+        units, factor = scaled(having[0].units[path], *(run.largest[path] for run in having))
+        channels[path] = {"label": having[0].labels[path], "unit": units.strip(), "factor": factor}
+    return {"runs": [run.facts for run in runs], "channels": channels}
 
 
 def _strongest(tops: np.ndarray, late: np.ndarray) -> np.ndarray:

@@ -15,8 +15,7 @@ from pathlib import Path
 from clearance.postprocess.channels import expand
 from clearance.postprocess.labels import labels_of
 from clearance.postprocess.measured import Comparison
-from clearance.postprocess.moving import Moving
-from clearance.postprocess.pages import scaled
+from clearance.postprocess.moving import Moving, of_all
 from clearance.postprocess.view_map import of_sweep
 
 from clearance.results import Record, open_result, replacing
@@ -132,16 +131,6 @@ def _wanted(records: list[Record], channels: str | Iterable[str]) -> list[str]:
         if len(missing) == len(records):
             raise missing[0]
     return paths
-
-
-def of_all(runs: list[Moving]) -> dict:
-    """Facts of several runs, and of their channels the label and the unit that suits all."""
-    channels = {}
-    for path in dict.fromkeys(path for run in runs for path in run.labels):
-        having = [run for run in runs if path in run.labels]
-        units, factor = scaled(having[0].units[path], *(run.largest[path] for run in having))
-        channels[path] = {"label": having[0].labels[path], "unit": units.strip(), "factor": factor}
-    return {"runs": [run.facts for run in runs], "channels": channels}
 
 
 def _write(path: Path, facts: dict, blocks: list[str]) -> Path:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 from clearance.postprocess.maps import chosen_metrics
-from clearance.postprocess.moving import Moving, telling
+from clearance.postprocess.moving import Moving, of_all, telling
 from clearance.postprocess.pages import number, scaled
 
 from clearance.results import Record
@@ -21,8 +21,6 @@ def of_sweep(sweep: Sweep, channels: str | Iterable[str] | None = None) -> tuple
     run that has a file, of as many runs as there is room for, spread evenly.
     Raises ValueError for a sweep of which no point is done.
     """
-    from clearance.postprocess.view import of_all
-
     metrics = [*dict.fromkeys([*chosen_metrics(sweep, None), *sweep.metrics])]
     runs, blocks, where = _runs(sweep, channels)
     parameters = _parameters(sweep)

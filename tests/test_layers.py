@@ -112,7 +112,7 @@ ONLY_IN = {
     "optax": {"clearance.identify.learn"},
     "equinox": {"clearance.identify.learn"},
     "tqdm": {
-        "clearance.commands.run",
+        "clearance.commands.common",
         "clearance.commands.sweep",
         "clearance.film.pad_table",
         "clearance.film.table",
@@ -172,6 +172,57 @@ def test_no_module_imports_a_higher_layer():
     }
     assert len(edges) > len(MODULES)  # imports are seen at all
     assert [edge for edge in sorted(edges) if layer(edge[1]) > layer(edge[0])] == []
+
+
+def own_imports(path):
+    """Modules of ours that a module needs, those of its functions too; a package whose module is
+    named is not one of them.
+    """
+    for node in ast.walk(tree(path)):
+        names = [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
+        for name in names:
+            modules = {f"{name}.{a.name}" for a in node.names} & NAMES
+            yield from map(ours, [*modules, *([name] if len(modules) < len(node.names) else [])])
+
+
+def circle(needs, module, way=()):
+    """Modules that need each other, from one on; None where there are none."""
+    if module in way:
+        return [*way[way.index(module) :], module]
+    for other in sorted(needs.pop(module, ())):
+        if (round_trip := circle(needs, other, (*way, module))) is not None:
+            return round_trip
+    return None
+
+
+def test_a_circle_is_recognised():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}, "a") == ["b", "c", "b"]
+    assert circle({"a": {"b", "c"}, "b": {"c"}, "c": set()}, "a") is None
+
+
+def test_no_imports_in_a_circle():
+    """Nor between modules of one layer, nor inside functions."""
+    needs = {name_of(p): set(filter(None, own_imports(p))) & NAMES for p in MODULES}
+    assert len(needs["clearance.run"]) > 10
+    assert [c for module in list(needs) if (c := circle(needs, module))] == []
+
+
+def test_only_its_file_knows_a_kind_of_joint():
+    """Others go by what a joint says of itself: no `isinstance` of a kind of joint."""
+    from clearance import elements
+
+    classes = {n: getattr(elements, n) for n in elements.__all__}
+    kinds = {n for n, c in classes.items() if issubclass(c, elements.joint.Joint)}
+    assert {"Revolute", "ClearancePrismatic", "PinSlot"} <= kinds
+    asked = {
+        (name_of(path), name.id)
+        for path in MODULES
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "isinstance"
+        for name in ast.walk(node.args[1])
+        if isinstance(name, ast.Name) and name.id in kinds
+    }
+    assert asked == set()
 
 
 def test_heavy_packages_stand_where_they_are_used():

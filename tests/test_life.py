@@ -16,7 +16,8 @@ from clearance.cli import main
 from clearance.laws import FilmJoint
 from clearance.laws.outline import NODES, Outline, deepest, touching, worn
 from clearance.wearing.life import Plan
-from clearance.wearing.replay import Replay, Worn, rest
+from clearance.wearing.load_path import LoadPath, Worn
+from clearance.wearing.replay import rest
 
 FILE = Path(__file__).with_name("wear_rows.csv")
 ROWS = {row["id"]: float(row["value"]) for row in csv.DictReader(FILE.read_text().splitlines())}
@@ -44,9 +45,9 @@ def turning(parts=180):
 
 def replayed(path, turns, modulus=MODULUS):
     """Outlines after so many turns, and the error that the replay states."""
-    replay = Replay(path, modulus, RADIUS * LENGTH)
+    path_of_turn = LoadPath(path, modulus, RADIUS * LENGTH)
     begin = Worn.of(UNWORN, path, path[:, 4].any())
-    end, done, error = replay.over(begin, turns, 1e-3)
+    end, done, error = path_of_turn.over(begin, turns, 1e-3)
     assert done == turns
     return end, error
 
@@ -95,7 +96,7 @@ class TestReplay:
 
         The load is not in the row, which fits no other round one; within 3e-4.
         """
-        end = Replay(turning(), MODULUS, RADIUS * LENGTH)
+        end = LoadPath(turning(), MODULUS, RADIUS * LENGTH)
         end = end.step(Worn.of(UNWORN, turning(), True), 1.0)
         life = end.bearing[270], end.bearing[315], end.journal[30], *end.volumes
         rows = [ROWS[row] for row in ("W34", "W36", "W38", "W40", "W40")]

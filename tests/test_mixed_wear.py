@@ -24,7 +24,7 @@ from clearance.laws.worn_asperity import (
 )
 from clearance.laws.worn_film import short_on_outlines, short_slopes
 from clearance.materials import steel
-from clearance.wearing.replay import Replay, Worn
+from clearance.wearing.load_path import LoadPath, Worn
 
 HERE = Path(__file__).parent
 FILES = (HERE / "wear_profile_rows.csv", HERE / "film" / "worn_film_rows.csv")
@@ -317,7 +317,7 @@ class TestLife:
         ends = []
         for rough in (None, solids):
             begin = Worn.of(data(), path, True)
-            ends.append(Replay(path, 1e12, 2e-4, rough).over(begin, 500.0, 1e-3)[0])
+            ends.append(LoadPath(path, 1e12, 2e-4, rough).over(begin, 500.0, 1e-3)[0])
         smooth, rough = ends
         assert rough.bearing.max() == pytest.approx(smooth.bearing.max(), rel=3e-3)
         assert rough.volumes == pytest.approx(smooth.volumes, rel=3e-3)

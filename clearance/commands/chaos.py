@@ -7,6 +7,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from clearance.commands.common import ProgressBar
+
 LOOKED_AT = 64  # turns over which a motion is looked at
 MEANING = (
     "the motion is chaotic; the request is for half of the 95 % interval over the mean of a turn"
@@ -67,7 +69,6 @@ class Chaotic:
 
     def _run(self, options, scene):
         from clearance.chaos import statistics
-        from clearance.commands.run import ProgressBar
 
         bar = ProgressBar() if not options.json and sys.stderr.isatty() else None
         try:

@@ -23,6 +23,7 @@ from clearance.commands.accuracy import (
 from clearance.commands.common import (
     DONE,
     FAILED,
+    ProgressBar,
     add_case,
     add_command,
     add_force,
@@ -272,23 +273,6 @@ def _horizon(scene, result, rtol: float) -> tuple[str, bool] | None:
     except NotSolved as reason:
         return f"not found: {reason}", True
     return limit.sentence(scene.turn), limit.time is not None
-
-
-class ProgressBar:
-    """A progress bar on stderr."""
-
-    def __init__(self):
-        from tqdm import tqdm
-
-        self.bar = tqdm(
-            total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed} passed, {remaining} left"
-        )
-
-    def __call__(self, share: float) -> None:
-        self.bar.update(100.0 * share - self.bar.n)
-
-    def close(self) -> None:
-        self.bar.close()
 
 
 def _plot(result, output: Path, settle: float | None) -> Path:

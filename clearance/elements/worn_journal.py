@@ -2,7 +2,7 @@
 between them, of the film, and of the asperities at the gap of each place.
 """
 
-from clearance.elements.clearance_revolute import Journal
+from clearance.elements.journal import Journal
 from clearance.laws.contact import hysteresis
 from clearance.laws.law import FilmJoint, memory_film
 from clearance.laws.outline import deepest

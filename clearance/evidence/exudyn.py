@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 from clearance.body import Body, ground
-from clearance.elements import ClearanceRevolute, Drive, Prismatic
+from clearance.elements import ClearanceRevolute, Drive
 from clearance.evidence.problem import NotSolved, Problem, Solution
 from clearance.laws.film import film_torques
 from clearance.laws.law import DataLaw
@@ -106,9 +106,9 @@ class _Model:
 
     def _joint(self, joint) -> None:
         markers = [self._marker(joint.a), self._marker(joint.b)]
-        if isinstance(joint, ClearanceRevolute):
+        if joint.soft:
             self._film(joint, markers)
-        elif isinstance(joint, Prismatic):
+        elif joint.slides:
             x, y = joint.axis
             c, s = math.cos(joint.angle), math.sin(joint.angle)
             # of the axis, in the frame of b, turned by `angle`

@@ -235,14 +235,14 @@ def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
     steps.
     """
     mechanism = build(scene, ledger=False)
-    joint = next(iter(mechanism.places))
-    at, seconds = mechanism.places[joint], []
+    joint, offsets = next(iter(mechanism.offsets.items()))
+    seconds: list[float] = []
     while len(seconds) < REPEATS + 1 and sum(seconds) < 2.0:
         run = Run(mechanism, Span(turns * scene.turn, SAMPLES), Solver(rtol), outputs=False)
         _, rows, _ = run.trajectory()
         seconds.append(run.cpu)
     steps = int(run.state.steps)
-    return rows[:, at : at + 2] / joint.clearance, statistics.median(seconds[1:] or seconds), steps
+    return rows[:, offsets] / joint.clearance, statistics.median(seconds[1:] or seconds), steps
 
 
 def ladder(

@@ -8,10 +8,10 @@ import numpy as np
 
 from clearance.fields import bearing_of, motion, viscosities
 from clearance.film.bearing import Bearing, FilmSolution
+from clearance.film.lookup import looked_up
 from clearance.film.solvers import solve_film
 from clearance.film.table import TOP, Key, Table
 from clearance.film.table import table as film_table
-from clearance.film.tabulated import looked_up
 from clearance.results import PressureFields, Result, save_tables
 
 

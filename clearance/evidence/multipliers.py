@@ -21,7 +21,7 @@ from collections.abc import Callable
 import numpy as np
 
 from clearance.body import ground
-from clearance.elements import Force, Prismatic, SpringDamper, Torque, TorsionSpring
+from clearance.elements import Force, SpringDamper, Torque, TorsionSpring
 from clearance.elements.friction_joint import FrictionJoint
 from clearance.evidence.pairs import Geometry, Pairs, amount, from_centre, solve
 from clearance.laws.law import BoundLaw
@@ -95,9 +95,9 @@ def inverse(
 # --- arguments
 def _check(scene: Scene) -> None:
     """Joints without clearance, drives that prescribe, and as many equations as coordinates."""
-    if scene.clearance_joints:
+    if scene.soft_joints:
         raise ValueError(
-            f"{scene.clearance_joints[0].label()}: inverse dynamics takes no joint with clearance"
+            f"{scene.soft_joints[0].label()}: inverse dynamics takes no joint with clearance"
         )
     drives = scene.drives
     for drive in (d for d in drives if not d.prescribes):
@@ -336,7 +336,7 @@ class _Friction:
                 reactions.axial[:, p],
                 geometry.axis[:, p, None].conj() * reactions.bending[:, p],
             )
-            if isinstance(joint, Prismatic):
+            if joint.slides:
                 shares[:, j] = np.stack([across, axial, moment, bending.imag, bending.real], axis=1)
                 needed = {"friction_arm": bending.real}
             else:
@@ -449,7 +449,7 @@ def _weights(joint: FrictionJoint) -> tuple[float, float, float]:
     if not joint.rubs_by_load:
         return 0.0, 0.0, 0.0
     g = joint.geometry
-    if isinstance(joint, Prismatic):
+    if joint.slides:
         return 1.0, 2.0 * g["overlap_inverse"], g["friction_arm_inverse"]
     return g["pin_radius"], g["bending_ratio"], g["friction_arm"]
 
@@ -542,7 +542,7 @@ def _joint_channels(
     for p, joint in enumerate(scene.joints):
         here = f"joints/{joint.name}"
         channels |= {f"{here}/force_x": force[:, p].real, f"{here}/force_y": force[:, p].imag}
-        if isinstance(joint, Prismatic):
+        if joint.slides:
             channels[f"{here}/moment"] = relative[:, 3 * p + 2]
         if reactions.spatial:
             channels[f"{here}/axial_force"] = reactions.axial[:, p, 0]

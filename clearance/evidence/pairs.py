@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 
 from clearance.body import Body, Point, as_point, ground
-from clearance.elements import Drive, Prismatic
+from clearance.elements import Drive
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.assembly import Start
 from clearance.scene import Scene
@@ -87,9 +87,7 @@ class Pairs:
         ]
         self.a, self.local_a, self.height_a = self._ends([a for a, _ in ends])
         self.b, self.local_b, self.height_b = self._ends([b for _, b in ends])
-        self.slides = np.array(
-            [isinstance(j, Prismatic) for j in scene.joints] + [False] * len(bodies)
-        )
+        self.slides = np.array([j.slides for j in scene.joints] + [False] * len(bodies))
         self.axis = np.array(
             [complex(*getattr(j, "axis", (1.0, 0.0))) for j in scene.joints] + [1.0] * len(bodies)
         )

@@ -19,13 +19,14 @@ import numpy as np
 
 from clearance import store
 from clearance.evidence.problem import NotSolved, Problem, Solution
+from clearance.stepping.locating import FREE
+from clearance.stepping.state import SPOT_VALUES
 
 BIGGEST_STEP = 1.0 / 96.0  # of a turn, where contacts must not be jumped over
 # of a turn, after a contact event: a longer one could jump over the entire contact
 FIRST_STEP = 1e-7
 BUDGET = 20.0  # seconds a peer may spend on one solution
 PHASES = 100_000
-FREE = -1.0  # impact speed that stands for free flight, as in stepping/loop.py
 
 
 class OverBudget(Exception):
@@ -47,7 +48,7 @@ class Phase:
         self.count = len(problem.scene.clearance_joints)
         self.touching = [False] * self.count
         self.events = m.kernel("events") if self.joints else None
-        self.found = np.zeros(max(3 * self.count, 1))
+        self.spots = np.zeros((max(self.count, 1), SPOT_VALUES))  # penetration, its rate, force
         self.evaluations, self.deadline = 0, time.perf_counter() + BUDGET
 
     def __call__(self, t, y):
@@ -60,8 +61,8 @@ class Phase:
 
     def penetration(self, joint: int, t, y) -> float:
         self.y[:] = y
-        self.events(t, self.y, self.par, self.work, self.found)
-        return self.found[3 * joint]
+        self.events(t, self.y, self.par, self.work, self.spots.ravel())
+        return self.spots[joint, 0]
 
     def begin(self, t, y) -> None:
         for j in self.joints:
@@ -71,7 +72,7 @@ class Phase:
 
     def switch(self, joint: int, t, y) -> None:
         self.penetration(joint, t, y)
-        self.work[joint] = FREE if self.touching[joint] else max(self.found[3 * joint + 1], 0.0)
+        self.work[joint] = FREE if self.touching[joint] else max(self.spots[joint, 1], 0.0)
         self.touching[joint] = not self.touching[joint]
 
 

@@ -10,7 +10,7 @@ dimensional: axial forces and bending moments are its own, not a planar theory's
 import numpy as np
 
 from clearance.body import Body, Point, ground
-from clearance.elements import Drive, Force, Prismatic, SpringDamper, Torque, TorsionSpring
+from clearance.elements import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.evidence.pairs import amount, from_centre
 from clearance.results import Record
 from clearance.scene import Scene
@@ -84,7 +84,7 @@ def spanning_tree(scene: Scene) -> tuple[list[tuple], list]:
     islands = {body: {body} for body in (*scene.bodies, ground)}
     chosen, cuts = [], []
     for joint in sorted(
-        scene.joints, key=lambda j: (j.self_aligning, j not in driven, not isinstance(j, Prismatic))
+        scene.joints, key=lambda j: (j.self_aligning, j not in driven, not j.slides)
     ):
         a, b = (islands[body] for body in joint.bodies())
         if a is b:
@@ -92,7 +92,7 @@ def spanning_tree(scene: Scene) -> tuple[list[tuple], list]:
             continue
         chosen.append(joint)
         islands |= dict.fromkeys(a | b, a | b)
-    if wrong := [j for j in cuts if isinstance(j, Prismatic) or j in driven]:
+    if wrong := [j for j in cuts if j.slides or j in driven]:
         raise ValueError(
             f"{wrong[0].label()} is self-aligning; for Pinocchio slides and driven joints of loops "
             f"are not"
@@ -121,7 +121,7 @@ class Model:
 
         self.pin, self.scene = pinocchio, scene
         self.drives = scene.drives
-        if scene.clearance_joints or not all(d.prescribes for d in self.drives):
+        if scene.soft_joints or not all(d.prescribes for d in self.drives):
             raise ValueError(
                 f"{scene.name}: Pinocchio gets scenes without clearance, all of whose drives "
                 f"prescribe"
@@ -148,7 +148,7 @@ class Model:
         forward = child is joint.b.body
         at, of_joint = (_place(p) for p in ((joint.a, joint.b) if forward else (joint.b, joint.a)))
         turn, kind = 0.0, self.pin.JointModelRZ()
-        if isinstance(joint, Prismatic):
+        if joint.slides:
             turn = joint.angle if forward else -joint.angle
             axis = turned([*joint.axis, 0.0], -turn) if forward else -np.array([*joint.axis, 0.0])
             kind = self.pin.JointModelPrismaticUnaligned(axis)
@@ -157,7 +157,7 @@ class Model:
         placement = self.pin.SE3(turned(np.eye(3), turn).T, at - self.origins[parent])
         self.ids[child] = self.model.addJoint(self.ids[parent], kind, placement, joint.name)
         self.origins[child] = of_joint
-        self.chains[child] = [*self.chains[parent], *([] if isinstance(joint, Prismatic) else [i])]
+        self.chains[child] = [*self.chains[parent], *([] if joint.slides else [i])]
         com = np.array((*child.com, 0.0)[:3]) - of_joint
         inertia = self.pin.Inertia(child.mass, com, _inertia(child))
         self.model.appendBodyToJoint(self.ids[child], inertia, self.pin.SE3.Identity())
@@ -187,7 +187,7 @@ class Model:
         values = np.empty((3, len(state), len(self.tree)))
         for i, (joint, *_) in enumerate(self.tree):
             a, b = (state[:, place[body]] for body in joint.bodies())
-            if not isinstance(joint, Prismatic):
+            if not joint.slides:
                 values[:, :, i] = self.signs[i] * (b - a)[:, 2::3].T
                 continue
             axis = complex(*joint.axis) * np.exp(1j * a[:, 2])
@@ -336,7 +336,7 @@ def _channels(
     """
     force, moment = (turned(carried[:, k : k + 3], angle) for k in (0, 3))
     if child is not joint.b.body:
-        if isinstance(joint, Prismatic):  # the child's frame stands at point a
+        if joint.slides:  # the child's frame stands at point a
             moment = moment - np.cross(q[:, None] * turned([*joint.axis, 0.0], angle), force)
         force, moment = -force, -moment
     return _named(joint, np.concatenate([force, moment], axis=1))
@@ -344,7 +344,7 @@ def _channels(
 
 def _named(joint, wrench: np.ndarray) -> dict[str, np.ndarray]:
     names = ["force_x", "force_y", "axial_force", "bending_x", "bending_y"]
-    names += ["moment"] if isinstance(joint, Prismatic) else []
+    names += ["moment"] if joint.slides else []
     return {f"joints/{joint.name}/{name}": wrench[:, i] for i, name in enumerate(names)}
 
 

@@ -16,7 +16,6 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from clearance.elements import Prismatic
 from clearance.evidence import multipliers, pinocchio
 from clearance.evidence.pairs import Geometry, Pairs
 from clearance.inverse.dynamics import inverse_dynamics
@@ -335,7 +334,7 @@ def dense_system(
     for i, joint in enumerate(scene.joints):
         here = f"joints/{joint.name}"
         channels |= {f"{here}/force_x": force[:, i].real, f"{here}/force_y": force[:, i].imag}
-        if isinstance(joint, Prismatic):
+        if joint.slides:
             channels[f"{here}/moment"] = relative[:, 3 * i + 2]
     for drive, place in zip(pairs.drives, pairs.driven, strict=True):
         channels[f"drives/{drive.name}/{drive.effort_kind}"] = relative[:, place]

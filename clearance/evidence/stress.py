@@ -23,7 +23,7 @@ import numpy as np
 
 from clearance.body import Body, ground
 from clearance.catalogue import find_case
-from clearance.elements import ClearanceRevolute, Drive, Prismatic, Revolute
+from clearance.elements import Drive, Prismatic, Revolute
 from clearance.elements.joint import Joint
 from clearance.interrupts import end_groups, follow_parent
 from clearance.results import Result, save_tables
@@ -179,7 +179,7 @@ def altered(scene: Scene, changes: dict, laws: dict, masses: float, gravity) -> 
         )
 
     def joint(j: Joint) -> Joint:
-        if not isinstance(j, ClearanceRevolute):
+        if not j.soft:
             return j
         values = dict(changes)
         if "eccentricity" in values:

@@ -4,38 +4,11 @@ import math
 
 from clearance import checks
 from clearance.film.bearing import check_mesh
-from clearance.film.tabulated import bump_0, bump_1, patch
+from clearance.film.pad_lookup import MESH, NODES, looked_up
 from clearance.laws.law import BoundLaw, DataLaw, PadFace, pad
 from clearance.laws.pad import STEEPEST
 
-HEAD = 4  # numbers before the coefficients: nodes over y, cells per y, cells over theta, per theta
-TOP = 3.2  # largest |y| of the nodes, tau = 0.9967
-PARTS = 3  # load, moment, wetted area
 REST = 1e-15  # m/s: a pad at rest counts as closing with it, so that its direction has a slope
-NODES = 65  # over y, an odd number
-MESH = (128, 12)  # of the solver
-
-
-def looked_up(data, start, y, angle):
-    """The three splines w, k, A of `pad_table` at y and theta; linear in y beyond the nodes."""
-    top = data[start] - 1.0
-    around = int(data[start + 2])
-    place = (y + TOP) * data[start + 1]
-    x = min(max(place, 0.0), top)
-    z = (angle + math.pi) * data[start + 3]
-    i, j = min(int(x), int(top) - 1), min(max(int(z), 0), around - 1)
-    t, u = x - i, z - j
-    p0, p1, p2, p3 = bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t)
-    below, above = min(0.5 * place, 0.0), max(0.5 * (place - top), 0.0)
-    p0, p1, p2, p3 = p0 - below, p1 - above, p2 + below, p3 + above
-    w0, w1, w2, w3 = bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u)
-    line = PARTS * (around + 3)
-    at = start + HEAD + i * line + PARTS * j
-    return (
-        patch(data, at, line, PARTS, p0, p1, p2, p3, w0, w1, w2, w3),
-        patch(data, at + 1, line, PARTS, p0, p1, p2, p3, w0, w1, w2, w3),
-        patch(data, at + 2, line, PARTS, p0, p1, p2, p3, w0, w1, w2, w3),
-    )
 
 
 def pad_table(gap, slope, gap_rate, slope_rate, speed, face, data, start):

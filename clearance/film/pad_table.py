@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
-from clearance.film import bands, pad_law, table
-from clearance.film.pad_law import HEAD, MESH, NODES, PARTS, TOP, looked_up
-from clearance.film.tabulated import Tabulated
+from clearance.film import bands, lookup, pad_lookup, table
+from clearance.film.lookup import Tabulated
+from clearance.film.pad_lookup import HEAD, MESH, NODES, PARTS, TOP, looked_up
 from clearance.store import njit
 
 LOG = logging.getLogger("clearance")
@@ -152,7 +152,7 @@ class PadKey:
 
     def name(self) -> str:
         """Of the file: all of the key, and the text of what makes it and reads it."""
-        files = (__file__, bands.__file__, pad_law.__file__)
+        files = (__file__, bands.__file__, lookup.__file__, pad_lookup.__file__)
         text = [Path(f).read_text() for f in files]
         return hashlib.sha256(json.dumps([vars(self), text]).encode()).hexdigest()[:24]
 

@@ -39,9 +39,9 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks, store
-from clearance.film import bands, tabulated
+from clearance.film import bands, lookup
 from clearance.film.bearing import check_mesh, check_nodes
-from clearance.film.tabulated import (
+from clearance.film.lookup import (
     HEAD,
     TOP,
     Tabulated,
@@ -143,10 +143,9 @@ class Key:
 
     def name(self) -> str:
         """Of the file: all of the key, and the text of what makes it and reads it."""
-        text = [Path(f).read_text() for f in (__file__, bands.__file__, tabulated.__file__)]
-        return hashlib.sha256(json.dumps([vars(self), text], default=list).encode()).hexdigest()[
-            :24
-        ]
+        text = [Path(f).read_text() for f in (__file__, bands.__file__, lookup.__file__)]
+        content = json.dumps([vars(self), text], default=list)
+        return hashlib.sha256(content.encode()).hexdigest()[:24]
 
     def build(self) -> Table:
         """Solve all nodes, fit the splines, measure the error at states between them."""
@@ -425,7 +424,7 @@ def _read(path: Path, key: Key, warned: bool = False) -> Table | None:
         if made.numbers.shape != (key.size,) or not intact:
             raise ValueError("not what its key makes")
         return made
-    except Exception as reason:  # noqa: BLE001 - whatever is wrong with the file, it can be made again
+    except Exception as reason:  # noqa: BLE001 - whatever is wrong, it can be made again
         if not warned:
             LOG.warning(
                 f"film table {path} is damaged or of another film "

@@ -1,120 +1,21 @@
 """Film laws that look their force up in a table of the finite bearing (film/table.py)."""
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from clearance import checks
 from clearance.film.bearing import CAVITATIONS, Bearing, check_mesh, check_nodes
+from clearance.film.lookup import (
+    TOP,
+    looked_up,
+    looked_up_ambient,
+    looked_up_flow,
+    looked_up_flow_ambient,
+)
 from clearance.laws.film import REST, WALL
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
 
-if TYPE_CHECKING:
-    import numpy as np
-
-#: numbers before the coefficients: A; nodes over y and alpha', cells per y, per alpha', nodes over
-#: tau. Then values of A; where the side flow begins; the same four of the side flow, over y and
-#: alpha
-HEAD = 11
-TOP = 6.2  # largest y of the nodes
-LAST = 1.0 - math.exp(-TOP)  # its eccentricity ratio, 0.998
+LAST = 1.0 - math.exp(-TOP)  # eccentricity ratio of the last nodes, 0.998
 LAYERS = 25  # nodes over tau
-
-
-@dataclass(frozen=True)
-class Tabulated:
-    """Numbers that a film law reads from a table, and how far they are from the film they stand
-    for.
-
-    Each kind has the fields of its errors and its `error`, the largest of the force where the film
-    carries. `stronger(factor)` are its numbers with all forces and the friction of the film times a
-    factor.
-    """
-
-    numbers: "np.ndarray"
-
-    @property
-    def errors(self) -> tuple[float, ...]:
-        return tuple(value for name, value in vars(self).items() if name != "numbers")
-
-    def facts(self) -> dict:
-        """Facts of it in the report of a run."""
-        return {
-            f"film_table_{name}": value for name, value in vars(self).items() if name != "numbers"
-        }
-
-
-def bump_0(t):
-    """First of the four cubic B-splines over a cell, t in [0, 1]."""
-    u = 1.0 - t
-    return u * u * u / 6.0
-
-
-def bump_1(t):
-    return (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0
-
-
-def row(data, at, step, w0, w1, w2, w3):
-    """Sum of four coefficients."""
-    return (
-        data[at] * w0 + data[at + step] * w1 + data[at + 2 * step] * w2 + data[at + 3 * step] * w3
-    )
-
-
-def patch(data, at, line, step, p0, p1, p2, p3, w0, w1, w2, w3):
-    """Sum of four rows of coefficients."""
-    return (
-        p0 * row(data, at, step, w0, w1, w2, w3)
-        + p1 * row(data, at + line, step, w0, w1, w2, w3)
-        + p2 * row(data, at + 2 * line, step, w0, w1, w2, w3)
-        + p3 * row(data, at + 3 * line, step, w0, w1, w2, w3)
-    )
-
-
-def looked_up(data, start, y, angle):
-    """The three splines (w_r + A cos, w_t - A sin, K) at y = -ln(1 - eps) and alpha' in [0, pi]."""
-    nodes = int(data[start + 1])
-    top = nodes - 1.0
-    x, z = min(y * data[start + 2], top), min(angle * data[start + 3], top)
-    i, j = min(int(x), nodes - 2), min(int(z), nodes - 2)
-    t, u = x - i, z - j
-    p0, p1, p2, p3 = bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t)
-    f1, f3 = p1, p3  # of the force, which goes on beyond the last node
-    if y * data[start + 2] > top:
-        further = (1.0 - math.exp(0.5 * (top / data[start + 2] - y))) * data[start + 2]
-        f1, f3 = f1 - further, f3 + further
-    w0, w1, w2, w3 = bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u)
-    line = 3 * (nodes + 2)
-    at = start + HEAD + 1 + i * line + 3 * j
-    return (
-        patch(data, at, line, 3, p0, f1, p2, f3, w0, w1, w2, w3),
-        patch(data, at + 1, line, 3, p0, f1, p2, f3, w0, w1, w2, w3),
-        patch(data, at + 2, line, 3, p0, p1, p2, p3, w0, w1, w2, w3),
-    )
-
-
-def looked_up_flow(data, start, y, angle):
-    """The spline of the side flow, q, at y and alpha in [0, pi]."""
-    nodes = int(data[start + 7])
-    top = nodes - 1.0
-    x, z = min(y * data[start + 8], top), min(angle * data[start + 9], top)
-    i, j = min(int(x), nodes - 2), min(int(z), nodes - 2)
-    t, u = x - i, z - j
-    at = start + int(data[start + 6]) + i * (nodes + 2) + j
-    return patch(
-        data,
-        at,
-        nodes + 2,
-        1,
-        bump_0(t),
-        bump_1(t),
-        bump_1(1.0 - t),
-        bump_0(1.0 - t),
-        bump_0(u),
-        bump_1(u),
-        bump_1(1.0 - u),
-        bump_0(1.0 - u),
-    )
 
 
 def answering(eps, radial_rate, across):
@@ -159,6 +60,19 @@ def scaled_motion(eps, radial_rate, turning):
     return gap, root, across, width, speed, logarithm(eps), angle
 
 
+def film_force(joint, radial_rate, motion, size, splines):
+    """Force on the journal and shear.
+
+    motion: s^2, s, s v_t, its size, |V'|; size: A; splines: w_r + A cos, w_t - A sin, K.
+    """
+    gap, root, across, width, speed = motion
+    rest_radial, rest_tangential, shear = splines
+    scale = joint.viscosity * joint.length * joint.radius**3 / (joint.clearance**2 * gap)
+    radial = (speed * rest_radial - size * radial_rate) * scale / root
+    tangential = (speed * rest_tangential * across / width + size * across) * scale
+    return radial, tangential, shear / root
+
+
 def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     """Film of a finite bearing from its Reynolds equation [N, N, 1], looked up in a table.
 
@@ -171,16 +85,12 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     table is within 1e-3 of the Reynolds equation where the journal closes in. Rigid, aligned,
     isoviscous, cavitating at ambient pressure.
     """
-    first = int(start)
     eps = min(eccentricity_ratio, 1.0)
     turning = 0.5 * eps * entrainment
     eps = answering(eps, radial_rate, math.sqrt(max(1.0 - eps * eps, WALL)) * turning)
     gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, turning)
-    rest_radial, rest_tangential, shear = looked_up(data, first, y, angle)
-    scale = joint.viscosity * joint.length * joint.radius**3 / (joint.clearance**2 * gap)
-    radial = (speed * rest_radial - data[first] * radial_rate) * scale / root
-    tangential = (speed * rest_tangential * across / width + data[first] * across) * scale
-    return radial, tangential, shear / root
+    first, motion = int(start), (gap, root, across, width, speed)
+    return film_force(joint, radial_rate, motion, data[first], looked_up(data, first, y, angle))
 
 
 def side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
@@ -193,79 +103,6 @@ def side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     return joint.clearance * joint.radius * joint.length * speed * flow
 
 
-def block(data, at, plane, line, step, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3):
-    """Sum of four patches of coefficients."""
-    return (
-        p0 * patch(data, at, line, step, w0, w1, w2, w3, q0, q1, q2, q3)
-        + p1 * patch(data, at + plane, line, step, w0, w1, w2, w3, q0, q1, q2, q3)
-        + p2 * patch(data, at + 2 * plane, line, step, w0, w1, w2, w3, q0, q1, q2, q3)
-        + p3 * patch(data, at + 3 * plane, line, step, w0, w1, w2, w3, q0, q1, q2, q3)
-    )
-
-
-def looked_up_ambient(data, start, y, angle, tau):
-    """A and the three splines (w_r + A cos, w_t - A sin, K) at y, alpha' and tau in [0, 1]."""
-    nodes, layers = int(data[start + 1]), int(data[start + 4])
-    top, roof = nodes - 1.0, layers - 1.0
-    x, z, c = (
-        min(y * data[start + 2], top),
-        min(angle * data[start + 3], top),
-        min(tau * roof, roof),
-    )
-    i, j, k = min(int(x), nodes - 2), min(int(z), nodes - 2), min(int(c), layers - 2)
-    t, u, v = x - i, z - j, c - k
-    p0, p1, p2, p3 = bump_0(t), bump_1(t), bump_1(1.0 - t), bump_0(1.0 - t)
-    f1, f3 = p1, p3  # of the force, which goes on beyond the last node
-    if y * data[start + 2] > top:
-        further = (1.0 - math.exp(0.5 * (top / data[start + 2] - y))) * data[start + 2]
-        f1, f3 = f1 - further, f3 + further
-    w0, w1, w2, w3 = bump_0(u), bump_1(u), bump_1(1.0 - u), bump_0(1.0 - u)
-    q0, q1, q2, q3 = bump_0(v), bump_1(v), bump_1(1.0 - v), bump_0(1.0 - v)
-    line = 3 * (layers + 2)
-    plane = line * (nodes + 2)
-    at = start + HEAD + layers + 2 + i * plane + j * line + 3 * k
-    return (
-        row(data, start + HEAD + k, 1, q0, q1, q2, q3),
-        block(data, at, plane, line, 3, p0, f1, p2, f3, w0, w1, w2, w3, q0, q1, q2, q3),
-        block(data, at + 1, plane, line, 3, p0, f1, p2, f3, w0, w1, w2, w3, q0, q1, q2, q3),
-        block(data, at + 2, plane, line, 3, p0, p1, p2, p3, w0, w1, w2, w3, q0, q1, q2, q3),
-    )
-
-
-def looked_up_flow_ambient(data, start, y, angle, tau):
-    """The spline of the side flow, q, at y, alpha and tau."""
-    nodes, layers = int(data[start + 7]), int(data[start + 10])
-    top, roof = nodes - 1.0, layers - 1.0
-    x, z, c = (
-        min(y * data[start + 8], top),
-        min(angle * data[start + 9], top),
-        min(tau * roof, roof),
-    )
-    i, j, k = min(int(x), nodes - 2), min(int(z), nodes - 2), min(int(c), layers - 2)
-    t, u, v = x - i, z - j, c - k
-    line = layers + 2
-    plane = line * (nodes + 2)
-    return block(
-        data,
-        start + int(data[start + 6]) + i * plane + j * line + k,
-        plane,
-        line,
-        1,
-        bump_0(t),
-        bump_1(t),
-        bump_1(1.0 - t),
-        bump_0(1.0 - t),
-        bump_0(u),
-        bump_1(u),
-        bump_1(1.0 - u),
-        bump_0(1.0 - u),
-        bump_0(v),
-        bump_1(v),
-        bump_1(1.0 - v),
-        bump_0(1.0 - v),
-    )
-
-
 def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, start, ambient):
     """As `table`, for an ambient pressure [Pa] above the cavitation pressure: a third axis of the
     table.
@@ -275,19 +112,15 @@ def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
 
     Linear in the velocities about rest, where the film does not cavitate.
     """
-    first = int(start)
     eps = min(eccentricity_ratio, 1.0)
     turning = 0.5 * eps * entrainment
     eps = answering(eps, radial_rate, math.sqrt(max(1.0 - eps * eps, WALL)) * turning)
     gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, turning)
     still = ambient * joint.clearance**2 * gap * gap / (3.0 * joint.viscosity * joint.radius**2)
-    size, rest_radial, rest_tangential, shear = looked_up_ambient(
-        data, first, y, angle, still / (still + speed)
-    )
-    scale = joint.viscosity * joint.length * joint.radius**3 / (joint.clearance**2 * gap)
-    radial = (speed * rest_radial - size * radial_rate) * scale / root
-    tangential = (speed * rest_tangential * across / width + size * across) * scale
-    return radial, tangential, shear / root
+    tau = still / (still + speed)
+    size, rest_radial, rest_tangential, shear = looked_up_ambient(data, int(start), y, angle, tau)
+    motion, splines = (gap, root, across, width, speed), (rest_radial, rest_tangential, shear)
+    return film_force(joint, radial_rate, motion, size, splines)
 
 
 def side_flow_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, start, ambient):

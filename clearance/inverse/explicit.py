@@ -95,11 +95,9 @@ def _built(scene: Scene) -> Mechanism:
 
     Raises ValueError naming what is free.
     """
-    if scene.clearance_joints:
-        joint = scene.clearance_joints[0]
-        raise ValueError(
-            f"{joint.label()} has clearance: its motion is not prescribed; use cl.simulate"
-        )
+    for joint in scene.soft_joints:
+        reason = "has clearance" if joint.spots() else "is held by forces"
+        raise ValueError(f"{joint.label()} {reason}: its motion is not prescribed; use cl.simulate")
     for drive in (d for d in scene.drives if not d.prescribes):
         raise ValueError(
             f"{drive.label()} gives an effort, not a motion; inverse dynamics needs speed= or "

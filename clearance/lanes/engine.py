@@ -13,6 +13,7 @@ from clearance.lanes.folding import Folding
 from clearance.lanes.rows import Entry, Piece, Rows
 from clearance.lanes.steps import Entries, Shape
 from clearance.mechanism.structure import Structure
+from clearance.stepping.state import SPOT_VALUES
 from clearance.tracing.elementary import INT32
 from clearance.tracing.ir import DOUBLE, INT64
 from clearance.tracing.lanes import Lanes
@@ -120,7 +121,7 @@ def engine(
     module, made, shared = new_module(), {}, {}
     places = {
         entries.rhs: ("rhs", list(range(shape.size))),
-        entries.films: ("events", [3 * spot for _, spot in shape.films]),
+        entries.films: ("events", [SPOT_VALUES * spot for _, spot in shape.films]),
         entries.outputs: ("observe", channels),
     }
     for entry, (role, outputs) in places.items():

@@ -102,7 +102,7 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     system.check_measured(q)
     velocity = system.velocities(q)
     poses, rates = (
-        {b: tuple(map(float, vector[i : i + 3])) for b, i in system.place.items()}
+        {b: tuple(map(float, vector[place])) for b, place in system.pose.items()}
         for vector in (q, velocity)
     )
     values, slopes = system.geometry(q)
@@ -138,8 +138,8 @@ class _System:
         self.scene = scene
         self.joints: list[Joint] = list(scene.joints)
         self.measured: list[Joint] = []
-        self.place = {b: 3 * i for i, b in enumerate(scene.bodies)}
         self.geometry = Geometry.of(scene, numbers)
+        self.pose = {b: self.geometry.pose(b) for b in scene.bodies}
         self.drives = scene.drives
         self.start: dict[Element, float] = {}
         self.held: list[_Row] = []
@@ -175,7 +175,7 @@ class _System:
     # --- rough start
     def rough(self) -> np.ndarray:
         """Body angles as given; positions as given, or along the joints from the ground."""
-        q = np.zeros(3 * len(self.scene.bodies))
+        q = np.zeros(self.geometry.size)
         placed = {ground}
         given = {
             d.target: d.start
@@ -183,7 +183,7 @@ class _System:
             if d.start is not None and isinstance(d.target, Body)
         }
         for body in self.scene.bodies:
-            q[self.place[body] + 2] = given.get(body, body.angle)
+            q[self.pose[body]][2] = given.get(body, body.angle)
             if body.position is not None:
                 self._set_origin(q, body, body.position)
                 placed.add(body)
@@ -197,21 +197,19 @@ class _System:
         return q
 
     def _set_origin(self, q, body: Body, origin) -> None:
-        i = self.place[body]
-        x, y = _turned(q[i + 2], *body.com[:2])
-        q[i : i + 2] = origin[0] + x, origin[1] + y
+        pose = q[self.pose[body]]
+        x, y = _turned(pose[2], *body.com[:2])
+        pose[:2] = origin[0] + x, origin[1] + y
 
     def _follow(self, q, joint: Joint, placed: set) -> None:
         old, new = (joint.a, joint.b) if joint.a.body in placed else (joint.b, joint.a)
+        pose = q[self.pose[new.body]]
         if TURN not in joint.free:
             angle = getattr(joint, joint.turn.number) if joint.turn.number else 0.0
-            q[self.place[new.body] + 2] = self._pose(q, old.body)[2] + (
-                angle if new is joint.b else -angle
-            )
+            pose[2] = self._pose(q, old.body)[2] + (angle if new is joint.b else -angle)
         target = self._point(q, old)
-        i = self.place[new.body]
-        arm = _turned(q[i + 2], new.x - new.body.com[0], new.y - new.body.com[1])
-        q[i : i + 2] = target[0] - arm[0], target[1] - arm[1]
+        arm = _turned(pose[2], new.x - new.body.com[0], new.y - new.body.com[1])
+        pose[:2] = target[0] - arm[0], target[1] - arm[1]
         placed.add(new.body)
 
     def take_start_values(self, q) -> None:
@@ -238,8 +236,7 @@ class _System:
 
     # --- geometry
     def _pose(self, q, body: Body):
-        i = self.place.get(body)
-        return (0.0, 0.0, 0.0) if i is None else (q[i], q[i + 1], q[i + 2])
+        return q[self.pose[body]] if body in self.pose else (0.0, 0.0, 0.0)
 
     def _point(self, q, point):
         x, y, angle = self._pose(q, point.body)
@@ -315,7 +312,7 @@ class _System:
             if error <= 0.01 * CLOSURE * self.size:
                 break
             step = -np.linalg.lstsq(matrix, residual, rcond=1e-12)[0]
-            turn = np.abs(step[2::3]).max(initial=0.0)
+            turn = np.abs(step[self.geometry.angles]).max(initial=0.0)
             q = q + step * min(1.0, LARGEST_TURN / turn if turn else 1.0)
             if worst <= CLOSURE * self.size and np.abs(step).max() < 1e-15 * self.size:
                 break
@@ -355,7 +352,8 @@ class _System:
         """
         for joint in self.measured:
             e = math.hypot(*(self._value(q, (joint, what)) for what in RELATIVE[:2]))
-            if joint.contact is None and joint.outline is None and e >= joint.clearance:
+            only_film = joint.film is not None and joint.contact is None and joint.outline is None
+            if only_film and e >= joint.clearance:
                 raise ValueError(
                     f"loop cannot close: {joint.label()} starts {e:.6g} m off centre, outside its "
                     f"clearance circle "
@@ -387,13 +385,10 @@ class _System:
         """
         labels, _, matrix = self.equations(q, starting=False)
         scaled = matrix.copy()
-        scaled[:, 2::3] /= self.size
+        scaled[:, self.geometry.angles] /= self.size
+        moves = np.delete(scaled, self.geometry.angles, axis=1).any(axis=1)
         for i, label in enumerate(labels):
-            if (
-                not label.startswith("joint")
-                or not np.any(scaled[i, 0::3])
-                and not np.any(scaled[i, 1::3])
-            ):
+            if not (label.startswith("joint") and moves[i]):
                 scaled[i] *= self.size
         if not scaled.size:
             return [], scaled.shape[1]
@@ -417,9 +412,9 @@ class _System:
         count little).
         """
         rough, free = np.zeros(q.size), np.ones(q.size)
-        for body, i in self.place.items():
-            rough[i : i + 3] = (*body.velocity, body.angular_velocity)
-            free[i : i + 3] = (1.0, 1.0, 1.0 / self.size)
+        for body, place in self.pose.items():
+            rough[place] = (*body.velocity, body.angular_velocity)
+        free[self.geometry.angles] = 1.0 / self.size
         free[rough != 0.0] *= 1e-6
         rows = self._rows([d for d in self.drives if d.prescribes or d.speed_start is not None])
         matrix = self.geometry(q)[1][[self.geometry.place[row.place] for row in rows]]

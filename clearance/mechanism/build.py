@@ -83,8 +83,8 @@ class Mechanism:
 
     @property
     def eccentric(self) -> list:
-        """Joints with clearance whose offsets are coordinates."""
-        return [j for j in self.scene.clearance_joints if j not in self.start.measured]
+        """Soft joints whose offsets are coordinates."""
+        return [j for j in self.scene.soft_joints if j not in self.start.measured]
 
     @cached_property
     def frequency(self) -> float:
@@ -104,6 +104,11 @@ class Mechanism:
     def acceleration(self) -> float:
         """A typical acceleration [m/s2]: of the motion and of gravity together."""
         return acceleration_of(self.start.size, self.frequency, self.scene.gravity)
+
+    @cached_property
+    def offsets(self) -> dict:
+        """Places of each joint's offsets in the state, for those that are coordinates."""
+        return {j: slice(at, at + len(j.soft_coordinates)) for j, at in self.places.items()}
 
     @cached_property
     def places(self) -> dict:
@@ -146,7 +151,7 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     """
     numbers = Numbers(scene)
     start = assemble(scene, numbers)
-    more = (j for j in scene.clearance_joints if j.name in opened and j not in start.measured)
+    more = (j for j in scene.soft_joints if j.name in opened and j not in start.measured)
     start = replace(start, measured=(*start.measured, *more))
     plan, cut, way = _plans(scene, numbers, start.measured)
     for group in plan.groups:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from clearance.body import ABSOLUTE
+from clearance.body import ABSOLUTE, Body
 from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.loops import offsets, wrong_turn
@@ -27,17 +27,24 @@ class Geometry:
     """Values and slopes of coordinates at positions q, (x, y, angle) of each body.
 
     places: (joint, name) of the relative coordinates, known ones less the numbers that joints keep
-        them at, then (body, "x"), (body, "y"), (body, "angle"). read: the scene's numbers that they
-        depend on.
+        them at, then (body, "x"), (body, "y"), (body, "angle"). angles: places of the last in q.
+        read: the scene's numbers that they depend on.
     """
 
     def __init__(self, scene: Scene, values: list[float], traced: tuple):
-        self.places = [(j, what) for j in scene.joints for what in RELATIVE]
-        self.places += [(b, what) for b in scene.bodies for what in ABSOLUTE]
+        relative = [(j, what) for j in scene.joints for what in RELATIVE]
+        absolute = [(b, what) for b in scene.bodies for what in ABSOLUTE]
+        self.count, self.size = len(relative), len(absolute)
+        self.places = [*relative, *absolute]
         self.place = {place: i for i, place in enumerate(self.places)}
         self.function, self.rows, self.columns, read = traced
         self.values, self.read = values, tuple(values[i] for i in read)
-        self.count, self.size = 3 * len(scene.joints), 3 * len(scene.bodies)
+        self.angles = [i for i, (_, what) in enumerate(absolute) if what == "angle"]
+
+    def pose(self, body: Body) -> slice:
+        """Places of a body's x, y and angle in q."""
+        first = self.place[body, ABSOLUTE[0]] - self.count
+        return slice(first, first + len(ABSOLUTE))
 
     @classmethod
     def of(cls, scene: Scene, numbers: Numbers) -> "Geometry":
@@ -67,19 +74,20 @@ def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.nda
     numbers that it reads.
     """
     function = Function("geometry")
-    q = [function.argument() for _ in range(3 * len(scene.bodies))]
+    q = {body: [function.argument() for _ in ABSOLUTE] for body in scene.bodies}
     free = {name: function.argument() for name in numbers.index}
     given = numbers.constants | free
     trace = function.trace
     k = Kinematics(trace, given.__getitem__, {}, {})
     k.poses |= {
         body: Pose(x, y, trace.cos(angle), trace.sin(angle), angle)
-        for body, x, y, angle in zip(scene.bodies, q[0::3], q[1::3], q[2::3], strict=True)
+        for body, (x, y, angle) in q.items()
     }
     values = [v for joint in scene.joints for v in _relative(k, joint)]
     if not values:
         return lambda par, *numbers: (), *np.zeros((2, 0), dtype=int), []
-    slopes = trace.tangent(values, {leaf: {i: 1.0} for i, leaf in enumerate(q)})
+    leaves = [leaf for pose in q.values() for leaf in pose]
+    slopes = trace.tangent(values, {leaf: {i: 1.0} for i, leaf in enumerate(leaves)})
     places = [(i, j) for i, slope in enumerate(slopes) for j in slope]
     function.outputs = [*values, *(slopes[i][j] for i, j in places)]
     scope: dict = {"math": math}

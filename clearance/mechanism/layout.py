@@ -73,9 +73,14 @@ class Layout:
         return len(self.coordinates)
 
     @property
+    def rates(self) -> slice:
+        """Rates of the coordinates in the state, in the order of these."""
+        return slice(self.size, 2 * self.size)
+
+    @property
     def states(self) -> int:
         """Number of first-order states without the ledger."""
-        return 2 * self.size + len(self.first_order)
+        return self.rates.stop + len(self.first_order)
 
     @property
     def length(self) -> int:

@@ -160,7 +160,7 @@ class Tracing:
         self.trace = Trace()
         self.calls = Calls(self.trace, self.number)
         free = [c.place for c in plan.free]
-        soft = [j for j in scene.clearance_joints if j not in measured]
+        soft = [j for j in scene.soft_joints if j not in measured]
         self.places = free + [(j, what) for j in soft for what, _ in j.soft_coordinates]
         self.names = [c.key for c in plan.free] + [
             f"{j.key}/{name}" for j in soft for _, name in j.soft_coordinates

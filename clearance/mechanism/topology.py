@@ -156,7 +156,7 @@ def closed_plan(scene: Scene, measured: tuple = ()) -> Plan:
 
 def cut_plan(scene: Scene) -> Plan:
     """The plan with every clearance joint cut: islands that only forces couple."""
-    cuts = set(scene.clearance_joints)
+    cuts = set(scene.soft_joints)
     return _Planner(scene, [j for j in scene.joints if j not in cuts]).run()
 
 

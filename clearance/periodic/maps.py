@@ -310,7 +310,7 @@ class Section:
     def _crossed(self, place: Place) -> Place:
         """The passage of an autonomous motion through the same angle, after full turns."""
         motion, i = self.motion, self.angle
-        rate = i + motion.mechanism.coordinates
+        rate = motion.mechanism.layout.rates.start + i
         motion._begin(place, 0.0)
         way = self.turns * self.way
         state = motion.run.state

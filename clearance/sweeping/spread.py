@@ -71,7 +71,7 @@ def leaves_of(description: object) -> Iterator[tuple[tuple, object]]:
 
 def start_of(run: Run) -> Start:
     """The start of a run that has not begun."""
-    mechanism, count = run.mechanism, run.mechanism.coordinates
+    mechanism = run.mechanism
     turn, work = mechanism.scene.turn, mechanism.work0.copy()
     blended = [i for i, (_, spot) in enumerate(mechanism.spots) if spot.kind == BLENDED]
     work[blended] = 0.0  # a typical speed, see `Mechanism`
@@ -83,7 +83,7 @@ def start_of(run: Run) -> Start:
         mechanism.par[: len(mechanism.layout.parameters)].copy(),
         mechanism.y0,
         work,
-        np.delete(mechanism.scale, range(count, 2 * count)),
+        np.delete(mechanism.scale, mechanism.layout.rates),
         mechanism.reach,
         np.array(scalars, dtype=float),
         np.array([v for v in described if type(v) is float]),

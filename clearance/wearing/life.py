@@ -28,8 +28,8 @@ from clearance.options import Output
 from clearance.scene import Scene
 from clearance.simulation import prepare, write
 from clearance.sweeping.ideal import ideal_motion
+from clearance.wearing.load_path import LoadPath, Worn, moved
 from clearance.wearing.records import SURFACES, Life, lines
-from clearance.wearing.replay import Replay, Worn, moved
 from clearance.wearing.summing import Turn, Wearing, joined, solids_of
 
 LOG = logging.getLogger("clearance")
@@ -325,20 +325,20 @@ class Driver:
             return outline, turns, 0.0
         outline = Worn.of(outline.data, measured.path, self.joints[name].wear_journal is not None)
         tolerance = max(REPLAYED * self.plan.tolerance, SCATTERED * measured.spread)
-        return self._replay(name, measured).over(outline, turns, tolerance, most, self.most)
+        return self._load_path(name, measured).over(outline, turns, tolerance, most, self.most)
 
-    def _replay(self, name: str, measured: Measured) -> Replay:
+    def _load_path(self, name: str, measured: Measured) -> LoadPath:
         joint = self.joints[name]
         stiffness = joint.contact.values["layer_modulus"]
         surface = joint.radius * joint.contact_length
-        return Replay(measured.path, stiffness, surface, solids_of(joint))
+        return LoadPath(measured.path, stiffness, surface, solids_of(joint))
 
     def _straight(self, name: str, outline: Worn, measured: Measured, turns: float, most: float):
         """Wear of a turn times turns.
 
         Raises ValueError for a requested jump that is unstable.
         """
-        stable = 2.0 / max(self._replay(name, measured).stiff, 1e-300)
+        stable = 2.0 / max(self._load_path(name, measured).stiff, 1e-300)
         if self.plan.jump_turns is not None and self.plan.jump_turns > stable:
             asked = f"jump_turns={self.plan.jump_turns:g} of linear jumps"
             raise ValueError(
@@ -364,7 +364,7 @@ class Driver:
             begin = Worn.of(
                 outlines[name].data, one.path, self.joints[name].wear_journal is not None
             )
-            end = self._replay(name, one).step(begin, 1.0)
+            end = self._load_path(name, one).step(begin, 1.0)
             rates[name] = {s: _depths(end)[s] - _depths(begin)[s] for s in one.rate}
         return rates
 

@@ -13,7 +13,6 @@ import math
 from clearance.laws.law import FilmJoint
 from clearance.laws.outline import (
     COS,
-    LINE,
     NODES,
     SIN,
     STEP,
@@ -25,7 +24,7 @@ from clearance.laws.outline import (
     turned,
 )
 from clearance.laws.worn_asperity import MOST, Rough, moment_and_slope
-from clearance.wearing.replay import AT_REST, ENOUGH, NEWTON, STRIDE, put
+from clearance.wearing.replay import AT_REST, ENOUGH, NEWTON, STRIDE, newton_step, put_both
 
 FIXED = 1e-12  # of the pressure: change at which a place is solved
 
@@ -85,12 +84,7 @@ def rest_rough(force_x, force_y, angle, joint: FilmJoint, data, area, yielding, 
         rx, ry = f[0] - force_x / area, f[1] - force_y / area
         if math.sqrt(rx * rx + ry * ry) * area <= AT_REST * size:
             return x, y, area * f[2]
-        a, b, d = f[3], f[4], f[5]
-        a, d = a + 1e-9 * (a + d), d + 1e-9 * (a + d)
-        dx, dy = (d * rx - b * ry) / (a * d - b * b), (a * ry - b * rx) / (a * d - b * b)
-        long = math.sqrt(dx * dx + dy * dy) / (STRIDE * joint.clearance)
-        if long > 1.0:
-            dx, dy = dx / long, dy / long
+        dx, dy = newton_step(rx, ry, f[3], f[4], f[5], STRIDE * joint.clearance)
         slope = rx * dx + ry * dy
         for _ in range(30):
             f = carried(x + dx, y + dy, angle, joint, data, yielding, solids)
@@ -110,13 +104,7 @@ def wear_rough(x, y, angle, joint: FilmJoint, data, over, solids, pressure):
         g = overlap(x, y, joint.clearance, data, bearing, journal, first + k, weights)
         pressure[k] = pressure_at(g, over[0] + over[1], solids)[0]
     for k in range(nodes):
-        p, node = pressure[k], (first + k) % NODES
-        if over[0] > 0.0:
-            put(data, 1, node, over[0] * p)
-        if over[1] > 0.0:
-            other = (node + before) % NODES
-            put(data, 1 + LINE, other, (1.0 - behind) * over[1] * p)
-            put(data, 1 + LINE, (other + 1) % NODES, behind * over[1] * p)
+        put_both(data, (first + k) % NODES, before, behind, over, pressure[k])
 
 
 def replay_rough(path, turns, data, solids: Rough, surface, place, pressure, volumes):

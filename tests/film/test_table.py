@@ -20,7 +20,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import clearance as cl
-from clearance.film import bands, shipped, tabulated
+from clearance.film import bands, lookup, shipped, tabulated
 from clearance.film import table as tables
 from clearance.film.bearing import Bearing
 from clearance.film.table import Key
@@ -218,8 +218,8 @@ class TestAgainstTheSolver:
             flow = tables.scaled_flow(key, y, angle, 0.0, (256, 12))
             errors.append(
                 [
-                    tabulated.looked_up(actual.numbers, 0, y, angle)[2] / shear - 1.0,
-                    tabulated.looked_up_flow(actual.numbers, 0, y, angle) / flow - 1.0,
+                    lookup.looked_up(actual.numbers, 0, y, angle)[2] / shear - 1.0,
+                    lookup.looked_up_flow(actual.numbers, 0, y, angle) / flow - 1.0,
                 ]
             )
         largest = np.abs(errors).max(axis=0)

@@ -11,7 +11,7 @@ from clearance.laws.outline import deepest, touching
 from clearance.laws.worn_asperity import moment_and_slope, pressed, row_of
 from clearance.laws.worn_film import short_on_outlines
 from clearance.materials import steel
-from clearance.wearing.replay import Replay, Worn
+from clearance.wearing.load_path import LoadPath, Worn
 from tests import test_life, test_mixed_wear, test_wear
 
 CODE = {"source": "plain code of worn joints", "kind": "independent"}
@@ -73,8 +73,8 @@ def test_load_at_rest(turns, depth, validated):
 def test_both_surfaces(validated):
     """Depths and volumes of a turn and of 1000 turns, bearing and journal worn."""
     path, rows = test_life.turning(), test_life.ROWS
-    replay = Replay(path, test_life.MODULUS, test_life.RADIUS * test_life.LENGTH)
-    end = replay.step(Worn.of(test_life.UNWORN, path, True), 1.0)
+    path_of_turn = LoadPath(path, test_life.MODULUS, test_life.RADIUS * test_life.LENGTH)
+    end = path_of_turn.step(Worn.of(test_life.UNWORN, path, True), 1.0)
     actual = np.array([end.bearing[270], end.bearing[315], end.journal[30]])
     row = [rows[name] for name in ("W34", "W36", "W38")]
     validated("depths of a turn, both surfaces", actual, row, 3e-4, unit="m", **CODE)
@@ -94,7 +94,7 @@ def test_wear_a(tmp_path, validated):
     life = cl.wear("wear_a", turns=1, directory=tmp_path, settle=1, average=1, rtol=1e-4)
     joint = next(j for j in cl.load_case("wear_a").clearance_joints)
     path, surface = life.load_path("B"), joint.radius * joint.contact_length
-    replay = Replay(path, joint.contact.values["layer_modulus"], surface)
-    end, _, _ = replay.over(Worn.of(test_life.UNWORN, path, False), 21400.0, 1e-3)
+    path_of_turn = LoadPath(path, joint.contact.values["layer_modulus"], surface)
+    end, _, _ = path_of_turn.over(Worn.of(test_life.UNWORN, path, False), 21400.0, 1e-3)
     actual, row = float(end.bearing.max()), test_life.ROWS["W63"]
     validated("depth of wear-A, load path of one turn", actual, row, 1e-3, unit="m", **CODE)

@@ -1,0 +1,301 @@
+"""The journal of a hinge with clearance: forces of film, asperities, contact and friction on it."""
+
+from dataclasses import dataclass
+
+from clearance.laws.film import film_torques, peak_film_pressure, thinning, wet_film_torques
+from clearance.laws.law import FilmJoint, memory_film
+
+#: smallest distance, relative to the clearance, that still has a direction of its own
+CENTRE = 1e-9
+#: unit and description of outputs that films with data have of their own
+SHOWN = {"side_flow": ("m3/s", "oil that leaves the film at both ends")}
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Shares of film and contact by a transition; without one the joint has all of both."""
+
+    film: object = 1.0
+    film_gap: object = None
+    slope: object = 1.0
+    contact: object = 1.0
+    penetration: object = None
+
+
+class Journal:
+    """The journal of a joint in the frame of the line of centres, and the forces on it.
+
+    n points from the bearing's centre to the journal's, t is n turned by +90 degrees.
+    """
+
+    turn = 0.0  # of a worn journal against the bearing
+
+    def __init__(self, joint, m, w):
+        self.joint, self.m, self.w = joint, m, w
+        self.clearance = m.number(joint, "clearance")
+        self.force, self.torque_a, self.torque_b = (0.0, 0.0), 0.0, 0.0
+        x, y = (m.state(joint, f"eccentricity_{axis}") for axis in "xy")
+        self.rate = x.d, y.d
+        self.spins = tuple(m.spin(body) for body in joint.bodies())
+        self._polar(m.trace, x, y)
+        w.show(joint, "eccentricity_x", "m", "eccentricity of the journal in the bearing, x", x.v)
+        w.show(joint, "eccentricity_y", "m", "eccentricity of the journal in the bearing, y", y.v)
+        text = "eccentricity of the journal over the radial clearance"
+        w.show(joint, "eccentricity_ratio", "1", text, self.distance / self.clearance)
+        text = "nominal minimum film thickness, clearance minus eccentricity"
+        w.show(joint, "gap", "m", text, self.gap)
+        self.thickness_ratio = self.contact_force = self.side_flow = 0.0
+        self.film_force = 0.0, 0.0
+        if joint.roughness is not None:
+            self.thickness_ratio = self.gap / m.number(joint, "roughness")
+            text = "nominal minimum film thickness over composite roughness"
+            w.show(joint, "film_thickness_ratio", "1", text, self.thickness_ratio)
+
+    def _polar(self, trace, x, y) -> None:
+        """Centre and velocity of the journal along n and t."""
+        distance = trace.sqrt(x.v * x.v + y.v * y.v + 1e-300)
+        far = distance - CENTRE * self.clearance
+        self.distance = trace.select(far, distance, CENTRE * self.clearance)
+        self.inverse = 1.0 / self.distance
+        self.nx = trace.select(far, x.v * self.inverse, 1.0)
+        self.ny = trace.select(far, y.v * self.inverse, 0.0)
+        self.gap = self.clearance - self.distance
+        self.approach = self.outward = x.d * self.nx + y.d * self.ny
+        self.sideways = y.d * self.nx - x.d * self.ny
+
+    def vector(self, radial, tangential) -> tuple:
+        """A vector of the frame n, t along the fixed axes."""
+        return radial * self.nx - tangential * self.ny, radial * self.ny + tangential * self.nx
+
+    @property
+    def facts(self) -> tuple:
+        """Numbers of a law's `joint` argument."""
+        wet = self.joint.film is not None
+        absent = () if wet else ("length", "viscosity")
+        return tuple(
+            0.0 if n in absent else self.m.number(self.joint, n) for n in FilmJoint._fields
+        )
+
+    def shares(self) -> Shares:
+        """Shares of film and contact by the transition."""
+        joint = self.joint
+        if joint.transition is None:
+            return Shares()
+        values = self.m.law(joint, "transition", [self.gap], self.facts)
+        for name, weight in zip(("full film", "mixed", "dry"), values[5:], strict=True):
+            text = f"membership of the film thickness ratio in the state {name}"
+            self.w.show(joint, f"membership_{name.replace(' ', '_')}", "1", text, weight)
+        return Shares(*values[:5])
+
+    def film(self, share: Shares) -> None:
+        """Film force at the journal's centre, its reaction at the bearing's, and both friction
+        torques.
+        """
+        m, joint, facts = self.m, self.joint, self.facts
+        radius, clearance, length, viscosity, _ = facts
+        eccentricity, radial, tangential, *shear = self._of_film(share)
+        if joint.heat is not None:
+            laid = [m.number(joint, f"heat/{n}") for n in ("surroundings", "vogel", "vogel_zero")]
+            (thin,) = m.function(thinning, [self._warming(), *laid])
+            radial, tangential, viscosity = thin * radial, thin * tangential, thin * viscosity
+        torque_a = torque_b = 0.0
+        if joint.film_torques:
+            drag = wet_film_torques if shear else film_torques
+            spin_a, spin_b = self.spins
+            state = [
+                eccentricity,
+                tangential,
+                *shear,
+                spin_b,
+                spin_a,
+                radius,
+                clearance,
+                length,
+                viscosity,
+            ]
+            torque_b, torque_a = m.function(drag, state)
+            if share.film_gap is not None:  # the pair of forces acts at the true centres
+                rest = 0.5 * (self.distance - eccentricity * clearance) * tangential
+                torque_a, torque_b = share.film * (torque_a - rest), share.film * (torque_b - rest)
+        self.film_force = share.film * radial, share.film * tangential
+        self._add(self.vector(*self.film_force), torque_a, torque_b)
+        thickness = self.gap if share.film_gap is None else share.film_gap
+        (pressure,) = m.function(
+            peak_film_pressure, [self._film_load(), thickness, radius, clearance, length]
+        )
+        text = "film force on the journal {} the line of centres"
+        for name, way, value in zip(
+            ("radial", "tangential"), ("along", "across"), self.film_force, strict=True
+        ):
+            self.w.show(joint, f"film_{name}", "N", text.format(way), value)
+        self.w.show(
+            joint, "film_pressure", "Pa", "estimate of the film's largest pressure", pressure
+        )
+
+    def _of_film(self, share: Shares) -> tuple:
+        """Eccentricity ratio of the film, its radial and tangential force, and shear if it has
+        it.
+        """
+        m, joint, facts = self.m, self.joint, self.facts
+        clearance = facts[1]
+        eccentricity, turning = self.distance / clearance, self.sideways * self.inverse
+        # the film's own eccentricity; the journal's velocity stays what it is
+        if share.film_gap is not None:
+            eccentricity = 1.0 - share.film_gap / clearance
+            eccentricity = m.trace.select(eccentricity - CENTRE, eccentricity, CENTRE)
+            turning = self.sideways / (clearance * eccentricity)
+        closing = share.slope * self.outward / clearance
+        if joint.film.law.family is memory_film:
+            return eccentricity, *self._with_memory(eccentricity, closing, turning)
+        state = [eccentricity, closing, self.spins[0] + self.spins[1] - 2.0 * turning]
+        forces = m.law(joint, "film", state, facts)
+        self._show_data(state)
+        return eccentricity, *forces
+
+    def _film_load(self):
+        radial, tangential = self.film_force
+        return self.m.trace.sqrt(radial * radial + tangential * tangential + 1e-300)
+
+    def _show_data(self, state: list) -> None:
+        """Outputs that a film with data has of its own."""
+        shown = self.m.shown(self.joint, "film", state, self.facts)
+        self.side_flow = shown.get("side_flow", self.side_flow)
+        for name, value in shown.items():
+            self.w.show(self.joint, name, *SHOWN[name], value)
+
+    def _with_memory(self, eccentricity, closing, turning) -> tuple:
+        """Radial and tangential force and shear of a film that is fixed to the bearing, in the
+        frame of the bearing.
+        """
+        m, joint, (spin_a, spin_b) = self.m, self.joint, self.spins
+        away = self.vector(eccentricity, 0.0), self.vector(closing, eccentricity * turning)
+        pose = m.pose(joint.a.body)
+        (ex, ey), (vx, vy) = (
+            (pose.cosine * x + pose.sine * y, pose.cosine * y - pose.sine * x) for x, y in away
+        )
+        state = [ex, ey, vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a, self.turn, 0.0, 0.0]
+        return self._remembering(state)
+
+    def _remembering(self, state: list) -> tuple:
+        """Radial and tangential force and shear of a film with a memory.
+
+        state: its arguments before the time.
+        """
+        m, joint = self.m, self.joint
+        state = [*state, m.time]
+        fx, fy, shear = m.law(joint, "film", state, self.facts)
+        self._show_data(state)
+        self.w.keep(joint, m.keep(joint, "film", state, self.facts))
+        fx, fy = m.pose(joint.a.body).turned(fx, fy)
+        return fx * self.nx + fy * self.ny, fy * self.nx - fx * self.ny, shear
+
+    def contact(self, share: Shares) -> None:
+        """Normal force and friction at the contact point, which both bodies share: the journal's
+        surface.
+        """
+        m, w, joint = self.m, self.w, self.joint
+        self.of_film = self.force, self.torque_a, self.torque_b
+        depth = -self.gap if share.penetration is None else share.penetration
+        speed = m.impact_speed(joint)
+        if joint.impacts:
+            depth, speed = m.contact(joint, depth)
+        (normal,) = m.law(joint, "contact", [depth, self.outward, speed])
+        self.contact_force = normal = share.contact * normal
+        w.show(joint, "contact_force", "N", "normal contact force", normal)
+        if joint.asperity is not None:
+            (load,) = m.law(joint, "asperity", [self.thickness_ratio], self.facts)
+            w.show(joint, "asperity_force", "N", "load of the asperities", load)
+            normal = normal + load
+        if joint.film is not None:
+            text = "share of asperities and contact in the load of film, asperities and contact"
+            w.show(joint, "asperity_share", "1", text, normal / (normal + self._film_load()))
+        tangential = 0.0
+        if joint.friction is not None:
+            tangential = self._rub(normal)
+        self._add(self.vector(-normal, tangential), 0.0, 0.0)
+
+    def _sliding(self) -> tuple:
+        """Sliding speed of the journal's surface in the bearing, and the arms of bearing and
+        journal.
+        """
+        spin_a, spin_b = self.spins
+        radius = self.m.number(self.joint, "radius")
+        bearing_arm = self.distance + radius
+        return self.sideways + spin_b * radius - spin_a * bearing_arm, bearing_arm, radius
+
+    def _rub(self, normal):
+        w, joint = self.w, self.joint
+        sliding, bearing_arm, radius = self._sliding()
+        tangential = joint.rub(self.m, w, sliding, normal)
+        self._add((0.0, 0.0), -(bearing_arm * tangential), radius * tangential)
+        text = "friction force on the journal, positive along the turned line of centres"
+        w.show(joint, "friction", "N", text, tangential)
+        return tangential
+
+    def _add(self, force, torque_a, torque_b) -> None:
+        self.force = self.force[0] + force[0], self.force[1] + force[1]
+        self.torque_a, self.torque_b = self.torque_a + torque_a, self.torque_b + torque_b
+
+    def hand_over(self) -> None:
+        """Force and torques to both bodies, the power that they take out, and the heat of the
+        oil.
+        """
+        w, joint, (fx, fy) = self.w, self.joint, self.force
+        w.at(joint, "a", -fx, -fy)
+        w.at(joint, "b", fx, fy)
+        w.add(joint.a.body, moment=self.torque_a)
+        w.add(joint.b.body, moment=self.torque_b)
+        power = self._power(self.force, self.torque_a, self.torque_b)
+        w.lose(joint, power)
+        w.spot(joint, -self.gap, self.approach, self.contact_force)
+        w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", power)
+        joint.show_force(w, self.force)
+        if joint.heat is not None:
+            self._heat(power)
+
+    def _power(self, force, torque_a, torque_b):
+        """Power that force and torques take out of the mechanism."""
+        (fx, fy), (u, v), (spin_a, spin_b) = force, self.rate, self.spins
+        return -(fx * u + fy * v + torque_a * spin_a + torque_b * spin_b)
+
+    def _warming(self):
+        """Temperature of the oil above the one at which its viscosity is given."""
+        heat = self.joint.heat
+        if heat.stands_alone:
+            return self.m.state(self.joint, "warming").v
+        return self._above(heat.to.temperature(self.m))
+
+    def _above(self, temperature):
+        return temperature - self.m.number(self.joint, "heat/surroundings")
+
+    def _heat(self, power) -> None:
+        """Heat of the oil: power loss, conduction, and oil that leaves warm and comes fresh."""
+        m, w, joint, heat = self.m, self.w, self.joint, self.joint.heat
+        capacity, conductance, surroundings, volumetric = (
+            m.number(joint, f"heat/{n}") if getattr(heat, n) is not None else 0.0
+            for n in ("capacity", "conductance", "surroundings", "volumetric")
+        )
+        warming, flow = self._warming(), volumetric * self.side_flow
+        power, beside = self._shared(power)
+        gain = power - (conductance + flow) * warming
+        if heat.supply is not None:
+            gain = gain + flow * self._above(m.number(joint, "heat/supply"))
+        if heat.stands_alone and heat.to is not None:
+            around = self._above(heat.to.temperature(m))
+            gain = gain + conductance * around
+            beside = beside + conductance * (warming - around)
+        if heat.stands_alone:
+            w.rate(joint, "warming", gain / capacity)
+        else:
+            beside = beside + gain
+        if heat.to is not None:
+            heat.to.take(m, w, beside)
+        w.show(joint, "oil_temperature", "K", "temperature of the oil", surroundings + warming)
+
+    def _shared(self, power) -> tuple:
+        """Power that heats the oil, and what heats the surfaces beside it."""
+        if self.joint.heat.share == 1.0 or self.joint.contact is None:
+            return power, 0.0
+        of_film = self._power(*self.of_film)
+        taken = of_film + self.m.number(self.joint, "heat/share") * (power - of_film)
+        return taken, power - taken

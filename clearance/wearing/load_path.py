@@ -1,0 +1,166 @@
+"""The load path of a turn, replayed with the wear of many turns: outlines, steps and their errors.
+
+The equations are those of replay.py and, where asperities carry, of rough.py.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from clearance.laws.law import FilmJoint
+from clearance.laws.outline import LINE, NODES, touching
+from clearance.store import compiled
+from clearance.wearing.replay import replay, rest
+from clearance.wearing.rough import carried, pressure_at, replay_rough, rest_rough
+
+LIGHT = 1e-6  # of the strength of asperities: pressures whose journal swims in its film
+FEW = 1e-3  # of the depth of a jump: a step that adds less may miss as if it added this
+
+
+def moved(
+    x: float,
+    y: float,
+    angle: float,
+    clearance: float,
+    old: np.ndarray,
+    new: np.ndarray,
+    solids=None,
+) -> tuple[float, float]:
+    """Place in a new outline with the force that the old one has at (x, y); the same place in free
+    flight.
+
+    solids: a `laws.worn_asperity.Rough` where asperities carry too.
+    """
+    joint = FilmJoint(0.0, clearance, 0.0, 0.0, 0.0 if solids is None else solids.roughness)
+    if solids is not None:
+        force_x, force_y, load, *_ = carried(x, y, angle, joint, old, 0.0, solids)
+        if load <= LIGHT * solids.strength:
+            return x, y
+        place = rest_rough(force_x, force_y, angle, joint, new, 1.0, 0.0, solids, x, y)
+        return place[:2] if math.isfinite(place[2]) else (x, y)
+    force_x, force_y, load, _ = touching(x, y, angle, joint, old, 0.0)
+    if load <= 0.0:
+        return x, y
+    rest_x, rest_y, load = rest(force_x, force_y, angle, joint, new, 1.0, x, y)
+    return (rest_x, rest_y) if math.isfinite(load) else (x, y)
+
+
+@cache
+def _compiled(rough: bool):
+    """`replay`, or that of rough surfaces."""
+    return compiled(replay_rough if rough else replay)
+
+
+@dataclass
+class Worn:
+    """Outlines as the replay wears them: their numbers (see `laws.outline.Outline`), places of
+    rest, volumes [m3].
+    """
+
+    data: np.ndarray
+    place: np.ndarray
+    volumes: np.ndarray
+
+    @classmethod
+    def of(cls, numbers: np.ndarray, path: np.ndarray, wears_journal: bool) -> "Worn":
+        """Outlines as they are; the journal rests against its force."""
+        data = numbers.copy()
+        data[0] = max(data[0], float(wears_journal))
+        away = path[:, :2] / np.hypot(path[:, 0], path[:, 1])[:, None]
+        return cls(data, -path[:, 5, None] * away, np.zeros(2))
+
+    def copy(self) -> "Worn":
+        """Another of the same."""
+        return Worn(self.data.copy(), self.place.copy(), self.volumes.copy())
+
+    @property
+    def bearing(self) -> np.ndarray:
+        """Depths of the bearing [m]."""
+        return self.data[2 : 2 + NODES]
+
+    @property
+    def journal(self) -> np.ndarray:
+        """Depths of the journal [m]."""
+        return self.data[2 + LINE : 2 + LINE + NODES]
+
+
+class LoadPath:
+    """The load path of a turn in one joint, to be replayed.
+
+    path: rows of `summing.PATH` of one turn; stiffness: K_w [Pa/m]; surface: R L [m2]; solids: a
+        `laws.worn_asperity.Rough` where asperities carry too.
+    """
+
+    def __init__(self, path: np.ndarray, stiffness: float, surface: float, solids=None):
+        self.path, self.stiffness, self.surface = np.ascontiguousarray(path), stiffness, surface
+        self.pressure, self.solids = np.zeros(2 * NODES), solids
+        self._replay = _compiled(solids is not None)
+
+    @property
+    def stiff(self) -> float:
+        """Wear of a turn over what the solids yield, K sum(w): explicit jumps end at 2 over it.
+
+        K is that of the foundation, and of the asperities at the gap 0.
+        """
+        stiffness = self.stiffness
+        if self.solids is not None:
+            stiffness = pressure_at(1e-30, 0.0, self.solids)[1]
+        return stiffness * float(self.path[:, 3:5].sum())
+
+    def step(self, worn: Worn, turns: float) -> Worn:
+        """Outlines after so many turns at once.
+
+        Raises RuntimeError where no place of rest exists.
+        """
+        new = worn.copy()
+        done = self._replay(
+            self.path,
+            float(turns),
+            new.data,
+            self.stiffness if self.solids is None else self.solids,
+            self.surface,
+            new.place,
+            self.pressure,
+            new.volumes,
+        )
+        if not done:
+            raise RuntimeError(f"no place of rest was found when {turns:g} turns were replayed")
+        return new
+
+    def both(self, worn: Worn, turns: float) -> tuple[Worn, float]:
+        """Outlines after so many turns, first-order error taken off, and that error [m]."""
+        full, half = self.step(worn, turns), self.step(self.step(worn, 0.5 * turns), 0.5 * turns)
+        change = half.data - full.data
+        half.data[1:] = np.maximum(half.data[1:] + change[1:], worn.data[1:])
+        half.volumes += half.volumes - full.volumes
+        return half, float(np.abs(change[1:]).max())
+
+    def over(
+        self, worn: Worn, turns: float, tolerance: float, most: float = math.inf, aim: float = 0.0
+    ) -> tuple[Worn, float, float]:
+        """Outlines after `turns` turns, or where a depth has grown by `most` [m]: outlines, turns,
+        error [m].
+
+        A step's error is at most `tolerance` of the largest depth that it adds. A FEW of the depth
+        so far, or of `aim`, the depth of a complete jump [m], stands for a smaller one. Where a
+        journal leaves one place of rest for another, a step of any length is uncertain by that.
+        """
+        done, error, grown, begin = 0.0, 0.0, 0.0, worn.data.copy()
+        size = min(turns, max(1.0, 0.2 / max(self.stiff, 1e-300)))
+        while done < turns:
+            size = min(size, turns - done)
+            new, off = self.both(worn, size)
+            added = float((new.data - worn.data)[1:].max())
+            allowed = tolerance * max(added, FEW * max(grown, aim))
+            if off > allowed and size > 1e-3:
+                size *= max(0.2, 0.8 * allowed / off)
+                continue
+            worn, done, error = new, done + size, error + off
+            grown = float((worn.data - begin)[1:].max())
+            if grown >= most:
+                break
+            size *= min(2.0, 0.8 * allowed / max(off, 1e-300))
+            size = min(size, max(1.0, size * (most - grown) / max(added, 1e-300)))
+        return worn, done, error
