@@ -207,8 +207,8 @@ def test_no_imports_in_a_circle():
     assert [c for module in list(needs) if (c := circle(needs, module))] == []
 
 
-def test_only_its_file_knows_a_kind_of_joint():
-    """Others go by what a joint says of itself: no `isinstance` of a kind of joint."""
+def test_no_kind_of_joint_outside_its_file():
+    """Others use properties of joints: no `isinstance` of a kind of joint."""
     from clearance import elements
 
     classes = {n: getattr(elements, n) for n in elements.__all__}
