@@ -4,6 +4,7 @@ statement.
 
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, Field, dataclass, field, fields
+from functools import cache
 
 from clearance import checks
 from clearance.laws.law import BoundLaw, Family, bound
@@ -62,6 +63,12 @@ def law(text: str, *families: Family) -> Field:
     return field(default=None, metadata={"law": families, "text": text})
 
 
+@cache
+def fields_of(kind: type) -> tuple[Field, ...]:
+    """Fields of a dataclass."""
+    return fields(kind)
+
+
 class Described:
     """Base of frozen dataclasses whose fields declare their numbers and laws.
 
@@ -85,8 +92,9 @@ class Described:
 
     def numbers(self) -> Iterator[Row]:
         """All numbers of the kernel: name, value, values that are folded into the code."""
-        for one in fields(self):
-            value, name = getattr(self, one.name), f"{self.key}/{one.name}"
+        key = self.key
+        for one in fields_of(type(self)):
+            value, name = getattr(self, one.name), f"{key}/{one.name}"
             spec = one.metadata.get("number")
             if isinstance(value, BoundLaw):
                 yield from ((f"{name}/{p}", v, NEVER) for p, v in value.values.items())

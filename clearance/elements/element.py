@@ -11,7 +11,7 @@ from typing import ClassVar
 from clearance.body import Body, Point, as_point
 from clearance.laws.law import BoundLaw
 from clearance.materials import Material
-from clearance.quantities import Described, Row
+from clearance.quantities import Described, Row, fields_of
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Element(Described):
         super()._check_fields()
 
     def numbers(self) -> Iterator[Row]:
-        for one in fields(self):
+        for one in fields_of(type(self)):
             value = getattr(self, one.name)
             if isinstance(value, Point):
                 yield from value.numbers(f"{self.key}/{one.name}")

@@ -7,12 +7,12 @@ them.
 """
 
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 
 from clearance.body import Body
 from clearance.elements.element import Element
 from clearance.laws.law import BoundLaw
-from clearance.quantities import ZERO, Row
+from clearance.quantities import ZERO, Row, fields_of
 from clearance.scene import Scene
 from clearance.tracing.interpreter import fingerprint
 
@@ -56,17 +56,19 @@ def _structure(scene: Scene) -> tuple:
 
 def _shape(part: object, positions: dict[str, int]) -> Iterator[object]:
     """All of an element, or of a field with fields, that its numbers and its name leave open."""
-    for one in fields(part):
+    for one in fields_of(type(part)):
         if one.name != "name":
             yield _of_structure(getattr(part, one.name), positions)
 
 
 def _of_structure(value: object, positions: dict[str, int]) -> object:
     """Part of a field that belongs to the structure."""
+    if value is None or isinstance(value, float):
+        return value is not None
+    if isinstance(value, bool | str):
+        return value
     if isinstance(value, BoundLaw):
         return fingerprint(value.law.function)
     if isinstance(value, Body | Element):
         return positions.get(value.key)  # None: the ground
-    if is_dataclass(value):
-        return tuple(_shape(value, positions))
-    return value if isinstance(value, bool | str) else value is not None
+    return tuple(_shape(value, positions)) if is_dataclass(value) else True

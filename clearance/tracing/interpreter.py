@@ -202,10 +202,12 @@ def fingerprint(function: Callable) -> tuple:
     """Equal for functions that do the same: their code and the numbers and functions they read from
     outside.
     """
-    outer = {**function.__globals__, **inspect.getclosurevars(function).nonlocals}
-    code, read = function.__code__, []
+    code, read, inside = function.__code__, [], function.__globals__
+    if code.co_freevars:
+        inside = inside | inspect.getclosurevars(function).nonlocals
     for name in (*code.co_names, *code.co_freevars):
-        value = getattr(outer.get(name), "function", outer.get(name))
+        value = inside.get(name)
+        value = getattr(value, "function", value)
         if inspect.isfunction(value):
             read.append((name, fingerprint(value) if value is not function else None))
         elif _is_array(value):
