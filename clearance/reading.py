@@ -80,6 +80,10 @@ class Damaged(ValueError):
     """A file that is not what was written, or was never written by clearance."""
 
 
+class Missing(Damaged):
+    """A place that a file does not have."""
+
+
 def _texts(data: h5py.Dataset) -> np.ndarray:
     """Texts of a column; plain ones of one length are not decoded one by one."""
     if h5py.check_string_dtype(data.dtype).length is not None and data.ndim == 1:
@@ -127,24 +131,34 @@ class Reader:
 
     def has(self, place: str) -> bool:
         """There is a dataset or group of this name; the root is ""."""
-        if not self.file:
-            raise ValueError(f"{self.path} has been closed")
+        self._check_open()
         with _reading(self.path, place):
             return not place or place in self.file
 
+    def _check_open(self) -> None:
+        if not self.file:
+            raise ValueError(f"{self.path} has been closed")
+
     def item(self, place: str = "") -> h5py.Group | h5py.Dataset:
-        """A dataset or group."""
-        if not self.has(place):
-            raise Damaged(f"{self.path} has no /{place}")
+        """A dataset or group. Raises Missing where there is none of this name."""
+        self._check_open()
         with _reading(self.path, place):
-            item = self.file[place] if place else self.file
+            try:
+                item = self.file[place] if place else self.file
+            except KeyError:
+                if place in self.file:
+                    raise
+                raise Missing(f"{self.path} has no /{place}") from None
             if item.file.filename != self.file.filename:
                 raise Damaged(f"{self.path}: /{place} points to another file")
             return item
 
     def names(self, place: str = "") -> tuple[str, ...]:
         """Names in a group; none where the group is missing."""
-        group = self.item(place) if self.has(place) else None
+        try:
+            group = self.item(place)
+        except Missing:
+            return ()
         with _reading(self.path, place):
             return tuple(group) if isinstance(group, h5py.Group) else ()
 

@@ -31,7 +31,7 @@ import numpy as np
 from clearance.errors import Error, Errors, ExtremeErrors
 from clearance.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.locks import Lock
-from clearance.reading import FACT_UNITS, Damaged, Entries, Reader, open_checked
+from clearance.reading import FACT_UNITS, Damaged, Entries, Missing, Reader, open_checked
 from clearance.sensitivity import COLUMNS, Sensitivities
 from clearance.version import VERSION
 
@@ -627,14 +627,15 @@ class Result(Record):
         return tuple(n for n in self.reader.names(group) if n not in aside)
 
     def values(self, path: str) -> np.ndarray:
-        if not self.reader.has(path):
+        try:
+            column = self.reader.column(path)
+        except Missing:
             if path == "time":
-                raise Damaged(f"{self.path} has no /time")
+                raise
             raise KeyError(
                 f"{self.path.name} has no channel {path!r}; it may not have been stored when the "
                 f"file was written"
-            )
-        column = self.reader.column(path)
+            ) from None
         if column.dtype.kind != "f" or column.ndim != 1:
             raise Damaged(
                 f"{self.path}: /{path} is no row of numbers, but {column.dtype} of shape "
