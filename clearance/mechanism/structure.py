@@ -92,6 +92,11 @@ class Structure:
             self.compiled[role] = self._made(role)
         return self.compiled[role]
 
+    def hasten(self) -> None:
+        """Compile what only many steps pay for."""
+        if kernels.takes_moments(self.programs["rhs"]):
+            self.kernel("moments")
+
     def _made(self, role: str) -> Callable:
         if role != "moments":
             return kernels.kernel(self.programs[role], self.codes[role])

@@ -150,7 +150,7 @@ def packed(record: Record, values) -> np.ndarray:
         if isinstance(value, np.ndarray):
             if not value.flags.c_contiguous:
                 raise ValueError(f"{name} must be in C order")
-            words += [value.__array_interface__["data"][0], *value.shape]
+            words += [value.ctypes.data, *value.shape]
         else:
             words.append(value)
     return np.array(words, dtype=np.int64)

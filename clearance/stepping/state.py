@@ -4,6 +4,7 @@ Compiled code and Python read and set them alike: `s.time`, `s.contacts[j, KIND]
 dense output.
 """
 
+from functools import cache
 from inspect import signature
 
 import numpy as np
@@ -101,6 +102,7 @@ INTEGERS = (
 SPOT_VALUES = 3
 
 
+@cache
 def layout(
     *,
     size,
