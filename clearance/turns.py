@@ -163,7 +163,7 @@ def _peaks(record: Record, name: str, edges: np.ndarray) -> np.ndarray | None:
     if located is not None and name in located:
         first = round(edges[0] / located.length)
         starts = located.length * np.arange(first, first + len(edges))
-        if np.allclose(edges, starts, rtol=0.0, atol=ROUNDING * located.length):
+        if np.abs(edges - starts).max() <= ROUNDING * located.length:
             return located.values[first : first + len(edges) - 1, located.columns[name]]
     sign, best = -1.0 if name.endswith("_min") else 1.0, np.full(len(edges) - 1, -np.inf)
     for times, values in _seen(record, name):

@@ -33,6 +33,21 @@ class OverBudget(Exception):
     """A peer's right-hand side was called after its time was up."""
 
 
+def dispatched(kernel: Callable) -> Callable:
+    """A kernel behind numba's own call from Python, the quickest there is."""
+    if not store.COMPILED:
+        return kernel
+    import numba
+
+    place, kernel_at = store.address(kernel, store.KERNEL), store.caller(store.KERNEL)
+
+    @numba.njit
+    def call(t, y, par, work, out):
+        kernel_at(place)(t, y, par, work, out)
+
+    return call
+
+
 class Phase:
     """The right-hand side and the contact events as plain Python callables, with the impact speeds
     frozen.
@@ -41,13 +56,14 @@ class Phase:
     def __init__(self, problem: Problem):
         m = problem.mechanism
         self.problem, self.par, self.work = problem, m.par, problem.work()
-        self.rhs, self.f, self.y = m.kernel("rhs"), np.zeros(m.y0.size), np.zeros(m.y0.size)
+        self.rhs, self.f = dispatched(m.kernel("rhs")), np.zeros(m.y0.size)
+        self.y = np.zeros(m.y0.size)
         self.joints = [
             i for i, j in enumerate(problem.scene.clearance_joints) if j.contact is not None
         ]
         self.count = len(problem.scene.clearance_joints)
         self.touching = [False] * self.count
-        self.events = m.kernel("events") if self.joints else None
+        self.events = dispatched(m.kernel("events")) if self.joints else None
         self.spots = np.zeros((max(self.count, 1), SPOT_VALUES))  # penetration, its rate, force
         self.evaluations, self.deadline = 0, time.perf_counter() + BUDGET
 

@@ -167,10 +167,10 @@ def newton(k, run, t, h, y, par, work, m, complexes, n):
             return 2, 1.0
         if iteration > 0:
             rate = norm / old if old > 0.0 else 0.0
-            if (
-                rate >= 1.0
-                or rate ** (ITERATIONS - 1 - iteration) / (1.0 - rate) * norm > tolerance
-            ):
+            left = norm
+            for _ in range(ITERATIONS - 1 - iteration):
+                left *= rate
+            if rate >= 1.0 or left > tolerance * (1.0 - rate):
                 return 1, rate
             factor_of_rate = rate / (1.0 - rate)
         for s in range(stages):
