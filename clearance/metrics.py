@@ -17,6 +17,8 @@ samples, impacts count where they begin; names are made of body, drive and joint
   joint_<joint>_contact_fraction  share of the time in contact, without asperities alone [-]
   joint_<joint>_impacts_per_turn  contacts that begin with a touch                       [-]
   joint_<joint>_impact_speed_max  of these contacts, 0 for none                          [m/s]
+  joint_<joint>_wear_bearing_per_turn, _wear_journal_per_turn   volume worn off in a turn  [m3]
+  joint_<joint>_load_over_force   normal load over force of a worn outline, means          [-]
   joint_<slide>_corner_1_impacts_per_turn, ...   of each corner of a block in its guide  [-]
   joint_<slide>_mode_free, _one_corner, _two_on_one_side, _two_across, ...   shares of the time [-]
   joint_<slide>_jam_ratio         mu d / a in contact across, d: arm of the push along the
@@ -319,6 +321,7 @@ def joints(record: Record, window: Window) -> Found:
             yield from _gap(record, window, joint)
             if joint["contact"]:
                 yield from _contact(record, window, joint, contacts)
+                yield from _wear(record, window, name)
             if f"joints/{name}/mode" in record:
                 yield from _slide(record, window, joint, contacts)
 
@@ -363,6 +366,31 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Fou
     yield f"joint_{name}_impacts_{rate}", number, units, f"contacts begun {when} of joint {name}"
     fastest = contacts["impact_speed"][contacts["begun"]].max(initial=0.0)
     yield f"joint_{name}_impact_speed_max", fastest, "m/s", f"largest impact speed of joint {name}"
+
+
+def _wear(record: Record, window: Window, name: str) -> Found:
+    """Volumes worn off, and what a law of wear by the force alone leaves out."""
+    count, rate, when = window.per()
+    for surface in ("bearing", "journal"):
+        path = f"joints/{name}/wear_volume_{surface}"
+        if path in record:
+            begin, end = _at_ends(record, window, path)
+            text = f"volume worn off the {surface} of joint {name} {when}"
+            units = "m3" if rate == "per_turn" else "m3/s"
+            yield f"joint_{name}_wear_{surface}_{rate}", (end - begin) / count, units, text
+    if f"joints/{name}/normal_load" in record and f"joints/{name}/asperity_force" not in record:
+        load, force = (
+            window.mean(record.values(f"joints/{name}/{column}")[window.samples])
+            for column in ("normal_load", "contact_force")
+        )
+        text = f"mean normal load over mean contact force of joint {name}"
+        yield f"joint_{name}_load_over_force", load / force if force > 0.0 else 1.0, "1", text
+
+
+def _at_ends(record: Record, window: Window, path: str) -> np.ndarray:
+    """Values of a sum at both ends of the window."""
+    ends = np.array([window.begin, window.end])
+    return cubic(record.time, record.values(path), ends)
 
 
 def _slide(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
@@ -472,8 +500,7 @@ def dissipation(record: Record, window: Window) -> Found:
     }
     for metric, (path, who) in (parts | {name: ("energy/dissipated", "in all")}).items():
         if path in record:
-            ends = np.array([window.begin, window.end])
-            begin, end = cubic(record.time, record.values(path), ends)
+            begin, end = _at_ends(record, window, path)
             yield metric, (end - begin) / count, units, f"energy taken out {when} {who}"
 
 

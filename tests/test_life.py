@@ -15,8 +15,8 @@ import clearance as cl
 from clearance.cli import main
 from clearance.laws import FilmJoint
 from clearance.laws.outline import NODES, Outline, deepest, touching, worn
-from clearance.wearing.life import Plan
-from clearance.wearing.load_path import LoadPath, Worn
+from clearance.wearing.life import Driver, Plan
+from clearance.wearing.load_path import MANY, LoadPath, Worn, smoothed
 from clearance.wearing.replay import rest
 
 FILE = Path(__file__).with_name("wear_rows.csv")
@@ -127,6 +127,29 @@ class TestReplay:
         x, y, _ = rest(1649.0, -549.0, 0.0, joint, data, 1e10, *place)
         force = 1e10 * np.array(touching(x, y, 0.0, joint, data, 0.0)[:2])
         assert force == pytest.approx([1649.0, -549.0], abs=1e-9 * 1739.0)
+
+    def test_hop(self, monkeypatch):
+        """A journal hops between two scars until their ridge is gone: few steps, and the depth is
+        that of single turns within the error stated.
+        """
+        theta = np.deg2rad(np.arange(NODES) - 180.0)
+        depths = 20e-6 * np.maximum(1.0 - np.abs(np.abs(theta) - 0.4) / 0.4, 0.0)
+        data = Outline(None, worn(bearing=np.roll(depths, 180)).parameters).numbers
+        path, angle = standing(40), 0.15 * np.sin(2.0 * math.pi * np.arange(40) / 40)
+        path[:, 0], path[:, 1] = -FORCE * np.cos(angle), -FORCE * np.sin(angle)
+        replay = LoadPath(path, 100.0 * MODULUS, RADIUS * LENGTH)
+        begin, steps, both = Worn.of(data, path, False), [], LoadPath.both
+        monkeypatch.setattr(LoadPath, "both", lambda *a: steps.append(a) or both(*a))
+        end, done, error = replay.over(begin, 300.0, 1e-3)
+        assert done == 300.0
+        assert len(steps) < 4 * MANY
+        turns = [begin]
+        for _ in range(300):
+            turns.append(replay.step(turns[-1], 1.0))
+        apart = [np.ptp(np.arctan2(*w.place.T[::-1])) for w in (turns[1], end)]
+        assert apart[0] > 0.7 > 0.05 > apart[1]
+        assert np.abs(smoothed(end.bearing - turns[-1].bearing)).max() < error
+        assert error < 1e-2 * end.bearing.max()
 
     def test_volume_is_that_of_the_load(self):
         """Depths sum to k N s at each part, whatever the nodes see of the pressure (rounding)."""
@@ -408,6 +431,49 @@ class TestLife:
             ValueError, match="outline: bearing is worn 0.006 m deep, through its wall of 0.005 m"
         ):
             rotor(outline=deep)
+
+
+def counted(monkeypatch) -> list:
+    """Numbers of the stages that lives run."""
+    runs, run = [], Driver.run
+    monkeypatch.setattr(Driver, "run", lambda self, k, *a: runs.append(k) or run(self, k, *a))
+    return runs
+
+
+class TestJoints:
+    def test_rattles_in_its_scar(self, tmp_path, monkeypatch):
+        """A narrow contact at 60 rpm: jumps never shrink to turns, and no stage is run more than
+        twice but where its wear is averaged over more turns.
+        """
+        laws = {
+            "contact": cl.winkler(layer_modulus=2e11, restitution=0.3),
+            "wear": cl.archard(coefficient=1e-13),
+        }
+        scene = cl.load_case("slider_crank", model="dry", contact="winkler", speed=cl.rpm(60))
+        scene = scene.rebuilt(element=lambda e: replace(e, **laws) if e.name == "C" else e)
+        runs = counted(monkeypatch)
+        options = {"settle": 1, "average": 1, "rtol": 1e-4}
+        life = cl.wear(scene, turns=1.5e6, directory=tmp_path, **options)
+        assert life.done
+        assert np.diff(life.turns).min() > 1e5
+        assert len(life.stages) < 8
+        assert len(runs) <= 2 * len(life.stages)
+        depth, volume = life.depth("C")[-1].max(), life.volume("C")
+        assert 0.0 < life.error[-1] < depth
+        per_turn = life.metric("joint_C_wear_bearing_per_turn")
+        assert volume[-1] == pytest.approx(1.5e6 * per_turn.mean(), rel=0.05)
+
+    def test_feeder(self, tmp_path):
+        """A dry joint of the feeder wears: depth, volume and stated error of a hundred thousand
+        turns.
+        """
+        parameters = {"model": "dry", "joints": "B", "wear": 1e-15}
+        plan = {"tolerance": 0.5, "share": 0.5, "settle": 0, "average": 1, "rtol": 1e-4}
+        life = cl.wear("six_bar_feeder", turns=1e5, directory=tmp_path, **plan, **parameters)
+        assert life.done
+        volumes = life.metric("joint_B_wear_bearing_per_turn")
+        assert life.volume("B")[-1] == pytest.approx(1e5 * volumes.mean(), rel=0.3)
+        assert 0.0 < life.error[-1] < life.depth("B")[-1].max()
 
 
 @pytest.mark.slow

@@ -248,13 +248,16 @@ class TestJoint:
 
     def test_coefficient_against_the_material(self):
         """A coefficient times the hardness that no pair reaches is warned of, with the numbers."""
-        severe, usual = 1e-10, 1e-13
+        severe, usual, mild = 1e-10, 1e-13, 1e-21
         with cl.simulate(slider_crank(wear=cl.archard(coefficient=severe)), until=1e-4) as run:
             words = [w for w in run.warnings if "the severest dry wear" in w]
         assert words
         assert "archard: coefficient 1e-10 m2/N = 0.1 mm3/(N m) times the hardness of" in words[0]
         with cl.simulate(slider_crank(wear=cl.archard(coefficient=usual)), until=1e-4) as run:
-            assert not any("the severest dry wear" in w for w in run.warnings)
+            assert not any("look at its unit" in w for w in run.warnings)
+        with cl.simulate(slider_crank(wear=cl.archard(coefficient=mild)), until=1e-4) as run:
+            words = [w for w in run.warnings if "look at its unit" in w]
+        assert "is 2.1e-12; the mildest wear in oil has 1e-11" in words[0]
 
     def test_refused(self):
         """Joints that worn outlines cannot stand in, by field and reason."""

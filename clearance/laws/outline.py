@@ -35,6 +35,9 @@ SIN = np.sin(STEP * (np.arange(LINE) - 1))
 SINE, BEND = math.sin(STEP), math.cos(STEP) - 1.0  # of half a cell
 
 FULL = (2.0, 0.0, 2.0 / 3.0, 0.0, 0.4)  # integrals of 1, u, ..., u^4 over a cell
+EVEN = 2.0 + 2.0 / 3.0 * BEND, 2.0 / 3.0 + 0.4 * BEND  # of cos, and of u^2 cos, over its middle
+ODD = 2.0 / 3.0 * SINE  # of u sin
+ALONG = 2.0 + 4.0 / 3.0 * BEND + 0.4 * BEND * BEND, ODD * SINE  # of cos^2 and sin^2
 NONE = (0.0, 0.0, 0.0, 0.0, 0.0)
 FAR = 1e30
 
@@ -108,9 +111,10 @@ def wet(left, middle, right):
     positive.
     """
     slope, bend = 0.5 * (right - left), 0.5 * (left + right) - middle
-    if left >= 0.0 and middle >= 0.0 and right >= 0.0 and bend <= 0.0:
+    straight = abs(slope) >= 2.0 * abs(bend)  # largest and smallest at the ends
+    if left >= 0.0 and right >= 0.0 and (straight or bend <= 0.0):
         return FULL
-    if left <= 0.0 and middle <= 0.0 and right <= 0.0 and bend >= 0.0:
+    if left <= 0.0 and right <= 0.0 and (straight or bend >= 0.0):
         return NONE
     rest = slope * slope - 4.0 * bend * middle
     if rest <= 0.0:
@@ -128,6 +132,9 @@ def wet(left, middle, right):
 
 def product(a0, a1, a2, b0, b1, b2, s):
     """Integral of the product of two parabolas; s: integrals of the powers."""
+    if s[0] >= 2.0:
+        even = a0 * b2 + a1 * b1 + a2 * b0
+        return 2.0 * a0 * b0 + 2.0 / 3.0 * even + 0.4 * a2 * b2
     return (
         a0 * b0 * s[0]
         + (a0 * b1 + a1 * b0) * s[1]
@@ -157,27 +164,24 @@ def arc(eccentricity_x, eccentricity_y, clearance):
 
 
 def overlap(eccentricity_x, eccentricity_y, clearance, data, bearing, journal, node, weights):
-    """g at a node; bearing, journal: places of their depths at node 0, journal 0 where it is
-    unworn.
+    """g at a node; bearing, journal: places of their depths at node 0.
+
+    An unworn journal has depths too: a branch would cost more.
     """
-    g = (
+    return (
         eccentricity_x * COS[node + 1]
         + eccentricity_y * SIN[node + 1]
         - clearance
         - data[bearing + node]
+        - four(data, journal + node, weights)
     )
-    if journal > 0:
-        g -= four(data, journal + node, weights)
-    return g
 
 
-def places(data, start, first, before):
+def places(start, first, before):
     """Places in the data of the depths of bearing and journal at node 0 of a walk that begins at
     node `first`.
     """
     bearing = start + 2
-    if data[start] == 0.0:
-        return bearing, 0
     around = (first + before) % NODES - first
     return bearing, bearing + LINE + around
 
@@ -193,6 +197,9 @@ def slope_of_journal(data, place, weights):
 
 def cell_force(b, r, k, c, d, s):
     """Integrals of g, g cos, g sin over a cell."""
+    if s[0] >= 2.0:
+        even, odd = EVEN[0] * b + EVEN[1] * k, ODD * r
+        return 2.0 * b + 2.0 / 3.0 * k, c * even - d * odd, d * even + c * odd
     total = b * s[0] + r * s[1] + k * s[2]
     even = total + BEND * (b * s[2] + r * s[3] + k * s[4])
     odd = SINE * (b * s[1] + r * s[2] + k * s[3])
@@ -201,6 +208,15 @@ def cell_force(b, r, k, c, d, s):
 
 def cell_stiffness(c, d, s):
     """Integrals of cos^2, cos sin, sin^2, cos, sin over a cell."""
+    if s[0] >= 2.0:
+        more = ALONG[0] - ALONG[1]
+        return (
+            ALONG[1] + more * c * c,
+            more * c * d,
+            ALONG[1] + more * d * d,
+            EVEN[0] * c,
+            EVEN[0] * d,
+        )
     even = s[0] + 2.0 * BEND * s[2] + BEND * BEND * s[4]
     mixed = SINE * (s[1] + BEND * s[3])
     odd = SINE * SINE * s[2]
@@ -223,8 +239,8 @@ def touching(eccentricity_x, eccentricity_y, angle, joint, data, start):
     if cells == 0:
         return fx, fy, load, moment
     before, t = turned(angle)
-    bearing, journal = places(data, int(start), first, before)
-    weights, slopes = cubic(t), cubic_slope(t)
+    bearing, journal = places(int(start), first, before)
+    weights, slopes, journal_worn = cubic(t), cubic_slope(t), data[int(start)] != 0.0
     right = overlap(
         eccentricity_x, eccentricity_y, joint.clearance, data, bearing, journal, first, weights
     )
@@ -248,7 +264,7 @@ def touching(eccentricity_x, eccentricity_y, angle, joint, data, start):
             b, r, k = parabola(left, middle, right)
             total, x, y = cell_force(b, r, k, COS[node + 1], SIN[node + 1], s)
             fx, fy, load = fx - x, fy - y, load + total
-            if journal > 0:
+            if journal_worn:
                 j0, j1, j2 = slope_of_journal(data, journal + node, slopes)
                 moment -= product(b, r, k, j0, j1, j2, s)
     return STEP * fx, STEP * fy, STEP * load, STEP * moment
@@ -260,8 +276,9 @@ def touching_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
     """
     first, cells = arc(eccentricity_x, eccentricity_y, joint.clearance)
     before, t = turned(angle)
-    bearing, journal = places(data, int(start), first, before)
+    bearing, journal = places(int(start), first, before)
     weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
+    journal_worn = data[int(start)] != 0.0
     fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
     xx, xy, yy, x, y = 0.0, 0.0, 0.0, 0.0, 0.0
     xa, ya, na, aa = 0.0, 0.0, 0.0, 0.0
@@ -291,7 +308,7 @@ def touching_slopes(eccentricity_x, eccentricity_y, angle, joint, data, start):
             fx, fy, load = fx - with_cos, fy - with_sin, load + total
             cc, cs, ss, cos, sin = cell_stiffness(c, d, s)
             xx, xy, yy, x, y = xx + cc, xy + cs, yy + ss, x + cos, y + sin
-            if journal > 0:
+            if journal_worn:
                 j0, j1, j2 = slope_of_journal(data, journal + node, slopes)
                 k0, k1, k2 = slope_of_journal(data, journal + node, bends)
                 moment -= product(b, r, k, j0, j1, j2, s)
@@ -341,25 +358,26 @@ def deepest(eccentricity_x, eccentricity_y, angle, joint, data, start):
     before, t = turned(angle)
     weights, slopes = cubic(t), cubic_slope(t)
     ahead = int(round(math.atan2(y, x) / STEP)) % NODES
-    bearing, journal = places(data, at, ahead, before)
+    bearing, journal = places(at, ahead, before)
     least = overlap(x, y, clearance, data, bearing, journal, ahead, weights)
     first, cells = arc(x, y, clearance + least)  # elsewhere even an unworn place is farther off
     if cells == 0:
         first, cells = 0, NODES // 2
-    bearing, journal = places(data, at, first, before)
-    best, node_best, u_best = -FAR, 1, 0.0
+    bearing, journal = places(at, first, before)
+    best, node_best, u_best = least, 1, 0.0
     right = overlap(x, y, clearance, data, bearing, journal, first, weights)
     for cell in range(cells):
         node, left = first + 2 * cell + 1, right
         middle = overlap(x, y, clearance, data, bearing, journal, node, weights)
         right = overlap(x, y, clearance, data, bearing, journal, node + 1, weights)
-        most, u = peak(left, middle, right)
-        if most > best:
-            best, node_best, u_best = most, node, u
+        if left >= best or right >= best or middle + 0.25 * abs(right - left) >= best:
+            most, u = peak(left, middle, right)
+            if most >= best:
+                best, node_best, u_best = most, node, u
     c, d = COS[node_best + 1], SIN[node_best + 1]
     straight, across = 1.0 + BEND * u_best * u_best, SINE * u_best
     by_angle = 0.0
-    if journal > 0:
+    if data[at] != 0.0:
         j0, j1, j2 = slope_of_journal(data, journal + node_best, slopes)
         by_angle = j0 + u_best * (j1 + u_best * j2)
     return best, c * straight - d * across, d * straight + c * across, by_angle

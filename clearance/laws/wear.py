@@ -19,6 +19,7 @@ LARGEST = 1e-9  # m2/N; softer than any bearing: a number in other units
 LEAST = 1e-22
 HARDNESS = 1e-2  # of Young's modulus, about
 SEVERE = 1e-2  # coefficient times hardness of the severest dry wear of metals, about
+MILD = 1e-11  # the same of the mildest wear in oil, about
 
 
 def coefficient_of_wear(field: str, value: object) -> float:
@@ -70,35 +71,36 @@ def sarkar(pressure, sliding_speed, coefficient, friction):
     return coefficient * math.sqrt(1.0 + 3.0 * friction * friction) * pressure * sliding_speed
 
 
-def _severe(coefficient: float, joint) -> str | None:
-    """Objection to a coefficient whose product with the material's hardness no pair reaches."""
+def _unusual(coefficient: float, joint) -> str | None:
+    """Objection to a coefficient whose product with the material's hardness no pair has."""
     product = coefficient * HARDNESS * joint.material.young
-    if product <= SEVERE:
+    if product == 0.0 or MILD <= product <= SEVERE:
         return None
     material = f"the hardness of {joint.material.name} (Young's modulus / {1.0 / HARDNESS:g})"
+    severe = f"the severest dry wear has {SEVERE:g}"
+    limit = severe if product > SEVERE else f"the mildest wear in oil has {MILD:g}"
     return (
         f"coefficient {coefficient:g} m2/N = {coefficient * 1e9:g} mm3/(N m) times {material} is "
-        f"{product:.2g}; the severest dry wear has {SEVERE:g}: look at its unit, or give the "
-        f"joint its material"
+        f"{product:.2g}; {limit}: look at its unit, or give the joint its material"
     )
 
 
 @archard.doubts
 def _archard_severe(joint, parameters):
     """Archard's coefficient against the material."""
-    return _severe(parameters["coefficient"], joint)
+    return _unusual(parameters["coefficient"], joint)
 
 
 @sarkar.doubts
 def _sarkar_severe(joint, parameters):
     """Sarkar's coefficient against the material."""
-    return _severe(parameters["coefficient"], joint)
+    return _unusual(parameters["coefficient"], joint)
 
 
 @archard_reye.doubts
 def _reye_severe(joint, parameters):
     """Reye's coefficient times friction against the material."""
-    return _severe(parameters["energy_coefficient"] * parameters["friction"], joint)
+    return _unusual(parameters["energy_coefficient"] * parameters["friction"], joint)
 
 
 def is_linear(law) -> bool:

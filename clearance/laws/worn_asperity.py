@@ -86,14 +86,14 @@ def pressed(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint, data, 
     x, y, sigma = eccentricity_x, eccentricity_y, joint.roughness
     first, cells = arc(x, y, joint.clearance - MOST * sigma)
     before, t = turned(angle)
-    bearing, journal = places(data, int(start), first, before)
-    weights, slopes = cubic(t), cubic_slope(t)
+    bearing, journal = places(int(start), first, before)
+    weights, slopes, journal_worn = cubic(t), cubic_slope(t), data[int(start)] != 0.0
     fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
     for node in range(first, first + 2 * cells):
         g = overlap(x, y, joint.clearance, data, bearing, journal, node, weights)
         p, _ = moment_and_slope(-g / sigma, int(row))
         fx, fy, load = fx - p * COS[node + 1], fy - p * SIN[node + 1], load + p
-        if journal > 0:
+        if journal_worn:
             moment -= p * four(data, journal + node, slopes)
     return STEP * fx, STEP * fy, STEP * load, STEP * moment
 
@@ -103,8 +103,9 @@ def pressed_slopes(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint,
     x, y, sigma = eccentricity_x, eccentricity_y, joint.roughness
     first, cells = arc(x, y, joint.clearance - MOST * sigma)
     before, t = turned(angle)
-    bearing, journal = places(data, int(start), first, before)
+    bearing, journal = places(int(start), first, before)
     weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
+    journal_worn = data[int(start)] != 0.0
     fx, fy, load, moment = 0.0, 0.0, 0.0, 0.0
     xx, xy, yy, nx, ny = 0.0, 0.0, 0.0, 0.0, 0.0
     xa, ya, na, aa = 0.0, 0.0, 0.0, 0.0
@@ -114,7 +115,7 @@ def pressed_slopes(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint,
         c, d, k = COS[node + 1], SIN[node + 1], -slope / sigma
         fx, fy, load = fx - p * c, fy - p * d, load + p
         xx, xy, yy, nx, ny = xx + k * c * c, xy + k * c * d, yy + k * d * d, nx + k * c, ny + k * d
-        if journal > 0:
+        if journal_worn:
             j = four(data, journal + node, slopes)
             moment -= p * j
             xa, ya, na = xa + k * c * j, ya + k * d * j, na + k * j

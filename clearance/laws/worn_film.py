@@ -47,8 +47,6 @@ def depths(data, bearing, journal, node, clearance, weights, slopes):
     """Over c behind a node: sum of depths, slope of the bearing's, slope of the journal's."""
     here, beyond = data[bearing + node] / clearance, data[bearing + node + 1] / clearance
     h, rise = 0.5 * (here + beyond), (beyond - here) / STEP
-    if journal == 0:
-        return h, rise, 0.0
     h += four(data, journal + node, weights) / clearance
     return h, rise, four(data, journal + node, slopes) / clearance
 
@@ -74,7 +72,7 @@ def short_on_outlines(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoi
     journal.
     """
     before, t = turned(angle - 0.5 * STEP)
-    bearing, journal = places(data, int(start), 0, before)
+    bearing, journal = places(int(start), 0, before)
     weights, slopes = cubic(t), cubic_slope(t)
     fx, fy, shear, first = 0.0, 0.0, 0.0, int(start)
     for node in range(NODES + int(data[first + EDGES])):
@@ -103,7 +101,7 @@ def size_of(joint):
 def short_slopes(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, data, start):
     """`short_on_outlines`, then the derivatives of its values by the first eight arguments."""
     before, t = turned(angle - 0.5 * STEP)
-    bearing, journal = places(data, int(start), 0, before)
+    bearing, journal = places(int(start), 0, before)
     weights, slopes, bends = cubic(t), cubic_slope(t), cubic_bend(t)
     fx, fy, shear = 0.0, 0.0, 0.0
     xx, xy, yx, yy, xa, ya, xl, yl = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -113,7 +111,7 @@ def short_slopes(x, y, vx, vy, spin, angle, lift, lift_rate, joint: FilmJoint, d
         if node < NODES:
             share, c, s = 1.0, COS[node], SIN[node]
             h, rise, fall = depths(data, bearing, journal, node, joint.clearance, weights, slopes)
-            bend = four(data, journal + node, bends) / joint.clearance if journal > 0 else 0.0
+            bend = four(data, journal + node, bends) / joint.clearance
         else:
             piece = beside(data, first, node - NODES, angle, joint.clearance)
             share, c, s, h, rise, fall, bend = piece

@@ -3,9 +3,12 @@ between them.
 
 A stage runs the scene on its outlines and measures wear and load path of a turn. A jump replays
 that path (wearing/replay.py) until a depth has grown by a share of the clearance. The stage at its
-end measures anew. Its wear of a turn may differ from the last one of the replay by more than the
-tolerance. The loads have changed then, and half the jump is made instead. Half that difference
-times the turns of the jump, and the error of the replay, are what the life may be off by.
+end measures anew, and its load path is replayed in place of the first. The depths of both may
+differ by more than the tolerance. The loads have changed then, and half the jump is made instead.
+Where that does not make the difference smaller, no shorter jump would. The half jump stands, and
+longer ones with such a difference follow. Half the difference and the error of the replay are what
+the life may be off by. Wear of a turn is no measure of that: on hard surfaces each ridge of an
+outline takes all of it.
 """
 
 import json
@@ -28,20 +31,21 @@ from clearance.options import Output
 from clearance.scene import Scene
 from clearance.simulation import prepare, write
 from clearance.sweeping.ideal import ideal_motion
-from clearance.wearing.load_path import LoadPath, Worn, moved
+from clearance.wearing.load_path import LoadPath, Worn, moved, smoothed
 from clearance.wearing.records import SURFACES, Life, lines
-from clearance.wearing.summing import Turn, Wearing, joined, solids_of
+from clearance.wearing.summing import Turn, Wearing, solids_of, thinned
 
 LOG = logging.getLogger("clearance")
 JUMPS = ("replay", "linear")
 MOST_AVERAGED = 50  # turns of a stage, where its wear scatters
-SMOOTH = 9  # bins that wear of a turn is averaged over before it is compared
 LEAST = 1.0  # turns of a jump
 GROW, SHRINK, EASY = 1.5, 0.5, 1.0 / 3.0  # of jumps; share of the tolerance below which they grow
+BETTER = 0.7  # of the difference behind a jump: that behind its half; else no shorter one helps
+LIKELY = 0.6  # of the largest difference by chance: one that is there half the time
 REPLAYED = 0.02  # error of the replay, of the depth that it adds, over the tolerance
 SCATTERED = 0.1  # the same, over the spread of the depth of a turn, where that is more
 CHANCE = 4.0  # standard errors that the largest of some twenty places is off by, of few turns
-MOST_JOINED = 6  # rows of a load path that are made one where a stage averages as many turns
+THINNEST = 12  # rows of a load path of which one is replayed, where as many turns are averaged
 FIRST = 1.0  # jump over what the share allows, to begin with
 
 
@@ -96,7 +100,7 @@ class Measured:
     @property
     def fastest(self) -> float:
         """Largest depth of a turn, over neighbouring bins [m]."""
-        return max(float(_smoothed(rate).max()) for rate in self.rate.values())
+        return max(float(smoothed(rate).max()) for rate in self.rate.values())
 
     @classmethod
     def of(cls, turns: list[Turn]) -> "Measured":
@@ -108,7 +112,7 @@ class Measured:
         if count > 1 and totals.mean() > 0.0:
             scatter = float(totals.std(ddof=1) / math.sqrt(count) / totals.mean())
             spread = max(_spread([t.depths[b] for t in turns]) for b in rate)
-        path = np.concatenate([joined(t.path, min(count, MOST_JOINED)) for t in turns])
+        path = np.concatenate([thinned(t.path, min(count, THINNEST)) for t in turns])
         path[:, 3:5] /= count
         return cls(rate, scatter, path, spread)
 
@@ -352,27 +356,19 @@ class Driver:
         new.data = Outline(None, depths).numbers
         return new, turns, 0.0
 
-    def predicted(
-        self, outlines: dict[str, Worn], measured: dict[str, Measured]
-    ) -> dict[str, dict[str, np.ndarray]]:
-        """Wear of the next turn that the load paths give."""
-        rates = {}
-        for name, one in measured.items():
-            if not len(one.path):
-                rates[name] = one.rate
-                continue
-            begin = Worn.of(
-                outlines[name].data, one.path, self.joints[name].wear_journal is not None
-            )
-            end = self._load_path(name, one).step(begin, 1.0)
-            rates[name] = {s: _depths(end)[s] - _depths(begin)[s] for s in one.rate}
-        return rates
+    def instead(
+        self, outlines: dict[str, Worn], measured: dict[str, Measured], turns: float
+    ) -> dict[str, Worn]:
+        """Outlines after as many turns of what another stage has measured."""
+        return {n: self._over(n, outlines[n], measured[n], turns, math.inf)[0] for n in self.joints}
 
     # --- the life
     def go(self) -> Life:
         """Stages and jumps to the end."""
         outlines, turns, error, size, stage = self._resumed()
         measured = self._measured(stage) if stage >= 0 else None
+        longer = math.inf  # difference at the end of the jump of which this one is the half
+        floor = self.journal[-1].get("floor", 0.0) if self.journal else 0.0  # of the difference
         if measured is None:
             stage, measured = 0, self._first(outlines)
         while turns < self.plan.turns:
@@ -382,26 +378,28 @@ class Driver:
             new, done, off = self.jump(
                 outlines, measured, max(LEAST, min(size, left, self.plan.jump_turns or left))
             )
-            predicted = self.predicted(new, measured)
             self._check_walls(new, turns + done)
             after, values = self.stage(stage + 1, new)
-            miss, apart = _missed(predicted, after)
-            allowed = max(self.plan.tolerance, _chance(measured, after))
-            if miss > allowed and done > LEAST:
-                size = max(LEAST, SHRINK * done)
+            miss, apart = _missed(outlines, new, self.instead(outlines, after, done))
+            chance = _chance(measured, after)
+            allowed = max(self.plan.tolerance, chance)
+            if done > LEAST and max(allowed, floor) < miss < BETTER * longer:
+                size, longer = max(LEAST, SHRINK * done), miss
                 LOG.info(
-                    "wear of a turn has changed by %.2g within %.4g turns: %.4g instead",
+                    "the loads behind a jump wear by %.2g otherwise in %.4g turns: %.4g instead",
                     miss,
                     done,
                     size,
                 )
                 continue
-            if self.plan.jump == "linear":  # the jump took the wear of a turn to stay as it was
-                _, apart = _missed({n: m.rate for n, m in measured.items()}, after)
             outlines, measured, turns, stage = new, after, turns + done, stage + 1
-            error += off + 0.5 * done * apart
-            size = done * (GROW if miss < EASY * allowed else 1.0)
-            self._keep(stage, outlines, measured, turns, error, size, values, miss)
+            error += off + 0.5 * apart
+            size = done / (SHRINK if miss >= BETTER * longer else 1.0)
+            if miss < max(EASY * self.plan.tolerance, LIKELY * chance):
+                size *= GROW
+            floor = 0.0 if miss <= allowed else min(miss / BETTER, floor or math.inf)
+            longer = math.inf
+            self._keep(stage, outlines, measured, turns, error, size, values, miss, floor)
         self.progress(1.0, f"stage {stage} is done")
         return Life(self.folder)
 
@@ -421,7 +419,7 @@ class Driver:
             self._check_turn(name, one)
             if not any(rate.any() for rate in one.rate.values()):
                 LOG.warning("joint %s: nothing wears; its solids do not touch in a turn", name)
-        self._keep(0, outlines, measured, 0.0, 0.0, self.plan.turns * FIRST, values, 0.0)
+        self._keep(0, outlines, measured, 0.0, 0.0, self.plan.turns * FIRST, values)
         return measured
 
     def _check_turn(self, name: str, measured: Measured) -> None:
@@ -467,7 +465,9 @@ class Driver:
             joints[name] = Measured(rate, scatter[name], arrays[f"{name}/path"], spread[name])
         return joints
 
-    def _keep(self, stage, outlines, measured, turns, error, size, values, miss) -> None:
+    def _keep(
+        self, stage, outlines, measured, turns, error, size, values, miss=0.0, floor=0.0
+    ) -> None:
         """A stage is over: its arrays, then its line in the journal."""
         arrays = {}
         for name, one in measured.items():
@@ -483,6 +483,7 @@ class Driver:
             "error": error,
             "jump": size,
             "changed": miss,
+            "floor": floor,
             "average": self.average,
             "scatter": {n: m.scatter for n, m in measured.items()},
             "spread": {n: m.spread for n, m in measured.items()},
@@ -538,14 +539,9 @@ def _depths(outline: Worn) -> dict[str, np.ndarray]:
     return {"bearing": outline.bearing, "journal": outline.journal}
 
 
-def _smoothed(rate: np.ndarray) -> np.ndarray:
-    """Mean over neighbouring bins."""
-    return sum(np.roll(rate, k) for k in range(-(SMOOTH // 2), SMOOTH // 2 + 1)) / SMOOTH
-
-
 def _spread(depths: list[np.ndarray]) -> float:
     """Standard error of the mean of depths, largest over the angle, over the largest mean."""
-    smooth = np.array([_smoothed(one) for one in depths])
+    smooth = np.array([smoothed(one) for one in depths])
     largest = float(smooth.mean(axis=0).max())
     error = float(smooth.std(axis=0, ddof=1).max()) / math.sqrt(len(depths))
     return error / largest if largest > 0.0 else 0.0
@@ -556,15 +552,16 @@ def _chance(before: dict[str, Measured], after: dict[str, Measured]) -> float:
     return CHANCE * max(math.hypot(before[n].spread, one.spread) for n, one in after.items())
 
 
-def _missed(predicted: dict, measured: dict[str, Measured]) -> tuple[float, float]:
-    """Largest difference of wear of a turn, as a share of the largest and in m."""
+def _missed(
+    before: dict[str, Worn], jumped: dict[str, Worn], instead: dict[str, Worn]
+) -> tuple[float, float]:
+    """Largest difference of two jumps from the same outlines, over the largest depth, and in m."""
     share, most = 0.0, 0.0
-    for name, one in measured.items():
-        for surface, rate in one.rate.items():
-            apart = float(np.abs(_smoothed(rate) - _smoothed(predicted[name][surface])).max())
-            share = max(
-                share, apart / max(float(_smoothed(rate).max()), 1e-300) if apart > 0.0 else 0.0
-            )
+    for name, begin in before.items():
+        for surface, depth in _depths(begin).items():
+            one, other = (smoothed(_depths(w[name])[surface] - depth) for w in (jumped, instead))
+            apart, deepest = float(np.abs(one - other).max()), max(one.max(), other.max())
+            share = max(share, apart / deepest if apart > 0.0 else 0.0)
             most = max(most, apart)
     return share, most
 

@@ -16,6 +16,8 @@ from clearance.wearing.replay import replay, rest
 from clearance.wearing.rough import carried, pressure_at, replay_rough, rest_rough
 
 LIGHT = 1e-6  # of the strength of asperities: pressures whose journal swims in its film
+MANY = 100  # steps of a jump
+SMOOTH = 9  # nodes that depths are averaged over before they are compared
 FEW = 1e-3  # of the depth of a jump: a step that adds less may miss as if it added this
 
 
@@ -45,6 +47,16 @@ def moved(
         return x, y
     rest_x, rest_y, load = rest(force_x, force_y, angle, joint, new, 1.0, x, y)
     return (rest_x, rest_y) if math.isfinite(load) else (x, y)
+
+
+def surfaces(data: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Depths of bearing and journal in the numbers of outlines [m]."""
+    return data[2 : 2 + NODES], data[2 + LINE : 2 + LINE + NODES]
+
+
+def smoothed(depths: np.ndarray) -> np.ndarray:
+    """Mean over SMOOTH neighbouring nodes."""
+    return sum(np.roll(depths, k) for k in range(-(SMOOTH // 2), SMOOTH // 2 + 1)) / SMOOTH
 
 
 @cache
@@ -78,12 +90,12 @@ class Worn:
     @property
     def bearing(self) -> np.ndarray:
         """Depths of the bearing [m]."""
-        return self.data[2 : 2 + NODES]
+        return surfaces(self.data)[0]
 
     @property
     def journal(self) -> np.ndarray:
         """Depths of the journal [m]."""
-        return self.data[2 + LINE : 2 + LINE + NODES]
+        return surfaces(self.data)[1]
 
 
 class LoadPath:
@@ -130,12 +142,17 @@ class LoadPath:
         return new
 
     def both(self, worn: Worn, turns: float) -> tuple[Worn, float]:
-        """Outlines after so many turns, first-order error taken off, and that error [m]."""
+        """Outlines after so many turns, first-order error taken off, and that error [m].
+
+        The error is that of a mean over neighbouring nodes: a hard layer touches at one of them,
+        and parts of a path leave ridges in between.
+        """
         full, half = self.step(worn, turns), self.step(self.step(worn, 0.5 * turns), 0.5 * turns)
         change = half.data - full.data
+        error = max(float(np.abs(smoothed(c)).max()) for c in surfaces(change))
         half.data[1:] = np.maximum(half.data[1:] + change[1:], worn.data[1:])
         half.volumes += half.volumes - full.volumes
-        return half, float(np.abs(change[1:]).max())
+        return half, error
 
     def over(
         self, worn: Worn, turns: float, tolerance: float, most: float = math.inf, aim: float = 0.0
@@ -146,19 +163,22 @@ class LoadPath:
         A step's error is at most `tolerance` of the largest depth that it adds. A FEW of the depth
         so far, or of `aim`, the depth of a complete jump [m], stands for a smaller one. Where a
         journal leaves one place of rest for another, a step of any length is uncertain by that.
+        MANY steps, taken or not, therefore double the tolerance of those to come.
         """
         done, error, grown, begin = 0.0, 0.0, 0.0, worn.data.copy()
+        steps = 0
         size = min(turns, max(1.0, 0.2 / max(self.stiff, 1e-300)))
         while done < turns:
             size = min(size, turns - done)
             new, off = self.both(worn, size)
-            added = float((new.data - worn.data)[1:].max())
-            allowed = tolerance * max(added, FEW * max(grown, aim))
+            added = max(float(smoothed(d).max()) for d in surfaces(new.data - worn.data))
+            allowed = 2.0 ** (steps // MANY) * tolerance * max(added, FEW * max(grown, aim))
+            steps += 1
             if off > allowed and size > 1e-3:
                 size *= max(0.2, 0.8 * allowed / off)
                 continue
             worn, done, error = new, done + size, error + off
-            grown = float((worn.data - begin)[1:].max())
+            grown = max(float(d.max()) for d in surfaces(worn.data - begin))
             if grown >= most:
                 break
             size *= min(2.0, 0.8 * allowed / max(off, 1e-300))

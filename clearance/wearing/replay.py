@@ -50,9 +50,9 @@ def rest(force_x, force_y, angle, joint, data, scale, x, y):
     """Place where the foundation, `scale` stiff, puts a force on the journal, from (x, y): x, y and
     normal load.
 
-    Newton's method on a convex energy, steps that overshoot are halved. A journal in free flight is
-    pressed in, ever deeper: the deepest point may lie on a ridge that no cell sees. The load is nan
-    where it fails.
+    Newton's method on a convex energy. A step that overshoots or leaves the wall ends between, by
+    bisection. A journal in free flight is pressed in, ever deeper: the deepest point may lie on a
+    ridge that no cell sees. The load is nan where it fails.
     """
     size = math.sqrt(force_x * force_x + force_y * force_y)
     pressed = PRESSED * joint.clearance
@@ -67,13 +67,18 @@ def rest(force_x, force_y, angle, joint, data, scale, x, y):
         if math.sqrt(rx * rx + ry * ry) * scale <= AT_REST * size:
             return x, y, scale * f[2]
         dx, dy = newton_step(rx, ry, -f[4], -f[5], -f[8], STRIDE * joint.clearance)
-        slope = rx * dx + ry * dy
+        slope, low, high, share = rx * dx + ry * dy, 0.0, 1.0, 1.0
         for _ in range(30):
-            f = touching_slopes(x + dx, y + dy, angle, joint, data, 0.0)
-            if (force_x / scale - f[0]) * dx + (force_y / scale - f[1]) * dy <= ENOUGH * slope:
+            f = touching_slopes(x + share * dx, y + share * dy, angle, joint, data, 0.0)
+            left = (force_x / scale - f[0]) * dx + (force_y / scale - f[1]) * dy
+            if f[2] <= 0.0 or left > ENOUGH * slope:
+                high = share
+            elif left < -ENOUGH * slope and high < 1.0:
+                low = share
+            else:
                 break
-            dx, dy, slope = 0.5 * dx, 0.5 * dy, 0.5 * slope
-        x, y = x + dx, y + dy
+            share = 0.5 * (low + high)
+        x, y = x + share * dx, y + share * dy
     return x, y, math.nan
 
 
@@ -105,7 +110,7 @@ def wear_off(x, y, angle, joint, data, stiffness, over, load, area, pressure):
     """
     first, cells = arc(x, y, joint.clearance)
     before, behind = turned(angle)
-    bearing, journal = places(data, 0, first, before)
+    bearing, journal = places(0, first, before)
     weights = cubic(behind)
     total = 0.0
     for k in range(2 * cells):

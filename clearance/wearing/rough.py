@@ -49,7 +49,7 @@ def walk(x, y, angle, joint: FilmJoint, data):
     """First node and number of cells where solids may touch, places and weights of the outlines."""
     first, cells = arc(x, y, joint.clearance - MOST * joint.roughness)
     before, behind = turned(angle)
-    bearing, journal = places(data, 0, first, before)
+    bearing, journal = places(0, first, before)
     return first, 2 * cells, bearing, journal, before, behind
 
 

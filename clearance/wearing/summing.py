@@ -17,7 +17,7 @@ from clearance.observers import Observer
 
 WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
 ROWS = 512  # worked on at once
-GROUPS = 360  # of equal wear, which the load path of a turn is put together to
+PARTS = 720  # of equal wear, which the load path of a turn consists of
 UNIT = 1e6  # pressure at which the rate of a linear law is taken [Pa]
 BODIES = {"wear": "bearing", "wear_journal": "journal"}
 NODE = np.arange(NODES)
@@ -100,6 +100,8 @@ class Sums:
             from clearance.laws.worn_asperity import pressures
 
             pressure += pressures(-overlap, *self.solids[1:])
+        seen = self.area * pressure.sum(axis=1)  # of the load; a narrow arc falls between nodes
+        pressure *= np.divide(load, seen, out=np.zeros_like(load), where=seen > 0.0)[:, None]
         self.rubbing += float(weights @ (load * speed))
         over = {body: np.zeros(len(flat)) for body in BODIES.values()}
         for body, law in self.laws.items():
@@ -128,7 +130,7 @@ class Sums:
                 self.depths[body] *= exact / summed[body]
                 summed[body] = exact
         path = np.concatenate(self.rows) if self.rows else np.zeros((0, len(PATH) + 1))
-        turn = Turn(self.depths, summed, error, self.rubbing, grouped(path))
+        turn = Turn(self.depths, summed, error, self.rubbing, sampled(path))
         self.start()
         return turn
 
@@ -161,35 +163,28 @@ def _on_journal(depth: np.ndarray, before: np.ndarray, behind: np.ndarray) -> np
     return worn
 
 
-def grouped(rows: np.ndarray) -> np.ndarray:
-    """A load path put together to GROUPS of equal wear, rows of PATH; rows: these columns and the
-    normal load.
+def sampled(rows: np.ndarray) -> np.ndarray:
+    """A load path of PARTS rows of PATH, each for the same wear: the row in the middle of its part.
+
+    rows: these columns and the normal load. Means over a part would not do: the mean force of a
+    journal that rattles in its scar presses at a place where it is not.
     """
     share = (rows[:, 3] + rows[:, 4]) * rows[:, 6]
     if not share.sum() > 0.0:
         return np.zeros((0, len(PATH)))
     passed = np.cumsum(share)
-    group = (GROUPS * (passed - 0.5 * share) / passed[-1]).astype(int)
-    return _means(rows, np.minimum(group, GROUPS - 1))
+    part = passed[-1] / PARTS
+    place = np.searchsorted(passed, part * (np.arange(PARTS) + 0.5))
+    path = rows[place, : len(PATH)]
+    path[:, 3:5] *= (part / share[place])[:, None]
+    return path
 
 
-def joined(path: np.ndarray, count: int) -> np.ndarray:
-    """A load path with `count` rows in a row made one."""
-    return path if count == 1 else _means(path, np.arange(len(path)) // count)
-
-
-def _means(rows: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Means of rows of PATH over groups, by the depths over pressure, which are summed."""
-    weight = rows[:, 3] + rows[:, 4]
-    total = np.bincount(group, weight)
-    used = total > 0.0
-
-    def mean(values: np.ndarray) -> np.ndarray:
-        return np.bincount(group, weight * values)[used] / total[used]
-
-    angle = np.arctan2(mean(np.sin(rows[:, 2])), mean(np.cos(rows[:, 2])))
-    sums = [np.bincount(group, rows[:, k])[used] for k in (3, 4)]
-    return np.column_stack([mean(rows[:, 0]), mean(rows[:, 1]), angle, *sums, mean(rows[:, 5])])
+def thinned(path: np.ndarray, count: int) -> np.ndarray:
+    """Each `count`-th row of a load path, for the wear of all."""
+    thin = path[count // 2 :: count].copy()
+    thin[:, 3:5] *= len(path) / max(len(thin), 1)
+    return thin
 
 
 class Wearing(Observer):

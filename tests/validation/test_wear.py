@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import clearance as cl
 from clearance.laws.contact import contact_modulus
@@ -59,6 +61,123 @@ def test_short_film(motion, first, validated):
     row = test_mixed_wear.ROWS[f"P{first}"], test_mixed_wear.ROWS[f"P{first + 1}"]
     actual = complex(fx, fy) / test_mixed_wear.UNIT
     validated("film force of a worn short bearing", actual, complex(*row), 1e-3, **CODE)
+
+
+RADIUS, CLEARANCE, LENGTH = test_life.RADIUS, test_life.CLEARANCE, test_life.LENGTH
+FORCE, MODULUS = test_life.FORCE, test_life.MODULUS
+ARCHARD = cl.archard(coefficient=test_life.COEFFICIENT)
+TENTH = cl.archard(coefficient=0.1 * test_life.COEFFICIENT)
+SURFACE = 2.0 * math.pi * RADIUS * LENGTH  # of the journal
+FORMS = {"source": "closed forms of worn joints", "kind": "exact"}
+
+
+def along(rates, start, turns):
+    """State after so many turns of a load path, d state / d phi = rates(state) (1e-11)."""
+    end = 2.0 * math.pi * turns
+    return solve_ivp(
+        lambda _, state: rates(*state), (0.0, end), start, method="DOP853", rtol=1e-11, atol=1e-20
+    ).y[:, -1]
+
+
+def arc_sum(half):
+    """a + sin a cos a of half an arc a."""
+    return half + math.sin(half) * math.cos(half)
+
+
+def resting(clearance):
+    """Eccentricity of an unworn journal under the load, by the law of the contact."""
+    numbers = {"length": LENGTH, "radius": RADIUS, "radius_difference": clearance}
+    law = cl.winkler(layer_modulus=MODULUS, **numbers)
+    depth = brentq(lambda d: law(d, 0.0, 0.0) - FORCE, 0.0, CLEARANCE, xtol=1e-18, rtol=1e-14)
+    return clearance + depth
+
+
+def pressing(e, clearance):
+    """Normal load on an unworn foundation."""
+    half = math.acos(clearance / e)
+    return 2.0 * MODULUS * RADIUS * LENGTH * (e * math.sin(half) - clearance * half)
+
+
+def test_rigid_law(validated):
+    """Form A, rigid: the pressure F cos / (R L (a + sin a cos a)) wears a scar and its volume.
+
+    It begins at the scar of 100 turns, where the form has a slope.
+    """
+    rows = test_life.ROWS
+
+    def rates(e, volume):
+        half = math.acos(CLEARANCE / e)
+        peak = FORCE / (RADIUS * LENGTH * arc_sum(half))
+        load = 2.0 * RADIUS * LENGTH * peak * math.sin(half)
+        return ARCHARD(peak, RADIUS), ARCHARD(load, RADIUS)
+
+    half = rows["W01"]
+    begin = 2.0 * RADIUS * LENGTH * CLEARANCE * (math.tan(half) - half)
+    e, volume = along(rates, (CLEARANCE + rows["W02"], begin), 4900)
+    validated("depth by the law, rigid", e - CLEARANCE, rows["W06"], 1e-6, unit="m", **FORMS)
+    validated("volume by the law, rigid", volume, rows["W08"], 1e-6, unit="m3", **FORMS)
+    peak = FORCE / (RADIUS * LENGTH * arc_sum(math.acos(CLEARANCE / e)))
+    validated("largest pressure, rigid", peak, rows["W07"], 1e-6, unit="Pa", **FORMS)
+
+
+@pytest.mark.parametrize(("turns", "first"), [(10, 13), (1000, 19)])
+def test_elastic_law(turns, first, validated):
+    """Form B, an elastic layer: the journal sinks with its scar, and the place below it wears by
+    the pressure that is left.
+    """
+    modulus, rows = MODULUS, test_life.ROWS
+
+    def rates(e, depth, load, volume):
+        half = math.acos(CLEARANCE / e)
+        peak = modulus * (e - CLEARANCE - depth)
+        sinks = ARCHARD(FORCE, 1.0) / (LENGTH * arc_sum(half))
+        worn = ARCHARD(load, RADIUS)
+        more = 2.0 * modulus * RADIUS * LENGTH * sinks * math.sin(half) - modulus * worn
+        return sinks, ARCHARD(peak, RADIUS), more, worn
+
+    start = resting(CLEARANCE)
+    validated("eccentricity, unworn layer", start, rows["W12"], 1e-6, unit="m", **FORMS)
+    begin = (start, 0.0, pressing(start, CLEARANCE), 0.0)
+    e, depth, _, volume = along(rates, begin, turns)
+    actual, expected = [e, depth], [rows[f"W{first}"], rows[f"W{first + 2}"]]
+    validated("eccentricity and depth by the law, layer", actual, expected, 1e-6, unit="m", **FORMS)
+    peak, row = modulus * (e - CLEARANCE - depth), rows[f"W{first + 1}"]
+    validated("pressure by the law, layer", peak, row, 1e-6, unit="Pa", **FORMS)
+    if turns == 1000:
+        validated("volume by the law, layer", volume, rows["W25"], 1e-6, unit="m3", **FORMS)
+
+
+def test_journal_law(validated):
+    """Form C, a journal that turns under its load loses its radius all around."""
+
+    def rates(lost):
+        clearance = CLEARANCE + lost
+        return (ARCHARD(pressing(resting(clearance), clearance), RADIUS) / SURFACE,)
+
+    actual = [along(rates, (0.0,), turns)[0] for turns in (100, 5000)]
+    rows = [test_life.ROWS[row] for row in ("W27", "W29")]
+    validated("radius lost by the law, journal", actual, rows, 1e-6, unit="m", **FORMS)
+    rigid = 5000 * 2.0 * math.pi * ARCHARD(FORCE, RADIUS) / SURFACE
+    row = test_life.ROWS["W30"]
+    validated("radius lost by the law, rigid journal", rigid, row, 1e-6, unit="m", **FORMS)
+
+
+def test_both_laws(validated):
+    """Form D: the bearing wears, and its journal a tenth as fast, all around."""
+
+    def rates(e, load, lost):
+        half = math.acos((CLEARANCE + lost) / e)
+        thins = TENTH(load, RADIUS) / SURFACE
+        sinks = ARCHARD(FORCE, 1.0) / LENGTH + 2.0 * thins * math.sin(half)
+        sinks /= arc_sum(half)
+        foundation = MODULUS * RADIUS * LENGTH
+        more = 2.0 * foundation * (sinks * math.sin(half) - thins * half)
+        return sinks, more - MODULUS * ARCHARD(load, RADIUS), thins
+
+    start = resting(CLEARANCE)
+    e = along(rates, (start, pressing(start, CLEARANCE), 0.0), 1000)[0]
+    row = test_life.ROWS["W31"]
+    validated("eccentricity by both laws", e, row, 1e-6, unit="m", **FORMS)
 
 
 @pytest.mark.parametrize(("turns", "depth"), [(10, "W15"), (1000, "W21")])
