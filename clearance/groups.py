@@ -29,10 +29,7 @@ class Group:
         """Add it to a file, whose group may be there already."""
         group = file.require_group(place) if place else file
         for name, values in self.columns.items():
-            data = create_column(group, name, values)
-            data.attrs["units"], data.attrs["long_name"] = self.about[name]
-            if values.dtype.kind == "U":
-                data.attrs["_Encoding"] = "utf-8"  # for xarray
+            create_column(group, name, values, *self.about[name])
         for name, scales in self.along.items():
             for axis, scale in enumerate(scales):
                 group[name].dims[axis].attach_scale(group[scale])

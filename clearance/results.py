@@ -183,20 +183,23 @@ def write_table(file: h5py.File, place: str, about: dict, columns: Table) -> Non
     group = file.create_group(place, track_order=True)
     group.attrs.update(about)
     for column, (units, what, values) in columns.items():
-        data = create_column(group, column, np.asarray(values))
-        data.attrs["units"], data.attrs["long_name"] = units, what
+        create_column(group, column, np.asarray(values), units, what)
 
 
-def create_column(group: h5py.Group, name: str, values: np.ndarray) -> h5py.Dataset:
+def create_column(
+    group: h5py.Group, name: str, values: np.ndarray, units: str, long_name: str
+) -> None:
     """A column of a table with its checksum; texts have one length, for checksums do not cover
     others.
     """
     layout = {"chunks": values.shape, "fletcher32": True} if values.size and values.ndim else {}
+    about = {"units": units, "long_name": long_name}
     if values.dtype.kind in "UO":
+        about["_Encoding"] = "utf-8"  # for xarray
         values = np.char.encode(values.astype(str), "utf-8")
         values = values.astype(h5py.string_dtype("utf-8", max(values.dtype.itemsize, 1)))
         layout |= {"compression": "gzip"} if layout else {}
-    return group.create_dataset(name, data=values, dtype=values.dtype, **layout)
+    group.create_dataset(name, data=values, dtype=values.dtype, **layout).attrs.update(about)
 
 
 def in_memory(path: Path, image: bytes | None = None) -> h5py.File:

@@ -172,7 +172,7 @@ def test_warnings_are_kept_with_the_run(run):
     assert run.warnings == []
     long = cl.simulate(cl.load_case("six_bar_feeder", film="pinkus_sternlicht"), until=1e-4)
     assert long.warnings == [
-        "joint B: pinkus_sternlicht is a long bearing's film; L/D = 1 makes it too stiff"
+        "joint B: pinkus_sternlicht: a long bearing's film; L/D = 1 makes it too stiff"
     ]
     soft = cl.simulate(cl.load_case("slider_crank", restitution=0.5, roughness=1e-6), until=1e-4)
     assert soft.warnings == [

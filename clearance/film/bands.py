@@ -499,8 +499,7 @@ class FastFilm:
                 for g in bearing.grooves
             ]
         ).reshape(-1, 4)
-        force = bearing.force_scale
-        self._scales = np.array([force, force, 1.0, bearing.flow_scale])
+        self._scales = np.array(bearing.scales)
 
     def _film(self, eccentricity_ratio: float, radial_rate: float, entrainment: float):
         eps, vr, vt = check_state(eccentricity_ratio, radial_rate, entrainment)

@@ -151,6 +151,11 @@ class Bearing:
         return self.clearance * self.radius * self.length
 
     @property
+    def scales(self) -> tuple[float, float, float, float]:
+        """Of the results of a film: both forces, shear, side flow."""
+        return self.force_scale, self.force_scale, 1.0, self.flow_scale
+
+    @property
     def thickness(self) -> float:
         """Clearance over roughness, 0 for smooth surfaces."""
         return self.clearance / self.roughness if self.roughness > 0.0 else 0.0

@@ -676,8 +676,7 @@ class MemoryFilm:
         # exact for the parabola of a short bearing (its cell means too), where 2 would be the plain
         # half cell
         self._end = 2.0 / (1.0 - 2.0 * depth / 3.0)
-        force = self.bearing.force_scale
-        self._scales = np.array([force, force, 1.0, self.bearing.flow_scale])
+        self._scales = np.array(self.bearing.scales)
         self._fixed = np.full((n, nz), math.nan)
         for groove in self.bearing.grooves:
             self._cut(groove)

@@ -373,9 +373,7 @@ class _Film:
         return np.array([*forces, shear, flow]) * self._units()
 
     def _units(self) -> np.ndarray:
-        return np.array(
-            [self.bearing.force_scale, self.bearing.force_scale, 1.0, self.bearing.flow_scale]
-        )
+        return np.array(self.bearing.scales)
 
     def solution(self, field: _Field, eps: float) -> FilmSolution:
         parts, bearing = self.parts, self.bearing

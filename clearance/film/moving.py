@@ -506,8 +506,7 @@ class MovingFilm:
         self.factors = Factors(
             np.zeros((count, 3 * inner)), np.zeros((count, inner)), np.zeros((inner, inner))
         )
-        force = bearing.force_scale
-        self.scales = np.array([force, force, 1.0, bearing.flow_scale])
+        self.scales = np.array(bearing.scales)
         self.solutions = self.corrections = self.systems = 0
         self.reset()
 

@@ -50,18 +50,6 @@ def pinkus_sternlicht(eccentricity_ratio, radial_rate, entrainment, joint):
     return radial, tangential
 
 
-@pinkus_sternlicht.doubts
-def _bearing_is_not_long(joint, parameters):
-    """The long-bearing solution belongs to L/D > 2."""
-    slenderness = joint.length / (2.0 * joint.radius)
-    if slenderness < 2.0:
-        return (
-            f"pinkus_sternlicht is a long bearing's film; L/D = {slenderness:.3g} makes it too "
-            "stiff"
-        )
-    return None
-
-
 # nodes in (0, 1) and weights of the Gauss-Legendre rule of 24 points on (-1, 1), symmetric about 0
 
 NODES = (
@@ -189,12 +177,13 @@ def long_film(eccentricity_ratio, radial_rate, entrainment, joint):
     return factor * radial, math.copysign(1.0, entrainment) * factor * tangential
 
 
+@pinkus_sternlicht.doubts
 @long_film.doubts
-def _bearing_is_not_long_here(joint, parameters):
+def _bearing_is_not_long(joint, parameters):
     """The long-bearing solution belongs to L/D > 2."""
     slenderness = joint.length / (2.0 * joint.radius)
     if slenderness < 2.0:
-        return f"long_film is a long bearing's film; L/D = {slenderness:.3g} makes it too stiff"
+        return f"a long bearing's film; L/D = {slenderness:.3g} makes it too stiff"
     return None
 
 
@@ -240,7 +229,7 @@ def _bearing_is_not_short(joint, parameters):
     """The short-bearing solution belongs to L/D < 0.25."""
     slenderness = joint.length / (2.0 * joint.radius)
     if slenderness > 0.5:
-        return f"short_film is a short bearing's film; L/D = {slenderness:.3g} makes it too stiff"
+        return f"a short bearing's film; L/D = {slenderness:.3g} makes it too stiff"
     return None
 
 

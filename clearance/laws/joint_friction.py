@@ -10,6 +10,7 @@ is smooth at rest. `joint_lugre` sticks: the deflection of its bristles is a sta
 """
 
 import math
+from collections.abc import Callable
 
 from clearance.checks import at_least_one, non_negative, positive
 from clearance.laws.law import joint_bristle, joint_friction
@@ -278,26 +279,17 @@ breakaway_linear.layer = lambda p: (p["threshold"], p["threshold"])
 breakaway_smooth.layer = lambda p: (0.1 * p["breakaway_rate"], p["breakaway_rate"])
 
 
-def _falls(joint, parameters):
-    """Stribeck friction falls from the static to the kinetic level."""
-    if parameters["static"] < parameters["kinetic"]:
-        return (
-            f"needs static >= kinetic, got {parameters['static']:g} and {parameters['kinetic']:g}"
-        )
-    return None
+def _falling(static: str, kinetic: str) -> Callable:
+    """Friction falls from the level at rest to that of sliding."""
 
+    def demand(joint, parameters):
+        high, low = parameters[static], parameters[kinetic]
+        return f"needs {static} >= {kinetic}, got {high:g} and {low:g}" if high < low else None
 
-def _breaks_away(joint, parameters):
-    """The breakaway level is not below the Coulomb level."""
-    if parameters["breakaway"] < parameters["coulomb"]:
-        return (
-            f"needs breakaway >= coulomb, got {parameters['breakaway']:g} and "
-            f"{parameters['coulomb']:g}"
-        )
-    return None
+    return demand
 
 
 for _law in (joint_stribeck, joint_lugre, joint_lugre_loaded):
-    _law.demands(_falls)
-breakaway_linear.demands(_breaks_away)
-breakaway_smooth.demands(_breaks_away)
+    _law.demands(_falling("static", "kinetic"))
+for _law in (breakaway_linear, breakaway_smooth):
+    _law.demands(_falling("breakaway", "coulomb"))
