@@ -8,12 +8,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import clearance as cl
+from clearance.laws import FilmJoint
 from clearance.laws.contact import contact_modulus
 from clearance.laws.outline import deepest, touching
 from clearance.laws.worn_asperity import moment_and_slope, pressed, row_of
 from clearance.laws.worn_film import short_on_outlines
 from clearance.materials import steel
 from clearance.wearing.load_path import LoadPath, Worn
+from clearance.wearing.replay import rest
 from tests import test_life, test_mixed_wear, test_wear
 
 CODE = {"source": "plain code of worn joints", "kind": "independent"}
@@ -187,6 +189,23 @@ def test_load_at_rest(turns, depth, validated):
     exact = {"source": "elastic layer under a load at rest", "kind": "exact", "unit": "m"}
     row = test_life.ROWS[depth]
     validated("depth under a load at rest", float(end.bearing[0]), row, 1e-3, **exact)
+
+
+def test_jumps(validated):
+    """Forms A, C and D by jumps: rigid bodies, a journal worn all around, both surfaces."""
+    rows, stiff = test_life.ROWS, 1000.0 * MODULUS
+    end, _ = test_life.replayed(test_life.standing(), 5000, stiff)
+    validated("depth by jumps, rigid", end.bearing[0], rows["W06"], 1e-3, unit="m", **FORMS)
+    path = test_life.standing(180, 0.0, test_life.COEFFICIENT)
+    end, _ = test_life.replayed(path, 5000)
+    lost, row = float(end.journal.mean()), rows["W29"]
+    validated("radius lost by jumps, journal", lost, row, 1e-3, unit="m", **FORMS)
+    end, _ = test_life.replayed(
+        test_life.standing(60, test_life.COEFFICIENT, 0.1 * test_life.COEFFICIENT), 1000
+    )
+    joint, scale = FilmJoint(0.0, CLEARANCE, 0.0, 0.0, 0.0), MODULUS * RADIUS * LENGTH
+    e = rest(-FORCE, 0.0, 0.3, joint, end.data, scale, *end.place[0])[0]
+    validated("eccentricity by jumps, both", e, rows["W31"], 1e-3, unit="m", **FORMS)
 
 
 def test_both_surfaces(validated):
