@@ -45,7 +45,7 @@ LIKELY = 0.6  # of the largest difference by chance: one that is there half the 
 REPLAYED = 0.02  # error of the replay, of the depth that it adds, over the tolerance
 SCATTERED = 0.1  # the same, over the spread of the depth of a turn, where that is more
 CHANCE = 4.0  # standard errors that the largest of some twenty places is off by, of few turns
-THINNEST = 12  # rows of a load path of which one is replayed, where as many turns are averaged
+THINNEST = 6  # rows of a load path of which one is replayed, where twice as many turns are averaged
 FIRST = 1.0  # jump over what the share allows, to begin with
 
 
@@ -112,7 +112,7 @@ class Measured:
         if count > 1 and totals.mean() > 0.0:
             scatter = float(totals.std(ddof=1) / math.sqrt(count) / totals.mean())
             spread = max(_spread([t.depths[b] for t in turns]) for b in rate)
-        path = np.concatenate([thinned(t.path, min(count, THINNEST)) for t in turns])
+        path = np.concatenate([thinned(t.path, min(max(count // 2, 1), THINNEST)) for t in turns])
         path[:, 3:5] /= count
         return cls(rate, scatter, path, spread)
 

@@ -17,7 +17,7 @@ from clearance.observers import Observer
 
 WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
 ROWS = 512  # worked on at once
-PARTS = 720  # of equal wear, which the load path of a turn consists of
+PARTS = 360  # of equal wear, which the load path of a turn consists of
 UNIT = 1e6  # pressure at which the rate of a linear law is taken [Pa]
 BODIES = {"wear": "bearing", "wear_journal": "journal"}
 NODE = np.arange(NODES)
