@@ -76,24 +76,16 @@ def _by_restitution(law) -> Callable:
 #: name -> the law for a pair of bodies and a restitution (memoryless laws: that of an impact at 1
 #: m/s)
 CONTACTS: dict[str, Callable] = {
-    "lankarani_nikravesh": _by_restitution(laws.lankarani_nikravesh),
+    name: _by_restitution(law)
+    for name, law in vars(laws).items()
+    if "restitution" in getattr(law, "given", ())
+} | {
     "hertz": lambda pair, e: laws.hertz().of(pair),
-    "kelvin_voigt": _kelvin_voigt,
-    "hunt_crossley": _by_restitution(laws.hunt_crossley),
     "hunt_crossley_memoryless": lambda p, e: laws.hunt_crossley_memoryless(dissipation=1.0 - e).of(
         p
     ),
-    "herbert_mcwhannell": _by_restitution(laws.herbert_mcwhannell),
-    "lee_wang": _by_restitution(laws.lee_wang),
-    "gonthier": _by_restitution(laws.gonthier),
-    "zhiying_qishao": _by_restitution(laws.zhiying_qishao),
-    "flores": _by_restitution(laws.flores),
-    "hu_guo": _by_restitution(laws.hu_guo),
-    "exact_restitution": _by_restitution(laws.exact_restitution),
-    "johnson": _by_restitution(laws.johnson),
-    "liu": _by_restitution(laws.liu),
-    "winkler": _by_restitution(laws.winkler),
     "impact": _impact,
+    "kelvin_voigt": _kelvin_voigt,
 }
 #: name -> the law for a coefficient of friction (static: a quarter more)
 FRICTIONS: dict[str, Callable] = {

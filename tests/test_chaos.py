@@ -125,7 +125,8 @@ def test_several_motions_are_not_averaged(actual):
 
 def test_two_motions_of_one_mechanism():
     """The dry slider-crank at 3900 rpm, below its fold: starts lead to an orbit of one turn or to
-    one of two, which `steady` solves for (1e-3). Their mean forces differ by 2 %.
+    one of two. Rounding decides which of them `steady` solves for; its mean force is theirs (1e-3).
+    The mean forces of both differ by 2 %.
     """
     dry = {"restitution": 0.9, "friction": "coulomb", "friction_coefficient": 0.03}
     scene = cl.load_case("slider_crank", clearance=1e-3, speed=cl.rpm(3900), **dry)
@@ -134,8 +135,9 @@ def test_two_motions_of_one_mechanism():
     assert len(forces) == 2
     assert sorted(start for motion in actual.motions for start in motion.starts) == [*range(12)]
     orbit = cl.steady(scene, error=None)
-    assert orbit.period == 2
-    assert min(forces) == pytest.approx(turns.by_turn(orbit.orbit)[FORCE].values.mean(), rel=1e-3)
+    assert orbit.period in (1, 2)
+    force = min(forces) if orbit.period == 2 else max(forces)
+    assert force == pytest.approx(turns.by_turn(orbit.orbit)[FORCE].values.mean(), rel=1e-3)
     assert max(forces) > 1.02 * min(forces)
 
 

@@ -186,5 +186,5 @@ def test_the_page_stays_short():
     assert len(TEXT.split()) <= 1600
     assert max(map(len, TEXT.splitlines())) <= 160
     assert len(FENCED.findall(TEXT)) == 6
-    assert len(LINE.findall(TEXT)) == 5
+    assert len(LINE.findall(TEXT)) == 4
     assert len(COMMANDS) == 4

@@ -203,7 +203,7 @@ class DataLaw(Law):
         self.make = make
         self.looked_at = lru_cache(maxsize=8)(lambda joint, settings: make(joint, dict(settings)))
         # for calls one by one, in half the time of numpy's numbers
-        self.listed = lru_cache(maxsize=8)(lambda *of: self.looked_at(*of).numbers.tolist())
+        self.listed = lru_cache(maxsize=8)(lambda *of: [*map(float, self.looked_at(*of).numbers)])
         self.of_numbers = Law(family, function, {})  # with its data among its parameters
         # of films with a memory: called with the law's arguments at each step's end
         self.keep: Callable | None = None
