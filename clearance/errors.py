@@ -7,7 +7,7 @@ apart: no tolerance makes it smaller.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -59,11 +59,16 @@ def share(error: float, value: float) -> float:
     return abs(error / value)
 
 
-def geometric_mean(shares: ArrayLike) -> np.ndarray:
-    """Geometric mean along the first axis of the shares that are positive numbers; 0 of none."""
-    shares = np.asarray(shares, float)
-    usable = (shares > 0.0) & np.isfinite(shares)
-    total, count = np.log(np.where(usable, shares, 1.0)).sum(axis=0), usable.sum(axis=0)
+def geometric_mean(shares: Iterable[ArrayLike]) -> np.ndarray:
+    """Geometric mean of shares, of each entry of arrays, that are positive numbers; 0 of none.
+
+    They are added in their order, so an entry does not depend on those beside it.
+    """
+    total, count = np.zeros(()), np.zeros((), int)
+    for share in shares:
+        value = np.asarray(share, float)
+        usable = (value > 0.0) & np.isfinite(value)
+        total, count = total + np.log(np.where(usable, value, 1.0)), count + usable
     return np.where(count > 0, np.exp(total / np.maximum(count, 1)), 0.0)
 
 

@@ -48,6 +48,9 @@ def test_company(feeder):
     errors = feeder.errors(swept(), alone, 1)
     for name, values in feeder.errors(columns, others, 2).items():
         np.testing.assert_array_equal(values, errors[name][mixed])
+    lone = {n: v[:1] for n, v in swept().items()}
+    for name, values in feeder.errors(lone, feeder.answers(feeder.points(lone), 1), 1).items():
+        np.testing.assert_array_equal(values, errors[name][:1])
 
 
 def test_steps(feeder):
