@@ -69,7 +69,7 @@ def errors(
     name: str, fixed: dict, turns: float, others: dict, count: int
 ) -> list[tuple[bool, float, float]]:
     """Of each metric: True for a deviation, its relative errors in lanes and the ordinary way."""
-    case, columns, found = find_case(name), drawn(name, others, count), []
+    case, columns, measured = find_case(name), drawn(name, others, count), []
 
     def scene(values: dict):
         return case.scene(model="lubricated", **fixed, **values)
@@ -87,8 +87,8 @@ def errors(
         for metric, value in exact.items():
             if np.isfinite(value) and value != 0.0:
                 both = (abs(way[metric] / value - 1.0) for way in (made[i], usual))
-                found.append(("deviation" in metric, *both))
-    return found
+                measured.append(("deviation" in metric, *both))
+    return measured
 
 
 def table(count: int) -> list[str]:
@@ -99,12 +99,12 @@ def table(count: int) -> list[str]:
         "lanes | ordinary |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    found = {name: np.array(errors(*scene, count)).T for name, scene in SCENES.items()}
-    every = np.concatenate(list(found.values()), axis=1)
-    found[f"all, {count * len(SCENES)} points"] = every
-    found["their deviations from ideal joints"] = every[:, every[0] > 0.0]
-    found["their other metrics"] = every[:, every[0] == 0.0]
-    for name, (_, *both) in found.items():
+    measured = {name: np.array(errors(*scene, count)).T for name, scene in SCENES.items()}
+    every = np.concatenate(list(measured.values()), axis=1)
+    measured[f"all, {count * len(SCENES)} points"] = every
+    measured["their deviations from ideal joints"] = every[:, every[0] > 0.0]
+    measured["their other metrics"] = every[:, every[0] == 0.0]
+    for name, (_, *both) in measured.items():
         numbers = [np.quantile(both, share, axis=1) for share in (0.5, 0.99, 1.0)]
         cells = " | ".join(f"{value:.1e}" for pair in numbers for value in pair)
         lines.append(f"| {name} | {len(both[0])} | {cells} |")
