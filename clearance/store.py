@@ -44,6 +44,8 @@ OPTIONS = {
 }  # nothing in a kernel allocates: arrays need no counting
 COMPILED = not numba.config.DISABLE_JIT
 FRAMES = 1 << 16  # words of a roomy frame
+# moments that a kernel evaluates together: numbers in a register of most processors
+MOMENTS = 4
 # True where the processor computes a product and a sum in one operation
 FUSES = llvm.get_process_triple().startswith("aarch64") or bool(
     llvm.get_host_cpu_features().get("fma")

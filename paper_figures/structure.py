@@ -20,6 +20,7 @@ from fnmatch import fnmatchcase
 from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
+from textwrap import fill
 
 from clearance.paper_figures import workshop
 from clearance.postprocess.figures import sheet
@@ -35,6 +36,7 @@ THIN = 0.012  # least width of an arrow
 APART = 0.05  # distance of arrows
 HEAD = 0.1  # length of the head of an arrow
 BARB = 0.035  # how far a head stands out on each side
+LEGEND = 120  # characters of a line of the legend
 CLEAR = 0.13  # room between an arrow and a box that it passes
 WAY = "#ffecb3"  # colour of the band
 GREY = "#333333"  # of the legend
@@ -329,8 +331,8 @@ def draw_legend(axes, count: int) -> None:
         x += 0.9
     axes.text(x, y, "imports: an arrow leads from a part to one that imports it", **words)
     names = ", ".join(SHARED.split())
-    text = f"Without arrows: {count} imports of what all parts share: {names}."
-    axes.text(BOXES["laws"].sides[0], y - 0.32, text, **words)
+    text = fill(f"Without arrows: {count} imports of what all parts share: {names}.", LEGEND)
+    axes.text(BOXES["laws"].sides[0], y - 0.22, text, **words | {"va": "top"})
 
 
 def picture(counts: Counter):

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from weakref import WeakValueDictionary
 
+from clearance import store
 from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.joint_friction import joint_friction
 from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
@@ -100,9 +101,7 @@ class Structure:
     def _made(self, role: str) -> Callable:
         if role != "moments":
             return kernels.kernel(self.programs[role], self.codes[role])
-        from clearance.stepping.types import MOMENTS
-
-        return kernels.moments(self.programs["rhs"], self.codes["rhs"], MOMENTS)
+        return kernels.moments(self.programs["rhs"], self.codes["rhs"], store.MOMENTS)
 
     def observing(self, paths: Collection[str]) -> "Structure":
         """This structure with no other outputs than these; it shares the kernels that are

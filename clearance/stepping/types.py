@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 
 from clearance.stepping.parts import Part, Whole
-from clearance.store import COMPILED, KERNEL, OPTIONS, Entry, cached, caller, njit, types
+from clearance.store import COMPILED, KERNEL, MOMENTS, OPTIONS, Entry, cached, caller, njit, types
 
 float64, int64, complex128 = types.float64, types.int64, types.complex128
 VECTOR = float64[::1]
@@ -18,8 +18,6 @@ STEP_SIGNATURE = int64(int64, float64, float64)
 STEP = types.FunctionType(STEP_SIGNATURE)
 kernel_at = caller(KERNEL)
 
-#: evaluated together: the numbers in a register of most processors
-MOMENTS = 4
 #: rows of the dense output: y(theta) = d0 + theta (d1 + (1 - theta) (d2 + theta (d3 + ...)))
 DENSE_ROWS = 8
 
@@ -73,4 +71,4 @@ def pasted(function):
     return njit(inline="always", **OPTIONS)(function)
 
 
-__all__ = ["KERNEL", "compiled", "inline", "pasted", "shared"]
+__all__ = ["KERNEL", "MOMENTS", "compiled", "inline", "pasted", "shared"]
