@@ -97,6 +97,7 @@ def picture(rows: list, sections: list):
     chaos.errorbar(values[:, 0], values[:, 1], SURE * values[:, 2], fmt="o", ms=4, capsize=3)
     for depth, exponent, *_, verdict in rows:
         chaos.annotate(verdict, (depth, exponent), (5, 4), textcoords="offset points", fontsize=8)
+    chaos.margins(x=0.3)
     chaos.set_title("bars: twice the error", fontsize="medium")
     chaos.axhline(0.0, color="k", lw=0.6)
     figures.finish(chaos, "largest Lyapunov exponent [1/turn]", "depth over clearance [-]")
