@@ -66,8 +66,8 @@ def _signature(function: BaseFunction, context, arguments, named) -> Signature:
 
 
 def _tidied(processor: PostProcessor, emit_dels=False, extend_lifetimes=False) -> None:
-    """What numba does after each pass, without the lifetimes of variables: nothing is freed at
-    their ends.
+    """The bookkeeping of numba after each pass, without the lifetimes of variables: nothing is
+    freed at their ends.
     """
     processor.func_ir.blocks = canonicalize_cfg(processor.func_ir.blocks)
     processor.func_ir.generator_info = None
