@@ -121,7 +121,7 @@ class _Latest(Observer):
             labels = run.labels()
             sink.impacts([labels[int(j)] for j in going_on[:, 0]], going_on, "open_contact")
         none = np.zeros(0)
-        sink.close("complete", {}, [], {}, Ranges(none, none, run.extremes))
+        sink.close("complete", {}, [], {}, Ranges(none, none, run.extremes, run.integrals))
         return sink.record
 
     def forget(self, time: float) -> None:

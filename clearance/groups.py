@@ -1,4 +1,4 @@
-"""Groups of tables in a result file: located extremes, stated errors."""
+"""Groups of tables in a result file: located extremes, integrals over time, stated errors."""
 
 import json
 from collections.abc import Mapping
@@ -9,6 +9,7 @@ import numpy as np
 
 from clearance.errors import Errors
 from clearance.extremes import Extremes
+from clearance.integrals import Integrals
 from clearance.results import create_column
 
 
@@ -67,6 +68,27 @@ def extremes_group(extremes: Extremes) -> Group:
     along = {"quantity": (), "stretch": (), "units_of": ("quantity",)}
     along |= dict.fromkeys(("value", "when"), OF_EXTREMES)
     return Group(columns, EXTREME_COLUMNS, along, {"stretch_s": extremes.length})
+
+
+#: the table of integrals over time: name of a column -> (units, what it is)
+INTEGRAL_COLUMNS = {
+    "integral": ("1", "integrand: path of a channel, or of a vector, and _square or _positive"),
+    "integral_units": ("1", "units of each integral"),
+    "part_end": ("s", "end of each part of the run; the first begins with the run"),
+    "amount": ("1", "integral over each part, in integral_units"),
+}
+
+
+def integrals_group(integrals: Integrals) -> Group:
+    """The group /integrals: amounts over the parts of the run and the integrands."""
+    columns = {
+        "integral": np.array(integrals.names, dtype=str),
+        "integral_units": np.array(integrals.units, dtype=str),
+        "part_end": integrals.ends,
+        "amount": integrals.values,
+    }
+    along = {"integral": (), "part_end": (), "integral_units": ("integral",)}
+    return Group(columns, INTEGRAL_COLUMNS, along | {"amount": ("part_end", "integral")})
 
 
 #: tables of stated errors in /errors: name of a column -> (units, what it is); those of extremes

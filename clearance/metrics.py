@@ -4,8 +4,9 @@ Each is computed over the window of a run: full turns after the first `settle` o
 counted by the angle of a finite drive. A run of less than a turn, or without a drive that turns,
 counts as it is; `settle` is in seconds then. Extremes are located to the tolerance of the run, in
 its turns that lie fully in the window. A run without turns has hundredths instead, one of more than
-a hundred turns stretches of several. Outside of these the samples count. Means are over time of
-samples, impacts count where they begin; names are made of body, drive and joint names:
+a hundred turns stretches of several. Outside of these the samples count. Mean squares of forces and
+efforts are integrals over the steps of the run, other means are over time of samples. Impacts count
+where they begin; names are made of body, drive and joint names:
 
   <body>_acceleration_min, _max   of bodies that slide on the ground, along their guide [m/s2]
   drive_<drive>_torque_min, _max, _rms (or force)                                       [N m] ([N])
@@ -148,6 +149,13 @@ class Window:
     def rms(self, values: np.ndarray) -> float:
         return math.sqrt(self.mean(values * values))
 
+    def mean_square(self, record: Record, path: str) -> float:
+        """Mean over time of the square of a channel, or of a vector: by the steps of the run, or by
+        its samples where it has no integrals.
+        """
+        summed = record.mean_square(path, self.begin, self.end)
+        return self.mean(record.sizes(path)[self.samples] ** 2) if summed is None else summed
+
     def bounds(self, record: Record) -> tuple[float, float]:
         """Begin and end [s], the end beyond that of the run where the window reaches it."""
         return self.begin, math.inf if self.end >= record.time[-1] * (1.0 - ROUNDING) else self.end
@@ -286,7 +294,7 @@ def drives(record: Record, window: Window) -> Found:
             name, what = f"drive_{drive}_{quantity}", f"{quantity} of drive {drive}"
             yield f"{name}_min", low.value, units, f"smallest {what}", low.time
             yield f"{name}_max", high.value, units, f"largest {what}", high.time
-            rms = window.rms(record.values(path)[window.samples])
+            rms = math.sqrt(window.mean_square(record, path))
             yield f"{name}_rms", rms, units, f"root mean square {what}"
 
 
@@ -296,8 +304,6 @@ def joints(record: Record, window: Window) -> Found:
     for name in record.names("joints"):
         if f"joints/{name}/force_x" not in record:
             continue
-        x, y = (record.values(f"joints/{name}/force_{axis}")[window.samples] for axis in "xy")
-        squared = x * x + y * y
         peak, contacts = record.extreme(f"joints/{name}/force_max", *window.bounds(record)), None
         if name in clearances:
             mine = [spot.partition("/")[0] == name for spot in events["joint"]]
@@ -312,7 +318,7 @@ def joints(record: Record, window: Window) -> Found:
         )
         yield (
             f"joint_{name}_force_rms",
-            math.sqrt(window.mean(squared)),
+            math.sqrt(window.mean_square(record, f"joints/{name}/force")),
             "N",
             f"root mean square force in joint {name}",
         )
@@ -353,7 +359,11 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Fou
     name, begin = joint["name"], contacts["time"]
     share, text = f"joint_{name}_contact_fraction", f"share of the time in contact of joint {name}"
     if not _touches(joint) and not begin.size:
-        yield share, window.mean(_carried(record, joint)[window.samples] > 0.0), "1", text
+        path = f"joints/{name}/contact_force"
+        part = record.share_above_zero(path, window.begin, window.end)
+        if part is None:
+            part = window.mean(_carried(record, joint)[window.samples] > 0.0)
+        yield share, part, "1", text
         return
     end = np.minimum(begin + contacts["duration"], window.end)
     order = np.argsort(begin, kind="stable")  # contacts of several corners overlap

@@ -21,7 +21,8 @@ import h5py
 import numpy as np
 
 from clearance.extremes import JOINT_EXTREMES, Extremes
-from clearance.groups import Group, extremes_group
+from clearance.groups import Group, extremes_group, integrals_group
+from clearance.integrals import Integrals
 from clearance.locks import Lock
 from clearance.reading import CHECKED, FACT_UNITS
 from clearance.regimes import Regime, regime
@@ -108,13 +109,14 @@ def fits_path(path: str, pattern: str) -> bool:
 
 @dataclass(frozen=True)
 class Ranges:
-    """Smallest and largest samples of all channels, (channels,), and located extremes where steps
-    were made.
+    """Smallest and largest samples of all channels, (channels,), located extremes and integrals
+    over time where steps were made.
     """
 
     low: np.ndarray
     high: np.ndarray
     extremes: Extremes | None
+    integrals: Integrals | None = None
 
     def of(self, channel: int) -> tuple[float, float]:
         """Smallest and largest sample of a channel."""
@@ -263,14 +265,19 @@ class Recorder:
         return max([self.turned_over, *(float(self.high[i] - self.low[i]) for i in self.work)])
 
     def close(
-        self, status: str, solver: dict, warnings: list[str], extremes: Extremes | None = None
+        self,
+        status: str,
+        solver: dict,
+        warnings: list[str],
+        extremes: Extremes | None = None,
+        integrals: Integrals | None = None,
     ) -> None:
         """Finish: what is known of each group, then the status; the sink then gives the record its
         place.
         """
         ranges = None
         if self.last is not None:
-            ranges = Ranges(self.low, self.high, extremes)
+            ranges = Ranges(self.low, self.high, extremes, integrals)
             for name, fact in JOINT_EXTREMES.items():
                 self._know_extremes(extremes, name, fact)
             self.know("energy", turned_over=self.energy_scale())
@@ -634,10 +641,13 @@ def closing(status: str, solver: dict, warnings: list[str], facts: dict) -> dict
 
 
 def ranged(ranges: Ranges | None) -> dict[str, Group]:
-    """The groups of located extremes, where there are."""
-    if ranges is None or ranges.extremes is None:
-        return {}
-    return {"extremes": extremes_group(ranges.extremes)}
+    """The groups of located extremes and of integrals, where there are."""
+    groups = {}
+    if ranges is not None and ranges.extremes is not None:
+        groups["extremes"] = extremes_group(ranges.extremes)
+    if ranges is not None and ranges.integrals is not None:
+        groups["integrals"] = integrals_group(ranges.integrals)
+    return groups
 
 
 def set_attributes(holder: h5py.Group, given: Mapping[str, object]) -> None:
@@ -717,6 +727,7 @@ class MemorySink:
             warnings,
             facts,
             ranges and ranges.extremes,
+            ranges and ranges.integrals,
         )
 
 
@@ -734,6 +745,7 @@ class MemoryRecord(Record):
         warnings: list[str],
         facts: dict,
         extremes: Extremes | None,
+        integrals: Integrals | None = None,
     ):
         self.events, self.attributes, self.solver, self.warnings = (
             events,
@@ -741,7 +753,8 @@ class MemoryRecord(Record):
             solver,
             warnings,
         )
-        self._times, self._rows, self._facts, self.located = times, rows, facts, extremes
+        self._times, self._rows, self._facts = times, rows, facts
+        self.located, self.integrals = extremes, integrals
         self._channels_by_path = {c.path: (i, c) for i, c in enumerate(channels)}
         self._groups: dict[str, dict[str, None]] = {"": {"time": None}}
         for path in self._channels_by_path:

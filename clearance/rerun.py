@@ -22,6 +22,7 @@ COMPARED = (
     "energy",
     "events",
     "extremes",
+    "integrals",
 )
 
 

@@ -30,6 +30,7 @@ import numpy as np
 
 from clearance.errors import Error, Errors, ExtremeErrors
 from clearance.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
+from clearance.integrals import Integrals
 from clearance.locks import Lock
 from clearance.reading import FACT_UNITS, Damaged, Entries, Missing, Reader, open_checked
 from clearance.sensitivity import COLUMNS, Sensitivities
@@ -321,8 +322,8 @@ class Record(Drawn, ABC):
 
     Subclasses state where it is (in a file, in memory) by `attributes`, `solver`, `warnings`,
     `events`, `located`, `names`, `values`, `facts` and `units`. `located`: extremes that were
-    located as the run went; None where only samples were seen. `errors`: stated errors of its
-    metrics and channels, see errors.py.
+    located as the run went; None where only samples were seen. `integrals`: over time, likewise.
+    `errors`: stated errors of its metrics and channels, see errors.py.
     """
 
     attributes: dict
@@ -330,6 +331,7 @@ class Record(Drawn, ABC):
     warnings: list[str]
     events: dict[str, np.ndarray]
     located: Extremes | None = None
+    integrals: Integrals | None = None
     errors: Errors = Errors(reason="this run has none")
 
     @abstractmethod
@@ -480,6 +482,44 @@ class Record(Drawn, ABC):
             raise ValueError(f"extreme {name}: the run has nothing between {begin:g} and {end:g} s")
         return located_one
 
+    def mean_square(self, path: str, begin: float, end: float) -> float | None:
+        """Mean over time of the square of a channel, or of a vector, between two times [s]."""
+        return self._mean(f"{path}_square", begin, end)
+
+    def share_above_zero(self, path: str, begin: float, end: float) -> float | None:
+        """Share of the time between two times [s] in which a channel is positive."""
+        return self._mean(f"{path}_positive", begin, end)
+
+    def _mean(self, name: str, begin: float, end: float) -> float | None:
+        """Mean of an integrand from the integrals of the run; beside its parts from the samples.
+
+        None where the run has no integral of it there.
+        """
+        integrals = self.integrals
+        if integrals is None or name not in integrals.cumulated:
+            return None
+        first, last = integrals.inside(begin, end)
+        if first == last:
+            return None
+        total = integrals.cumulated[name][last] - integrals.cumulated[name][first]
+        for one, other in ((begin, integrals.edges[first]), (integrals.edges[last], end)):
+            if other - one > ROUNDING * integrals.edges[1]:
+                total += self._integral_of_samples(name, one, other)
+        return float(total) / (end - begin)
+
+    def _integral_of_samples(self, name: str, begin: float, end: float) -> float:
+        """Integral of an integrand between two times [s], by Simpson's rule on cubics through
+        samples.
+        """
+        path, _, form = name.rpartition("_")
+        time, values = self.time, self.sizes(path)
+        values = values**2 if form == "square" else np.asarray(values > 0.0, dtype=float)
+        inside = time[(time > begin) & (time < end)]
+        edges = np.concatenate([[begin], inside, [end]])
+        middles = 0.5 * (edges[1:] + edges[:-1])
+        at_edges, at_middles = (cubic(time, values, places) for places in (edges, middles))
+        return float(np.diff(edges) @ (at_edges[:-1] + 4.0 * at_middles + at_edges[1:])) / 6.0
+
     def error(self, name: str, begin: float = 0.0, end: float = math.inf) -> Error:
         """The extreme of this name between two times [s], as `extreme` has it, with its stated
         error.
@@ -513,7 +553,7 @@ class Record(Drawn, ABC):
         inside = self._between(begin, end)
         if not inside.any():
             return None
-        values = self._sizes(path)[inside]
+        values = self.sizes(path)[inside]
         i = int(values.argmin() if which == "min" else values.argmax())
         return Extreme(float(values[i]), float(self._times[inside][i]))
 
@@ -522,7 +562,7 @@ class Record(Drawn, ABC):
         """Times of the samples, read once."""
         return self.time
 
-    def _sizes(self, path: str) -> np.ndarray:
+    def sizes(self, path: str) -> np.ndarray:
         """Samples of a channel, or sizes of a vector's."""
         if path in self or f"{path}_x" not in self:
             return self.values(path)
@@ -729,6 +769,21 @@ class Result(Record):
         return Extremes(length, tuple(map(str, names)), tuple(map(str, units)), values, times)
 
     @cached_property
+    def integrals(self) -> Integrals | None:
+        """Integrals over time that were summed as the run went; none in files of versions before
+        0.2.
+        """
+        if not self.reader.has("integrals"):
+            return None
+        names, units = self._columns("integrals", "U", "integral", "integral_units")
+        (ends,) = self._columns("integrals", "f", "part_end")
+        values = self.reader.column("integrals/amount")
+        shape = len(ends), len(names)
+        if values.dtype.kind != "f" or values.shape != shape or len(units) != len(names):
+            raise Damaged(f"{self.path}: /integrals holds columns that do not fit one another")
+        return Integrals(tuple(map(str, names)), tuple(map(str, units)), ends, values)
+
+    @cached_property
     def errors(self) -> Errors:
         """Stated errors of metrics, extremes and channels; none in files of versions before 0.2."""
         if not self.reader.has("errors"):
@@ -853,6 +908,11 @@ class Result(Record):
                 "units_of": ("quantity", list(located.units)),
             }
             datasets["/extremes"] = xarray.Dataset(columns, names)
+        if (integrals := self.integrals) is not None:
+            columns = {"amount": (("part_end", "integral"), integrals.values)}
+            names = {"part_end": integrals.ends, "integral": list(integrals.names)}
+            names["integral_units"] = "integral", list(integrals.units)
+            datasets["/integrals"] = xarray.Dataset(columns, names)
         if errors := self.errors:
             columns = {
                 n: ("name", [getattr(e, n) for e in errors.values()])

@@ -175,7 +175,7 @@ class Run:
         self.links = {name: store.address(f, FUNCTIONS[name]) for name, f in functions.items()}
         self.links["together"] = self._room(stepper.STAGES if together else 0)
         self.resize(scratch=stepper.ROWS)
-        self.state.order = stepper.ORDER
+        self.state.order, self.state.degree = stepper.ORDER, stepper.DEGREE
 
     def _room(self, stages: int) -> np.ndarray:
         """Room for times and states of so many stages, and for their rates."""
@@ -269,6 +269,11 @@ class Run:
         """Located extremes so far."""
         return self.watched.extremes(self.state)
 
+    @property
+    def integrals(self):
+        """Integrals over time so far."""
+        return self.watched.integrals(self.state)
+
     def extreme(self, name: str) -> float:
         """Largest or smallest value of a watched quantity so far."""
         return self.extremes.of(name).value
@@ -334,7 +339,8 @@ class Run:
         """
         state = self.state
         state.jacobian_state = state.lu_state = state.has_predictor = 0
-        state.last_h = state.last_step = state.interval = 0.0
+        state.last_h = state.last_step = 0.0
+        state.interval = -1.0
 
     def _energy(self) -> float | None:
         """Kinetic and potential energy where the run stands; None without a ledger or outputs."""
@@ -510,7 +516,7 @@ class Run:
             recorder.know(group, **facts)
         recorder.know("state", **end_state(self.mechanism, state.y, state.work, state.time))
         warnings = recording.diagnosis.warnings() if self.warned else []
-        recorder.close(finished, summary, warnings, self.extremes)
+        recorder.close(finished, summary, warnings, self.extremes, self.integrals)
 
     def open_contacts(self) -> np.ndarray:
         """Contacts that the end of the run cuts off."""

@@ -103,8 +103,21 @@ def _efforts(record: Record, edges: np.ndarray) -> Found:
     place, inside = placed(record.time, edges)
     counts = np.bincount(place[inside], minlength=turns)
     for path, name, units, words in _paths(record) if counts.all() else ():
-        squares = np.bincount(place[inside], record.values(path)[inside] ** 2, turns)
-        yield f"{name}_rms", np.sqrt(squares / counts), units, f"root mean square {words}"
+        means = _mean_squares(record, path, edges)
+        if means is None:
+            means = np.bincount(place[inside], record.values(path)[inside] ** 2, turns) / counts
+        yield f"{name}_rms", np.sqrt(means), units, f"root mean square {words}"
+
+
+def _mean_squares(record: Record, path: str, edges: np.ndarray) -> np.ndarray | None:
+    """Mean squares of a channel between edges, from the integrals of the run; None where these have
+    other edges.
+    """
+    integrals, name = record.integrals, f"{path}_square"
+    if integrals is None or name not in integrals.cumulated:
+        return None
+    amounts = integrals.between(name, edges)
+    return None if amounts is None else amounts / np.diff(edges)
 
 
 def _forces(record: Record, edges: np.ndarray) -> Found:

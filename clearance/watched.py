@@ -1,11 +1,12 @@
-"""Outputs that the loop looks at where steps end: those with located extremes, contacts, angles,
-energies.
+"""Outputs that the loop looks at where steps end: those with located extremes or integrals over
+time, contacts, angles, energies.
 """
 
 import numpy as np
 
-from clearance.elements.element import CONTACT
+from clearance.elements.element import BLENDED, CONTACT
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
+from clearance.integrals import Integrals, parts, summed
 from clearance.mechanism.build import Mechanism
 from clearance.stepping import state as places
 from clearance.stepping.state import State
@@ -15,13 +16,17 @@ SHARP = 1e-7  # of the natural size of a rate: a friction that jumps turns round
 # layers that are looked into at one side of a reversal; at least by so much one rate over another
 REACH, COARSEST = 8.0, 1.7
 COLUMNS = [places.CHANNEL, places.PAIRED, places.SIGN, places.JOINT]
+#: times rtol^(2/3): 45 times the error of Simpson's rule, over the mean of an integrand, that calls
+#: for more panels
+BEND = 90.0
+FORMS = {"square": places.SQUARE, "pair": places.PAIR, "positive": places.POSITIVE}
 
 
 class Watched:
     """The watched outputs of a run; none where it has no outputs.
 
     quantities: those with extremes in each stretch of the run; after them come force and depth of
-        each contact.
+        each contact. integrands: those with integrals over time.
     """
 
     def __init__(self, mechanism: Mechanism, until: float, outputs: bool):
@@ -32,6 +37,8 @@ class Watched:
             channels, [f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items()]
         )
         self.rows = [(q.channel, q.paired, q.sign, -1) for q in self.quantities]
+        blended = [e.name for e, spot in mechanism.spots if spot.kind == BLENDED]
+        self.integrands = summed(channels, blended)
         self.contacts: dict[int, int] = {}  # spot -> its first row
         for i, (element, spot) in enumerate(mechanism.spots):
             if spot.kind == CONTACT and channels:
@@ -50,12 +57,15 @@ class Watched:
         ]
         self.ledger = [place[p] for p in LEDGER] if place.keys() >= set(LEDGER) else []
         self.length = stretch_length(until, scene.turn)
+        self.parts = parts(stretches(until, self.length))
         self.any = bool(channels)
         self.sizes = {
             "ledger": len(self.ledger),
             "angles": len(self.angles),
             "peaks": len(self.rows),
             "stretches": stretches(until, self.length),
+            "integrals": len(self.integrands),
+            "parts": self.parts * stretches(until, self.length) if self.integrands else 1,
             "reversals": len(self.rubbing),
         }
 
@@ -63,11 +73,21 @@ class Watched:
         """Begin to watch."""
         state.peaks[:, COLUMNS] = np.array(self.rows, dtype=float).reshape(-1, len(COLUMNS))
         state.peaks[:, places.VALUE] = state.best[...] = -np.inf
+        state.integrals[places.SOURCE] = [i.channel for i in self.integrands]
+        state.integrals[places.FORM] = [FORMS[i.form] for i in self.integrands]
+        state.squares = sum(i.form != "positive" for i in self.integrands)
+        state.bend = BEND * state.rtol ** (2.0 / 3.0)
         state.contacts[:, places.PEAKS] = -1
         state.contacts[list(self.contacts), places.PEAKS] = list(self.contacts.values())
         state.angles[...] = np.array(self.angles, dtype=np.int64).reshape(-1, 2)
         state.ledger[...] = self.ledger
-        state.stretch, state.watched = self.length, self.any
+        state.watched = self.any
+        self.measure(state, self.length)
+
+    def measure(self, state: State, length: float) -> None:
+        """Take the length of a stretch [s]."""
+        self.length = state.stretch = length
+        state.part = length / self.parts
 
     def take_layers(self, state: State, mechanism: Mechanism) -> None:
         """Rates within which friction turns round, from the numbers of a mechanism."""
@@ -90,3 +110,12 @@ class Watched:
         signs = np.array([q.sign for q in self.quantities])
         names, units = (tuple(getattr(q, n) for q in self.quantities) for n in ("name", "units"))
         return Extremes(float(self.length), names, units, signs * values, times)
+
+    def integrals(self, state: State) -> Integrals:
+        """Integrals over time so far."""
+        done, names = state.parts, tuple(i.name for i in self.integrands)
+        ends = np.append(state.part * np.arange(1, done + 1), state.time)
+        units = tuple(i.units for i in self.integrands)
+        values = state.totals[: done + 1].copy()
+        values[state.panel_part] += state.integrals[places.PENDING]
+        return Integrals(names, units, ends, values)

@@ -102,7 +102,7 @@ def test_times_of_extremes():
         extreme, path = run.extreme(quantity, scene.turn), quantity[:-4]
         assert scene.turn <= extreme.time <= 2.0 * scene.turn
         again = cl.simulate(scene, until=extreme.time, samples=2, error=None)
-        assert again._sizes(path)[-1] == pytest.approx(extreme.value, rel=1e-5)
+        assert again.sizes(path)[-1] == pytest.approx(extreme.value, rel=1e-5)
 
 
 def test_extremes_of_channels_that_are_not_followed_are_those_of_samples():

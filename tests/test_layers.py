@@ -16,7 +16,7 @@ ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
     ["clearance.columns", "clearance.checks", "clearance.units"],
-    ["clearance.extremes", "clearance.interrupts", "clearance.loading"],
+    ["clearance.extremes", "clearance.integrals", "clearance.interrupts", "clearance.loading"],
     [
         "clearance.locks",
         "clearance.sealed",

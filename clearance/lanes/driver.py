@@ -28,6 +28,8 @@ CALL_START, CALL_PREPARE, CALL_ITERATE, CALL_FINISH, CALL_SAMPLE, CALL_INSIDE, H
     len(PIECES)
 )
 NEVER = 1e300
+STEPPED = 2  # in `means`
+SIMPSON = 4.0 / 6.0  # weight of the middle of a step, over its length
 SAME = 1e-12  # share of the time within which two moments are one
 WAITING = 0.75  # share of the lanes that wait for the end of their step, when it is made
 
@@ -44,6 +46,7 @@ ROWS = (
     "sample_time",
     "sample_theta",
     "share",
+    "middle_share",
     "inner_time",
     "inner_theta",
     "within",
@@ -71,6 +74,7 @@ ROWS = (
     SAMPLE_TIME,
     SAMPLE_THETA,
     SHARE,
+    MIDDLE_SHARE,
     INNER_TIME,
     INNER_THETA,
     WITHIN,
@@ -90,9 +94,9 @@ ROWS = (
 #: columns of `spans`, a row for each point
 BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
 #: columns of `progress`, a row for each lane: its point, turns made, the next sample and its time,
-#: samples that wait
-POINT, TURNS, SAMPLE, DUE, DRAWN = range(5)
-PROGRESS = 5
+#: places that wait, steps whose middles have waited
+POINT, TURNS, SAMPLE, DUE, DRAWN, HALVED = range(6)
+PROGRESS = 6
 #: columns of `searches`, a row for each quantity: three places inside the step and the values
 #: there. Then half the width, parabolas so far, and the next place
 A, B, C, AT_A, AT_B, AT_C, WIDTH, ROUND, STAGE = range(9)
@@ -102,10 +106,10 @@ OVER, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
 
 def layout(*, width: int, quantities: int) -> np.dtype:
     """Numbers of the driver, and arrays that it alone uses."""
-    numbers = ("held", "quantities", "active", "limit", "taken", "alive")
+    numbers = ("held", "quantities", "stepped", "active", "limit", "taken", "alive")
     arrays = [
         ("progress", float, (width, PROGRESS)),
-        ("drawn", int, (width, width)),  # numbers of the samples that wait, by lane
+        ("drawn", int, (width, width)),  # numbers of the samples that wait, -1: a middle, by lane
         ("searches", float, (quantities, SEARCH_COLUMNS)),
         ("searched", int, (quantities,)),  # those that a search is about
         ("places", int, (width,)),  # quantities of the inner places that are looked at
@@ -125,8 +129,9 @@ def layout(*, width: int, quantities: int) -> np.dtype:
 #: spans: columns BEGIN to TURN; given: (numbers, samples) of each sample; waiting: places of the
 #: points; gathered: rows stored; energies: places in the state, stored at the begin of the window
 #: in begun (points, energies); extremes: (points, turns, quantities); results: (points, gathered +
-#: 3) with status, steps and rejected ones; tracks: (points, outputs, samples); means: 1 for a sum,
-#: 0 for a largest value; inner: 1 for a quantity that is searched for inside steps
+#: 3) with status, steps and rejected ones; tracks: (points, outputs, samples); means: 2 for a sum
+#: over steps, 1 for one over samples, 0 for a largest value; inner: 1 for a quantity that is
+#: searched for inside steps
 CUBE = types.float64[:, :, ::1]
 ARRAYS = {
     "pieces": INTEGERS,
@@ -196,7 +201,7 @@ def load(s, lane, point):
     s.rows[s.at[END], lane] = end_of_turn(s, point, 0)
     s.rows[s.at[WITHIN], lane] = 0.0 if begin > 0.0 else 1.0
     s.progress[lane, POINT], s.progress[lane, TURNS] = point, 0.0
-    s.progress[lane, DRAWN] = 0.0
+    s.progress[lane, DRAWN] = s.progress[lane, HALVED] = 0.0
     index = math.ceil(begin * (1.0 - SAME) / s.spans[point, EVERY])
     s.progress[lane, SAMPLE], s.progress[lane, DUE] = index, sample_time(s, point, index)
 
@@ -221,6 +226,9 @@ def keep(s, lane):
         for k in range(s.rows.shape[1]):
             value = s.sides[lane, s.at[SUMS] + i, k]
             total = total + value if s.means[i] else max(total, value)
+        if s.means[i] == STEPPED:
+            total += s.rows[s.at[SUMS] + i, lane]
+            total /= s.spans[point, UNTIL] - s.spans[point, BEGIN]
         s.rows[s.at[SUMS] + i, lane] = total
     for i in range(s.gathered.size):
         s.results[point, i] = s.rows[s.gathered[i], lane]
@@ -265,13 +273,13 @@ def copy_step(s, piece, lane, column):
 
 @shared
 def draw(s, lane):
-    """Outputs at the samples of a lane that wait."""
+    """Outputs at the samples and middles of a lane that wait."""
     count, point = int(s.progress[lane, DRAWN]), int(s.progress[lane, POINT])
     if count == 0:
         return
     side = s.sides[lane]
     for k in range(count, side.shape[1]):  # copies, which have no share
-        side[s.at[SHARE], k] = 0.0
+        side[s.at[SHARE], k] = side[s.at[MIDDLE_SHARE], k] = 0.0
         side[s.at[SAMPLE_TIME], k] = side[s.at[SAMPLE_TIME], 0]
         side[s.at[SAMPLE_THETA], k] = side[s.at[SAMPLE_THETA], 0]
         for i in range(s.held):
@@ -281,8 +289,36 @@ def draw(s, lane):
     call(s, CALL_SAMPLE, side)
     for i in range(s.tracks.shape[1]):
         for k in range(count):
-            s.tracks[point, i, s.drawn[lane, k]] = side[s.at[TRACKS] + i, k]
+            if s.drawn[lane, k] >= 0:
+                s.tracks[point, i, s.drawn[lane, k]] = side[s.at[TRACKS] + i, k]
     s.progress[lane, DRAWN] = 0.0
+
+
+@shared
+def hold(s, lane, time, theta, share, weight, index):
+    """Let a place in the step made last wait for its outputs; index: of a sample."""
+    column, side = int(s.progress[lane, DRAWN]), s.sides[lane]
+    copy_step(s, HOLD, lane, column)
+    side[s.at[SAMPLE_THETA], column], side[s.at[SAMPLE_TIME], column] = theta, time
+    side[s.at[SHARE], column], side[s.at[MIDDLE_SHARE], column] = share, weight
+    for i in range(s.given.shape[0]):
+        side[s.at[GIVEN] + i, column] = s.given[i, max(index, 0)]
+    s.drawn[lane, column] = index
+    s.progress[lane, DRAWN] = column + 1.0
+    if column + 1 == side.shape[1]:
+        draw(s, lane)
+
+
+@shared
+def halve(s, lane):
+    """Take the middle of the step made last, where sums go over steps."""
+    steps = s.rows[s.at[STEPS], lane]
+    if s.stepped == 0 or steps == s.progress[lane, HALVED]:
+        return
+    s.progress[lane, HALVED] = steps
+    if s.rows[s.at[WITHIN], lane] > 0.5:
+        h, begun = s.rows[s.at[LAST_H], lane], s.rows[s.at[FROM], lane]
+        hold(s, lane, begun + 0.5 * h, 0.5, 0.0, SIMPSON * h, -1)
 
 
 @shared
@@ -292,25 +328,16 @@ def sample(s, lane):
     if s.progress[lane, DUE] > time:
         return
     h, begun = s.rows[s.at[LAST_H], lane], s.rows[s.at[FROM], lane]
-    point, side = int(s.progress[lane, POINT]), s.sides[lane]
+    point = int(s.progress[lane, POINT])
     begin, until = s.spans[point, BEGIN], s.spans[point, UNTIL]
     half = 0.5 * s.spans[point, EVERY]
     while s.progress[lane, DUE] <= time:
-        due, column = s.progress[lane, DUE], int(s.progress[lane, DRAWN])
-        index = int(s.progress[lane, SAMPLE])
-        copy_step(s, HOLD, lane, column)
+        due, index = s.progress[lane, DUE], int(s.progress[lane, SAMPLE])
+        theta = min((due - begun) / h, 1.0) if h > 0.0 else 0.0
         share = (min(due + half, until) - max(due - half, begin)) / (until - begin)
-        side[s.at[SAMPLE_THETA], column] = min((due - begun) / h, 1.0) if h > 0.0 else 0.0
-        side[s.at[SAMPLE_TIME], column] = due
-        side[s.at[SHARE], column] = share
-        for i in range(s.given.shape[0]):
-            side[s.at[GIVEN] + i, column] = s.given[i, index]
-        s.drawn[lane, column] = index
-        s.progress[lane, DRAWN] = column + 1.0
+        hold(s, lane, due, theta, share, 0.0, index)
         s.progress[lane, SAMPLE] = index + 1.0
         s.progress[lane, DUE] = sample_time(s, point, index + 1.0)
-        if column + 1 == side.shape[1]:
-            draw(s, lane)
 
 
 @inline
@@ -434,7 +461,8 @@ def search(s, lane):
 # --- the loop
 @shared
 def lead_on(s, lane):
-    """After a step or the start: samples, extremes, the end of a turn or of the run."""
+    """After a step or the start: its middle, samples, extremes, the end of a turn or of the run."""
+    halve(s, lane)
     sample(s, lane)
     if s.rows[s.at[FOUND], lane] > 0.5:
         search(s, lane)

@@ -247,7 +247,10 @@ class Group:
         common += rows.places("y")[states:]
         memory = np.zeros((), driver.layout(width=width, quantities=len(self.watch.quantities)))
         held = states + rows.counts["polynomial"]
+        reductions = self.watch.reductions
+        means = integers(driver.STEPPED if r.stepped else r.mean for r in reductions)
         numbers = {"held": held, "quantities": len(self.watch.quantities), "limit": limit}
+        numbers["stepped"] = sum(r.stepped for r in reductions)
         for name, number in numbers.items():
             memory[name] = number
         sides = aligned(width * rows.total, width).reshape(width, rows.total, width)
@@ -259,7 +262,7 @@ class Group:
             "blank": self._blank(),
             "common": integers(common),
             "waiting": waiting,
-            "means": integers(r.mean for r in self.watch.reductions),
+            "means": means,
             "inner": integers(q.searched for q in self.watch.quantities),
         }
         parts = {name: memory[name] for name in memory.dtype.names if memory[name].ndim}

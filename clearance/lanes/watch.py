@@ -1,4 +1,4 @@
-"""Outputs of the lanes: extremes located on the dense output, and sums over samples.
+"""Outputs of the lanes: extremes located on the dense output, sums over steps and over samples.
 
 The search is that of stepping/locating.py. A step is searched where its ends and the end before
 allow a larger value inside, at places that the driver gives. Such places, and samples, of one run
@@ -33,19 +33,21 @@ class Reduction:
     """Mean over time of samples, or their largest value.
 
     value(piece, outputs, given, own): traced, from the outputs, what is given for the sample, and
-    the point's numbers.
+    the point's numbers. stepped: the mean is over the steps, by Simpson's rule on their dense
+    output; nothing is given.
     """
 
     value: Callable
     mean: bool = True
+    stepped: bool = False
 
 
 @dataclass(frozen=True)
 class Watch:
     """Outputs that are stored of a run.
 
-    quantities: see above; reductions: sums over samples; tracks: outputs stored at every sample;
-        given: how many numbers of each sample the reductions are given.
+    quantities: see above; reductions: sums over samples or steps; tracks: outputs stored at every
+        sample; given: how many numbers of each sample the reductions are given.
     """
 
     quantities: tuple[Quantity, ...]
@@ -58,12 +60,12 @@ class Watch:
 def add_rows(rows: Rows, shape: Shape, watch: Watch) -> None:
     """Rows of the outputs."""
     count = len(watch.quantities)
-    rows.add("interval", "within", "found", "share", "sample_time", "sample_theta")
+    rows.add("interval", "within", "found", "share", "middle_share", "sample_time", "sample_theta")
     rows.add("inner_time", "inner_theta")
     rows.add("sample_base", count=shape.states)
     rows.add("sample_polynomial", count=rows.counts["polynomial"])
     rows.add("value", "last", "next", "search", "seen", count=count)
-    rows.add("sums", count=len(watch.reductions))
+    rows.add("sums", "edge", count=len(watch.reductions))
     rows.add("tracks", count=len(watch.tracks))
     rows.add("given", count=watch.given)
     rows.add("own", count=watch.own)
@@ -125,8 +127,20 @@ def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
         piece.set_one("last", k, piece.choose(taken, last, earlier))
         piece.set_one("next", k, piece.choose(taken, value, last))
         piece.set_one("search", k, piece.flag(may) if q.searched else 0.0)
+    within = piece.both(taken, piece.above(piece.one("within"), 0.5))
+    for k, value in edges(piece, watch, row):
+        before = piece.one("edge", k)
+        more = piece.choose(within, width * (before + value) * (1.0 / 6.0), 0.0)
+        piece.set_one("sums", k, piece.one("sums", k) + more)
+        piece.set_one("edge", k, piece.choose(taken, value, before))
     piece.set("interval", piece.choose(taken, width, back))
     piece.set("found", piece.flag(piece.either(*flags)))
+
+
+def edges(piece: Piece, watch: Watch, row: list) -> list[tuple[int, object]]:
+    """Places and values of the reductions over steps, where a step ends."""
+    reductions = enumerate(watch.reductions)
+    return [(k, r.value(piece, row, [], [])) for k, r in reductions if r.stepped]
 
 
 def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
@@ -135,6 +149,8 @@ def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
     values = values_of(piece, watch, row)
     piece.set("next", *values)
     piece.set("value", *values)
+    for k, value in edges(piece, watch, row):
+        piece.set_one("edge", k, value)
 
 
 def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
@@ -149,16 +165,24 @@ def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
 
 
 def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
-    """Outputs at samples of one run, one in each lane: sums, and what is tracked."""
+    """Outputs at samples and in middles of steps of one run, one in each lane: sums, and what is
+    tracked.
+
+    A sample has a share in sums over samples, the middle of a step a weight in those over steps.
+    """
     piece = Piece(rows, None)
     moved = piece.along(piece.all("sample_polynomial"), piece.one("sample_theta"), shape.states)
     y = [a + b for a, b in zip(piece.all("sample_base"), moved, strict=True)]
     y += piece.all("y")[shape.states :]
     row = piece.call(entries.outputs, piece.one("sample_time"), y)
     given, mine, share = piece.all("given"), piece.all("own"), piece.one("share")
+    weight, sampled = piece.one("middle_share"), piece.above(share, 0.0)
     for k, reduction in enumerate(watch.reductions):
         value, before = reduction.value(piece, row, given, mine), piece.one("sums", k)
-        after = before + share * value if reduction.mean else piece.largest(before, value)
+        if reduction.mean:
+            after = before + (weight if reduction.stepped else share) * value
+        else:
+            after = piece.choose(sampled, piece.largest(before, value), before)
         piece.set_one("sums", k, after)
     piece.set("tracks", *(row[c] for c in watch.tracks))
     return piece

@@ -10,6 +10,7 @@ from clearance.stepping.types import STEP_SIGNATURE, compiled, pasted
 
 A, B, C, D, E3, E5 = tableaus.A, tableaus.B, tableaus.C, tableaus.D, tableaus.E3, tableaus.E5
 ORDER = 8
+DEGREE = 7  # of the dense output
 STAGES = 12
 #: error of the fifth order over tolerance, times rtol^(3/8), in a step whose estimate can be
 #: believed. Smooth steps and contacts at the tolerance have 0.15 at most, from 1e-3 to 1e-12. A

@@ -12,9 +12,11 @@ rates around rest.
 
 import math
 
+from clearance.stepping.integrals import begin_panels, integrate, take
 from clearance.stepping.state import (
     CHANNEL,
     EARLIER,
+    ENDING,
     FACTOR,
     FINE,
     FRICTION,
@@ -34,8 +36,8 @@ from clearance.stepping.state import (
     TOUCHING,
     VALUE,
     WHEN,
-    evaluate,
     interpolate,
+    observe_inside,
     rate_of,
 )
 from clearance.stepping.types import inline, shared
@@ -69,14 +71,6 @@ def follow(s):
     """Take the angles of s.row as those of the last step's end."""
     for k in range(s.angles.shape[0]):
         s.turned[k, 0], s.turned[k, 1] = s.row[s.angles[k, 0]], s.row[s.angles[k, 1]]
-
-
-# --- inside a step
-@shared
-def observe_inside(s, t, h, theta):
-    """Outputs at theta of the last step, into s.look."""
-    evaluate(s, theta)
-    s.observe(t + theta * h, s.trial, s.par, s.work, s.look)
 
 
 # --- reversals of friction
@@ -260,8 +254,9 @@ def refine(s, t, h, k, low, high):
 # --- looks
 @shared
 def look_into(s, t, h, low, high, row):
-    """Extremes between low and high of the last step; row: outputs at high."""
-    width, back, searched = (high - low) * h, s.interval, False
+    """Extremes and integrals between low and high of the last step; row: outputs at high."""
+    width, back, searched = (high - low) * h, s.interval, s.integrals.shape[1] > 0
+    take(s, row, ENDING)
     per_width, per_back = 1.0 / width, 1.0 / back if back > 0.0 else 0.0
     curving = 4.0 * width / (width + back)
     for k in range(s.peaks.shape[0]):
@@ -276,6 +271,8 @@ def look_into(s, t, h, low, high, row):
         observe_inside(s, t, h, 0.5 * (low + high))
         for k in range(s.peaks.shape[0]):
             s.peaks[k, MIDDLE] = quantity(s, s.look, k)
+        if s.integrals.shape[1] > 0:
+            integrate(s, t, h, low, high)
         for k in range(s.peaks.shape[0]):
             if s.peaks[k, SEARCHED] > 0.0:
                 refine(s, t, h, k, low, high)
@@ -309,8 +306,26 @@ def end_stretch(s, time):
 
 
 @shared
+def look_again(s, t):
+    """Outputs where a phase begins: values may have jumped, slopes have."""
+    s.observe(t, s.y, s.par, s.work, s.row)
+    unwind(s, s.row, 0.0)
+    note_rates(s)
+    for k in range(s.peaks.shape[0]):
+        s.peaks[k, LAST] = quantity(s, s.row, k)
+        if not asleep(s, k):
+            offer(s, k, s.peaks[k, LAST], t)
+    begin_panels(s)
+    s.interval = 0.0
+
+
+@shared
 def look(s, t, h):
-    """Take in the step just made: its end into s.row, its extremes, stretch by stretch."""
+    """Take in the step just made: its end into s.row, its extremes and integrals, stretch by
+    stretch.
+    """
+    if s.interval < 0.0:
+        look_again(s, t)
     s.observe(t + h, s.y_new, s.par, s.work, s.row)
     unwind(s, s.row, h)
     follow(s)
@@ -330,19 +345,6 @@ def look(s, t, h):
     if low < 1.0 - SLIVER:
         low = look_along(s, t, h, low, 1.0, count)
         look_into(s, t, h, low, 1.0, s.row)
-
-
-@shared
-def look_again(s, t):
-    """Outputs where a phase begins: values may have jumped, slopes have."""
-    s.observe(t, s.y, s.par, s.work, s.row)
-    unwind(s, s.row, 0.0)
-    note_rates(s)
-    for k in range(s.peaks.shape[0]):
-        s.peaks[k, LAST] = quantity(s, s.row, k)
-        if not asleep(s, k):
-            offer(s, k, s.peaks[k, LAST], t)
-    s.interval = 0.0
 
 
 @shared

@@ -7,6 +7,7 @@ from clearance.stepping.types import STEP_SIGNATURE, compiled
 
 STAGES = RADAU5.c.size
 ORDER = STAGES + 1  # of the error estimate's defect: what the step size goes by
+DEGREE = STAGES  # of the dense output
 ROWS = 4 * STAGES + radau.LU  # scratch: rows of `matrix`, beside one per state
 
 

@@ -25,6 +25,7 @@ LEDGER_NODES, LEDGER_WEIGHTS, LEDGER_BASIS = (
 )
 STAGES = 8
 ORDER = 5
+DEGREE = 4  # of the dense output
 DIFFERENCE = 1e-4  # of the step: increment of the derivative by time
 
 # rows of `matrix` after the stages

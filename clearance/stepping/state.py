@@ -33,6 +33,13 @@ CUTS = 2 * SIDE + 1
 # columns of `peaks`, see locating.py
 CHANNEL, PAIRED, SIGN, JOINT, VALUE, WHEN, EARLIER, LAST, NEXT, MIDDLE, SEARCHED = range(11)
 PEAK_COLUMNS = 11
+# rows of `integrals`, see integrals.py. FIRST, SECOND: integrands at the begin and in the middle of
+# the last panel. BEFORE, INSIDE, AFTER: at begin, middle and end of this one. TARGET, ENDING: at
+# the end of the part and of the interval
+SOURCE, FORM, FIRST, SECOND, BEFORE, INSIDE, AFTER, TARGET, ENDING = range(9)
+SUM, PENDING = 9, 10  # integral so far; correction of the last panel
+INTEGRAL_ROWS = 11
+SQUARE, PAIR, POSITIVE = range(3)  # forms: of a channel, of a vector, time above zero
 
 #: numbers of a run that are floats
 FLOATS = (
@@ -42,6 +49,9 @@ FLOATS = (
     "longest_step",  # [s]
     "sample_every",  # [s]
     "stretch",  # length of the stretches of a run that have extremes of their own [s]
+    "bend",  # of integrands that calls for more panels, see integrals.py
+    "panel",  # width of the last panel of the integrals [s]; 0: a phase begins
+    "part",  # length of the parts of a run that have integrals of their own [s]
     "begin",  # of the run [s]
     "end",  # of this call of the loop, which may stand before that of the run [s]
     "finish",  # of the run [s]
@@ -51,7 +61,8 @@ FLOATS = (
     "last_error",  # its error over tolerance
     "contact_step",  # first step of the last phase with a contact [s]
     "free_step",  # first step of the last phase without one [s]
-    # from the last look but one at the outputs to the last [s]; 0: their slopes have jumped since
+    # from the last look but one at the outputs to the last [s]; 0: their slopes have jumped since;
+    # negative: so have numbers of the mechanism
     "interval",
     "error",  # of the last trial step, over tolerance
     "last_h",  # step that the stepper's factors and predictor belong to [s]
@@ -63,6 +74,7 @@ FLOATS = (
 )
 #: numbers of a run that are integers
 INTEGERS = (
+    "degree",  # of the dense output, beyond the state where a step begins
     "states",  # that the error estimate counts: all but the energy integrals
     "coordinates",  # of the states
     "samples",  # of the complete run
@@ -83,6 +95,10 @@ INTEGERS = (
     "log_filled",
     "impacts_filled",
     "stretches",  # finished
+    "parts",  # finished
+    "squares",  # integrals of squares, those of times follow
+    "panel_part",  # part that the last panel of the integrals belongs to
+    "paired",  # 1: the last panel of the integrals has a correction
     "flips",  # changes of contacts without advance in time
     "first_touches",  # spots whose contacts have a first touch
     "met",  # spot whose contact starts or ends where the step ends, -1: none
@@ -114,6 +130,8 @@ def layout(
     angles,
     peaks,
     stretches,
+    integrals,
+    parts,
     scratch,
     rows,
     log,
@@ -124,7 +142,8 @@ def layout(
     """All numbers and arrays of a run, as they stand in memory one after another.
 
     size: states and energy integrals; ledger: energies logged at the end of each step; peaks:
-        watched quantities;
+        watched quantities. integrals: quantities that are summed over time; parts: of the run that
+        have sums of their own.
     scratch: rows of the stepper's scratch; rows, log, impacts: samples, steps and contacts of one
         piece of output.
     followed: numbers handed on at the start, middle and end of each step. reversals: joints whose
@@ -141,6 +160,8 @@ def layout(
         ("peaks", float, (peaks, PEAK_COLUMNS)),
         ("best", float, (stretches, peaks)),  # extremes of finished stretches
         ("when", float, (stretches, peaks)),
+        ("integrals", float, (INTEGRAL_ROWS, integrals)),
+        ("totals", float, (parts, integrals)),  # of each part of the run
         ("angles", int, (angles, 2)),  # places of angles and their rates among the outputs
         ("turned", float, (angles, 2)),  # both at the end of the last step
         ("reversals", float, (reversals, REVERSAL_COLUMNS)),
@@ -284,10 +305,17 @@ def evaluate(s, theta):
     """Dense output at theta in [0, 1], into s.trial."""
     for i in range(s.y.size):
         value = 0.0
-        for r in range(7, 0, -1):
+        for r in range(s.degree, 0, -1):
             value += s.dense[r, i]
             value *= theta if r % 2 == 1 else 1.0 - theta
         s.trial[i] = s.dense[0, i] + value
+
+
+@shared
+def observe_inside(s, t, h, theta):
+    """Outputs at theta of the last step, into s.look."""
+    evaluate(s, theta)
+    s.observe(t + theta * h, s.trial, s.par, s.work, s.look)
 
 
 @inline

@@ -18,6 +18,7 @@ import numpy as np
 from clearance.diagnosis import LOST_ENERGY, Diagnosis
 from clearance.elements.joint import Joint
 from clearance.extremes import Extreme, Extremes, better, stretch_length
+from clearance.integrals import Integrals
 from clearance.mechanism.build import Mechanism, acceleration_of, energy_of
 from clearance.metrics import Metric
 from clearance.options import Span, longest_step
@@ -47,7 +48,7 @@ class Noted(MemoryRecord):
 
     def __init__(self, record: MemoryRecord):
         inner = ("_times", "_rows", "_facts", "_channels_by_path", "_groups")
-        outer = ("events", "attributes", "solver", "warnings", "located")
+        outer = ("events", "attributes", "solver", "warnings", "located", "integrals")
         vars(self).update({name: vars(record)[name] for name in inner + outer})
         self.looked: set[str] = set()
 
@@ -71,11 +72,12 @@ class Part(MemoryRecord):
         rows,
         events: dict,
         located: Extremes,
+        integrals: Integrals,
     ):
         vars(self).update(
             _groups=groups, _channels_by_path=channels, scene=scene, _times=times, _rows=rows
         )
-        self.events, self.located = events, located
+        self.events, self.located, self.integrals = events, located, integrals
         self._between_times: dict[tuple, tuple] = {}
 
     def extreme(self, name, begin=0.0, end=math.inf):
@@ -92,7 +94,7 @@ class Part(MemoryRecord):
             if math.isfinite(values[place])
             else None
         )
-        sizes = self._sizes(path)[first:last]
+        sizes = self.sizes(path)[first:last]
         i = int(sizes.argmin() if which == "min" else sizes.argmax())
         sampled = Extreme(float(sizes[i]), float(self._times[first + i]))
         return better(name, [sampled, located])
@@ -229,9 +231,8 @@ class Family:
         if not np.isfinite(rows).all():
             raise Apart
         extremes = run.watched.extremes(state)
-        record = Part(
-            self.groups, self.channels, self.scene, times, rows, self._events(impacts), extremes
-        )
+        output = times, rows, self._events(impacts), extremes, run.integrals
+        record = Part(self.groups, self.channels, self.scene, *output)
         warnings = self._warnings(extremes, (times[-1], rows[-1]), values)
         made = of_point(record, self.settle, stretched(self.motion, rate_of(self.scene)))
         return Found(made, warnings, int(state.steps), loop, self.digest)
@@ -258,7 +259,7 @@ class Family:
         mechanism.blend()
         run.span = Span(self.turns * turn if turn else until, run.span.samples)
         run.take_numbers()
-        run.watched.length = state.stretch = stretch_length(run.span.until, turn or None)
+        run.watched.measure(state, stretch_length(run.span.until, turn or None))
         state.longest_step = run.solver.max_step or longest_step(mechanism, run.span, turn)
         state.end = run.span.until
         for i, container, key in self.leaves:
@@ -389,6 +390,7 @@ def _watched(run: Run) -> set[str]:
     """
     channels = run.mechanism.layout.channels
     places = {place for row in run.watched.rows for place in (row[0], row[0] + row[1])}
+    places |= {integrand.channel for integrand in run.watched.integrands}
     judged = {c.path for c in channels if any(part in c.path for part in JUDGED)}
     return {channels[place].path for place in places} | judged
 

@@ -70,7 +70,8 @@ class Wanted:
         )
 
     def mean(self, name: str, value: Callable) -> None:
-        self.reductions[name] = Reduction(value)
+        """Mean over the steps."""
+        self.reductions[name] = Reduction(value, stepped=True)
 
     def square(self, name: str, path: str) -> None:
         """Mean square of an output."""

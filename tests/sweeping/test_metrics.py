@@ -526,9 +526,10 @@ def test_forces_gaps_and_torques_are_located(feeder):
     highest = record.extreme("joints/B/force_max", record.turn).value
     assert highest >= force[late].max() * (1.0 - 1e-14)
     assert actual["joint_B_force_max"] == pytest.approx(highest, rel=1e-14)
-    assert actual["joint_B_force_rms"] == pytest.approx(rms(force), rel=1e-12)
+    # over steps here, over samples there: the dense output and the trapezoidal rule err by less
+    assert actual["joint_B_force_rms"] == pytest.approx(rms(force), rel=1e-6)
     assert actual["drive_crank_torque_rms"] == pytest.approx(
-        rms(record.drive("crank").torque), rel=1e-12
+        rms(record.drive("crank").torque), rel=1e-5
     )
     torque, gap, rate = record.drive("crank").torque, record.joint("B").gap, record["slider"].ax
     shown = tuple(actual[f"drive_crank_torque_{side}"] for side in ("min", "max"))

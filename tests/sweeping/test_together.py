@@ -124,6 +124,30 @@ def test_mixed_joints():
         assert math.isclose(metrics[metric][0], ordinary.value, rel_tol=share), metric
 
 
+def test_means_of_squares_hardly_depend_on_samples():
+    """Means of sharp forces within 2e-5 of the usual way's at 40 samples a turn, whose sums err by
+    more than a tenth. The rule of the lanes has one term less.
+    """
+    case = find_case("six_bar_feeder")
+    columns = {"clearance": np.linspace(4.5e-4, 4.6e-4, 5)}
+
+    def scene(values):
+        return case.scene(**FEEDER, speed=cl.rpm(600), **values)
+
+    together = Together(scene, columns, {"turns": 2.0, "samples_per_turn": 40}, None)
+    points = together.points(columns)
+    metrics = together.summing.metrics(together.answers(points, 1), points)
+    means = [name for name in metrics if name.endswith(("force_rms", "torque_rms"))]
+    assert len(means) == 8
+    for name in means:
+        ordinary = together.summing.first[name].value
+        assert math.isclose(metrics[name][0], ordinary, rel_tol=2e-5), name
+    record = together.summing.record
+    squares = record.sizes("joints/B/force")[record.time >= record.turn * (1.0 - 1e-9)] ** 2
+    sampled = math.sqrt(np.trapezoid(squares) / (squares.size - 1))
+    assert not math.isclose(sampled, metrics["joint_B_force_rms"][0], rel_tol=0.1)
+
+
 def test_numbers_that_jump_are_noticed():
     """The viscosity of fast points is another: it follows from the speed, but for one point."""
     case, odd = find_case("six_bar_feeder"), swept()["clearance"][-1]
