@@ -26,7 +26,7 @@ import llvmlite.ir as ir
 import numba
 import numba.extending
 import numpy as np
-from numba import float64, njit, types, void
+from numba import float64, types, void
 from numba.core.caching import IndexDataCacheFile
 from numba.core.cgutils import for_range as for_range
 from numba.core.compiler_lock import global_compiler_lock
@@ -204,6 +204,20 @@ def _pointers(target, builder, kinds, arguments) -> list:
     ]
 
 
+def njit(*signature, cache: bool = False, **options) -> Callable:
+    """Numba's decorator. cache: the compiled function is stored on disk, see `CheckedFiles`."""
+    decorate = numba.njit(*signature, **options)
+    if not (cache and COMPILED):
+        return decorate
+
+    def stored(function: Callable) -> Callable:
+        dispatcher = decorate(function)
+        _keep(dispatcher, "")
+        return dispatcher
+
+    return stored
+
+
 def written(signature, write: Callable) -> Callable:
     """A compiled function whose code is LLVM IR: write(builder, arguments) puts it into the
     function being built.
@@ -262,8 +276,7 @@ class CheckedFiles(IndexDataCacheFile):
         self.made_from = f"{made_from} {self._version} {self._source_stamp}".encode()
 
     def _save(self, path: str, content) -> None:
-        with self._open_for_write(path) as file:
-            file.write(sealed.sealed(self._dump(content), self.made_from))
+        sealed.write(Path(path), self._dump(content), self.made_from)
 
     def _read(self, path: str):
         """The content of a file; None where there is none that may be used."""

@@ -66,8 +66,10 @@ def test_a_prescribed_rate_bends_the_bristles_as_the_closed_form_says(validated)
 
 
 def test_it_sticks_under_a_load_below_break_away(validated):
-    """The pendulum stops where its weight bends the bristles, and stays: no drift over 20 s."""
-    run = cl.simulate(arm(), until=20.0, rtol=1e-8)
+    """The pendulum stops where its weight bends the bristles, and stays: no drift over 20 s but
+    for ten times the tolerance.
+    """
+    run = cl.simulate(arm(), until=20.0, rtol=1e-9, error=None)
     theta = run["arm"].theta
     weight = 2.0 * 9.81 * 0.2 * np.sin(theta[-1] + 0.5 * math.pi)
     assert 0.1 * NUMBERS["static"] < weight < 0.5 * NUMBERS["static"]

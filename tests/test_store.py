@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 
+import numba
 import numpy as np
 import pytest
 
@@ -200,6 +201,7 @@ def test_damaged_machine_code_is_made_again(suffix, damage, tmp_path, monkeypatc
     one.
     """
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     path = tmp_path / "doubling.py"
     path.write_text("def doubled(x):\n    return 2.0 * x\n")
     monkeypatch.syspath_prepend(tmp_path)
