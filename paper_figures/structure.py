@@ -111,8 +111,8 @@ BOXES = {
         0.0,
         "#c62828",
         "simulation run run.* options watched diagnosis observers starting fields inverse* "
-        "turns metrics lanes* rerun request companion standing wearing.summing varied replay "
-        "sensing",
+        "turns metrics lanes* rerun request companion standing wearing.summing varied "
+        "replay sensing",
         step=3,
     ),
     "files": Box(
@@ -145,8 +145,8 @@ BOXES = {
 }
 #: modules that all parts may use: they are drawn without arrows
 SHARED = (
-    "columns checks errors sensitivity units extremes interrupts loading locks demand version "
-    "compiling store sealed series"
+    "columns checks errors sensitivity units extremes integrals interrupts loading locks demand "
+    "version compiling store sealed series"
 )
 #: the package itself: its public names come from all parts
 PUBLIC = "clearance"

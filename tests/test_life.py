@@ -18,6 +18,7 @@ from clearance.laws.outline import NODES, Outline, deepest, touching, worn
 from clearance.wearing.life import Driver, Plan
 from clearance.wearing.load_path import MANY, LoadPath, Worn, smoothed
 from clearance.wearing.replay import rest
+from clearance.wearing.summing import Sums
 
 FILE = Path(__file__).with_name("wear_rows.csv")
 ROWS = {row["id"]: float(row["value"]) for row in csv.DictReader(FILE.read_text().splitlines())}
@@ -176,6 +177,48 @@ def rotor(e=1.0923687270e-4, **fields):
     return cl.Scene(
         joint, load, cl.Drive(body, speed=2.0 * math.pi, name="d"), gravity=(0, 0), name="rotor"
     )
+
+
+class TestNarrowArcs:
+    """Arcs on a hard foundation, which lie between two nodes: all the wear of their load stays."""
+
+    HARD = 1e17  # an arc of 0.1 degrees under a tenth of a newton
+
+    def test_replay(self):
+        """Volume of the depths as that of the load, within 1e-3; at the two nodes beside it."""
+        angle, force = math.radians(200.4), 0.1
+        row = [-force * math.cos(angle), -force * math.sin(angle), 0.3, 1e-22, 1e-22, CLEARANCE]
+        path = np.array([row])
+        end = LoadPath(path, self.HARD, RADIUS * LENGTH).step(Worn.of(UNWORN, path, True), 1.0)
+        area = RADIUS * LENGTH * math.radians(1.0)
+        assert end.volumes == pytest.approx([1e-22 * force] * 2, rel=1e-3)
+        for depths in (end.bearing, end.journal):
+            assert area * depths.sum() == pytest.approx(1e-22 * force, rel=1e-3)
+        assert np.flatnonzero(end.bearing).tolist() == [200, 201]
+        assert end.bearing[201] / end.bearing[200] == pytest.approx(0.4 / 0.6, rel=1e-2)
+
+    def test_sums(self):
+        """The same row of a run: the depths carry the load to rounding. Their place is that of a
+        parabola, within 1e-4.
+        """
+        joint = cl.ClearanceRevolute(
+            cl.ground.at(0.0, 0.0),
+            cl.Body("rotor", 1.0, 1e-4, points={"O": (0.0, 0.0)})["O"],
+            name="B",
+            radius=RADIUS,
+            clearance=CLEARANCE,
+            length=LENGTH,
+            contact=cl.winkler(layer_modulus=self.HARD, restitution=0.5),
+            wear=cl.archard(coefficient=COEFFICIENT),
+        )
+        sums, angle, load = Sums(joint), math.radians(200.4), 0.1
+        e = CLEARANCE + 1e-12
+        row = e * math.cos(angle), e * math.sin(angle), 0.3, CLEARANCE, self.HARD, 0.5, 0.0, 0.0
+        sums.add(np.array([[1.0, 1.0]]), np.array([[(*row, load)] * 3]))
+        depths = sums.depths["bearing"]
+        assert sums.area * depths.sum() == pytest.approx(COEFFICIENT * 0.5 * load, rel=1e-12)
+        assert np.flatnonzero(depths).tolist() == [200, 201]
+        assert depths[201] / depths[200] == pytest.approx(0.4 / 0.6, rel=1e-4)
 
 
 class TestSums:

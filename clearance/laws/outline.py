@@ -40,6 +40,7 @@ ODD = 2.0 / 3.0 * SINE  # of u sin
 ALONG = 2.0 + 4.0 / 3.0 * BEND + 0.4 * BEND * BEND, ODD * SINE  # of cos^2 and sin^2
 NONE = (0.0, 0.0, 0.0, 0.0, 0.0)
 FAR = 1e30
+SEEN = 0.5  # of a load: share that the nodes under an arc must carry to stand for it
 
 
 # --- the journal's depth between its nodes

@@ -42,13 +42,19 @@ FILMS = {"clearance": CLEARANCE, "pull": PULL, "rate_x": RATE_X, "rate_y": RATE_
 OPTIONS = {"turns", "rtol", "method", "samples_per_turn", "samples", "energy", "max_steps"}
 
 
+def middle_of(columns: dict[str, np.ndarray]) -> int:
+    """Place of the middle one of points ordered by their values: the same in any order."""
+    order = np.lexsort([columns[name] for name in sorted(columns)])
+    return int(order[len(order) // 2])
+
+
 class Together:
     """Points of one structure in lanes.
 
     scene: gives the scene of swept values; columns: all values of the swept numbers by name;
         options: of the runs, as of `prepare`, their length in turns; settle: turns left out of the
         metrics; error: that is to be stated, as of `simulate`.
-    Raises Unsuited or Irregular.
+    first: place of the point that is run the ordinary way too. Raises Unsuited or Irregular.
     """
 
     def __init__(
@@ -61,7 +67,8 @@ class Together:
     ):
         self.columns, self.options, self.scene_of = columns, options, scene
         self.count = len(next(iter(columns.values())))
-        first = {name: column[0].item() for name, column in columns.items()}
+        self.first = middle_of(columns)
+        first = {name: column[self.first].item() for name, column in columns.items()}
         tried: list[tuple[dict, Run]] = []
 
         def prepared(values: dict) -> Run:
@@ -73,7 +80,7 @@ class Together:
         if reason := lanes.impossible(run.mechanism, run.method):
             raise Unsuited(reason)
         self.summing = Summing(run, settle, error)
-        self.spread = Spread(scene, prepared, columns, EXACT, first, one_table=False)
+        self.spread = self._spread(prepared, first)
         films = [list(map(id, run.mechanism.sources.values())) for _, run in tried]
         self.several = any(tables != films[0] for tables in films)
         if self.summing.ideal and self.spread.moves:
@@ -94,6 +101,16 @@ class Together:
             moving=self._moving() if self.summing.stated else (),
         )
         self._compare(tried)
+
+    def _spread(self, prepared: Callable[[dict], Run], first: dict[str, float]) -> Spread:
+        """Starts of all points: bit for bit those of single runs where the sweep has them so.
+
+        Steps follow the last bits of a start, and bits within a share would depend on `first`.
+        """
+        try:
+            return Spread(self.scene_of, prepared, self.columns, 0.0, first, one_table=False)
+        except Irregular:
+            return Spread(self.scene_of, prepared, self.columns, EXACT, first, one_table=False)
 
     # --- numbers of points
     def points(

@@ -17,6 +17,7 @@ from clearance.laws.law import FilmJoint
 from clearance.laws.outline import (
     LINE,
     NODES,
+    SEEN,
     STEP,
     arc,
     cubic,
@@ -107,6 +108,8 @@ def put_both(data, node, before, behind, over, p):
 def wear_off(x, y, angle, joint, data, stiffness, over, load, area, pressure):
     """Wear both surfaces at a place: depths over pressure `over` (bearing, journal), scaled to the
     normal load.
+
+    An arc on a hard foundation may lie between two nodes. Then these carry the load.
     """
     first, cells = arc(x, y, joint.clearance)
     before, behind = turned(angle)
@@ -117,7 +120,15 @@ def wear_off(x, y, angle, joint, data, stiffness, over, load, area, pressure):
         g = overlap(x, y, joint.clearance, data, bearing, journal, first + k, weights)
         pressure[k] = max(stiffness * g, 0.0)
         total += pressure[k]
-    share = load / (area * total) if total > 0.0 else 0.0
+    if area * total <= SEEN * load:
+        _, cos, sin, _ = deepest(x, y, angle, joint, data, 0.0)
+        place = math.atan2(sin, cos) / STEP
+        node = math.floor(place)
+        behind_node, p = place - node, load / area
+        put_both(data, int(node) % NODES, before, behind, over, (1.0 - behind_node) * p)
+        put_both(data, int(node + 1) % NODES, before, behind, over, behind_node * p)
+        return
+    share = load / (area * total)
     for k in range(2 * cells):
         p, node = share * pressure[k], (first + k) % NODES
         if p > 0.0:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from clearance.elements.worn_journal import FOLLOWED
-from clearance.laws.outline import COS, NODES, SIN, STEP, cubic
+from clearance.laws.outline import COS, NODES, SEEN, SIN, STEP, cubic
 from clearance.laws.wear import is_linear
 from clearance.observers import Observer
 
@@ -100,8 +100,10 @@ class Sums:
             from clearance.laws.worn_asperity import pressures
 
             pressure += pressures(-overlap, *self.solids[1:])
-        seen = self.area * pressure.sum(axis=1)  # of the load; a narrow arc falls between nodes
+        seen = self.area * pressure.sum(axis=1)
         pressure *= np.divide(load, seen, out=np.zeros_like(load), where=seen > 0.0)[:, None]
+        narrow = seen <= SEEN * load
+        pressure[narrow] = _at_deepest(overlap[narrow], load[narrow] / self.area)
         self.rubbing += float(weights @ (load * speed))
         over = {body: np.zeros(len(flat)) for body in BODIES.values()}
         for body, law in self.laws.items():
@@ -145,6 +147,26 @@ def solids_of(joint):
     strength = factor(*joint.asperity.numbers)
     stiffness = joint.contact.values["layer_modulus"]
     return Rough(stiffness, joint.roughness, strength, row_of(order))
+
+
+def _at_deepest(overlap: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Pressures of arcs between the nodes, (places, nodes): those beside the deepest point carry
+    the load.
+
+    overlap: at all nodes; pressure: their sum at each place.
+    """
+    left, middle = overlap[:, 0::2], overlap[:, 1::2]
+    right = np.roll(left, -1, axis=1)
+    slope, bend = 0.5 * (right - left), np.minimum(0.5 * (left + right) - middle, -1e-300)
+    u = np.clip(-0.5 * slope / bend, -1.0, 1.0)
+    cell = (middle + u * (slope + u * bend)).argmax(axis=1)
+    places = np.arange(len(overlap))
+    place = 2 * cell + 1 + u[places, cell]
+    node = np.floor(place).astype(int)
+    shared = np.zeros_like(overlap)
+    shared[places, node % NODES] = (node + 1 - place) * pressure
+    shared[places, (node + 1) % NODES] = (place - node) * pressure
+    return shared
 
 
 def _turned(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -237,6 +259,6 @@ class Wearing(Observer):
                 facts[f"volumes_{body}"] = np.array([t.volumes[body] for t in turns])
             facts |= {
                 "rubbing": sum(t.rubbing for t in turns),
-                "bins_error": max(t.error for t in turns),
+                "bins_error": max((t.error for t in turns), default=0.0),
             }
             recorder.know(f"joints/{name}/wear", **facts)

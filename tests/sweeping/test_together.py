@@ -69,7 +69,7 @@ def test_first_point(name, turns):
 
     The four-bar has no guide, and each clearance of the slider-crank has a film table of its own.
     At smaller clearances the deviation of accelerations drowns in the tolerance of the run. The
-    stated error of the smallest gap is nearly all that of the film table, so 2 %. The others are
+    stated error of the smallest gap is nearly all that of the film table, so 5 %. The others are
     differences of two tolerances with other steps: 2 times in the median.
     """
     case, columns = find_case(name), {"clearance": np.geomspace(2e-4, 2.5e-4, 5)}
@@ -88,11 +88,11 @@ def test_first_point(name, turns):
     metrics = together.summing.metrics(answers, points)
     for metric, ordinary in together.summing.first.items():
         share = {"settling_ratio": 5e-2}.get(metric, 5e-3 if "deviation" in metric else 2e-4)
-        assert math.isclose(metrics[metric][0], ordinary.value, rel_tol=share), metric
+        assert math.isclose(metrics[metric][together.first], ordinary.value, rel_tol=share), metric
     errors, stated = together.errors(columns, answers, 1), together.summing.stated
     assert together.summing.stated_alike(metrics, errors).all()
-    ratios = {n: errors[n][0] / m.value for n, m in stated.items()}
-    assert math.isclose(ratios["joint_C_gap_min_error"], 1.0, rel_tol=2e-2)
+    ratios = {n: errors[n][together.first] / m.value for n, m in stated.items()}
+    assert math.isclose(ratios["joint_C_gap_min_error"], 1.0, rel_tol=5e-2)
     assert 0.5 < np.median(list(ratios.values())) < 2.0
     lone = together.points({"clearance": columns["clearance"][3:]})
     again = together.answers(lone, 2)
@@ -121,7 +121,7 @@ def test_mixed_joints():
     assert "joint_B_contact_fraction" in metrics
     for metric, ordinary in together.summing.first.items():
         share = 5e-3 if "deviation" in metric else 2e-4
-        assert math.isclose(metrics[metric][0], ordinary.value, rel_tol=share), metric
+        assert math.isclose(metrics[metric][together.first], ordinary.value, rel_tol=share), metric
 
 
 def test_means_of_squares_hardly_depend_on_samples():
@@ -141,7 +141,7 @@ def test_means_of_squares_hardly_depend_on_samples():
     assert len(means) == 8
     for name in means:
         ordinary = together.summing.first[name].value
-        assert math.isclose(metrics[name][0], ordinary, rel_tol=2e-5), name
+        assert math.isclose(metrics[name][together.first], ordinary, rel_tol=2e-5), name
     record = together.summing.record
     squares = record.sizes("joints/B/force")[record.time >= record.turn * (1.0 - 1e-9)] ** 2
     sampled = math.sqrt(np.trapezoid(squares) / (squares.size - 1))
