@@ -93,8 +93,8 @@ def _outlines(axes, one: Life, joint: str, surface: str, colours: list) -> None:
 
 
 def _depth(axes, one: Life, joint: str, wears: list[str]) -> None:
-    """Largest depth over turns, what the jumps may have missed, and the closed form of the load
-    path alone.
+    """Largest depth over turns, what the jumps may have missed, and under a load that stands still
+    the closed form.
     """
     scale = 1e6
     for k, surface in enumerate(wears):
@@ -104,7 +104,7 @@ def _depth(axes, one: Life, joint: str, wears: list[str]) -> None:
         )
         error = scale * one.error
         axes.fill_between(one.turns, deep - error, deep + error, color=f"C{k}", alpha=0.3, lw=0.0)
-    if "bearing" in wears and len(one.load_path(joint)):
+    if one.stands_still(joint):
         form = scale * one.closed_form(joint)
         axes.plot(one.turns, form, "k--", lw=1.0, label="bearing: rigid, first load path alone")
     figures.finish(axes, "largest depth [µm]", "turns")

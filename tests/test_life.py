@@ -440,6 +440,15 @@ class TestLife:
         life.stages = [{"turns": 100.0}, {"turns": 5000.0}]
         assert life.closed_form("B") == pytest.approx([ROWS["W02"], ROWS["W06"]], rel=1e-3)
 
+    def test_the_closed_form_is_for_loads_that_stand_still(self, folder):
+        """A load that turns once round the bearing is none of these."""
+        life = cl.Life(folder / "worn")
+        assert life.stands_still("B")
+        path = life.load_path("B")
+        angle = 2.0 * math.pi * np.arange(len(path)) / len(path)
+        path[:, 0], path[:, 1] = np.cos(angle), np.sin(angle)
+        assert not life.stands_still("B")
+
     def test_command(self, tmp_path, capsys):
         """One document; a case file, a unit, and a table of stages."""
         file = tmp_path / "mine.py"

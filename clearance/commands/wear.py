@@ -230,7 +230,7 @@ def _readable(name: str, life, table: list[dict], picture: str | None) -> list[s
                 f"  {joint} {surface:<8} {1e6 * depth:.6g} um deep at {angle:.0f} deg "
                 f"(jumps: within {1e6 * last['error']:.2g} um), {1e9 * volume:.6g} mm3"
             )
-        if "bearing" in life.asked["joints"][joint]["wears"] and len(life.load_path(joint)):
+        if life.stands_still(joint):
             form = 1e6 * life.closed_form(joint)[-1]
             lines.append(
                 f"  {joint} bearing  {form:.6g} um for rigid bodies under the first load path alone"

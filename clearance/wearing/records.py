@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 SURFACES = ("bearing", "journal")
+STEADY = 0.99  # of a load's size: its mean, where it stands still
 
 
 def lines(path: Path) -> Iterator[dict]:
@@ -105,6 +106,17 @@ class Life:
     def metric(self, name: str) -> np.ndarray:
         """A metric of the stages' runs, such as "joint_B_force_max"; nan where a run has it not."""
         return np.array([s["metrics"].get(name, math.nan) for s in self.stages], dtype=float)
+
+    def stands_still(self, joint: str) -> bool:
+        """True where the load of a dry joint stands still in the bearing, which alone wears: then
+        `closed_form` is about it.
+        """
+        described = next(j for j in self.asked["scene"]["joints"] if j["name"] == joint)
+        if described["asperity"] or self.asked["joints"][joint]["wears"] != ["bearing"]:
+            return False
+        force_x, force_y, _, over, *_ = self.load_path(joint).T
+        shared = float(np.hypot(force_x, force_y) @ over)
+        return math.hypot(force_x @ over, force_y @ over) > STEADY * shared
 
     def closed_form(self, joint: str) -> np.ndarray:
         """Depth [m] of a rigid journal whose load stands still in the bearing, from the first load
