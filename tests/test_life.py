@@ -566,3 +566,12 @@ class TestWearA:
         assert depth == pytest.approx(ROWS["W57"], rel=1e-3)
         assert abs(depth - ROWS["W57"]) < life.error[-1]
         assert life.closed_form("B")[-1] == pytest.approx(ROWS["W59"], rel=1e-3)
+
+
+def test_a_run_prints_the_volumes_that_wear(tmp_path, capsys):
+    """The number of its last row."""
+    path = tmp_path / "run.h5"
+    assert main(["run", "wear_a", "--until", "0.2", "--no-error", "-o", str(path)]) == 0
+    with cl.open_result(path) as run:
+        volume = 1e9 * run.joint("B").wear_volume_bearing[-1]
+    assert f"bearing worn by {volume:.4g} mm3" in capsys.readouterr().out

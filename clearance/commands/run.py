@@ -371,6 +371,7 @@ def _stated(result, names: list[str], summary_name: str) -> dict:
     return stated | ({f"{summary_name}_film_error": film} if film else {})
 
 
+SURFACES = "bearing", "journal"
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
 #: attributes of joints that a summary prints for the entire run
 JOINT_FACTS = (
@@ -417,6 +418,10 @@ def _joints(result, begin: float, end: float) -> dict:
         if f"{group}/friction" in result and f"{group}/gap" not in result:
             mine["peak_friction"] = peak(result, f"{group}/friction", begin, end)
             mine["friction_units"] = result.units(f"{group}/friction")
+        for surface in SURFACES:
+            if f"{group}/wear_volume_{surface}" in result:
+                worn = result.values(f"{group}/wear_volume_{surface}")
+                mine[f"worn_{surface}"] = float(worn[-1] - worn[0])
     return joints
 
 
@@ -550,4 +555,7 @@ def _joint_line(joint: dict) -> str:
         )
     if "peak_friction" in joint:
         parts.append(f"friction up to {joint['peak_friction']:.4g} {joint['friction_units']}")
+    for surface in SURFACES:
+        if f"worn_{surface}" in joint:
+            parts.append(f"{surface} worn by {1e9 * joint[f'worn_{surface}']:.4g} mm3")
     return ", ".join(parts)

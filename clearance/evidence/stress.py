@@ -172,6 +172,7 @@ def altered(scene: Scene, changes: dict, laws: dict, masses: float, gravity) -> 
     """
     count = max(len(scene.bodies) - 1, 1)
     share = {b.name: masses ** (i / count) for i, b in enumerate(scene.bodies)}
+    loose = {j.key for j in scene.clearance_joints}
 
     def body(b: Body) -> Body:
         return dataclasses.replace(
@@ -179,7 +180,7 @@ def altered(scene: Scene, changes: dict, laws: dict, masses: float, gravity) -> 
         )
 
     def joint(j: Joint) -> Joint:
-        if not j.soft:
+        if j.key not in loose:
             return j
         values = dict(changes)
         if "eccentricity" in values:
