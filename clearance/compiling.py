@@ -8,7 +8,7 @@ from numba.core import event as events
 
 LOG = logging.getLogger("clearance")
 LOOP = "clearance.stepping"  # first part of the names of its modules
-LINE = "compiling: the time loop, once for each installation and method (half a minute or so)"
+LINE = "compiling: the time loop, once for each installation and method (some ten seconds)"
 
 
 class Announcer(events.Listener):
