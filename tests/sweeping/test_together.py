@@ -245,3 +245,27 @@ class TestColumn:
     def test_what_would_lose_values(self, lose):
         with pytest.raises(Mixed):
             lose(Column(np.array([1.0, 2.0])))
+
+
+def test_starts_do_not_depend_on_the_order_of_points():
+    """Natural sizes follow from a typical frequency: the same bits for speeds listed backwards,
+    and without the first one.
+    """
+    speeds = np.linspace(13.6, 49.2, 6)
+    sizes = [
+        together_at(speeds[order]).points({"speed": speeds[1:]}).scale
+        for order in (slice(None), slice(None, None, -1), slice(1, None))
+    ]
+    assert np.array_equal(sizes[0], sizes[1])
+    assert np.array_equal(sizes[0], sizes[2])
+
+
+def together_at(speeds: np.ndarray) -> Together:
+    """A lubricated four-bar at several speeds."""
+    case = find_case("four_bar")
+    return Together(
+        lambda values: case.scene(model="lubricated", **values),
+        {"speed": speeds},
+        {"turns": 1.0, "samples_per_turn": 40},
+        None,
+    )
