@@ -58,6 +58,7 @@ from clearance.results import Record, cubic
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
 FEWEST = 3  # least number of turns that show a period
 SETTLING = 0.5  # change from turn to turn, last over first, below which a motion settles
+SURFACES = ("bearing", "journal")  # that wear
 ROUNDING = 1e-9  # share of a run that rounding may take off a turn
 COARSE = 20  # samples a turn below which nothing is known between them
 GAUSS = 3.0**-0.5  # places of Gauss' rule of two points, which is exact for cubics
@@ -381,7 +382,7 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Fou
 def _wear(record: Record, window: Window, name: str) -> Found:
     """Volumes worn off, and what a law of wear by the force alone leaves out."""
     count, rate, when = window.per()
-    for surface in ("bearing", "journal"):
+    for surface in SURFACES:
         path = f"joints/{name}/wear_volume_{surface}"
         if path in record:
             begin, end = _at_ends(record, window, path)

@@ -371,7 +371,6 @@ def _stated(result, names: list[str], summary_name: str) -> dict:
     return stated | ({f"{summary_name}_film_error": film} if film else {})
 
 
-SURFACES = "bearing", "journal"
 SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
 #: attributes of joints that a summary prints for the entire run
 JOINT_FACTS = (
@@ -402,6 +401,7 @@ def _joints(result, begin: float, end: float) -> dict:
     of the entire run.
     """
     from clearance.extremes import JOINT_EXTREMES
+    from clearance.metrics import SURFACES
 
     roughness = {j["name"]: j.get("roughness") for j in result.scene["joints"]}
     joints = {}
@@ -533,6 +533,8 @@ def _film_part(joint: dict) -> str:
 
 
 def _joint_line(joint: dict) -> str:
+    from clearance.metrics import SURFACES
+
     bracket = _bracket(joint, "startup_peak_force")
     force = with_error(joint.get("peak_force", 0.0), joint.get("peak_force_error"), "N", bracket)
     parts = [f"peak force {force}"]

@@ -26,13 +26,13 @@ from clearance.catalogue import load_case
 from clearance.laws.contact import layer_of
 from clearance.laws.outline import Outline, worn
 from clearance.locks import Lock
-from clearance.metrics import metrics
+from clearance.metrics import SURFACES, metrics
 from clearance.options import Output
 from clearance.scene import Scene
 from clearance.simulation import prepare, write
 from clearance.sweeping.ideal import ideal_motion
 from clearance.wearing.load_path import LoadPath, Worn, moved, smoothed
-from clearance.wearing.records import SURFACES, Life, lines
+from clearance.wearing.records import Life, lines
 from clearance.wearing.summing import Turn, Wearing, solids_of, thinned
 
 LOG = logging.getLogger("clearance")

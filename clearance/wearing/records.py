@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-SURFACES = ("bearing", "journal")
 STEADY = 0.99  # of a load's size: its mean, where it stands still
 
 
