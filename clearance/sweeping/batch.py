@@ -11,6 +11,7 @@ import copy
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -209,15 +210,16 @@ class Family:
         """Numbers of points, from their swept numbers; None for those that must be run the ordinary
         way.
         """
-        starts, points = self.spread.starts(columns), []
-        for i in range(len(starts["state"])):
-            start = {n: v[i] for n, v in starts.items()}
-            try:
-                points.append(
-                    self._found(start, {n: column[i].item() for n, column in columns.items()})
-                )
-            except Exception:  # noqa: BLE001 - whatever it is, the ordinary way tells of it
-                points.append(None)
+        has = self.spread.has(columns)
+        points: list[Found | None] = [None] * has.size
+        if not has.any():
+            return points
+        starts = self.spread.starts({n: column[has] for n, column in columns.items()})
+        for k, i in enumerate(np.flatnonzero(has).tolist()):
+            start = {n: v[k] for n, v in starts.items()}
+            values = {n: column[i].item() for n, column in columns.items()}
+            with suppress(Exception):  # the ordinary way gives the reason
+                points[i] = self._found(start, values)
         return points
 
     def _found(self, start: dict[str, np.ndarray], values: dict[str, float]) -> Found:

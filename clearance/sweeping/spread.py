@@ -252,6 +252,10 @@ class Spread:
         speeds = [p for p in places if p[0] == "loads" and p[-1] == "speed"]
         return any(map(moves, places)) or bool(speeds) and len(scene.drives) > 1
 
+    def has(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+        """True for points whose values this was made of."""
+        return np.logical_and.reduce([np.isin(columns[n], v) for n, v in self.values.items()])
+
     def vectors(self, columns: dict[str, np.ndarray]) -> np.ndarray:
         """Starts of points, a row each."""
         rows = np.tile(self.fixed, (len(next(iter(columns.values()))), 1))

@@ -28,6 +28,7 @@ from clearance.stepping import status
 from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.journal import DONE, Outcome
+from clearance.sweeping.possible import possible
 from clearance.sweeping.spread import Irregular, Spread
 from clearance.sweeping.summing import Summing, Unsuited
 
@@ -347,8 +348,11 @@ class Lanes:
                 self.groups[kind] = self._together(kind)
             if isinstance(together := self.groups[kind], str):
                 self._left(together, len(indices))
-            else:
-                yield together, indices
+                continue
+            has = together.spread.has({n: self.numbers[n][indices] for n in together.columns})
+            if not has.all():
+                self._left("their values are impossible", int((~has).sum()))
+            yield together, np.array(indices)[has].tolist()
 
     def _unfit(self) -> str:
         """The reason why no point of the sweep can go in lanes; none where some may."""
@@ -364,13 +368,20 @@ class Lanes:
         group = [index for index, one in enumerate(self.kinds) if one == kind]
         if len(group) < FEWEST:
             return f"fewer than {FEWEST} of a kind"
-        values = self.definition.values(group[0])
-        columns = {n: v[group] for n, v in self.numbers.items()}
+        values, options = self.definition.values(group[0]), self.definition.run_options
+
+        def scene(swept: dict) -> Scene:
+            return self.case.scene(**(values | swept))
+
+        columns = {n: v[group] for n, v in self.numbers.items() if np.ptp(v[group])}
+        good = possible(lambda swept: prepare(scene(swept), **options), columns)
+        if good.sum() < FEWEST:
+            return "their values are impossible"
         try:
             return Together(
-                lambda swept: self.case.scene(**(values | swept)),
-                {n: v for n, v in columns.items() if np.ptp(v)},
-                self.definition.run_options,
+                scene,
+                {n: v[good] for n, v in columns.items()},
+                options,
                 self.definition.settle,
                 self.definition.options.get("error"),
             )

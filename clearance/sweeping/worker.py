@@ -29,6 +29,7 @@ from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
 from clearance.sweeping.made import common, files_named, made, modules_of
 from clearance.sweeping.peaks import of_point
+from clearance.sweeping.possible import possible
 from clearance.sweeping.sloping import columns, sensing_of
 from clearance.sweeping.spread import Irregular
 from clearance.sweeping.stating import Stating
@@ -346,10 +347,17 @@ def _new_family(definition: Definition, kind: tuple) -> Family | str:
     case = _case(definition.path, definition.source)
     rest = definition.fixed | {n: v for n, v in points[members[0]].items() if n not in names}
     columns = {n: np.array(points.columns[n])[members] for n in names}
+    options = definition.options
+
+    def scene(values: dict) -> Scene:
+        return case.scene(**rest, **values)
+
+    good = possible(lambda values: prepare(scene(values), **options), columns)
+    if good.sum() < FEWEST:
+        return "their values are impossible"
+    columns = {n: v[good] for n, v in columns.items()}
     try:
-        return Family(
-            lambda v: case.scene(**rest, **v), columns, definition.options, definition.settle
-        )
+        return Family(scene, columns, options, definition.settle)
     except Irregular as error:
         return str(error)
     except Exception as error:  # noqa: BLE001

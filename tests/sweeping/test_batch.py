@@ -77,6 +77,22 @@ def test_a_point_that_fails_is_left_alone():
     assert family.found({name: column[:2] for name, column in swept.items()}) == [None, None]
 
 
+def test_impossible_points_are_left_alone(tmp_path):
+    """A clearance of zero: its points fail with their reason. The others run in one memory, but for
+    some that carry a warning.
+    """
+    speeds, clearances = np.linspace(20.0, 40.0, 20), np.geomspace(1e-4, 4e-4, 5)
+    points = cl.grid(speed=speeds, clearance=[0.0, *clearances])
+    options = {"fixed": FILM, "channels": [], "workers": 1, "method": "rodas5p", **OPTIONS}
+    there = cl.sweep("slider_crank", points, tmp_path / "out", **options)
+    impossible = np.array(points.columns["clearance"]) == 0.0
+    np.testing.assert_array_equal(there.done, ~impossible)
+    assert all("clearance" in there.reason[i] for i in np.flatnonzero(impossible))
+    together = {o.index for o in read(tmp_path / "out" / "journal.jsonl") if o.together}
+    assert together <= set(np.flatnonzero(~impossible).tolist())
+    assert len(together) > 90
+
+
 @pytest.mark.parametrize(
     ("mass", "reason"),
     [("math.sqrt(mass * length)", "several parameters"), ("mass * length**1.7", None)],

@@ -82,6 +82,24 @@ def test_a_rest_of_few_points(tmp_path, undisturbed, small_blocks, monkeypatch):
     assert len(list(read(folder / "journal.jsonl"))) == len(POINTS)
 
 
+def test_impossible_values_at_an_edge(tmp_path, undisturbed):
+    """Points without a clearance fail with their reason; the others have the bits of a sweep
+    without them.
+    """
+    clearances = [0.0, *POINTS.columns["clearance"][:8]]
+    assert set(clearances[1:]) == set(POINTS.columns["clearance"])
+    points = cl.grid(speed=np.linspace(20.0, 60.0, 12), clearance=clearances)
+    there = cl.sweep("six_bar_feeder", points, tmp_path / "out", workers=1, **OPTIONS)
+    impossible = np.array(points.columns["clearance"]) == 0.0
+    np.testing.assert_array_equal(there.done, ~impossible)
+    assert all("clearance" in there.reason[i] for i in np.flatnonzero(impossible))
+    for name, values in undisturbed.metrics.items():
+        np.testing.assert_array_equal(there.metrics[name][~impossible], values, err_msg=name)
+    log = (tmp_path / "out" / "sweep.log").read_text()
+    assert f"{len(POINTS)} points in lanes" in log
+    assert "12: their values are impossible" in log
+
+
 def test_a_full_disk_at_the_journal(tmp_path, undisturbed, small_blocks, monkeypatch):
     """The second block finds no room: the first is stored, nothing of the second; then the rest."""
     journal, run = tmp_path / "out" / "journal.jsonl", together.Lanes._run
