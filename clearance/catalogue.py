@@ -6,7 +6,6 @@ import importlib.util
 import inspect
 import re
 import sys
-import traceback
 import typing
 import zlib
 from collections.abc import Callable
@@ -14,6 +13,7 @@ from pathlib import Path
 
 from clearance.case import Case, Parameter
 from clearance.checks import meant
+from clearance.loading import place_in
 from clearance.scene import Scene
 
 _PARAMETER = re.compile(r"^\s*(\w+):\s*(.*?)\s*(?:\[([^\]]*)\])?\s*$")
@@ -100,7 +100,7 @@ def _parameters(function: Callable[..., Scene]) -> dict[str, Parameter]:
 
     A default that is a dataclass stands for its fields, see JointOptions.
     """
-    lines, parameters = _described(function), {}
+    lines, parameters, arguments = _described(function), {}, {}
     for p in inspect.signature(function).parameters.values():
         if dataclasses.is_dataclass(p.default):
             shared = _parameters(type(p.default))
@@ -113,8 +113,12 @@ def _parameters(function: Callable[..., Scene]) -> dict[str, Parameter]:
             made = [Parameter(p.name, _kind(p), p.default, **texts)]
         for one in made:
             if one.name in parameters:
-                raise ValueError(f"scene() has the parameter {one.name!r} twice")
-            parameters[one.name] = one
+                raise ValueError(
+                    f"scene(): its arguments {arguments[one.name]!r} and {p.name!r} both give the "
+                    f"parameter {one.name!r}, for the fields of a dataclass are parameters too; "
+                    f"rename or leave out the argument {one.name!r}"
+                )
+            parameters[one.name], arguments[one.name] = one, p.name
     return parameters
 
 
@@ -182,16 +186,11 @@ def _explained(where: str, error: BaseException) -> ValueError:
     """A user's error as one line: what, and at which line of which file."""
     if isinstance(error, SyntaxError):
         return ValueError(f"{where}: SyntaxError: {error.msg} (line {error.lineno})")
-    package = str(Path(__file__).parent)
-    frames = [
-        f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(package)
-    ]
-    place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
     text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
     kind = (
         "" if isinstance(error, ValueError | TypeError | KeyError) else f"{type(error).__name__}: "
     )
-    return ValueError(f"{where}: {kind}{text}{place}")
+    return ValueError(f"{where}: {kind}{text}{place_in(error)}")
 
 
 def load_case(name: str | Path, **values) -> Scene:

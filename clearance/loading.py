@@ -24,6 +24,20 @@ def module_of(path: str | Path, kind: str, label: str) -> ModuleType:
     return module
 
 
+def place_in(error: BaseException) -> str:
+    """File and line of a user that an error came from, as " (case.py, line 3)"; "" for none.
+
+    Lines of this package and of code without a file, such as that of a dataclass, do not count.
+    """
+    package = str(Path(__file__).parent)
+    frames = [
+        f
+        for f in traceback.extract_tb(error.__traceback__)
+        if not f.filename.startswith((package, "<"))
+    ]
+    return f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
+
+
 def located(error: Exception, path: str | None = None) -> str:
     """An error as "file, line 3, in function: KeyError: 'x'", at the innermost line of a file.
 

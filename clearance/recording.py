@@ -77,7 +77,7 @@ def chosen(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
     if patterns is None:
         return list(range(len(channels)))
     if isinstance(patterns, str):
-        raise TypeError(f"channels must be a list of paths or patterns, got the text {patterns!r}")
+        raise TypeError(f"channels: {LISTED}, got the text {patterns!r}")
     places: set[int] = set()
     for pattern in patterns:
         fits = [i for i, c in enumerate(channels) if fits_path(c.path, pattern)]
@@ -99,6 +99,8 @@ def spots(channels: Sequence) -> list[str]:
 
 
 STEP_LOG = "solver/step"
+#: what channels are given as
+LISTED = 'give a list of paths or patterns, as ["bodies/slider/ax"]'
 MOST_IMAGES = 8  # of empty files that a process keeps, some 300 kB each
 _images: dict[tuple, bytes] = {}
 

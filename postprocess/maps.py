@@ -65,6 +65,7 @@ MARKS = {
     "unsettled": {"facecolor": "0.9", "edgecolor": "0.5", "hatch": "\\\\"},
     "without": {"facecolor": "white", "edgecolor": "0.6", "hatch": ".."},
     "doubtful": {"facecolor": "none", "edgecolor": "#d55e00", "hatch": "///"},
+    "warned": {"facecolor": "none", "edgecolor": "black", "hatch": ".."},
 }
 #: share of the colours of a map that an error must not exceed
 STEP = 0.05
@@ -231,11 +232,15 @@ class Choice:
         return "\n".join(wrapped(text, width) for text in (first, *more) if text)
 
     def counts(self) -> str:
-        """Number of points that are not done, in words."""
+        """Numbers of points that are not done or have warnings, in words."""
         status = self.sweep.status[self.points]
         failed, missing = int(self.failed.sum()), int((status == "missing").sum())
-        words = [f"{failed} of {len(status)} points failed"] if failed else []
-        return ", ".join(words + ([f"{missing} of {len(status)} not run yet"] if missing else []))
+        numbers = {
+            "failed": failed,
+            "not run yet": missing,
+            "with warnings": int(self.warned.sum()),
+        }
+        return ", ".join(f"{n} of {len(status)} points {what}" for what, n in numbers.items() if n)
 
     def values(self, metric: str) -> np.ndarray:
         """Values of a metric at the chosen points, NaN where a run is not done or left out."""
@@ -269,6 +274,11 @@ class Choice:
     @property
     def failed(self) -> np.ndarray:
         return np.isin(self.sweep.status[self.points], ("failed", "lost"))
+
+    @property
+    def warned(self) -> np.ndarray:
+        """Finished points whose runs have warnings."""
+        return self.done & (self.sweep.costs["warnings"][self.points] > 0)
 
 
 def _said(name: str, value: object, units: str) -> str:
@@ -523,6 +533,9 @@ def _maps(
     states["doubtful"] = _doubtful(values, _intervals(choice, name), norm)
     says = {"failed": "failed", "endless": _endless(units), "settling": SLOW, "without": "no value"}
     says |= {"unsettled": "not settled", "doubtful": f"error over {STEP:.0%} of the colours"}
+    # with warnings everywhere a mark would distinguish no cell
+    states["warned"] = choice.warned & ~choice.warned.all()
+    says["warned"] = "with warnings"
     borders = tuple(edges(axis.at, axis.log) for axis in plane)
     for axes, (title, there) in zip(row, panels, strict=True):
         mesh = figures.cells(axes, borders, _table(plane, values, there), norm)

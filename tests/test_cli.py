@@ -188,7 +188,13 @@ def test_unknown_case(case, capsys):
         ),
         (
             "import clearance as cl\nb = cl.Body('b', -1.0, 1.0)",
-            "body b: mass must be positive, got -1.0",
+            "body b: mass must be positive, got -1.0 (own.py, line 2)",
+        ),
+        (
+            "import clearance as cl\n"
+            "def scene(*, joints: str = 'B', o: cl.JointOptions = cl.JointOptions(joints='B',\n"
+            "    model='dry')): pass",
+            "its arguments 'joints' and 'o' both give the parameter 'joints'",
         ),
     ],
 )

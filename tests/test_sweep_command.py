@@ -154,6 +154,20 @@ def test_wrong_input_is_one_line(words, reason, tmp_path, capsys):
     assert not (tmp_path / "x").exists()
 
 
+def test_points_with_warnings(tmp_path, capsys):
+    """A loose film at high speed: its thin film warns, a stiff one does not."""
+    words = [*FILM, "-p", "viscosity=0.01", "-p", "speed=5000rpm", "-p", "clearance=0.03mm,0.2mm"]
+    assert sweep(tmp_path / "out", *words, capsys=capsys)[0] == 0
+    status, message = sweep(tmp_path / "out", *words, capsys=capsys)
+    assert re.search(r"1 point has warnings: most, \d, at clearance=0.0002", message.out)
+
+
+def test_channels_as_a_text(tmp_path):
+    points = cl.grid(speed=[20.0])
+    with pytest.raises(TypeError, match=r"channels: give a list .* got the text 'none'; \[\] "):
+        cl.sweep("slider_crank", points, tmp_path / "out", channels="none")
+
+
 def test_another_sweep_in_the_directory(tmp_path, capsys):
     sweep(tmp_path / "out", *FILM, "-p", "speed=20,30", capsys=capsys)
     status, message = sweep(tmp_path / "out", *FILM, "-p", "speed=20,31", capsys=capsys)

@@ -2,6 +2,7 @@
 
 import argparse
 import time
+from functools import partial
 from pathlib import Path
 
 from clearance.commands.common import (
@@ -115,7 +116,7 @@ def _parameters(options, case) -> tuple[dict, dict]:
     for name, text in given(options, case.parameters).items():
         parameter = case.parameters[name]
         try:
-            law = from_words(text, parameter.value)
+            law = from_words(text, partial(_number, parameter))
         except ValueError as error:
             raise ValueError(f"{name}: {str(error).removeprefix(f'{name}: ')}") from None
         if law is None:
@@ -123,6 +124,14 @@ def _parameters(options, case) -> tuple[dict, dict]:
         else:
             spread[name] = law
     return spread, fixed
+
+
+def _number(parameter, text: str) -> float:
+    """A number of the distribution of a parameter. Raises ValueError for one that has none."""
+    if parameter.kind is not float:
+        reason = "a distribution is for numbers with fractions; give one value"
+        raise ValueError(f"{reason}, as {parameter.name}={parameter.default}")
+    return parameter.value(text)
 
 
 def _limit(text: str) -> tuple[str, str]:

@@ -371,10 +371,21 @@ def summary(result) -> dict:
         "metrics_missing": [
             _reason(result, i) for i in range(len(result)) if result.done[i] and result.reason[i]
         ],
+        "warnings": _warnings(result),
         "loop_s": float(result.costs["loop"].sum()),
         "metrics": extremes,
         "index": str(Path(result.folder) / "sweep.h5"),
     }
+
+
+def _warnings(result) -> dict:
+    """Number of points with warnings, and the point that has most of them."""
+    counts = result.costs["warnings"]
+    if not counts.any():
+        return {"points": 0}
+    most = int(counts.argmax())
+    at = result.definition.points[most]
+    return {"points": int((counts > 0).sum()), "most": int(counts[most]), "most_at": at}
 
 
 def _reason(result, i: int) -> dict:
@@ -406,6 +417,10 @@ def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
         lines.append(f"  and {len(d['metrics_missing']) - 5} more points with a metric missing")
     if d["failed"]:
         lines.append("  --retry-failed tries failed points again")
+    if (w := d["warnings"])["points"]:
+        at = f"most, {w['most']}, at {_words(w['most_at'])}; clearance run there prints them"
+        points = "1 point has" if w["points"] == 1 else f"{w['points']} points have"
+        lines.append(f"  {points} warnings: {at}")
     picture = [f"  picture      {d['plot']}"] if "plot" in d else []
     return [*lines, f"  directory    {d['folder']}", *picture]
 

@@ -19,7 +19,7 @@ from clearance.catalogue import find_case, library
 from clearance.demand import Demand, affordable
 from clearance.errors import asks
 from clearance.mechanism.build import Mechanism, build
-from clearance.recording import chosen, filters
+from clearance.recording import LISTED, chosen, filters
 from clearance.request import Request, names
 from clearance.results import locked, open_result
 from clearance.simulation import prepare
@@ -212,7 +212,7 @@ def define(case, points, fixed, channels, compression, settle, metrics, options)
         Request.of(options["error"])
     filters(compression)
     if isinstance(channels, str):
-        raise TypeError(f"channels must be a list of paths or patterns, got the text {channels!r}")
+        raise TypeError(f"channels: {LISTED}, got the text {channels!r}; [] writes no run files")
     kinds = {n: p.kind for n, p in parameters.items()}
     if settle is not None:
         settle = checks.non_negative("settle", settle)
@@ -629,10 +629,9 @@ class _Driver:
         if not self.blocks:
             return f"{alone} points each by itself: their metrics or their start need complete runs"
         reasons = "; ".join(sorted(self.reasons - {""})) or "the first ones, and those at the end"
-        return (
-            f"{self.together} points together in one memory, {alone} each by itself"
-            + f": {reasons}" * (alone > 0)
-        )
+        together = [f"{self.together} points together in one memory"] if self.together else []
+        apart = [f"{alone} points each by itself: {reasons}"] if alone else []
+        return ", ".join(together + apart)
 
     def _save(self) -> Sweep:
         """Bring the index up to date."""

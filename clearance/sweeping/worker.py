@@ -3,7 +3,6 @@
 import json
 import logging
 import time
-import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
@@ -12,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.catalogue import Case, find_case
-from clearance.loading import module_of
+from clearance.loading import module_of, place_in
 from clearance.metrics import Metric, own
 from clearance.recording import FULL, FileSink, MemorySink
 from clearance.results import Record
@@ -247,12 +246,7 @@ def _explained(error: BaseException) -> str:
         text = " ".join(str(error).split())
     except Exception:  # noqa: BLE001 - a user's exception
         text = "(its text cannot be read)"
-    package = str(Path(__file__).parent.parent)
-    frames = [
-        f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(package)
-    ]
-    expected = isinstance(error, ValueError) or not frames
-    where = "" if expected else f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})"
+    where = "" if isinstance(error, ValueError) else place_in(error)
     return f"{'' if isinstance(error, ValueError) else type(error).__name__ + ': '}{text}{where}"
 
 

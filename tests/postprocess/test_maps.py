@@ -220,10 +220,22 @@ def test_failed_cells_are_hatched_and_missing_ones_blank(made, tmp_path, gallery
         np.ma.count(next(c for c in axes.collections if isinstance(c, QuadMesh)).get_array())
         == 20 - 6
     )
-    assert "3 of 20 points failed, 3 of 20 not run yet" in " ".join(gallery.texts()).replace(
+    assert "3 of 20 points failed, 3 of 20 points not run yet" in " ".join(gallery.texts()).replace(
         "\u00a0", " "
     )
     assert [t.get_text() for t in gallery.last.legends[0].get_texts()] == ["failed"]
+
+
+def test_cells_with_warnings(made, tmp_path, gallery):
+    """Marked where not all have them; the title has their number."""
+    sweep = made(grid(speed=SPEEDS, clearance=CLEARANCES), {"force": force})
+    sweep.costs["warnings"][[2, 5]] = 1, 3
+    maps(sweep, tmp_path / "m.png")
+    assert hatched(panels(gallery.last)[0]) == 2
+    assert "2 of 20 points with warnings" in " ".join(gallery.texts()).replace("\u00a0", " ")
+    sweep.costs["warnings"][:] = 1
+    maps(sweep, tmp_path / "m.png")
+    assert hatched(panels(gallery.last)[0]) == 0
 
 
 def test_no_period_and_no_value(made, tmp_path, gallery):

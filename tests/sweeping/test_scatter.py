@@ -146,6 +146,15 @@ def test_wrong_distributions(words, reason):
     assert from_words("impact(damping=440)") is None
 
 
+def test_a_distribution_of_a_word(tmp_path, capsys):
+    words = ["scatter", "slider_crank", "-p", "model=normal(1,2)", "-o", str(tmp_path / "out")]
+    from clearance.cli import main
+
+    assert main(words) == 2
+    error = "model: a distribution is for numbers with fractions; give one value, as model=dry"
+    assert error in capsys.readouterr().err
+
+
 def test_too_few_points():
     with pytest.raises(ValueError, match="3 distributions need at least 40 points, got 39"):
         design(UNIT, 39)
