@@ -12,6 +12,8 @@ import numpy as np
 from clearance.observers import Observer
 from clearance.run import Run
 from clearance.stepping import status
+from clearance.stepping.along import LOOP, along
+from clearance.store import address
 
 ALLOWANCE = 4.0  # of the error of a step, over that of the run whose steps these are
 
@@ -41,7 +43,7 @@ class Replay(Run):
 
     def __init__(self, run: Run, ends: Sequence[float], until: float):
         super().__init__(run.mechanism, run.span, run.solver)
-        state, self.made = self.state, 0
+        state, self.made = self.state, np.zeros(1, dtype=np.int64)
         state.y[:], state.work[:] = run.state.y, run.state.work
         state.rtol, state.longest_step = ALLOWANCE * run.solver.rtol, math.inf
         self.ends = np.asarray(ends) * (run.span.until / until)
@@ -49,19 +51,15 @@ class Replay(Run):
 
     def advance(self, until: float = math.inf) -> int:
         """Steps until a buffer is full, or all. A status code."""
-        code = status.RUNNING
-        while code == status.RUNNING and self.made < len(self.ends):
-            steps, refused = self.state.steps, self.state.rejected
-            self.state.end, self.state.step_size = self.ends[self.made], math.inf
-            code = self.loop.run(self.state.address, 1)
-            if self.state.rejected > refused:
-                raise Refused(f"step {self.made} to t = {self.ends[self.made]:.9g} s")
-            if self.state.steps == steps:
-                break
-            self.made += 1
+        state = self.state
+        refused, loop = state.rejected, address(self.loop.run, LOOP)
+        code = along(loop, state.address, self.ends, self.made)
+        made = int(self.made[0])
+        if state.rejected > refused:
+            raise Refused(f"step {made} to t = {self.ends[made]:.9g} s")
         self._hand_over()
         if code in (status.RUNNING, status.DONE):
-            return status.DONE if self.made == len(self.ends) else status.RUNNING
+            return status.DONE if made == len(self.ends) else status.RUNNING
         return code
 
 
