@@ -1026,11 +1026,15 @@ def cubic(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     """
     count, at = min(4, len(x)), np.asarray(at, dtype=float)
     first = np.clip(np.searchsorted(x, at, side="right") - count // 2, 0, len(x) - count)
-    nodes = [x[first + i] for i in range(count)]
+    return lagrange([x[first + i] for i in range(count)], [y[first + i] for i in range(count)], at)
+
+
+def lagrange(nodes: list[np.ndarray], values: list[np.ndarray], at: np.ndarray) -> np.ndarray:
+    """The polynomial through values at nodes, a list of arrays like `at` each."""
     total = np.zeros_like(at)
-    for i in range(count):
-        others = [(at - nodes[j]) / (nodes[i] - nodes[j]) for j in range(count) if j != i]
-        total += np.prod(others, axis=0) * y[first + i]
+    for i, node in enumerate(nodes):
+        others = [(at - other) / (node - other) for j, other in enumerate(nodes) if j != i]
+        total += np.prod(others, axis=0) * values[i]
     return total
 
 

@@ -2,6 +2,8 @@
 time, contacts, angles, energies.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from clearance.elements.element import BLENDED, CONTACT
@@ -107,9 +109,17 @@ class Watched:
             state.peaks[:count, places.VALUE],
             state.peaks[:count, places.WHEN],
         )
-        signs = np.array([q.sign for q in self.quantities])
-        names, units = (tuple(getattr(q, n) for q in self.quantities) for n in ("name", "units"))
-        return Extremes(float(self.length), names, units, signs * values, times)
+        return Extremes(float(self.length), *self._named, self._signs * values, times)
+
+    @cached_property
+    def _named(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Names and units of the quantities."""
+        return tuple(q.name for q in self.quantities), tuple(q.units for q in self.quantities)
+
+    @cached_property
+    def _signs(self) -> np.ndarray:
+        """Signs of the quantities: those of minima are negative."""
+        return np.array([q.sign for q in self.quantities])
 
     def integrals(self, state: State) -> Integrals:
         """Integrals over time so far."""

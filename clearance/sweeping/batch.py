@@ -21,7 +21,7 @@ from clearance.elements.joint import Joint
 from clearance.extremes import Extreme, Extremes, better, stretch_length
 from clearance.integrals import Integrals
 from clearance.mechanism.build import Mechanism, acceleration_of, energy_of
-from clearance.metrics import Metric
+from clearance.metrics import Window, periodicity
 from clearance.options import Span, longest_step
 from clearance.recording import CONTACT_KINDS, EVENT_COLUMNS, MemoryRecord, MemorySink
 from clearance.regimes import DEEPEST, FULL_FILM, Regime, layer_of, oedometric_modulus, regime
@@ -30,8 +30,9 @@ from clearance.scene import Scene
 from clearance.simulation import prepare
 from clearance.stepping import status
 from clearance.stepping.state import LOG_COLUMNS
+from clearance.sweeping.dry import Ran, Sums, Unlike
 from clearance.sweeping.ideal import rate_of, stretched, unit_motion
-from clearance.sweeping.peaks import of_point
+from clearance.sweeping.peaks import is_dry, of_point
 from clearance.sweeping.spread import Irregular, Spread, leaves_of
 from clearance.tracing.callback import Callback
 
@@ -135,11 +136,12 @@ class Ended:
 
 @dataclass(frozen=True)
 class Found:
-    """Numbers of one point: metrics by name, warnings, steps, seconds in the compiled loop, digest
-    of its structure.
+    """Numbers of one point: metrics by name, their units and texts, warnings, steps, seconds in the
+    compiled loop, digest of its structure.
     """
 
-    metrics: dict[str, Metric]
+    metrics: dict[str, float]
+    known: dict[str, tuple[str, str]]
     warnings: int
     steps: int
     loop: float
@@ -187,6 +189,32 @@ class Family:
         self.channels = {c.path: (i, c) for i, c in enumerate(part.layout.channels)}
         self.image = self.run.state.memory.tobytes()
         self.labels = self.run.labels()
+        self.joints = mechanism.scene.clearance_joints
+        #: dry joints alone: no warnings but those of laws, of depths and of the method
+        self.plain = all(
+            j.film is None and j.transition is None and type(j).at_end is Joint.at_end
+            for j in self.joints
+        )
+        self.doubts = sum(len(j.doubts()) for j in mechanism.scene.joints)
+        self._take_sums(record)
+
+    def _take_sums(self, record: MemoryRecord) -> None:
+        """Metrics by name with units and texts; how those of many points are made at once, where
+        they are the same for one.
+        """
+        ideal = stretched(self.motion, rate_of(self.scene))
+        made = of_point(record, self.settle, ideal)
+        self.known = {name: (m.units, m.text) for name, m in made.items()}
+        self.sums = None
+        if not is_dry(self.scene):
+            return
+        place = {path: i for path, (i, _) in self.channels.items()}
+        with suppress(Unlike):
+            self.sums = Sums(record, place, self.labels, self.motion, self.settle)
+        middle = {name: np.array([value]) for name, value in self.spread.base.items()}
+        actual = self.found(middle)[0]
+        if actual is None or actual.metrics != {name: m.value for name, m in made.items()}:
+            self.sums = None
 
     def _describe(self, mechanism: Mechanism) -> None:
         """The description of a scene whose varying numbers can be set, and their places."""
@@ -215,16 +243,31 @@ class Family:
         if not has.any():
             return points
         starts = self.spread.starts({n: column[has] for n, column in columns.items()})
+        runs: dict[int, Ran] = {}
         for k, i in enumerate(np.flatnonzero(has).tolist()):
             start = {n: v[k] for n, v in starts.items()}
             values = {n: column[i].item() for n, column in columns.items()}
             with suppress(Exception):  # the ordinary way gives the reason
-                points[i] = self._found(start, values)
+                runs[i] = self._ran(start, values)
+        try:
+            summed = self._all(list(runs.values()))
+        except Unlike:
+            self.sums = None
+            return self.found(columns)
+        for (i, ran), numbers in zip(runs.items(), summed, strict=True):
+            points[i] = Found(numbers, self.known, ran.warnings, ran.steps, ran.loop, self.digest)
         return points
 
-    def _found(self, start: dict[str, np.ndarray], values: dict[str, float]) -> Found:
+    def _all(self, runs: list[Ran]) -> list[dict[str, float]]:
+        """Metrics of runs: all at once where they are dry, else as each has them. Raises Unlike."""
+        if self.sums is None or not runs:
+            return [ran.metrics for ran in runs]
+        return self.sums.of(runs, self.known)
+
+    def _ran(self, start: dict[str, np.ndarray], values: dict[str, float]) -> Ran:
+        """Run a point. Raises Apart, and what a law raises."""
         run, state = self.run, self.run.state
-        self._begin(start)
+        turn = self._begin(start)
         began = time.perf_counter()
         pieces = self._pieces()
         loop = time.perf_counter() - began
@@ -233,14 +276,36 @@ class Family:
         if not np.isfinite(rows).all():
             raise Apart
         extremes = run.watched.extremes(state)
-        output = times, rows, self._events(impacts), extremes, run.integrals
-        record = Part(self.groups, self.channels, self.scene, *output)
-        warnings = self._warnings(extremes, (times[-1], rows[-1]), values)
-        made = of_point(record, self.settle, stretched(self.motion, rate_of(self.scene)))
-        return Found(made, warnings, int(state.steps), loop, self.digest)
+        contacts = np.concatenate([impacts, run.open_contacts().reshape(-1, impacts.shape[1])])
+        output = times, rows, contacts, extremes, run.integrals
+        return Ran(
+            *output,
+            turn,
+            rate_of(self.scene),
+            self._metrics(*output, len(impacts)),
+            self._warnings(extremes, (times[-1], rows[-1]), values),
+            int(state.steps),
+            loop,
+        )
 
-    def _begin(self, start: dict[str, np.ndarray]) -> None:
-        """Put the run to the start of a point."""
+    def _metrics(self, times, rows, contacts, extremes, integrals, over: int) -> dict[str, float]:
+        """Metrics of a run, where all are summed at once those alone of its periodicity.
+
+        over: number of the contacts that the end does not cut off.
+        """
+        if self.sums is not None and "period" not in self.known:
+            return {}
+        output = times, rows, self._events(contacts, over), extremes, integrals
+        record = Part(self.groups, self.channels, self.scene, *output)
+        if self.sums is None:
+            made = of_point(record, self.settle, stretched(self.motion, rate_of(self.scene)))
+            return {name: m.value for name, m in made.items()}
+        if "period" not in self.known:
+            return {}
+        return {n: float(v) for n, v, *_ in periodicity(record, Window.of(record, self.settle))}
+
+    def _begin(self, start: dict[str, np.ndarray]) -> float:
+        """Put the run to the start of a point; the time of its turn [s], 0 for none."""
         run, mechanism, state = self.run, self.mechanism, self.run.state
         state.restore(self.image)
         numbers = start["numbers"]
@@ -266,6 +331,7 @@ class Family:
         state.end = run.span.until
         for i, container, key in self.leaves:
             container[key] = float(start["leaves"][i])
+        return turn
 
     def _pieces(self) -> list[tuple[np.ndarray, ...]]:
         """Run to the end: times, rows, contacts and steps, piece by piece."""
@@ -302,13 +368,13 @@ class Family:
         if not (np.isfinite(log).all() and moved <= doubt * turned):
             raise Apart
 
-    def _events(self, impacts: np.ndarray) -> dict[str, np.ndarray]:
-        """Contacts, those last that the end cuts off, as a record has them."""
-        last = self.run.open_contacts().reshape(-1, impacts.shape[1])
-        table = np.concatenate([impacts, last])
+    def _events(self, table: np.ndarray, over: int) -> dict[str, np.ndarray]:
+        """Contacts as a record has them; over: number of those that the end does not cut off."""
+        if self.sums is not None:
+            return {}
         events = {n: table[:, i] for i, n in enumerate(EVENT_COLUMNS, 1)}
         events["joint"] = np.array([self.labels[int(j)] for j in table[:, 0]], dtype=str)
-        events["kind"] = np.repeat(CONTACT_KINDS, [len(impacts), len(last)])
+        events["kind"] = np.repeat(CONTACT_KINDS, [over, len(table) - over])
         return events
 
     def _warnings(self, extremes: Extremes, last: tuple, values: dict[str, float]) -> int:
@@ -316,13 +382,19 @@ class Family:
         all share.
         """
         mechanism = self.mechanism
-        if not self.alike or any(
-            self._near_a_limit(j, extremes) for j in mechanism.scene.clearance_joints
-        ):
+        if not self.alike or any(self._near_a_limit(j, extremes) for j in self.joints):
             mechanism = copy.copy(mechanism)
             mechanism.scene = self.scene_of(values)
+        elif self.plain and self._moves_on():
+            return self.doubts
         ended = Ended(self.run, mechanism, extremes, last)
         return len(Diagnosis(ended, ended).warnings())
+
+    def _moves_on(self) -> bool:
+        """True for a run that is not held up by stability and does not stand still."""
+        state, rates = self.run.state, self.mechanism.layout.rates
+        held_up = state.stiff_steps >= self.run.loop.STIFF_ENOUGH
+        return not held_up and bool(state.f[: rates.stop].any())
 
     def _near_a_limit(self, joint: Joint, extremes: Extremes) -> bool:
         """True where surfaces come so near or so deep that numbers of the joint decide on a

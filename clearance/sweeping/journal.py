@@ -114,8 +114,8 @@ class Journal:
         """Append outcomes; they are out of this process's hands when this returns, a block of them
         on the disk.
         """
-        block = [o for o in outcomes if o.together and o.status == DONE and not o.reason]
-        lines = [self._line(o) for o in outcomes if o not in block]
+        block = [o for o in outcomes if _plain(o)]
+        lines = [self._line(o) for o in outcomes if not _plain(o)]
         lines += [self._block(list(alike)) for _, alike in groupby(block, _shared)]
         begin = self.file.tell()
         try:
@@ -214,6 +214,11 @@ def read(path: Path, summed: bool = True) -> Iterator[Outcome]:
             yield from entry.outcomes(summed)
         else:
             yield entry
+
+
+def _plain(outcome: Outcome) -> bool:
+    """True for an outcome that can stand in a block."""
+    return outcome.together and outcome.status == DONE and not outcome.reason
 
 
 def _shared(outcome: Outcome) -> tuple:

@@ -61,10 +61,42 @@ def test_metrics_are_those_of_runs_one_by_one(fixed):
         sink = MemorySink(run.mechanism.layout.channels, run.attributes())
         assert run.record(sink) is None
         ideal = ideal_motion(run.mechanism.scene, run.span, sink.record.scene)
-        assert actual[i].metrics == of_point(sink.record, None, ideal)
+        metrics = of_point(sink.record, None, ideal)
+        assert actual[i].metrics == {name: m.value for name, m in metrics.items()}
+        assert actual[i].known == {name: (m.units, m.text) for name, m in metrics.items()}
         assert (actual[i].warnings, actual[i].steps) == (len(sink.record.warnings), run.state.steps)
         alone = family.found({name: column[i : i + 1] for name, column in swept.items()})
         assert alone[0].metrics == actual[i].metrics
+
+
+@pytest.mark.parametrize(
+    ("name", "fixed", "turns", "settle"),
+    [
+        ("six_bar_feeder", {"joints": "B,C"}, 4.0, None),
+        ("slider_crank", {"friction": "coulomb"}, 9.5, 1.0),
+        ("slider_crank", {"restitution": 0.5}, 1.5, 0.0),
+    ],
+)
+def test_dry_metrics_of_many_points(name, fixed, turns, settle):
+    """All at once: two joints with periods, intervals of eight turns, a part of one; bit by bit."""
+    case, swept = find_case(name), columns()
+    options = OPTIONS | {"turns": turns}
+    family = Family(lambda v: case.scene(**DRY, **fixed, **v), swept, options, settle)
+    swept = {name: column[::5] for name, column in swept.items()}
+    assert family.sums is not None
+    actual = family.found(swept)
+    assert family.sums is not None
+    family.sums = None
+    expected = family.found(swept)
+    assert [i for i, one in enumerate(actual) if one is None] == [
+        i for i, one in enumerate(expected) if one is None
+    ]
+    pairs = [p for p in zip(actual, expected, strict=True) if None not in p]
+    assert len(pairs) > 4
+    for one, other in pairs:
+        assert one.metrics == other.metrics
+        assert list(one.metrics) == list(other.metrics) == list(one.known)
+        assert one.warnings == other.warnings
 
 
 def test_a_point_that_fails_is_left_alone():

@@ -90,6 +90,7 @@ class Settled:
             "peak": np.array([1.0, 2.0, 3.0, 4.0]),
             "period": np.array([1.0, 2.0, np.inf, np.nan]),
         }
+        actual.costs = {"warnings": np.zeros(4)}
         actual.known = {"peak": ("N", "peak"), "period": ("turns", "period")}
         return actual
 
