@@ -413,13 +413,13 @@ def advance(s):
     return status.RUNNING
 
 
-@compiled(KERNEL.signature)
+@compiled(KERNEL.signature, unrolled=False)
 def copy_state(t, y, par, work, out):
     """Instead of an observe kernel: the state itself."""
     copy(y, out)
 
 
-@compiled(int64(int64, int64))
+@compiled(int64(int64, int64), unrolled=False)
 def run(address, budget):
     """Advance until done, failed, a buffer is full or `budget` trial steps are spent.
 

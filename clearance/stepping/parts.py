@@ -8,10 +8,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 
-from llvmlite.binding import newpassmanagers
-from numba.core import typed_passes, untyped_passes
+from llvmlite.binding import Linkage, newpassmanagers
+from llvmlite.ir import Type
+from numba.core import compiler, event, typed_passes, typing, untyped_passes
+from numba.core.base import BaseContext
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, Flags
+from numba.core.compiler import Compiler, CompilerBase, Flags
 from numba.core.compiler_machinery import PassManager
 from numba.core.postproc import PostProcessor
 from numba.core.targetconfig import ConfigStack
@@ -50,7 +52,8 @@ class Options(Flags):
 
 _options: dict[str, Options] = {}  # one object for each set of options
 _signatures: dict[tuple, Signature] = {}  # of operators on kinds of arguments
-_search = BaseFunction.get_call_type
+_sizes: dict[Type, int] = {}  # of types of LLVM
+_search, _compile = BaseFunction.get_call_type, compiler.compile_extra
 
 
 def _signature(function: BaseFunction, context, arguments, named) -> Signature:
@@ -73,15 +76,34 @@ def _tidied(processor: PostProcessor, emit_dels=False, extend_lifetimes=False) -
     processor.func_ir.generator_info = None
 
 
+def _size(context, kind) -> int:
+    """Bytes of a type of LLVM. Numba has LLVM read a module for each answer."""
+    if kind not in _sizes:
+        _sizes[kind] = kind.get_abi_size(context.target_data)
+    return _sizes[kind]
+
+
+def _compile_extra(*arguments, pipeline_class=Compiler, **named):
+    """Functions of numba that helpers call are helpers: `max`, the product of complex numbers."""
+    pipeline = Part if pipeline_class is Compiler else pipeline_class
+    return _compile(*arguments, pipeline_class=pipeline, **named)
+
+
+def _nothing(*_) -> None:
+    """Instead of work that no function here needs."""
+
+
 @contextmanager
 def _spared() -> Iterator[None]:
-    """Meanwhile numba looks each operator up once, and no lifetimes."""
-    before = BaseFunction.get_call_type, PostProcessor.run
-    BaseFunction.get_call_type, PostProcessor.run = _signature, _tidied
+    """Meanwhile numba looks up once, and leaves out what serves nothing here."""
+    before = [(owner, name, getattr(owner, name)) for owner, name, _ in SPARED]
+    for owner, name, instead in SPARED:
+        setattr(owner, name, instead)
     try:
         yield
     finally:
-        BaseFunction.get_call_type, PostProcessor.run = before
+        for owner, name, original in before:
+            setattr(owner, name, original)
 
 
 class Passes(PassManager):
@@ -106,6 +128,17 @@ class Whole(CompilerBase):
         return [passes]
 
 
+class Plain(Whole):
+    """The compiler of a function whose loops are not worth more code than they have."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        """Numba's passes, with lighter ones of LLVM."""
+        codegen, name = self.state.targetctx.codegen(), self.state.func_id.func_qualname
+        self.state.library = PlainCode(codegen, name)
+        self.state.library.enable_object_caching()
+        return super().define_pipelines()
+
+
 class Part(Whole):
     """The compiler of a helper."""
 
@@ -119,6 +152,18 @@ class Part(Whole):
 def _builder(codegen):
     """LLVM's options of a pass."""
     return codegen._pass_builder()
+
+
+class PlainCode(JITCodeLibrary):
+    """Machine code whose loops are neither unrolled nor vectorised."""
+
+    def _optimize_final_module(self) -> None:
+        """Without numba's first round, which is for references that are counted."""
+        tuning = newpassmanagers.create_pipeline_tuning_options(speed_level=3)
+        tuning.loop_unrolling = tuning.loop_vectorization = False
+        tuning.loop_interleaving = tuning.slp_vectorization = False
+        builder = newpassmanagers.create_pass_builder(self._codegen._tm, tuning)
+        builder.getModulePassManager().run(self._final_module, builder)
 
 
 class Code(JITCodeLibrary):
@@ -150,7 +195,22 @@ class Code(JITCodeLibrary):
                 passes.run(function, builder)
 
     def finalize(self) -> None:
-        """Take in the code of the helpers that are called."""
+        """Take in the code of the helpers that are called; callers take in all of it, once."""
         for library in dict.fromkeys(self._linking_libraries):
             self._final_module.link_in(library._get_module_for_linking(), preserve=True)
-        self._finalized = True
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.external:
+                function.linkage = Linkage.linkonce_odr
+        self._shared_module, self._finalized = self._final_module, True
+
+
+#: what numba does meanwhile in another way
+SPARED = (
+    (BaseFunction, "get_call_type", _signature),
+    (PostProcessor, "run", _tidied),
+    (BaseContext, "get_abi_sizeof", _size),
+    (typing.BaseContext, "refresh", _nothing),
+    (compiler, "compile_extra", _compile_extra),
+    (compiler, "Compiler", Part),
+    (event, "broadcast", _nothing),
+)

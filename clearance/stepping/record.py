@@ -23,7 +23,6 @@ from numba.extending import (
     typeof_impl,
 )
 from numba.np import linalg
-from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
 
 from clearance.store import COMPILED
@@ -128,14 +127,21 @@ def field(context, builder, record, value, name):
         function.jit_addr = builder.inttoptr(read(first), function.jit_addr.type)
         return function._getvalue()
     shape = [read(first + 1 + axis) for axis in range(kind.ndim)]
-    size = kind.dtype.bitwidth // 8
-    strides = [word(size)]
+    strides, count = [word(kind.dtype.bitwidth // 8)], shape[0]
     for length in reversed(shape[1:]):
         strides.insert(0, builder.mul(length, strides[0]))
-    array = make_array(kind)(context, builder)
+    for length in shape[1:]:
+        count = builder.mul(count, length)
     data = builder.inttoptr(read(first), context.get_data_type(kind.dtype).as_pointer())
-    populate_array(array, data=data, shape=shape, strides=strides, itemsize=size, meminfo=None)
-    return array._getvalue()
+    parts = {"nitems": count, "itemsize": strides[-1], "data": data}
+    model, array = context.data_model_manager[kind], context.get_constant_null(kind)
+    for part, value in parts.items():
+        array = model.set(builder, array, value, part)
+    for part, words in (("shape", shape), ("strides", strides)):
+        for axis in range(kind.ndim):
+            place = [model.get_field_position(part), axis]
+            array = builder.insert_value(array, words[axis], place)
+    return array
 
 
 def packed(record: Record, values) -> np.ndarray:

@@ -5,7 +5,7 @@ every stepper.
 import hashlib
 from pathlib import Path
 
-from clearance.stepping.parts import Part, Whole
+from clearance.stepping.parts import Part, Plain, Whole
 from clearance.store import COMPILED, KERNEL, MOMENTS, OPTIONS, Entry, cached, caller, njit, types
 
 float64, int64, complex128 = types.float64, types.int64, types.complex128
@@ -27,22 +27,24 @@ DIGEST = hashlib.sha256(
 ).hexdigest()[:12]
 
 
-def compiled(signature, arrays: bool = False):
+def compiled(signature, arrays: bool = False, unrolled: bool = True):
     """Compile for the entire package, once (plain Python when numba is switched off).
 
     Without numba's runtime: nothing in here may allocate, and no array is counted; counting took
     half of the time.
 
     arrays: it is called from Python with arrays. Numba's cache has it, by the digest in its name.
+    unrolled: its loops take most of the time of a run, and are worth more code.
     """
+    pipeline = Whole if unrolled else Plain
 
     def decorate(function):
         if not COMPILED:
             return function
         if not arrays:
-            return Entry(function, signature, DIGEST, pipeline_class=Whole, **OPTIONS)
+            return Entry(function, signature, DIGEST, pipeline_class=pipeline, **OPTIONS)
         function.__qualname__ = f"{function.__name__}_{DIGEST}"
-        return cached(function, signature, DIGEST, pipeline_class=Whole, **OPTIONS)
+        return cached(function, signature, DIGEST, pipeline_class=pipeline, **OPTIONS)
 
     return decorate
 
