@@ -20,7 +20,7 @@ from clearance.locks import Lock
 from clearance.recording import FileSink, Unwritable, add_groups, has_room, lock_of
 from clearance.results import Result, check_replaceable, replacing
 
-VERSION = 6
+VERSION = 7
 # how runs end that shall be able to go on
 GOES_ON = ("partial: interrupted", "partial: terminated")
 RECORD = ("zero", "low", "high", "totals", "rows", "turned_over")

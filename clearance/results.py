@@ -493,7 +493,8 @@ class Record(Drawn, ABC):
     def _mean(self, name: str, begin: float, end: float) -> float | None:
         """Mean of an integrand from the integrals of the run; beside its parts from the samples.
 
-        None where the run has no integral of it there.
+        None where the run has no integral of it there. Squares and times are never negative, but
+        sums at loose tolerances may be.
         """
         integrals = self.integrals
         if integrals is None or name not in integrals.cumulated:
@@ -505,7 +506,7 @@ class Record(Drawn, ABC):
         for one, other in ((begin, integrals.edges[first]), (integrals.edges[last], end)):
             if other - one > ROUNDING * integrals.edges[1]:
                 total += self._integral_of_samples(name, one, other)
-        return float(total) / (end - begin)
+        return max(float(total), 0.0) / (end - begin)
 
     def _integral_of_samples(self, name: str, begin: float, end: float) -> float:
         """Integral of an integrand between two times [s], by Simpson's rule on cubics through

@@ -8,7 +8,7 @@ import numpy as np
 
 from clearance.elements.element import BLENDED, CONTACT
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
-from clearance.integrals import Integrals, parts, summed
+from clearance.integrals import Integrals, Integrand, parts, summed
 from clearance.mechanism.build import Mechanism
 from clearance.stepping import state as places
 from clearance.stepping.state import State
@@ -18,10 +18,10 @@ SHARP = 1e-7  # of the natural size of a rate: a friction that jumps turns round
 # layers that are looked into at one side of a reversal; at least by so much one rate over another
 REACH, COARSEST = 8.0, 1.7
 COLUMNS = [places.CHANNEL, places.PAIRED, places.SIGN, places.JOINT]
-#: times rtol^(2/3): 45 times the error of Simpson's rule, over the mean of an integrand, that calls
-#: for more panels
-BEND = 90.0
-FORMS = {"square": places.SQUARE, "pair": places.PAIR, "positive": places.POSITIVE}
+#: times rtol^(5/6): error of a polynomial without its oldest place, over the mean of an integrand,
+#: that calls for inner places; ten times as much in runs with impacts, which err by more
+LIMIT, IMPACTS = 2.0, 10.0
+FORMS = {"square": places.SQUARE, "pair": places.PAIR}
 
 
 class Watched:
@@ -71,14 +71,21 @@ class Watched:
             "reversals": len(self.rubbing),
         }
 
+    def _form(self, integrand: Integrand) -> int:
+        """Form of an integrand; the row of the gap in `peaks` of a time in contact."""
+        if integrand.form in FORMS:
+            return FORMS[integrand.form]
+        gap = integrand.name.replace("contact_force_positive", "gap_min")
+        return [q.name for q in self.quantities].index(gap)
+
     def install(self, state: State) -> None:
         """Begin to watch."""
         state.peaks[:, COLUMNS] = np.array(self.rows, dtype=float).reshape(-1, len(COLUMNS))
         state.peaks[:, places.VALUE] = state.best[...] = -np.inf
         state.integrals[places.SOURCE] = [i.channel for i in self.integrands]
-        state.integrals[places.FORM] = [FORMS[i.form] for i in self.integrands]
+        state.integrals[places.FORM] = [self._form(i) for i in self.integrands]
         state.squares = sum(i.form != "positive" for i in self.integrands)
-        state.bend = BEND * state.rtol ** (2.0 / 3.0)
+        state.limit = LIMIT * state.rtol ** (5.0 / 6.0) * (IMPACTS if self.contacts else 1.0)
         state.contacts[:, places.PEAKS] = -1
         state.contacts[list(self.contacts), places.PEAKS] = list(self.contacts.values())
         state.angles[...] = np.array(self.angles, dtype=np.int64).reshape(-1, 2)
@@ -126,6 +133,4 @@ class Watched:
         done, names = state.parts, tuple(i.name for i in self.integrands)
         ends = np.append(state.part * np.arange(1, done + 1), state.time)
         units = tuple(i.units for i in self.integrands)
-        values = state.totals[: done + 1].copy()
-        values[state.panel_part] += state.integrals[places.PENDING]
-        return Integrals(names, units, ends, values)
+        return Integrals(names, units, ends, state.totals[: done + 1].copy())

@@ -60,9 +60,23 @@ def test_windows_with_parts_of_turns(fine):
     assert fine.mean_square("bodies/slider/x", 0.0, turn) is None
 
 
-def test_panels_are_of_sixth_order():
-    """Ideal joints, so that nothing but the panels errs: half the step, a 64th of the error (from
-    30 to 130 times allowed), from 24 steps a turn on.
+def test_loose_tolerances():
+    """A companion at 1e-2, with some steps that hide a peak of the force: within 3 %, twice the
+    present difference, most of which is that of the trajectory.
+    """
+    scene, values = cl.load_case("six_bar_feeder", model="mixed"), []
+    for rtol in (1e-2, 1e-6):
+        run, _ = prepare(scene, turns=2, rtol=rtol, samples_per_turn=40).remembered()
+        squares = [run.mean_square(p, run.turn, 2.0 * run.turn) for p in PATHS.values()]
+        values.append(np.sqrt(squares))
+    np.testing.assert_allclose(*values, rtol=0.03)
+
+
+def test_sums_over_steps_are_of_sixth_order():
+    """Ideal joints, so that nothing but the sums errs, and too loose a tolerance for inner places:
+    half the step, a 64th of the error (from 30 to 130 times allowed), from 48 steps a turn on.
+
+    Over a part of a turn, for errors cancel over a period.
     """
     scene, values = cl.load_case("slider_crank", model="ideal"), []
     for steps in (48, 96, 768):
@@ -70,7 +84,7 @@ def test_panels_are_of_sixth_order():
         run, _ = prepare(
             scene, turns=2, samples_per_turn=24, rtol=0.1, max_step=longest
         ).remembered()
-        values.append(run.mean_square("drives/crank/torque", run.turn, 2.0 * run.turn))
+        values.append(run.mean_square("drives/crank/torque", run.turn, 1.35 * run.turn))
     coarse, half = (abs(value - values[2]) for value in values[:2])
     assert 1e-12 * values[2] < half
     assert 30.0 < coarse / half < 130.0

@@ -1,64 +1,140 @@
 """Integrals over time of a run's outputs, summed over its steps: squares of forces and efforts, and
 times in contact.
 
-A row of `integrals` sums the square of a channel, of the length of a vector of two, or the time in
-which a channel is above zero. An interval of a step is one panel, or several where the integrand
-bends. Over a panel of width w goes Simpson's rule with the next term of its error,
+A column of `integrals` sums the square of a channel, of the length of a vector of two, or the time
+in which a channel is above zero. Squares are observed where steps end. Over an interval goes
+Newton's polynomial through the six places observed last, of any spacing,
 
-    w (a + 4 m + b) / 6 - w^5 D / 120,
+    f_0 + f_01 (x - x_0) + f_012 (x - x_0) (x - x_1) + ...,    f_01, f_012: divided differences.
 
-D: fourth divided difference of this panel and its neighbour, the mean of both sides. Contacts and
-jumps of friction are ends of panels, and D does not reach across a contact. Each part of the run
-has sums of its own, in `totals`; its end is the end of a panel.
+Its highest term is the error without the oldest place. Where that is too large, the inner places of
+Lobatto's rule are observed as well. So they are in the first interval of a phase: no polynomial
+reaches across a contact. Each part of the run has sums of its own, in `totals`.
 """
 
+import numpy as np
+
 from clearance.stepping.state import (
-    AFTER,
-    BEFORE,
-    ENDING,
-    FIRST,
+    DIFFERENCE,
     FORM,
-    INSIDE,
+    INVERSE,
+    MOMENT,
+    NODES,
     PAIR,
-    PENDING,
-    SECOND,
+    PLACE,
     SOURCE,
     SUM,
-    TARGET,
+    SUMMAND,
+    TOUCHED,
+    interpolate,
     observe_inside,
 )
 from clearance.stepping.types import inline, shared
 
 SLIVER = 1e-9  # of a step: an end of a part so near to that of an interval is the same
-HALVINGS = 20  # of half a panel in which a contact begins or ends
-MOST = 8  # panels of an interval
+HALVINGS = 20  # of the piece of a step in which a contact begins or ends
+FAR = 1e20  # before the run, where no place has been observed yet [s]
+MOST = 3  # inner places
+LAST = 5  # of the columns of contacts: the end of the interval; the begin is the first
+#: share of the highest term that each inner place leaves: error constants are 1.4e-2, 2e-4, 7e-7
+LEFT = 1.0 / 32.0
+#: inner places of Lobatto's rules, in a unit interval: one, two, three
+INNER = np.array(
+    [
+        [0.5, 0.0, 0.0],
+        [0.5 - 0.05**0.5, 0.5 + 0.05**0.5, 0.0],
+        [0.5 - (3.0 / 28.0) ** 0.5, 0.5, 0.5 + (3.0 / 28.0) ** 0.5],
+    ]
+)
+#: Gauss's rule: exact for the polynomials here
+GAUSS = np.array([[-(0.6**0.5), 0.0, 0.6**0.5], [5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0]])
+
+
+# --- squares
+@inline
+def square(s, row, k):
+    """Square of a channel in a row of outputs, or of the length of a vector."""
+    source = int(s.integrals[SOURCE, k])
+    value, other = row[source], 0.0
+    if s.integrals[FORM, k] == PAIR:
+        other = row[source + 1]
+    return value * value + other * other
 
 
 @inline
-def take(s, row, column):
-    """Integrands in a row of outputs, into a column: squares, then 1 for channels above zero."""
+def take(s, row, at):
+    """Take in the squares in a row of outputs; at: place, from the end of the interval [s]."""
+    for j in range(NODES - 1):
+        s.nodes[INVERSE, j] = 1.0 / (at - s.nodes[PLACE, j])
+    for j in range(NODES - 2, 0, -1):
+        s.nodes[PLACE, j] = s.nodes[PLACE, j - 1]
+    s.nodes[PLACE, 0] = at
     for k in range(s.squares):
-        source = int(s.integrals[SOURCE, k])
-        value, other = row[source], 0.0
-        if s.integrals[FORM, k] == PAIR:
-            other = row[source + 1]
-        s.integrals[column, k] = value * value + other * other
-    for k in range(s.squares, s.integrals.shape[1]):
-        s.integrals[column, k] = 1.0 if row[int(s.integrals[SOURCE, k])] > 0.0 else 0.0
+        fresh = square(s, row, k)
+        for j in range(NODES - 1):
+            before = s.integrals[DIFFERENCE + j, k]
+            s.integrals[DIFFERENCE + j, k] = fresh
+            fresh = (fresh - before) * s.nodes[INVERSE, j]
+        s.integrals[DIFFERENCE + NODES - 1, k] = fresh
 
 
 @inline
-def shift(s, source, target):
-    """Copy a row of integrands to another."""
-    for k in range(s.integrals.shape[1]):
-        s.integrals[target, k] = s.integrals[source, k]
+def weigh(s, begin, end):
+    """Integrals of the products of Newton's polynomial."""
+    middle, half = 0.5 * (begin + end), 0.5 * (end - begin)
+    for j in range(NODES):
+        s.nodes[MOMENT, j] = 0.0
+    for i in range(GAUSS.shape[1]):
+        product = half * GAUSS[1, i]
+        for j in range(NODES - 1):
+            s.nodes[MOMENT, j] += product
+            product *= middle + half * GAUSS[0, i] - s.nodes[PLACE, j]
+        s.nodes[MOMENT, NODES - 1] += product
 
 
-# --- time in contact
+@shared
+def integrate(s, begin, end, share):
+    """Integrals of the squares between two places, into their row; the largest of the highest
+    terms, over its limit.
+
+    share: of the time so far that the interval takes.
+    """
+    weigh(s, begin, end)
+    largest, limit = 0.0, s.limit * share
+    for k in range(s.squares):
+        total, term = 0.0, 0.0
+        for j in range(NODES):
+            term = s.nodes[MOMENT, j] * s.integrals[DIFFERENCE + j, k]
+            total += term
+        s.integrals[SUMMAND, k] = total
+        allowed = limit * (s.integrals[SUM, k] + abs(total))
+        if abs(term) > largest * allowed:
+            largest = abs(term) / allowed
+    return largest
+
+
+@inline
+def add(s):
+    """Add the integrals to the sums."""
+    for k in range(s.squares):
+        s.totals[s.parts, k] += s.integrals[SUMMAND, k]
+        s.integrals[SUM, k] += s.integrals[SUMMAND, k]
+
+
+# --- times in contact
+@inline
+def note(s, row, column):
+    """Contacts in a row of outputs, 1 where there is one, into a column of this interval."""
+    for k in range(s.squares, s.integrals.shape[1]):
+        source = int(s.integrals[SOURCE, k])
+        s.integrals[TOUCHED + column, k] = 1.0 if row[source] > 0.0 else 0.0
+
+
 @shared
 def changing(s, t, h, k, low, high, at_low):
-    """Place in the last step where a channel becomes positive, or ceases to be."""
+    """Place in the last step where a contact begins or ends."""
     source = int(s.integrals[SOURCE, k])
+    interpolate(s, t, h)
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         observe_inside(s, t, h, middle)
@@ -70,126 +146,92 @@ def changing(s, t, h, k, low, high, at_low):
 
 
 @shared
-def share_of_time(s, t, h, k, low, high):
-    """Share of a panel in which a channel is positive; at most one change in each half."""
-    middle, share = 0.5 * (low + high), 0.0
-    before, inside, after = s.integrals[BEFORE, k], s.integrals[INSIDE, k], s.integrals[AFTER, k]
-    for first, last, one, two in ((low, middle, before, inside), (middle, high, inside, after)):
-        part = one
-        if one != two:
-            place = (changing(s, t, h, k, first, last, one) - first) / (last - first)
-            part = one * place + two * (1.0 - place)
-        share += 0.5 * part
-    return share
-
-
-# --- panels
-@shared
-def correct(s, width):
-    """Take in the fourth divided differences of this panel and the one before: correct that by the
-    mean of those at its sides, and note the correction of this one.
-    """
-    back, middle, part = s.panel, 0.5 * width, s.panel_part
-    half, entire = 0.5 * back, back + width
-    w0 = 1.0 / (half * back * (back + middle) * entire)
-    w1 = -1.0 / (half * half * (half + middle) * (half + width))
-    w2 = 1.0 / (back * half * middle * width)
-    w3 = -1.0 / ((back + middle) * (half + middle) * middle * middle)
-    w4 = 1.0 / (entire * (half + width) * width * middle)
-    fresh = 0.5 if s.paired == 1 else 1.0
-    behind, ahead = -fresh * back**5 / 120.0, -(width**5) / 120.0
-    for k in range(s.squares):
-        difference = w0 * s.integrals[FIRST, k] + w1 * s.integrals[SECOND, k]
-        difference += w2 * s.integrals[BEFORE, k] + w3 * s.integrals[INSIDE, k]
-        difference += w4 * s.integrals[AFTER, k]
-        s.totals[part, k] += behind * difference + 0.5 * s.integrals[PENDING, k]
-        s.integrals[PENDING, k] = ahead * difference
-    s.paired = 1
+def add_time(s, k, begin, end):
+    """Add a time in contact, part by part of the run."""
+    part = s.parts
+    while part < s.totals.shape[0] - 1 and (part + 1) * s.part < end:
+        s.totals[part, k] += max((part + 1) * s.part - begin, 0.0)
+        part += 1
+        begin = max(begin, part * s.part)
+    s.totals[part, k] += end - begin
 
 
 @shared
-def add_panel(s, t, h, low, high):
-    """Add a panel between two places in the last step, whose integrands stand in their rows."""
-    width = (high - low) * h
-    if s.panel > 0.0:
-        correct(s, width)
-    for k in range(s.squares):
-        amount = s.integrals[BEFORE, k] + 4.0 * s.integrals[INSIDE, k] + s.integrals[AFTER, k]
-        amount *= width / 6.0
-        s.totals[s.parts, k] += amount
-        s.integrals[SUM, k] += amount
+def add_times(s, t, h, low, high, inner):
+    """Add the times in contact in the last interval: at most one change between two places."""
     for k in range(s.squares, s.integrals.shape[1]):
-        s.totals[s.parts, k] += width * share_of_time(s, t, h, k, low, high)
-    s.panel, s.panel_part = width, s.parts
-    shift(s, BEFORE, FIRST)
-    shift(s, INSIDE, SECOND)
-    shift(s, AFTER, BEFORE)
+        s.integrals[TOUCHED + inner + 1, k] = s.integrals[TOUCHED + LAST, k]
+        for i in range(inner + 1):
+            before, after = s.integrals[TOUCHED + i, k], s.integrals[TOUCHED + i + 1, k]
+            begin = low if i == 0 else low + (high - low) * INNER[inner - 1, i - 1]
+            end = high if i == inner else low + (high - low) * INNER[inner - 1, i]
+            if before != after:
+                place = changing(s, t, h, k, begin, end, before)
+                begin, end = (begin, place) if before > 0.0 else (place, end)
+            if before + after > 0.0:
+                add_time(s, k, t + begin * h, t + end * h)
+        s.integrals[TOUCHED, k] = s.integrals[TOUCHED + LAST, k]
+
+
+# --- intervals
+@shared
+def begin_integrals(s):
+    """Begin a phase with the outputs in s.row: integrands may have jumped."""
+    s.fresh = 1
+    for j in range(NODES - 1):
+        s.nodes[PLACE, j] = -FAR
+    for j in range(NODES):
+        for k in range(s.squares):
+            s.integrals[DIFFERENCE + j, k] = 0.0
+    take(s, s.row, 0.0)
+    note(s, s.row, 0)
 
 
 @inline
-def panels(s, t, h, low, high):
-    """Number of panels of an interval: by how far its integrands bend away from their chords.
+def end_interval(s, row, width):
+    """Take in the outputs at the end of an interval; places are measured from there."""
+    for j in range(NODES - 1):
+        s.nodes[PLACE, j] -= width
+    take(s, row, 0.0)
+    note(s, row, LAST)
 
-    The error of Simpson's rule for a cosine of size A that bends by c is c^2 / (45 A).
+
+@shared
+def look_inside(s, t, h, low, high, inner):
+    """Take in the inner places of the last interval."""
+    interpolate(s, t, h)
+    for i in range(inner):
+        theta = low + (high - low) * INNER[inner - 1, i]
+        observe_inside(s, t, h, theta)
+        take(s, s.look, (theta - high) * h)
+        note(s, s.look, i + 1)
+
+
+@shared
+def add_interval(s, t, h, low, high, turning):
+    """Add the last interval, part by part of the run.
+
+    turning: contacts that set in gradually may begin and end within.
     """
-    width, limit, excess, count = (high - low) * h, s.bend / (t + high * h - s.begin), 1.0, 1
-    for k in range(s.squares):
-        a, m, b = s.integrals[BEFORE, k], s.integrals[INSIDE, k], s.integrals[TARGET, k]
-        bend, size = m - 0.5 * (a + b), max(a, m, b)
-        scale = limit * size * (s.integrals[SUM, k] + width * size)
-        if bend * bend > excess * scale:
-            excess = bend * bend / scale
-    while excess > 1.0 and count < MOST:
-        excess *= 0.0625
-        count *= 2
-    return count
-
-
-@shared
-def add_interval(s, t, h, low, high):
-    """Add an interval of the last step, as many panels as it needs."""
-    count = panels(s, t, h, low, high)
-    width = (high - low) / count
-    for i in range(count):
-        begin, end = low + i * width, high if i == count - 1 else low + (i + 1) * width
-        if count > 1:
-            observe_inside(s, t, h, 0.5 * (begin + end))
-            take(s, s.look, INSIDE)
-        if i < count - 1:
-            observe_inside(s, t, h, end)
-            take(s, s.look, AFTER)
-        else:
-            shift(s, TARGET, AFTER)
-        add_panel(s, t, h, begin, end)
-
-
-@shared
-def integrate(s, t, h, low, high):
-    """Add an interval of the last step, part by part of the run; s.look: outputs in its middle."""
-    take(s, s.look, INSIDE)
+    begin, now, inner = (low - high) * h, t + high * h, 1 if turning else 0
+    share = -begin / (now - s.begin)
+    over = integrate(s, begin, 0.0, share)
+    while over > 1.0 and inner < MOST:
+        inner, over = inner + 1, LEFT * over
+    if s.fresh == 1:
+        inner, s.fresh = MOST, 0
+    if inner > 0:
+        look_inside(s, t, h, low, high, inner)
+        integrate(s, begin, 0.0, share)
+    add_times(s, t, h, low, high, inner)
     while s.parts < s.totals.shape[0] - 1:
-        end = ((s.parts + 1) * s.part - t) / h
-        if end > high - SLIVER:
+        end = (s.parts + 1) * s.part - now
+        if end > -SLIVER * h:
             break
-        if end > low + SLIVER:
-            observe_inside(s, t, h, 0.5 * (low + end))
-            take(s, s.look, INSIDE)
-            observe_inside(s, t, h, end)
-            take(s, s.look, TARGET)
-            add_interval(s, t, h, low, end)
-            low = end
-            observe_inside(s, t, h, 0.5 * (low + high))
-            take(s, s.look, INSIDE)
+        if end > begin + SLIVER * h:
+            integrate(s, begin, end, share)
+            add(s)
+            begin = end
+            integrate(s, begin, 0.0, share)
         s.parts += 1
-    shift(s, ENDING, TARGET)
-    add_interval(s, t, h, low, high)
-
-
-@shared
-def begin_panels(s):
-    """Begin a phase with the outputs in s.row: integrands may have jumped."""
-    for k in range(s.squares):
-        s.totals[s.panel_part, k] += s.integrals[PENDING, k]
-        s.integrals[PENDING, k] = 0.0
-    take(s, s.row, BEFORE)
-    s.panel, s.paired = 0.0, 0
+    add(s)

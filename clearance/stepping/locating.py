@@ -12,13 +12,13 @@ rates around rest.
 
 import math
 
-from clearance.stepping.integrals import begin_panels, integrate, take
+from clearance.stepping.integrals import add_interval, begin_integrals, end_interval
 from clearance.stepping.state import (
     CHANNEL,
     EARLIER,
-    ENDING,
     FACTOR,
     FINE,
+    FORM,
     FRICTION,
     IMPACT_SPEED,
     JOINT,
@@ -221,6 +221,18 @@ def may_peak(s, k, per_width, per_back, curving):
     )
 
 
+@inline
+def may_turn(s, per_width, per_back, curving):
+    """The gap of a joint whose contact sets in gradually may have an extreme in an interval."""
+    for i in range(s.squares, s.integrals.shape[1]):
+        k = int(s.integrals[FORM, i])
+        slope = (s.peaks[k, NEXT] - s.peaks[k, LAST]) * per_width
+        back = (s.peaks[k, LAST] - s.peaks[k, EARLIER]) * per_back
+        if abs(slope) <= curving * abs(slope - back):
+            return True
+    return False
+
+
 @shared
 def refine(s, t, h, k, low, high):
     """Largest value inside [low, high] of a step: summits of parabolas through three places ever
@@ -255,8 +267,9 @@ def refine(s, t, h, k, low, high):
 @shared
 def look_into(s, t, h, low, high, row):
     """Extremes and integrals between low and high of the last step; row: outputs at high."""
-    width, back, searched = (high - low) * h, s.interval, s.integrals.shape[1] > 0
-    take(s, row, ENDING)
+    width, back, searched = (high - low) * h, s.interval, False
+    if s.integrals.shape[1] > 0:
+        end_interval(s, row, width)
     per_width, per_back = 1.0 / width, 1.0 / back if back > 0.0 else 0.0
     curving = 4.0 * width / (width + back)
     for k in range(s.peaks.shape[0]):
@@ -271,11 +284,11 @@ def look_into(s, t, h, low, high, row):
         observe_inside(s, t, h, 0.5 * (low + high))
         for k in range(s.peaks.shape[0]):
             s.peaks[k, MIDDLE] = quantity(s, s.look, k)
-        if s.integrals.shape[1] > 0:
-            integrate(s, t, h, low, high)
         for k in range(s.peaks.shape[0]):
             if s.peaks[k, SEARCHED] > 0.0:
                 refine(s, t, h, k, low, high)
+    if s.integrals.shape[1] > 0:
+        add_interval(s, t, h, low, high, may_turn(s, per_width, per_back, curving))
     for k in range(s.peaks.shape[0]):
         s.peaks[k, EARLIER], s.peaks[k, LAST] = s.peaks[k, LAST], s.peaks[k, NEXT]
     s.interval = width
@@ -315,7 +328,7 @@ def look_again(s, t):
         s.peaks[k, LAST] = quantity(s, s.row, k)
         if not asleep(s, k):
             offer(s, k, s.peaks[k, LAST], t)
-    begin_panels(s)
+    begin_integrals(s)
     s.interval = 0.0
 
 

@@ -33,13 +33,17 @@ CUTS = 2 * SIDE + 1
 # columns of `peaks`, see locating.py
 CHANNEL, PAIRED, SIGN, JOINT, VALUE, WHEN, EARLIER, LAST, NEXT, MIDDLE, SEARCHED = range(11)
 PEAK_COLUMNS = 11
-# rows of `integrals`, see integrals.py. FIRST, SECOND: integrands at the begin and in the middle of
-# the last panel. BEFORE, INSIDE, AFTER: at begin, middle and end of this one. TARGET, ENDING: at
-# the end of the part and of the interval
-SOURCE, FORM, FIRST, SECOND, BEFORE, INSIDE, AFTER, TARGET, ENDING = range(9)
-SUM, PENDING = 9, 10  # integral so far; correction of the last panel
-INTEGRAL_ROWS = 11
-SQUARE, PAIR, POSITIVE = range(3)  # forms: of a channel, of a vector, time above zero
+# rows of `integrals`, see integrals.py: source and form of an integrand, its integral so far and
+# over the last interval. Then its divided differences, or contacts at the places of the interval
+SOURCE, FORM, SUM, SUMMAND, DIFFERENCE = range(5)
+TOUCHED = DIFFERENCE
+NODES = 6
+INTEGRAL_ROWS = DIFFERENCE + NODES
+# rows of `nodes`: places from the newest to the oldest, measured from the end of the last interval
+# [s]; 1 / distance of the newest to those before; integrals of the products of Newton's polynomial
+PLACE, INVERSE, MOMENT = range(3)
+NODE_ROWS = 3
+SQUARE, PAIR = range(2)  # forms: of a channel, of a vector; of a time in contact: row in `peaks`
 
 #: numbers of a run that are floats
 FLOATS = (
@@ -49,8 +53,7 @@ FLOATS = (
     "longest_step",  # [s]
     "sample_every",  # [s]
     "stretch",  # length of the stretches of a run that have extremes of their own [s]
-    "bend",  # of integrands that calls for more panels, see integrals.py
-    "panel",  # width of the last panel of the integrals [s]; 0: a phase begins
+    "limit",  # of the error of an integral, over its mean, see integrals.py
     "part",  # length of the parts of a run that have integrals of their own [s]
     "begin",  # of the run [s]
     "end",  # of this call of the loop, which may stand before that of the run [s]
@@ -97,8 +100,7 @@ INTEGERS = (
     "stretches",  # finished
     "parts",  # finished
     "squares",  # integrals of squares, those of times follow
-    "panel_part",  # part that the last panel of the integrals belongs to
-    "paired",  # 1: the last panel of the integrals has a correction
+    "fresh",  # 1: no interval of this phase is in the integrals yet
     "flips",  # changes of contacts without advance in time
     "first_touches",  # spots whose contacts have a first touch
     "met",  # spot whose contact starts or ends where the step ends, -1: none
@@ -161,6 +163,7 @@ def layout(
         ("best", float, (stretches, peaks)),  # extremes of finished stretches
         ("when", float, (stretches, peaks)),
         ("integrals", float, (INTEGRAL_ROWS, integrals)),
+        ("nodes", float, (NODE_ROWS, NODES)),
         ("totals", float, (parts, integrals)),  # of each part of the run
         ("angles", int, (angles, 2)),  # places of angles and their rates among the outputs
         ("turned", float, (angles, 2)),  # both at the end of the last step
