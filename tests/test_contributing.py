@@ -56,8 +56,11 @@ def apply(root: Path) -> list[Path]:
 
 
 def copy(root: Path) -> Path:
-    """The package, its cases and its tests, arranged so that they are imported from there."""
-    without = shutil.ignore_patterns("__pycache__", "*.h5", "*.png", "references", *COMPILED)
+    """The package, its cases and its tests, arranged so that they are imported from there.
+
+    Byte code goes with them; that of a file that is written here is older than the file.
+    """
+    without = shutil.ignore_patterns("*.nb?", "*.h5", "*.png", "references", *COMPILED)
     shutil.copytree(ROOT / "clearance", root / "clearance", ignore=without)
     for name in COMPILED:
         (root / "clearance" / name).symlink_to(ROOT / "clearance" / name, target_is_directory=True)
@@ -65,7 +68,7 @@ def copy(root: Path) -> Path:
         shutil.copytree(ROOT / folder, root / folder, ignore=without)
         (root / "clearance" / folder).symlink_to(root / folder, target_is_directory=True)
     shutil.copytree(
-        ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("__pycache__", "*.h5")
+        ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("*.h5")
     )
     shutil.copy(ROOT / "pyproject.toml", root)
     return root
