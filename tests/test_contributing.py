@@ -67,9 +67,7 @@ def copy(root: Path) -> Path:
     for folder in ("cases", "postprocess", "paper_figures"):
         shutil.copytree(ROOT / folder, root / folder, ignore=without)
         (root / "clearance" / folder).symlink_to(root / folder, target_is_directory=True)
-    shutil.copytree(
-        ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("*.h5")
-    )
+    shutil.copytree(ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("*.h5"))
     shutil.copy(ROOT / "pyproject.toml", root)
     return root
 

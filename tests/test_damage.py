@@ -7,6 +7,7 @@ import gzip
 import json
 import resource
 import shutil
+import sys
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -300,13 +301,15 @@ def test_R10_folders_and_seeds(files, tmp_path, capsys):
 # --- a full disk, and a folder nobody can write to
 @contextmanager
 def room(size):
-    """No file can become larger."""
+    """No file can become larger; Python writes no byte code, which would be cut."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "dont_write_bytecode", True)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def centred(heat, *nodes, viscosity=0.05):
         radius=0.01,
         clearance=1e-4,
         length=0.02,
-        film=cl.harmonic(),
+        film=cl.short_film(),
         lubricant=cl.Lubricant(viscosity),
         heat=heat,
     )
@@ -166,7 +166,7 @@ class TestBalance:
                 radius=0.01,
                 clearance=C,
                 length=0.02,
-                film=cl.harmonic(),
+                film=cl.short_film(),
                 lubricant=cl.Lubricant(0.05),
                 heat=HeatBalance(0.5, 0.8, volumetric=0.0, to=housing),
                 eccentricity=(0.2 * C, -0.3 * C),
@@ -188,7 +188,7 @@ class TestBalance:
         for share in (1.0, 0.5):
             housing = cl.ThermalNode("housing", 2.0, 0.0)
             heat = HeatBalance(0.5, 0.8, volumetric=0.0, to=housing, share=share)
-            mixed = scene(film=cl.harmonic(), **MIXED | {"roughness": 1.6e-5})
+            mixed = scene(film=cl.short_film(), **MIXED | {"roughness": 1.6e-5})
             joint = dataclasses.replace(mixed.joints[0], heat=heat)
             result = cl.simulate(
                 cl.Scene(joint, *mixed.loads, housing), until=0.05, samples=26, rtol=1e-8

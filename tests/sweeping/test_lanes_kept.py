@@ -104,6 +104,7 @@ def test_a_full_disk_at_the_journal(tmp_path, undisturbed, small_blocks, monkeyp
     """The second block finds no room: the first is stored, nothing of the second; then the rest."""
     journal, run = tmp_path / "out" / "journal.jsonl", together.Lanes._run
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # it would be cut
 
     def filled(lanes, *arguments):
         made = run(lanes, *arguments)

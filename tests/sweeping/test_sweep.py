@@ -522,7 +522,7 @@ def test_a_full_disk_stops_the_sweep_and_keeps_what_is_done(tmp_path):
     )
     out = tmp_path / "out"
     full = subprocess.run(
-        [sys.executable, "-c", code, str(out), str(30_000)],
+        [sys.executable, "-B", "-c", code, str(out), str(30_000)],
         capture_output=True,
         text=True,
         timeout=300,
