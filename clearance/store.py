@@ -99,7 +99,8 @@ class Entry:
             code = MachineCode(self.name, lambda: _front_end(function, signature, options))
             self.address = code.address(code.loaded())
         kinds = [CTYPES.get(a, ctypes.c_void_p) for a in signature.args]
-        self._call = ctypes.PYFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *kinds)(
+        # it holds no lock of Python's: runs in other threads go on beside it
+        self._call = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *kinds)(
             self.address
         )
 

@@ -179,24 +179,36 @@ class Family:
         self.motion = unit_motion(first.mechanism.scene, first.span, self.scene)
         record = _recorded(first)
         structure = first.mechanism.structure
-        part = structure.observing(self._looked_at(record) | _watched(first))
-        mechanism = Mechanism(
-            **{n: getattr(first.mechanism, n) for n in Mechanism.__dataclass_fields__}
-        )
-        mechanism.structure, mechanism.par = part, mechanism.par.copy()
-        self.mechanism, self.groups, self.digest = mechanism, record._groups, structure.digest
-        self.run = Run(mechanism, first.span, first.solver)
-        self.channels = {c.path: (i, c) for i, c in enumerate(part.layout.channels)}
-        self.image = self.run.state.memory.tobytes()
+        self.part = structure.observing(self._looked_at(record) | _watched(first))
+        self.groups, self.digest = record._groups, structure.digest
+        self.channels = {c.path: (i, c) for i, c in enumerate(self.part.layout.channels)}
+        self._take_memory()
         self.labels = self.run.labels()
-        self.joints = mechanism.scene.clearance_joints
+        self.joints = first.mechanism.scene.clearance_joints
         #: dry joints alone: no warnings but those of laws, of depths and of the method
         self.plain = all(
             j.film is None and j.transition is None and type(j).at_end is Joint.at_end
             for j in self.joints
         )
-        self.doubts = sum(len(j.doubts()) for j in mechanism.scene.joints)
+        self.doubts = sum(len(j.doubts()) for j in first.mechanism.scene.joints)
         self._take_sums(record)
+
+    def _take_memory(self) -> None:
+        """The run that all points are, with its mechanism."""
+        first = self.spread.run
+        mechanism = Mechanism(
+            **{n: getattr(first.mechanism, n) for n in Mechanism.__dataclass_fields__}
+        )
+        mechanism.structure, mechanism.par = self.part, mechanism.par.copy()
+        self.mechanism, self.run = mechanism, Run(mechanism, first.span, first.solver)
+        self.image = self.run.state.memory.tobytes()
+
+    def twin(self) -> "Family":
+        """The same family with a memory of its own, for another thread."""
+        other = copy.copy(self)
+        other._describe(self.spread.run.mechanism)
+        other._take_memory()
+        return other
 
     def _take_sums(self, record: MemoryRecord) -> None:
         """Metrics by name with units and texts; how those of many points are made at once, where

@@ -27,7 +27,7 @@ from clearance.sweeping import definition as definitions
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import MISSING, Sweep, standing
-from clearance.sweeping.journal import ALONE, DONE, FAILED, LOST, WAITING, Journal, Outcome
+from clearance.sweeping.journal import ALONE, DONE, FAILED, LEFT, LOST, WAITING, Journal, Outcome
 from clearance.sweeping.made import (
     common,
     common_differences,
@@ -40,8 +40,8 @@ from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.points import Points, plain
 from clearance.sweeping.sloping import sensing_of
-from clearance.sweeping.teams import Dask, Processes, prepare_start
-from clearance.sweeping.worker import NO_SPACE, files_of, load_function, run_lanes
+from clearance.sweeping.teams import Dask, Processes, Threads, prepare_start
+from clearance.sweeping.worker import FEWEST, NO_SPACE, files_of, load_function, run_lanes
 from clearance.varied import wanted
 
 LOG = logging.getLogger("clearance.sweep")
@@ -375,6 +375,7 @@ class _Driver:
         apart = {"start", "error", "life", "sensitivity"} & definition.options.keys()
         self.blocks = not (definition.files or definition.own or apart)
         self.alone: set[int] = set()  # points that share no block again
+        self.left: list[int] = []  # points that no thread of this process can run
         self.in_lanes = 0  # runs side by side
         # wall time of a recent run [s]; runs in the memory of others
         self.usual, self.together = 0.0, 0
@@ -403,6 +404,9 @@ class _Driver:
                 self.journal.add(outcome)
             if pending:
                 pending = self._in_lanes(pending, workers, scheduler)
+            if len(pending) >= FEWEST and self.blocks and scheduler is None and not self.stop:
+                self._work(pending, Threads(*self.task, workers or _cores()))
+                pending = self.left
             if pending and not self.stop:
                 self._work(pending, self._team(len(pending), workers, scheduler))
             interrupted = False
@@ -541,6 +545,10 @@ class _Driver:
         if outcome.made and (changed := common_differences(outcome.made, self.now)):
             self.stop = f"a worker runs something else than the driver: {'; '.join(changed)}"
             (self.folder / "runs" / f"{self.definition.keys[index]}.h5").unlink(missing_ok=True)
+            return False
+        if outcome.reason == LEFT:
+            self.left.append(index)
+            self.reasons.add(outcome.alone)
             return False
         if outcome.status == WAITING:
             if outcome.reason == ALONE:

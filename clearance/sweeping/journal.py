@@ -23,6 +23,7 @@ COLUMNS = ("index", "warnings", "wall", "loop", "steps")
 COUNTS = ("index", "warnings", "steps")
 TAIL = 2**20  # bytes that are read at a time to find the last line's end
 WAITING = "waiting"  # given back by a dead worker that had not begun it; never in a journal
+LEFT = "left"  # the reason of one that cannot run in the memory of others
 ALONE = "alone"  # the reason of one that must not share a block again: its block lost its worker
 
 

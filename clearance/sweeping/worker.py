@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from clearance.sweeping.batch import Family, Found
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import checked
-from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
+from clearance.sweeping.journal import DONE, FAILED, LEFT, LOST, WAITING, Outcome
 from clearance.sweeping.made import common, files_named, made, modules_of
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.possible import possible
@@ -205,8 +206,11 @@ def run_block(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome
     """Run some points, see `run_point`: together in one memory where that can be, else one after
     another.
     """
+    definition = _definition(folder, stamp)
     together, alone = (
-        ({}, "") if len(indices) == 1 else _together(_definition(folder, stamp), stamp, indices)
+        ({}, "")
+        if len(indices) == 1
+        else _together(definition, indices, partial(_family, definition, stamp))
     )
     return [together.get(i) or replace(run_point(folder, stamp, i), alone=alone) for i in indices]
 
@@ -277,10 +281,38 @@ def _is_full(error: BaseException) -> bool:
     )
 
 
+class Shared:
+    """Families of a sweep for threads of one process, made once; each thread has twins of them."""
+
+    def __init__(self, folder: str, stamp: str):
+        self.definition, self.lock = _definition(folder, stamp), Lock()
+        self.families: dict[tuple, Family | str] = {}
+
+    def run(self, indices: tuple[int, ...], twins: dict[tuple, Family | str]) -> list[Outcome]:
+        """Run points in the memory of a thread; those that cannot are left, with the reason."""
+        together, alone = _together(self.definition, indices, partial(self._twin, twins))
+        left = {"status": WAITING, "reason": LEFT, "alone": alone}
+        return [together.get(i) or Outcome(i, "", **left) for i in indices]
+
+    def _twin(self, twins: dict[tuple, Family | str], kind: tuple) -> Family | str:
+        if kind not in twins:
+            with self.lock:
+                if kind not in self.families:
+                    self.families[kind] = _new_family(self.definition, kind)
+                family = self.families[kind]
+                twins[kind] = family if isinstance(family, str) else family.twin()
+        return twins[kind]
+
+
 def _together(
-    definition: Definition, stamp: str, indices: tuple[int, ...]
+    definition: Definition,
+    indices: tuple[int, ...],
+    family_of: Callable[[tuple], Family | str],
 ) -> tuple[dict[int, Outcome], str]:
-    """Outcomes of the points that ran in one memory, by index; why others did not."""
+    """Outcomes of the points that ran in one memory, by index; why others did not.
+
+    family_of: gives that of points with these other values.
+    """
     began, points, alone = time.perf_counter(), {}, APART
     names, kinds = definition.spread, {}
     for index in indices:
@@ -288,7 +320,7 @@ def _together(
             tuple(v for n, v in definition.points[index].items() if n not in names), []
         ).append(index)
     for kind, members in kinds.items():
-        family = _family(definition, stamp, kind)
+        family = family_of(kind)
         if isinstance(family, str):
             alone = family
             continue

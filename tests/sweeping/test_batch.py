@@ -12,11 +12,11 @@ from clearance.catalogue import find_case
 from clearance.recording import MemorySink
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
-from clearance.sweeping import index, worker
+from clearance.sweeping import driver, index, worker
 from clearance.sweeping.batch import Family
 from clearance.sweeping.driver import define
 from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.journal import DONE, FAILED, LOST, Journal, Outcome, read
+from clearance.sweeping.journal import DONE, FAILED, LEFT, LOST, Journal, Outcome, read
 from clearance.sweeping.peaks import of_point
 from clearance.sweeping.spread import Irregular, Spread
 
@@ -251,10 +251,35 @@ def test_few_points_are_not_worth_a_memory(tmp_path):
     swept = cl.sweep(
         "slider_crank", points, tmp_path / "out", fixed=DRY, channels=[], workers=1, **OPTIONS
     )
+    left = worker.Shared(str(tmp_path / "out"), "stamp").run((0, 1), {})
+    assert [(o.index, o.reason) for o in left] == [(0, LEFT), (1, LEFT)]
+    assert all("too few points" in o.alone for o in left)
     assert swept.done.all()
-    together, alone = worker._together(swept.definition, "stamp", (0, 1))
-    assert not together
-    assert "too few points" in alone
+
+
+def test_threads_that_are_stopped(tmp_path, monkeypatch):
+    """Stopped half-way, and on with one thread: the bits of two threads without a stop."""
+    points = cl.grid(speed=np.linspace(20.0, 40.0, 12), clearance=np.geomspace(1e-4, 4e-4, 12))
+    options = {"fixed": DRY, "channels": [], **OPTIONS}
+    monkeypatch.setattr(driver, "LOOK", 0.0)
+    monkeypatch.setattr(driver, "MOST_BLOCK", 8)
+
+    class Enough(Exception):
+        pass
+
+    def stop(progress):
+        if progress.done >= 20:
+            raise Enough
+
+    with pytest.raises(Enough):
+        cl.sweep("slider_crank", points, tmp_path / "out", progress=stop, workers=2, **options)
+    assert 20 <= cl.open_sweep(tmp_path / "out").done.sum() < len(points)
+    again = cl.sweep("slider_crank", points, tmp_path / "out", workers=1, **options)
+    straight = cl.sweep("slider_crank", points, tmp_path / "all", workers=2, **options)
+    assert again.done.all()
+    for name, values in straight.metrics.items():
+        np.testing.assert_array_equal(again.metrics[name], values)
+    assert "each by itself" not in (tmp_path / "all" / "sweep.log").read_text()
 
 
 def test_points_that_are_known_make_no_object_each(tmp_path):
