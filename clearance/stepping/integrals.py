@@ -46,8 +46,8 @@ INNER = np.array(
         [0.5 - (3.0 / 28.0) ** 0.5, 0.5, 0.5 + (3.0 / 28.0) ** 0.5],
     ]
 )
-#: Gauss's rule: exact for the polynomials here
-GAUSS = np.array([[-(0.6**0.5), 0.0, 0.6**0.5], [5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0]])
+#: Gauss's rule with three places, exact for the polynomials here: the outer ones, and the weights
+GAUSS, OUTER, CENTRAL = 0.6**0.5, 5.0 / 9.0, 8.0 / 9.0
 
 
 # --- squares
@@ -80,16 +80,16 @@ def take(s, row, at):
 
 @inline
 def weigh(s, begin, end):
-    """Integrals of the products of Newton's polynomial."""
+    """Integrals of the products of Newton's polynomial, by Gauss's rule."""
     middle, half = 0.5 * (begin + end), 0.5 * (end - begin)
-    for j in range(NODES):
-        s.nodes[MOMENT, j] = 0.0
-    for i in range(GAUSS.shape[1]):
-        product = half * GAUSS[1, i]
-        for j in range(NODES - 1):
-            s.nodes[MOMENT, j] += product
-            product *= middle + half * GAUSS[0, i] - s.nodes[PLACE, j]
-        s.nodes[MOMENT, NODES - 1] += product
+    one, two, three = half * OUTER, half * CENTRAL, half * OUTER
+    for j in range(NODES - 1):
+        s.nodes[MOMENT, j] = one + two + three
+        place = s.nodes[PLACE, j]
+        one *= middle - half * GAUSS - place
+        two *= middle - place
+        three *= middle + half * GAUSS - place
+    s.nodes[MOMENT, NODES - 1] = one + two + three
 
 
 @shared
@@ -197,31 +197,39 @@ def end_interval(s, row, width):
 
 
 @shared
-def look_inside(s, t, h, low, high, inner):
-    """Take in the inner places of the last interval."""
+def look_inside(s, t, h, low, high, inner, seen):
+    """Take in the inner places of the last interval; seen: outputs in its middle stand in
+    s.look.
+    """
+    middle = inner // 2 if seen and inner % 2 == 1 else -1
+    if middle >= 0:
+        take(s, s.look, 0.5 * (low - high) * h)
+        note(s, s.look, middle + 1)
     interpolate(s, t, h)
     for i in range(inner):
-        theta = low + (high - low) * INNER[inner - 1, i]
-        observe_inside(s, t, h, theta)
-        take(s, s.look, (theta - high) * h)
-        note(s, s.look, i + 1)
+        if i != middle:
+            theta = low + (high - low) * INNER[inner - 1, i]
+            observe_inside(s, t, h, theta)
+            take(s, s.look, (theta - high) * h)
+            note(s, s.look, i + 1)
 
 
 @shared
-def add_interval(s, t, h, low, high, turning):
+def add_interval(s, t, h, low, high, seen, turning):
     """Add the last interval, part by part of the run.
 
-    turning: contacts that set in gradually may begin and end within.
+    seen: outputs in its middle stand in s.look. turning: contacts that set in gradually may begin
+    and end within.
     """
-    begin, now, inner = (low - high) * h, t + high * h, 1 if turning else 0
+    begin, now, inner = (low - high) * h, t + high * h, 1 if seen or turning else 0
     share = -begin / (now - s.begin)
-    over = integrate(s, begin, 0.0, share)
+    over = integrate(s, begin, 0.0, share) * LEFT**inner
     while over > 1.0 and inner < MOST:
         inner, over = inner + 1, LEFT * over
-    if s.fresh == 1:
+    if s.fresh == 1 or (seen and inner == 2):
         inner, s.fresh = MOST, 0
     if inner > 0:
-        look_inside(s, t, h, low, high, inner)
+        look_inside(s, t, h, low, high, inner, seen)
         integrate(s, begin, 0.0, share)
     add_times(s, t, h, low, high, inner)
     while s.parts < s.totals.shape[0] - 1:

@@ -284,11 +284,13 @@ def look_into(s, t, h, low, high, row):
         observe_inside(s, t, h, 0.5 * (low + high))
         for k in range(s.peaks.shape[0]):
             s.peaks[k, MIDDLE] = quantity(s, s.look, k)
+    if s.integrals.shape[1] > 0:
+        turning = may_turn(s, per_width, per_back, curving)
+        add_interval(s, t, h, low, high, searched, turning)
+    if searched:
         for k in range(s.peaks.shape[0]):
             if s.peaks[k, SEARCHED] > 0.0:
                 refine(s, t, h, k, low, high)
-    if s.integrals.shape[1] > 0:
-        add_interval(s, t, h, low, high, may_turn(s, per_width, per_back, curving))
     for k in range(s.peaks.shape[0]):
         s.peaks[k, EARLIER], s.peaks[k, LAST] = s.peaks[k, LAST], s.peaks[k, NEXT]
     s.interval = width
