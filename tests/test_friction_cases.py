@@ -357,7 +357,7 @@ class TestThreeLoopChain:
             rhs(t, y, m.par, work, out)
             return out
 
-        end = 0.3
+        end = 0.15
         actual = solve_ivp(
             slope, (0.0, end), m.y0, method="DOP853", rtol=1e-8, atol=1e-10, max_step=1e-3
         )

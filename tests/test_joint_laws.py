@@ -1097,7 +1097,7 @@ class TestMixedJoints:
         )
 
     def test_hole_warning_comes_before_and_with_the_result(self, caplog):
-        options = {"model": "mixed", "contact": "hertz", "film": "harmonic"}
+        options = {"model": "mixed", "contact": "hertz"}
         with caplog.at_level(logging.WARNING):
             result = cl.simulate(cl.load_case("six_bar_feeder", **options), turns=1)
         assert any("force hole" in w and "joint B" in w for w in result.warnings)
@@ -1119,7 +1119,7 @@ class TestMixedJoints:
             "eccentricity_rate": (v, 0.0),
         }
         slots |= {"radius": 0.01, "clearance": 1e-4, "length": 0.02, "name": "J"}
-        wet = {"film": laws.harmonic(), "lubricant": cl.Lubricant(1e-9), "roughness": 1e-7}
+        wet = {"film": laws.pinkus_sternlicht(), "lubricant": cl.Lubricant(1e-9), "roughness": 1e-7}
         law = TRANSITIONS[transition](dry=0.4, mixed=1.0, full=3.0)
         speeds = []
         for more in ({}, wet | {"transition": law}):
@@ -1205,7 +1205,7 @@ class TestMixedJoints:
         """Feeder-A at 600 rpm: p about 12 MPa, alpha p about 0.25 (order of magnitude: a factor of
         3).
         """
-        scene = cl.load_case("six_bar_feeder", film="harmonic", speed=cl.rpm(600))
+        scene = cl.load_case("six_bar_feeder", speed=cl.rpm(600))
         result = cl.simulate(scene, turns=2)
         attributes = result.file["joints/B"].attrs
         assert 12e6 / 3 < attributes["film_pressure"] < 12e6 * 3

@@ -306,7 +306,7 @@ def test_trust():
     assert not Sensitivity(0.0, 6e-4, **of).trusted
 
 
-def test_the_command(crank, tmp_path, capsys):
+def test_the_command(crank, tmp_path, capsys, request):
     """The line of a metric has the closed form of its change, 1 % of r times -w^2 (1 + 2 r / l);
     plain data, the tornado and the report of the file.
     """
@@ -324,6 +324,7 @@ def test_the_command(crank, tmp_path, capsys):
     assert (tmp_path / "run_tornado.png").stat().st_size > 10_000
     assert main(["plot", str(path), "tornado", "--metrics", "blok_*"]) == 2
     assert "no sensitivities of 'blok_*'" in capsys.readouterr().err
+    request.getfixturevalue("undrawn")
     assert main(["report", str(path), "-o", str(tmp_path / "run.html")]) == 0
     page = (tmp_path / "run.html").read_text()
     assert ">Sensitivities<" in page

@@ -84,7 +84,6 @@ MIXED = {
 }
 FILMS = {
     "table": table_film(),
-    "harmonic": cl.harmonic(),
     "pinkus_sternlicht": cl.pinkus_sternlicht(),
 }
 

@@ -41,7 +41,7 @@ def centred(heat, *nodes, viscosity=0.05):
         radius=0.01,
         clearance=1e-4,
         length=0.02,
-        film=cl.short_film(),
+        film=cl.pinkus_sternlicht(),
         lubricant=cl.Lubricant(viscosity),
         heat=heat,
     )
@@ -166,7 +166,7 @@ class TestBalance:
                 radius=0.01,
                 clearance=C,
                 length=0.02,
-                film=cl.short_film(),
+                film=cl.pinkus_sternlicht(),
                 lubricant=cl.Lubricant(0.05),
                 heat=HeatBalance(0.5, 0.8, volumetric=0.0, to=housing),
                 eccentricity=(0.2 * C, -0.3 * C),

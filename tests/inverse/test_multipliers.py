@@ -638,7 +638,7 @@ def test_jammed():
     """
     scene, time = (
         four_bar(friction=joint_coulomb(coefficient=1.0), pin_radius=0.05),
-        np.linspace(0.0, 0.2, 200),
+        np.linspace(0.0, 0.2, 50),
     )
     with pytest.raises(
         SingularPosition, match="joint friction finds no balance .* joint [A-D]"

@@ -240,7 +240,7 @@ def test_the_command(tmp_path, capsys):
         "-p",
         "speed=25",
         "--points",
-        "64",
+        "32",
         "--turns",
         "1",
         "--workers",
@@ -256,7 +256,7 @@ def test_the_command(tmp_path, capsys):
         "clearance": "uniform(0.0002, 0.0004)",
         "viscosity": "normal(0.4, 0.02)",
     }
-    assert (document["points"], document["independent"]) == (64, 32)
+    assert (document["points"], document["independent"]) == (32, 16)
     gap = document["metrics"]["joint_C_gap_min"]
     assert set(gap["indices"]) == {"clearance", "viscosity"}
     assert gap["limit"] == pytest.approx(1e-5, rel=1e-12)
