@@ -29,8 +29,10 @@ CALL_START, CALL_PREPARE, CALL_ITERATE, CALL_FINISH, CALL_SAMPLE, CALL_INSIDE, H
 )
 NEVER = 1e300
 STEPPED = 2  # in `means`
-SIMPSON = 4.0 / 6.0  # weight of the middle of a step, over its length
 SAME = 1e-12  # share of the time within which two moments are one
+#: places in a step beside its ends and middle; weights of all seven by Newton and Cotes
+PLACES = (1.0 / 6.0, 1.0 / 3.0, 2.0 / 3.0, 5.0 / 6.0)
+ENDS, MIDDLE, OTHERS = 41.0 / 840.0, 272.0 / 840.0, (216.0 / 840.0, 27.0 / 840.0)
 WAITING = 0.75  # share of the lanes that wait for the end of their step, when it is made
 
 #: rows that the driver reads and sets, in the order in which it is given their places
@@ -46,18 +48,23 @@ ROWS = (
     "sample_time",
     "sample_theta",
     "share",
-    "middle_share",
     "inner_time",
     "inner_theta",
     "within",
     "value",
     "last",
     "next",
+    "between",
     "search",
     "found",
     "seen",
     "tracks",
     "sums",
+    "summands",
+    "at_begin",
+    "at_middle",
+    "at_end",
+    "refine",
     "given",
     "sample_base",
     "y",
@@ -74,18 +81,23 @@ ROWS = (
     SAMPLE_TIME,
     SAMPLE_THETA,
     SHARE,
-    MIDDLE_SHARE,
     INNER_TIME,
     INNER_THETA,
     WITHIN,
     VALUE,
     LAST,
     NEXT,
+    BETWEEN,
     SEARCHED,
     FOUND,
     SEEN,
     TRACKS,
     SUMS,
+    SUMMANDS,
+    AT_BEGIN,
+    AT_MIDDLE,
+    AT_END,
+    REFINE,
     GIVEN,
     SAMPLE_STEP,
     STATE,
@@ -94,9 +106,9 @@ ROWS = (
 #: columns of `spans`, a row for each point
 BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
 #: columns of `progress`, a row for each lane: its point, turns made, the next sample and its time,
-#: places that wait, steps whose middles have waited
-POINT, TURNS, SAMPLE, DUE, DRAWN, HALVED = range(6)
-PROGRESS = 6
+#: samples that wait
+POINT, TURNS, SAMPLE, DUE, DRAWN = range(5)
+PROGRESS = 5
 #: columns of `searches`, a row for each quantity: three places inside the step and the values
 #: there. Then half the width, parabolas so far, and the next place
 A, B, C, AT_A, AT_B, AT_C, WIDTH, ROUND, STAGE = range(9)
@@ -106,10 +118,10 @@ OVER, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
 
 def layout(*, width: int, quantities: int) -> np.dtype:
     """Numbers of the driver, and arrays that it alone uses."""
-    numbers = ("held", "quantities", "stepped", "active", "limit", "taken", "alive")
+    numbers = ("held", "quantities", "active", "limit", "taken", "alive")
     arrays = [
         ("progress", float, (width, PROGRESS)),
-        ("drawn", int, (width, width)),  # numbers of the samples that wait, -1: a middle, by lane
+        ("drawn", int, (width, width)),  # numbers of the samples that wait, by lane
         ("searches", float, (quantities, SEARCH_COLUMNS)),
         ("searched", int, (quantities,)),  # those that a search is about
         ("places", int, (width,)),  # quantities of the inner places that are looked at
@@ -201,7 +213,7 @@ def load(s, lane, point):
     s.rows[s.at[END], lane] = end_of_turn(s, point, 0)
     s.rows[s.at[WITHIN], lane] = 0.0 if begin > 0.0 else 1.0
     s.progress[lane, POINT], s.progress[lane, TURNS] = point, 0.0
-    s.progress[lane, DRAWN] = s.progress[lane, HALVED] = 0.0
+    s.progress[lane, DRAWN] = 0.0
     index = math.ceil(begin * (1.0 - SAME) / s.spans[point, EVERY])
     s.progress[lane, SAMPLE], s.progress[lane, DUE] = index, sample_time(s, point, index)
 
@@ -227,8 +239,8 @@ def keep(s, lane):
             value = s.sides[lane, s.at[SUMS] + i, k]
             total = total + value if s.means[i] else max(total, value)
         if s.means[i] == STEPPED:
-            total += s.rows[s.at[SUMS] + i, lane]
-            total /= s.spans[point, UNTIL] - s.spans[point, BEGIN]
+            length = s.spans[point, UNTIL] - s.spans[point, BEGIN]
+            total = s.rows[s.at[SUMS] + i, lane] / length
         s.rows[s.at[SUMS] + i, lane] = total
     for i in range(s.gathered.size):
         s.results[point, i] = s.rows[s.gathered[i], lane]
@@ -273,13 +285,13 @@ def copy_step(s, piece, lane, column):
 
 @shared
 def draw(s, lane):
-    """Outputs at the samples and middles of a lane that wait."""
+    """Outputs at the samples of a lane that wait."""
     count, point = int(s.progress[lane, DRAWN]), int(s.progress[lane, POINT])
     if count == 0:
         return
     side = s.sides[lane]
     for k in range(count, side.shape[1]):  # copies, which have no share
-        side[s.at[SHARE], k] = side[s.at[MIDDLE_SHARE], k] = 0.0
+        side[s.at[SHARE], k] = 0.0
         side[s.at[SAMPLE_TIME], k] = side[s.at[SAMPLE_TIME], 0]
         side[s.at[SAMPLE_THETA], k] = side[s.at[SAMPLE_THETA], 0]
         for i in range(s.held):
@@ -289,36 +301,23 @@ def draw(s, lane):
     call(s, CALL_SAMPLE, side)
     for i in range(s.tracks.shape[1]):
         for k in range(count):
-            if s.drawn[lane, k] >= 0:
-                s.tracks[point, i, s.drawn[lane, k]] = side[s.at[TRACKS] + i, k]
+            s.tracks[point, i, s.drawn[lane, k]] = side[s.at[TRACKS] + i, k]
     s.progress[lane, DRAWN] = 0.0
 
 
 @shared
-def hold(s, lane, time, theta, share, weight, index):
-    """Let a place in the step made last wait for its outputs; index: of a sample."""
+def hold(s, lane, time, theta, share, index):
+    """Let a sample in the step made last wait for its outputs."""
     column, side = int(s.progress[lane, DRAWN]), s.sides[lane]
     copy_step(s, HOLD, lane, column)
     side[s.at[SAMPLE_THETA], column], side[s.at[SAMPLE_TIME], column] = theta, time
-    side[s.at[SHARE], column], side[s.at[MIDDLE_SHARE], column] = share, weight
+    side[s.at[SHARE], column] = share
     for i in range(s.given.shape[0]):
-        side[s.at[GIVEN] + i, column] = s.given[i, max(index, 0)]
+        side[s.at[GIVEN] + i, column] = s.given[i, index]
     s.drawn[lane, column] = index
     s.progress[lane, DRAWN] = column + 1.0
     if column + 1 == side.shape[1]:
         draw(s, lane)
-
-
-@shared
-def halve(s, lane):
-    """Take the middle of the step made last, where sums go over steps."""
-    steps = s.rows[s.at[STEPS], lane]
-    if s.stepped == 0 or steps == s.progress[lane, HALVED]:
-        return
-    s.progress[lane, HALVED] = steps
-    if s.rows[s.at[WITHIN], lane] > 0.5:
-        h, begun = s.rows[s.at[LAST_H], lane], s.rows[s.at[FROM], lane]
-        hold(s, lane, begun + 0.5 * h, 0.5, 0.0, SIMPSON * h, -1)
 
 
 @shared
@@ -335,7 +334,7 @@ def sample(s, lane):
         due, index = s.progress[lane, DUE], int(s.progress[lane, SAMPLE])
         theta = min((due - begun) / h, 1.0) if h > 0.0 else 0.0
         share = (min(due + half, until) - max(due - half, begin)) / (until - begin)
-        hold(s, lane, due, theta, share, 0.0, index)
+        hold(s, lane, due, theta, share, index)
         s.progress[lane, SAMPLE] = index + 1.0
         s.progress[lane, DUE] = sample_time(s, point, index + 1.0)
 
@@ -434,22 +433,19 @@ def asked(s, lane):
 
 @shared
 def search(s, lane):
-    """Locate extremes inside the step made last: in the middle first, which all share."""
+    """Locate extremes inside the step made last, whose middle is there."""
     s.active = 0
     for i in range(s.quantities):
         if s.rows[s.at[SEARCHED] + i, lane] > 0.5:
+            q = s.searches[i]
+            q[A], q[B], q[C], q[WIDTH], q[ROUND], q[STAGE] = 0.0, 0.5, 1.0, 1.0, 0.0, SUMMIT
+            q[AT_A], q[AT_C] = s.rows[s.at[LAST] + i, lane], s.rows[s.at[NEXT] + i, lane]
+            q[AT_B] = s.rows[s.at[BETWEEN] + i, lane]
             s.searched[s.active] = i
             s.active += 1
-    copy_step(s, SPREAD, lane, 0)
-    look(s, lane, 0, 0, SUMMIT, 0.5)
-    see(s, lane, 1)
-    for place in range(s.active):
-        i = s.searched[place]
-        q = s.searches[i]
-        q[A], q[B], q[C], q[WIDTH], q[ROUND], q[STAGE] = 0.0, 0.5, 1.0, 1.0, 0.0, SUMMIT
-        q[AT_A], q[AT_C] = s.rows[s.at[LAST] + i, lane], s.rows[s.at[NEXT] + i, lane]
-        q[AT_B] = s.sides[lane, s.at[SEEN] + i, 0]
     columns = asked(s, lane)
+    if columns > 0:
+        copy_step(s, SPREAD, lane, 0)
     while columns > 0:
         see(s, lane, columns)
         for k in range(columns):
@@ -458,12 +454,35 @@ def search(s, lane):
         columns = asked(s, lane)
 
 
+@shared
+def refine(s, lane):
+    """Add the step made last to the sums over steps, by seven places."""
+    rows, side, h, width = s.rows, s.sides[lane], s.rows[s.at[LAST_H], lane], s.rows.shape[1]
+    copy_step(s, SPREAD, lane, 0)
+    for i in range(s.means.size):
+        if s.means[i] == STEPPED:
+            ends = rows[s.at[AT_BEGIN] + i, lane] + rows[s.at[AT_END] + i, lane]
+            middle = rows[s.at[AT_MIDDLE] + i, lane]
+            rows[s.at[SUMS] + i, lane] += h * (ENDS * ends + MIDDLE * middle)
+    for first in range(0, len(PLACES), width):
+        columns = min(width, len(PLACES) - first)
+        for k in range(columns):
+            look(s, lane, k, 0, SUMMIT, PLACES[first + k])
+        see(s, lane, columns)
+        for k in range(columns):
+            weight = h * OTHERS[min(first + k, len(PLACES) - 1 - first - k)]
+            for i in range(s.means.size):
+                if s.means[i] == STEPPED:
+                    rows[s.at[SUMS] + i, lane] += weight * side[s.at[SUMMANDS] + i, k]
+
+
 # --- the loop
 @shared
 def lead_on(s, lane):
-    """After a step or the start: its middle, samples, extremes, the end of a turn or of the run."""
-    halve(s, lane)
+    """After a step or the start: samples, extremes, the end of a turn or of the run."""
     sample(s, lane)
+    if s.rows[s.at[REFINE], lane] > 0.5:
+        refine(s, lane)
     if s.rows[s.at[FOUND], lane] > 0.5:
         search(s, lane)
     made = s.rows[s.at[STEPS], lane] + s.rows[s.at[REJECTED], lane]

@@ -117,17 +117,8 @@ def engine(
         Entry("jacobian", n * n),
         Entry("films", len(shape.films)),
         Entry("outputs", len(channels)),
+        Entry("samples", len(channels)),
     )
-    module, made, shared = new_module(), {}, {}
-    places = {
-        entries.rhs: ("rhs", list(range(shape.size))),
-        entries.films: ("events", [SPOT_VALUES * spot for _, spot in shape.films]),
-        entries.outputs: ("observe", channels),
-    }
-    for entry, (role, outputs) in places.items():
-        narrow = kernels.narrowed(structure.programs[role], outputs)
-        made[entry] = kernels.write(module, entry.name, folding.program(narrow), width, shared)
-    made[entries.jacobian] = kernels.write(module, "jacobian", filled(jacobian, n), width, shared)
     pieces = {
         "start": steps.start(rows, shape, entries, stepper.ORDER),
         "prepare": stepper.prepare(rows, shape, entries),
@@ -137,6 +128,18 @@ def engine(
         "sample": watch.sample(rows, shape, entries, watched),
     }
     watch.look_first(pieces["start"], entries, watched)
+    sampled = pieces["sample"].used(entries.samples)
+    module, made, shared = new_module(), {}, {}
+    places = {
+        entries.rhs: ("rhs", dict(enumerate(range(shape.size)))),
+        entries.films: ("events", dict(enumerate(SPOT_VALUES * spot for _, spot in shape.films))),
+        entries.outputs: ("observe", dict(enumerate(channels))),
+        entries.samples: ("observe", {i: channels[i] for i in sampled}),
+    }
+    for entry, (role, outputs) in places.items():
+        narrow = kernels.narrowed(structure.programs[role], outputs)
+        made[entry] = kernels.write(module, entry.name, folding.program(narrow), width, shared)
+    made[entries.jacobian] = kernels.write(module, "jacobian", filled(jacobian, n), width, shared)
     for name, piece in pieces.items():
         write(module, f"piece_{name}", piece, rows, width, made)
     step = [*rows.places("base"), *rows.places("polynomial")]

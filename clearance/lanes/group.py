@@ -250,7 +250,6 @@ class Group:
         reductions = self.watch.reductions
         means = integers(driver.STEPPED if r.stepped else r.mean for r in reductions)
         numbers = {"held": held, "quantities": len(self.watch.quantities), "limit": limit}
-        numbers["stepped"] = sum(r.stepped for r in reductions)
         for name, number in numbers.items():
             memory[name] = number
         sides = aligned(width * rows.total, width).reshape(width, rows.total, width)

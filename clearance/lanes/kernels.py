@@ -10,9 +10,9 @@ from clearance.tracing.lanes import Lanes
 ARRAYS = ("t", "y", "par", "work", "out", "data")
 
 
-def narrowed(program: Program, places: list[int]) -> Program:
-    """A kernel that fills only some places of its vector, in their order."""
-    outputs = {i: program.outputs[place] for i, place in enumerate(places)}
+def narrowed(program: Program, places: dict[int, int]) -> Program:
+    """A kernel that fills only some places of its vector, which get other places."""
+    outputs = {i: program.outputs[place] for i, place in places.items()}
     return Program(program.role, outputs, program.slots, program.columns)
 
 

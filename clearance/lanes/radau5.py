@@ -301,17 +301,18 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
         changes,
     )
     taken, now = conclude(piece, shape, entries, trial, ORDER)
-    for r in range(STAGES):
-        places = range(r * n, (r + 1) * n)
-        for i, place in enumerate(places):
-            value = piece.weighted(K.basis[r], [row[i] for row in stages])
-            piece.outputs[rows.first["polynomial"] + place] = piece.choose(
-                taken, value, piece.one("polynomial", place)
-            )
+    polynomial = [
+        piece.weighted(row, column) for row in K.basis for column in zip(*stages, strict=True)
+    ]
+    before = piece.all("polynomial")
+    chosen = [piece.choose(taken, a, b) for a, b in zip(polynomial, before, strict=True)]
+    piece.set("polynomial", *chosen)
     piece.set(
         "predictor", piece.choose(taken, 1.0, piece.choose(solved, piece.one("predictor"), 0.0))
     )
     piece.set("last_h", piece.choose(taken, h, piece.one("last_h")))
     spent = [a + b for a, b in zip(piece.all("y")[n:], changes, strict=True)]
-    look(piece, entries, watch, Moment(now, [*end, *spent], h, taken))
+    moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
+    middle = [a + b for a, b in zip(y, moved, strict=False)] + spent
+    look(piece, entries, watch, Moment(now, [*end, *spent], t + 0.5 * h, middle, h, taken))
     return piece

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from clearance.tracing.trace import Trace
+from clearance.tracing.trace import Trace, live
 
 LARGEST = 1.7e308
 
@@ -66,6 +66,11 @@ class Piece:
     def set_one(self, name: str, i: int, value) -> None:
         """Set a row."""
         self.outputs[self.rows.places(name)[i]] = value
+
+    def used(self, entry: Entry) -> list[int]:
+        """Places of those values of a function that the piece uses."""
+        items = [n.args for n in live(self.outputs.values()) if n.op == "item"]
+        return sorted({i for called, i in items if called.args[0] is entry})
 
     # --- arithmetic
     def call(self, entry: Entry, t, y: list) -> list:

@@ -54,13 +54,14 @@ class Shape:
 @dataclass(frozen=True)
 class Entries:
     """Functions of the scene: y' with the powers of the ledger, Jacobian, penetrations of the
-    films, outputs.
+    films, outputs, those of samples.
     """
 
     rhs: Entry
     jacobian: Entry
     films: Entry
     outputs: Entry
+    samples: Entry
 
 
 def add_rows(rows: Rows, shape: Shape) -> None:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from clearance.lanes.rows import Piece, Rows
 from clearance.lanes.steps import Entries, Shape
 
+ROUGH = 45.0 * 3e-8  # 45 times the share of a sum that Simpson's rule may err by in a step
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -33,8 +35,7 @@ class Reduction:
     """Mean over time of samples, or their largest value.
 
     value(piece, outputs, given, own): traced, from the outputs, what is given for the sample, and
-    the point's numbers. stepped: the mean is over the steps, by Simpson's rule on their dense
-    output; nothing is given.
+    the point's numbers. stepped: the mean is over the steps, see `integrate`; nothing is given.
     """
 
     value: Callable
@@ -60,12 +61,12 @@ class Watch:
 def add_rows(rows: Rows, shape: Shape, watch: Watch) -> None:
     """Rows of the outputs."""
     count = len(watch.quantities)
-    rows.add("interval", "within", "found", "share", "middle_share", "sample_time", "sample_theta")
+    rows.add("refine", "interval", "within", "found", "share", "sample_time", "sample_theta")
     rows.add("inner_time", "inner_theta")
     rows.add("sample_base", count=shape.states)
     rows.add("sample_polynomial", count=rows.counts["polynomial"])
-    rows.add("value", "last", "next", "search", "seen", count=count)
-    rows.add("sums", "edge", count=len(watch.reductions))
+    rows.add("value", "last", "next", "between", "search", "seen", count=count)
+    rows.add("sums", "summands", "at_begin", "at_middle", "at_end", count=len(watch.reductions))
     rows.add("tracks", count=len(watch.tracks))
     rows.add("given", count=watch.given)
     rows.add("own", count=watch.own)
@@ -73,10 +74,12 @@ def add_rows(rows: Rows, shape: Shape, watch: Watch) -> None:
 
 @dataclass(frozen=True)
 class Moment:
-    """The end of a step: its time, state, the step's width, and where it is taken."""
+    """The end of a step: its time and state, those of its middle, its width, where it is taken."""
 
     time: object
     y: list
+    middle_time: object
+    middle: list
     width: object
     taken: object
 
@@ -100,10 +103,10 @@ def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
     per_back = piece.trace.div(1.0, piece.largest(back, 1e-300))
     curving = width * 4.0 / piece.largest(width + back, 1e-300)
     row = piece.call(entries.outputs, moment.time, moment.y)
+    inner = piece.call(entries.outputs, moment.middle_time, moment.middle)
     flags = [piece.none(piece.above(1.0, 0.0))]
-    for k, (q, value) in enumerate(
-        zip(watch.quantities, values_of(piece, watch, row), strict=True)
-    ):
+    values = zip(values_of(piece, watch, row), values_of(piece, watch, inner), strict=True)
+    for k, (q, (value, between)) in enumerate(zip(watch.quantities, values, strict=True)):
         before, last, earlier = (
             piece.one("value", k),
             piece.one("next", k),
@@ -123,22 +126,45 @@ def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
             may = piece.both(may, piece.above(piece.one("within"), 0.5))
         if q.searched:
             flags.append(may)
+        if q.searched:
+            best = piece.largest(best, between)
+            piece.set_one("between", k, between)
         piece.set_one("value", k, piece.choose(taken, best, before))
         piece.set_one("last", k, piece.choose(taken, last, earlier))
         piece.set_one("next", k, piece.choose(taken, value, last))
         piece.set_one("search", k, piece.flag(may) if q.searched else 0.0)
-    within = piece.both(taken, piece.above(piece.one("within"), 0.5))
-    for k, value in edges(piece, watch, row):
-        before = piece.one("edge", k)
-        more = piece.choose(within, width * (before + value) * (1.0 / 6.0), 0.0)
-        piece.set_one("sums", k, piece.one("sums", k) + more)
-        piece.set_one("edge", k, piece.choose(taken, value, before))
+    integrate(piece, watch, moment, row, inner)
     piece.set("interval", piece.choose(taken, width, back))
     piece.set("found", piece.flag(piece.either(*flags)))
 
 
-def edges(piece: Piece, watch: Watch, row: list) -> list[tuple[int, object]]:
-    """Places and values of the reductions over steps, where a step ends."""
+def integrate(piece: Piece, watch: Watch, moment: Moment, row: list, inner: list) -> None:
+    """Add a step to the sums over steps by Simpson's rule, or leave it to the driver.
+
+    The error of this rule for a cosine of size A, whose middle is c away from its chord, is
+    c^2 / (45 A).
+    """
+    width, taken = moment.width, moment.taken
+    within = piece.both(taken, piece.above(piece.one("within"), 0.5))
+    middles = (value for _, value in stepped(piece, watch, inner))
+    panels, rough = {}, [piece.none(within)]
+    for (k, value), middle in zip(stepped(piece, watch, row), middles, strict=True):
+        before, total = piece.one("at_end", k), piece.one("sums", k)
+        panels[k] = panel = width * ((before + 4.0 * middle + value) * (1.0 / 6.0))
+        bend = middle - 0.5 * (before + value)
+        size = piece.largest(before, middle, value)
+        rough.append(piece.above(width * bend * bend, ROUGH * size * (total + panel)))
+        piece.set_one("at_begin", k, before)
+        piece.set_one("at_middle", k, middle)
+        piece.set_one("at_end", k, piece.choose(taken, value, before))
+    rough = piece.either(*rough)
+    for k, panel in panels.items():
+        piece.set_one("sums", k, piece.one("sums", k) + piece.choose(rough, 0.0, panel))
+    piece.set("refine", piece.flag(piece.both(within, rough)))
+
+
+def stepped(piece: Piece, watch: Watch, row: list) -> list[tuple[int, object]]:
+    """Places and values of the reductions over steps."""
     reductions = enumerate(watch.reductions)
     return [(k, r.value(piece, row, [], [])) for k, r in reductions if r.stepped]
 
@@ -149,8 +175,8 @@ def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
     values = values_of(piece, watch, row)
     piece.set("next", *values)
     piece.set("value", *values)
-    for k, value in edges(piece, watch, row):
-        piece.set_one("edge", k, value)
+    for k, value in stepped(piece, watch, row):
+        piece.set_one("at_end", k, value)
 
 
 def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
@@ -161,28 +187,27 @@ def inside(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     y += piece.all("y")[shape.states :]
     row = piece.call(entries.outputs, piece.one("inner_time"), y)
     piece.set("seen", *values_of(piece, watch, row))
+    for k, value in stepped(piece, watch, row):
+        piece.set_one("summands", k, value)
     return piece
 
 
 def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
-    """Outputs at samples and in middles of steps of one run, one in each lane: sums, and what is
-    tracked.
-
-    A sample has a share in sums over samples, the middle of a step a weight in those over steps.
-    """
+    """Outputs at samples of one run, one in each lane: sums over samples, and what is tracked."""
     piece = Piece(rows, None)
     moved = piece.along(piece.all("sample_polynomial"), piece.one("sample_theta"), shape.states)
     y = [a + b for a, b in zip(piece.all("sample_base"), moved, strict=True)]
     y += piece.all("y")[shape.states :]
-    row = piece.call(entries.outputs, piece.one("sample_time"), y)
+    row = piece.call(entries.samples, piece.one("sample_time"), y)
     given, mine, share = piece.all("given"), piece.all("own"), piece.one("share")
-    weight, sampled = piece.one("middle_share"), piece.above(share, 0.0)
     for k, reduction in enumerate(watch.reductions):
+        if reduction.stepped:
+            continue
         value, before = reduction.value(piece, row, given, mine), piece.one("sums", k)
-        if reduction.mean:
-            after = before + (weight if reduction.stepped else share) * value
-        else:
-            after = piece.choose(sampled, piece.largest(before, value), before)
+        after = before + share * value
+        if not reduction.mean:
+            larger = piece.largest(before, value)
+            after = piece.choose(piece.above(share, 0.0), larger, before)
         piece.set_one("sums", k, after)
     piece.set("tracks", *(row[c] for c in watch.tracks))
     return piece

@@ -291,7 +291,8 @@ class Lowering:
         kind = ir.FunctionType(
             self.structure(function.count), [POINTER, POINTER, *[self.kind] * count]
         )
-        made = ir.Function(self.module, kind, f"clearance_{len(self.functions)}_{function.name}")
+        name = self.module.get_unique_name(f"clearance_{len(self.functions)}_{function.name}")
+        made = ir.Function(self.module, kind, name)
         made.linkage = "internal"
         arrays = {"par": made.args[0], "data": made.args[1]}
         builder = ir.IRBuilder(made.append_basic_block())

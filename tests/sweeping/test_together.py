@@ -10,6 +10,7 @@ import pytest
 import clearance as cl
 from clearance.catalogue import find_case
 from clearance.columns import Column, Mixed
+from clearance.lanes import watch
 from clearance.regimes import FULL_FILM
 from clearance.sweeping.spread import Irregular
 from clearance.sweeping.summing import Unsuited
@@ -70,7 +71,7 @@ def test_first_point(name, turns):
     The four-bar has no guide, and each clearance of the slider-crank has a film table of its own.
     At smaller clearances the deviation of accelerations drowns in the tolerance of the run. The
     stated error of the smallest gap is nearly all that of the film table, so 5 %. The others are
-    differences of two tolerances with other steps: 2 times in the median.
+    differences of two tolerances with other steps: 3 times in the median, for means err less here.
     """
     case, columns = find_case(name), {"clearance": np.geomspace(2e-4, 2.5e-4, 5)}
     together = Together(
@@ -93,7 +94,7 @@ def test_first_point(name, turns):
     assert together.summing.stated_alike(metrics, errors).all()
     ratios = {n: errors[n][together.first] / m.value for n, m in stated.items()}
     assert math.isclose(ratios["joint_C_gap_min_error"], 1.0, rel_tol=5e-2)
-    assert 0.5 < np.median(list(ratios.values())) < 2.0
+    assert 1.0 / 3.0 < np.median(list(ratios.values())) < 3.0
     lone = together.points({"clearance": columns["clearance"][3:]})
     again = together.answers(lone, 2)
     np.testing.assert_array_equal(again.extremes, answers.extremes[3:])
@@ -125,8 +126,8 @@ def test_mixed_joints():
 
 
 def test_means_of_squares_hardly_depend_on_samples():
-    """Means of sharp forces within 2e-5 of the usual way's at 40 samples a turn, whose sums err by
-    more than a tenth. The rule of the lanes has one term less.
+    """Means of sharp forces within 1e-6 of the usual way's at 40 samples a turn, whose sums err by
+    more than a tenth. Both ways err by 2e-7.
     """
     case = find_case("six_bar_feeder")
     columns = {"clearance": np.linspace(4.5e-4, 4.6e-4, 5)}
@@ -141,11 +142,32 @@ def test_means_of_squares_hardly_depend_on_samples():
     assert len(means) == 8
     for name in means:
         ordinary = together.summing.first[name].value
-        assert math.isclose(metrics[name][together.first], ordinary, rel_tol=2e-5), name
+        assert math.isclose(metrics[name][together.first], ordinary, rel_tol=1e-6), name
     record = together.summing.record
     squares = record.sizes("joints/B/force")[record.time >= record.turn * (1.0 - 1e-9)] ** 2
     sampled = math.sqrt(np.trapezoid(squares) / (squares.size - 1))
     assert not math.isclose(sampled, metrics["joint_B_force_rms"][0], rel_tol=0.1)
+
+
+def test_steps_in_which_simpsons_rule_errs(monkeypatch):
+    """Means of forces on long steps (rtol 1e-3) within 5e-5 of those with seven places in all
+    steps; Simpson's rule alone errs by 2e-4.
+    """
+    case, columns = find_case("six_bar_feeder"), {"clearance": np.linspace(4.5e-4, 4.6e-4, 5)}
+    options = {"turns": 2.0, "rtol": 1e-3, "method": "radau5"}
+
+    def scene(values):
+        return case.scene(**FEEDER, speed=cl.rpm(600), **values)
+
+    def means():
+        together = Together(scene, columns, options, None)
+        points = together.points(columns)
+        metrics = together.summing.metrics(together.answers(points, 1), points)
+        return np.array([v for n, v in metrics.items() if n.endswith(("force_rms", "torque_rms"))])
+
+    usual = means()
+    monkeypatch.setattr(watch, "ROUGH", 0.0)
+    np.testing.assert_allclose(usual, means(), rtol=5e-5)
 
 
 def test_numbers_that_jump_are_noticed():
