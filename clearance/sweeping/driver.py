@@ -144,7 +144,7 @@ def sweep(
         raise ValueError("give workers (processes here) or a scheduler (a cluster's), not both")
     folder = Path(folder).absolute()
     existing = _existing(folder, definition)
-    if scheduler is None:
+    if scheduler is None and not _in_memory(definition):
         prepare_start()
     _try_first(definition, None if force else partial(_affordable, definition, folder))
     folder.mkdir(parents=True, exist_ok=True)
@@ -158,6 +158,17 @@ def sweep(
         return _Driver(definition, folder, progress).run(
             workers, scheduler, retry_failed, accept_changes
         )
+
+
+def _shareable(definition: Definition) -> bool:
+    """True where points may run in the memory of others."""
+    apart = {"start", "error", "life", "sensitivity"} & definition.options.keys()
+    return not (definition.files or definition.own or apart)
+
+
+def _in_memory(definition: Definition) -> bool:
+    """True where some points are many enough to run in the memory of others, in threads."""
+    return _shareable(definition) and len(definition.points) >= FEWEST
 
 
 def _of_lives(life, channels, settle, metrics, options) -> dict:
@@ -372,8 +383,7 @@ class _Driver:
         self.news: list[str] = []
         self.deaths: dict[int, int] = {}
         self.in_a_row = 0  # workers that died since a run ended
-        apart = {"start", "error", "life", "sensitivity"} & definition.options.keys()
-        self.blocks = not (definition.files or definition.own or apart)
+        self.blocks = _shareable(definition)
         self.alone: set[int] = set()  # points that share no block again
         self.left: list[int] = []  # points that no thread of this process can run
         self.in_lanes = 0  # runs side by side
@@ -404,7 +414,7 @@ class _Driver:
                 self.journal.add(outcome)
             if pending:
                 pending = self._in_lanes(pending, workers, scheduler)
-            if len(pending) >= FEWEST and self.blocks and scheduler is None and not self.stop:
+            if pending and _in_memory(self.definition) and scheduler is None and not self.stop:
                 self._work(pending, Threads(*self.task, workers or _cores()))
                 pending = self.left
             if pending and not self.stop:
@@ -510,6 +520,7 @@ class _Driver:
         """Workers for so many points."""
         if scheduler is not None:
             return Dask(*self.task, scheduler)
+        prepare_start()
         return Processes(*self.task, min(workers or _cores(), count))
 
     def _work(self, pending: list[int], team: Dask | Processes) -> None:
