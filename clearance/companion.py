@@ -50,6 +50,7 @@ STRONGER = 0.01  # share by which a companion's film forces are larger than thos
 LARGEST = 20_000_000  # largest count of numbers of a run that is compared: they are held in memory
 DEAR = 'a second run costs as much again, --error state (error="state") makes it'
 MEMORY = "a film with a memory is first order in the step, whatever the tolerance"
+TOGETHER = 2**20  # samples of channels that are compared at once
 ROOM = 2**22  # bytes that stated errors may add to a file
 ROUNDING = 1e-9  # of the size of a channel: ranges below it are those of a constant
 #: ends of the names of metrics that count, or are errors themselves: their relative errors have no
@@ -211,9 +212,12 @@ class Pair:
 def paired(run: Run, start: Start, main: Record) -> Pair:
     """A run that has come to its end beside its companions. Raises Parted where one fails."""
     rtol, other = beside(run, start)
+    other.scene = main.scene  # read once
     if not (times := stronger(start.mechanism)):
         return Pair(main, other, (run.solver.rtol, rtol))
-    return Pair(main, other, (run.solver.rtol, rtol), companion(run, start, rtol, times), times)
+    film = companion(run, start, rtol, times)
+    film.scene = main.scene
+    return Pair(main, other, (run.solver.rtol, rtol), film, times)
 
 
 def stated(
@@ -254,10 +258,9 @@ def _numbers(
     values = {n: [p[n].value for p in parts] for n in parts[0] if all(n in p for p in parts)}
     units = {name: metric.units for name, metric in parts[0].items()}
     located = pair.run.located
-    for name, unit in zip(located.names, located.units, strict=True):
-        three = [record.located.of(name, begin, end) for record in records]
-        if all(three):
-            values[name], units[name] = [extreme.value for extreme in three], unit
+    three = np.array([record.located.outermost(begin, end)[0] for record in records])
+    values |= dict(zip(located.names, three.T, strict=True))
+    units |= dict(zip(located.names, located.units, strict=True))
     return {n: np.array(v) for n, v in values.items() if np.isfinite(v).all()}, units
 
 
@@ -316,13 +319,17 @@ def _fitted(values: np.ndarray, count: int) -> np.ndarray:
 
 def channels(one: Record, other: Record) -> dict[str, float]:
     """Largest difference at a sample over the range, of each channel."""
-    columns = {}
-    for path in paths(other):  # in memory: nothing but channels
-        if path == "energy/residual":  # an error itself
-            continue
-        a, b = one.values(path), other.values(path)
-        size = max(float(np.ptp(a)), ROUNDING * float(np.abs(a).max()))
-        columns[path] = float(np.abs(a - b).max()) / size if size > 0.0 else 0.0
+    columns: dict[str, float] = {}
+    # in memory: nothing but channels; the residual is an error itself
+    left = [path for path in paths(other) if path != "energy/residual"]
+    several = max(TOGETHER // one.time.size, 1)
+    for begin in range(0, len(left), several):
+        some = left[begin : begin + several]
+        a, b = (np.stack([record.values(path) for path in some]) for record in (one, other))
+        low, high = a.min(axis=1), a.max(axis=1)
+        size = np.maximum(high - low, ROUNDING * np.maximum(-low, high))
+        apart = np.abs(a - b).max(axis=1) / np.where(size > 0.0, size, np.inf)
+        columns |= dict(zip(some, apart.tolist(), strict=True))
     return columns
 
 

@@ -552,9 +552,9 @@ class Record(Drawn, ABC):
 
     def _of_samples(self, path: str, which: str, begin: float, end: float) -> Extreme | None:
         inside = self._between(begin, end)
-        if not inside.any():
-            return None
         values = self.sizes(path)[inside]
+        if not values.size:
+            return None
         i = int(values.argmin() if which == "min" else values.argmax())
         return Extreme(float(values[i]), float(self._times[inside][i]))
 
@@ -577,10 +577,11 @@ class Record(Drawn, ABC):
             f"{path}_max", begin, end
         ).value
 
-    def _between(self, begin: float, end: float) -> np.ndarray:
-        """True for samples between two times [s]."""
-        time = self._times
-        return (time >= begin * (1.0 - ROUNDING)) & (time <= end * (1.0 + ROUNDING))
+    def _between(self, begin: float, end: float) -> slice:
+        """Samples between two times [s]."""
+        first = np.searchsorted(self._times, begin * (1.0 - ROUNDING))
+        last = np.searchsorted(self._times, end * (1.0 + ROUNDING), side="right")
+        return slice(int(first), int(last))
 
     def _channels(self, kind: str, name: str) -> Channels:
         if name not in self.names(kind):

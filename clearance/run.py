@@ -66,8 +66,8 @@ class Run:
     """One integration.
 
     state: its numbers and arrays, see stepping/state.py. observers: see `observers.Observer`.
-        wall, cpu: time in the compiled loop, and CPU time of the thread there [s]. outputs: rows
-        hold the mechanism's outputs, else its state. code: last status.
+        wall, cpu: time in the compiled loop, and CPU time there of a `trajectory` [s]. outputs:
+        rows hold the outputs of the mechanism, else its state. code: last status.
     """
 
     def __init__(
@@ -93,6 +93,7 @@ class Run:
         self.observers: list[observers.Observer] = [observers.Kinks(self)]
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
         self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
+        self.timed = False  # CPU time is measured
         self.started = "as the scene says"
         self.options: dict = {}  # arguments of `simulate`, which make this run again
         self.facts: dict[str, dict] = {}  # of the result, group by group
@@ -356,13 +357,13 @@ class Run:
 
         A status code.
         """
-        began, worked, state = clock.perf_counter(), clock.thread_time(), self.state
+        began, worked, state = clock.perf_counter(), self._worked(), self.state
         until = min(until, self.span.until)
         state.end = min(until, self._next_stop())
         before = state.steps
         code = self.loop.run(state.address, self.budget)
         self.mechanism.structure.compiled.steps += int(state.steps - before)
-        self.cpu += clock.thread_time() - worked
+        self.cpu += self._worked() - worked
         self.wall += clock.perf_counter() - began
         self._hand_over()
         if code == status.STIFF:
@@ -372,6 +373,10 @@ class Run:
         if code == status.DONE:
             self._reach()
         return status.RUNNING if code == status.DONE and self.state.time < until else code
+
+    def _worked(self) -> float:
+        """CPU time of this thread [s] where it is measured: on some systems it costs a step."""
+        return clock.thread_time() if self.timed else 0.0
 
     def advance_to(self, time: float) -> int:
         """Advance to a time [s], in as many calls as it takes. The last status code."""
@@ -422,7 +427,7 @@ class Run:
         """Run to the end in memory: times, rows (states, where the run has no outputs) and the last
         status code.
         """
-        self.wall = self.cpu = 0.0
+        self.wall, self.cpu, self.timed = 0.0, 0.0, True
         trajectory = observers.Trajectory()
         with DeferredSignals() as held:
             self.observers += [trajectory, observers.Interrupts(held.check)]

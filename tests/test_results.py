@@ -396,7 +396,7 @@ def test_chosen_channels(tmp_path):
         ValueError, match=r"channels: 'joints/X' fits none; there are bodies/crank/\*"
     ):
         cl.simulate(scene, **options, channels=["joints/X"])
-    with pytest.raises(TypeError, match="must be a list"):
+    with pytest.raises(TypeError, match="channels: give a list"):
         cl.simulate(scene, **options, channels="joints/B")
     with pytest.raises(ValueError, match="compression must be"):
         cl.simulate(scene, **options, compression=10)

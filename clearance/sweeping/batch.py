@@ -105,10 +105,8 @@ class Part(MemoryRecord):
         """First and last sample between two times, and the outermost extremes there with their
         times.
         """
-        inside = np.flatnonzero(self._between(begin, end))
-        first, last = (inside[0], inside[-1] + 1) if inside.size else (0, 0)
-        values, times = self.located.outermost(begin, end)
-        return first, last, values, times
+        inside = self._between(begin, end)
+        return inside.start, max(inside.start, inside.stop), *self.located.outermost(begin, end)
 
 
 class Ended:
