@@ -29,6 +29,7 @@ import numpy as np
 from numba import float64, types, void
 from numba.core.caching import IndexDataCacheFile
 from numba.core.cgutils import for_range as for_range
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
@@ -112,6 +113,25 @@ class Entry:
         return answer.value
 
 
+class PlainCode(JITCodeLibrary):
+    """Code that LLVM improves once, and whose loops stay as they are.
+
+    Numba has it improved three times, for the sake of references that are counted.
+    """
+
+    def _optimize_functions(self, module) -> None:
+        """Only the layout of data."""
+        module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        """All of LLVM's passes, without those that make loops longer."""
+        tuning = llvm.create_pipeline_tuning_options(speed_level=3)
+        tuning.loop_unrolling = tuning.loop_vectorization = False
+        tuning.loop_interleaving = tuning.slp_vectorization = False
+        builder = llvm.create_pass_builder(self._codegen._tm, tuning)
+        builder.getModulePassManager().run(self._final_module, builder)
+
+
 class MachineCode:
     """Object code in the store, by a name that holds a digest of all that it was made from.
 
@@ -170,9 +190,8 @@ def file_of(name: str) -> Path:
 def _machine_code(name: str, write: Callable) -> bytes:
     """The object code of a kernel, which is in memory now."""
     target = cpu_target.target_context
-    target.refresh()
     number, pointer = ir.DoubleType(), ir.DoubleType().as_pointer()
-    library = target.codegen().create_library(name)
+    library = PlainCode(target.codegen(), name)
     library.enable_object_caching()
     module = library.create_ir_module(name)
     kind = ir.FunctionType(ir.VoidType(), [number, *[pointer] * 4])
@@ -199,8 +218,9 @@ def _numba_form(target, module: ir.Module, entry: ir.Function, name: str) -> Non
 
 def _pointers(target, builder, kinds, arguments) -> list:
     """Arguments with the numbers of arrays in place of these."""
+    models = target.data_model_manager
     return [
-        target.make_array(k)(target, builder, a).data if isinstance(k, types.Array) else a
+        models[k].get(builder, a, "data") if isinstance(k, types.Array) else a
         for k, a in zip(kinds, arguments, strict=True)
     ]
 

@@ -21,6 +21,8 @@ from numba.core.transforms import canonicalize_cfg
 from numba.core.types.functions import BaseFunction
 from numba.core.typing import Signature
 
+from clearance.store import PlainCode
+
 #: in order. Left out are those for closures, contexts, literals, generators, overloads that are
 #: put into their callers, and expressions of arrays: no function here has any.
 PASSES = (
@@ -152,18 +154,6 @@ class Part(Whole):
 def _builder(codegen):
     """LLVM's options of a pass."""
     return codegen._pass_builder()
-
-
-class PlainCode(JITCodeLibrary):
-    """Machine code whose loops are neither unrolled nor vectorised."""
-
-    def _optimize_final_module(self) -> None:
-        """Without numba's first round, which is for references that are counted."""
-        tuning = newpassmanagers.create_pipeline_tuning_options(speed_level=3)
-        tuning.loop_unrolling = tuning.loop_vectorization = False
-        tuning.loop_interleaving = tuning.slp_vectorization = False
-        builder = newpassmanagers.create_pass_builder(self._codegen._tm, tuning)
-        builder.getModulePassManager().run(self._final_module, builder)
 
 
 class Code(JITCodeLibrary):
