@@ -100,6 +100,16 @@ def test_impossible_values_at_an_edge(tmp_path, undisturbed):
     assert "12: their values are impossible" in log
 
 
+def test_points_listed_backwards(tmp_path, undisturbed):
+    """On two threads: the same bits at the same points."""
+    names = list(POINTS.columns)
+    backwards = cl.zipped(**{name: POINTS.columns[name][::-1] for name in names})
+    there = cl.sweep("six_bar_feeder", backwards, tmp_path / "out", workers=2, **OPTIONS)
+    assert f"{len(POINTS)} points in lanes" in (tmp_path / "out" / "sweep.log").read_text()
+    for name, values in undisturbed.metrics.items():
+        np.testing.assert_array_equal(there.metrics[name], values.ravel()[::-1], err_msg=name)
+
+
 def test_a_full_disk_at_the_journal(tmp_path, undisturbed, small_blocks, monkeypatch):
     """The second block finds no room: the first is stored, nothing of the second; then the rest."""
     journal, run = tmp_path / "out" / "journal.jsonl", together.Lanes._run
