@@ -13,6 +13,7 @@ import itertools
 import os
 import pickle
 import re
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -45,6 +46,8 @@ OPTIONS = {
 }  # nothing in a kernel allocates: arrays need no counting
 COMPILED = not numba.config.DISABLE_JIT
 FRAMES = 1 << 16  # words of a roomy frame
+DAY = 86400.0  # [s]
+UNUSED = 60 * DAY  # machine code that was not used for so long is deleted
 # moments that a kernel evaluates together: numbers in a register of most processors
 MOMENTS = 4
 # True where the processor computes a product and a sum in one operation
@@ -160,7 +163,9 @@ class MachineCode:
                 if (data := sealed.opened(path, made_from, warned=True)) is None:
                     symbol, code = self.make()
                     sealed.write(path, symbol.encode() + b"\n" + code, made_from)
+                    delete_unused()
                     return symbol
+        _note_use(path)
         symbol, _, code = data.partition(b"\n")
         self.engine._ee.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
         self.engine.finalize_object()
@@ -185,6 +190,25 @@ def _compilers() -> str:
 def file_of(name: str) -> Path:
     """File of machine code."""
     return folder() / f"clearance_{name}.o"
+
+
+def _note_use(path: Path) -> None:
+    """The time of a file is that of its last use, to the day."""
+    with suppress(OSError):
+        if time.time() - path.stat().st_mtime > DAY:
+            os.utime(path)
+
+
+def delete_unused() -> None:
+    """Delete machine code that no process has used for long, such as that of older versions.
+
+    A process that has read a file needs it no more, and one that finds none makes it again.
+    """
+    for path in folder().glob("clearance_*.o"):
+        with suppress(OSError):  # another process deletes it too, or may and this one may not
+            if time.time() - path.stat().st_mtime > UNUSED:
+                path.with_suffix(".lock").unlink(missing_ok=True)
+                path.unlink()
 
 
 def _machine_code(name: str, write: Callable) -> bytes:

@@ -190,6 +190,33 @@ def flipped(data):
     return data[:-9] + bytes([data[-9] ^ 1]) + data[-8:]
 
 
+def test_unused_machine_code_is_deleted(tmp_path, monkeypatch):
+    """Of three old files that which is used stays, with the film tables; the others go with the
+    next code that is made. Nothing breaks where another process has deleted them.
+    """
+    monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path))
+    monkeypatch.setattr(store.MachineCode, "_loaded", {})
+
+    def made(name):
+        store.Kernel(lambda builder, arguments: None, name)
+
+    made("one"), made("two")
+    used, unused = (store.file_of(f"kernel_{store._digest(n)}") for n in ("one", "two"))
+    film = tmp_path / "clearance_film_0.npz"
+    film.touch()
+    for path in (used, unused, film):
+        os.utime(path, (0, 0))
+    store.MachineCode._loaded.clear()
+    made("one")
+    made("three")
+    assert used.exists()
+    assert film.exists()
+    assert not unused.exists()
+    assert not unused.with_suffix(".lock").exists()
+    store.delete_unused()
+    assert len(list(tmp_path.glob("*.o"))) == 2
+
+
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
 @pytest.mark.parametrize(
     "damage",
