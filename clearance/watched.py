@@ -18,8 +18,8 @@ SHARP = 1e-7  # of the natural size of a rate: a friction that jumps turns round
 # layers that are looked into at one side of a reversal; at least by so much one rate over another
 REACH, COARSEST = 8.0, 1.7
 COLUMNS = [places.CHANNEL, places.PAIRED, places.SIGN, places.JOINT]
-#: times rtol^(5/6): error of a polynomial without its oldest place, over the mean of an integrand,
-#: that calls for inner places; ten times as much in runs with impacts, which err by more
+#: times rtol^(5/6): error of a polynomial without its oldest place that calls for inner places,
+#: over the mean of the integrand. In runs with impacts, which err by more, it is ten times as much
 LIMIT, IMPACTS = 2.0, 10.0
 FORMS = {"square": places.SQUARE, "pair": places.PAIR}
 

@@ -40,7 +40,8 @@ TOUCHED = DIFFERENCE
 NODES = 6
 INTEGRAL_ROWS = DIFFERENCE + NODES
 # rows of `nodes`: places from the newest to the oldest, measured from the end of the last interval
-# [s]; 1 / distance of the newest to those before; integrals of the products of Newton's polynomial
+# [s]. Then 1 / distance of the newest to those before. Then integrals of the products of Newton's
+# polynomial
 PLACE, INVERSE, MOMENT = range(3)
 NODE_ROWS = 3
 SQUARE, PAIR = range(2)  # forms: of a channel, of a vector; of a time in contact: row in `peaks`
