@@ -72,11 +72,11 @@ class Watched:
         }
 
     def _form(self, integrand: Integrand) -> int:
-        """Form of an integrand; the row of the gap in `peaks` of a time in contact."""
+        """Form of an integrand; of a time in contact the row of the gap in `peaks`, -1: none."""
         if integrand.form in FORMS:
             return FORMS[integrand.form]
-        gap = integrand.name.replace("contact_force_positive", "gap_min")
-        return [q.name for q in self.quantities].index(gap)
+        rows = {q.name: row for row, q in enumerate(self.quantities)}
+        return rows.get(integrand.name.replace("contact_force_positive", "gap_min"), -1)
 
     def install(self, state: State) -> None:
         """Begin to watch."""

@@ -223,9 +223,13 @@ def may_peak(s, k, per_width, per_back, curving):
 
 @inline
 def may_turn(s, per_width, per_back, curving):
-    """The gap of a joint whose contact sets in gradually may have an extreme in an interval."""
+    """The gap of a joint whose contact sets in gradually may have an extreme in an interval, or is
+    no output.
+    """
     for i in range(s.squares, s.integrals.shape[1]):
         k = int(s.integrals[FORM, i])
+        if k < 0:
+            return True
         slope = (s.peaks[k, NEXT] - s.peaks[k, LAST]) * per_width
         back = (s.peaks[k, LAST] - s.peaks[k, EARLIER]) * per_back
         if abs(slope) <= curving * abs(slope - back):
