@@ -24,6 +24,16 @@ def values_of(number) -> "np.ndarray | float":
     return number.values if isinstance(number, Column) else number
 
 
+def each(function: Callable, *numbers: float) -> float:
+    """A function of numbers; of columns a column, each value as Python works it out."""
+    if not any(isinstance(number, Column) for number in numbers):
+        return function(*numbers)
+    import numpy as np
+
+    made = np.frompyfunc(function, len(numbers), 1)(*map(values_of, numbers))
+    return Column(made.astype(float))
+
+
 def _arithmetic(function: Callable, turned: bool = False) -> Callable:
     def method(self, other):
         if not isinstance(other, Real):

@@ -17,6 +17,7 @@ from pathlib import Path
 from clearance import films, laws
 from clearance.case import Case, Parameter
 from clearance.checks import identifier, meant
+from clearance.columns import Column, each
 from clearance.document import KINDS, Misplaced, Parts, at, law_in, module_of
 from clearance.film.pad_law import pad_film
 from clearance.laws.law import Law
@@ -216,21 +217,22 @@ def formula(
 
     It has numbers with or without units, parameters, + - * / **, brackets, pi, sqrt, sin, cos, tan,
     atan2, hypot, abs, min and max; angles in rad. units: SI units of parameters by name; such a
-    parameter alone becomes a text with its unit, which the field checks. Raises ValueError for
-    anything else.
+    parameter alone becomes a text with its unit, which the field checks. A formula of columns
+    (columns.py) is a column, without a unit. Raises ValueError for anything else.
     """
     for name in PARAMETER.findall(text):
         if name not in values:
             answer = f"{meant(name, values)}; [parameters] has {', '.join(values) or 'none'}"
             raise ValueError(f"unknown parameter ${name}{answer}")
     if alone := PARAMETER.fullmatch(text.strip()):
-        unit = (units or {}).get(alone[1])
-        return f"{values[alone[1]]!r} {unit}" if unit else values[alone[1]]
+        value, unit = values[alone[1]], (units or {}).get(alone[1])
+        return f"{value!r} {unit}" if unit and not isinstance(value, Column) else value
     plain = MEASURED.sub(lambda m: repr(quantity(m[0])), text)
     plain = PARAMETER.sub(lambda m: f"given_{m[1]}", plain)
     names = CONSTANTS | {f"given_{name}": value for name, value in values.items()}
     try:
-        return float(_value(ast.parse(plain.strip(), mode="eval").body, names))
+        value = _value(ast.parse(plain.strip(), mode="eval").body, names)
+        return value if isinstance(value, Column) else float(value)
     except (SyntaxError, TypeError):
         raise ValueError(f"cannot read the formula {text!r}") from None
     except (ArithmeticError, ValueError) as error:
@@ -241,7 +243,7 @@ def _value(node: ast.expr, names: Mapping[str, object]) -> float:
     """A number from a formula's syntax tree. Raises TypeError for what no formula has."""
     if isinstance(node, ast.Constant) and type(node.value) in (int, float):
         return float(node.value)
-    if isinstance(node, ast.Name) and type(names.get(node.id)) in (int, float):
+    if isinstance(node, ast.Name) and type(names.get(node.id)) in (int, float, Column):
         return names[node.id]
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
         value = _value(node.operand, names)
@@ -253,7 +255,7 @@ def _value(node: ast.expr, names: Mapping[str, object]) -> float:
         and getattr(node.func, "id", None) in FUNCTIONS
         and not node.keywords
     ):
-        return FUNCTIONS[node.func.id](*(_value(argument, names) for argument in node.args))
+        return each(FUNCTIONS[node.func.id], *(_value(part, names) for part in node.args))
     raise TypeError("not in a formula")
 
 

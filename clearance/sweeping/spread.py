@@ -187,7 +187,7 @@ class Spread:
         for j in np.flatnonzero(varying & ~formed):
             name = next((n for n, v in given.items() if _follows(v, rows[:, j])), None)
             if name is None:
-                raise Irregular("its numbers depend on several parameters at once")
+                raise Irregular(self._not_from_parameters())
             following[name].append(j)
         needed = sum(len(self.values[n]) for n, places in following.items() if places)
         if needed > max(SCANNED * len(next(iter(self.columns.values()))), 1.0):
@@ -195,6 +195,12 @@ class Spread:
         self.following = {
             n: (places, self._scan(n)[:, places]) for n, places in following.items() if places
         }
+
+    def _not_from_parameters(self) -> str:
+        """The reason where a number neither is formed nor follows from one parameter."""
+        if len(self.columns) > 1:
+            return "its numbers depend on several parameters at once"
+        return f"a number of its starts does not come from {next(iter(self.columns))} by arithmetic"
 
     def _formed(self, columns: dict[str, np.ndarray]) -> np.ndarray:
         """Starts of points as the scene of columns gives them, a row each; all that it does not

@@ -12,11 +12,40 @@ from clearance.catalogue import find_case
 from clearance.columns import Column, Mixed
 from clearance.lanes import watch
 from clearance.regimes import FULL_FILM
-from clearance.sweeping.spread import Irregular
+from clearance.simulation import prepare
+from clearance.sweeping.spread import Irregular, Spread
 from clearance.sweeping.summing import Unsuited
 from clearance.sweeping.together import FEWEST, Together
 
 FEEDER = {"model": "lubricated", "joints": "B"}
+SCENE = """
+[parameters]
+speed = "1000 rpm"
+clearance = "0.1 mm"
+throw = "50 mm"
+[body.crank]
+mass = 0.3
+inertia = 6e-5
+points = { A = ["-$throw / 2", 0], B = ["sqrt($throw**2) / 2", 0] }
+[body]
+rod = { mass = 0.21, inertia = 2.5e-4, points = { B = ["-60 mm", 0], C = ["60 mm", 0] } }
+slider = { mass = 0.14, inertia = 1e-5, points = { C = [0, 0] } }
+[joint.C]
+kind = "ClearanceRevolute"
+a = "rod.C"
+b = "slider.C"
+radius = "10 mm"
+clearance = "$clearance"
+length = "20 mm"
+film = "pinkus_sternlicht"
+lubricant = { viscosity = "40 cP" }
+[joint]
+A = { kind = "Revolute", a = "ground", b = "crank.A" }
+B = { kind = "Revolute", a = "crank.B", b = "rod.B" }
+guide = { kind = "Prismatic", a = "ground", b = "slider.C", axis = [1, 0] }
+[drive]
+crank = { target = "crank", speed = "$speed" }
+"""
 SPEEDS = np.linspace(20.0, 60.0, 8)
 CLEARANCES = np.geomspace(3e-5, 4e-4, 4)
 
@@ -240,6 +269,58 @@ def test_requested_errors_are_left_to_the_ordinary_way():
 
     with pytest.raises(Unsuited, match="tolerance of each point"):
         Together(scene, swept(), {"turns": 2.0}, None, 1e-3)
+
+
+def test_scene_files_over_one_parameter(tmp_path):
+    """All points run in lanes, with the metrics of a grid: within 1e-9, natural sizes are rounded.
+
+    Zipped parameters have no repeated values either.
+    """
+    (tmp_path / "own.toml").write_text(SCENE)
+    speeds, clearances = np.linspace(60.0, 120.0, FEWEST), np.linspace(1e-4, 2e-4, FEWEST)
+    ways = {
+        "one": cl.grid(speed=speeds),
+        "grid": cl.grid(speed=speeds, clearance=[1e-4, 2e-4]),
+        "zipped": cl.zipped(speed=speeds, clearance=clearances),
+    }
+    made = {}
+    for way, points in ways.items():
+        options = {"channels": [], "workers": 1, "turns": 1.0}
+        made[way] = cl.sweep(tmp_path / "own.toml", points, tmp_path / way, **options)
+        assert f" {len(points)} points in lanes\n" in (tmp_path / way / "sweep.log").read_text()
+    for name, values in made["one"].metrics.items():
+        grid, zipped = made["grid"].metrics[name], made["zipped"].metrics[name]
+        np.testing.assert_allclose(values, grid[::2], rtol=1e-9, atol=1e-12, err_msg=name)
+        ends = [grid[0], grid[-1]]
+        np.testing.assert_allclose(zipped[[0, -1]], ends, rtol=1e-9, atol=1e-12, err_msg=name)
+
+
+def test_numbers_of_scene_files_as_columns(tmp_path):
+    """A parameter by itself, formulas and their functions: bit for bit those of one scene each."""
+    (tmp_path / "own.toml").write_text(SCENE)
+    case, throws = find_case(tmp_path / "own.toml"), np.linspace(0.04, 0.06, 5)
+    scene = case.scene(throw=Column(throws), clearance=Column(throws / 500.0))
+    points = {b.name: b.points for b in scene.bodies}["crank"]
+    for i, throw in enumerate(throws.tolist()):
+        one = case.scene(throw=throw, clearance=throw / 500.0)
+        expected = {b.name: b.points for b in one.bodies}["crank"]
+        assert points["A"][0].values[i] == expected["A"][0]
+        assert points["B"][0].values[i] == expected["B"][0]
+        assert scene.clearance_joints[0].clearance.values[i] == throw / 500.0
+
+
+def test_the_reason_of_one_parameter():
+    """Of a single parameter nothing is said about several at once."""
+    case = find_case("slider_crank")
+
+    def scene(values):
+        return case.scene(model="dry", **values)
+
+    def prepared(values):
+        return prepare(scene(values), turns=1.0)
+
+    with pytest.raises(Irregular, match="does not come from speed by arithmetic"):
+        Spread(scene, prepared, {"speed": np.linspace(60.0, 120.0, 30)})
 
 
 class TestColumn:
