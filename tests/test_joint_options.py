@@ -43,7 +43,7 @@ def test_options_are_parameters_of_the_case(tmp_path):
 
 
 def test_a_parameter_stands_once(tmp_path):
-    with pytest.raises(ValueError, match=r"scene\(\) has the parameter 'film' twice"):
+    with pytest.raises(ValueError, match="both give the parameter 'film'"):
         find_case(write(tmp_path, ', film: str = "table"'))
 
 

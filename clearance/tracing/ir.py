@@ -281,7 +281,7 @@ class Lowering:
 
     def define(self, function) -> None:
         """A function of the module: what several places call, or what is long."""
-        if isinstance(function, Opaque | Answer):
+        if isinstance(function, Opaque | Answer) or function in self.functions:
             return
         count = (
             1 + len(function.step.arguments)
@@ -291,7 +291,7 @@ class Lowering:
         kind = ir.FunctionType(
             self.structure(function.count), [POINTER, POINTER, *[self.kind] * count]
         )
-        name = self.module.get_unique_name(f"clearance_{len(self.functions)}_{function.name}")
+        name = f"clearance_{len(self.module.globals)}_{function.name}"
         made = ir.Function(self.module, kind, name)
         made.linkage = "internal"
         arrays = {"par": made.args[0], "data": made.args[1]}
