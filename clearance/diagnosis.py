@@ -83,8 +83,8 @@ class Diagnosis:
                 return f"at t = {state.time:.9g} s: {joint.label()}: its film: {source.failure}"
         ended = mechanism.spots[state.failed_joint][0] if code == status.FILM_LEFT else None
         if code == status.STEP_TOO_SMALL:
-            moving = (j for j in mechanism.eccentric if j.contact is None)
-            ended = next((j for j in moving if self.run.film_left(j) < THIN), None)
+            films = (j for j in mechanism.eccentric if j.film_reach is not None)
+            ended = next((j for j in films if self.run.film_left(j) < THIN), None)
         if ended:
             code = status.FILM_LEFT
         reason = f"{f'joint {ended.name}: ' if ended else ''}{status.MESSAGES[code]}"

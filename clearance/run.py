@@ -284,8 +284,8 @@ class Run:
         return self.mechanism.outputs(self.state.time, self.state.y, self.state.work)
 
     def film_left(self, joint) -> float:
-        """Film left over the clearance of a joint."""
-        return 1.0 - math.hypot(*self.offsets(joint).values()) / joint.clearance
+        """Film left over the clearance of a joint with nothing but a film."""
+        return 1.0 - math.hypot(*self.offsets(joint).values()) / joint.film_reach
 
     def offsets(self, joint) -> dict[str, float]:
         """Coordinates in a joint's clearance, by name."""
@@ -316,7 +316,7 @@ class Run:
         if outside := [
             j.label()
             for j in self.mechanism.places
-            if j.film is not None and j.contact is None and self.film_left(j) <= 0.0
+            if j.film_reach is not None and self.film_left(j) <= 0.0
         ]:
             raise ValueError(f"{outside[0]}: its journal lies outside the changed clearance")
         self.mechanism.kernel("rhs")(state.time, state.y, self.mechanism.par, state.work, state.f)

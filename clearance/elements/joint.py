@@ -5,7 +5,7 @@ from dataclasses import Field, dataclass, fields
 
 from clearance import checks
 from clearance.body import Body, Point
-from clearance.elements.element import CONTACT, Element
+from clearance.elements.element import CONTACT, FILM, Element
 from clearance.laws.law import BoundLaw
 from clearance.quantities import UNIT, number
 
@@ -92,6 +92,11 @@ class Joint(Element):
         """True where its contact starts with a first touch."""
         return any(spot.kind == CONTACT for spot in self.spots())
 
+    @property
+    def film_reach(self) -> float | None:
+        """Free way [m] of a joint whose surfaces only a film keeps apart; None for others."""
+        return next((spot.reach for spot in self.spots() if spot.kind == FILM), None)
+
     def side(self, body: Body) -> str:
         """ "b" or "a": the side that a body stands on."""
         return "b" if body is self.b.body else "a"
@@ -177,7 +182,8 @@ class Joint(Element):
 
     def place_of(self, states: dict[str, float]) -> str:
         """Its offsets in words; states: by name."""
-        raise NotImplementedError
+        units = {state.name: state.unit for state in self.states()}
+        return ", ".join(f"{name} {value:.6g} {units[name]}" for name, value in states.items())
 
     def at_end(self, outputs: dict[str, float]) -> str | None:
         """A warning about where it ends; outputs: its last ones, by name."""

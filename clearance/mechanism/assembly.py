@@ -40,10 +40,10 @@ class Start:
     """Assembled poses and velocities: body -> (x, y, angle) of the centre of mass; size of the
     mechanism [m].
 
-    measured: clearance joints that would over-constrain the mechanism without their clearance, such
-        as a third bearing of a bar or a second coupler of a parallelogram. Their eccentricity
-        follows from the other coordinates. relative: value and rate of each relative coordinate, by
-        (joint, name).
+    measured: joints that only forces hold and that would over-constrain the mechanism, such as a
+        third bearing of a bar, a second coupler of a parallelogram or a second rubber mount. Their
+        states follow from the other coordinates; a turn is in (-pi, pi]. relative: value and rate
+        of each relative coordinate, by (joint, name).
     """
 
     pose: dict[Body, tuple[float, float, float]]
@@ -334,17 +334,19 @@ class _System:
         )
 
     def choose_measured(self, q: np.ndarray) -> tuple[list[str], int]:
-        """Leave out clearance joints, last first, until the others' equations are independent at q.
+        """Leave out joints that only forces hold until the others' equations are independent at q.
 
-        Returns what is dependent still, as `_dependent` does.
+        The last is left out first, one that turns only after all others. Returns what is dependent
+        still, as `_dependent` does.
         """
         while True:
             guilty, freedom = self._dependent(q)
-            loose = [j for j in self.joints if j.soft and not j.turns and j.label() in guilty]
+            loose = [j for j in self.joints if j.soft and j.label() in guilty]
             if not loose:
                 return guilty, freedom
-            self.joints.remove(loose[-1])
-            self.measured.append(loose[-1])
+            last = max(loose, key=lambda j: (not j.turns, loose.index(j)))
+            self.joints.remove(last)
+            self.measured.append(last)
 
     def check_measured(self, q: np.ndarray) -> None:
         """A film joint whose eccentricity follows from the others must start inside its clearance
@@ -352,12 +354,12 @@ class _System:
         """
         for joint in self.measured:
             e = math.hypot(*(self._value(q, (joint, what)) for what in RELATIVE[:2]))
-            only_film = joint.film is not None and joint.contact is None and joint.outline is None
-            if only_film and e >= joint.clearance:
+            reach = joint.film_reach if joint.outline is None else None
+            if reach is not None and e >= reach:
                 raise ValueError(
                     f"loop cannot close: {joint.label()} starts {e:.6g} m off centre, outside its "
                     f"clearance circle "
-                    f"({joint.clearance:.6g} m); the other joints leave it no other place"
+                    f"({reach:.6g} m); the other joints leave it no other place"
                 )
 
     def report_dependent(self, names: list[str], freedom: int) -> None:

@@ -3,9 +3,10 @@ real motion.
 """
 
 from clearance.body import Body
-from clearance.elements.joint import ALONG, RELATIVE, Joint
+from clearance.elements.joint import ALONG, TURN, Joint
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.kinematics import Kinematics, Pose
+from clearance.mechanism.loops import wrong_turn
 from clearance.mechanism.rates import Jet, Rates
 from clearance.tracing.interpreter import traced
 from clearance.tracing.trace import Trace, Value
@@ -125,10 +126,14 @@ class Motion:
         return Jet(*self.k.state[element, name])
 
     def _measure(self, joint: Joint) -> None:
-        jets = self.real.measured(joint, {})
-        for what in RELATIVE:
-            if name := getattr(getattr(joint, what), "state", ""):
-                self.k.state[joint, name] = jets[what].v, jets[what].d
+        """Take a joint's states from its bodies, less its numbers; a turn is in (-pi, pi]."""
+        jets, states = self.real.measured(joint, {}), {}
+        for what, name in joint.soft_coordinates:
+            value = jets[what].v - self.k.given(joint, what)[0]
+            if what == TURN:
+                value = self.trace.atan2(*wrong_turn(self.k, joint))
+            states[joint, name] = value, jets[what].d
+        self.k.state |= states
 
     def impact_speed(self, element, spot: int = 0) -> Value:
         """Speed at which a spot touched, negative in free flight."""
