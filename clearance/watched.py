@@ -133,4 +133,5 @@ class Watched:
         done, names = state.parts, tuple(i.name for i in self.integrands)
         ends = np.append(state.part * np.arange(1, done + 1), state.time)
         units = tuple(i.units for i in self.integrands)
-        return Integrals(names, units, ends, state.totals[: done + 1].copy())
+        positive = np.maximum(state.totals[: done + 1], 0.0)  # as the integrands are
+        return Integrals(names, units, ends, positive)
