@@ -101,5 +101,10 @@ class Described:
             elif spec is not None and value is not None and self._is_parameter(spec):
                 yield from spec.rows(name, value)
 
+    def has_parameter(self, one: Field) -> bool:
+        """True where a field's number is one of the kernel."""
+        spec = one.metadata.get("number")
+        return spec is not None and self._is_parameter(spec)
+
     def _is_parameter(self, spec: Number) -> bool:
         return spec.parameter and (not spec.beside or getattr(self, spec.beside) is not None)

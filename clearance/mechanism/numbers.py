@@ -3,18 +3,23 @@ compiled code.
 
 Structure is the rest: kinds, laws, connectivity, and the geometric numbers that are exactly 0 (for
 a slide's direction also +-1). These are folded into the code, because most mechanisms are full of
-them.
+them. Fields that are no numbers belong to the structure by their values, and in a user's element
+all that are no parameters. Kernels of the package's elements read parameters alone.
 """
 
-from collections.abc import Iterator
-from dataclasses import is_dataclass
+from collections.abc import Hashable, Iterator
+from dataclasses import Field, is_dataclass
+from functools import cache
 
-from clearance.body import Body
+from clearance.body import Body, Point
 from clearance.elements.element import Element
 from clearance.laws.law import BoundLaw
+from clearance.mechanism.content import content
 from clearance.quantities import ZERO, Row, fields_of
 from clearance.scene import Scene
 from clearance.tracing.interpreter import fingerprint
+
+PACKAGE = __name__.partition(".")[0]
 
 
 class Numbers:
@@ -49,19 +54,61 @@ def _rows(scene: Scene) -> Iterator[Row]:
 
 
 def _structure(scene: Scene) -> tuple:
-    """Connectivity, kinds and laws."""
-    shapes = tuple((type(e), *_shape(e, scene.positions)) for e in scene.elements)
+    """Connectivity, kinds, laws, and values of plain fields."""
+    shapes = tuple((type(e), *_element(e, scene.positions)) for e in scene.elements)
     return len(scene.bodies), shapes
 
 
-def _shape(part: object, positions: dict[str, int]) -> Iterator[object]:
-    """All of an element, or of a field with fields, that its numbers and its name leave open."""
+@cache
+def _plain(kind: type) -> list[tuple[Field, bool]]:
+    """Fields of an element beside its name; True: the package declares it a number or a law."""
+    ours = kind.__module__.partition(".")[0] == PACKAGE
+    return [
+        (one, ours and not {"number", "law"}.isdisjoint(one.metadata))
+        for one in fields_of(kind)
+        if one.name != "name"
+    ]
+
+
+def _element(element: Element, positions: dict[str, int]) -> Iterator[Hashable]:
+    """All of an element that its numbers and its name leave open."""
+    for one, declared in _plain(type(element)):
+        value = getattr(element, one.name)
+        if declared or _in_vector(element, one, value):
+            yield _of_structure(value, positions)
+        else:
+            yield _content(element, one.name, value, positions)
+
+
+def _in_vector(element: Element, one: Field, value: object) -> bool:
+    """True for a field whose numbers are parameters."""
+    if isinstance(value, BoundLaw | Point) or value is None:
+        return True
+    ours = type(element).__module__.partition(".")[0] == PACKAGE
+    return is_dataclass(value) if ours else element.has_parameter(one)
+
+
+def _content(element: Element, name: str, value: object, positions: dict[str, int]) -> Hashable:
+    """A plain field of an element. Raises TypeError, which names them."""
+    try:
+        made = content(value, positions)
+        hash(made)
+        return made
+    except TypeError:
+        raise TypeError(
+            f"{element.label()}: {name} of type {type(value).__name__} cannot be told from other "
+            "values; take numbers, texts, tuples or a frozen dataclass"
+        ) from None
+
+
+def _shape(part: object, positions: dict[str, int]) -> Iterator[Hashable]:
+    """All of a field with fields that its numbers and its name leave open."""
     for one in fields_of(type(part)):
         if one.name != "name":
             yield _of_structure(getattr(part, one.name), positions)
 
 
-def _of_structure(value: object, positions: dict[str, int]) -> object:
+def _of_structure(value: object, positions: dict[str, int]) -> Hashable:
     """Part of a field that belongs to the structure."""
     if value is None or isinstance(value, float):
         return value is not None
