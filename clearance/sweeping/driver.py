@@ -647,7 +647,10 @@ class _Driver:
             return f"{alone} points each by itself: every run has a file"
         if not self.blocks:
             return f"{alone} points each by itself: their metrics or their start need complete runs"
-        reasons = "; ".join(sorted(self.reasons - {""})) or "the first ones, and those at the end"
+        usual = "the first ones, and those at the end"
+        if not _in_memory(self.definition):
+            usual = f"one memory needs {FEWEST} points of a kind"
+        reasons = "; ".join(sorted(self.reasons - {""})) or usual
         together = [f"{self.together} points together in one memory"] if self.together else []
         apart = [f"{alone} points each by itself: {reasons}"] if alone else []
         return ", ".join(together + apart)

@@ -335,7 +335,7 @@ class Lanes:
 
     def _suited(self, pending: Sequence[int]) -> Iterator[tuple[Together, list[int]]]:
         """Points that differ in real numbers only, group by group."""
-        if os.environ.get("CLEARANCE_LANES") == "0":
+        if _off():
             return
         if reason := self._unfit():
             self._left(reason, len(pending))
@@ -440,5 +440,13 @@ class Lanes:
 
     def report(self) -> str:
         """Number of points that ran in lanes, and the reasons of the others."""
+        if _off():
+            return "lanes are off (CLEARANCE_LANES=0)"
         left = "; ".join(f"{count}: {reason}" for reason, count in self.reasons.items())
-        return f"{self.count} points in lanes" + (f"; the ordinary way for {left}" if left else "")
+        lanes = f"{self.count or 'no'} points in lanes"
+        return f"{lanes}; the ordinary way for {left}" if left else lanes
+
+
+def _off() -> bool:
+    """True where lanes are switched off."""
+    return os.environ.get("CLEARANCE_LANES") == "0"

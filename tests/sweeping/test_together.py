@@ -332,6 +332,18 @@ def test_scene_files_over_one_parameter(tmp_path):
         np.testing.assert_allclose(zipped[[0, -1]], ends, rtol=1e-9, atol=1e-12, err_msg=name)
 
 
+def test_the_log_gives_the_reason(tmp_path, monkeypatch):
+    """Lanes that are off are called so, and few points have the number that one memory needs."""
+    for value, words in (("0", "lanes are off"), ("4", "no points in lanes; the ordinary way for")):
+        monkeypatch.setenv("CLEARANCE_LANES", value)
+        options = {"fixed": {"model": "dry"}, "channels": [], "workers": 1, "turns": 1.0}
+        folder = tmp_path / value
+        cl.sweep("slider_crank", cl.grid(speed=[20.0, 30.0]), folder, **options)
+        log = (folder / "sweep.log").read_text()
+        assert words in log
+        assert "2 points each by itself: one memory needs 100 points of a kind" in log
+
+
 def test_numbers_of_scene_files_as_columns(tmp_path):
     """A parameter by itself, formulas and their functions: bit for bit those of one scene each."""
     (tmp_path / "own.toml").write_text(SCENE)
