@@ -58,6 +58,15 @@ def test_numbers_with_their_errors():
     assert prefixed(1.5e-3, "1") == "2e-03 1"
 
 
+def test_tiny_errors_and_units_with_a_prefix():
+    """No unit has two prefixes; an error below 1e-12 of its number is rounding."""
+    assert [prefixed(e, "um") for e in (3e-9, 2e-6, 0.4)] == ["3e-15 m", "2 pm", "400 nm"]
+    assert [prefixed(e, "m") for e in (1e-11, 2e-22)] == ["10 pm", "2e-22 m"]
+    assert prefixed(2e-9, "rpm") == "2e-09 rpm"
+    assert with_error(9.87, 4e-15, "N m") == "9.87 N m +- below 1e-12 of it"
+    assert with_error(9.87, 4e-11, "N m") == "9.87 N m +- 40 pN m"
+
+
 def test_stated_errors_cover_the_true_ones(stated, exact):
     """All extremes and means of the feeder, against rtol 1e-12: stated is above true, and by less
     than 1000 times for most; the trajectory's by less than 100, for it is twice that of a run that

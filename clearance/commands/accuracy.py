@@ -5,9 +5,14 @@ up.
 import argparse
 import math
 
+from clearance.units import UNITS
+
 #: units with prefixes, and the power of ten of each
 PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
+#: units that no prefix stands before
+UNPREFIXED = ("rpm", "deg")
 MOST_DIGITS = 9  # of a number with its error
+NO_ERROR = 1e-12  # share of a number below which an error is rounding
 
 
 def add_error(command: argparse.ArgumentParser) -> None:
@@ -57,6 +62,8 @@ def with_error(value: float, error: float | None, units: str, after: str = "") -
     """
     if not error or not math.isfinite(error):
         return f"{value:.6g}{after} {units}"
+    if error < NO_ERROR * abs(value):
+        return f"{value:.{MOST_DIGITS}g}{after} {units} +- below {NO_ERROR:g} of it"
     error = rounded_up(error)
     decimals = -math.floor(math.log10(error))
     digits = math.floor(math.log10(abs(value))) + 1 if value else 1
@@ -73,12 +80,19 @@ def rounded_up(error: float) -> float:
 
 
 def prefixed(error: float, units: str) -> str:
-    """An error with one digit and a prefix of its units: "0.02 mN" is 20 uN."""
-    error = rounded_up(error) if error > 0.0 else 0.0
-    if error == 0.0 or not units or not units[0].isalpha():
+    """An error with one digit and a prefix of its units: 20 uN for 2e-5 N, 3 pm for 3e-6 um."""
+    units, factor = without_prefix(units)
+    error = rounded_up(error * factor) if error > 0.0 else 0.0
+    if error < 10.0 ** min(PREFIXES) or not units[:1].isalpha() or units in UNPREFIXED:
         return f"{error:.0e} {units}".rstrip()
     units, factor = prefix(error, units)
     return f"{error * factor:.3g} {units}"
+
+
+def without_prefix(units: str) -> tuple[str, float]:
+    """SI units of units with a prefix, and the factor to them: m and 1e-6 for um."""
+    base, factor = UNITS.get(units, (units, 1.0))
+    return (base, factor) if units in {f"{p}{base}" for p in PREFIXES.values()} else (units, 1.0)
 
 
 def prefix(size: float, units: str) -> tuple[str, float]:
