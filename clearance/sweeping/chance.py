@@ -89,9 +89,22 @@ def _limits(limits: Mapping[str, float | str], metrics: Mapping[str, str]) -> di
         try:
             number = quantity(limit, metrics.get(name)) if isinstance(limit, str) else limit
         except ValueError as error:
-            raise ValueError(f"limit of {name}: {error}") from None
+            raise ValueError(f"limit of {name}: {error}{_written(metrics.get(name))}") from None
         numbers[name] = checks.finite(f"limit of {name}", number)
     return numbers
+
+
+def _written(units: str | None) -> str:
+    """The way in which a limit in these units is written; empty where they are not known."""
+    if units is None:
+        return ""
+    if units in ("-", "1", "?"):
+        return "; this metric is a plain number, such as 2"
+    try:
+        quantity(f"2 {units}", units)
+    except ValueError:
+        return f"; this metric is in {units}: give the number alone, such as 2"
+    return f"; this metric is in {units}, such as 2 {units}"
 
 
 def _law(name: str, text: str) -> Distribution:

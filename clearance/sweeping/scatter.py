@@ -27,6 +27,8 @@ CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
 RESAMPLED = 200  # bootstrap samples of the intervals of indices
 FORMAT_VERSION = 1
+ROUNDING = 1e-12  # share of its natural size within which a metric does not vary
+SMALLEST = 1e-13  # deviation from ideal joints [m] that is rounding in any mechanism
 #: distributions by name: what their numbers are called
 DISTRIBUTIONS = {
     "normal": ("mean", "deviation"),
@@ -258,11 +260,7 @@ class Scatter:
     @property
     def metrics(self) -> list[str]:
         """Metrics that vary, those with a limit first."""
-        varying = [
-            n
-            for n in self.sweep.metrics
-            if self.values(n).size > 1 and np.ptp(self.values(n)) > 0.0
-        ]
+        varying = [n for n in self.sweep.metrics if self._varies(n)]
         return [*(n for n in self.limits), *(n for n in varying if n not in self.limits)]
 
     def values(self, metric: str) -> np.ndarray:
@@ -277,6 +275,27 @@ class Scatter:
         values = self.sweep.metrics[metric][: 2 * self.n]
         return values[np.isfinite(values)]
 
+    def _varies(self, metric: str) -> bool:
+        """False where the values of a metric differ by rounding alone."""
+        values = self.values(metric)
+        return values.size > 1 and bool(np.ptp(values) > self._rounding(metric))
+
+    def _rounding(self, metric: str) -> float:
+        """Differences of a metric up to which they are rounding.
+
+        A deviation from ideal joints is a difference of larger numbers in its units.
+        """
+        if metric.endswith("_position_deviation_max"):
+            return SMALLEST
+        alike = [metric]
+        if "_deviation" in metric:
+            units = self._units(metric)
+            alike = [n for n in self.sweep.metrics if self._units(n) == units]
+        return ROUNDING * max(np.abs(self.values(n)).max(initial=0.0) for n in alike)
+
+    def _units(self, metric: str) -> str:
+        return self.sweep.known.get(metric, ("?",))[0]
+
     def quantile(self, metric: str, share: float) -> Estimate:
         """A quantile with its interval."""
         return quantile(self.values(metric), share)
@@ -290,16 +309,17 @@ class Scatter:
 
     def indices(self, metric: str) -> dict[str, Indices]:
         """First and total Sobol' indices of each parameter; empty where the metric hardly has
-        finite values.
+        finite values, or varies by rounding alone.
         """
-        self.values(metric)
+        if not self._varies(metric):
+            return {}
         return indices(self.sweep.metrics[metric], list(self.spread))
 
     def summary(self, metric: str) -> dict:
         """All of it as plain data."""
         values = self.values(metric)
         summary = {
-            "units": self.sweep.known.get(metric, ("?",))[0],
+            "units": self._units(metric),
             "points": len(values),
             "mean": float(values.mean()),
             "deviation": float(values.std(ddof=1)),

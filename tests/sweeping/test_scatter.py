@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from clearance.sweeping.scatter import (
     Distribution,
     Estimate,
     Indices,
+    Scatter,
     design,
     from_words,
     indices,
@@ -284,10 +286,32 @@ def test_the_command(tmp_path, capsys):
     assert (tmp_path / "out" / "scatter.png").stat().st_size > picture.stat().st_size > 10_000
 
 
+def test_rounding_is_no_result():
+    """Deviations far below their natural size have no indices; small changes of numbers have."""
+    noise = np.linspace(0.0, 1.0, 24)
+    metrics = {
+        "yoke_position_deviation_max": 7e-15 * noise,
+        "yoke_acceleration_deviation_rms": 1e-12 * noise,
+        "yoke_acceleration_max": 9.0 + 1e-9 * noise,
+        "drive_crank_torque_max": 9.0 + 2e-15 * noise,
+    }
+    units = {
+        n: ("m/s2" if "acceleration" in n else "m" if "position" in n else "N m", n)
+        for n in metrics
+    }
+    swept = SimpleNamespace(metrics=metrics, known=units)
+    result = Scatter(swept, {"speed": Distribution("uniform", (1.0, 2.0))}, 8, {})
+    assert result.metrics == ["yoke_acceleration_max"]
+    assert set(result.indices("yoke_acceleration_max")) == {"speed"}
+    assert result.summary("yoke_position_deviation_max")["indices"] == {}
+
+
 @pytest.mark.parametrize(
     ("limit", "message"),
     [
         ("joint_C_gap_min=3N", "limit of joint_C_gap_min: '3N' is in N, expected m"),
+        ("joint_C_gap_min=3N*m", "this metric is in m, such as 2 m"),
+        ("drive_crank_torque_max=11N*m", "this metric is in N m, such as 2 N m"),
         ("joint_C_gap_mim=3um", "no metric 'joint_C_gap_mim' (did you mean joint_C_gap_min"),
     ],
 )
