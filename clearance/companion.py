@@ -258,10 +258,15 @@ def _numbers(
     values = {n: [p[n].value for p in parts] for n in parts[0] if all(n in p for p in parts)}
     units = {name: metric.units for name, metric in parts[0].items()}
     located = pair.run.located
-    three = np.array([record.located.outermost(begin, end)[0] for record in records])
-    values |= dict(zip(located.names, three.T, strict=True))
+    values |= {n: [_outermost(record, n, begin, end) for record in records] for n in located.names}
     units |= dict(zip(located.names, located.units, strict=True))
     return {n: np.array(v) for n, v in values.items() if np.isfinite(v).all()}, units
+
+
+def _outermost(record: Record, name: str, begin: float, end: float) -> float:
+    """An extreme as the run prints it; infinite where none was located."""
+    located = record.located.of(name, begin, end)
+    return math.inf if located is None else record.extreme(name, begin, end).value
 
 
 def kind_of(name: str) -> str:

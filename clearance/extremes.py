@@ -157,6 +157,19 @@ class Extremes:
         last = count if math.isinf(end) else math.floor(end / self.length * (1.0 + ROUNDING))
         return slice(first, max(first, min(last, count)))
 
+    def cut(self, begin: float, end: float) -> list[tuple[float, float]]:
+        """Parts between two times [s] that belong to stretches which the times cut.
+
+        Samples count in them, beside located extremes.
+        """
+        part = self.whole(begin, end)
+        if part.start >= part.stop or not np.isfinite(self.values[part]).all():
+            return [(begin, end)]
+        low = part.start * self.length
+        high = math.inf if math.isinf(end) else part.stop * self.length
+        slack = ROUNDING * self.length
+        return [(a, b) for a, b in ((begin, low), (high, end)) if a < b and b - a > slack]
+
     def outermost(self, begin: float, end: float) -> tuple[np.ndarray, np.ndarray]:
         """Values of all quantities as `of` gives them, infinite where there is none, and their
         times.

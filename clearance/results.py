@@ -460,8 +460,8 @@ class Record(Drawn, ABC):
         name: path of a channel, or of a vector for its size, and the end: "joints/B/gap_min",
             "joints/B/force_max". Located to the tolerance of the run, one in each of its stretches
             (turns, mostly). These are gaps, film pressures and forces of joints, friction of joints
-            without clearance, efforts of drives and accelerations along guides. Elsewhere they are
-            those of the samples.
+            without clearance, efforts of drives and accelerations along guides. Elsewhere, and in
+            stretches that the times cut, they are those of the samples.
         Raises KeyError for a channel the run does not have, ValueError where nothing lies between.
         """
         name = str(name).strip("/")
@@ -475,12 +475,21 @@ class Record(Drawn, ABC):
                 f"extreme {name}: begin must not lie after end, got {begin!r} and {end!r}"
             )
         located = self._located_extreme(name, begin, end)
-        sampled = None
+        parts = [(begin, end)] if located is None else self._cut(begin, end)
+        seen = []
         if located is None or path in self or f"{path}_x" in self:
-            sampled = self._of_samples(path, which, begin, end)
-        if (located_one := better(name, [sampled, located])) is None:
+            seen = [self._of_samples(path, which, *part) for part in parts]
+        if (outermost := better(name, [*seen, located])) is None:
             raise ValueError(f"extreme {name}: the run has nothing between {begin:g} and {end:g} s")
-        return located_one
+        return outermost
+
+    def _cut(self, begin: float, end: float) -> list[tuple[float, float]]:
+        """Parts between two times [s] whose samples count beside located extremes.
+
+        Samples stand between the steps. A stiff film magnifies the errors of states there.
+        """
+        last = self._times[-1] if self._times.size else math.inf
+        return self.located.cut(begin, math.inf if end >= last * (1.0 - ROUNDING) else end)
 
     def mean_square(self, path: str, begin: float, end: float) -> float | None:
         """Mean over time of the square of a channel, or of a vector, between two times [s]."""
@@ -525,8 +534,8 @@ class Record(Drawn, ABC):
         """The extreme of this name between two times [s], as `extreme` has it, with its stated
         error.
 
-        The error is the largest of those of the stretches that lie there. Raises KeyError where
-        none is stated.
+        The error is the largest of those of the stretches that lie there. Where a sample lies
+        beyond them, it is at least that of its channel. Raises KeyError where none is stated.
         """
         errors, located = self.errors, self.located
         if errors.extremes is None or located is None or name not in located:
@@ -537,7 +546,16 @@ class Record(Drawn, ABC):
         value, units = self.extreme(name, begin, end).value, located.units[column]
         parts = errors.extremes.stated, errors.extremes.film
         stated, film = (float(part[inside, column].max(initial=0.0)) for part in parts)
+        searched = located.of(name, begin, end)
+        if searched is None or value != searched.value:
+            stated = max(stated, self._error_of_samples(name.rpartition("_")[0]))
         return Error(value, stated, units, film=film)
+
+    def _error_of_samples(self, path: str) -> float:
+        """Stated error of the samples of a channel, or of the sizes of a vector's."""
+        shares = self.errors.channels
+        paths = [path] if path in self else [f"{path}_x", f"{path}_y"]
+        return math.hypot(*(shares[p] * float(np.ptp(self.values(p))) for p in paths))
 
     def _located_extreme(self, name: str, begin: float, end: float) -> Extreme | None:
         """A located extreme; of the ratios of a gap, that of the gap."""

@@ -33,6 +33,26 @@ def test_stretches_hold_their_extremes():
 
 
 @pytest.mark.parametrize(
+    ("begin", "end", "parts"),
+    [
+        (0.0, math.inf, []),
+        (2.0, 4.0 * (1.0 + 1e-12), []),
+        (1.0, 5.0, [(1.0, 2.0), (4.0, 5.0)]),
+        (3.0, math.inf, [(3.0, 4.0)]),
+        (2.5, 3.5, [(2.5, 3.5)]),
+        (9.0, math.inf, [(9.0, math.inf)]),
+    ],
+)
+def test_samples_count_in_cut_stretches_alone(begin, end, parts):
+    """Complete stretches of 2 s are left out, exactly; one that was not reached never is."""
+    values = np.array([[3.0], [7.0], [5.0]])
+    stored = Extremes(2.0, ("a_max",), ("N",), values, np.array([[1.0], [3.0], [4.5]]))
+    assert stored.cut(begin, end) == parts
+    values[-1] = -np.inf
+    assert stored.cut(0.0, math.inf) == [(0.0, math.inf)]
+
+
+@pytest.mark.parametrize(
     ("until", "turn", "count"),
     [(1.0, None, 100), (6.0, 1.0, 6), (6.5, 1.0, 7), (2.5e5, 1.0, 83_334)],
 )
@@ -85,6 +105,69 @@ def test_R6_no_sample_lies_beyond_a_located_extreme(name):
         assert abs(better(quantity, [seen, located]).value - located.value) <= 1e-8 * abs(
             located.value
         ), quantity
+
+
+#: a slider-crank whose film of 1 nm is so stiff that forces between its steps are noise
+THIN_FILM = """
+[body]
+crank = { mass = 0.3, inertia = 6.25e-5, points = { A = [-0.025, 0], B = [0.025, 0] } }
+rod = { mass = 0.21, inertia = 2.5e-4, points = { B = [-0.06, 0], C = [0.06, 0] } }
+slider = { mass = 0.14, inertia = 1e-5, points = { C = [0, 0] } }
+[joint.A]
+kind = "Revolute"
+a = "ground"
+b = "crank.A"
+[joint.B]
+kind = "Revolute"
+a = "crank.B"
+b = "rod.B"
+[joint.C]
+kind = "ClearanceRevolute"
+a = "rod.C"
+b = "slider.C"
+radius = "10 mm"
+clearance = "1 nm"
+length = "20 mm"
+film = "table_film"
+lubricant = "oil"
+[joint.guide]
+kind = "Prismatic"
+a = "ground"
+b = "slider.C"
+axis = [1, 0]
+[lubricant]
+oil = { viscosity = "40 cP" }
+[drive]
+crank = { target = "crank", speed = "1000 rpm", start = "0 deg" }
+"""
+
+
+def test_noise_between_the_steps_of_a_stiff_film_is_no_peak(tmp_path):
+    """Peaks within their stated errors of those at rtol 1e-11; samples lie more than 1 % beyond.
+
+    Metrics have the values and errors of the extremes, exactly. That of a cut turn has at
+    least half the error by which its noisy sample is wrong.
+    """
+    file = tmp_path / "thin.toml"
+    file.write_text(THIN_FILM)
+    scene = cl.load_case(file)
+    run = cl.simulate(scene, turns=2)
+    exact = cl.simulate(scene, turns=2, rtol=1e-11, error=None).located
+    begin = scene.turn
+    metric_of = {
+        "joints/C/force_max": "joint_C_force_max",
+        "bodies/slider/ax_max": "slider_acceleration_max",
+    }
+    for name, metric in metric_of.items():
+        path, _, which = name.rpartition("_")
+        extreme, error = run.extreme(name, begin), run.errors[name]
+        assert run._of_samples(path, which, begin, math.inf).value > 1.01 * extreme.value
+        assert extreme.value == error.value == run.errors[metric].value
+        assert error.stated == run.errors[metric].stated < 1e-3 * error.value
+        assert abs(error.value - exact.of(name, begin).value) <= error.stated
+        cut = run.error(name, begin, 1.75 * begin)
+        assert cut.value > 1.01 * error.value
+        assert cut.stated > 0.5 * (cut.value - error.value)
 
 
 def test_times_of_extremes():

@@ -18,7 +18,7 @@ import numpy as np
 
 from clearance.diagnosis import LOST_ENERGY, Diagnosis
 from clearance.elements.joint import Joint
-from clearance.extremes import Extreme, Extremes, better, stretch_length
+from clearance.extremes import Extreme, Extremes, stretch_length
 from clearance.integrals import Integrals
 from clearance.mechanism.build import Mechanism, acceleration_of, energy_of
 from clearance.metrics import Window, periodicity
@@ -85,28 +85,13 @@ class Part(MemoryRecord):
     def extreme(self, name, begin=0.0, end=math.inf):
         """As of any record; what lies between two times is looked up once for all quantities."""
         if (begin, end) not in self._between_times:
-            self._between_times[begin, end] = self._window(begin, end)
-        first, last, values, times = self._between_times[begin, end]
-        path, _, which = name.rpartition("_")
-        place, sampled = self.located.columns.get(name), None
-        if place is None or first == last:
+            outermost = self.located.outermost(begin, end)
+            self._between_times[begin, end] = self._cut(begin, end), *outermost
+        cut, values, times = self._between_times[begin, end]
+        place = self.located.columns.get(name)
+        if cut or place is None or not math.isfinite(values[place]):
             return super().extreme(name, begin, end)
-        located = (
-            Extreme(float(values[place]), float(times[place]))
-            if math.isfinite(values[place])
-            else None
-        )
-        sizes = self.sizes(path)[first:last]
-        i = int(sizes.argmin() if which == "min" else sizes.argmax())
-        sampled = Extreme(float(sizes[i]), float(self._times[first + i]))
-        return better(name, [sampled, located])
-
-    def _window(self, begin: float, end: float) -> tuple:
-        """First and last sample between two times, and the outermost extremes there with their
-        times.
-        """
-        inside = self._between(begin, end)
-        return inside.start, max(inside.start, inside.stop), *self.located.outermost(begin, end)
+        return Extreme(float(values[place]), float(times[place]))
 
 
 class Ended:
