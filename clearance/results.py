@@ -475,7 +475,9 @@ class Record(Drawn, ABC):
                 f"extreme {name}: begin must not lie after end, got {begin!r} and {end!r}"
             )
         located = self._located_extreme(name, begin, end)
-        parts = [(begin, end)] if located is None else self._cut(begin, end)
+        parts = [(begin, end)]
+        if located is not None and self.located is not None:
+            parts = self._cut(self.located, begin, end)
         seen = []
         if located is None or path in self or f"{path}_x" in self:
             seen = [self._of_samples(path, which, *part) for part in parts]
@@ -483,13 +485,13 @@ class Record(Drawn, ABC):
             raise ValueError(f"extreme {name}: the run has nothing between {begin:g} and {end:g} s")
         return outermost
 
-    def _cut(self, begin: float, end: float) -> list[tuple[float, float]]:
+    def _cut(self, located: Extremes, begin: float, end: float) -> list[tuple[float, float]]:
         """Parts between two times [s] whose samples count beside located extremes.
 
         Samples stand between the steps. A stiff film magnifies the errors of states there.
         """
         last = self._times[-1] if self._times.size else math.inf
-        return self.located.cut(begin, math.inf if end >= last * (1.0 - ROUNDING) else end)
+        return located.cut(begin, math.inf if end >= last * (1.0 - ROUNDING) else end)
 
     def mean_square(self, path: str, begin: float, end: float) -> float | None:
         """Mean over time of the square of a channel, or of a vector, between two times [s]."""

@@ -86,7 +86,7 @@ class Part(MemoryRecord):
         """As of any record; what lies between two times is looked up once for all quantities."""
         if (begin, end) not in self._between_times:
             outermost = self.located.outermost(begin, end)
-            self._between_times[begin, end] = self._cut(begin, end), *outermost
+            self._between_times[begin, end] = self._cut(self.located, begin, end), *outermost
         cut, values, times = self._between_times[begin, end]
         place = self.located.columns.get(name)
         if cut or place is None or not math.isfinite(values[place]):
