@@ -162,6 +162,29 @@ def test_error_of_the_table():
     assert made.error_median < 1e-5
 
 
+WIDE = FACE._replace(width=100.0 * 2.0 * FACE.half_length)
+COARSE = cl.pad_table(nodes=17, mesh=(32, 32))
+
+
+@pytest.mark.parametrize(("film", "close"), [(LAW, 1e-9), (COARSE, 0.01)], ids=["full", "table"])
+@pytest.mark.parametrize("ratio", [1.5, 4.0])
+def test_drag_of_a_slider_bearing(film, close, ratio):
+    """The pad moves and is tilted: its drag is the closed form of the flat guide's friction.
+
+    With K = h1 / h2, L = 2a and s = mu U B L / h2, friction is s (4 ln K / (K - 1) - 6 / (K + 1))
+    on the guide and s (6 / (K + 1) - 2 ln K / (K - 1)) on the pad. They differ by slope x load.
+    Tolerances: 1e-9 of the full film, 1 % of the table, whose pad of B / L = 100 leaks.
+    """
+    least, speed, length = 1e-4, 0.5, 2.0 * WIDE.half_length
+    slope, gap = (ratio - 1.0) * least / length, 0.5 * (ratio + 1.0) * least
+    load, _, drag = film(gap, slope, 0.0, 0.0, speed, WIDE)
+    size = WIDE.viscosity * speed * WIDE.width * length / least
+    steep = math.log(ratio) / (ratio - 1.0)
+    guide, pad = 4.0 * steep - 6.0 / (ratio + 1.0), 6.0 / (ratio + 1.0) - 2.0 * steep
+    assert drag == pytest.approx(size * guide, rel=close)
+    assert drag - slope * load == pytest.approx(size * pad, rel=close)
+
+
 STATE = st.tuples(*[st.floats(-0.99, 0.99)] + 3 * [st.floats(-1.0, 1.0)])
 SHORT = FACE._replace(width=FACE.half_length)  # B / 2a = 0.5, of which a row needs the table too
 
