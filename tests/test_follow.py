@@ -11,6 +11,7 @@ import pytest
 
 import clearance as cl
 from clearance import cli
+from clearance.periodic import kept
 
 DAMPING, SPEED = 0.5, 4.0
 CASE = f'''
@@ -84,7 +85,9 @@ class TestPendulum:
             exact = np.exp(period * np.roots([1.0, DAMPING, math.cos(angle)]))
             exact = exact[np.lexsort((-exact.imag, -np.abs(exact)))]
             assert np.abs(point.multipliers - exact).max() < 1e-4 * np.abs(exact).max()
+            assert (point.errors < 1e-3 * np.abs(exact).max()).all()
             if not point.kind:
+                assert point.decided
                 assert point.stable == (angle < 0.5 * math.pi)
 
     def test_coexisting_motions(self, branch):
@@ -101,6 +104,11 @@ class TestPendulum:
         assert rows[0][0] == "torque [N m]"
         assert [float(row[0]) for row in rows[1:]] == met.values.tolist()
         assert sum(row[1] == "fold" for row in rows) == 1
+        place = rows[0].index("multiplier_1_error [1]")
+        assert [float(row[place]) for row in rows[1:]] == [p.errors[0] for p in met.points]
+        assert [p.errors.tolist() for p in kept.points(folder)] == [
+            p.errors.tolist() for p in met.points
+        ]
         assert (folder / "follow.h5").exists()
 
 

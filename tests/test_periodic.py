@@ -8,9 +8,11 @@ import pytest
 
 import clearance as cl
 from clearance import cli
+from clearance.commands.steady import lines, shown
 from clearance.laws.law import signal
 from clearance.metrics import metrics
 from clearance.periodic import stated
+from clearance.periodic.shooting import multipliers
 from clearance.periodic.steady import steady, tolerance_of
 
 MASS, DAMPING, STIFFNESS, FORCE, FREQUENCY = 2.0, 3.0, 800.0, 40.0, 12.0
@@ -113,6 +115,46 @@ class TestClosedForms:
         assert actual.multipliers == pytest.approx([expected], abs=1e-6)
 
 
+class TestErrorsOfMultipliers:
+    """Of a matrix with errors of the runs that its columns come from."""
+
+    exact = np.array([[0.5, 1.0, 0.0], [-1.0, 0.5, 0.2], [0.0, 0.1, -0.3]])
+
+    @pytest.mark.parametrize("column", range(3))
+    def test_an_error_of_one_run(self, column):
+        """It moves no eigenvalue further than stated, within 1 % for terms of second order, and
+        the one that it moves most by as much.
+        """
+        half = np.zeros((3, 3))
+        half[:, column] = 1e-4, -2e-4, 5e-5
+        exact, _ = multipliers(self.exact, half)
+        values, errors = multipliers(self.exact + half, half)
+        moved = np.abs(values - exact)
+        assert (moved <= 1.01 * errors).all()
+        assert errors == pytest.approx(moved, rel=0.01)
+
+    def test_errors_of_several_runs_add(self):
+        """To rounding, 1e-12."""
+        half = np.diag([1e-4, -2e-4, 5e-5])
+        parts = [half * (np.arange(3) == column) for column in range(3)]
+        total = sum(multipliers(self.exact, part)[1] for part in parts)
+        assert multipliers(self.exact, half)[1] == pytest.approx(total, rel=1e-12)
+
+    def test_print(self):
+        """Digits end with the error; small errors are 1e-6."""
+        values, errors = [-0.47764, 0.1 + 0.25j, 0.1 - 0.25j, -1e-7], [4e-4, 0.02, 0.02, 1e-12]
+        expected = ["-0.4776 +- 0.0004", "(0.10 +- 0.25 i) +- 0.02", "0.000000 +- 0.000001"]
+        assert shown(map(complex, values), errors) == expected
+        assert shown([complex(-0.5)], [math.nan]) == ["-0.5"]
+
+    def test_doubt(self):
+        """A size of 1 within its error is named."""
+        facts = {"period": 1, "duration": 0.02, "change": 1e-7, "distance": 1e-7, "slow": ""}
+        facts |= {"waited": 1, "turns_spent": 9.0, "multipliers": [[-0.99, 0.0]]}
+        assert "doubt" in lines(facts | {"multiplier_errors": [0.02]})[-1]
+        assert "doubt" not in lines(facts | {"multiplier_errors": [0.005]})[-1]
+
+
 class TestDryJoint:
     def test_multipliers(self, dry, validated):
         """An independent study has -0.094 +- 0.149 i and 0.063 (three digits): within 1e-3."""
@@ -124,6 +166,21 @@ class TestDryJoint:
         validated(
             "largest multiplier of the dry slider-crank", size, 0.176, 1e-3, unit="1", **source
         )
+
+    @pytest.mark.parametrize("speed", [2800.0, 2800.00016, 2850.0, 2950.0])
+    def test_stated_errors_of_multipliers(self, tmp_path, speed):
+        """Multipliers of the coarse and the finer orbit differ by less than both errors state.
+
+        The largest errors are 0.05 and 0.005; differences of smaller increments have 0.5.
+        """
+        path = tmp_path / "slider_crank.toml"
+        assert cli.main(["new", "slider_crank", "-o", str(path)]) == 0
+        scene = cl.load_case(path, clearance=1e-3, speed=cl.rpm(speed))
+        coarse, fine = (steady(scene, t, error=None) for t in (1e-6, 1e-9))
+        apart = np.abs(coarse.multipliers[:3] - fine.multipliers[:3])
+        assert (apart < coarse.errors[:3] + fine.errors[:3]).all()
+        assert coarse.errors.max() < 0.05
+        assert fine.errors.max() < 0.005
 
     def test_the_file_holds_one_period(self, dry):
         """It ends where it began, to the tolerance of 1e-6, amidst a contact that lasts over its
@@ -248,7 +305,7 @@ class TestCommand:
         assert cli.main(command) == 0
         printed = capsys.readouterr().out
         assert "steady       period one turn, 0.02 s; periodic to" in printed
-        assert "multipliers  -0.09" in printed
+        assert "multipliers  (-0.09" in printed
 
     def test_options_of_other_runs_are_refused(self, tmp_path, capsys):
         command = ["run", "slider_crank", "--steady", "1e-6", "-o", str(tmp_path / "a.h5")]

@@ -162,6 +162,7 @@ def _document(branch) -> dict:
                 "kind": p.kind,
                 "value": p.value,
                 "multipliers": [[m.real, m.imag] for m in p.multipliers],
+                "multiplier_errors": p.errors.tolist(),
             }
             for p in branch.bifurcations
         ],
@@ -186,10 +187,11 @@ def _lines(branch, document: dict) -> list[str]:
         f"{text(values.min())} to {text(values.max())}, {stable} of them stable",
         f"  ended        {branch.reason}",
     ]
+    if undecided := sum(not p.decided for p in branch.points if not p.kind):
+        lines.append(f"  doubt        {undecided} motions have a multiplier of size 1 in its error")
     for p in branch.bifurcations:
-        lines.append(
-            f"  {p.kind:<16} at {text(p.value)}, multipliers {', '.join(shown(p.multipliers[:3]))}"
-        )
+        values = ", ".join(shown(p.multipliers[:3], p.errors[:3]))
+        lines.append(f"  {p.kind:<16} at {text(p.value)}, multipliers {values}")
     for begin, end, motions, quiet_ones in branch.coexisting:
         lines.append(
             f"  coexisting   {text(begin)} to {text(end)}: {motions} motions, {quiet_ones} stable"

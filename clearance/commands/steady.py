@@ -2,9 +2,11 @@
 
 import argparse
 import logging
+import math
 from collections.abc import Iterable
 from pathlib import Path
 
+from clearance.commands.accuracy import rounded_up
 from clearance.commands.common import Line, channel_patterns, share
 
 #: options of a run from its start, and their defaults
@@ -19,6 +21,7 @@ OTHERS = {
 }
 DEFAULT_RTOL = 1e-6  # of `clearance run`; a periodic motion has a finer one
 LISTED = 6  # multipliers in print, at most
+LEAST = 1e-6  # error of a multiplier in print, at least
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
@@ -93,7 +96,11 @@ def summary(result) -> dict:
         for name, value in result.facts("steady").items()
         if not name.startswith("multipliers")
     }
-    return {"steady": facts | {"multipliers": [[m.real, m.imag] for m in multipliers(result)]}}
+    values = {
+        "multipliers": [[m.real, m.imag] for m in multipliers(result)],
+        "multiplier_errors": errors(result),
+    }
+    return {"steady": facts | values}
 
 
 def multipliers(result) -> list[complex]:
@@ -103,6 +110,13 @@ def multipliers(result) -> list[complex]:
         complex(*pair)
         for pair in zip(facts["multipliers_real"], facts["multipliers_imaginary"], strict=True)
     ]
+
+
+def errors(result) -> list[float]:
+    """Errors of the multipliers; nan in files that have none."""
+    facts = result.facts("steady")
+    missing = [math.nan] * len(facts["multipliers_real"])
+    return [float(error) for error in facts.get("multipliers_error", missing)]
 
 
 def lines(facts: dict | None) -> list[str]:
@@ -120,14 +134,26 @@ def lines(facts: dict | None) -> list[str]:
         waiting = f"; waiting: about {facts['plain_turns']:.0f}" if facts.get("plain_turns") else ""
         text.append(f"  solved for   {facts['slow']}{waiting}")
     values = [complex(*pair) for pair in facts["multipliers"]]
-    return [*text, f"  multipliers  {', '.join(shown(values))}"]
+    spreads = facts["multiplier_errors"]
+    text.append(f"  multipliers  {', '.join(shown(values, spreads))}")
+    if any(abs(m) + error >= 1.0 for m, error in zip(values, spreads, strict=True)):
+        text.append("  doubt        a multiplier has the size 1 within its error")
+    return text
 
 
-def shown(values: Iterable[complex]) -> list[str]:
-    """Multipliers as texts, conjugate pairs as one; the smallest ones of many are left out."""
-    texts = [
-        f"{m.real:.4g}" if m.imag == 0.0 else f"{m.real:.4g} +- {m.imag:.4g} i"
-        for m in values
-        if m.imag >= 0.0
-    ]
+def shown(values: Iterable[complex], errors: Iterable[float]) -> list[str]:
+    """Multipliers with their errors, conjugate pairs as one; the smallest of many are left out."""
+    texts = [_stated(m, e) for m, e in zip(values, errors, strict=True) if m.imag >= 0.0]
     return texts if len(texts) <= LISTED else [*texts[:LISTED], "..."]
+
+
+def _stated(value: complex, error: float) -> str:
+    """A multiplier to the last digit that its error leaves."""
+    if not math.isfinite(error):
+        return f"{value.real:.4g}" + (f" +- {value.imag:.4g} i" if value.imag else "")
+    error = rounded_up(max(error, LEAST))
+    decimals = max(-math.floor(math.log10(error)), 0)
+    text = f"{value.real:z.{decimals}f}"
+    if value.imag:
+        text = f"({text} +- {value.imag:.{decimals}f} i)"
+    return f"{text} +- {error:.{decimals}f}"

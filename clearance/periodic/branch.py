@@ -42,16 +42,17 @@ FOLD, DOUBLING, TORUS, GRAZING = "fold", "period doubling", "torus", "grazing"
 @dataclass(frozen=True)
 class Point:
     """A periodic motion on a branch. value: of the parameter; multipliers: Floquet, the largest
-    first; slope: share of the parameter in the tangent, which changes its sign in a fold;
-    contacts: that end in a period; outputs: values of the channels at the start of each turn,
-    (turns, channels); kind: of bifurcation, empty for a point on the way; branch: 0, or the number
-    of the doubling that its curve begins in.
+    first; errors: of each; slope: share of the parameter in the tangent, which changes its sign in
+    a fold; contacts: that end in a period; outputs: values of the channels at the start of each
+    turn, (turns, channels); kind: of bifurcation, empty for a point on the way; branch: 0, or the
+    number of the doubling that its curve begins in.
     """
 
     value: float
     period: int
     duration: float
     multipliers: np.ndarray
+    errors: np.ndarray
     slope: float
     contacts: int
     outputs: np.ndarray
@@ -71,6 +72,12 @@ class Point:
     def stable(self) -> bool:
         """True where neighbouring motions come back to it."""
         return self.largest < 1.0
+
+    @property
+    def decided(self) -> bool:
+        """True where the errors of the multipliers are too small to change the stability."""
+        sizes = np.abs(self.multipliers)
+        return bool(np.all(sizes + self.errors < 1.0) or np.any(sizes - self.errors >= 1.0))
 
 
 class Follower:
@@ -134,13 +141,18 @@ class Follower:
 
     def matrix(self, unknowns: np.ndarray, change: np.ndarray) -> np.ndarray:
         """Derivative of F by Y and p, by forward differences."""
-        section, step = self.section(self._value(unknowns)), math.sqrt(self.rtol)
-        place, base = section.place(unknowns[:-1], self.like), unknowns[:-1]
-        derivative = section.derivative(place, base + change) - np.eye(base.size)
+        section, base = self.section(self._value(unknowns)), unknowns[:-1]
+        derivative = section.derivative(section.place(base, self.like), base + change)
+        return self._with_parameter(derivative, unknowns, change)
+
+    def _with_parameter(
+        self, derivative: np.ndarray, unknowns: np.ndarray, change: np.ndarray
+    ) -> np.ndarray:
+        """Derivative of F from that of P by Y; the parameter's difference goes into its range."""
         moved = unknowns.copy()
-        moved[-1] += math.copysign(step, 0.5 - unknowns[-1])
+        moved[-1] += math.copysign(self.rtol ** (1.0 / 3.0), 0.5 - unknowns[-1])
         slope = (self.change(moved) - change) / (moved[-1] - unknowns[-1])
-        return np.column_stack([derivative, slope])
+        return np.column_stack([derivative - np.eye(change.size), slope])
 
     def _point(self, unknowns: np.ndarray, along: np.ndarray, kind: str = "") -> Point:
         """The point of the curve at these unknowns; its tangent goes along a direction."""
@@ -149,16 +161,16 @@ class Follower:
         if np.any(section.motion.held & section.motion.remembers):
             raise Family("a contact lasts for the entire period")
         contacts, duration = section.contacts, section.duration
-        matrix = self.matrix(unknowns, change)
-        tangent = null_vector(matrix, along)
         place = section.place(unknowns[:-1], self.like)
-        values = multipliers(matrix[:, :-1] + np.eye(change.size))
+        derivative, spread = section.central(place, unknowns[:-1] + change)
+        matrix = self._with_parameter(derivative, unknowns, change)
+        tangent = null_vector(matrix, along)
         outputs = self.shown = aligned(section.outputs(place, self.channels), self.shown)
         return Point(
             value,
             self.turns,
             duration,
-            values,
+            *multipliers(derivative, spread),
             float(tangent[-1]),
             contacts,
             outputs,

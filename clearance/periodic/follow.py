@@ -97,6 +97,8 @@ class Branch:
         count = max((p.multipliers.size for p in points), default=0)
         values = np.array([np.pad(p.multipliers, (0, count - p.multipliers.size)) for p in points])
         values = values.reshape(len(points), count)
+        errors = np.array([np.pad(p.errors, (0, count - p.errors.size)) for p in points])
+        errors = errors.reshape(len(points), count)
         table = {
             self.parameter: (self.units, "value of the parameter", self.values),
             "kind": ("1", "bifurcation, empty on the way", np.array([p.kind for p in points])),
@@ -127,6 +129,7 @@ class Branch:
         for i in range(count):
             table[f"multiplier_{i + 1}_real"] = ("1", "Floquet multiplier", values[:, i].real)
             table[f"multiplier_{i + 1}_imaginary"] = ("1", "Floquet multiplier", values[:, i].imag)
+            table[f"multiplier_{i + 1}_error"] = ("1", "its error", errors[:, i])
         for c, (path, units) in enumerate(self.channels.items()):
             for turn in range(turns):
                 rows = [p.outputs[turn, c] if turn < len(p.outputs) else math.nan for p in points]

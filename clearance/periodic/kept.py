@@ -64,11 +64,14 @@ def _point(branch: dict, places: dict, parameter: str, i: int) -> Point:
         branch[f"multiplier_{k}_real"][i] + 1j * branch[f"multiplier_{k}_imaginary"][i]
         for k in range(1, tangent.size)
     ]
+    unstated = np.full(len(branch[parameter]), np.nan)  # in files that have no errors
+    errors = [branch.get(f"multiplier_{k}_error", unstated)[i] for k in range(1, tangent.size)]
     return Point(
         float(branch[parameter][i]),
         period,
         float(branch["duration"][i]),
         np.array(values),
+        np.array(errors),
         float(branch["slope"][i]),
         int(branch["contacts"][i]),
         outputs.reshape(period if outputs.size else 0, -1),

@@ -364,9 +364,27 @@ class Section:
         """Difference between the states of the next passage and these [natural sizes]."""
         return (self.next(place).y - place.y)[self.states] / self.scale[self.states]
 
-    def derivative(self, place: Place, image: np.ndarray) -> np.ndarray:
-        """Derivative of the map by forward differences; image: coordinates of the next passage."""
-        base, step = self.vector(place), math.sqrt(self.motion.rtol)
+    def central(self, place: Place, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivative of the map by central differences, and half of what forward ones have more
+        than backward ones.
+
+        The increment is the cube root of the local tolerance, the square root where neighbours
+        that far away have other contacts. At a smaller one the integration's errors count more.
+        """
+        step = self.motion.rtol ** (1.0 / 3.0)
+        try:
+            ahead, behind = (self.derivative(place, image, s) for s in (step, -step))
+        except NotPeriodic:
+            step = math.sqrt(self.motion.rtol)
+            ahead, behind = (self.derivative(place, image, s) for s in (step, -step))
+        return 0.5 * (ahead + behind), 0.5 * (ahead - behind)
+
+    def derivative(self, place: Place, image: np.ndarray, step: float | None = None) -> np.ndarray:
+        """Derivative of the map by one-sided differences; image: coordinates of the next passage.
+
+        step: increment, negative for backward ones (default: root of the local tolerance).
+        """
+        base, step = self.vector(place), step or math.sqrt(self.motion.rtol)
         columns, way = [], (self.duration, self.contacts)
         for i in range(base.size):
             moved = base.copy()

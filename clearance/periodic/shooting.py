@@ -9,7 +9,6 @@ from clearance.periodic.maps import NotPeriodic, Place, Section
 LIMIT = 0.3  # natural sizes: longest step of Newton's method
 ROUNDS = 12  # of it, at most
 STRAIGHT = 0.1  # step over the one before below which the derivative is used again
-FRESH = 1e-5  # natural sizes: a derivative from further away is made again for the multipliers
 STEADY_ROUNDS = 25  # of the method for slow states, at most
 SLOW_STEP = 1e-3  # natural sizes: of its first differences
 SLOW_LIMIT = 3.0  # natural sizes: its longest step
@@ -17,26 +16,47 @@ SLOW_LIMIT = 3.0  # natural sizes: its longest step
 
 @dataclass(frozen=True)
 class Fixed:
-    """A fixed point of a section's map. derivative: of the map there; change: what is left of
-    P(y) - y [natural sizes]; distance: the last step of Newton's method, how far away the
-    fixed point lies at most.
+    """A fixed point of a section's map. derivative: of the map there, central; spread: half of
+    what forward differences have more than backward ones; change: what is left of P(y) - y
+    [natural sizes]; distance: the last step of Newton's method, how far away the fixed point
+    lies at most.
     """
 
     place: Place
     derivative: np.ndarray
+    spread: np.ndarray
     change: float
     distance: float
 
     @property
     def multipliers(self) -> np.ndarray:
         """Floquet multipliers, the largest first."""
-        return multipliers(self.derivative)
+        return multipliers(self.derivative, self.spread)[0]
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Errors of the multipliers, in their order."""
+        return multipliers(self.derivative, self.spread)[1]
 
 
-def multipliers(derivative: np.ndarray) -> np.ndarray:
-    """Eigenvalues, the largest first, of a pair the one above the real axis."""
-    values = np.linalg.eigvals(derivative).astype(complex)
-    return values[np.lexsort((-values.imag, -np.abs(values).round(12)))]
+def multipliers(derivative: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues, the largest first, of a pair the one above the real axis, and their errors.
+
+    With left and right eigenvectors w and v, w v = 1, the error is sum_j |w spread_j v_j|. Each
+    column j comes from runs of its own, whose errors are independent. An error in one of the two
+    runs moves the central difference as much as the spread. Infinite where there are too few
+    eigenvectors.
+    Source: Golub and Van Loan, Matrix Computations, 4th ed. 2013, 7.2.
+    """
+    values, vectors = np.linalg.eig(derivative)
+    values = values.astype(complex)
+    order = np.lexsort((-values.imag, -np.abs(values).round(12)))
+    values, vectors = values[order], vectors[:, order]
+    try:
+        lefts = np.linalg.inv(vectors)
+    except np.linalg.LinAlgError:
+        return values, np.full(values.size, np.inf)
+    return values, np.abs((lefts @ spread) * vectors.T).sum(axis=1)
 
 
 def newton(section: Section, place: Place, tolerance: float) -> Fixed:
@@ -47,24 +67,23 @@ def newton(section: Section, place: Place, tolerance: float) -> Fixed:
     Raises NotPeriodic where the steps do not shrink, NotSolved where the motion cannot be
     continued.
     """
-    derivative, last, moved = None, np.inf, 0.0
+    derivative, last = None, np.inf
     for _ in range(ROUNDS):
         change, _ = section.change(place)
         base = section.vector(place)
         if derivative is None:
-            derivative, moved = section.derivative(place, base + change), 0.0
+            derivative = section.derivative(place, base + change)
         step = _solved(np.eye(base.size) - derivative, change)
         length = float(np.abs(step).max())
         if length < tolerance:
-            if moved > FRESH:
-                derivative = section.derivative(place, base + change)
-            return Fixed(place, derivative, float(np.abs(change).max()), length)
+            both = section.central(place, base + change)
+            return Fixed(place, *both, float(np.abs(change).max()), length)
         if length > 2.0 * last and length > LIMIT:
             break
         if length > STRAIGHT * last:
             derivative = None
         place = section.place(base + step * min(1.0, LIMIT / length), place)
-        moved, last = moved + length, length
+        last = length
     raise NotPeriodic(
         f"Newton's method stays {last:.2g} of the natural sizes away from a periodic motion"
     )

@@ -38,15 +38,16 @@ class Steady:
     attributes of /steady.
 
     multipliers: Floquet multipliers of the period, the largest first; those of an autonomous motion
-    without the 1 along it. period: turns of the drive; duration [s]. change: of the states over a
-    period; distance: from the periodic motion (both in natural sizes). waited: plain turns;
-    turns_spent: all turns that were integrated. slow: states that were solved for alone;
-    plain_turns: an estimate of those that waiting for them would have taken. phase: of the turn at
-    which states are compared; states: their values there.
+    without the 1 along it; errors: of each. period: turns of the drive; duration [s]. change: of
+    the states over a period; distance: from the periodic motion (both in natural sizes). waited:
+    plain turns; turns_spent: all turns that were integrated. slow: states that were solved for
+    alone; plain_turns: an estimate of those that waiting for them would have taken. phase: of the
+    turn at which states are compared; states: their values there.
     """
 
     orbit: Result
     multipliers: np.ndarray
+    errors: np.ndarray
     period: int
     duration: float
     change: float
@@ -119,7 +120,8 @@ def steady(
     orbit = write(run, output, None, error, 0.0, partial(paired, section, fixed, orbiting))
     names = motion.mechanism.layout.names
     states = {name: float(fixed.place.y[i]) for i, name in enumerate(names)}
-    return Steady(orbit, fixed.multipliers, slow=search.slow, states=states, **facts)
+    values = fixed.multipliers, fixed.errors
+    return Steady(orbit, *values, slow=search.slow, states=states, **facts)
 
 
 def tolerance_of(tolerance: float | str, rtol: float | None) -> tuple[float, float]:
@@ -317,5 +319,6 @@ def _facts(fixed: Fixed, facts: dict, slow: tuple[str, ...]) -> dict:
     parts = {
         "multipliers_real": fixed.multipliers.real,
         "multipliers_imaginary": fixed.multipliers.imag,
+        "multipliers_error": fixed.errors,
     }
     return given | parts | {"slow": ", ".join(slow)}
