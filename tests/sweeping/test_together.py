@@ -359,7 +359,7 @@ def test_numbers_of_scene_files_as_columns(tmp_path):
 
 
 def test_the_reason_of_one_parameter():
-    """Of a single parameter nothing is said about several at once."""
+    """A single parameter tells nothing of several at once."""
     case = find_case("slider_crank")
 
     def scene(values):
