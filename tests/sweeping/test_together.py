@@ -359,7 +359,7 @@ def test_numbers_of_scene_files_as_columns(tmp_path):
 
 
 def test_the_reason_of_one_parameter():
-    """A single parameter tells nothing of several at once."""
+    """The log of a sweep over one parameter does not speak of several."""
     case = find_case("slider_crank")
 
     def scene(values):
