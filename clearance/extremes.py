@@ -69,7 +69,7 @@ def followed(channels: Sequence, accelerations: Iterable[str] = ()) -> list[Quan
     guided, quantities, paths = set(accelerations), [], {c.path for c in channels}
     for i, c in enumerate(channels):
         kind, _, name = c.path.partition("/")[0], *c.path.rpartition("/")[1:]
-        if kind == "joints" and name == "force_x":
+        if kind == "joints" and name == "force_x" and f"{c.path[:-1]}y" in paths:
             quantities.append(Quantity(f"{c.path[:-2]}_max", c.units, i, paired=True))
         ends = FOLLOWED.get(name, ()) if kind in ("joints", "drives") else ()
         if name == "friction" and c.path.replace("friction", "gap") in paths:

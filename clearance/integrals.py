@@ -38,12 +38,12 @@ def summed(channels: Sequence, blended: Collection[str] = ()) -> list[Integrand]
     Those of squares come first. channels: its outputs, with path and units; blended: joints whose
     contact sets in gradually.
     """
-    integrands = []
+    integrands, paths = [], {c.path for c in channels}
     for i, c in enumerate(channels):
         kind, part, name = (*c.path.split("/"), "", "")[:3]
         if kind == "drives" and name in EFFORTS:
             integrands.append(Integrand(f"{c.path}_square", f"({c.units})^2 s", i, "square"))
-        if kind == "joints" and name == "force_x":
+        if kind == "joints" and name == "force_x" and f"{c.path[:-1]}y" in paths:
             integrands.append(Integrand(f"{c.path[:-2]}_square", f"({c.units})^2 s", i, "pair"))
         if kind == "joints" and name == "contact_force" and part in blended:
             integrands.append(Integrand(f"{c.path}_positive", "s", i, "positive"))

@@ -95,3 +95,21 @@ def test_a_value_without_a_hash_is_refused():
         TypeError, match="joint ground-b: table of type bytearray cannot be told from"
     ):
         build(pulled(table=bytearray(b"\1\4")))
+
+
+@dataclass(frozen=True, eq=False)
+class Raw(Spring):
+    """Takes its stiffness from the field, not from the motion: a constant of the compiled code."""
+
+    def act(self, m, w):
+        x = m.state(self, "x")
+        w.pair(self, -self.stiffness * x.v, 0.0)
+        w.store(0.5 * self.stiffness * x.v * x.v)
+
+
+def test_number_that_is_read_from_the_field():
+    """x = (1 - cos(w t)) / k, w = sqrt(k / m): within 1e-6 of 1 / k for each of two stiffnesses."""
+    for k in (100.0, 400.0):
+        scene = cl.Scene(Raw(cl.ground, cl.Body("b", 1.0, 1e-3), k), gravity=(1.0, 0.0))
+        end = cl.simulate(scene, until=UNTIL, rtol=1e-9)["b"].x[-1]
+        assert end == pytest.approx((1.0 - np.cos(np.sqrt(k) * UNTIL)) / k, abs=1e-6 / k)

@@ -41,9 +41,9 @@ class Start:
     mechanism [m].
 
     measured: joints that only forces hold and that would over-constrain the mechanism, such as a
-        third bearing of a bar, a second coupler of a parallelogram or a second rubber mount. Their
-        states follow from the other coordinates; a turn is in (-pi, pi]. relative: value and rate
-        of each relative coordinate, by (joint, name).
+        third bearing of a bar or a second rubber mount. Their states follow from the other
+        coordinates; a turn is in (-pi, pi]. relative: value and rate of each relative coordinate,
+        by (joint, name).
     """
 
     pose: dict[Body, tuple[float, float, float]]

@@ -10,6 +10,7 @@ all that are no parameters. Kernels of the package's elements read parameters al
 from collections.abc import Hashable, Iterator
 from dataclasses import Field, is_dataclass
 from functools import cache
+from inspect import isfunction
 
 from clearance.body import Body, Point
 from clearance.elements.element import Element
@@ -20,6 +21,7 @@ from clearance.scene import Scene
 from clearance.tracing.interpreter import fingerprint
 
 PACKAGE = __name__.partition(".")[0]
+TRACED = ("act", "outputs")  # methods of elements that kernels are made of
 
 
 class Numbers:
@@ -84,8 +86,25 @@ def _in_vector(element: Element, one: Field, value: object) -> bool:
     """True for a field whose numbers are parameters."""
     if isinstance(value, BoundLaw | Point) or value is None:
         return True
-    ours = type(element).__module__.partition(".")[0] == PACKAGE
-    return is_dataclass(value) if ours else element.has_parameter(one)
+    if type(element).__module__.partition(".")[0] == PACKAGE:
+        return is_dataclass(value)
+    return element.has_parameter(one) and one.name not in _read(type(element))
+
+
+@cache
+def _read(kind: type) -> frozenset[str]:
+    """Attributes that a user's element reads while it is traced: they are constants of kernels."""
+    names, methods = set(), [m for m in TRACED if _of_user(getattr(kind, m))]
+    while methods:
+        code = getattr(kind, methods.pop()).__code__
+        fresh = set(code.co_names) - names
+        methods += [m for m in fresh if _of_user(getattr(kind, m, None))]
+        names |= fresh
+    return frozenset(names)
+
+
+def _of_user(method: object) -> bool:
+    return isfunction(method) and method.__module__.partition(".")[0] != PACKAGE
 
 
 def _content(element: Element, name: str, value: object, positions: dict[str, int]) -> Hashable:

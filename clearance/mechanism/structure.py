@@ -386,10 +386,8 @@ class Tracing:
     def _element_channels(self):
         for element in self.scene.elements:
             self.trace.section = f"outputs of {element.label()}"
-            for name, units, text, value in (
-                *self.work.shown.get(element, ()),
-                *element.outputs(self.motion),
-            ):
+            shown = [*self.work.shown.get(element, ()), *element.outputs(self.motion)]
+            for name, units, text, value in vectors_together(shown):
                 yield f"{element.key}/{name}", units, text, value
             if element in self.dissipated:
                 yield f"{element.key}/dissipated", "J", element.lost, self.dissipated[element]
@@ -427,3 +425,15 @@ class Tracing:
                 "kinetic + potential - input + dissipated, minus its start value",
                 balance,
             )
+
+
+def vectors_together(outputs: list[tuple]) -> list[tuple]:
+    """Outputs of an element, each NAME_y right after NAME_x."""
+    places = {output[0]: i for i, output in enumerate(outputs)}
+
+    def key(output: tuple) -> tuple[int, str]:
+        name = output[0]
+        partner = f"{name[:-2]}_x" if name.endswith("_y") else name
+        return places.get(partner, places[name]), name
+
+    return sorted(outputs, key=key)
