@@ -69,6 +69,8 @@ def copy(root: Path) -> Path:
         (root / "clearance" / folder).symlink_to(root / folder, target_is_directory=True)
     shutil.copytree(ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("*.h5"))
     shutil.copy(ROOT / "pyproject.toml", root)
+    (root / "docs").mkdir()
+    shutil.copy(ROOT / "docs" / "fields.py", root / "docs")
     return root
 
 
@@ -129,6 +131,14 @@ def test_the_new_case_is_listed(walked):
     actual = run(walked, "-m", "clearance.cli", "cases", "--json")
     assert actual.returncode == 0, actual.stderr
     assert "quick_return" in json.dumps(json.loads(actual.stdout))
+
+
+def test_the_guide_takes_up_the_new_joint(walked):
+    """The printed command writes a row of the table of fields for it."""
+    assert "`python docs/fields.py`" in TEXT
+    actual = run(walked, "docs/fields.py")
+    assert actual.returncode == 0, actual.stderr
+    assert "| `[joint]` | `Oldham` |" in (walked / "clearance" / "GUIDE.md").read_text()
 
 
 def test_printed_run(walked):

@@ -459,3 +459,37 @@ def test_an_output_without_a_value_ends_the_run():
     ) as caught:
         cl.simulate(scene, until=0.1, samples=11)
     assert np.isfinite(caught.value.result["rotor"].alpha).all()
+
+
+def lag(state, time, position, rate, gain, delay):
+    """A torque that follows its gain with a delay."""
+    return (gain - state) / delay, state
+
+
+def half(state, time, position, rate, gain, delay):
+    """Half of the torque."""
+    return 0.5 * state
+
+
+def lagging(shown: dict) -> cl.Scene:
+    """A rotor with a law of its own, which has these outputs."""
+    law = cl.drive_state(lag)
+    law.shown = shown
+    rotor = cl.Body("rotor", 1.0, 2e-3)
+    drive = cl.Drive(rotor, torque=law(gain=2.0, delay=0.1), speed_start=0.0, name="motor")
+    return cl.Scene(cl.Revolute(cl.ground, rotor, name="A"), drive)
+
+
+def test_outputs_of_a_drive_law():
+    """The output is half of the torque: rounding, 1e-14. Unit and description are the law's."""
+    scene = lagging({"half": ("N m", "half of the torque", half)})
+    motor = cl.simulate(scene, until=0.3).drive("motor")
+    assert motor.half[-1] > 0.9
+    np.testing.assert_allclose(motor.half, 0.5 * motor.torque, rtol=1e-14)
+    (channel,) = (c for c in build(scene).layout.channels if c.path == "drives/motor/half")
+    assert (channel.units, channel.long_name) == ("N m", "half of the torque")
+
+
+def test_output_without_a_unit_is_refused():
+    with pytest.raises(TypeError, match="law lag: shown.'third'. must be .unit, description"):
+        lagging({"third": half})

@@ -16,12 +16,6 @@ from clearance.quantities import NEVER, Row, law, number
 
 #: laws that a torque or force may follow
 EFFORTS = (effort, drive_state)
-#: unit and description of outputs that laws of drives have of their own
-SHOWN = {
-    "voltage": ("V", "voltage at the motor"),
-    "electric_power": ("W", "electric power that the motor takes"),
-    "efficiency": ("1", "power at the shaft over it and the winding's loss, 0 where it brakes"),
-}
 
 
 @checks.answers
@@ -78,6 +72,7 @@ class Drive(Load):
         if self.speed_start is not None and self.prescribes:
             raise ValueError(f"{self.label()}: speed_start belongs to a torque or force drive")
         self._check_nominal()
+        self._check_shown()
 
     def _check_nominal(self) -> None:
         if self.nominal is None:
@@ -88,6 +83,14 @@ class Drive(Load):
             raise ValueError(f"{self.label()}: nominal={self.nominal!r}: {reason}")
         if self.nominal == 0.0:
             raise ValueError(f"{self.label()}: nominal must not be 0; leave it out instead")
+
+    def _check_shown(self) -> None:
+        """Outputs that its law has of its own need a unit and a description."""
+        law = self.controller and self.controller.law
+        for name, stated in law.shown.items() if law else ():
+            if not isinstance(stated, tuple) or len(stated) != 3:
+                reason = f"must be (unit, description, function), got {stated!r}"
+                raise TypeError(f"{self.label()}: law {law.name}: shown[{name!r}] {reason}")
 
     @property
     def kind(self) -> str:
@@ -181,8 +184,8 @@ class Drive(Load):
         rate, effort = m.law(self, self.effort_kind, state)
         w.rate(self, name, rate)
         w.show(self, name, self._unit(unit), text, state[0])
-        for shown, value in m.shown(self, self.effort_kind, state).items():
-            w.show(self, shown, *SHOWN[shown], value)
+        for shown, output in m.shown(self, self.effort_kind, state).items():
+            w.show(self, shown, *output)
         return effort
 
     def outputs(self, m) -> Iterable[tuple]:

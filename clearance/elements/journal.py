@@ -7,8 +7,6 @@ from clearance.laws.law import FilmJoint, memory_film
 
 #: smallest distance, relative to the clearance, that still has a direction of its own
 CENTRE = 1e-9
-#: unit and description of outputs that films with data have of their own
-SHOWN = {"side_flow": ("m3/s", "oil that leaves the film at both ends")}
 
 
 @dataclass(frozen=True)
@@ -159,9 +157,10 @@ class Journal:
     def _show_data(self, state: list) -> None:
         """Outputs that a film with data has of its own."""
         shown = self.m.shown(self.joint, "film", state, self.facts)
-        self.side_flow = shown.get("side_flow", self.side_flow)
-        for name, value in shown.items():
-            self.w.show(self.joint, name, *SHOWN[name], value)
+        for name, output in shown.items():
+            self.w.show(self.joint, name, *output)
+        if "side_flow" in shown:
+            *_, self.side_flow = shown["side_flow"]
 
     def _with_memory(self, eccentricity, closing, turning) -> tuple:
         """Radial and tangential force and shear of a film that is fixed to the bearing, in the

@@ -68,12 +68,16 @@ def _joint(joint: Joint) -> dict:
             **made_of,
         }
     parts = {s: repr(getattr(joint, s)) for s in PARTS if getattr(joint, s, None) is not None}
-    film = "lubricated" if joint.contact is None else "mixed"
-    return {
-        "kind": type(joint).__name__,
-        "reality": film if joint.film is not None else "dry",
-        **parts,
-    }
+    return {"kind": type(joint).__name__, "reality": _surfaces(joint), **parts}
+
+
+def _surfaces(joint: Joint) -> str:
+    """The kind of a soft joint's surfaces; "soft" without any."""
+    if not joint.spots():
+        return "soft"
+    if joint.film is None:
+        return "dry"
+    return "lubricated" if joint.contact is None else "mixed"
 
 
 def _solved(group) -> str:

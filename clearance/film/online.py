@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 from clearance import checks
 from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh, coarseness
+from clearance.laws.film import SIDE_FLOW
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
 from clearance.tracing.callback import KEEP, SLOPES, VALUE, Callback, answered
 
@@ -261,7 +262,7 @@ class MemoryAnswer(Callback):
 
 
 _solved = DataLaw(wet_film, solved, {}, FilmAnswer)
-_solved.shown = {"side_flow": solved_side_flow}
+_solved.shown = {"side_flow": (*SIDE_FLOW, solved_side_flow)}
 
 
 @_solved.doubts
@@ -276,7 +277,7 @@ def _grooves_do_not_turn_so(joint, settings):
 
 
 _conserving = DataLaw(memory_film, conserving, {}, MemoryAnswer)
-_conserving.shown = {"side_flow": conserving_side_flow}
+_conserving.shown = {"side_flow": (*SIDE_FLOW, conserving_side_flow)}
 _conserving.keep = conserving_keep
 # they solve for the viscosity they began with
 _solved.linear_in_viscosity = _conserving.linear_in_viscosity = False

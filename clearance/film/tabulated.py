@@ -11,7 +11,7 @@ from clearance.film.lookup import (
     looked_up_flow,
     looked_up_flow_ambient,
 )
-from clearance.laws.film import REST, WALL
+from clearance.laws.film import REST, SIDE_FLOW, WALL
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
 
 LAST = 1.0 - math.exp(-TOP)  # eccentricity ratio of the last nodes, 0.998
@@ -160,9 +160,9 @@ def _made(joint: FilmJoint, settings: dict):
 
 
 _table = DataLaw(wet_film, table, {}, _made)
-_table.shown = {"side_flow": side_flow}
+_table.shown = {"side_flow": (*SIDE_FLOW, side_flow)}
 _table_ambient = DataLaw(wet_film, table_ambient, {"ambient": checks.positive}, _made)
-_table_ambient.shown = {"side_flow": side_flow_ambient}
+_table_ambient.shown = {"side_flow": (*SIDE_FLOW, side_flow_ambient)}
 _table_ambient.linear_in_viscosity = False
 
 

@@ -110,9 +110,13 @@ def motor_efficiency(
 
 
 dc_motor.shown = {
-    "voltage": motor_voltage,
-    "electric_power": electric_power,
-    "efficiency": motor_efficiency,
+    "voltage": ("V", "voltage at the motor", motor_voltage),
+    "electric_power": ("W", "electric power that the motor takes", electric_power),
+    "efficiency": (
+        "1",
+        "power at the shaft over it and the winding's loss, 0 where it brakes",
+        motor_efficiency,
+    ),
 }
 
 

@@ -16,6 +16,8 @@ ECCENTRICITY_FLOOR = 1e-9
 # smallest 1 - eps^2 the film is evaluated at: trial states at and beyond the wall stay finite
 WALL = 1e-9
 REST = 1e-9  # rate [1/s] that keeps the square root smooth at rest
+#: unit and description of an output of films with data
+SIDE_FLOW = "m3/s", "oil that leaves the film at both ends"
 
 
 @film

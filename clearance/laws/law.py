@@ -98,7 +98,8 @@ class Law:
         self.size: Callable | None = None
         # of drive_state: name, unit, description
         self.own_state = "state", "rad", "state of the law"
-        self.shown: dict[str, Callable] = {}  # outputs of its own: functions of the same arguments
+        # outputs of its own: unit, description, function of the same arguments
+        self.shown: dict[str, tuple[str, str, Callable]] = {}
         self.first_touch = False  # of transitions: contact starts at the wall, as an event
         # of transitions: rough surfaces share the load below full film
         self.carries_roughness = False

@@ -104,10 +104,12 @@ class Motion:
         """Values of another function that takes the arguments of an element's law."""
         return self.calls.of(element, slot, function, state, facts)
 
-    def shown(self, element, slot: str, state: list, facts: tuple = ()) -> dict[str, Value]:
-        """Outputs that a law has of its own."""
-        functions = getattr(element, slot).law.shown
-        return {n: self.calls.of(element, slot, f, state, facts)[0] for n, f in functions.items()}
+    def shown(self, element, slot: str, state: list, facts: tuple = ()) -> dict[str, tuple]:
+        """Outputs that a law has of its own: name -> (unit, description, value)."""
+        return {
+            name: (unit, text, self.calls.of(element, slot, function, state, facts)[0])
+            for name, (unit, text, function) in getattr(element, slot).law.shown.items()
+        }
 
     def keep(self, element, slot: str, state: list, facts: tuple) -> Value:
         """Calls a law with a memory to store this state."""
