@@ -36,7 +36,8 @@ class Lock:
                 raise InUse(f"{message} ({_holder(file)})") from None
             except OSError:  # a file system without locks
                 file.close()
-                path.unlink(missing_ok=True)
+                with suppress(OSError):
+                    path.unlink()
                 return
             if self._is_ours(file):
                 self.file = file
@@ -70,7 +71,8 @@ class Lock:
         """Remove the file, then let go of it: nobody else can hold a file that is removed here."""
         if self.file is not None:
             file, self.file = self.file, None
-            self.path.unlink(missing_ok=True)
+            with suppress(OSError):  # the folder has gone, or takes no changes any more
+                self.path.unlink()
             with suppress(OSError):  # a full disk
                 file.close()
 

@@ -8,10 +8,12 @@ import hashlib
 import logging
 import os
 import threading
+from contextlib import suppress
 from pathlib import Path
 
 LOG = logging.getLogger("clearance")
 SIZE = hashlib.sha256().digest_size
+_refusing: set[str] = set()  # folders that took no file
 
 
 def sealed(data: bytes, made_from: bytes) -> bytes:
@@ -37,11 +39,25 @@ def opened(path: str | Path, made_from: bytes, warned: bool = False) -> bytes | 
 
 
 def write(path: Path, data: bytes, made_from: bytes) -> None:
-    """Write a file, completely or not at all; nothing where the folder takes none."""
+    """Write data behind its digest, see `put`."""
+    put(path, sealed(data, made_from))
+
+
+def put(path: Path, content: bytes) -> None:
+    """Write a file, completely or not at all. The log states where a folder takes none."""
     temporary = path.with_suffix(f".{os.getpid()}-{threading.get_ident()}.partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_bytes(sealed(data, made_from))
+        temporary.write_bytes(content)
         os.replace(temporary, path)
-    except OSError:
-        temporary.unlink(missing_ok=True)
+    except OSError as reason:
+        with suppress(OSError):
+            temporary.unlink()
+        refused(str(path.parent), reason.strerror)
+
+
+def refused(folder: str, reason: str | None) -> None:
+    """Log that a folder takes no files, once a process."""
+    if folder not in _refusing:
+        _refusing.add(folder)
+        LOG.warning(f"store {folder} takes no files ({reason}); each process compiles again")

@@ -15,7 +15,7 @@ import pickle
 import re
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from functools import cache
 from pathlib import Path
 from types import FunctionType
@@ -204,11 +204,17 @@ def delete_unused() -> None:
 
     A process that has read a file needs it no more, and one that finds none makes it again.
     """
-    for path in folder().glob("clearance_*.o"):
-        with suppress(OSError):  # another process deletes it too, or may and this one may not
-            if time.time() - path.stat().st_mtime > UNUSED:
-                path.with_suffix(".lock").unlink(missing_ok=True)
-                path.unlink()
+    with suppress(OSError):  # nobody may look into the folder
+        for path in folder().glob("clearance_*.o"):
+            _delete_if_unused(path)
+
+
+def _delete_if_unused(path: Path) -> None:
+    """Nothing happens where another process deletes it too, or where this one may not."""
+    with suppress(OSError):
+        if time.time() - path.stat().st_mtime > UNUSED:
+            path.with_suffix(".lock").unlink(missing_ok=True)
+            path.unlink()
 
 
 def _machine_code(name: str, write: Callable) -> bytes:
@@ -388,9 +394,18 @@ def cached(function: Callable, signature, made_from: str, **options) -> Callable
 
 def _keep(dispatcher: Callable, made_from: str) -> None:
     """Let a function of numba be stored on disk with what it was made from."""
-    dispatcher.enable_caching()
+    try:
+        dispatcher.enable_caching()
+    except RuntimeError:  # every folder that numba tries refuses files
+        sealed.refused("of numba", "NUMBA_CACHE_DIR sets its folder")
+        return
     files = dispatcher._cache
+    files._impl.locator.ensure_cache_path = _nothing  # `sealed.write` makes it
     files._cache_file = CheckedFiles(files._cache_file, made_from)
+
+
+def _nothing() -> None:
+    """Instead of work of numba that is done elsewhere."""
 
 
 def caller(kind: types.FunctionType) -> Callable:
@@ -516,7 +531,6 @@ def alone(path: Path) -> Iterator[None]:
         path.parent.mkdir(parents=True, exist_ok=True)
         lock = Lock(path.with_suffix(".lock"), wait=True)
     except OSError:  # nothing can be written there
-        yield
-        return
+        lock = nullcontext()
     with lock:
         yield

@@ -1,18 +1,20 @@
 """Kernels: structure in the text, numbers in the vector, nothing compiled twice or without need."""
 
+import errno
 import importlib
 import json
 import os
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import store
+from clearance import sealed, store
 from clearance.mechanism import build as building
 from clearance.mechanism.build import build
 from tests import mechanisms as m
@@ -215,6 +217,66 @@ def test_unused_machine_code_is_deleted(tmp_path, monkeypatch):
     assert not unused.with_suffix(".lock").exists()
     store.delete_unused()
     assert len(list(tmp_path.glob("*.o"))) == 2
+
+
+def doubled(x):
+    return 2.0 * x
+
+
+def refusing(kind, tmp_path, monkeypatch):
+    """A store that takes no files, and the reason."""
+    (tmp_path / "file").write_text("")
+    if kind in ("file", "below"):
+        folder = tmp_path / ("file" if kind == "file" else "file/a/b")
+        return folder, os.strerror(errno.EEXIST if kind == "file" else errno.ENOTDIR)
+    code = errno.EROFS if kind == "read-only" else errno.ENOSPC
+
+    def refuse(*arguments, **named):
+        raise OSError(code, os.strerror(code))
+
+    changes = ("unlink", "write_bytes") if kind == "read-only" else ("write_bytes",)
+    for name in changes:
+        monkeypatch.setattr(Path, name, refuse)
+    return tmp_path, os.strerror(code)
+
+
+@pytest.mark.parametrize("kind", ["file", "below", "read-only", "full"])
+def test_a_store_that_takes_no_files(kind, tmp_path, monkeypatch, caplog):
+    """Kernels and functions are compiled, and one line names the store and the reason."""
+    folder, reason = refusing(kind, tmp_path, monkeypatch)
+    monkeypatch.setenv("CLEARANCE_STORE", str(folder))
+    monkeypatch.setattr(store.MachineCode, "_loaded", {})
+    monkeypatch.setattr(sealed, "_refusing", set())
+    for name in ("one", "two"):
+        store.Kernel(lambda builder, arguments: None, f"{kind} {name}")
+    assert store.Entry(doubled, store.types.int64(store.types.int64), kind)(21) == 42
+    line = f"store {folder} takes no files ({reason}); each process compiles again"
+    assert [r.message for r in caplog.records] == [line]
+    assert not list(tmp_path.glob("*.o"))
+
+
+def test_unused_code_of_a_closed_folder_stays(monkeypatch):
+    """Nobody may look into the folder: nothing is deleted, and nothing is raised."""
+
+    def closed(path, pattern):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(Path, "glob", closed)
+    store.delete_unused()
+
+
+def test_numba_without_a_folder(monkeypatch, caplog):
+    """Where every folder of numba refuses files, functions are compiled, with one line."""
+
+    def none(dispatcher):
+        raise RuntimeError("cannot cache function: no locator available")
+
+    monkeypatch.setattr(numba.core.dispatcher.Dispatcher, "enable_caching", none)
+    monkeypatch.setattr(sealed, "_refusing", set())
+    for _ in range(2):
+        assert store.njit(cache=True)(doubled)(1.5) == 3.0
+    assert len(caplog.records) == 1
+    assert caplog.records[0].message.startswith("store of numba takes no files (NUMBA_CACHE_DIR")
 
 
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])

@@ -27,18 +27,17 @@ to the full film (1).
 """
 
 import hashlib
+import io
 import json
 import logging
 import math
-import os
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from clearance import checks, store
+from clearance import checks, sealed, store
 from clearance.film import bands, lookup
 from clearance.film.bearing import check_mesh, check_nodes
 from clearance.film.lookup import (
@@ -415,10 +414,12 @@ def _read(path: Path, key: Key, warned: bool = False) -> Table | None:
     """The table in a file, None where there is none or it is damaged (warned: with a warning
     before).
     """
-    if not path.exists():
+    try:
+        content = io.BytesIO(path.read_bytes())
+    except OSError:
         return None
     try:
-        with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
+        with np.load(content, allow_pickle=False) as file:
             made = key.made(file["numbers"], *(float(e) for e in file["errors"]))
             intact = str(file["digest"]) == digest(key, made)
         if made.numbers.shape != (key.size,) or not intact:
@@ -440,17 +441,7 @@ def digest(key: Key, made: Table) -> str:
 
 
 def _write(path: Path, key: Key, made: Table) -> None:
-    """Under a temporary name first, so that nobody ever reads half a table.
-
-    A store that is full costs time only.
-    """
-    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open(temporary, "wb") as file:
-            np.savez(file, numbers=made.numbers, errors=made.errors, digest=digest(key, made))
-        os.replace(temporary, path)
-    except OSError as reason:
-        with suppress(OSError):
-            temporary.unlink()
-        LOG.warning(f"film table {path} cannot be stored ({reason})")
+    """Nobody ever reads half a table. A store that is full costs time only."""
+    file = io.BytesIO()
+    np.savez(file, numbers=made.numbers, errors=made.errors, digest=digest(key, made))
+    sealed.put(path, file.getvalue())
