@@ -266,7 +266,7 @@ def test_unused_code_of_a_closed_folder_stays(monkeypatch):
 
 
 def test_numba_without_a_folder(monkeypatch, caplog):
-    """Where every folder of numba refuses files, functions are compiled, with one line."""
+    """Functions are compiled, with one line, if every folder of numba refuses files."""
 
     def none(dispatcher):
         raise RuntimeError("cannot cache function: no locator available")
