@@ -505,7 +505,7 @@ class Record(Drawn, ABC):
         """Mean of an integrand from the integrals of the run; beside its parts from the samples.
 
         None where the run has no integral of it there. Squares and times are never negative, but
-        sums at loose tolerances may be.
+        cubics through samples may be.
         """
         integrals = self.integrals
         if integrals is None or name not in integrals.cumulated:

@@ -11,6 +11,7 @@ from collections.abc import Hashable, Iterator
 from dataclasses import Field, is_dataclass
 from functools import cache
 from inspect import isfunction
+from types import FunctionType
 
 from clearance.body import Body, Point
 from clearance.elements.element import Element
@@ -64,9 +65,8 @@ def _structure(scene: Scene) -> tuple:
 @cache
 def _plain(kind: type) -> list[tuple[Field, bool]]:
     """Fields of an element beside its name; True: the package declares it a number or a law."""
-    ours = kind.__module__.partition(".")[0] == PACKAGE
     return [
-        (one, ours and not {"number", "law"}.isdisjoint(one.metadata))
+        (one, _ours(kind) and not {"number", "law"}.isdisjoint(one.metadata))
         for one in fields_of(kind)
         if one.name != "name"
     ]
@@ -86,7 +86,7 @@ def _in_vector(element: Element, one: Field, value: object) -> bool:
     """True for a field whose numbers are parameters."""
     if isinstance(value, BoundLaw | Point) or value is None:
         return True
-    if type(element).__module__.partition(".")[0] == PACKAGE:
+    if _ours(type(element)):
         return is_dataclass(value)
     return element.has_parameter(one) and one.name not in _read(type(element))
 
@@ -104,7 +104,12 @@ def _read(kind: type) -> frozenset[str]:
 
 
 def _of_user(method: object) -> bool:
-    return isfunction(method) and method.__module__.partition(".")[0] != PACKAGE
+    return isfunction(method) and not _ours(method)
+
+
+def _ours(part: type | FunctionType) -> bool:
+    """True for a class or function of the package."""
+    return part.__module__.partition(".")[0] == PACKAGE
 
 
 def _content(element: Element, name: str, value: object, positions: dict[str, int]) -> Hashable:
