@@ -67,20 +67,25 @@ def test_tiny_errors_and_units_with_a_prefix():
     assert with_error(9.87, 4e-11, "N m") == "9.87 N m +- 40 pN m"
 
 
-def test_stated_errors_cover_the_true_ones(stated, exact):
-    """All extremes and means of the feeder, against rtol 1e-12: stated is above true, and by less
-    than 1000 times for most; the trajectory's by less than 100, for it is twice that of a run that
-    is some ten times worse.
+def test_stated_errors_cover_the_true_ones(feeder, stated, exact):
+    """All extremes and means of the feeder at five tolerances, against rtol 1e-12.
+
+    Nine in ten are covered, none is wrong by four times what is stated: which ones are not
+    covered is chance, and depends on the processor. Most are stated less than 1000 times too
+    large; the trajectory's less than 100 times, for it is twice that of a run that is some ten
+    times worse.
     """
-    errors, covered, factors = stated.errors, [], []
-    for name, error in errors.items():
-        if name.startswith(("joints/", "drives/")):
-            true = abs(error.value - exact.extreme(name, errors.begin).value)
-            covered.append(true <= error.stated)
-            factors.append(error.stated / true)
-    assert len(covered) >= 10
-    assert all(covered)
-    assert np.median(factors) < 1000.0
+    errors, shares = stated.errors, []
+    for rtol in (1e-4, 1e-5, 1e-6, 1e-7, 1e-8):
+        run = cl.simulate(feeder, turns=2, rtol=rtol, error="state", **SAMPLES)
+        for name, error in run.errors.items():
+            if name.startswith(("joints/", "drives/")):
+                true = abs(error.value - exact.extreme(name, errors.begin).value)
+                shares.append(true / error.stated)
+    assert len(shares) >= 50
+    assert np.mean(np.array(shares) <= 1.0) >= 0.9
+    assert max(shares) < 4.0
+    assert np.median(shares) > 1e-3
     c = stated.clearances["B"]
     true = np.abs(stated.joint("B").eccentricity - exact.joint("B").eccentricity).max() / c
     assert true < errors.trajectory < 100.0 * true

@@ -18,8 +18,8 @@ SLOW_LIMIT = 3.0  # natural sizes: its longest step
 class Fixed:
     """A fixed point of a section's map. derivative: of the map there, central; spread: half of
     what forward differences have more than backward ones; change: what is left of P(y) - y
-    [natural sizes]; distance: the last step of Newton's method, how far away the fixed point
-    lies at most.
+    [natural sizes]; distance: the next step of Newton's method, how far away the fixed point
+    lies.
     """
 
     place: Place
@@ -61,7 +61,7 @@ def multipliers(derivative: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray,
 
 def newton(section: Section, place: Place, tolerance: float) -> Fixed:
     """The fixed point near a place: (P'(y) - 1) dy = y - P(y), until dy is below the tolerance
-    [natural sizes].
+    [natural sizes]. That step is taken too.
 
     The derivative is used again where the steps shrink fast without a new one.
     Raises NotPeriodic where the steps do not shrink, NotSolved where the motion cannot be
@@ -76,8 +76,7 @@ def newton(section: Section, place: Place, tolerance: float) -> Fixed:
         step = _solved(np.eye(base.size) - derivative, change)
         length = float(np.abs(step).max())
         if length < tolerance:
-            both = section.central(place, base + change)
-            return Fixed(place, *both, float(np.abs(change).max()), length)
+            return _last(section, section.place(base + step, place), derivative)
         if length > 2.0 * last and length > LIMIT:
             break
         if length > STRAIGHT * last:
@@ -87,6 +86,18 @@ def newton(section: Section, place: Place, tolerance: float) -> Fixed:
     raise NotPeriodic(
         f"Newton's method stays {last:.2g} of the natural sizes away from a periodic motion"
     )
+
+
+def _last(section: Section, place: Place, derivative: np.ndarray) -> Fixed:
+    """The fixed point at a place that is within the tolerance, after a step of Newton's method.
+
+    What is left there is of second order in the step, far below the error of the integration.
+    """
+    change, _ = section.change(place)
+    base = section.vector(place)
+    left = _solved(np.eye(base.size) - derivative, change)
+    both = section.central(place, base + change)
+    return Fixed(place, *both, float(np.abs(change).max()), float(np.abs(left).max()))
 
 
 def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:

@@ -231,13 +231,13 @@ class Search:
         return section, fixed
 
     def plain_turns(self, fixed: Fixed) -> float | None:
-        """Turns that waiting would have taken, by the largest multiplier; None where nothing was
-        slow.
+        """Turns that waiting would have taken to be within the tolerance, by the largest
+        multiplier; None where nothing was slow.
         """
         largest = abs(fixed.multipliers[0])
-        if not self.slow or largest == 0.0 or self.far <= fixed.distance:
+        if not self.slow or largest == 0.0 or self.far <= self.tolerance:
             return None
-        return self.waited + math.log(max(fixed.distance, 1e-15) / self.far) / math.log(largest)
+        return self.waited + math.log(self.tolerance / self.far) / math.log(largest)
 
     def _held(self) -> str:
         spots = self.motion.mechanism.spots
