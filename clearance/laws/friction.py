@@ -61,7 +61,8 @@ def ambrosio(sliding_speed, normal_force, coefficient, dead_speed=1e-4, full_spe
     [0, 1].
 
     dead_speed v_0, full_speed v_1 > v_0 [m/s]. Continuous, no stiction; keeps the sign of v from
-    chattering. Source: Ambrosio, in Virtual Nonlinear Multibody Systems (2003), 57.
+    chattering. Validity: its kinks limit the accuracy at tight tolerances; `coulomb` has none.
+    Source: Ambrosio, in Virtual Nonlinear Multibody Systems (2003), 57.
     """
     ramp = (abs(sliding_speed) - dead_speed) / (full_speed - dead_speed)
     return (
