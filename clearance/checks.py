@@ -120,6 +120,13 @@ def place(field: str, value: object) -> tuple[float, ...]:
     return (x, y, z) if z else (x, y)
 
 
+def distinct(field: str, names: Iterable[str]) -> None:
+    """Raise ValueError for a name that stands there twice."""
+    names = list(names)
+    if twice := next((n for i, n in enumerate(names) if n in names[:i]), None):
+        raise ValueError(f"{field}: {twice!r} stands there twice")
+
+
 def identifier(field: str, value: object) -> str:
     """A name usable in files and on the command line: no slash, no blank, not empty."""
     if (

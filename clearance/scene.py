@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 from clearance import checks, document
 from clearance.body import Body, ground
+from clearance.elements import declared
 from clearance.elements.drive import Drive
 from clearance.elements.element import Element, Spot
 from clearance.elements.joint import Joint
@@ -53,6 +54,9 @@ class Scene:
             origin={},
             case=None,
         )
+        for part in self.elements:
+            if not declared.ours(type(part)):
+                declared.check(part)
         distinct = (b for p in self.elements for b in p.bodies() if b is not ground)
         vars(self).update(bodies=_distinct(distinct))
         _check_names("body", self.bodies)
@@ -196,10 +200,19 @@ class Scene:
         left = dict(changes)
         scene = self.rebuilt(body=lambda b: _changed(b, left), element=lambda e: _changed(e, left))
         if left:
-            names = [f"{p.key}/{f.name}" for p in self.parts for f in fields(p)]
             name = next(iter(left))
-            raise ValueError(f"{name!r} is no number of this scene{checks.meant(name, names)}")
+            raise ValueError(f"{name!r} {self._no_number(name)}")
         return scene
+
+    def _no_number(self, name: str) -> str:
+        """The reason for which a name is no number that can change."""
+        names = [n for part in self.parts for n in _changeable(part)]
+        for part in self.parts:
+            value = getattr(part, name.removeprefix(f"{part.key}/"), None)
+            if name.startswith(f"{part.key}/") and value is not None:
+                numbers = ", ".join(_changeable(part))
+                return f"is no number of this scene but {value!r}; numbers beside it: {numbers}"
+        return f"is no number of this scene{checks.meant(name, names)}"
 
     def description(self) -> dict:
         """The scene as plain data: bodies, joints, loads with every number.
@@ -262,6 +275,18 @@ def _changed(part: Part, changes: dict[str, float]) -> Part:
         elif not parameter and isinstance(value, int | float) and not isinstance(value, bool):
             values[field] = changes.pop(name)
     return replace(part, **values) if values else part
+
+
+def _changeable(part: Body | Element) -> list[str]:
+    """Names of a part's numbers, and of its laws' parameters, that can change."""
+    names = []
+    for one in fields(part):
+        name, value = f"{part.key}/{one.name}", getattr(part, one.name)
+        if isinstance(value, BoundLaw):
+            names += [f"{name}/{parameter}" for parameter in value.law.given]
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            names.append(name)
+    return names
 
 
 def _distinct(items: Iterable) -> tuple:

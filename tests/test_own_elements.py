@@ -8,7 +8,7 @@ import pytest
 
 import clearance as cl
 from clearance import checks
-from clearance.elements.element import State
+from clearance.elements.element import CONTACT, Spot, State
 from clearance.elements.joint import CLOSED, FREE, Joint, Known
 from clearance.mechanism.build import build
 from clearance.quantities import number
@@ -113,3 +113,122 @@ def test_number_that_is_read_from_the_field():
         scene = cl.Scene(Raw(cl.ground, cl.Body("b", 1.0, 1e-3), k), gravity=(1.0, 0.0))
         end = cl.simulate(scene, until=UNTIL, rtol=1e-9)["b"].x[-1]
         assert end == pytest.approx((1.0 - np.cos(np.sqrt(k) * UNTIL)) / k, abs=1e-6 / k)
+
+
+STRENGTH, WEIGHTS = 1.0, np.array([1.0, 2.0])
+
+
+def strength():
+    return STRENGTH
+
+
+@dataclass(frozen=True, eq=False)
+class Outside(Spring):
+    """Reads numbers of its module, also through a function and in a generator."""
+
+    def act(self, m, w):
+        x = m.state(self, "x").v
+        w.pair(self, -strength() * sum(weight for weight in WEIGHTS) * x, 0.0)
+
+
+@pytest.mark.parametrize(("name", "value"), [("STRENGTH", 4.0), ("WEIGHTS", np.array([1.0, 7.0]))])
+def test_number_of_the_module(monkeypatch, name, value):
+    """Another value of a global that `act` reads is another structure."""
+
+    def structure():
+        return build(cl.Scene(Outside(cl.ground, cl.Body("b", 1.0, 1e-3)))).structure
+
+    first = structure()
+    assert structure() is first
+    monkeypatch.setitem(globals(), name, value)
+    assert structure() is not first
+
+
+@dataclass(frozen=True)
+class Compared(Spring):
+    """As elements are by default: equal where their fields are."""
+
+
+STATE = State("x", "m", 1e-3)
+WRONG = {
+    "states": {
+        "state 'x': order must be 1 or 2, got 3": State("x", "m", 1e-3, 3),
+        "state 'x': size must be positive, got 0.0": State("x", "m", 0.0),
+        "state 'x': start must be finite, got nan": State("x", "m", 1e-3, 2, float("nan")),
+        "Known\\(state='x'\\) is no state of it; it has y": State("y", "m", 1e-3),
+        "states\\(\\) must return a list of State, got \\['x'\\]": "x",
+    },
+    "spots": {
+        "spot 'wall': kind must be FILM, CONTACT or BLENDED, got 7": Spot(7, 1e-3, name="wall"),
+        "reach of spot '' must be positive, got 0.0": Spot(CONTACT, 0.0),
+        "act gives 0 w.spot, but spots\\(\\) has 1": Spot(CONTACT, 1e-3),
+    },
+}
+
+
+def wrong(**methods) -> cl.Scene:
+    """A spring with other methods."""
+    kind = dataclass(frozen=True, eq=False)(type("Wrong", (Spring,), methods))
+    return cl.Scene(kind(cl.ground, cl.Body("b", 1.0, 1e-3), name="g"))
+
+
+@pytest.mark.parametrize(
+    ("method", "entry", "text"), [(m, e, t) for m, by in WRONG.items() for t, e in by.items()]
+)
+def test_wrong_declaration(method, entry, text):
+    """It names element, field and value before anything runs."""
+    with pytest.raises((TypeError, ValueError), match=f"joint g: {text}"):
+        build(wrong(**{method: lambda self: [entry]}))
+
+
+def test_states_and_coordinates_belong_together():
+    with pytest.raises(ValueError, match="'x' stands there twice"):
+        wrong(states=lambda self: [STATE, STATE])
+    with pytest.raises(ValueError, match="state y: order 2 needs a coordinate"):
+        wrong(states=lambda self: [STATE, State("y", "m", 1e-3)])
+    with pytest.raises(TypeError, match="along must be FREE or Known"):
+        wrong(along="fre")
+    with pytest.raises(ValueError, match="Known\\(number='q'\\) is no number of it; it has stiff"):
+        wrong(along=Known("q", "x"))
+
+
+ACTS = {
+    "g: act: joints/g/stifness is no number of the scene \\(did you mean joints/g/stiffness": (
+        lambda self, m, w: m.number(self, "stifness")
+    ),
+    "g: act: no state 'z'; it has \\['x'\\]": lambda self, m, w: m.state(self, "z"),
+    "gives a rate to 'y', no state of order 1": lambda self, m, w: w.rate(self, "y", 1.0),
+    "act: TypeError: .*; traced numbers take m.trace": (
+        lambda self, m, w: abs(m.state(self, "x").v)
+    ),
+    "output f must be one number, got \\(\\)": lambda self, m, w: w.show(self, "f", "N", "", ()),
+    "outputs: 'f' stands there twice": (
+        lambda self, m, w: [w.show(self, "f", "N", "", 1.0) for _ in "ab"]
+    ),
+}
+
+
+@pytest.mark.parametrize("text", ACTS)
+def test_wrong_act(text):
+    with pytest.raises(ValueError, match=text):
+        build(wrong(act=ACTS[text]))
+
+
+def test_state_without_a_rate():
+    scene = wrong(states=lambda self: [STATE, State("z", "K", 1.0, order=1)])
+    with pytest.raises(ValueError, match="joint g: act gives state 'z' no rate"):
+        build(scene)
+
+
+def test_field_without_a_hash():
+    spring = Compared(cl.ground, cl.Body("b", 1.0, 1e-3), table=[1.0], name="g")
+    with pytest.raises(TypeError, match="joint g: table has no hash .* got \\[1.0\\]"):
+        cl.Scene(spring)
+
+
+def test_change_of_a_vector():
+    """The message names the value, and the numbers that can change."""
+    scene = cl.Scene(cl.Prismatic(cl.ground, cl.Body("b", 1.0, 1e-3), name="g"))
+    text = "but \\(1.0, 0.0\\); numbers beside it: joints/g/angle"
+    with pytest.raises(ValueError, match=text):
+        scene.replaced({"joints/g/axis": 1.0})

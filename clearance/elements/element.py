@@ -77,8 +77,10 @@ class Element(Described):
         return f"{self.group}/{self.name}"
 
     def bodies(self) -> tuple[Body, ...]:
-        """The bodies it acts on."""
-        raise NotImplementedError
+        """The bodies it acts on: those among its fields, and those of its points."""
+        values = [getattr(self, one.name) for one in fields_of(type(self))]
+        parts = [value.body if isinstance(value, Point) else value for value in values]
+        return tuple(part for part in parts if isinstance(part, Body))
 
     def companions(self) -> dict[str, "Element"]:
         """Other elements that must stand in the scene with it, by what they are to it."""

@@ -19,9 +19,6 @@ class PointForce(Load):
         if self.point.body is ground:
             raise ValueError(f"{self.label()} acts on ground, which does not move")
 
-    def bodies(self) -> tuple[Body]:
-        return (self.point.body,)
-
     def _push(self, m, w, x, y, z=0.0) -> None:
         """Apply a force along the fixed axes, and the power that it puts in."""
         w.at(self, "point", x, y, z)
@@ -83,9 +80,6 @@ class Torque(Load):
         super().__post_init__()
         if not isinstance(self.body, Body) or self.body is ground:
             raise TypeError(f"{self.label()}: body must be a moving body, got {self.body!r}")
-
-    def bodies(self) -> tuple[Body]:
-        return (self.body,)
 
     def act(self, m, w) -> None:
         moment = m.amount(self, "torque", [m.time])

@@ -75,9 +75,6 @@ class SpringDamper(Spring):
     kind, slot = "spring", "tension"
     holds_free_bodies = True
 
-    def bodies(self) -> tuple[Body, Body]:
-        return self.a.body, self.b.body
-
     def act(self, m, w) -> None:
         (ax, ay), (bx, by) = m.point(self, "a"), m.point(self, "b")
         x, y = bx - ax, by - ay
@@ -110,9 +107,6 @@ class TorsionSpring(Spring):
     moment: BoundLaw | None = law("moment over twist and its rate", spring)
 
     kind, slot = "torsion_spring", "moment"
-
-    def bodies(self) -> tuple[Body, Body]:
-        return self.a, self.b
 
     def act(self, m, w) -> None:
         twist = m.turned(self.b) - m.turned(self.a) - m.number(self, "free_angle")

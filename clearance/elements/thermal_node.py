@@ -54,9 +54,6 @@ class ThermalNode(Load):
     def companions(self) -> dict:
         return {} if self.to is None else {"node": self.to}
 
-    def bodies(self) -> tuple:
-        return ()
-
     @property
     def cold(self) -> float:
         """Temperature [K] that warming is counted from: of the surroundings of the last node."""

@@ -3,6 +3,7 @@ real motion.
 """
 
 from clearance.body import Body
+from clearance.checks import meant
 from clearance.elements.joint import ALONG, TURN, Joint
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.kinematics import Kinematics, Pose
@@ -124,6 +125,9 @@ class Motion:
         if (element, name) in self.first_order:
             return Jet(self.first_order[element, name])
         if (element, name) not in self.k.state:
+            names = [state.name for state in element.states()]
+            if name not in names:
+                raise ValueError(f"no state {name!r}{meant(name, names)}; it has {names}")
             self._measure(element)
         return Jet(*self.k.state[element, name])
 

@@ -14,14 +14,14 @@ from inspect import isfunction
 from types import FunctionType
 
 from clearance.body import Body, Point
+from clearance.elements.declared import ours
 from clearance.elements.element import Element
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.content import content
 from clearance.quantities import ZERO, Row, fields_of
 from clearance.scene import Scene
-from clearance.tracing.interpreter import fingerprint
+from clearance.tracing.interpreter import fingerprint, names_in
 
-PACKAGE = __name__.partition(".")[0]
 TRACED = ("act", "outputs")  # methods of elements that kernels are made of
 
 
@@ -58,7 +58,9 @@ def _rows(scene: Scene) -> Iterator[Row]:
 
 def _structure(scene: Scene) -> tuple:
     """Connectivity, kinds, laws, and values of plain fields."""
-    shapes = tuple((type(e), *_element(e, scene.positions)) for e in scene.elements)
+    shapes = tuple(
+        (type(e), _outside(type(e)), *_element(e, scene.positions)) for e in scene.elements
+    )
     return len(scene.bodies), shapes
 
 
@@ -66,7 +68,7 @@ def _structure(scene: Scene) -> tuple:
 def _plain(kind: type) -> list[tuple[Field, bool]]:
     """Fields of an element beside its name; True: the package declares it a number or a law."""
     return [
-        (one, _ours(kind) and not {"number", "law"}.isdisjoint(one.metadata))
+        (one, ours(kind) and not {"number", "law"}.isdisjoint(one.metadata))
         for one in fields_of(kind)
         if one.name != "name"
     ]
@@ -86,30 +88,34 @@ def _in_vector(element: Element, one: Field, value: object) -> bool:
     """True for a field whose numbers are parameters."""
     if isinstance(value, BoundLaw | Point) or value is None:
         return True
-    if _ours(type(element)):
+    if ours(type(element)):
         return is_dataclass(value)
     return element.has_parameter(one) and one.name not in _read(type(element))
 
 
 @cache
+def _methods(kind: type) -> list[FunctionType]:
+    """Methods of a user's element that run while it is traced."""
+    names = [m for m in TRACED if _of_user(getattr(kind, m))]
+    for name in names:
+        read = names_in(getattr(kind, name).__code__)
+        names += [m for m in read if m not in names and _of_user(getattr(kind, m, None))]
+    return [getattr(kind, name) for name in dict.fromkeys(names)]
+
+
+@cache
 def _read(kind: type) -> frozenset[str]:
     """Attributes that a user's element reads while it is traced: they are constants of kernels."""
-    names, methods = set(), [m for m in TRACED if _of_user(getattr(kind, m))]
-    while methods:
-        code = getattr(kind, methods.pop()).__code__
-        fresh = set(code.co_names) - names
-        methods += [m for m in fresh if _of_user(getattr(kind, m, None))]
-        names |= fresh
-    return frozenset(names)
+    return frozenset(name for method in _methods(kind) for name in names_in(method.__code__))
+
+
+def _outside(kind: type) -> tuple:
+    """Code of a user's element, with the numbers and functions of its module that it reads now."""
+    return tuple(map(fingerprint, _methods(kind)))
 
 
 def _of_user(method: object) -> bool:
-    return isfunction(method) and not _ours(method)
-
-
-def _ours(part: type | FunctionType) -> bool:
-    """True for a class or function of the package."""
-    return part.__module__.partition(".")[0] == PACKAGE
+    return isfunction(method) and not ours(method)
 
 
 def _content(element: Element, name: str, value: object, positions: dict[str, int]) -> Hashable:

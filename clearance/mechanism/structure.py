@@ -19,7 +19,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from weakref import WeakValueDictionary
 
-from clearance import store
+from clearance import checks, store
+from clearance.elements.declared import blamed, check_outputs
 from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.joint_friction import joint_friction
 from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
@@ -33,7 +34,7 @@ from clearance.tracing import kernels
 from clearance.tracing.emission import Program, derive_text, kernel_text
 from clearance.tracing.function import Expansion, Opaque
 from clearance.tracing.interpreter import fingerprint
-from clearance.tracing.trace import DerivedParameters, Trace
+from clearance.tracing.trace import DerivedParameters, Trace, is_value
 
 #: derivatives of a Jacobian up to which its entries are written down, each by itself
 MOST_DERIVATIVES = 12_000
@@ -209,6 +210,9 @@ class Tracing:
         """A scene number: folded where its value is part of the structure."""
         if name in self.constants:
             return self.constants[name]
+        if name not in self.index:
+            names = {*self.constants, *self.index}
+            raise ValueError(f"{name} is no number of the scene{checks.meant(name, names)}")
         return self.trace.load(f"par[{self.index[name]}]")
 
     # --- mechanics
@@ -386,7 +390,9 @@ class Tracing:
     def _element_channels(self):
         for element in self.scene.elements:
             self.trace.section = f"outputs of {element.label()}"
-            shown = [*self.work.shown.get(element, ()), *element.outputs(self.motion)]
+            with blamed(element, "outputs"):
+                shown = [*self.work.shown.get(element, ()), *element.outputs(self.motion)]
+            shown = check_outputs(element, shown, is_value)
             for name, units, text, value in vectors_together(shown):
                 yield f"{element.key}/{name}", units, text, value
             if element in self.dissipated:

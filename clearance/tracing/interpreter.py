@@ -18,7 +18,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial, reduce
 from threading import RLock
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import ClassVar
 
 from clearance.tracing.callback import KEEP
@@ -205,7 +205,7 @@ def fingerprint(function: Callable) -> tuple:
     code, read, inside = function.__code__, [], function.__globals__
     if code.co_freevars:
         inside = inside | inspect.getclosurevars(function).nonlocals
-    for name in (*code.co_names, *code.co_freevars):
+    for name in (*names_in(code), *code.co_freevars):
         value = inside.get(name)
         value = getattr(value, "function", value)
         if inspect.isfunction(value):
@@ -217,6 +217,12 @@ def fingerprint(function: Callable) -> tuple:
         elif isinstance(value, tuple):
             read.append((name, value))
     return code, tuple(read)
+
+
+def names_in(code: CodeType) -> list[str]:
+    """Names of globals and attributes that code reads, with those of functions inside it."""
+    inside = [c for c in code.co_consts if isinstance(c, CodeType)]
+    return [*code.co_names, *(name for one in inside for name in names_in(one))]
 
 
 def _is_array(value) -> bool:

@@ -106,6 +106,11 @@ def is_number(value) -> bool:
     return not isinstance(value, Scalar)
 
 
+def is_value(value) -> bool:
+    """True for a traced number, and for a number."""
+    return isinstance(value, Scalar | int | float)
+
+
 def is_zero(value) -> bool:
     """True for a structural zero: a number, and 0."""
     return is_number(value) and value == 0.0
