@@ -163,7 +163,7 @@ class MachineCode:
                 if (data := sealed.opened(path, made_from, warned=True)) is None:
                     symbol, code = self.make()
                     sealed.write(path, symbol.encode() + b"\n" + code, made_from)
-                    delete_unused()
+                    delete_unused(path.parent)
                     return symbol
         _note_use(path)
         symbol, _, code = data.partition(b"\n")
@@ -199,13 +199,15 @@ def _note_use(path: Path) -> None:
             os.utime(path)
 
 
-def delete_unused() -> None:
-    """Delete machine code that no process has used for long, such as that of older versions.
+@cache
+def delete_unused(place: Path) -> None:
+    """Delete machine code in a folder that no process has used for long, such as that of older
+    versions; once in a process.
 
     A process that has read a file needs it no more, and one that finds none makes it again.
     """
     with suppress(OSError):  # nobody may look into the folder
-        for path in folder().glob("clearance_*.o"):
+        for path in place.glob("clearance_*.o"):
             _delete_if_unused(path)
 
 

@@ -19,6 +19,8 @@ from clearance.results import replacing
 #: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so
 #: no peak is lost
 POINTS = 20000
+#: of pixels, 0 to 9; 6 is usual, takes half as long again and leaves 6 % less
+COMPRESSION = 3
 SCREEN = 90  # dots per inch of a figure that a notebook shows
 #: kinds of file a picture can be saved as
 KINDS = (".png", ".pdf", ".svg")
@@ -72,7 +74,7 @@ def save(figure: Figure, path: str | Path | None, dpi: float = 150) -> Path | Fi
 def drawn_once(figure: Figure, path: Path, dpi: float) -> None:
     """Write a picture as pixels. `savefig` would draw twice, the first time for the layout only."""
     figure.set_dpi(dpi)
-    figure.canvas.print_png(path)
+    figure.canvas.print_png(path, pil_kwargs={"compress_level": COMPRESSION})
 
 
 def powers_into_labels(figure: Figure) -> None:
