@@ -25,6 +25,7 @@ from clearance.stepping.state import (
 from clearance.stepping.types import STEP_SIGNATURE, compiled, inline, shared
 
 PROBES = 8  # interior places where a step is searched for contact
+SETTLED = 0.1  # of the dead band: a penetration that counts as none where a crossing is located
 ALIGNMENTS = 60  # steps made to end one on an event, at most
 RESOLVED = 1e-15  # share of the time below which two events are one
 
@@ -54,19 +55,31 @@ def summit(s, t, h, joint, low, high, wanted):
 
 
 @shared
-def crossing(s, t, h, joint, low, high, wanted):
-    """theta between low and high where the penetration of a joint changes its sign. `wanted` is the
-    sign at high.
+def crossing(s, t, h, joint, low, high, at_low, at_high):
+    """theta between low and high where the penetration of a joint changes its sign, by the Illinois
+    method.
+
+    at_low, at_high: penetration there, times the sign at high. Intervals that begin with none are
+    halved: their other end may be the one that counts.
     """
+    wanted, side = -1.0 if s.contacts[joint, TOUCHING] > 0.0 else 1.0, 0.0
     for _ in range(60):
         if high - low < 1e-15:
             break
-        middle = 0.5 * (low + high)
-        probe(s, t, h, middle)
-        if depth_of(s.inside, joint) * wanted > 0.0:
-            high = middle
+        theta = 0.5 * (low + high)
+        if at_low < -s.band[joint]:
+            theta = (low * at_high - high * at_low) / (at_high - at_low)
+        probe(s, t, h, theta)
+        value = depth_of(s.inside, joint) * wanted
+        if abs(value) < SETTLED * s.band[joint]:
+            return theta
+        if value > 0.0:
+            high, at_high = theta, value
+            at_low *= 0.5 if side > 0.0 else 1.0
         else:
-            low = middle
+            low, at_low = theta, value
+            at_high *= 0.5 if side < 0.0 else 1.0
+        side = value
     return high
 
 
@@ -90,23 +103,22 @@ def near_contact(s, h):
 def event_of(s, t, h, joint, low, high):
     """theta of the first start or end of one joint's contact between two probes, 2.0 if none.
 
-    s.probed holds the values at low. A touch that begins and ends between the probes shows by its
-    rate changing sign.
+    s.probed holds the values at low, s.ahead those at high. A touch that begins and ends between
+    the probes shows by its rate changing sign.
     """
     wanted = -1.0 if s.contacts[joint, TOUCHING] > 0.0 else 1.0
-    probe(s, t, h, high)
-    value, end = depth_of(s.inside, joint) * wanted, high
+    value, end = depth_of(s.ahead, joint) * wanted, high
     if (
         value <= s.band[joint]
         and rate_of(s.probed, joint) * wanted > 0.0
-        and rate_of(s.inside, joint) * wanted < 0.0
+        and rate_of(s.ahead, joint) * wanted < 0.0
     ):
         end = summit(s, t, h, joint, low, high, wanted)
         probe(s, t, h, end)
         value = depth_of(s.inside, joint) * wanted
     if value <= s.band[joint]:
         return 2.0
-    return crossing(s, t, h, joint, low, end, wanted)
+    return crossing(s, t, h, joint, low, end, depth_of(s.probed, joint) * wanted, value)
 
 
 @shared
@@ -115,9 +127,10 @@ def first_event(s, t, h):
     none.
     """
     joints = s.contacts.shape[0]
-    probe(s, t, h, 0.0)
-    copy(s.inside, s.probed)
+    copy(s.before, s.probed)
     for p in range(PROBES):
+        probe(s, t, h, (p + 1) / PROBES)
+        copy(s.inside, s.ahead)
         best_joint, best = -1, 2.0
         for j in range(joints):
             if s.contacts[j, KIND] == CONTACT:
@@ -126,8 +139,7 @@ def first_event(s, t, h):
                     best_joint, best = j, theta
         if best_joint >= 0:
             return best_joint, best
-        probe(s, t, h, (p + 1) / PROBES)
-        copy(s.inside, s.probed)
+        copy(s.ahead, s.probed)
     return -1, 2.0
 
 

@@ -179,7 +179,8 @@ def layout(
         # penetration, its rate and force of all spots where a step begins
         ("before", float, events),
         ("after", float, events),
-        ("probed", float, events),
+        ("probed", float, events),  # where a part of the step begins that is searched for contact
+        ("ahead", float, events),  # where it ends
         ("inside", float, events),
         ("dense", float, (DENSE_ROWS, size)),
         ("jacobian_rows", float, (max(states**2, 1),)),
