@@ -3,6 +3,7 @@
 import gc
 import json
 import logging
+import os
 import subprocess
 import sys
 
@@ -14,6 +15,7 @@ from numba.core.targetconfig import TargetConfig
 
 from clearance import compiling, store
 from clearance.stepping.parts import Part, Whole
+from clearance.stepping.types import TESTED
 
 
 def test_compiling_the_time_loop_is_announced_once(caplog):
@@ -134,3 +136,40 @@ print(json.dumps(loaded))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert json.loads(done.stdout) == [False, True]
+
+
+HIDING = """
+from numba.core import untyped_passes
+del untyped_passes.FixupArgs  # numba itself needs it no more
+from clearance.stepping.types import Compiler, Part, Plain, Whole, compiled, inline, int64
+assert Part is Plain is Whole is Compiler
+
+@inline
+def doubled(x):
+    return 2 * x
+
+def more(x):
+    return doubled(x) + 1
+
+print(*(compiled(int64(int64), unrolled=u)(more)(20) for u in (True, False)))
+"""
+
+
+def test_numba_without_what_is_replaced_compiles_in_its_own_way(tmp_path):
+    """One of the passes is hidden: functions and helpers compile, and one line names it."""
+    done = subprocess.run(
+        [sys.executable, "-c", HIDING],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | {"CLEARANCE_STORE": str(tmp_path)},
+    )
+    assert done.stdout == "41 41\n"
+    (line,) = done.stderr.splitlines()
+    assert f"numba {numba.__version__} is not as the tested {' and '.join(TESTED)}" in line
+    assert "'FixupArgs'" in line
+
+
+def test_this_version_of_numba_is_among_those_tested():
+    """A newer one that passes all tests belongs into the list."""
+    assert ".".join(numba.__version__.split(".")[:2]) in TESTED

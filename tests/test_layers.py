@@ -74,6 +74,7 @@ ONLY_IN = {
         "clearance.store",
         "clearance.stepping.parts",
         "clearance.stepping.record",
+        "clearance.stepping.types",
         "clearance.compiling",
         "clearance.evidence.peers",
     },

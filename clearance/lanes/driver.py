@@ -16,9 +16,8 @@ import numpy as np
 from clearance.lanes.steps import ARRIVED, FINISH, IDLE, ITERATE, PREPARE, START
 from clearance.stepping import status
 from clearance.stepping.locating import CLOSER, EDGE, REACH, ROUNDS, SETTLED
-from clearance.stepping.parts import Whole
 from clearance.stepping.record import Record, reader
-from clearance.stepping.types import DIGEST, INTEGERS, MATRIX, VECTOR, inline, shared
+from clearance.stepping.types import DIGEST, INTEGERS, MATRIX, VECTOR, Whole, inline, shared
 from clearance.store import OPTIONS, cached, entry_caller, types
 
 #: pieces in the order of their addresses: one for each phase, those of samples and inner places.

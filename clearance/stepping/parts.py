@@ -1,7 +1,9 @@
 """Numba's compiler for functions made of many helpers. Each helper is optimised and becomes machine
 code once, in its callers. It takes only the passes that its kind of code needs.
 
-Numba itself does both for every helper, and again for each of its callers and for theirs.
+Numba itself does both for every helper, and again for each of its callers and for theirs. This
+module replaces internals of numba. Its import raises ImportError or AttributeError where one of
+them is missing; `types` uses numba's own compiler then.
 """
 
 from collections.abc import Iterator
@@ -12,7 +14,7 @@ from llvmlite.binding import Linkage, newpassmanagers
 from llvmlite.ir import Type
 from numba.core import compiler, event, typed_passes, typing, untyped_passes
 from numba.core.base import BaseContext
-from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import CPUCodegen, JITCodeLibrary
 from numba.core.compiler import Compiler, CompilerBase, Flags
 from numba.core.compiler_machinery import PassManager
 from numba.core.postproc import PostProcessor
@@ -204,3 +206,17 @@ SPARED = (
     (compiler, "Compiler", Part),
     (event, "broadcast", _nothing),
 )
+#: what else of numba is called or replaced here
+NEEDED = (
+    (CPUCodegen, "_pass_builder"),
+    (CompilerBase, "define_pipelines"),
+    (Flags, "summary"),
+    (JITCodeLibrary, "_get_module_for_linking"),
+    (JITCodeLibrary, "_optimize_functions"),
+    (JITCodeLibrary, "enable_object_caching"),
+    (JITCodeLibrary, "finalize"),
+    (PassManager, "add_pass"),
+    (PassManager, "run"),
+)
+for _owner, _name in (*NEEDED, *(spared[:2] for spared in SPARED)):
+    getattr(_owner, _name)

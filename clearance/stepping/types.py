@@ -3,10 +3,24 @@ every stepper.
 """
 
 import hashlib
+import logging
 from pathlib import Path
 
-from clearance.stepping.parts import Part, Plain, Whole
+import numba
+from numba.core.compiler import Compiler
+
 from clearance.store import COMPILED, KERNEL, MOMENTS, OPTIONS, Entry, cached, caller, njit, types
+
+#: versions of numba that the tests ran with; others are tried all the same
+TESTED = ("0.62", "0.68")
+try:
+    from clearance.stepping.parts import Part, Plain, Whole
+except (ImportError, AttributeError) as lacking:
+    Part = Plain = Whole = Compiler
+    logging.getLogger("clearance").warning(
+        f"numba {numba.__version__} is not as the tested {' and '.join(TESTED)} ({lacking}): "
+        f"it compiles the time loop in its own way, some ten seconds longer, once"
+    )
 
 float64, int64, complex128 = types.float64, types.int64, types.complex128
 VECTOR = float64[::1]
