@@ -13,6 +13,7 @@ import numpy as np
 from clearance import observers, store
 from clearance.checkpoint import restore
 from clearance.compiling import announced
+from clearance.elements.kinds import CONTACT
 from clearance.interrupts import DeferredSignals, ended
 from clearance.mechanism.build import Mechanism, changed
 from clearance.mechanism.dead_centre import DeadCentre
@@ -31,7 +32,6 @@ from clearance.starting import end_state, state_from
 from clearance.stepping import status
 from clearance.stepping.state import (
     CLEARANCE,
-    CONTACT,
     CONTACTS,
     COORDINATE,
     FUNCTIONS,

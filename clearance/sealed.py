@@ -21,7 +21,7 @@ def sealed(data: bytes, made_from: bytes) -> bytes:
     return hashlib.sha256(made_from + data).digest() + data
 
 
-def opened(path: str | Path, made_from: bytes, warned: bool = False) -> bytes | None:
+def read(path: str | Path, made_from: bytes, warned: bool = False) -> bytes | None:
     """The data of a file; None where there is no file, or none that may be used.
 
     warned: the log has the warning already.

@@ -158,9 +158,9 @@ class MachineCode:
 
     def _read_or_made(self) -> str:
         path, made_from = file_of(self.name), self.name.encode()
-        if (data := sealed.opened(path, made_from)) is None:
+        if (data := sealed.read(path, made_from)) is None:
             with alone(path):  # where several processes need it, one makes it
-                if (data := sealed.opened(path, made_from, warned=True)) is None:
+                if (data := sealed.read(path, made_from, warned=True)) is None:
                     symbol, code = self.make()
                     sealed.write(path, symbol.encode() + b"\n" + code, made_from)
                     delete_unused(path.parent)
@@ -333,7 +333,7 @@ class CheckedFiles(IndexDataCacheFile):
 
     def _read(self, path: str):
         """The content of a file; None where there is none that may be used."""
-        data = sealed.opened(path, self.made_from)
+        data = sealed.read(path, self.made_from)
         with suppress(ModuleNotFoundError):  # of a function whose module cannot be imported
             return None if data is None else pickle.loads(data)
         return None

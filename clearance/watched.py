@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance.elements.element import BLENDED, CONTACT
+from clearance.elements.kinds import BLENDED, CONTACT
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
 from clearance.integrals import Integrals, Integrand, parts, summed
 from clearance.mechanism.build import Mechanism

@@ -96,6 +96,20 @@ def test_M5_the_determinant_of_a_dyad_is_the_sine_between_its_links():
     assert dead_centre(motion) is None
 
 
+def test_states_of_a_tilted_guide():
+    """Of a joint with an angle of its own: those of the start, to rounding of the assembly."""
+    law = cl.hunt_crossley(stiffness=1e9, restitution=0.9)
+    body = cl.Body("block", 1.0, 1e-3, angle=3.0)
+    sizes = {"overlap": 0.1, "height": 0.02, "clearance": 1e-3, "contact": law}
+    guide = cl.ClearancePrismatic(
+        cl.ground, body, name="G", angle=3.0, offset=2e-4, tilt=1e-3, **sizes
+    )
+    mechanism = build(cl.Scene(guide))
+    row = mechanism.outputs(0.0, mechanism.y0, np.append(mechanism.work0, 0.0))
+    values, _ = SampledMotion(mechanism, mechanism.work0, np.zeros(1), row[None]).states
+    np.testing.assert_allclose(values[0], mechanism.y0[: values.shape[1]], atol=1e-14)
+
+
 def falling_parallelogram(clearance):
     """Three equal rods on gravity, with a clearance between coupler and rocker; it falls through
     flat positions.

@@ -8,8 +8,9 @@ import pytest
 
 import clearance as cl
 from clearance import checks
-from clearance.elements.element import CONTACT, Spot, State
+from clearance.elements.element import Spot, State
 from clearance.elements.joint import CLOSED, FREE, Joint, Known
+from clearance.elements.kinds import CONTACT
 from clearance.mechanism.build import build
 from clearance.quantities import number
 

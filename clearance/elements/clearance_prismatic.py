@@ -10,8 +10,9 @@ from functools import partial
 from clearance import checks
 from clearance.body import Point
 from clearance.elements.clearance_joint import ClearanceJoint, Surfaces
-from clearance.elements.element import BLENDED, CONTACT, Spot, State
+from clearance.elements.element import Spot, State
 from clearance.elements.joint import FREE, Joint, Known, axis_field
+from clearance.elements.kinds import BLENDED, CONTACT
 from clearance.elements.prismatic import Prismatic
 from clearance.laws.law import (
     BoundLaw,

@@ -8,11 +8,13 @@ from dataclasses import fields
 from types import FunctionType
 
 from clearance import checks
-from clearance.elements.element import BLENDED, CONTACT, FILM, Element, Spot, State
+from clearance.elements.element import Element, Spot, State
 from clearance.elements.joint import FREE, RELATIVE, Joint, Known
+from clearance.elements.kinds import BLENDED, CONTACT, FILM
 
 WATCHED = "contact_force", "gap"  # outputs of each contact whose extremes are located
 OF_TRACE = "traced numbers take m.trace.select, m.trace.function and m.function"
+OF_FILM = 2  # offsets of a joint that only a film holds, see `weigh_films` of the loop
 PACKAGE = __name__.partition(".")[0]
 
 
@@ -35,6 +37,10 @@ def check(element: Element) -> None:
         if spot.kind not in (FILM, CONTACT, BLENDED):
             kinds = "FILM, CONTACT or BLENDED"
             raise _wrong(element, f"spot {spot.name!r}: kind must be {kinds}, got {spot.kind!r}")
+        if spot.kind == FILM and len(getattr(element, "soft_coordinates", ())) != OF_FILM:
+            raise _wrong(
+                element, f"spot {spot.name!r}: kind FILM needs {OF_FILM} offsets that are states"
+            )
         checks.positive(f"{element.label()}: reach of spot {spot.name!r}", spot.reach)
 
 

@@ -30,10 +30,6 @@ class State:
     start_rate: float = 0.0
 
 
-#: kinds of contact spots: never beyond the wall; with a first touch; with neither
-FILM, CONTACT, BLENDED = range(3)
-
-
 @dataclass(frozen=True)
 class Spot:
     """A place where an element may touch, which the time loop watches.

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from clearance import checks
 from clearance.body import Point
 from clearance.elements.clearance_joint import ClearanceJoint, Surfaces
-from clearance.elements.element import CONTACT, Spot, State
+from clearance.elements.element import Spot, State
 from clearance.elements.joint import FREE, Joint, Known, axis_field
+from clearance.elements.kinds import CONTACT
 from clearance.laws.law import BoundLaw, contact, friction
 from clearance.materials import Material, steel
 from clearance.quantities import law, number

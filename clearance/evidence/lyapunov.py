@@ -18,6 +18,7 @@ import numpy as np
 
 from clearance import checks
 from clearance.demand import Demand, affordable
+from clearance.elements.kinds import CONTACT
 from clearance.evidence.problem import NotSolved
 from clearance.mechanism.build import Mechanism, build
 from clearance.options import Solver, Span
@@ -26,7 +27,7 @@ from clearance.run import Run
 from clearance.scene import Scene
 from clearance.series import standard_error
 from clearance.stepping import status
-from clearance.stepping.state import CONTACT, KIND, SINCE, TOUCHING
+from clearance.stepping.state import KIND, SINCE, TOUCHING
 
 STOPS = 24  # times a turn at which the companions are put back
 WIDER = 10.0  # distance of the second companion over that of the first

@@ -10,6 +10,7 @@ from clearance.body import ground
 from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.build import Mechanism, place_named
 from clearance.mechanism.kinematics import Kinematics, Pose, Propagation
+from clearance.mechanism.loops import wrong_turn
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.rates import ZERO, Rates
 from clearance.mechanism.topology import Group
@@ -86,13 +87,23 @@ class SampledMotion:
         jet = Rates(self.kinematics, real=self.velocities).measured(part, {})[what]
         return (self.kinematics.turn(part) if what == TURN else jet.v), jet.d
 
+    def offset(self, place: tuple) -> tuple[np.ndarray, np.ndarray]:
+        """A relative coordinate that is a state of its joint, less the joint's number, and its
+        rate.
+        """
+        joint, what = place
+        value, rate = self.coordinate(place)
+        if what == TURN:
+            return np.arctan2(*wrong_turn(self.kinematics, joint)), rate
+        return value - self.kinematics.given(joint, what)[0], rate
+
     @cached_property
     def states(self) -> tuple[np.ndarray, np.ndarray]:
         """Independent coordinates and their rates, (times, coordinates)."""
-        places = [c.place for c in self.mechanism.plan.free]
-        places += [(j, what) for j in self.mechanism.eccentric for what, _ in j.soft_coordinates]
-        columns = [self.coordinate(place) for place in places]
-        shape = (len(self.times), len(places))
+        joints = self.mechanism.eccentric
+        columns = [self.coordinate(c.place) for c in self.mechanism.plan.free]
+        columns += [self.offset((j, what)) for j in joints for what, _ in j.soft_coordinates]
+        shape = (len(self.times), len(columns))
         values, rates = zip(*columns, strict=True) if columns else ((), ())
         return tuple(np.array(column).T.reshape(shape) for column in (values, rates))
 

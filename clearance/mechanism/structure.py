@@ -234,7 +234,8 @@ class Tracing:
             j.name for j, slope in zip(self.friction.rates, slopes, strict=True) if slope
         }
         for joint, bristle_rate in self.friction.bristle_rates.items():
-            self.work.rate(joint, "bristle_deflection", bristle_rate)
+            (deflection,) = joint.states()
+            self.work.rate(joint, deflection.name, bristle_rate)
         for joint, effort in self.friction.efforts.items():
             self.work.lose(joint, -effort * self.friction.rates[joint])
         self.state_rate = [

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from clearance.elements.kinds import CONTACT
 from clearance.evidence.problem import NotSolved
 from clearance.mechanism.build import Mechanism, build
 from clearance.options import Solver, Span, longest_step
@@ -19,7 +20,7 @@ from clearance.run import Run
 from clearance.scene import Scene
 from clearance.starting import state_from
 from clearance.stepping import status
-from clearance.stepping.state import CONTACT, KIND, SINCE, SPOT_VALUES, TOUCHING
+from clearance.stepping.state import KIND, SINCE, SPOT_VALUES, TOUCHING
 
 FREE = -1.0  # in the place of an impact speed: no contact
 PROBED = (

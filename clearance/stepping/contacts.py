@@ -6,9 +6,9 @@ others do not compile this module.
 
 import math
 
+from clearance.elements.kinds import CONTACT
 from clearance.stepping.locating import FREE, contact_peak, touch
 from clearance.stepping.state import (
-    CONTACT,
     IMPACT_SPEED,
     KIND,
     SINCE,

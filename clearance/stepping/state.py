@@ -20,7 +20,6 @@ RATE_X, RATE_Y, PULL, DAMPING = range(6, 10)
 # row of `peaks` of the contact's largest force, that of its penetration follows; -1: none
 PEAKS = 10
 CONTACT_COLUMNS = 11
-FILM, CONTACT, BLENDED = range(3)  # kinds: never beyond the wall; with a first touch; with neither
 IMPACT_COLUMNS = 7  # joint, time, impact speed, peak force, penetration, duration, separation speed
 # time at the end, step, error over tolerance; energies follow, where there is a ledger
 LOG_COLUMNS = 3

@@ -9,6 +9,7 @@ from pathlib import Path
 import numba
 from numba.core.compiler import Compiler
 
+from clearance.elements import kinds
 from clearance.store import COMPILED, KERNEL, MOMENTS, OPTIONS, Entry, cached, caller, njit, types
 
 #: versions of numba that the tests ran with; others are tried all the same
@@ -36,9 +37,8 @@ kernel_at = caller(KERNEL)
 DENSE_ROWS = 8
 
 #: of all sources that steppers are compiled from
-DIGEST = hashlib.sha256(
-    b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.glob("*.py")))
-).hexdigest()[:12]
+SOURCES = [Path(kinds.__file__), *sorted(Path(__file__).parent.glob("*.py"))]
+DIGEST = hashlib.sha256(b"".join(p.read_bytes() for p in SOURCES)).hexdigest()[:12]
 
 
 def compiled(signature, arrays: bool = False, unrolled: bool = True):

@@ -16,7 +16,7 @@ import numpy as np
 from clearance import lanes
 from clearance.case import Case
 from clearance.companion import beside_at, times_of
-from clearance.elements.element import BLENDED
+from clearance.elements.kinds import BLENDED
 from clearance.film.lookup import Tabulated
 from clearance.lanes.group import Answers, Group, Points
 from clearance.mechanism.build import acceleration_of, tables_of
