@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import llvmlite.ir as ir
 
 from clearance.tracing.elementary import FUNCTIONS, INT32, INT64, Functions
-from clearance.tracing.ir import Lowering
+from clearance.tracing.ir import DOUBLE, Lowering
 from clearance.tracing.schedule import Branch
 from clearance.tracing.trace import Scalar
 
 FUSED = ("contract",)  # a product and a sum may become one operation
 FEWEST = 2  # numbers in a row worth reading together
+MOST = 4  # and at most: pieces of eight take longer to be transposed
 
 
 def linear(value) -> tuple[dict, float]:
@@ -55,6 +56,7 @@ class Lanes(Lowering):
         super().__init__(builder, arrays, time, addresses, width)
         self.rows: dict[Scalar, tuple[Base, int, list[tuple[int, Scalar]]]] = {}
         self.write_function = Functions(self)
+        self.piece = min(width, MOST)
 
     def run(self, steps: list) -> None:
         """Compute the nodes of a schedule; look-ups in a row when the first is met."""
@@ -62,7 +64,7 @@ class Lanes(Lowering):
         super().run(steps)
 
     def collect(self, lookups: list[Scalar]) -> None:
-        """Look-ups whose indices differ by constants less than the width, together."""
+        """Look-ups whose indices differ by small constants, together."""
         groups: dict = {}
         for node in lookups:
             terms, constant = linear(node.args[0])
@@ -71,12 +73,12 @@ class Lanes(Lowering):
             self._cut(sorted(group, key=lambda one: (one[0], one[1].index)))
 
     def _cut(self, group: list[tuple[float, Scalar]]) -> None:
-        """Rows of a group, each no longer than the width."""
+        """Rows of a group, each no longer than a piece."""
         base, least = Base(), group[0][0]
         while group:
             first = group[0][0]
-            row = [(int(c - first), n) for c, n in group if c - first < self.width]
-            group = [(c, n) for c, n in group if c - first >= self.width]
+            row = [(int(c - first), n) for c, n in group if c - first < self.piece]
+            group = [(c, n) for c, n in group if c - first >= self.piece]
             if len(row) >= FEWEST:
                 self.rows |= {node: (base, int(first - least), row) for _, node in row}
 
@@ -118,31 +120,36 @@ class Lanes(Lowering):
         return [build.sub(build.sext(one, INT64), ir.Constant(INT64, shift)) for one in lanes]
 
     def _columns(self, places: list[ir.Value], offset: int) -> list[ir.Value]:
-        """W neighbours in the table, from so many places behind on: a vector of lanes for each."""
-        build, pieces = self.builder, []
+        """Neighbours in the table, from so many places behind on: a vector of lanes for each."""
+        build, pieces, size = self.builder, [], self.piece
+        kind = ir.VectorType(DOUBLE, size).as_pointer()
         for place in places:
             pointer = build.gep(self.arrays["data"], [build.add(place, ir.Constant(INT64, offset))])
-            pieces.append(build.load(build.bitcast(pointer, self.kind.as_pointer()), align=8))
+            pieces.append(build.load(build.bitcast(pointer, kind), align=8))
+        while size < self.width:
+            half, size = len(pieces) // 2, 2 * size
+            pairs = zip(pieces[:half], pieces[half:], strict=True)
+            pieces = [self._shuffled(a, b, list(range(size))) for a, b in pairs]
         return self._transposed(pieces)
 
     def _transposed(self, rows: list[ir.Value]) -> list[ir.Value]:
-        """A square of numbers, by swapping ever larger halves of pairs of rows."""
+        """Squares of numbers side by side, by swapping ever larger halves of pairs of rows."""
         width, size = self.width, 1
-        while size < width:
+        while size < len(rows):
             first, second = ([0] * width for _ in range(2))
             for i in range(width):
                 low = i & ~size
                 first[i] = low if i == low else width + low
                 second[i] = first[i] + size
             swapped = list(rows)
-            for k in (k for k in range(width) if not k & size):
+            for k in (k for k in range(len(rows)) if not k & size):
                 swapped[k] = self._shuffled(rows[k], rows[k + size], first)
                 swapped[k + size] = self._shuffled(rows[k], rows[k + size], second)
             rows, size = swapped, 2 * size
         return rows
 
     def _shuffled(self, a: ir.Value, b: ir.Value, places: list[int]) -> ir.Value:
-        mask = ir.Constant(ir.VectorType(INT32, self.width), places)
+        mask = ir.Constant(ir.VectorType(INT32, len(places)), places)
         return self.builder.shuffle_vector(a, b, mask)
 
 
