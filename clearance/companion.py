@@ -257,16 +257,19 @@ def _numbers(
     parts = [summed(record) for record in records]
     values = {n: [p[n].value for p in parts] for n in parts[0] if all(n in p for p in parts)}
     units = {name: metric.units for name, metric in parts[0].items()}
-    located = pair.run.located
-    values |= {n: [_outermost(record, n, begin, end) for record in records] for n in located.names}
+    located, outer = pair.run.located, [_outermost(record, begin, end) for record in records]
+    values |= {n: [one[n] for one in outer] for n in located.names}
     units |= dict(zip(located.names, located.units, strict=True))
     return {n: np.array(v) for n, v in values.items() if np.isfinite(v).all()}, units
 
 
-def _outermost(record: Record, name: str, begin: float, end: float) -> float:
-    """An extreme as the run prints it; infinite where none was located."""
-    located = record.located.of(name, begin, end)
-    return math.inf if located is None else record.extreme(name, begin, end).value
+def _outermost(record: Record, begin: float, end: float) -> dict[str, float]:
+    """Extremes as the run prints them; infinite where none was located."""
+    names, values = record.located.names, record.located.outermost(begin, end)[0]
+    return {
+        name: record.extreme(name, begin, end).value if math.isfinite(value) else math.inf
+        for name, value in zip(names, values.tolist(), strict=True)
+    }
 
 
 def kind_of(name: str) -> str:

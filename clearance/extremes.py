@@ -6,9 +6,9 @@ turns. Start-ups can thus be left out.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -61,7 +61,8 @@ class Quantity:
         return -1.0 if self.name.endswith("_min") else 1.0
 
 
-def followed(channels: Sequence, accelerations: Iterable[str] = ()) -> list[Quantity]:
+@lru_cache(maxsize=16)
+def followed(channels: tuple, accelerations: tuple[str, ...] = ()) -> tuple[Quantity, ...]:
     """The quantities of a run whose extremes are located.
 
     channels: its outputs, with path and units; accelerations: paths of those along guides.
@@ -76,7 +77,7 @@ def followed(channels: Sequence, accelerations: Iterable[str] = ()) -> list[Quan
             ends = ()  # of clearance joints: part of their force
         for end in BOTH if c.path in guided else ends:
             quantities.append(Quantity(f"{c.path}_{end}", c.units, i))
-    return quantities
+    return tuple(quantities)
 
 
 def guides(scene: dict) -> dict[str, tuple[float, float]]:
@@ -145,10 +146,15 @@ class Extremes:
         """Stretches whose extreme lies between two times; where no times are stored, those that lie
         completely there.
         """
-        times, slack = self.times[:, column], ROUNDING * self.length
-        if np.isnan(times).any():
+        if self._timeless[column]:
             return self.whole(begin, end)
+        times, slack = self.times[:, column], ROUNDING * self.length
         return (times >= begin - slack) & (times <= end + slack)
+
+    @cached_property
+    def _timeless(self) -> np.ndarray:
+        """True for quantities whose times are not stored."""
+        return np.isnan(self.times).any(axis=0)
 
     def whole(self, begin: float, end: float) -> slice:
         """Stretches that lie completely between two times [s]."""
@@ -177,6 +183,7 @@ class Extremes:
         slack = ROUNDING * self.length
         signs = np.array([-1.0 if name.endswith("_min") else 1.0 for name in self.names])
         inside = (self.times >= begin - slack) & (self.times <= end + slack)
+        inside[self.whole(begin, end)] |= self._timeless
         best = np.where(inside, signs * self.values, -np.inf).argmax(axis=0)
         columns = np.arange(len(self.names))
         values = np.where(inside[best, columns], self.values[best, columns], np.inf)
@@ -187,7 +194,8 @@ class Extremes:
 
         In a stretch that the times cut, an extreme beside them hides those between them.
         """
-        inside, column = self.inside(begin, end, self.columns[name]), self.columns[name]
+        column = self.columns[name]
+        inside = self.inside(begin, end, column)
         values, times = self.values[inside, column], self.times[inside, column]
         if not np.isfinite(values).any():
             return None

@@ -4,9 +4,8 @@ The time loop sums them over its steps (stepping/integrals.py), so that they do 
 samples. A part is a twentieth of a stretch (see extremes.py), or all of it in runs of many turns.
 """
 
-from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -32,7 +31,8 @@ class Integrand:
     form: str
 
 
-def summed(channels: Sequence, blended: Collection[str] = ()) -> list[Integrand]:
+@lru_cache(maxsize=16)
+def summed(channels: tuple, blended: tuple[str, ...] = ()) -> tuple[Integrand, ...]:
     """The quantities of a run that are summed over time.
 
     Those of squares come first. channels: its outputs, with path and units; blended: joints whose
@@ -47,7 +47,7 @@ def summed(channels: Sequence, blended: Collection[str] = ()) -> list[Integrand]
             integrands.append(Integrand(f"{c.path[:-2]}_square", f"({c.units})^2 s", i, "pair"))
         if kind == "joints" and name == "contact_force" and part in blended:
             integrands.append(Integrand(f"{c.path}_positive", "s", i, "positive"))
-    return sorted(integrands, key=lambda i: i.form == "positive")
+    return tuple(sorted(integrands, key=lambda i: i.form == "positive"))
 
 
 def parts(stretches: int) -> int:

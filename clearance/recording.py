@@ -7,6 +7,7 @@ energy ledger are those of all channels, whichever a sink keeps.
 
 import errno
 import fnmatch
+import math
 import os
 import re
 import shutil
@@ -14,13 +15,14 @@ import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from pathlib import Path
 from types import MappingProxyType
 
 import h5py
 import numpy as np
 
-from clearance.extremes import JOINT_EXTREMES, Extremes
+from clearance.extremes import JOINT_EXTREMES, Extreme, Extremes
 from clearance.groups import Group, extremes_group, integrals_group
 from clearance.integrals import Integrals
 from clearance.locks import Lock
@@ -757,18 +759,10 @@ class MemoryRecord(Record):
         )
         self._times, self._rows, self._facts = times, rows, facts
         self.located, self.integrals = extremes, integrals
-        self._channels_by_path = {c.path: (i, c) for i, c in enumerate(channels)}
-        self._groups: dict[str, dict[str, None]] = {"": {"time": None}}
-        for path in self._channels_by_path:
-            group, _, name = path.rpartition("/")
-            self._groups.setdefault(group, {})[name] = None
-            while group:
-                parent, _, name = group.rpartition("/")
-                self._groups.setdefault(parent, {})[name] = None
-                group = parent
+        self._channels_by_path, self._groups = places_of(tuple(channels))
 
     def names(self, group: str) -> tuple[str, ...]:
-        return tuple(self._groups.get(group, ()))
+        return self._groups.get(group, ())
 
     def values(self, path: str) -> np.ndarray:
         if path == "time":
@@ -777,11 +771,44 @@ class MemoryRecord(Record):
             raise KeyError(f"this run has no channel {path!r}")
         return self._rows[:, self._channels_by_path[path][0]]
 
+    @cached_property
+    def _between_times(self) -> dict[tuple, tuple]:
+        """Parts cut, outermost extremes and their times, by begin and end."""
+        return {}
+
+    def extreme(self, name, begin=0.0, end=math.inf):
+        """As of any record; what lies between two times is looked up once for all quantities."""
+        if self.located is None or name not in self.located:
+            return super().extreme(name, begin, end)
+        if (begin, end) not in self._between_times:
+            outermost = self.located.outermost(begin, end)
+            self._between_times[begin, end] = self._cut(self.located, begin, end), *outermost
+        cut, values, times = self._between_times[begin, end]
+        place = self.located.columns[name]
+        if cut or not math.isfinite(values[place]):
+            return super().extreme(name, begin, end)
+        return Extreme(float(values[place]), float(times[place]))
+
     def facts(self, group: str) -> dict:
         return self._facts.get(group, {})
 
     def units(self, path: str) -> str:
         return "s" if path == "time" else self._channels_by_path[path][1].units
+
+
+@lru_cache(maxsize=16)
+def places_of(channels: tuple) -> tuple[dict[str, tuple], dict[str, tuple[str, ...]]]:
+    """Places and channels by their paths; names in each group. All records share them."""
+    by_path = {c.path: (i, c) for i, c in enumerate(channels)}
+    groups: dict[str, dict[str, None]] = {"": {"time": None}}
+    for path in by_path:
+        group, _, name = path.rpartition("/")
+        groups.setdefault(group, {})[name] = None
+        while group:
+            parent, _, name = group.rpartition("/")
+            groups.setdefault(parent, {})[name] = None
+            group = parent
+    return by_path, {group: tuple(names) for group, names in groups.items()}
 
 
 def filters(compression: int) -> dict:

@@ -104,7 +104,7 @@ class Run:
         self.warned = True  # its record has warnings
 
     def _new_state(self) -> State:
-        """The state at the start, without numbers and without a stepper."""
+        """The state at the start, without numbers, with room for its stepper."""
         mechanism, size, solver = self.mechanism, self.mechanism.y0.size, self.solver
         states, layout = mechanism.size or size, mechanism.layout
         state = State(
@@ -113,7 +113,7 @@ class Run:
             work=mechanism.work0.size + 1,
             spots=len(mechanism.spots),
             outputs=len(layout.channels) if self.outputs else size,
-            scratch=0,
+            scratch=import_module(f"clearance.stepping.{self.method}").ROWS,
             rows=min(ROWS, self.span.samples),
             log=LOG_ROWS,
             impacts=IMPACT_ROWS,
@@ -185,7 +185,8 @@ class Run:
 
     def resize(self, **sizes: int) -> None:
         """Give arrays other lengths, see `stepping.state.layout`."""
-        self.state = self.state.resized(**sizes)
+        if not sizes.items() <= self.state.sizes.items():
+            self.state = self.state.resized(**sizes)
         self.state.connect(self.mechanism.par, **self.links)
 
     def _become_implicit(self) -> None:

@@ -32,14 +32,14 @@ class Watched:
     """
 
     def __init__(self, mechanism: Mechanism, until: float, outputs: bool):
-        scene, channels = mechanism.scene, mechanism.layout.channels if outputs else []
+        scene, channels = mechanism.scene, mechanism.layout.channels if outputs else ()
         place = mechanism.layout.output if outputs else {}
         guided = guides(scene.description()) if channels else {}
         self.quantities = followed(
-            channels, [f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items()]
+            channels, tuple(f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items())
         )
         self.rows = [(q.channel, q.paired, q.sign, -1) for q in self.quantities]
-        blended = [e.name for e, spot in mechanism.spots if spot.kind == BLENDED]
+        blended = tuple(e.name for e, spot in mechanism.spots if spot.kind == BLENDED)
         self.integrands = summed(channels, blended)
         self.contacts: dict[int, int] = {}  # spot -> its first row
         for i, (element, spot) in enumerate(mechanism.spots):

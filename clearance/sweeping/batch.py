@@ -18,7 +18,7 @@ import numpy as np
 
 from clearance.diagnosis import LOST_ENERGY, Diagnosis
 from clearance.elements.joint import Joint
-from clearance.extremes import Extreme, Extremes, stretch_length
+from clearance.extremes import Extremes, stretch_length
 from clearance.integrals import Integrals
 from clearance.mechanism.build import Mechanism, acceleration_of, energy_of
 from clearance.metrics import Window, periodicity
@@ -80,18 +80,6 @@ class Part(MemoryRecord):
             _groups=groups, _channels_by_path=channels, scene=scene, _times=times, _rows=rows
         )
         self.events, self.located, self.integrals = events, located, integrals
-        self._between_times: dict[tuple, tuple] = {}
-
-    def extreme(self, name, begin=0.0, end=math.inf):
-        """As of any record; what lies between two times is looked up once for all quantities."""
-        if (begin, end) not in self._between_times:
-            outermost = self.located.outermost(begin, end)
-            self._between_times[begin, end] = self._cut(self.located, begin, end), *outermost
-        cut, values, times = self._between_times[begin, end]
-        place = self.located.columns.get(name)
-        if cut or place is None or not math.isfinite(values[place]):
-            return super().extreme(name, begin, end)
-        return Extreme(float(values[place]), float(times[place]))
 
 
 class Ended:
