@@ -10,7 +10,7 @@ import clearance as cl
 from clearance import checks
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import CLOSED, FREE, Joint, Known
-from clearance.elements.kinds import CONTACT
+from clearance.elements.kinds import CONTACT, FILM
 from clearance.mechanism.build import build
 from clearance.quantities import number
 
@@ -161,6 +161,7 @@ WRONG = {
     },
     "spots": {
         "spot 'wall': kind must be FILM, CONTACT or BLENDED, got 7": Spot(7, 1e-3, name="wall"),
+        "spot '': kind FILM needs 2 offsets that are states": Spot(FILM, 1e-3),
         "reach of spot '' must be positive, got 0.0": Spot(CONTACT, 0.0),
         "act gives 0 w.spot, but spots\\(\\) has 1": Spot(CONTACT, 1e-3),
     },
@@ -233,3 +234,34 @@ def test_change_of_a_vector():
     text = "but \\(1.0, 0.0\\); numbers beside it: joints/g/angle"
     with pytest.raises(ValueError, match=text):
         scene.replaced({"joints/g/axis": 1.0})
+
+
+def of_user(kind):
+    """A user's subclass of a kind of the package, without changes."""
+    return dataclass(frozen=True)(type(f"My{kind.__name__}", (kind,), {}))
+
+
+LAW = cl.lankarani_nikravesh(stiffness=1e8, restitution=0.9)
+GUIDE = {"clearance": 1e-3, "overlap": 0.05, "height": 0.03, "contact": LAW}
+BEARING = {"radius": 0.01, "clearance": 1e-4}
+OIL = {"film": cl.short_film, "length": 0.01, "lubricant": cl.Lubricant(0.1)}
+BRISTLES = cl.lugre(static=0.3, kinetic=0.2)
+PIVOT = cl.joint_lugre(static=1e-3, kinetic=5e-4, stribeck_rate=0.1, stiffness=1.0)
+KINDS = {
+    "pin": (cl.Revolute, {"friction": PIVOT}),
+    "guide": (cl.Prismatic, {"angle": 0.1}),
+    "wide guide": (cl.ClearancePrismatic, GUIDE),
+    "dry": (cl.ClearanceRevolute, BEARING | {"contact": LAW, "friction": BRISTLES}),
+    "film": (cl.ClearanceRevolute, BEARING | OIL),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_subclass_of_the_package(name):
+    """It passes all checks and moves as its base, bit for bit."""
+    kind, more = KINDS[name]
+    ends = []
+    for one in (kind, of_user(kind)):
+        scene = cl.Scene(one(cl.ground, cl.Body("b", 1.0, 1e-3), name="g", **more))
+        ends.append(cl.simulate(scene, until=1e-3)["b"].y)
+    assert (ends[0] == ends[1]).all()

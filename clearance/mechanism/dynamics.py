@@ -5,7 +5,7 @@ recovered on demand.
 from dataclasses import dataclass, field, replace
 
 from clearance.body import ABSOLUTE, ground
-from clearance.elements.declared import blamed, check_work
+from clearance.elements.declared import blamed
 from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.branches import folded, product, times
 from clearance.mechanism.kinematics import Propagation
@@ -48,8 +48,6 @@ class Dynamics:
             self.trace.section = element.label()
             with blamed(element, "act"):
                 element.act(self.motion, work)
-        for element in self.scene.elements:
-            check_work(element, work)
         return work
 
     def _gravity(self, body, work: Work) -> None:

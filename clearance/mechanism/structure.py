@@ -20,7 +20,7 @@ from functools import cached_property
 from weakref import WeakValueDictionary
 
 from clearance import checks, store
-from clearance.elements.declared import blamed, check_outputs
+from clearance.elements.declared import blamed, check_outputs, check_work
 from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.joint_friction import joint_friction
 from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
@@ -236,6 +236,8 @@ class Tracing:
         for joint, bristle_rate in self.friction.bristle_rates.items():
             (deflection,) = joint.states()
             self.work.rate(joint, deflection.name, bristle_rate)
+        for element in self.scene.elements:
+            check_work(element, self.work)
         for joint, effort in self.friction.efforts.items():
             self.work.lose(joint, -effort * self.friction.rates[joint])
         self.state_rate = [
