@@ -55,11 +55,12 @@ def test_a_later_process_compiles_no_kernel(with_loop):
     file and one of another kernel are named, and made again.
     """
     tmp_path = with_loop
+    loop = len(list(tmp_path.glob("clearance_*.o")))  # more where the store has older ones too
     count, numbers, messages = run_of_four_bar(tmp_path)
     files = sorted(tmp_path.glob("clearance_kernel_*.o"))
     assert count == len(files) == 3  # rhs, events, observe
-    # two of each part of the loop; this process would add others, had it compiled them
-    assert len(list(tmp_path.glob("clearance_*.o"))) == 9
+    # the process would add parts of the loop, had it compiled them
+    assert len(list(tmp_path.glob("clearance_*.o"))) == loop + 3
     assert run_of_four_bar(tmp_path) == (0, numbers, messages)
     contents = [f.read_bytes() for f in files]
     files[0].write_bytes(contents[0][:-9] + bytes([contents[0][-9] ^ 1]) + contents[0][-8:])
