@@ -187,6 +187,11 @@ def _compilers() -> str:
     return hashlib.sha256(b"".join([versions, *(p.read_bytes() for p in sources)])).hexdigest()
 
 
+def holds(text: str) -> bool:
+    """True where the store has the machine code of a kernel; text: what it computes."""
+    return file_of(f"kernel_{_digest(text)}").exists()
+
+
 def file_of(name: str) -> Path:
     """File of machine code."""
     return folder() / f"clearance_{name}.o"

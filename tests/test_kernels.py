@@ -116,20 +116,23 @@ class TestMoments:
 
     @pytest.mark.parametrize("method", ["radau5", "radau9"])
     def test_a_run_has_the_same_bits_with_and_without(self, method, monkeypatch):
-        """From a structure's first step on, from the run's second call of the loop on, or never."""
-        results = []
-        for hot in (-1, 500, math.inf):
+        """From a structure's first step on, from the run's second call of the loop on, or never;
+        likewise where the store has the kernel.
+        """
+        results, never = [], math.inf
+        for hot, warm in ((-1, never), (500, never), (never, 500), (never, never)):
             monkeypatch.setattr(structure, "HOT", hot)
+            monkeypatch.setattr(structure, "WARM", warm)
             monkeypatch.setattr(structure, "_compiled", {})
             monkeypatch.setattr(building, "_structures", {})
             scene = cl.load_case("slider_crank", model="lubricated", film="pinkus_sternlicht")
             options = {"method": method, "samples_per_turn": 20, "error": None}
             results.append(cl.simulate(scene, turns=15, **options))
-            assert ("moments" in build(scene).structure.compiled) == (hot < math.inf)
-        for result in results[:2]:
-            assert result.attributes["kernel"] == results[2].attributes["kernel"]
+            assert ("moments" in build(scene).structure.compiled) == (min(hot, warm) < never)
+        for result in results[:-1]:
+            assert result.attributes["kernel"] == results[-1].attributes["kernel"]
             for path in ("joints/C/eccentricity_x", "joints/C/force_y", "energy/dissipated"):
-                np.testing.assert_array_equal(result.values(path), results[2].values(path))
+                np.testing.assert_array_equal(result.values(path), results[-1].values(path))
 
     def test_a_law_that_is_called_apart_stays_so(self):
         """Nothing is won where each moment is a call of its own."""

@@ -40,6 +40,8 @@ from clearance.tracing.trace import DerivedParameters, Trace, is_value
 MOST_DERIVATIVES = 12_000
 #: steps of a structure after which a kernel of several moments has paid for its compiling
 HOT = 50_000
+#: likewise where the store has its machine code
+WARM = 1_000
 #: dyads, whose assembly mode is a number
 DYADS = ("RRR", "RRP", "RPR")
 
@@ -123,7 +125,14 @@ class Structure:
         """True where a kernel of several moments is compiled, or would pay for it."""
         if "moments" in self.compiled:
             return True
-        return self.compiled.steps > HOT and kernels.takes_moments(self.programs["rhs"])
+        steps = self.compiled.steps
+        pays = steps > HOT or (steps > WARM and self._moments_stored)
+        return pays and kernels.takes_moments(self.programs["rhs"])
+
+    @cached_property
+    def _moments_stored(self) -> bool:
+        """True where the store had the kernel of several moments when it was looked up."""
+        return store.holds(kernels.text_of_moments(self.codes["rhs"], store.MOMENTS))
 
     @cached_property
     def compiled(self) -> Compiled:

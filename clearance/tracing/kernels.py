@@ -62,22 +62,28 @@ def takes_moments(program: Program) -> bool:
     return store.COMPILED and store.FUSES and not apart
 
 
+def text_of_moments(text: str, width: int) -> str:
+    """Text of a kernel of several moments; text: that of the kernel of one."""
+    return f"{width} moments of {text}"
+
+
 def moments(program: Program, text: str, width: int) -> Callable:
     """A kernel of so many moments at once: f(0, y, par, work, out), the numbers of a place side by
     side.
 
     y: the times, then the states. Each moment has the bits of the kernel.
     """
-    from clearance.tracing.lanes import Moments
 
     def write(builder, arguments):
+        from clearance.tracing.lanes import Moments
+
         _, *arrays = arguments
         arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
         lowering = Moments(builder, arrays | {"data": arrays["par"]}, None, {}, width)
         lowering.time = lowering.load("y", -1)
         lowering.write(program)
 
-    return store.Kernel(write, f"{width} moments of {text}")
+    return store.Kernel(write, text_of_moments(text, width))
 
 
 def compiled(function: Function) -> Callable:
