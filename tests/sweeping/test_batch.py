@@ -82,7 +82,7 @@ def test_dry_metrics_of_many_points(name, fixed, turns, settle):
     case, swept = find_case(name), columns()
     options = OPTIONS | {"turns": turns}
     family = Family(lambda v: case.scene(**DRY, **fixed, **v), swept, options, settle)
-    swept = {name: column[::5] for name, column in swept.items()}
+    swept = {name: column[::4] for name, column in swept.items()}
     assert family.sums is not None
     actual = family.found(swept)
     assert family.sums is not None
