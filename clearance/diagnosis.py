@@ -170,7 +170,8 @@ class Diagnosis:
             return []
         return [
             "nothing has moved: the mechanism starts at rest and its loads balance there, as at a "
-            "dead centre; start it elsewhere or with a speed"
+            "dead centre; start it elsewhere or with a speed; a load shorter than a step may be "
+            "missed, which max_step prevents"
         ]
 
     def _end_warnings(self) -> list[str]:

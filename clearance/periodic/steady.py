@@ -261,9 +261,9 @@ class Search:
         changes = [self._change(section, k) for k in range(1, MOST_PERIOD + 1)]
         best = int(np.argmin(changes)) + 1
         text = (
-            f"no periodic motion within {self.waited} turns: after {best} turns the states are "
-            f"still {min(changes):.2g} of their natural sizes from where they were; it may be "
-            "chaotic (clearance lyapunov), or need more turns"
+            f"no periodic motion within {self.waited} turns: states {best} turns apart still "
+            f"differ by {min(changes):.2g} of their natural sizes; it may be chaotic "
+            "(clearance lyapunov), or need more turns"
         )
         return f"{text}; {self.reason}" if self.reason else text
 

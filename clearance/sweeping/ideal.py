@@ -98,14 +98,20 @@ def moves(place: tuple) -> bool:
 
 
 def _moving(scene: Scene, rate: float) -> Scene:
-    """Joints and drives of the scene, these so many times slower."""
-    drives = [dataclasses.replace(d, speed=d.speed / rate) if d.speed else d for d in scene.drives]
-    return Scene(*scene.joints, *drives, name=scene.name)
+    """Ideal joints and the drives of the scene, these so many times slower, with what they need."""
+    ideal = idealised(scene)
+    slower = [dataclasses.replace(d, speed=d.speed / rate) if d.speed else d for d in ideal.drives]
+    parts = [*ideal.joints, *slower]
+    for part in parts:
+        for other in part.companions().values():
+            if all(other is not one for one in parts):
+                parts.append(other)
+    return Scene(*parts, name=scene.name)
 
 
 def _motion(scene: Scene, span: Span, slides: dict) -> dict | None:
     try:
-        mechanism = build(idealised(scene), ledger=False)
+        mechanism = build(scene, ledger=False)
     except ValueError:  # ideal joints do not fit together
         return None
     if mechanism.size:

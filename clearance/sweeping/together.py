@@ -376,7 +376,7 @@ class Lanes:
         columns = {n: v[group] for n, v in self.numbers.items() if np.ptp(v[group])}
         good = possible(lambda swept: prepare(scene(swept), **options), columns)
         if good.sum() < FEWEST:
-            return "their values are impossible"
+            return f"fewer than {FEWEST} have possible values"
         try:
             return Together(
                 scene,

@@ -380,7 +380,7 @@ def _new_family(definition: Definition, kind: tuple) -> Family | str:
 
     good = possible(lambda values: prepare(scene(values), **options), columns)
     if good.sum() < FEWEST:
-        return "their values are impossible"
+        return f"fewer than {FEWEST} have possible values"
     columns = {n: v[good] for n, v in columns.items()}
     try:
         return Family(scene, columns, options, definition.settle)

@@ -1029,3 +1029,14 @@ def test_integrals_of_cubics():
         for power in range(4):
             exact = (0.99 ** (power + 1) - (-0.01) ** (power + 1)) / (power + 1)
             assert weights @ places**power == pytest.approx(exact, abs=1e-12)
+
+
+def test_ideal_motion_beside_a_thermal_node():
+    """A node that joints share does not change how ideal joints would move the slider."""
+    plain = cl.load_case("slider_crank", model="lubricated")
+    node = cl.ThermalNode("housing", capacity=10.0, conductance=0.5)
+    oil = cl.HeatBalance(capacity=1.0, conductance=0.8, to=node)
+    joints = [dataclasses.replace(j, heat=oil) if j.name == "C" else j for j in plain.joints]
+    heated = cl.Scene(*joints, *plain.loads, node, name="heated")
+    (_, expected), (_, actual) = (recorded(s, turns=1) for s in (plain, heated))
+    np.testing.assert_array_equal(actual["slider"], expected["slider"])
