@@ -32,6 +32,7 @@ from clearance.turns import Series, by_turn
 ERROR = 0.05
 MOST_TURNS = 20_000
 STARTS = 4
+FEWEST_TURNS = 2 * series.FEWEST  # of a start at the first look: half may be its transient
 SHARES = (0.9, 0.99)  # quantiles of turn peaks
 PEAKS = "_peak"  # end of the names of quantities with quantiles
 TIGHTER = 100.0  # the check's tolerance is this much smaller
@@ -385,7 +386,7 @@ def _until_narrow(
     """Judge an ensemble at growing numbers of turns."""
     cut, before, most = 5, False, max_turns // runner.starts
     for number in series.looks():
-        turns = min(math.ceil(number / runner.starts) + cut, most)
+        turns = min(max(math.ceil(number / runner.starts) + cut, FEWEST_TURNS), most)
         runner.extend(turns)
         cut = series.transient(runner.values.values())
         motions = _motions(runner, cut, asked)

@@ -59,11 +59,14 @@ def test_other_starts_give_the_same(actual):
 
 
 def test_quantiles(actual):
-    """One turn in ten is above; one in a hundred needs 500 turns."""
+    """One turn in ten is above; one in a hundred needs 500 turns. The upper end of the interval
+    may lie above all turns, where it is nan.
+    """
     stored = actual.values[FORCE][:, actual.left_out :]
     q = actual[FORCE].quantiles[0]
     assert np.mean(stored > q.value) == pytest.approx(0.1, abs=1.0 / stored.size)
-    assert q.low < q.value < q.high
+    assert q.low < q.value
+    assert not q.high <= q.value
     assert actual["drive_crank_torque_rms"].quantiles == ()
 
 
@@ -124,16 +127,16 @@ def test_several_motions_are_not_averaged(actual):
 
 
 def test_two_motions_of_one_mechanism():
-    """The dry slider-crank at 3900 rpm, below its fold: starts lead to an orbit of one turn or to
-    one of two. Rounding decides which of them `steady` solves for; its mean force is theirs (1e-3).
-    The mean forces of both differ by 2 %.
+    """The dry slider-crank at 3900 rpm, below its fold: starts lead to an orbit of one turn, or one
+    in nine to one of two. Rounding decides which of them `steady` solves for; its mean force is
+    theirs (1e-3). The mean forces of both differ by 2 %.
     """
     dry = {"restitution": 0.9, "friction": "coulomb", "friction_coefficient": 0.03}
     scene = cl.load_case("slider_crank", clearance=1e-3, speed=cl.rpm(3900), **dry)
-    actual = cl.statistics(scene, {FORCE: "1%"}, starts=12, seed=1, check=False)
+    actual = cl.statistics(scene, {FORCE: "1%"}, starts=40, seed=1, check=False)
     forces = [motion.quantities[FORCE].mean.value for motion in actual.motions]
     assert len(forces) == 2
-    assert sorted(start for motion in actual.motions for start in motion.starts) == [*range(12)]
+    assert sorted(start for motion in actual.motions for start in motion.starts) == [*range(40)]
     orbit = cl.steady(scene, error=None)
     assert orbit.period in (1, 2)
     force = min(forces) if orbit.period == 2 else max(forces)
