@@ -279,7 +279,7 @@ class TestAtOnce:
         wanted = [ends(model) for model in MODELS]
         workers = {"n_workers": 2, "threads_per_worker": 2, "local_directory": str(tmp_path)}
         with (
-            distributed.LocalCluster(**workers, dashboard_address=None) as cluster,
+            distributed.LocalCluster(**workers, dashboard_address=":0") as cluster,
             distributed.Client(cluster) as client,
         ):
             assert client.gather(client.map(ends, MODELS, pure=False)) == wanted
