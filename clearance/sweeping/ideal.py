@@ -56,7 +56,7 @@ def unit_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     if key not in _made:
         if len(_made) == MOST_KEPT:
             _made.clear()
-        _made[key] = _motion(_moving(scene, rate), Span(angle, span.samples), slides)
+        _made[key] = _motion(scene, rate, Span(angle, span.samples), slides)
     return _made[key]
 
 
@@ -109,9 +109,9 @@ def _moving(scene: Scene, rate: float) -> Scene:
     return Scene(*parts, name=scene.name)
 
 
-def _motion(scene: Scene, span: Span, slides: dict) -> dict | None:
+def _motion(scene: Scene, rate: float, span: Span, slides: dict) -> dict | None:
     try:
-        mechanism = build(scene, ledger=False)
+        mechanism = build(_moving(scene, rate), ledger=False)
     except ValueError:  # ideal joints do not fit together
         return None
     if mechanism.size:
