@@ -13,6 +13,7 @@ import itertools
 import os
 import pickle
 import re
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
@@ -45,6 +46,7 @@ OPTIONS = {
     "_nrt": False,
 }  # nothing in a kernel allocates: arrays need no counting
 COMPILED = not numba.config.DISABLE_JIT
+PYTHON = sys.implementation.cache_tag  # numba compiles byte code, whose order decides the last bits
 FRAMES = 1 << 16  # words of a roomy frame
 DAY = 86400.0  # [s]
 UNUSED = 60 * DAY  # machine code that was not used for so long is deleted
@@ -79,7 +81,7 @@ class Kernel:
     def __init__(self, write: Callable, text: str | None = None):
         lasting = text is not None
         with global_compiler_lock:
-            self.name = f"kernel_{_digest(text) if lasting else next(self._names)}"
+            self.name = _name_of(text) if lasting else f"kernel_{next(self._names)}"
             code = MachineCode(self.name, lambda: (self.name, _machine_code(self.name, write)))
             symbol = code.loaded(lasting)
             self.address, self._entry = code.address(symbol), ENTRY(code.address(f"{symbol}_entry"))
@@ -183,13 +185,18 @@ def _compilers() -> str:
     """Digest of what makes machine code: sources, and versions of compilers."""
     here = Path(__file__).parent
     sources = [Path(__file__), *sorted((here / "tracing").glob("*.py"))]
-    versions = f"{llvmlite.__version__} {numba.__version__} {numba.config.OPT}".encode()
+    versions = f"{PYTHON} {llvmlite.__version__} {numba.__version__} {numba.config.OPT}".encode()
     return hashlib.sha256(b"".join([versions, *(p.read_bytes() for p in sources)])).hexdigest()
+
+
+def _name_of(text: str) -> str:
+    """Name of a kernel's machine code; text: what the kernel computes."""
+    return f"kernel_{_digest(text)}"
 
 
 def holds(text: str) -> bool:
     """True where the store has the machine code of a kernel; text: what it computes."""
-    return file_of(f"kernel_{_digest(text)}").exists()
+    return file_of(_name_of(text)).exists()
 
 
 def file_of(name: str) -> Path:

@@ -220,6 +220,15 @@ def test_unused_machine_code_is_deleted(tmp_path, monkeypatch):
     assert len(list(tmp_path.glob("*.o"))) == 2
 
 
+def test_another_python_makes_machine_code_of_its_own(monkeypatch):
+    """Numba compiles byte code, which differs between versions, and so do last bits of runs."""
+    here = store._digest("one")
+    monkeypatch.setattr(store, "PYTHON", "cpython-399")
+    store._compilers.cache_clear()
+    assert store._digest("one") != here
+    store._compilers.cache_clear()
+
+
 def doubled(x):
     return 2.0 * x
 
