@@ -61,43 +61,33 @@ def multipliers(derivative: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray,
 
 def newton(section: Section, place: Place, tolerance: float) -> Fixed:
     """The fixed point near a place: (P'(y) - 1) dy = y - P(y), until dy is below the tolerance
-    [natural sizes]. That step is taken too.
+    [natural sizes]. That step is taken too, so that what is left is far below the error of the
+    integration.
 
     The derivative is used again where the steps shrink fast without a new one.
     Raises NotPeriodic where the steps do not shrink, NotSolved where the motion cannot be
     continued.
     """
     derivative, last = None, np.inf
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS + 1):
         change, _ = section.change(place)
         base = section.vector(place)
         if derivative is None:
             derivative = section.derivative(place, base + change)
         step = _solved(np.eye(base.size) - derivative, change)
         length = float(np.abs(step).max())
-        if length < tolerance:
-            return _last(section, section.place(base + step, place), derivative)
+        if last < tolerance:
+            both = section.central(place, base + change)
+            return Fixed(place, *both, float(np.abs(change).max()), length)
         if length > 2.0 * last and length > LIMIT:
             break
-        if length > STRAIGHT * last:
+        if length > max(STRAIGHT * last, tolerance):
             derivative = None
-        place = section.place(base + step * min(1.0, LIMIT / length), place)
+        place = section.place(base + step * (LIMIT / max(length, LIMIT)), place)
         last = length
     raise NotPeriodic(
         f"Newton's method stays {last:.2g} of the natural sizes away from a periodic motion"
     )
-
-
-def _last(section: Section, place: Place, derivative: np.ndarray) -> Fixed:
-    """The fixed point at a place that is within the tolerance, after a step of Newton's method.
-
-    What is left there is of second order in the step, far below the error of the integration.
-    """
-    change, _ = section.change(place)
-    base = section.vector(place)
-    left = _solved(np.eye(base.size) - derivative, change)
-    both = section.central(place, base + change)
-    return Fixed(place, *both, float(np.abs(change).max()), float(np.abs(left).max()))
 
 
 def _solved(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
