@@ -267,13 +267,10 @@ def counterparts(before: Scene, after: Scene) -> dict[Body | Element, Body | Ele
 def _changed(part: Part, changes: dict[str, float]) -> Part:
     """A part with the numbers that stand under its name; they are taken out of the changes."""
     values: dict[str, Any] = {}
-    for name in [name for name in changes if name.startswith(f"{part.key}/")]:
+    for name in [name for name in _changeable(part) if name in changes]:
         field, _, parameter = name.removeprefix(f"{part.key}/").partition("/")
-        value = values.get(field, getattr(part, field, None))
-        if isinstance(value, BoundLaw) and parameter in value.law.given:
-            values[field] = value.replaced(**{parameter: changes.pop(name)})
-        elif not parameter and isinstance(value, int | float) and not isinstance(value, bool):
-            values[field] = changes.pop(name)
+        value, change = values.get(field, getattr(part, field)), changes.pop(name)
+        values[field] = value.replaced(**{parameter: change}) if parameter else change
     return replace(part, **values) if values else part
 
 
