@@ -13,8 +13,8 @@ import numpy as np
 from clearance import observers, store
 from clearance.checkpoint import restore
 from clearance.compiling import announced
-from clearance.elements.kinds import CONTACT
 from clearance.interrupts import DeferredSignals, ended
+from clearance.kinds import CONTACT
 from clearance.mechanism.build import Mechanism, changed
 from clearance.mechanism.dead_centre import DeadCentre
 from clearance.options import (

@@ -6,9 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance.elements.kinds import BLENDED, CONTACT
 from clearance.extremes import Extremes, along, followed, guides, stretch_length, stretches
 from clearance.integrals import Integrals, Integrand, parts, summed
+from clearance.kinds import BLENDED, CONTACT
 from clearance.mechanism.build import Mechanism
 from clearance.stepping import state as places
 from clearance.stepping.state import State

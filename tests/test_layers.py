@@ -15,7 +15,7 @@ from tests.benchmarks.words import statements
 ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
-    ["clearance.columns", "clearance.checks", "clearance.units"],
+    ["clearance.columns", "clearance.checks", "clearance.kinds", "clearance.units"],
     ["clearance.extremes", "clearance.integrals", "clearance.interrupts", "clearance.loading"],
     [
         "clearance.locks",

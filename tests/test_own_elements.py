@@ -10,7 +10,7 @@ import clearance as cl
 from clearance import checks
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import CLOSED, FREE, Joint, Known
-from clearance.elements.kinds import CONTACT, FILM
+from clearance.kinds import CONTACT, FILM
 from clearance.mechanism.build import build
 from clearance.quantities import number
 

@@ -12,8 +12,8 @@ from clearance.body import Point
 from clearance.elements.clearance_joint import ClearanceJoint, Surfaces
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import FREE, Joint, Known, axis_field
-from clearance.elements.kinds import BLENDED, CONTACT
 from clearance.elements.prismatic import Prismatic
+from clearance.kinds import BLENDED, CONTACT
 from clearance.laws.law import (
     BoundLaw,
     FilmJoint,

@@ -12,9 +12,9 @@ from clearance.elements.clearance_joint import ClearanceJoint
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import FREE, Joint, Known
 from clearance.elements.journal import Journal
-from clearance.elements.kinds import BLENDED, CONTACT, FILM
 from clearance.elements.revolute import Revolute
 from clearance.elements.thermal_node import WARMING, ThermalNode
+from clearance.kinds import BLENDED, CONTACT, FILM
 from clearance.laws.contact import layer_of
 from clearance.laws.law import (
     BoundLaw,

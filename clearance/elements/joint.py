@@ -6,7 +6,7 @@ from dataclasses import Field, dataclass, fields
 from clearance import checks
 from clearance.body import Body, Point
 from clearance.elements.element import Element
-from clearance.elements.kinds import CONTACT, FILM
+from clearance.kinds import CONTACT, FILM
 from clearance.laws.law import BoundLaw
 from clearance.quantities import UNIT, number
 

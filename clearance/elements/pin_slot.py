@@ -8,7 +8,7 @@ from clearance.body import Point
 from clearance.elements.clearance_joint import ClearanceJoint, Surfaces
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import FREE, Joint, Known, axis_field
-from clearance.elements.kinds import CONTACT
+from clearance.kinds import CONTACT
 from clearance.laws.law import BoundLaw, contact, friction
 from clearance.materials import Material, steel
 from clearance.quantities import law, number

@@ -18,8 +18,8 @@ import numpy as np
 
 from clearance import checks
 from clearance.demand import Demand, affordable
-from clearance.elements.kinds import CONTACT
 from clearance.evidence.problem import NotSolved
+from clearance.kinds import CONTACT
 from clearance.mechanism.build import Mechanism, build
 from clearance.options import Solver, Span
 from clearance.results import save_tables

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from clearance.elements.kinds import CONTACT, FILM
+from clearance.kinds import CONTACT, FILM
 from clearance.lanes import driver
 from clearance.lanes.code import natural_width
 from clearance.lanes.engine import METHODS, Engine, engine

@@ -9,7 +9,7 @@ import numpy as np
 
 from clearance.body import ABSOLUTE
 from clearance.elements.element import Element, Spot
-from clearance.elements.kinds import BLENDED
+from clearance.kinds import BLENDED
 from clearance.laws.law import BoundLaw, DataLaw
 from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearance.elements.kinds import CONTACT
 from clearance.evidence.problem import NotSolved
+from clearance.kinds import CONTACT
 from clearance.mechanism.build import Mechanism, build
 from clearance.options import Solver, Span, longest_step
 from clearance.run import Run

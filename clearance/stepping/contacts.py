@@ -6,7 +6,7 @@ others do not compile this module.
 
 import math
 
-from clearance.elements.kinds import CONTACT
+from clearance.kinds import CONTACT
 from clearance.stepping.locating import FREE, contact_peak, touch
 from clearance.stepping.state import (
     IMPACT_SPEED,

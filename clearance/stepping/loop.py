@@ -10,7 +10,7 @@ so that no step crosses the kink and the stepper keeps its order. The impact spe
 
 import math
 
-from clearance.elements.kinds import BLENDED, CONTACT, FILM
+from clearance.kinds import BLENDED, CONTACT, FILM
 from clearance.stepping import status
 from clearance.stepping.locating import FREE, begin_looking, look, look_again, touch, unwind
 from clearance.stepping.state import (

@@ -9,7 +9,7 @@ from pathlib import Path
 import numba
 from numba.core.compiler import Compiler
 
-from clearance.elements import kinds
+from clearance import kinds
 from clearance.store import COMPILED, KERNEL, MOMENTS, OPTIONS, Entry, cached, caller, njit, types
 
 #: versions of numba that the tests ran with; others are tried all the same

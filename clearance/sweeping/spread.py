@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearance.columns import Column, values_of
-from clearance.elements.kinds import BLENDED
+from clearance.kinds import BLENDED
 from clearance.mechanism.numbers import numbers_of
 from clearance.run import Run
 from clearance.scene import Scene

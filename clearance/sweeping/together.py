@@ -16,8 +16,8 @@ import numpy as np
 from clearance import lanes
 from clearance.case import Case
 from clearance.companion import beside_at, times_of
-from clearance.elements.kinds import BLENDED
 from clearance.film.lookup import Tabulated
+from clearance.kinds import BLENDED
 from clearance.lanes.group import Answers, Group, Points
 from clearance.mechanism.build import acceleration_of, tables_of
 from clearance.options import Span, longest_step
