@@ -272,9 +272,12 @@ class Group:
     def _answers(self, results: np.ndarray, begun, extremes, tracks: np.ndarray) -> Answers:
         sums = len(self.watch.reductions)
         states = results[:, sums : sums + self.shape.size]
-        signs = np.array([q.sign for q in self.watch.quantities])
+        quantities = self.watch.quantities
+        extremes *= [q.sign for q in quantities]
+        paired = [q.paired for q in quantities]
+        extremes[..., paired] = np.sqrt(np.maximum(extremes[..., paired], 0.0))
         return Answers(
-            signs * extremes,
+            extremes,
             results[:, :sums],
             begun,
             states[:, self.shape.states :],

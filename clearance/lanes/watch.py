@@ -85,12 +85,12 @@ class Moment:
 
 
 def values_of(piece: Piece, watch: Watch, row: list) -> list:
-    """Values of the quantities, times their signs."""
+    """Values of the quantities, of vectors their squares, times their signs."""
     values = []
     for q in watch.quantities:
         value = row[q.channel]
         if q.paired:
-            value = piece.sqrt(value * value + row[q.channel + 1] * row[q.channel + 1])
+            value = value * value + row[q.channel + 1] * row[q.channel + 1]
         values.append(value * q.sign)
     return values
 
