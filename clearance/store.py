@@ -101,7 +101,7 @@ class Entry:
         self.py_func = function
         text = f"{function.__module__} {function.__name__} {signature} {made_from}"
         with global_compiler_lock:
-            self.name = f"{text.split()[0].rpartition('.')[2]}_{function.__name__}_{_digest(text)}"
+            self.name = f"{text.split()[0].rpartition('.')[2]}_{function.__name__}_{digest_of(text)}"
             code = MachineCode(self.name, lambda: _front_end(function, signature, options))
             self.address = code.address(code.loaded())
         kinds = [CTYPES.get(a, ctypes.c_void_p) for a in signature.args]
@@ -159,22 +159,35 @@ class MachineCode:
         return self._loaded[self.name]
 
     def _read_or_made(self) -> str:
-        path, made_from = file_of(self.name), self.name.encode()
-        if (data := sealed.read(path, made_from)) is None:
-            with alone(path):  # where several processes need it, one makes it
-                if (data := sealed.read(path, made_from, warned=True)) is None:
-                    symbol, code = self.make()
-                    sealed.write(path, symbol.encode() + b"\n" + code, made_from)
-                    delete_unused(path.parent)
-                    return symbol
-        _note_use(path)
+        data, fresh = stored(self.name, lambda: b"\n".join(self._made()))
         symbol, _, code = data.partition(b"\n")
-        self.engine._ee.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
-        self.engine.finalize_object()
+        if not fresh:
+            self.engine._ee.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
+            self.engine.finalize_object()
         return symbol.decode()
 
+    def _made(self) -> tuple[bytes, bytes]:
+        symbol, code = self.make()
+        return symbol.encode(), code
 
-def _digest(text: str) -> str:
+
+def stored(name: str, make: Callable[[], bytes]) -> tuple[bytes, bool]:
+    """The file of machine code of a name, which holds a digest of all that it is made from; True
+    where it was made now.
+    """
+    path, made_from = file_of(name), name.encode()
+    if (data := sealed.read(path, made_from)) is None:
+        with alone(path):  # where several processes need it, one makes it
+            if (data := sealed.read(path, made_from, warned=True)) is None:
+                data = make()
+                sealed.write(path, data, made_from)
+                delete_unused(path.parent)
+                return data, True
+    _note_use(path)
+    return data, False
+
+
+def digest_of(text: str) -> str:
     """Digest of all that machine code is made from; text: its sources."""
     made_from = text, _compilers(), *cpu_target.target_context.codegen().magic_tuple()
     return hashlib.sha256(" ".join(made_from).encode()).hexdigest()[:32]
@@ -191,7 +204,7 @@ def _compilers() -> str:
 
 def _name_of(text: str) -> str:
     """Name of a kernel's machine code; text: what the kernel computes."""
-    return f"kernel_{_digest(text)}"
+    return f"kernel_{digest_of(text)}"
 
 
 def holds(text: str) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.lanes import kernels
+from clearance.lanes import code, kernels
 from clearance.lanes.code import Code, callable_at, new_module
 from clearance.lanes.folding import Folding
 from clearance.mechanism.build import build
@@ -32,15 +32,42 @@ def test_kernels(name, width):
         program, count = mechanism.structure.programs[role], sizes(mechanism)[role]
         module = new_module()
         kernels.write(module, "kernel", program, width)
-        code = Code(module)
+        made = Code(module)
         together = np.zeros((count, width))
         arrays = (times, states.T.copy(), par, np.tile(work[:, None], width), together, data)
-        callable_at(code.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
+        callable_at(made.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
         for lane in range(width):
             alone = np.zeros(count)
             mechanism.kernel(role)(times[lane], states[lane], mechanism.par, work.copy(), alone)
             allowed = (1e-9 if role == "jacobian" else 1e-11) * np.abs(alone).max()
             np.testing.assert_allclose(together[:, lane], alone, rtol=1e-9, atol=allowed)
+
+
+def test_machine_code_stays_in_the_store(tmp_path, monkeypatch):
+    """The same module is compiled once, by whatever process; another one is compiled anew."""
+    monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path))
+    compiled, original = [], code._object_code
+
+    def counted(text, *others):
+        compiled.append(text)
+        return original(text, *others)
+
+    monkeypatch.setattr(code, "_object_code", counted)
+    mechanism, results = build(SCENES["newton"]()), []
+    state = moved(mechanism, 1)
+    for width in (4, 4, 2):
+        module = new_module()
+        kernels.write(module, "kernel", mechanism.structure.programs["rhs"], width)
+        made, out = Code(module), np.zeros((sizes(mechanism)["rhs"], width))
+        numbers = mechanism.par, np.append(mechanism.work0, 0.0)
+        par, work = (np.tile(a[:, None], width) for a in numbers)
+        y, data = np.tile(state[:, None], width), np.append(mechanism.par, np.zeros(8))
+        arrays = (np.zeros(width), y, par, work, out, data)
+        callable_at(made.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
+        results.append(out)
+    assert len(compiled) == 2
+    np.testing.assert_array_equal(results[0], results[1])
+    np.testing.assert_allclose(results[2], results[0][:, :2], rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("role", ["rhs", "observe", "jacobian"])
@@ -57,7 +84,7 @@ def test_shared_numbers(role):
     program, module = folding.program(structure.programs[role]), new_module()
     assert program.operations < structure.programs[role].operations
     kernels.write(module, "kernel", program, width)
-    code, count = Code(module), sizes(mechanism)[role]
+    made, count = Code(module), sizes(mechanism)[role]
     pars = np.tile(mechanism.par, (width, 1))
     pars[:, varying] *= np.linspace(0.8, 1.5, width)
     for par in pars:
@@ -67,7 +94,7 @@ def test_shared_numbers(role):
     together, data = np.zeros((count, width)), np.append(mechanism.par, np.zeros(8))
     columns = pars[:, :tables].T.copy()
     arrays = (times, states.T.copy(), columns, np.tile(work[:, None], width), together, data)
-    callable_at(code.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
+    callable_at(made.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
     for lane in range(width):
         alone = np.zeros(count)
         mechanism.kernel(role)(times[lane], states[lane], pars[lane], work.copy(), alone)

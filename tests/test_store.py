@@ -203,7 +203,7 @@ def test_unused_machine_code_is_deleted(tmp_path, monkeypatch):
         store.Kernel(lambda builder, arguments: None, name)
 
     made("one"), made("two")
-    used, unused = (store.file_of(f"kernel_{store._digest(n)}") for n in ("one", "two"))
+    used, unused = (store.file_of(f"kernel_{store.digest_of(n)}") for n in ("one", "two"))
     film = tmp_path / "clearance_film_0.npz"
     film.touch()
     for path in (used, unused, film):
@@ -222,10 +222,10 @@ def test_unused_machine_code_is_deleted(tmp_path, monkeypatch):
 
 def test_another_python_makes_machine_code_of_its_own(monkeypatch):
     """Numba compiles byte code, which differs between versions, and so do last bits of runs."""
-    here = store._digest("one")
+    here = store.digest_of("one")
     monkeypatch.setattr(store, "PYTHON", "cpython-399")
     store._compilers.cache_clear()
-    assert store._digest("one") != here
+    assert store.digest_of("one") != here
     store._compilers.cache_clear()
 
 

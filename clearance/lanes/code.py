@@ -8,7 +8,7 @@ from functools import cache
 import llvmlite.binding as llvm
 import llvmlite.ir as ir
 
-from clearance.store import global_compiler_lock
+from clearance.store import digest_of, global_compiler_lock, stored
 from clearance.tracing.ir import POINTER
 
 WIDTHS = (1, 2, 4, 8)
@@ -47,24 +47,33 @@ def natural_width() -> int:
 
 
 class Code:
-    """A module made machine code: addresses of its functions by name."""
+    """A module made machine code, which stays in the store: addresses of its functions by name."""
 
     def __init__(self, module: ir.Module, level: int = 2):
         name, features, _ = host()
+        text = str(module)
         with global_compiler_lock:
-            self.module = llvm.parse_assembly(str(module))
-            self.module.verify()
-            target = llvm.Target.from_default_triple()
-            machine = target.create_target_machine(cpu=name, features=features, opt=level)
-            options = llvm.create_pipeline_tuning_options(speed_level=level)
-            passes = llvm.create_pass_builder(machine, options)
-            passes.getModulePassManager().run(self.module, passes)
-            self.engine = llvm.create_mcjit_compiler(self.module, machine)
+            machine = llvm.Target.from_default_triple().create_target_machine(
+                cpu=name, features=features, opt=level
+            )
+            stem = f"lanes_{digest_of(f'{level} {features} {text}')}"
+            code, _ = stored(stem, lambda: _object_code(text, machine, level))
+            self.engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+            self.engine.add_object_file(llvm.ObjectFileRef.from_data(code))
             self.engine.finalize_object()
-        self.machine = machine
 
     def address(self, name: str) -> int:
         return self.engine.get_function_address(name)
+
+
+def _object_code(text: str, machine: llvm.TargetMachine, level: int) -> bytes:
+    """Machine code of a module."""
+    module = llvm.parse_assembly(text)
+    module.verify()
+    options = llvm.create_pipeline_tuning_options(speed_level=level)
+    passes = llvm.create_pass_builder(machine, options)
+    passes.getModulePassManager().run(module, passes)
+    return machine.emit_object(module)
 
 
 def new_module() -> ir.Module:
