@@ -101,7 +101,8 @@ class Entry:
         self.py_func = function
         text = f"{function.__module__} {function.__name__} {signature} {made_from}"
         with global_compiler_lock:
-            self.name = f"{text.split()[0].rpartition('.')[2]}_{function.__name__}_{digest_of(text)}"
+            module = function.__module__.rpartition(".")[2]
+            self.name = f"{module}_{function.__name__}_{digest_of(text)}"
             code = MachineCode(self.name, lambda: _front_end(function, signature, options))
             self.address = code.address(code.loaded())
         kinds = [CTYPES.get(a, ctypes.c_void_p) for a in signature.args]
