@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PatchCollection
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path as Outline
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
 from clearance.results import replacing
@@ -324,10 +324,12 @@ def levels(low: float, high: float, most: int = 24) -> np.ndarray:
 def marked(axes, edges: tuple[np.ndarray, np.ndarray], where: np.ndarray, style: dict) -> None:
     """Cells (y, x) that are hatched instead of coloured."""
     x, y = edges
-    boxes = [
-        Rectangle((x[i], y[j]), x[i + 1] - x[i], y[j + 1] - y[j]) for j, i in np.argwhere(where)
-    ]
-    axes.add_collection(PatchCollection(boxes, lw=0.0, **style))
+    j, i = np.nonzero(where)
+    corners = np.array([(x[i], y[j]), (x[i + 1], y[j]), (x[i + 1], y[j + 1]), (x[i], y[j + 1])])
+    boxes = np.concatenate([corners, corners[:1]]).transpose(2, 0, 1)  # (cells, corners, x and y)
+    codes = [Outline.MOVETO, *[Outline.LINETO] * 3, Outline.CLOSEPOLY] * len(boxes)
+    outline = Outline(boxes.reshape(-1, 2), codes)  # one of all: each hatched one takes 2 ms
+    axes.add_artist(PathPatch(outline, lw=0.0, **style))
 
 
 def colour_bar(figure: Figure, mesh, axes, label: str, **more) -> None:

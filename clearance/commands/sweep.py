@@ -357,20 +357,19 @@ def summary(result) -> dict:
                 "min_at": result.definition.points[low],
                 "max_at": result.definition.points[high],
             }
-    bad = [i for i in range(len(result)) if not result.done[i]]
+    done = result.done
+    without = done & (result.reason != "")
     return {
-        "status": "complete" if not bad else "incomplete",
+        "status": "complete" if done.all() else "incomplete",
         "case": result.definition.case,
         "folder": str(result.folder),
         "points": len(result),
-        "done": int(result.done.sum()),
+        "done": int(done.sum()),
         "failed": int(result.failed.sum()),
         "lost": int((result.status == "lost").sum()),
         "missing": int((result.status == "missing").sum()),
-        "reasons": [_reason(result, i) for i in bad],
-        "metrics_missing": [
-            _reason(result, i) for i in range(len(result)) if result.done[i] and result.reason[i]
-        ],
+        "reasons": [_reason(result, i) for i in np.flatnonzero(~done).tolist()],
+        "metrics_missing": [_reason(result, i) for i in np.flatnonzero(without).tolist()],
         "warnings": _warnings(result),
         "loop_s": float(result.costs["loop"].sum()),
         "metrics": extremes,
