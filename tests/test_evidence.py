@@ -15,9 +15,10 @@ import clearance as cl
 from clearance import cli
 from clearance.catalogue import find_case
 from clearance.evidence import ablation, physics, pictures, work_precision
-from clearance.evidence.peers import PEERS
+from clearance.evidence.peers import PEERS, dispatched
 from clearance.evidence.problem import NotSolved, Problem, horizon
 from clearance.evidence.variants import reduced
+from clearance.mechanism.build import build
 from clearance.options import METHODS
 from tests.test_stepping import ball
 
@@ -260,3 +261,11 @@ def test_physics_prices(monkeypatch):
 def test_physics_needs_a_choice():
     with pytest.raises(ValueError, match="no parameter model"):
         physics.compare(find_case("double_pendulum"), {}, None, 1.0)
+
+
+def test_peers_call_a_kernel_that_is_compiled():
+    """The time of a peer holds no compiling: the call from Python is made once, before its run."""
+    kernel = build(cl.load_case("slider_crank", model="ideal")).kernel("rhs")
+    call = dispatched(kernel)
+    assert call.nopython_signatures
+    assert dispatched(kernel) is call
