@@ -62,7 +62,8 @@ def affordable(demand: Demand, path: str | Path | None = None) -> None:
     if demand.columns:
         folder = _existing(Path(tempfile.gettempdir() if path is None else path))
         if demand.bytes > (free := shutil.disk_usage(folder).free):
-            reasons.append(f"files of {demand.bytes:.3g} bytes ({free:.3g} are free in {folder})")
+            need, room = demand.bytes / 1e9, free / 1e9
+            reasons.append(f"files of {need:.3g} GB ({room:.3g} GB are free in {folder})")
     if reasons:
         raise ValueError(f"this needs {', '.join(reasons)}: {OVERRIDE}")
 

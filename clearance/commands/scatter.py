@@ -5,6 +5,7 @@ import time
 from functools import partial
 from pathlib import Path
 
+from clearance import checks
 from clearance.commands.common import (
     DONE,
     FAILED,
@@ -120,10 +121,22 @@ def _parameters(options, case) -> tuple[dict, dict]:
         except ValueError as error:
             raise ValueError(f"{name}: {str(error).removeprefix(f'{name}: ')}") from None
         if law is None:
-            fixed[name] = parameter.value(text)
+            fixed[name] = _value(parameter, text)
         else:
             spread[name] = law
     return spread, fixed
+
+
+def _value(parameter, text: str) -> object:
+    """The value of a fixed parameter. Raises ValueError for a distribution that there is not."""
+    from clearance.sweeping.scatter import DISTRIBUTIONS
+
+    kind, bracket, _ = text.partition("(")
+    if bracket and parameter.kind is float:
+        meant = checks.meant(kind, DISTRIBUTIONS)
+        all_names = ", ".join(DISTRIBUTIONS)
+        raise ValueError(f"{parameter.name}: no distribution {kind!r}{meant}; one of {all_names}")
+    return parameter.value(text)
 
 
 def _number(parameter, text: str) -> float:

@@ -147,7 +147,9 @@ def add_runs(p: argparse.ArgumentParser) -> None:
         metavar="TURNS",
         help="turns left out of the metrics (default the first)",
     )
-    p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    p.add_argument(
+        "--workers", type=int, metavar="N", help="threads, or processes (default: one a core)"
+    )
     p.add_argument(
         "--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points"
     )

@@ -28,16 +28,19 @@ def host() -> tuple[str, str, dict]:
     )
 
 
+def chosen_width() -> int | None:
+    """CLEARANCE_LANES, where it is set. Raises ValueError where it is not 1, 2, 4 or 8."""
+    chosen = os.environ.get("CLEARANCE_LANES")
+    if chosen and chosen not in map(str, WIDTHS):
+        raise ValueError(f"CLEARANCE_LANES must be 1, 2, 4 or 8, got {chosen!r}")
+    return int(chosen) if chosen else None
+
+
 @cache
 def natural_width() -> int:
-    """Numbers in a vector register of this processor; CLEARANCE_LANES=1, 2, 4 or 8 sets another.
-
-    Raises ValueError for another value of it.
-    """
-    if chosen := os.environ.get("CLEARANCE_LANES"):
-        if chosen not in map(str, WIDTHS):
-            raise ValueError(f"CLEARANCE_LANES must be 1, 2, 4 or 8, got {chosen!r}")
-        return int(chosen)
+    """Numbers in a vector register of this processor, unless CLEARANCE_LANES sets another."""
+    if chosen := chosen_width():
+        return chosen
     features = host()[2]
     if features.get("avx512f"):
         return 8

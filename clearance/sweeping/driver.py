@@ -142,6 +142,10 @@ def sweep(
         raise ValueError(f"workers must be a positive whole number, got {workers!r}")
     if workers is not None and scheduler is not None:
         raise ValueError("give workers (processes here) or a scheduler (a cluster's), not both")
+    if "CLEARANCE_LANES" in os.environ:
+        from clearance.sweeping.together import check_width
+
+        check_width()
     folder = Path(folder).absolute()
     existing = _existing(folder, definition)
     if scheduler is None and not _in_memory(definition):
@@ -205,7 +209,8 @@ def _existing(folder: Path, definition: Definition) -> Definition | None:
 def define(case, points, fixed, channels, compression, settle, metrics, options) -> Definition:
     """The definition of a sweep, everything in it checked. Raises ValueError or TypeError."""
     if not isinstance(points, Points):
-        raise TypeError(f"points must come from grid, zipped or sampled, got {points!r}")
+        kind = type(points).__name__
+        raise TypeError(f"points must come from grid, zipped or sampled, got a {kind}")
     chosen = find_case(case)
     parameters = chosen.parameters
     for name in (*points.columns, *fixed):
@@ -646,7 +651,10 @@ class _Driver:
         if self.definition.files:
             return f"{alone} points each by itself: every run has a file"
         if not self.blocks:
-            return f"{alone} points each by itself: their metrics or their start need complete runs"
+            reason = (
+                "metrics of your own, stated errors, sensitivities and starts need complete runs"
+            )
+            return f"{alone} points each by itself: {reason}"
         usual = "the first ones, and those at the end"
         if not _in_memory(self.definition):
             usual = f"one memory needs {FEWEST} points of a kind"
@@ -672,9 +680,9 @@ class _Driver:
             self.stop = self.stop or f"the index cannot be written: {error}"
             result = Sweep(self.folder, self.definition)
         why = "interrupted" if interrupted else self.stop or "finished"
-        LOG.info("%s: %d done, %d failed, %d lost", why, *self.counts.values())
         if self.ended > self.in_lanes:
             LOG.info("%s", self._ways())
+        LOG.info("%s: %d done, %d failed, %d lost", why, *self.counts.values())
         if not interrupted:
             self._report(0, last=True)
         return result

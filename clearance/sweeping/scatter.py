@@ -107,7 +107,7 @@ class Distribution:
 
 
 def from_words(text: str, number: Callable[[str], float] = float) -> Distribution | None:
-    """A distribution in words, such as "normal(100um, 5um)"; None for what is none.
+    """A distribution in words, such as "normal(100um, 5um)"; None for other words.
 
     number: takes a number with its unit to SI. Raises ValueError for numbers that do not suit it.
     """
@@ -136,9 +136,7 @@ def design(spread: Mapping[str, Distribution], points: int, seed: int = 0) -> tu
     each = points // (len(spread) + 2)
     if each < 8:
         least = 8 * (len(spread) + 2)
-        raise ValueError(
-            f"points: {len(spread)} distributions need at least {least} points, got {points}"
-        )
+        raise ValueError(f"points: at least {least} for {len(spread)} parameters, got {points}")
     n = 2 ** int(math.log2(each))
     shares = qmc.Sobol(2 * len(spread), rng=np.random.default_rng(seed)).random_base2(
         int(math.log2(n))

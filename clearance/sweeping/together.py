@@ -18,6 +18,7 @@ from clearance.case import Case
 from clearance.companion import beside_at, times_of
 from clearance.film.lookup import Tabulated
 from clearance.kinds import BLENDED
+from clearance.lanes.code import chosen_width
 from clearance.lanes.group import Answers, Group, Points
 from clearance.mechanism.build import acceleration_of, tables_of
 from clearance.options import Span, longest_step
@@ -445,6 +446,12 @@ class Lanes:
         left = "; ".join(f"{count}: {reason}" for reason, count in self.reasons.items())
         lanes = f"{self.count or 'no'} points in lanes"
         return f"{lanes}; the ordinary way for {left}" if left else lanes
+
+
+def check_width() -> None:
+    """Raises ValueError where CLEARANCE_LANES is no number of lanes."""
+    if not _off():
+        chosen_width()
 
 
 def _off() -> bool:

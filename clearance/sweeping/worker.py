@@ -369,7 +369,7 @@ def _new_family(definition: Definition, kind: tuple) -> Family | str:
     others = [v for n, v in points.columns.items() if n not in names]
     members = [i for i in range(len(points)) if tuple(v[i] for v in others) == kind]
     if not names or len(members) < FEWEST:
-        return "too few points have one structure"
+        return f"one memory needs {FEWEST} points of a kind"
     case = _case(definition.path, definition.source)
     rest = definition.fixed | {n: v for n, v in points[members[0]].items() if n not in names}
     columns = {n: np.array(points.columns[n])[members] for n in names}

@@ -253,7 +253,7 @@ def test_few_points_are_not_worth_a_memory(tmp_path):
     )
     left = worker.Shared(str(tmp_path / "out"), "stamp").run((0, 1), {})
     assert [(o.index, o.reason) for o in left] == [(0, LEFT), (1, LEFT)]
-    assert all("too few points" in o.alone for o in left)
+    assert all("one memory needs 100 points" in o.alone for o in left)
     assert swept.done.all()
 
 

@@ -155,10 +155,12 @@ def test_a_distribution_of_a_word(tmp_path, capsys):
     assert main(words) == 2
     error = "model: a distribution is for numbers with fractions; give one value, as model=dry"
     assert error in capsys.readouterr().err
+    assert main(["scatter", "slider_crank", "-p", "clearance=norml(50um,5um)"]) == 2
+    assert "no distribution 'norml' (did you mean normal?)" in capsys.readouterr().err
 
 
 def test_too_few_points():
-    with pytest.raises(ValueError, match="3 distributions need at least 40 points, got 39"):
+    with pytest.raises(ValueError, match="at least 40 for 3 parameters, got 39"):
         design(UNIT, 39)
 
 

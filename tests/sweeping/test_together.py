@@ -342,6 +342,10 @@ def test_the_log_gives_the_reason(tmp_path, monkeypatch):
         log = (folder / "sweep.log").read_text()
         assert words in log
         assert "2 points each by itself: one memory needs 100 points of a kind" in log
+    monkeypatch.setenv("CLEARANCE_LANES", "16")
+    with pytest.raises(ValueError, match="CLEARANCE_LANES must be 1, 2, 4 or 8"):
+        cl.sweep("slider_crank", cl.grid(speed=[20.0, 30.0]), tmp_path / "wide")
+    assert not (tmp_path / "wide").exists()
 
 
 def test_numbers_of_scene_files_as_columns(tmp_path):
