@@ -13,7 +13,6 @@ from clearance.stepping.loop import (
     DOUBTED,
     FILM_ERROR,
     FORGET,
-    GOOD_RATE,
     GROW,
     NEWTON_FAILED,
     SAFETY,
@@ -22,6 +21,9 @@ from clearance.stepping.loop import (
     SQUEEZE,
 )
 
+# a rate of convergence that Newton's method should not exceed in the next step. It is smaller than
+# the loop's: with the predicted Jacobian the rate alone shows how much films change within a step
+GOOD_RATE = 0.03
 # phases of a lane
 IDLE, START, PREPARE, ITERATE, FINISH, ARRIVED = range(6)
 INACCURATE, UNSOLVED = 1, 2  # reasons of a refusal, beside DOMAIN_LEFT
