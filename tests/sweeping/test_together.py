@@ -285,14 +285,14 @@ def test_metrics(sweeps):
 
 
 def test_stated_errors(sweeps):
-    """Both ways state the same of a number: in the median within 5 % over all points, and 99 % of
-    the numbers of both differ by less than both errors together.
+    """Both ways state similar errors: in the median within a quarter over all points, as lanes
+    take other steps. 99 % of the numbers differ by less than both errors together.
     """
     lanes, ordinary = (sweep.metrics for sweep in sweeps)
     names = [n for n in ordinary if f"{n}_error" in ordinary]
     assert len(names) > 30
     one, two = (np.array([m[f"{n}_error"] for n in names]) for m in (lanes, ordinary))
-    assert 0.95 < np.median(one / two) < 1.05
+    assert 0.75 < np.median(one / two) < 1.25
     apart = np.array([np.abs(lanes[n] - ordinary[n]) for n in names])
     assert np.mean(apart <= one + two) > 0.99
 
