@@ -72,6 +72,8 @@ def stated(folder, *options):
         "tests.validation.table",
         "-p",
         "no:cacheprovider",
+        "--rootdir",
+        str(folder),
     ]
     environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST")} | {
         "PYTHONPATH": str(ROOT)
