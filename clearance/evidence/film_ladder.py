@@ -231,18 +231,16 @@ def with_film(case, law: BoundLaw):
 
 
 def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
-    """Path of the journal over c, CPU seconds of the compiled loop (warm where that is cheap),
-    steps.
-    """
+    """Path of the journal over c, CPU seconds of the compiled loop (warm), steps."""
     mechanism = build(scene, ledger=False)
     joint, offsets = next(iter(mechanism.offsets.items()))
     seconds: list[float] = []
-    while len(seconds) < REPEATS + 1 and sum(seconds) < 2.0:
+    while len(seconds) < 2 or len(seconds) < REPEATS + 1 and sum(seconds) < 2.0:
         run = Run(mechanism, Span(turns * scene.turn, SAMPLES), Solver(rtol), outputs=False)
         _, rows, _ = run.trajectory()
         seconds.append(run.cpu)
     steps = int(run.state.steps)
-    return rows[:, offsets] / joint.clearance, statistics.median(seconds[1:] or seconds), steps
+    return rows[:, offsets] / joint.clearance, statistics.median(seconds[1:]), steps
 
 
 def ladder(

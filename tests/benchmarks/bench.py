@@ -6,8 +6,6 @@ processes.
 """
 
 import json
-import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -27,6 +25,7 @@ import clearance as cl  # noqa: E402
 from clearance import choices  # noqa: E402
 from clearance.catalogue import find_case  # noqa: E402
 from clearance.evidence import ablation, film_ladder  # noqa: E402
+from clearance.evidence.peers import dispatched  # noqa: E402
 from clearance.film import bands  # noqa: E402
 from clearance.film.bearing import Bearing  # noqa: E402
 from clearance.film.fem import FemFilm  # noqa: E402
@@ -93,7 +92,8 @@ def right_hand_sides():
         mechanism, y, q, v, a = state_of(scene)
         ref = Augmented(scene)
         difference = np.abs(ref.accelerations(q, v)[: q.size] - a).max() / np.abs(a).max()
-        out, work, rhs = np.zeros(y.size), np.append(mechanism.work0, 0.0), mechanism.kernel("rhs")
+        out, work = np.zeros(y.size), np.append(mechanism.work0, 0.0)
+        rhs = dispatched(mechanism.kernel("rhs"))
 
         def own(count, rhs=rhs, y=y, par=mechanism.par, work=work, out=out):
             own_calls(rhs, y, par, work, out, count)
@@ -111,54 +111,6 @@ def right_hand_sides():
             f"{joints}: only {ratio:.0f} times cheaper than dense multipliers",
         )
         require(difference <= 1e-12, f"{joints}: {difference:.0e} away from dense multipliers")
-
-
-def cpu(command, **environment):
-    """User and system CPU seconds of a fresh process."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(command, check=True, capture_output=True, env={**os.environ, **environment})
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-
-def starts():
-    """CPU seconds of `clearance run` (0.1 turn) for structures never seen, and for known ones."""
-    yield "| `clearance run`, 0.1 turn | new structure | known structure | its own compile |"
-    yield "|---|---|---|---|"
-    cases = {
-        "feeder, ideal": ["-p", "model=ideal"],
-        "feeder, dry B": ["-p", "model=dry", "-p", "joints=B"],
-        "feeder, lubricated B, formula": ["-p", "joints=B", "-p", "film=pinkus_sternlicht"],
-        "feeder, lubricated B (and its film table)": ["-p", "joints=B"],
-        "feeder, lubricated B, C, E (and its film table)": ["-p", "joints=B,C,E"],
-    }
-    with tempfile.TemporaryDirectory() as folder:
-        for name, options in cases.items():
-            command = [
-                sys.executable,
-                "-m",
-                "clearance.cli",
-                "run",
-                "six_bar_feeder",
-                *options,
-                "--turns",
-                "0.1",
-            ]
-            command += ["--json", "-o", f"{folder}/run.h5"]
-            news = [
-                cpu(command, CLEARANCE_STORE=f"{folder}/{name}{i}".replace(" ", ""))
-                for i in range(3)
-            ]
-            known_structure = [
-                cpu(command, CLEARANCE_STORE=f"{folder}/{name}0".replace(" ", "")) for _ in range(3)
-            ]
-            new, old = statistics.median(news), statistics.median(known_structure)
-            yield f"| {name} | {new:.1f} s | {old:.1f} s | {new - old:.1f} s |"
-            require(old < 2.0, f"{name}: a known structure needs {old:.1f} s of CPU")
-            require(
-                new - old < 4.0 or "table" in name,
-                f"{name}: a new structure compiles {new - old:.1f} s",
-            )
 
 
 def eccentricities(result):
@@ -432,7 +384,7 @@ def memory():
 
 
 def table():
-    sections = (right_hand_sides, law_costs, film_costs, parts, starts, runs, long_runs, memory)
+    sections = (right_hand_sides, law_costs, film_costs, parts, runs, long_runs, memory)
     return [line for section in sections for line in [*section(), ""]][:-1]
 
 
