@@ -2,6 +2,17 @@
 friction.
 """
 
+import sys
+from os.path import basename, dirname
+
+if [*map(basename, sys.orig_argv[1:2])] == ["clearance"]:  # the command, which imports for a while
+    from clearance import interrupts
+
+    interrupts.beginning()
+
+from importlib.machinery import PathFinder
+from typing import TYPE_CHECKING
+
 # isort: off
 from clearance.laws import *  # noqa: F403
 from clearance.elements import *  # noqa: F403
@@ -10,6 +21,7 @@ from clearance.elements import *  # noqa: F403
 from clearance import elements, films, laws
 from clearance import film as film
 from clearance.body import Body, Point, ground
+from clearance.checks import absent
 from clearance.choices import crank_drive, joint_friction_law, one_of
 from clearance.film.bearing import Bearing, FilmSolution, Groove
 from clearance.film.online import conserving_film, fast_film, fem_film
@@ -20,6 +32,39 @@ from clearance.materials import HeatBalance, Lubricant, Material, steel
 from clearance.scene import Scene
 from clearance.units import cP, degree, mm, rpm, um
 from clearance.version import VERSION
+from clearance.warned import RunWarning
+
+if TYPE_CHECKING:  # for editors, what _LAZY has
+    # isort: off
+    from clearance.catalogue import load_case as load_case
+    from clearance.chaos import statistics as statistics
+    from clearance.commands.plot import plot as plot
+    from clearance.evidence.assumptions import assumptions as assumptions
+    from clearance.film.solvers import solve_film as solve_film
+    from clearance.inverse.dynamics import inverse_dynamics as inverse_dynamics
+    from clearance.laws.outline import worn as worn
+    from clearance.periodic.follow import follow as follow
+    from clearance.periodic.maps import NotPeriodic as NotPeriodic
+    from clearance.periodic.steady import steady as steady
+    from clearance.postprocess.measured import compare as compare
+    from clearance.postprocess.report import report as report
+    from clearance.postprocess.view import view as view
+    from clearance.regimes import hole_check as hole_check
+    from clearance.rerun import again as again
+    from clearance.results import Result as Result, open_result as open_result
+    from clearance.simulation import (
+        NotReached as NotReached,
+        SimulationError as SimulationError,
+        simulate as simulate,
+    )
+    from clearance.sweeping.chance import scatter as scatter
+    from clearance.sweeping.driver import SweepError as SweepError, sweep as sweep
+    from clearance.sweeping.index import Sweep as Sweep, open_sweep as open_sweep
+    from clearance.sweeping.points import grid as grid, sampled as sampled, zipped as zipped
+    from clearance.sweeping.scatter import open_scatter as open_scatter
+    from clearance.wearing.life import wear as wear
+    from clearance.wearing.records import Life as Life
+    # isort: on
 
 __version__ = VERSION
 
@@ -69,6 +114,7 @@ __all__ = [
     "Lubricant",
     "Material",
     "Point",
+    "RunWarning",
     "Scene",
     "cP",
     "conserving_film",
@@ -100,4 +146,23 @@ def __getattr__(name: str):
         value = getattr(import_module(_LAZY[name]), name)
         globals()[name] = value
         return value
-    raise AttributeError(f"module 'clearance' has no attribute {name!r}")
+    return absent(__name__, __all__)(name)
+
+
+def __dir__() -> list[str]:
+    """Public names, those that are imported on first use too."""
+    return [*__all__, "__version__"]
+
+
+class _Beside:
+    """Finds the packages that lie beside this one in a checkout, and inside it once installed."""
+
+    @staticmethod
+    def find_spec(name: str, path=None, target=None):
+        if name in ("clearance.cases", "clearance.postprocess", "clearance.paper_figures"):
+            return PathFinder.find_spec(name, [dirname(__file__), dirname(dirname(__file__))])
+        return None
+
+
+# before the finder of another checkout that is installed editable
+sys.meta_path.insert(0, _Beside)

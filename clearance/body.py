@@ -5,10 +5,12 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from clearance import checks
-from clearance.quantities import ZERO, Described, Row, number
+from clearance.quantities import ZERO, Described, Number, Row, number
 
 #: coordinates of a body: its centre of mass and its angle
 ABSOLUTE = ("x", "y", "angle")
+#: of a point in the frame of its body
+PLACE = Number("place [m]", checks.place, usual=((0.0, 100.0),))
 
 
 @dataclass(frozen=True)
@@ -46,12 +48,13 @@ class Body(Described):
     the intended configuration: angle [rad] of the body's frame, position (x, y) of its origin [m]
     (default: along the joints). What no drive prescribes and no loop decides starts as given here,
     wherever the loops close so. angular_velocity [rad/s] and velocity (of the centre of mass, m/s)
-    start the motions that no drive prescribes.
+    start the motions that no drive prescribes. Where none is given, a body rests relative to the
+    one that carries it; a 0 is given.
     """
 
     name: str
-    mass: float = number("mass [kg]", checks.positive)
-    inertia: float = number("moment of inertia [kg m2]", checks.positive)
+    mass: float = number("mass [kg]", checks.positive, usual=((1e-9, 1e6),))
+    inertia: float = number("moment of inertia [kg m2]", checks.positive, usual=((1e-18, 1e8),))
     points: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     com: tuple[float, ...] = number("centre of mass [m]", checks.place, (0.0, 0.0), parameter=False)
     products: tuple[float, float] = number(
@@ -61,9 +64,11 @@ class Body(Described):
     position: tuple[float, float] | None = number(
         "rough start [m]", checks.pair, None, parameter=False
     )
-    angular_velocity: float = number("at the start [rad/s]", checks.finite, 0.0, parameter=False)
-    velocity: tuple[float, float] = number(
-        "at the start [m/s]", checks.pair, (0.0, 0.0), parameter=False
+    angular_velocity: float | None = number(
+        "at the start [rad/s]", checks.finite, None, parameter=False
+    )
+    velocity: tuple[float, float] | None = number(
+        "at the start [m/s]", checks.pair, None, parameter=False
     )
 
     def __post_init__(self):
@@ -76,13 +81,20 @@ class Body(Described):
                 f"body {self.name}: points must map names to (x, y), got {self.points!r}"
             )
         points = {
-            p: checks.place(f"body {self.name}: point {p!r}", xyz) for p, xyz in self.points.items()
+            p: PLACE.checked(f"body {self.name}: point {p!r}", xyz)
+            for p, xyz in self.points.items()
         }
         self._set("points", MappingProxyType(points))
 
     def label(self) -> str:
         """Name of the body in messages."""
         return f"body {self.name}"
+
+    def doubts(self) -> list[str]:
+        """Warnings about its numbers and points."""
+        far = {p: max(map(abs, xyz)) for p, xyz in self.points.items()}
+        texts = [PLACE.doubt(f"{self.label()}: point {p!r}", size) for p, size in far.items()]
+        return super().doubts() + [t for t in texts if t]
 
     def __getstate__(self) -> dict:
         return {**vars(self), "points": dict(self.points)}
@@ -92,7 +104,8 @@ class Body(Described):
 
     def __getitem__(self, name: str) -> Point:
         if name not in self.points:
-            raise KeyError(f"body {self.name} has no point {name!r}; it has {sorted(self.points)}")
+            answer = f"{checks.meant(name, self.points)}; it has {sorted(self.points)}"
+            raise KeyError(f"body {self.name} has no point {name!r}{answer}")
         return Point(self, name, *self.points[name])
 
     @property
@@ -102,7 +115,7 @@ class Body(Described):
 
     def at(self, x: float, y: float, z: float = 0.0) -> Point:
         """An unnamed point of the body's frame."""
-        place = checks.place(f"point of {self.name}", (x, y, z))
+        place = PLACE.checked(f"point of {self.name}", (x, y, z))
         return Point(self, f"({', '.join(f'{v:g}' for v in place)})", *place)
 
     def __repr__(self) -> str:

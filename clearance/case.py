@@ -1,5 +1,6 @@
 """A case: a scene that depends on parameters, from a Python file or a scene file."""
 
+import hashlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -56,25 +57,39 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Case:
-    """A case file: its parameters, and the function that makes its scene of their values.
+    """A case: its parameters, and the function that makes its scene of their values.
 
-    length: of a run of which none is requested and nothing turns [s], where the file has one.
+    path: of its file, None where it has none. length: of a run of which none is requested and
+    nothing turns [s], where the file has one. reference: text of which `find_case` makes it in
+    any process; empty for a function that only this process has.
     """
 
     name: str
-    path: Path
+    path: Path | None
     function: Callable[..., Scene]
     summary: str
     parameters: Mapping[str, Parameter]
     length: float | None = None
     library: bool = False
+    reference: str = ""
+
+    @property
+    def files(self) -> list[Path]:
+        """Files of its code."""
+        return [] if self.path is None else [self.path]
+
+    @property
+    def source(self) -> str:
+        """Digest of its file's text, else of its reference."""
+        text = self.path.read_bytes() if self.path else self.reference.encode()
+        return hashlib.sha256(text).hexdigest()[:16]
 
     @property
     def until(self) -> float:
         """Length of a run of which none is requested and nothing turns [s]: 2 s where the file has
         none.
         """
-        field = "UNTIL" if self.path.suffix == ".py" else "until"
+        field = "until" if self.path and self.path.suffix == ".toml" else "UNTIL"
         length = 2.0 if self.length is None else self.length
         return checks.positive(f"case {self.name}: {field}", length)
 
@@ -84,6 +99,9 @@ class Case:
         if unknown := [n for n in values if n not in parameters]:
             answer = f"{meant(unknown[0], parameters)}; it has {', '.join(parameters) or 'none'}"
             raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{answer}")
+        for name, value in values.items():
+            if isinstance(value, str) and parameters[name].kind in (float, int):
+                values[name] = parameters[name].value(value)
         scene = self.function(**values)
         if not isinstance(scene, Scene):
             raise TypeError(
@@ -92,7 +110,8 @@ class Case:
         vars(scene)["case"] = self
         scene.parameters.update(values)
         defaults = {n: p.default for n, p in parameters.items() if n not in values}
-        scene.origin["case_file"] = self.name if self.library else str(self.path)
+        if self.path is not None:
+            scene.origin["case_file"] = self.name if self.library else str(self.path)
         scene.origin["defaults"] = json.dumps(defaults, default=str, sort_keys=True)
         automatic = resolved(defaults | values, scene.joints)
         scene.origin["resolved"] = json.dumps(automatic, sort_keys=True)

@@ -8,14 +8,18 @@ import re
 import sys
 import typing
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from clearance.case import Case, Parameter
 from clearance.checks import meant
-from clearance.loading import place_in
+from clearance.loading import BESIDE, Neighbours, executed, explained, place_in, words_of
 from clearance.scene import Scene
 
+#: whatever is a case
+AnyCase = str | Path | Case | Scene | Callable[..., Scene]
 _PARAMETER = re.compile(r"^\s*(\w+):\s*(.*?)\s*(?:\[([^\]]*)\])?\s*$")
 #: where a description goes on in a line that is indented further
 _CONTINUED = re.compile(r"\n +")
@@ -25,12 +29,10 @@ FILES = (".py", ".toml")
 RESULTS = (".h5", ".hdf5")
 
 
+@functools.cache
 def library() -> Path:
     """Folder of the cases that come with the package."""
-    spec = importlib.util.find_spec("clearance.cases")
-    if spec is not None and spec.submodule_search_locations:
-        return Path(next(iter(spec.submodule_search_locations)))
-    return Path(__file__).resolve().parent.parent / "cases"
+    return Path(importlib.util.find_spec("clearance.cases").origin).parent
 
 
 def case_names() -> list[str]:
@@ -38,11 +40,57 @@ def case_names() -> list[str]:
     return sorted(p.stem for p in library().glob("*.py") if not p.stem.startswith("_"))
 
 
-def find_case(name: str | Path) -> Case:
-    """A case by library name, or by the path of its file, .py or .toml.
+def find_case(case: AnyCase) -> Case:
+    """A case: by library name, by the path of its file (.py or .toml), by "file.py:function", of a
+    function, of a scene or of its JSON.
 
-    Raises ValueError for a name that no case has, and for a file that is none.
+    The parameters of a function are its keyword arguments. Those of a scene that no case made are
+    its numbers, such as "joints/B/clearance". Raises ValueError for a name that no case has, and
+    for a file that is none.
     """
+    if isinstance(case, Case):
+        return case
+    if isinstance(case, Scene):
+        return case.case or _of_scene(case)
+    if callable(case):
+        return _of_function(case)
+    if not isinstance(case, str | Path):
+        kinds = "the name of a case, a file, a function or a Scene"
+        raise TypeError(f"a case is {kinds}, got {case!r}")
+    if str(case).startswith("{"):
+        return _of_scene(Scene.from_json(str(case)))
+    file, _, function = str(case).rpartition(":")
+    return _python_file(Path(file), function) if file.endswith(".py") else _of_file(case)
+
+
+def _of_scene(scene: Scene) -> Case:
+    """The case of a scene that no case made."""
+    from clearance.varied import number_of
+
+    def changed(**values) -> Scene:
+        return scene.replaced(values)
+
+    parameters = {}
+    for name in scene.changeable:
+        with suppress(ValueError):  # a number that cannot vary
+            value, units, _ = number_of(scene, name)
+            parameters[name] = Parameter(name, float, value, units, "")
+    return Case(scene.name, None, changed, "", parameters, reference=scene.to_json())
+
+
+def _of_function(function: Callable[..., Scene]) -> Case:
+    """The case of a function: that of its file, where it stands at the top level of one."""
+    inner = inspect.unwrap(function)
+    code, name = getattr(inner, "__code__", None), getattr(inner, "__name__", str(function))
+    path = Path(code.co_filename if code else "")
+    top = getattr(inner, "__qualname__", "") == name and name.isidentifier()
+    if top and path.suffix == ".py" and path.is_file() and inner.__module__ != "__main__":
+        return _python_file(path, name)
+    return _made_by(function, name, None, inspect.getdoc(function) or "")
+
+
+def _of_file(name: str | Path) -> Case:
+    """A case by library name, or by the path of its file."""
     path = Path(name)
     if path.suffix in (*FILES, *RESULTS) or len(path.parts) > 1:
         if not path.is_file():
@@ -69,29 +117,39 @@ def find_case(name: str | Path) -> Case:
     return scene_file(path)
 
 
-def _python_file(path: Path) -> Case:
-    """The case of a Python file, its parameters those of its function `scene`."""
-    module = _module(path.resolve())
-    function = getattr(module, "scene", None)
+def _python_file(path: Path, name: str = "scene") -> Case:
+    """The case of a Python file, its parameters those of its function."""
+    if not path.is_file():
+        raise ValueError(f"no case file {path}")
+    module, label = _module(path.resolve()), path.stem if name == "scene" else name
+    function = getattr(module, name, None)
     if not callable(function):
-        raise ValueError(f"case file {path} must define a function scene(...) that returns a Scene")
-    arguments = inspect.signature(function).parameters.values()
-    if bad := [p.name for p in arguments if p.default is inspect.Parameter.empty]:
-        raise ValueError(f"case {path.stem}: parameter {bad[0]!r} of scene() needs a default value")
-    summary = inspect.cleandoc(function.__doc__ or module.__doc__ or "").split("\n\n")[0]
+        raise ValueError(
+            f"case file {path} must define a function {name}(...) that returns a Scene"
+        )
+    case = _made_by(function, label, path, function.__doc__ or module.__doc__ or "")
+    reference = str(path.resolve()) + ("" if name == "scene" else f":{name}")
     ours = path.parent == library()
-    if not ours:
-        function = _explaining(f"case {path.stem}", function)
-    shared = {p.name: p.default for p in arguments if dataclasses.is_dataclass(p.default)}
-    return Case(
-        path.stem,
-        path,
-        _gathering(function, shared) if shared else function,
-        " ".join(summary.split()),
-        _parameters(function),
-        getattr(module, "UNTIL", None),
-        ours,
+    return dataclasses.replace(
+        case,
+        function=_gathering(function) if ours else case.function,
+        length=getattr(module, "UNTIL", None),
+        library=ours,
+        reference=path.stem if ours else reference,
     )
+
+
+def _made_by(function: Callable[..., Scene], name: str, path: Path | None, text: str) -> Case:
+    """The case of a user's function, whose text describes it."""
+    for p in inspect.signature(function).parameters.values():
+        if p.kind is p.POSITIONAL_ONLY:
+            raise ValueError(f"case {name}: parameter {p.name!r} cannot be given by name")
+        if p.default is p.empty:
+            word = "scene" if path and path.stem == name else name
+            raise ValueError(f"case {name}: parameter {p.name!r} of {word}() needs a default value")
+    summary = " ".join(inspect.cleandoc(text).split("\n\n")[0].split())
+    explained_function = _explaining(f"case {name}", _gathering(function))
+    return Case(name, path, explained_function, summary, _parameters(function))
 
 
 def _parameters(function: Callable[..., Scene]) -> dict[str, Parameter]:
@@ -129,8 +187,12 @@ def _described(function: Callable) -> dict[str, dict[str, str]]:
     return {m[1]: {"text": m[2], "units": m[3] or "?"} for m in matches}
 
 
-def _gathering(function: Callable[..., Scene], shared: dict) -> Callable[..., Scene]:
+def _gathering(function: Callable[..., Scene]) -> Callable[..., Scene]:
     """The function with the fields of its shared dataclasses as parameters."""
+    arguments = inspect.signature(function).parameters.values()
+    shared = {p.name: p.default for p in arguments if dataclasses.is_dataclass(p.default)}
+    if not shared:
+        return function
 
     @functools.wraps(function)
     def scene(**values) -> Scene:
@@ -147,29 +209,18 @@ def _explaining(label: str, function: Callable[..., Scene]) -> Callable[..., Sce
 
     @functools.wraps(function)
     def scene(**values) -> Scene:
-        try:
+        with explained(partial(_explained, label)):
             return function(**values)
-        except (Exception, SystemExit) as error:
-            raise _explained(label, error) from error
 
     return scene
 
 
 def _module(path: Path):
-    # a file that was changed is another module
-    text, place = zlib.crc32(path.read_bytes()), zlib.crc32(str(path).encode())
-    name = f"clearance_case_{path.stem}_{place:x}_{text:x}"
-    if name in sys.modules:
-        return sys.modules[name]
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        del sys.modules[name]
-        raise _explained(f"case file {path} cannot be loaded", error) from error
-    return module
+    # a file that was changed, or beside which one was, is another module
+    beside = Neighbours.of(path.parent).name.removeprefix(BESIDE)
+    name = f"clearance_case_{path.stem}{beside}_{zlib.crc32(path.read_bytes()):x}"
+    with explained(partial(_explained, f"case file {path} cannot be loaded")):
+        return sys.modules.get(name) or executed(path, name)
 
 
 def _kind(parameter: inspect.Parameter) -> type:
@@ -186,13 +237,26 @@ def _explained(where: str, error: BaseException) -> ValueError:
     """A user's error as one line: what, and at which line of which file."""
     if isinstance(error, SyntaxError):
         return ValueError(f"{where}: SyntaxError: {error.msg} (line {error.lineno})")
-    text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
     kind = (
         "" if isinstance(error, ValueError | TypeError | KeyError) else f"{type(error).__name__}: "
     )
-    return ValueError(f"{where}: {kind}{text}{place_in(error)}")
+    return ValueError(f"{where}: {kind}{words_of(error)}{place_in(error)}")
 
 
-def load_case(name: str | Path, **values) -> Scene:
-    """The scene of a case, by library name or path, with parameter values in SI units."""
+def case_with(
+    case: AnyCase, fixed: Mapping[str, object] | None, varied: Iterable[str]
+) -> tuple[Case, dict[str, object]]:
+    """A case, and the values of the parameters that do not vary: of a scene also those that its
+    case was given.
+    """
+    given = case.parameters if isinstance(case, Scene) and case.case is not None else {}
+    return find_case(case), {n: v for n, v in given.items() if n not in varied} | dict(fixed or {})
+
+
+def load_case(name: AnyCase, **values) -> Scene:
+    """The scene of a case with parameter values in SI units: by library name, path, "file.py:name",
+    or of a function. A scene without values is itself.
+    """
+    if isinstance(name, Scene):
+        return name if not values else find_case(name).scene(**name.parameters | values)
     return find_case(name).scene(**values)

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks, series
+from clearance.catalogue import AnyCase, load_case
 from clearance.ensemble import Ensemble
 from clearance.extremes import TURNS
 from clearance.mechanism.build import Mechanism, build
@@ -24,7 +25,6 @@ from clearance.options import FINEST, Solver, Span
 from clearance.request import ALL, INTEGRATION, Request
 from clearance.results import Table, appending, save_tables, write_table
 from clearance.run import Run
-from clearance.scene import Scene
 from clearance.series import Mean, Quantile
 from clearance.standing import standing
 from clearance.turns import Series, by_turn
@@ -37,6 +37,7 @@ SHARES = (0.9, 0.99)  # quantiles of turn peaks
 PEAKS = "_peak"  # end of the names of quantities with quantiles
 TIGHTER = 100.0  # the check's tolerance is this much smaller
 CHECKED = 0.25  # share of the turns that the check runs
+FINEST_SHARE = 100.0  # difference of means over rtol up to which motions are alike
 REGULAR = 1e3  # error of a peak of a regular motion over rtol, at most
 AGREEMENT = 3.0  # standard errors by which means at two tolerances may differ
 
@@ -315,7 +316,7 @@ def _columns(motion: Motion) -> Table:
 
 # --- running
 def statistics(
-    scene: Scene,
+    scene: AnyCase,
     error: float | str | Mapping[str, float | str] = ERROR,
     *,
     max_turns: int = MOST_TURNS,
@@ -337,16 +338,14 @@ def statistics(
         called with the done share, of the turns that the scatter so far lets expect.
 
     The turns of all starts are judged together at 40, 50, 63, 79, ... of them, without the
-    transient; intervals must be narrow enough at two looks one after the other. Starts whose means
-    differ by more than chance, and by more than `error`, are several motions, each with its
-    statistics. Raises ValueError for bad arguments, for names that the scene does not have, and for
-    scenes without a turning drive or a freedom. Raises SimulationError where the motion cannot be
+    transient; intervals must be narrow enough at two looks one after the other. Starts whose turns
+    lie apart are several motions, each with its statistics; so are those whose means differ by more
+    than chance, see `series.motions`. Differences up to 100 rtol are none.
+    Raises ValueError for bad arguments, for names that the scene does not have, and for scenes
+    without a turning drive or a freedom. Raises SimulationError where the motion cannot be
     continued.
     """
-    if not isinstance(scene, Scene):
-        raise TypeError(
-            f"statistics needs a Scene, got {scene!r}; cl.load_case makes one from a case name"
-        )
+    scene = load_case(scene)
     if scene.turn is None:
         raise ValueError(
             "statistics are over turns: this scene has no drive of constant or nominal speed"
@@ -389,7 +388,7 @@ def _until_narrow(
         turns = min(max(math.ceil(number / runner.starts) + cut, FEWEST_TURNS), most)
         runner.extend(turns)
         cut = series.transient(runner.values.values())
-        motions = _motions(runner, cut, asked)
+        motions = _motions(runner, cut, asked, FINEST_SHARE * rtol)
         result = Statistics(
             motions, asked, runner.values, cut, max_turns, rtol, runner.mechanism.scene.turn, False
         )
@@ -430,9 +429,13 @@ def asked_of(
     return asked
 
 
-def _motions(runner: Ensemble, cut: int, asked: dict[str, float]) -> tuple[Motion, ...]:
+def _motions(
+    runner: Ensemble, cut: int, asked: dict[str, float], finest: float = 0.0
+) -> tuple[Motion, ...]:
     left = {n: v[:, cut:] for n, v in runner.values.items()}
-    groups = series.motions([left[n] for n in asked], min(asked.values()))
+    # energies of films are differences near zero, counts of contacts jump
+    turns = np.stack([v for n, v in left.items() if n.endswith(PEAKS)], axis=-1)
+    groups = series.motions([left[n] for n in asked], min(asked.values()), finest, turns)
     return tuple(
         Motion(tuple(group), {n: statistic(v[group], n, runner.about[n]) for n, v in left.items()})
         for group in groups

@@ -16,7 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.locks import Lock
+from clearance.locks import Lock, folder_at
+from clearance.reading import Damaged
 from clearance.recording import FileSink, Unwritable, add_groups, has_room, lock_of
 from clearance.results import Result, check_replaceable, replacing
 
@@ -58,13 +59,23 @@ class PartsSink:
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self.lock = lock_of(self.path)
         try:
-            self.folder.mkdir(exist_ok=True)
+            if not self.lock.held:
+                raise ValueError(
+                    f"{self.path}: this file system has no locks, and checkpoints of two runs "
+                    "would mix; leave them out"
+                )
+            folder_at(self.folder)
             before = self._found()
             self._next()
         except BaseException:
             self.lock.release()
             raise
         return before
+
+    def leave(self) -> None:
+        """End without a run: all stays as it was."""
+        self.stretch.abandon()
+        self.lock.release()
 
     def _found(self) -> dict | None:
         """The state to go on from, its stretches all there."""
@@ -164,8 +175,8 @@ class PartsSink:
         try:
             for i in range(self.count + 1):
                 with self._stretch(i) as part:
-                    joined.join(part.file)
-        except Unwritable:
+                    joined.join(part.reader)
+        except (Unwritable, Damaged):
             joined.abandon()
             raise
         return joined
@@ -187,6 +198,12 @@ class PartsSink:
 
 def parts_folder(path: str | Path) -> Path:
     return Path(f"{path}.parts")
+
+
+def opened_in(path: str | Path) -> tuple[str, ...]:
+    """Joints whose loops are opened in the run that left checkpoints beside a file."""
+    saved = load(parts_folder(path) / "state.npz")
+    return () if saved is None else tuple(json.loads(str(saved["identity"])).get("opened", ()))
 
 
 def _digest(text: str) -> str:
@@ -232,15 +249,53 @@ def state_of(run, recording) -> dict:
     return state
 
 
-def restore(run, recording, state: dict) -> None:
-    """Put a run and its record where they were."""
+#: entries of a checkpoint that a run has only once it is under way, with their dimensions
+LATER = {"ledger.since": np.zeros(()), "ledger.last": np.zeros(3), "last.time": np.zeros(())}
+#: entries of a checkpoint about itself
+SELF = ("identity", "stretches", "version")
+
+
+def _check(state: dict, fresh: dict) -> None:
+    """Raise ValueError for a checkpoint that has other entries than a run, or no numbers in them.
+
+    fresh: what this run has before its first step.
+    """
+    wanted = LATER | {"last.row": fresh["record.low"]} | fresh
+    if missing := fresh.keys() - state.keys():
+        raise ValueError(f"it has no {', '.join(sorted(missing))}")
+    for name, value in state.items():
+        if name in SELF:
+            continue
+        like = np.asarray(wanted.get(name))
+        kinds = "bif" if like.dtype.kind in "bif" else like.dtype.kind
+        rows = value.ndim == 2  # as many as there are
+        if value.dtype.kind not in kinds or value.shape[rows:] != like.shape[rows:]:
+            raise ValueError(f"its {name} is of another kind")
+        if kinds == "bif" and name != "memory" and np.isnan(value).any():
+            raise ValueError(f"its {name} is not a number")
+
+
+def restore(run, recording, sink: PartsSink, state: dict) -> None:
+    """Put a run and its record where they were.
+
+    Raises ValueError for a state of another kind, or that is not a number.
+    """
     recorder = recording.recorder
     if (method := str(state["method"]).rpartition(", ")[2]) != run.method:
         run.take(method)
     run.method, run.reason = str(state["method"]), str(state["reason"])
     for time, changes in json.loads(str(state["changes"])):
         run.rebuild(time, changes)
-    run.state.memory[...] = state["memory"]
+    try:
+        _check(state, state_of(run, recording))
+        run.state.memory[...] = state["memory"]
+        if np.isnan(run.state.y).any():
+            raise ValueError("its state is not a number")
+    except ValueError as error:
+        sink.leave()
+        raise ValueError(
+            f"{sink.folder / 'state.npz'} is no checkpoint of this run: {error}"
+        ) from None
     recording.diagnosis.dead_centre = str(state["dead_centre"])
     if "last.time" in state:
         recorder.last = state["last.time"][()], state["last.row"]

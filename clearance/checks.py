@@ -21,11 +21,14 @@ def meant(name: str, names: Iterable[str]) -> str:
 
 def answers(cls: type) -> type:
     """Decorate a class: a TypeError for an argument that it does not have lists those that it
-    has.
+    has, one for missing arguments names them.
     """
     made = cls.__init__
-    kinds = inspect.signature(made).parameters.values()
-    names = [p.name for p in kinds if p.kind is not p.VAR_POSITIONAL][1:]
+    kinds = [
+        p for p in inspect.signature(made).parameters.values() if p.kind is not p.VAR_POSITIONAL
+    ]
+    names = [p.name for p in kinds][1:]
+    needed = [p.name for p in kinds if p.default is p.empty][1:]
 
     @functools.wraps(made)
     def __init__(self, *values, **named):
@@ -33,10 +36,22 @@ def answers(cls: type) -> type:
             if name not in names:
                 answer = f"{meant(name, names)}; it has {', '.join(names)}"
                 raise TypeError(f"{cls.__name__} has no argument {name!r}{answer}")
+        if missing := [n for n in needed if n not in named and n not in names[: len(values)]]:
+            label = " ".join([cls.__name__, *filter(None, [named.get("name")])])
+            raise TypeError(f"{label} needs {', '.join(missing)}")
         made(self, *values, **named)
 
     cls.__init__ = __init__
     return cls
+
+
+def absent(module: str, names: Iterable[str]) -> Callable[[str], object]:
+    """`__getattr__` of a module: AttributeError with the public name that may be meant."""
+
+    def __getattr__(name: str):
+        raise AttributeError(f"module {module!r} has no attribute {name!r}{meant(name, names)}")
+
+    return __getattr__
 
 
 def finite(field: str, value: object) -> float:
@@ -46,7 +61,8 @@ def finite(field: str, value: object) -> float:
         or not isinstance(value, (int, float))
         and not hasattr(value, "__float__")
     ):
-        raise TypeError(f"{field} must be a number, got {value!r}")
+        hint = ", in SI units, such as cl.rpm(300)" if isinstance(value, str) else ""
+        raise TypeError(f"{field} must be a number, got {value!r}{hint}")
     try:
         number = value if isinstance(value, Column) else float(value)
     except (TypeError, ValueError):
@@ -104,7 +120,9 @@ def pair(field: str, value: object) -> tuple[float, float]:
 def direction(field: str, value: object) -> tuple[float, float]:
     """A vector of any length but zero, returned with length 1; one of length 1 stays as it is."""
     x, y = pair(field, value)
-    length = positive(f"length of {field}", math.hypot(x, y))
+    length = math.hypot(x, y)
+    if length <= 0.0:
+        raise ValueError(f"{field} must not be zero: a direction, got {value!r}")
     if abs(length - 1.0) < ROUNDING:
         return x, y
     return x / length, y / length

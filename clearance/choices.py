@@ -15,6 +15,7 @@ from clearance import checks, films, laws
 from clearance.body import Body
 from clearance.elements import Drive
 from clearance.materials import Material
+from clearance.texts import text_of
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
 # penetration at which IMPACT's damping is complete, over that of the impact it is chosen for
@@ -305,8 +306,8 @@ def points_of(path: str | Path) -> list[tuple[float, ...]]:
     four numbers.
     """
     try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
+        lines = text_of(path).splitlines()
+    except (OSError, ValueError) as error:
         raise ValueError(f"memberships must be {COSINE} or a CSV file: {path}: {error}") from None
     rows = [(i, CELLS.split(line.strip())) for i, line in enumerate(lines, 1)]
     rows = [(i, cells) for i, cells in rows if "".join(cells).strip()[:1] not in ("", "#")]

@@ -5,14 +5,17 @@ Exit status: 0 done, 1 the run failed part-way (what it had is stored), 2 the in
 """
 
 import argparse
+import errno
 import gc
 import json
 import os
 import re
 import shlex
 import sys
+import warnings
 from pathlib import Path
 
+from clearance import interrupts
 from clearance.commands import (
     bench_data,
     cases,
@@ -35,8 +38,9 @@ from clearance.commands import (
     work_precision,
 )
 from clearance.commands.common import DONE, FAILED, WRONG, complain
-from clearance.interrupts import ended
+from clearance.texts import shortened
 from clearance.version import VERSION
+from clearance.warned import RunWarning
 
 #: objects made between two searches for cycles among them; what imports and traces make stays, and
 #: at Python's 700 the searches take a twelfth of a short run
@@ -72,6 +76,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str):
         """Print the error and exit."""
+        message = shortened(message)
         if "--json" in sys.argv:
             print(json.dumps({"status": "wrong input", "message": message}))
         self.exit(WRONG, f"clearance: {message}\n")
@@ -104,7 +109,9 @@ def main(arguments: list[str] | None = None) -> int:
     options = commands.parse_args(_joined(words))
     options.line = shlex.join(["clearance", *words])
     try:
-        return options.action(options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RunWarning)  # commands print them
+            return options.action(options)
     except BrokenPipeError:  # the reader of our output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
@@ -112,14 +119,27 @@ def main(arguments: list[str] | None = None) -> int:
         return complain(options, _words(error), FAILED if _full(error) else WRONG)
     except (ValueError, TypeError, ImportError) as error:
         return complain(options, str(error), WRONG)
+    except RecursionError:
+        return complain(options, "the input is nested too deep", WRONG)
+    except (RuntimeError, ArithmeticError) as error:  # a solver that has no answer
+        return complain(options, str(error), FAILED)
+    except MemoryError as error:
+        return complain(options, f"not enough memory{f': {error}' if str(error) else ''}", FAILED)
     except KeyboardInterrupt as request:
         return complain(
-            options, "; ".join([ended(request), *getattr(request, "__notes__", [])]), FAILED
+            options,
+            "; ".join([interrupts.ended(request), *getattr(request, "__notes__", [])]),
+            FAILED,
         )
 
 
 def _words(error: OSError) -> str:
-    """The system's reason and the file, or the directory of a temporary one."""
+    """The system's reason and the file, or the directory of a temporary one.
+
+    The system names no file where the working directory is gone.
+    """
+    if error.errno == errno.ENOENT and not error.filename and not os.stat(os.curdir).st_nlink:
+        return f"the working directory {os.environ.get('PWD', os.curdir)} does not exist any more"
     if not error.filename or not error.strerror:
         return str(error)
     path = Path(str(error.filename))
@@ -150,9 +170,16 @@ def entry() -> None:
     """The console script."""
     gc.set_threshold(OBJECTS)
     try:
-        sys.exit(main())
+        interrupts.begun()
+        status = main()
+    except KeyboardInterrupt as request:  # a second one, while the first was answered
+        interrupts.over()
+        print(f"clearance: {interrupts.ended(request)}", file=sys.stderr)
+        status = FAILED
     finally:
+        interrupts.over()
         gc.freeze()  # the end of the process needs no search: it takes a tenth of a short run
+    sys.exit(status)
 
 
 if __name__ == "__main__":

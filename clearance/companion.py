@@ -7,10 +7,11 @@ error of a metric is
     e(M) = 2 max(|M - M'|, g |M|),
     g = geometric mean of |M - M'| / |M| over the extremes, or over the means,
 
-and of a channel three times the largest difference at a sample over its range, of the trajectory
-over the clearance. The difference of two runs is nearly the error of the looser one. The difference
-of one scalar may be small by chance, for which g and the factor of 2 make up. The factor of 3 is
-for pairs whose methods differ and err alike.
+of an extreme the largest of all stretches that may have it. That of a channel is three times the
+largest difference at a sample over its range, of the trajectory over the clearance. The
+difference of two runs is nearly the error of the looser one. The difference of one scalar may be
+small by chance, for which g and the factor of 2 make up. The factor of 3 is for pairs whose methods
+differ and err alike.
 
 A film table is wrong by up to a known share of its force. Where there are tables, one more
 companion has all of their forces larger by that share, a hundredth at least. The change of a
@@ -43,12 +44,18 @@ from clearance.tracing.callback import Callback
 
 LOG = logging.getLogger("clearance")
 LOOSER = 10.0  # tolerance of a companion over that of its run
+LONGER = math.sqrt(2.0)  # longest step of a companion where no tolerance shortens those of its run
+ALIKE = 0.1  # share by which the steps of two runs differ that are too much alike to be compared
 LOOSEST = 0.1  # tolerance of a run, at most
 SAFETY = 2.0  # stated error of a number over the larger of difference and spread
 THROUGHOUT = 3.0  # stated error of a trajectory or a channel over the largest difference
 STRONGER = 0.01  # share by which a companion's film forces are larger than those of the tables
 LARGEST = 20_000_000  # largest count of numbers of a run that is compared: they are held in memory
 DEAR = 'a second run costs as much again, --error state (error="state") makes it'
+IMPACTS_PART = (
+    "neighbouring trajectories may part at impacts; --error 1e-3 states them of the cheapest run "
+    "that has it, --steady 1e-6 of the periodic motion"
+)
 MEMORY = "a film with a memory is first order in the step, whatever the tolerance"
 TOGETHER = 2**20  # samples of channels that are compared at once
 ROOM = 2**22  # bytes that stated errors may add to a file
@@ -87,7 +94,7 @@ def reason_without(run: Run, error: str | None, output: Output | None = None) ->
     if error is None:
         return "none was requested"
     if any(j.impacts for j in mechanism.scene.clearance_joints):
-        return "neighbouring trajectories may part at impacts"
+        return IMPACTS_PART
     if mechanism.layout.remembering:
         return MEMORY
     if error == AUTO and any(isinstance(s, Callback) for s in mechanism.sources.values()):
@@ -119,18 +126,20 @@ class Start:
         return cls(run.mechanism, state.y.copy(), state.work.copy(), len(run.changes))
 
 
-def companion(run: Run, start: Start, rtol: float, times: float = 0.0) -> MemoryRecord:
+def companion(
+    run: Run, start: Start, rtol: float, times: float = 0.0, longer: float = 1.0
+) -> MemoryRecord:
     """The motion of a run from the same start at another tolerance. Changes of numbers during the
     run are made here at the same times.
 
-    times: by how many times their errors film tables are stronger. Raises Parted where it fails.
+    times: by how many times their errors film tables are stronger. longer: longest step over that
+    of the run. Raises Parted where it fails.
     """
     mechanism = strengthened(start.mechanism, times)
     other = Run(mechanism, run.span, replace(run.solver, rtol=rtol))
     other.warned = False  # they are those of the run
     # nothing is integrated: other steps show how well extremes are located
-    if not run.mechanism.size:
-        other.state.longest_step /= math.sqrt(2.0)
+    other.state.longest_step *= longer if run.mechanism.size else 1.0 / LONGER
     other.state.y[:], other.state.work[:] = start.y, start.work
     if changes := run.changes[start.changes :]:
 
@@ -161,6 +170,14 @@ def beside(run: Run, start: Start) -> tuple[float, MemoryRecord]:
         if rtol == tighter:
             raise
         return tighter, companion(run, start, tighter)
+
+
+def step_alike(one: Record, other: Record) -> bool:
+    """True for runs of about as many steps: hardly any was shortened by the tolerance, and their
+    difference shows too little of their errors.
+    """
+    steps = float(one.solver["steps"])
+    return abs(float(other.solver["steps"]) - steps) <= ALIKE * steps
 
 
 def tables(mechanism: Mechanism) -> dict[ClearanceJoint, Tabulated]:
@@ -212,10 +229,13 @@ class Pair:
 def paired(run: Run, start: Start, main: Record) -> Pair:
     """A run that has come to its end beside its companions. Raises Parted where one fails."""
     rtol, other = beside(run, start)
+    longer = LONGER if step_alike(main, other) else 1.0
+    if longer > 1.0:
+        other = companion(run, start, rtol, longer=longer)
     other.scene = main.scene  # read once
     if not (times := stronger(start.mechanism)):
         return Pair(main, other, (run.solver.rtol, rtol))
-    film = companion(run, start, rtol, times)
+    film = companion(run, start, rtol, times, longer)
     film.scene = main.scene
     return Pair(main, other, (run.solver.rtol, rtol), film, times)
 
@@ -246,6 +266,9 @@ def stated(
     }
     common = float(g[EXTREME])
     stretches = extremes(pair, common, SAFETY / apart)
+    for name, bound in _of_rivals(pair.run, stretches, begin, end).items():
+        if name in rows and bound > rows[name].stated:
+            rows[name] = replace(rows[name], stated=bound)
     return Errors(rows, along, "", pair.rtol, common, begin, end, stretches)
 
 
@@ -317,6 +340,22 @@ def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:
     return ExtremeErrors(
         np.where(np.isfinite(bound), bound, 0.0), np.where(np.isfinite(off), off, 0.0)
     )
+
+
+def _of_rivals(run: Record, errors: ExtremeErrors, begin: float, end: float) -> dict[str, float]:
+    """Largest stated error of the stretches between two times whose extreme may be the outermost.
+
+    Two runs may err alike in one stretch by chance, seldom in all that repeat it.
+    """
+    part = run.located.whole(begin, end)
+    values, bounds = run.located.values[part], errors.stated[part]
+    signs = np.array([-1.0 if n.endswith("_min") else 1.0 for n in run.located.names])
+    reached = np.where(np.isfinite(values), signs * values, -np.inf)
+    if not len(reached):
+        return {}
+    rivals = reached + THROUGHOUT * bounds >= reached.max(axis=0)
+    largest = np.where(rivals, bounds, 0.0).max(axis=0)
+    return dict(zip(run.located.names, largest.tolist(), strict=True))
 
 
 def _fitted(values: np.ndarray, count: int) -> np.ndarray:

@@ -3,43 +3,76 @@
 import numpy as np
 
 from clearance.mechanism.closing import last_position, lost_at, no_number
-from clearance.mechanism.dead_centre import SampledMotion, dead_centre
+from clearance.mechanism.dead_centre import Motion, dead_centre, opens
 from clearance.recording import LedgerWatch, Recorder
 from clearance.regimes import FULL_FILM, depth_warning, hole_warning
+from clearance.starting import QUASI_STATIC, quasi_static
 from clearance.stepping import status
 from clearance.tracing.callback import Callback
 
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
-THIN = 1e-6  # film left over the clearance at which a run that cannot go on has run out of film
-LOST_ENERGY = 1e-3  # share of the energy turned over whose loss makes a run doubtful
+THIN = 1e-4  # film left over the clearance at which a run that cannot go on has run out of film
+NEAR = 0.1  # the same at which a contact may be what it lacks
+EARLY = 1e-3  # share of a run before which its start may be to blame
+OUTSIDE = 100.0  # clearances, and sizes of the solid, beyond which a journal has left its joint
+SUSPICIOUS = 3.0  # share of lost energy, over the tolerance, from which on loops are looked at
+GOES_ON = (status.RUNNING, status.DONE, status.TOO_MANY_STEPS)  # nothing is wrong
+PIECES = 16  # logs of steps that are remembered, at most
+# shares of the energy turned over whose loss makes a run doubtful: at most, and at any tolerance
+LOST_ENERGY, LOST_TO_ROUNDING = 1e-3, 1e-9
+# codes of runs whose steps do not get on
+STUCK = (status.STEP_TOO_SMALL, status.NOT_FINITE, status.CRAWLING)
 # steps ahead of the last state where a value is looked for that does not exist
 FURTHER = (1.0, 1e2, 1e4, 1e6)
+
+
+def doubtful(rtol: float) -> float:
+    """Share of the energy turned over that must be missing for a warning: 1000 tolerances.
+
+    Loose tolerances are warned of from 1e-3 or 100 tolerances on.
+    """
+    return max(min(LOST_ENERGY, 1e3 * rtol), 100.0 * rtol, LOST_TO_ROUNDING)
 
 
 class Diagnosis:
     """Judges a run from its state and its record.
 
-    spoilt: the reason for which its outputs cannot be trusted any more. latest: times and rows put
-        out last.
+    spoilt: the reason for which its outputs cannot be trusted any more. escaped: the joint that a
+        journal has left, in words. latest: logs of the steps that the ledger has not judged, and of
+        some before.
     """
 
     def __init__(self, run, recorder: Recorder | None = None):
         self.run, self.recorder = run, recorder
-        self.spoilt = ""
+        self.spoilt = self.escaped = ""
         self.dead_centre = ""  # of which loop, once the ledger has failed there
-        self.doubtful = False
-        self.latest: list[tuple[np.ndarray, np.ndarray]] = []
+        # share of the energy whose loss has loops looked at
+        rtol = run.solver.rtol
+        self.doubt = SUSPICIOUS * rtol if opens(run.mechanism) else doubtful(rtol)
+        self.latest: list[np.ndarray] = []
 
     # --- on the way
+    def remember(self, log: np.ndarray) -> None:
+        """Take in steps; those from before the stretch of the ledger under way are forgotten."""
+        begun = self.recorder.ledger.begin if self.recorder.ledger else 0.0
+        self.latest = [one for one in self.latest[-PIECES:] if one[-1, 0] >= begun]
+        if len(log) and self.run.state.sizes["logged"]:
+            self.latest.append(log.copy())
+
     def judge(self, code: int) -> int:
         """Status of the run: another one where its output is not to be trusted."""
         residual, rtol = self.recorder.residual_share(), self.run.solver.rtol
-        if residual > self._doubt and not self.doubtful:
-            self.doubtful = True
-            self.look_for_dead_centre()
         if residual > max(LedgerWatch.limit, min(1e4 * rtol, WORST_LEDGER)):
-            return status.LEDGER_BROKEN
-        return status.NOT_FINITE if self.spoilt else code
+            code = status.LEDGER_BROKEN
+        self.escaped = self.escaped or self._escaped()
+        if code != status.LEDGER_BROKEN and (self.spoilt or self.escaped):
+            code = status.NOT_FINITE
+        if code not in GOES_ON or residual > self.doubt:
+            self.doubt = max(self.doubt, 10.0 * residual)
+            self.look_for_dead_centre()
+            if self.run.dead_centre and self.run.dead_centre.soft_joints:
+                return status.DEAD_CENTRE
+        return code
 
     def spoil(self, times: np.ndarray, row: np.ndarray) -> None:
         """Note the first row that is not finite; times: of the piece up to it."""
@@ -50,24 +83,20 @@ class Diagnosis:
         self.spoilt = self._lost(before, at) or reason
 
     def look_for_dead_centre(self) -> str:
-        """The loop that stands at its dead centre now or did since the output before the last; ""
-        where none does.
-        """
-        if not self.dead_centre and self.run.outputs:
-            mechanism, state = self.run.mechanism, self.run.state
-            here = np.atleast_1d(state.time), self.run.outputs_here()[None]
-            times, rows = (np.concatenate(c) for c in zip(*self.latest, here, strict=True))
-            later = np.concatenate([[True], np.diff(times) > 0.0])
-            self.run.dead_centre = dead_centre(
-                SampledMotion(mechanism, state.work, times[later], rows[later])
-            )
+        """The loop that is at its dead centre or was in the latest steps; "" where none is."""
+        if not self.dead_centre:
+            self.run.dead_centre = dead_centre(self._latest_motion())
             self.dead_centre = self.run.dead_centre.text if self.run.dead_centre else ""
         return self.dead_centre
 
-    @property
-    def _doubt(self) -> float:
-        """Share of the energy turned over that must be missing for a warning."""
-        return max(LOST_ENERGY, 100.0 * self.run.solver.rtol)
+    def _latest_motion(self) -> Motion:
+        """The latest steps, and where the run stands."""
+        mechanism, state = self.run.mechanism, self.run.state
+        here = np.array([[state.time, *state.y, *state.work[mechanism.layout.carried_places]]])
+        columns = [0, *range(-here.shape[1] + 1, 0)]
+        rows = np.concatenate([*(log[:, columns] for log in self.latest), here])
+        rows = rows[np.append(rows[:-1, 0] < state.time, True)]
+        return Motion(mechanism, state.work, rows[:, 0], rows[:, 1:])
 
     # --- failure
     def failure(self, code: int) -> str:
@@ -76,25 +105,81 @@ class Diagnosis:
         if code == status.LEDGER_BROKEN:
             since = self.recorder.ledger.since or 0.0
             return f"from t = {since:.9g} s on: {status.MESSAGES[code]}: {self._suspects()}"
-        if self.spoilt:
-            return self.spoilt
+        if self.spoilt or self.escaped:
+            return self.spoilt or self.escaped
         for joint, source in mechanism.sources.items():
             if isinstance(source, Callback) and source.failure is not None:
                 return f"at t = {state.time:.9g} s: {joint.label()}: its film: {source.failure}"
         ended = mechanism.spots[state.failed_joint][0] if code == status.FILM_LEFT else None
-        if code == status.STEP_TOO_SMALL:
+        if code in STUCK:
             films = (j for j in mechanism.eccentric if j.film_reach is not None)
             ended = next((j for j in films if self.run.film_left(j) < THIN), None)
         if ended:
             code = status.FILM_LEFT
-        reason = f"{f'joint {ended.name}: ' if ended else ''}{status.MESSAGES[code]}"
-        if code in (status.STEP_TOO_SMALL, status.NOT_FINITE):
+        reason = self.dead_centre
+        if code != status.DEAD_CENTRE:
+            reason = f"{f'joint {ended.name}: ' if ended else ''}{status.MESSAGES[code]}"
+        if code in STUCK:
             if lost := self._lost(state.time, state.time + state.longest_step):
                 return lost
-            reason = self._no_number() or self.look_for_dead_centre() or reason
-        return (
-            f"at t = {state.time:.9g} s: {reason} ({'; '.join(self._place()) or 'no free state'})"
-        )
+            named = self._no_number() or self.look_for_dead_centre()
+            named = named or lost_at(mechanism, state.work, state.time, state.y)
+            reason = named or reason + self._stiff_films()
+        where = "; ".join(self._place()) or "no free state"
+        return f"at t = {state.time:.9g} s: {reason} ({where}){self._ways_out(code)}"
+
+    def _films(self) -> list:
+        """Joints with a film in which a journal may move."""
+        return [j for j in self.run.mechanism.eccentric if j.film is not None]
+
+    def _stiff_films(self) -> str:
+        """The films that may be to blame, in words."""
+        names = ", ".join(j.name for j in self._films())
+        return f", such as the film of joint {names}" if names else ""
+
+    def _ways_out(self, code: int) -> str:
+        """Sentences on what may help a run with films that cannot go on."""
+        films, tried = self._films(), self.run.method.rpartition(", ")[2]
+        if not films or code not in (*STUCK, status.FILM_LEFT) or self.dead_centre:
+            return ""
+        thin = [j for j in films if j.film_reach is not None and self.run.film_left(j) < NEAR]
+        ways = ["a contact and a transition (model=mixed)"] if thin else []
+        early = self.run.state.time < EARLY * self.run.span.until
+        if early and QUASI_STATIC not in self.run.started and self._settles():
+            ways.append(f'start="{QUASI_STATIC}"')
+        held = [
+            j for j in films if j.transition is not None and not j.transition.law.carries_roughness
+        ]
+        if held and code in STUCK:
+            ways.append("the transition load_sharing")
+        if code in STUCK and ", " not in self.run.method:
+            ways.append(f"method={'radau5' if tried == 'rodas5p' else 'rodas5p'}")
+        return f"; ways out: {', '.join(ways)}" if ways else ""
+
+    def _settles(self) -> bool:
+        """True where the scene has a quasi-static start."""
+        try:
+            quasi_static(self.run.mechanism)
+        except (ValueError, np.linalg.LinAlgError):
+            return False
+        return True
+
+    def _escaped(self) -> str:
+        """The first joint that a journal has left altogether, in words; "" for none."""
+        mechanism = self.run.mechanism
+        touching = [j for j in mechanism.scene.clearance_joints if j.contact is not None]
+        if not touching or not self.run.outputs or not self.run.state.started:
+            return ""
+        row, place = self.run.outputs_here(), mechanism.layout.output
+        for joint in touching:
+            depth, (size, name) = -row[place[f"{joint.key}/gap"]], joint.solid
+            if depth > max(OUTSIDE * joint.clearance, size):
+                beyond = f"more than its {name} and {OUTSIDE:g} clearances"
+                return (
+                    f"at t = {self.run.state.time:.9g} s: {joint.label()}: a penetration of "
+                    f"{depth:.2g} m, {beyond}: contact {joint.contact.law.name} does not hold it"
+                )
+        return ""
 
     def _place(self) -> list[str]:
         """Free states of the run, in words."""
@@ -117,12 +202,12 @@ class Diagnosis:
 
     def _lost(self, before: float, after: float) -> str | None:
         """End of a prescribed motion between two times, if it has one."""
-        mechanism, work = self.run.mechanism, self.run.state.work
-        if mechanism.size > 0 or not self.run.outputs:
+        mechanism, work, y = self.run.mechanism, self.run.state.work, self.run.state.y
+        if mechanism.layout.rates.start > 0 or not self.run.outputs:
             return None
-        if (lost := lost_at(mechanism, work, before)) is not None:
+        if (lost := lost_at(mechanism, work, before, y)) is not None:
             return f"at t = {before:.9g} s: {lost}"
-        last = last_position(mechanism, work, before, after)
+        last = last_position(mechanism, work, before, after, y)
         return last and f"at t = {last[0]:.9g} s: {last[1]}"
 
     def _suspects(self) -> str:
@@ -148,11 +233,12 @@ class Diagnosis:
         than the surfaces are rough.
         """
         scene = self.run.mechanism.scene
-        warnings = [doubt for j in scene.joints for doubt in j.doubts()]
+        parts = (*scene.bodies, *scene.elements)
+        warnings = [*dict.fromkeys(doubt for part in parts for doubt in part.doubts())]
         warnings += self._method_warnings()
         warnings += filter(None, map(self._too_sharp, scene.joints))
         residual = self.recorder.residual_share()
-        if residual > self._doubt:
+        if residual > doubtful(self.run.solver.rtol):
             share = f"{residual:.2g} of the energy turned over is missing"
             warnings.append(f"the energy ledger does not close: {share}: {self._suspects()}")
         for joint in scene.clearance_joints if self.run.state.started else ():
@@ -211,11 +297,10 @@ class Diagnosis:
         source = mechanism.sources.get(joint)
         if isinstance(source, Callback) and (doubt := source.doubt(1.0 - gap / joint.clearance)):
             warnings.append(f"{joint.label()}: mesh of the film: {doubt}")
-        if joint.transition is not None and gap < FULL_FILM * (joint.roughness or 0.0):
+        rough = joint.roughness if joint.transition is not None else None
+        if rough is not None and gap < FULL_FILM * rough:
             force = self.run.extreme(f"{group}/force_max")
-            warnings += filter(
-                None, [hole_warning(joint, mechanism.frequency, force, gap / joint.roughness)]
-            )
+            warnings += filter(None, [hole_warning(joint, mechanism.frequency, force, gap / rough)])
         return warnings
 
     def _depths(self) -> dict:

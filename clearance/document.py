@@ -2,12 +2,14 @@
 
 import importlib
 import linecache
+import math
 import sys
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, Field, fields, is_dataclass, replace
+from functools import cache
 from pathlib import Path
 
 from clearance import elements
@@ -16,8 +18,9 @@ from clearance.checks import meant
 from clearance.elements.element import Element
 from clearance.elements.joint import Joint
 from clearance.laws.law import BoundLaw, DataLaw, Law, OfJoint
-from clearance.quantities import Described, Number
-from clearance.units import quantity
+from clearance.quantities import Described
+from clearance.texts import brief
+from clearance.units import amount, quantity
 
 #: kinds of elements by name
 KINDS: dict[str, type[Element]] = {name: getattr(elements, name) for name in elements.__all__}
@@ -49,7 +52,11 @@ LAW_UNITS = {
 NONE = "none"
 #: modules that were made from the texts of documents, by name and text
 _MADE: dict[tuple[str, str], types.ModuleType] = {}
-POINT = ("body", "point", "x", "y", "z")
+#: fields of the table of a point
+POINT = {"body": Body, "point": str | None, **dict.fromkeys("xyz", float)}
+ENDS = ("a", "b", "point")  # of joints and loads
+SECTIONS = ("bodies", "joints", "loads")
+RATES = ("angular_velocity", "velocity")  # of bodies at the start
 
 
 class Misplaced(ValueError):
@@ -225,7 +232,7 @@ class Parts:
     def point(self, value: object) -> Point | Body:
         """A point: [x, y] of ground, "body", "body.point", or a table of body and place."""
         if isinstance(value, list):
-            return ground.at(*_vector(value, ("m",)))
+            return ground.at(*amount(value, ("m",)))
         if isinstance(value, str):
             name, _, point = value.partition(".")
             body = self.body(name)
@@ -233,7 +240,7 @@ class Parts:
         if not isinstance(value, Mapping):
             raise ValueError(f'expected a point as "crank.A" or [x, y], got {value!r}')
         _check_names(f"a point {dict(value)}", value, POINT, ("body",))
-        body, place = self.body(value["body"]), [_amount(value.get(n, 0.0), ("m",)) for n in "xyz"]
+        body, place = self.body(value["body"]), [amount(value.get(n, 0.0), ("m",)) for n in "xyz"]
         return Point(body, value["point"], *place) if "point" in value else body.at(*place)
 
     # --- elements
@@ -274,7 +281,7 @@ class Parts:
     def _made(self, kind: type, table: Mapping) -> object:
         """A dataclass from its table."""
         fields_of = {f.name: f for f in fields(kind)}
-        needed = [n for n, f in fields_of.items() if _is_needed(f)]
+        needed = [n for n, f in fields_of.items() if is_needed(f)]
         _check_names(kind.__name__, table, fields_of, needed)
         hints = typing.get_type_hints(kind)
         values = {}
@@ -290,7 +297,7 @@ class Parts:
         if "law" in field.metadata or number and number.families and isinstance(value, Mapping):
             return self.law(value, field)
         if number:
-            return _numbers(value, units_of(number))
+            return amount(value, number.units)
         if Point in kinds:
             return self.point(value)
         if typing.get_origin(hint) is Mapping:
@@ -301,7 +308,7 @@ class Parts:
         if records := [k for k in kinds if is_dataclass(k) and k is not BoundLaw]:
             return self.record(records[0], value)
         if unit := field.metadata.get("unit"):
-            return _amount(value, (unit,))
+            return amount(value, (unit,))
         return value
 
     def record(self, kind: type, value: object) -> object:
@@ -354,43 +361,16 @@ def _parameter(value: object, unit: str | None = None) -> object:
     return quantity(value, unit) if measured else value
 
 
-def units_of(number: Number) -> tuple[str, ...]:
-    """Units of a number, from its description."""
-    _, _, unit = number.text.rpartition("[")
-    return tuple(unit.rstrip("]").split(" or ")) if unit.endswith("]") else ()
-
-
-def _amount(value: object, units: tuple[str, ...]) -> object:
-    """A number as it is given, or from a text with a unit, which must be one of these."""
-    if not isinstance(value, str):
-        return value
-    for unit in units[1:]:
-        try:
-            return quantity(value, unit)
-        except ValueError:
-            continue
-    return quantity(value, units[0] if units else None)
-
-
-def _vector(values: list, units: tuple[str, ...]) -> tuple:
-    return tuple(_amount(v, units) for v in values)
-
-
-def _numbers(value: object, units: tuple[str, ...]) -> object:
-    return _vector(value, units) if isinstance(value, list) else _amount(value, units)
-
-
 def _points(value: object) -> object:
     """Points of a body, by name."""
     if not isinstance(value, Mapping):
         return value
-    return {name: _numbers(place, ("m",)) for name, place in value.items()}
+    return {name: amount(place, ("m",)) for name, place in value.items()}
 
 
-def _is_needed(field: Field) -> bool:
-    number = field.metadata.get("number")
-    empty = field.default is MISSING and field.default_factory is MISSING
-    return empty or bool(number and number.required)
+def is_needed(field: Field) -> bool:
+    """True for a field without a default."""
+    return field.default is MISSING and field.default_factory is MISSING
 
 
 def _check_names(owner: str, table: Mapping, names, needed) -> None:
@@ -404,17 +384,97 @@ def _check_names(owner: str, table: Mapping, names, needed) -> None:
 
 
 # --- from the description of a scene
+def check(document: object) -> None:
+    """Check that the parts of a description are of the kinds that their fields declare.
+
+    No part is made and no law is run. Fields and kinds of elements that this version does not have
+    may be there. Raises Misplaced.
+    """
+    lists = {n: document.get(n) if isinstance(document, Mapping) else None for n in SECTIONS}
+    for section, rows in lists.items():
+        if not isinstance(rows, list) or not all(_is_part(row) for row in rows):
+            raise Misplaced((section,), "it must be a list of objects that have a name")
+    for name, hint in (("name", str), ("gravity", tuple)):
+        if not _fits(document.get(name), hint, ()):
+            raise Misplaced((name,), f"it cannot be {brief(document.get(name))}")
+    names = {ground.name, *(body["name"] for body in lists["bodies"])}
+    for section, rows in lists.items():
+        for row in rows:
+            kinds = _hints(Body) if section == "bodies" else _hints_of(row)
+            for name in (n for n in row if not _fits(row[n], kinds.get(n, object), names)):
+                place = section, row["name"], name
+                raise Misplaced(place, f"it cannot be {brief(row[name])}")
+            if section != "bodies" and not isinstance(row.get("type"), str):
+                raise Misplaced((section, row["name"]), "it must have a type")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_part(row: object) -> bool:
+    return isinstance(row, Mapping) and isinstance(row.get("name"), str)
+
+
+@cache
+def _hints(kind: type) -> dict[str, object]:
+    return typing.get_type_hints(kind)
+
+
+def _hints_of(row: Mapping) -> dict[str, object]:
+    """Kinds of an element's fields, as far as they are known."""
+    kind = row.get("type")
+    if isinstance(kind, str) and kind in KINDS:
+        return _hints(KINDS[kind])
+    return dict.fromkeys(ENDS, Point | str | None)
+
+
+@cache
+def _parts_of(hint: object) -> tuple[object, tuple]:
+    """Kind of a type, and its arguments."""
+    return typing.get_origin(hint) or hint, typing.get_args(hint)
+
+
+def _fits(value: object, hint: object, names: Collection[str]) -> bool:
+    """True for plain data of a field of this kind; names: those of the bodies."""
+    kind, inner = _parts_of(hint)
+    if kind in (types.UnionType, typing.Union):
+        return any(_fits(value, one, names) for one in inner)
+    if kind is float:
+        return _is_number(value)
+    if kind is Body:
+        return isinstance(value, str) and value in names
+    if kind is tuple:
+        return isinstance(value, list) and len(value) > 1 and all(map(_is_number, value))
+    if not isinstance(value, Mapping):
+        return kind is object or isinstance(value, kind)
+    if kind is Mapping:
+        return all(_fits(one, inner[1], names) for one in value.values())
+    if kind is BoundLaw:
+        return isinstance(value.get("law"), str)
+    if not is_dataclass(kind):
+        return kind is object
+    hints = POINT if kind is Point else _hints(KINDS.get(str(value.get("type")), kind))
+    needed = {"body", "x", "y"} if kind is Point else {"type"}
+    return needed <= value.keys() and all(
+        _fits(one, hints.get(name, object), names) for name, one in value.items()
+    )
+
+
 def read(document: Mapping) -> list[Element]:
     """Elements, with their bodies, from the description of a scene, laws from the texts that it
     has.
 
     Raises Misplaced for what it cannot be read of, with the place in the document.
     """
+    check(document)
     texts = document.get("sources", {})
     rows = [("joint", row) for row in document["joints"]]
     rows += [("load", row) for row in document["loads"]]
     tables = {(section, row["name"]): (row["type"], _without(row)) for section, row in rows}
     bodies = {row["name"]: row for row in document["bodies"]}
+    if "rates" not in document:  # before 0.3.0, where a rate of 0 was none
+        bodies = {name: _without_zeros(row) for name, row in bodies.items()}
 
     def law(reference: str, _: Field | None) -> Law:
         module, _, name = reference.partition(":")
@@ -425,6 +485,11 @@ def read(document: Mapping) -> list[Element]:
     for element in made:
         _leave_to_joint(element)
     return made
+
+
+def _without_zeros(row: Mapping) -> dict:
+    """A body without the rates that are 0."""
+    return {n: v for n, v in row.items() if n not in RATES or v not in (0.0, [0.0, 0.0])}
 
 
 def _without(row: Mapping) -> dict:
@@ -438,9 +503,13 @@ def _leave_to_joint(element: Element) -> None:
         if isinstance(law, BoundLaw):
             surfaces = element.seen_by(field.name)
             names = [n for n, check in law.law.checks.items() if isinstance(check, OfJoint)]
-            left = tuple(
-                n
-                for n in names
-                if law.law.checks[n].function(surfaces, law.values) == law.values[n]
-            )
+            left = tuple(n for n in names if _of_joint(law, n, surfaces) == law.values[n])
             element._set(field.name, replace(law, of_joint=left))
+
+
+def _of_joint(law: BoundLaw, name: str, surfaces) -> float | None:
+    """A parameter of a law as the element would determine it; None where it cannot."""
+    try:
+        return law.law.checks[name].function(surfaces, law.values)
+    except ValueError:  # as a stiffness for an exponent that is not Hertz's
+        return None

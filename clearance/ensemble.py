@@ -2,13 +2,17 @@
 stored.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from clearance.mechanism.build import Mechanism
-from clearance.observers import Observer
+from clearance.mechanism.build import Mechanism, build
+from clearance.mechanism.dead_centre import DeadCentre, transferred
+from clearance.observers import Observer, Recording
 from clearance.options import SAMPLES_PER_TURN, Solver, Span
-from clearance.recording import MemoryRecord, MemorySink, Ranges
+from clearance.recording import MemoryRecord, MemorySink, Ranges, Recorder
 from clearance.run import Run
+from clearance.series import FEWEST
 from clearance.simulation import SimulationError
 from clearance.stepping import status
 from clearance.turns import Series, by_turn
@@ -30,18 +34,34 @@ class Ensemble:
         rng = np.random.default_rng(seed)
         places = [mechanism.y0, *(somewhere(mechanism, rng) for _ in range(starts - 1))]
         self.runs = [Turning(mechanism, most, solver, y) for y in places]
+        self.anew = most, solver, places
         self.values: dict[str, np.ndarray] = {}
         self.about: dict[str, Series] = {}
 
     def extend(self, turns: int) -> None:
-        """Go on to so many turns of each start. Raises SimulationError where that cannot be."""
-        for run in self.runs:
-            run.extend(turns)
+        """Go on to so many turns of each start, all anew where one comes to a dead centre that an
+        open loop does not have. Raises SimulationError where that cannot be.
+        """
+        while dead := next(filter(None, (run.extend(turns) for run in self.runs)), None):
+            self._open(dead)
         self.about = self.runs[0].about
         count = min(run.turns for run in self.runs)
+        if count < min(turns, FEWEST):
+            reason = f"a drive stays behind its nominal speed: {count} full turns in {turns}, "
+            raise SimulationError(f"{reason}statistics need {FEWEST}", None)
         for name in self.about:
             rows = [np.concatenate(run.pieces[name])[:count] for run in self.runs]
             self.values[name] = np.array(rows)
+
+    def _open(self, dead: DeadCentre) -> None:
+        """Begin again with the loop open that came to its dead centre."""
+        most, solver, places = self.anew
+        opened = (*self.runs[0].run.mechanism.opened, dead.soft_joints[0])
+        before, work = self.mechanism, np.append(self.mechanism.work0, 0.0)
+        mechanism = build(before.scene, opened=opened)
+        rows = ((y, before.outputs(0.0, y, work)) for y in places)
+        moved = (transferred(before, y, row, mechanism) for y, row in rows)
+        self.runs = [Turning(mechanism, most, solver, *state[:2]) for state in moved]
 
 
 def somewhere(mechanism: Mechanism, rng: np.random.Generator) -> np.ndarray:
@@ -58,39 +78,67 @@ def somewhere(mechanism: Mechanism, rng: np.random.Generator) -> np.ndarray:
 class Turning:
     """A run that goes on turn after turn; pieces: its numbers by turn, piece by piece."""
 
-    def __init__(self, mechanism: Mechanism, most: int, solver: Solver, y: np.ndarray):
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        most: int,
+        solver: Solver,
+        y: Sequence[float],
+        carried: Sequence[float] | None = None,
+    ):
         span = Span(most * mechanism.scene.turn, most * SAMPLES_PER_TURN + 1)
-        self.run = Run(mechanism, span, solver)
-        self.run.state.y[...] = y
-        self.latest = _Latest(mechanism)
-        self.run.observers.append(self.latest)
+        self.run = run = Run(mechanism, span, solver)
+        run.state.y[: len(y)] = y
+        if carried is not None:
+            run.state.work[mechanism.layout.carried_places] = carried
+        self.latest, floor = _Latest(mechanism), solver.rtol * mechanism.energy
+        channels = mechanism.layout.channels
+        self.judge = _Judge(run, Recorder(channels, MemorySink(channels, {}), True, floor))
+        run.observers += [self.latest, self.judge]
         self.turns = 0
         self.pieces: dict[str, list[np.ndarray]] = {}
         self.about: dict[str, Series] = {}
 
-    def extend(self, turns: int) -> None:
-        """Go on to so many turns; to fewer, where a drive stays behind its nominal speed."""
+    def extend(self, turns: int) -> DeadCentre | None:
+        """Go on to so many turns; to fewer, where a drive stays behind its nominal speed, or where
+        a loop that can be opened comes to its dead centre.
+        """
         turn = self.run.mechanism.scene.turn
         while (before := self.turns) < turns:
-            self._advance(min(before + PIECE, turns) * turn)
+            if dead := self._advance(min(before + PIECE, turns) * turn):
+                return dead
             self._take()
             if self.turns == before:
-                return
+                break
+        return None
 
-    def _advance(self, time: float) -> None:
-        if (code := self.run.advance_to(time)) != status.DONE:
-            raise SimulationError(
-                f"at t = {self.run.state.time:.6g} s: {status.MESSAGES[code]}", None
-            )
+    def _advance(self, time: float) -> DeadCentre | None:
+        code = self.judge.piece(self.run, self.run.advance_to(time))
+        if code == status.DEAD_CENTRE:
+            return self.run.dead_centre
+        if code != status.DONE:
+            raise SimulationError(self.judge.diagnosis.failure(code), None)
+        return None
 
     def _take(self) -> None:
         """Numbers of the turns since the last call."""
         record = self.latest.record(self.run)
-        self.about = by_turn(record, self.turns) or self.about
+        if not (about := by_turn(record, self.turns)):
+            return  # no turn is complete
+        self.about = about
         for name, one in self.about.items():
             self.pieces.setdefault(name, []).append(one.values)
         self.turns += len(next(iter(self.about.values())).values)
         self.latest.forget(float(record.time_at(np.array([self.turns]))[0]))
+
+
+class _Judge(Recording):
+    """Watches the ledger of a run, and records nothing but where it begins."""
+
+    def samples(self, times, rows):
+        """Record the first."""
+        if self.recorder.last is None:
+            super().samples(times[:1], rows[:1])
 
 
 class _Latest(Observer):

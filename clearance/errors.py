@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from clearance.algebra import each
+
 INTEGRATION = "integration"
 TRAJECTORY = "trajectory"
 #: state the errors of a run: where a second run is cheap, also where it costs as much again
@@ -68,8 +70,8 @@ def geometric_mean(shares: Iterable[ArrayLike]) -> np.ndarray:
     for share in shares:
         value = np.asarray(share, float)
         usable = (value > 0.0) & np.isfinite(value)
-        total, count = total + np.log(np.where(usable, value, 1.0)), count + usable
-    return np.where(count > 0, np.exp(total / np.maximum(count, 1)), 0.0)
+        total, count = total + each(math.log, np.where(usable, value, 1.0)), count + usable
+    return np.where(count > 0, each(math.exp, total / np.maximum(count, 1)), 0.0)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 `films.table()`.
 """
 
+from clearance.checks import absent
 from clearance.film.online import conserving_film as conserving
 from clearance.film.online import fast_film as fast
 from clearance.film.online import fem_film as fem
@@ -22,3 +23,5 @@ __all__ = [
     "sommerfeld",
     "table",
 ]
+
+__getattr__ = absent(__name__, __all__)

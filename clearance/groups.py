@@ -10,6 +10,7 @@ import numpy as np
 from clearance.errors import Errors
 from clearance.extremes import Extremes
 from clearance.integrals import Integrals
+from clearance.reading import checked
 from clearance.results import create_column
 
 
@@ -36,7 +37,7 @@ class Group:
                 group[name].dims[axis].attach_scale(group[scale])
             if not scales:
                 group[name].make_scale(name)
-        group.attrs.update(self.attributes)
+        group.attrs.update(checked(self.attributes))
 
     def joined(self, other: "Group") -> "Group":
         """Both in one."""

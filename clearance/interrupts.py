@@ -1,8 +1,10 @@
 """Signals that end a run: taken in order, between two pieces of its output."""
 
+import _thread
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -18,6 +20,39 @@ class Terminated(KeyboardInterrupt):
 def ended(request: KeyboardInterrupt) -> str:
     """Name of a request to end."""
     return "terminated" if isinstance(request, Terminated) else "interrupted"
+
+
+def beginning() -> None:
+    """Until `begun`, SIGINT ends the command in one line, whatever it imports."""
+
+    def end(*_):
+        os.write(2, b"clearance: interrupted\n")
+        os._exit(1)
+
+    if _in_main_thread() and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, end)
+
+
+def begun() -> None:
+    """SIGINT raises KeyboardInterrupt again, unless it is ignored; also one that Python would drop
+    in a callback, a moment later.
+    """
+    if _in_main_thread() and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        sys.unraisablehook = _raise_later
+
+
+def _raise_later(dropped) -> None:
+    if issubclass(dropped.exc_type, KeyboardInterrupt):
+        threading.Timer(0.01, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(dropped)
+
+
+def over() -> None:
+    """SIGINT does nothing any more: the process is at its end."""
+    if _in_main_thread():
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _in_main_thread() -> bool:

@@ -114,8 +114,8 @@ class JointOptions:
         slots: dict = {}
         if self.model in ("dry", "mixed"):
             if pair.radius <= pair.clearance:
-                sizes = f"radius {pair.radius!r} m must be larger than clearance"
-                raise ValueError(f"{sizes} {pair.clearance!r} m")
+                sizes = f"clearance {pair.clearance!r} m must be smaller than radius"
+                raise ValueError(f"{sizes} {pair.radius!r} m")
             slots |= self.solids(pair, self.model)
         if self.model in ("lubricated", "mixed"):
             film = choices.film_of(self.film, self.ambient, self.flow_factors, self.mesh)

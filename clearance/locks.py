@@ -1,6 +1,12 @@
-"""One process at a time: locks that end with the process that holds them."""
+"""One process at a time: locks that end with the process that holds them.
 
+Files and folders of fixed names are no links: who else may write in a folder could lead them
+elsewhere.
+"""
+
+import errno
 import os
+import stat
 from contextlib import suppress
 from pathlib import Path
 from typing import IO
@@ -11,8 +17,39 @@ except ImportError:  # a system without file locks
     fcntl = None
 
 
+SIGN = "process "
+SIGNED = 300  # letters of a signed lock, at most
+
+
 class InUse(ValueError):
     """Somebody else holds the lock."""
+
+
+class Foreign(ValueError):
+    """A name is taken by something that this package did not make."""
+
+
+def opener(path: str | Path, flags: int) -> int:
+    """For `open`: a plain file, made where there is none. Raises Foreign for anything else."""
+    flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+    try:
+        descriptor = os.open(path, flags, 0o666)
+    except OSError as error:
+        if error.errno not in (errno.ELOOP, errno.EMLINK, errno.ENXIO):
+            raise
+        raise Foreign(f"{path} is a link or no plain file; remove it") from None
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise Foreign(f"{path} is no plain file; remove it")
+    return descriptor
+
+
+def folder_at(path: Path) -> Path:
+    """A folder, made where there is none. Raises Foreign for a link."""
+    if path.is_symlink():
+        raise Foreign(f"{path} is a link; remove it, or take another directory")
+    path.mkdir(parents=True, exist_ok=True)
+    return path
 
 
 class Lock:
@@ -22,14 +59,16 @@ class Lock:
 
     The file of a killed holder is locked by nobody and is taken over. `held` is False where the
     system or the file system has no locks. Raises InUse where another one holds it, unless `wait`
-    is set; OSError where the file cannot be made.
+    is set; OSError where the file cannot be made; Foreign for a file that no lock is.
     """
 
     def __init__(self, path: Path, message: str = "", wait: bool = False):
         self.path = path
         self.file: IO | None = None
         while fcntl is not None and self.file is None:
-            file = open(path, "a+")  # noqa: SIM115 - held until `release`
+            file = open(path, "a+", opener=opener, errors="replace")  # noqa: SIM115 - held until `release`
+            if not _is_lock(file):
+                raise Foreign(f"{path} holds something else than a lock; remove it")
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
             except BlockingIOError:
@@ -64,7 +103,7 @@ class Lock:
                 # truncating a new file makes some file systems write it out
                 if os.fstat(self.file.fileno()).st_size:
                     self.file.truncate(0)
-                self.file.write(f"process {os.getpid()} on {os.uname().nodename}")
+                self.file.write(f"{SIGN}{os.getpid()} on {os.uname().nodename}")
                 self.file.flush()
 
     def release(self) -> None:
@@ -81,6 +120,15 @@ class Lock:
 
     def __exit__(self, *_) -> None:
         self.release()
+
+
+def _is_lock(file: IO) -> bool:
+    """The file is new, or a lock has signed it."""
+    file.seek(0)
+    if (text := file.read(SIGNED + 1)) and not (text.startswith(SIGN) and len(text) <= SIGNED):
+        file.close()
+        return False
+    return True
 
 
 def _holder(file: IO) -> str:

@@ -1,26 +1,51 @@
 """Materials and lubricants, each number with its source."""
 
-from dataclasses import MISSING, Field, dataclass, field
+from dataclasses import MISSING, Field, dataclass, field, fields
 
 from clearance.checks import answers, finite, fraction, non_negative, positive
+from clearance.units import labelled, unusual
 
 
-def measured(unit: str, default=MISSING) -> Field:
-    """A field that is a number with a unit."""
-    return field(default=default, metadata={"unit": unit})
+def measured(unit: str, default=MISSING, usual: tuple[float, float] | None = None) -> Field:
+    """A field that is a number with a unit; usual: range beyond which a run warns."""
+    return field(default=default, metadata={"unit": unit, "usual": usual})
+
+
+class Record:
+    """Base of materials, oils and balances: their numbers may be texts with a unit."""
+
+    kind = ""
+
+    def __post_init__(self):
+        for one in fields(self):
+            if unit := one.metadata.get("unit"):
+                value = labelled(f"{self.kind}: {one.name}", getattr(self, one.name), (unit,))
+                object.__setattr__(self, one.name, value)
+
+    def doubts(self) -> list[str]:
+        """Warnings about its numbers."""
+        stated = [(f.name, f.metadata) for f in fields(self) if f.metadata.get("usual")]
+        texts = [
+            unusual(f"{self.kind}: {n}", getattr(self, n), about["unit"], *about["usual"])
+            for n, about in stated
+        ]
+        return [t for t in texts if t]
 
 
 @answers
 @dataclass(frozen=True)
-class Material:
+class Material(Record):
     """Isotropic elastic solid: Young's modulus [Pa], Poisson's ratio, density [kg/m3]."""
 
     name: str
-    young: float = measured("Pa")
+    young: float = measured("Pa", usual=(1e5, 2e12))
     poisson: float = measured("-")
-    density: float = measured("kg/m3")
+    density: float = measured("kg/m3", usual=(10.0, 3e4))
+
+    kind = "material"
 
     def __post_init__(self):
+        super().__post_init__()
         positive(f"material {self.name}: young", self.young)
         positive(f"material {self.name}: density", self.density)
         if not -1.0 < finite(f"material {self.name}: poisson", self.poisson) <= 0.5:
@@ -31,17 +56,20 @@ class Material:
 
 @answers
 @dataclass(frozen=True)
-class Lubricant:
+class Lubricant(Record):
     """Isoviscous oil: dynamic viscosity [Pa s].
 
     pressure_viscosity: Barus coefficient alpha [1/Pa] for the diagnostics of a run (a mineral oil's
         by default).
     """
 
-    viscosity: float = measured("Pa s")
+    viscosity: float = measured("Pa s", usual=(5e-6, 10.0))
     pressure_viscosity: float = measured("1/Pa", 2e-8)
 
+    kind = "lubricant"
+
     def __post_init__(self):
+        super().__post_init__()
         positive("lubricant: viscosity", self.viscosity)
         non_negative("lubricant: pressure_viscosity", self.pressure_viscosity)
 
@@ -52,7 +80,7 @@ steel = Material("steel", young=207e9, poisson=0.3, density=7850.0)
 
 @answers
 @dataclass(frozen=True)
-class HeatBalance:
+class HeatBalance(Record):
     """Balance of heat of a joint's oil and what surrounds it: one temperature, that sets the
     viscosity.
 
@@ -85,7 +113,10 @@ class HeatBalance:
     supply: float | None = measured("K", None)
     share: float = measured("-", 1.0)
 
+    kind = "heat balance"
+
     def __post_init__(self):
+        super().__post_init__()
         optional = [n for n in ("capacity", "supply") if getattr(self, n) is not None]
         for name in (*optional, "surroundings", "vogel", "vogel_zero"):
             positive(f"heat balance: {name}", getattr(self, name))

@@ -145,7 +145,7 @@ class Window:
 
     def mean(self, values: np.ndarray) -> float:
         """Mean over time of values at the window's samples."""
-        return float(self.weights @ values)
+        return float((self.weights * values).sum())
 
     def rms(self, values: np.ndarray) -> float:
         return math.sqrt(self.mean(values * values))

@@ -145,17 +145,20 @@ class Recording(Observer):
 
     def __init__(self, run, recorder: Recorder):
         self.recorder, self.diagnosis = recorder, Diagnosis(run, recorder)
-        self.contacts, self.steps = recorder.impacts, recorder.steps
+        self.contacts = recorder.impacts
+
+    def steps(self, log):
+        """Record them; the diagnosis looks at them again where something is wrong."""
+        self.diagnosis.remember(log)
+        self.recorder.steps(log)
 
     def samples(self, times, rows):
         """Record those before the first that is not finite."""
-        finite, last = np.isfinite(rows).all(axis=1), self.recorder.last
+        finite = np.isfinite(rows).all(axis=1)
         good = len(rows) if finite.all() else int(finite.argmin())
         if good < len(rows):
             self.diagnosis.spoil(times[: good + 1], rows[good])
         self.recorder.samples(times[:good], rows[:good])
-        before = [(np.atleast_1d(last[0]), last[1][None])] if last else []
-        self.diagnosis.latest = [*before, (times[:good].copy(), rows[:good].copy())]
 
     def piece(self, run, code):
         """Write, then judge."""

@@ -4,15 +4,21 @@ statement.
 
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, Field, dataclass, field, fields
-from functools import cache
+from functools import cache, cached_property
 
 from clearance import checks
 from clearance.laws.law import BoundLaw, Family, bound
+from clearance.materials import Record
+from clearance.units import labelled, unusual
 
 #: values of a number that are folded into the code
 NEVER: tuple[float, ...] = ()
 ZERO = (0.0,)
 UNIT = (0.0, 1.0, -1.0)
+#: ranges beyond which a run warns: sizes of joints, clearances, roughness [m]
+SIZES, GAPS, ROUGH = ((1e-5, 5.0),), ((1e-8, 0.03),), ((1e-10, 1e-4),)
+#: constant rates of drives [rad/s or m/s]
+RATES = (0.0, 1000.0), (0.0, 100.0)
 #: name in the parameter vector, value, values that are folded
 Row = tuple[str, float, tuple[float, ...]]
 
@@ -23,8 +29,8 @@ class Number:
     folded into the code.
 
     parts: names of its components, where it is a vector. parameter: False where it is none of the
-        kernel's; beside: a field without which it is none. required: True where it must be given,
-        though its default is None. families: of laws that may stand in its place.
+        kernel's; beside: a field without which it is none. families: of laws that may stand
+        in its place. usual: range beyond which a run warns, for each of its units.
     """
 
     text: str
@@ -33,14 +39,25 @@ class Number:
     parts: tuple[str, ...] = ()
     parameter: bool = True
     beside: str = ""
-    required: bool = False
     families: tuple[Family, ...] = ()
+    usual: tuple[tuple[float, float], ...] = ()
+
+    @cached_property
+    def units(self) -> tuple[str, ...]:
+        """Its units, from its description."""
+        _, _, unit = self.text.rpartition("[")
+        return tuple(unit.rstrip("]").split(" or ")) if unit.endswith("]") else ()
+
+    def doubt(self, label: str, value: object, unit: int = 0) -> str | None:
+        """A warning about a value beyond the usual; unit: which of its units it has."""
+        return unusual(label, value, self.units[unit], *self.usual[unit])
 
     def checked(self, label: str, value: object) -> object:
         """The value as the field has it: a number, or a law where the field takes one.
 
-        Raises ValueError, TypeError.
+        A text with a unit becomes a number. Raises ValueError, TypeError.
         """
+        value = labelled(label, value, self.units)
         if not self.families or isinstance(value, int | float) and not isinstance(value, bool):
             return self.check(label, value)
         return bound(label, value, *self.families)
@@ -85,10 +102,20 @@ class Described:
             spec = one.metadata.get("number")
             if "law" in one.metadata:
                 self._set(one.name, bound(label, value, *one.metadata["law"]))
-            elif spec is not None and (
-                value is not None or one.default is not None or spec.required
-            ):
+            elif spec is not None and (value is not None or one.default is not None):
                 self._set(one.name, spec.checked(label, value))
+
+    def doubts(self) -> list[str]:
+        """Warnings about its numbers, and about those of its oil and material."""
+        texts, slides = [], getattr(self, "slides", False)
+        for one in fields_of(type(self)):
+            value, spec = getattr(self, one.name), one.metadata.get("number")
+            if spec is not None and spec.usual:
+                unit = slides and len(spec.units) - 1
+                texts.append(spec.doubt(f"{self.label()}: {one.name}", value, unit))
+            elif isinstance(value, Record):
+                texts += value.doubts()
+        return [t for t in texts if t]
 
     def numbers(self) -> Iterator[Row]:
         """All numbers of the kernel: name, value, values that are folded into the code."""

@@ -1,21 +1,30 @@
 """HDF5 files of ours, read with care: what is damaged or a stranger's is stated by file and place;
 nothing is executed.
 
-Checksums reveal damage. HDF5 stores those of columns and of what describes them. Those of long
-texts stand beside the texts as attributes NAME_crc32.
+Checksums reveal damage. HDF5 stores those of pieces of columns and of headers, but none of texts
+and of the index of a column's pieces. Those of texts of a group stand beside them as attributes
+NAME_crc32, those of a column in its attribute crc32: of its texts, and of its values.
 """
 
-import json
+import itertools
+import math
+import re
+import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-#: attributes whose checksum stands beside them
-CHECKED = ("scene", "kernel")
+from clearance.images import CHECK, HEAP
+from clearance.texts import document_of
+
+#: texts of a column that have a checksum
+ABOUT = ("units", "long_name")
+#: end of the names of checksums of texts
+BESIDE = f"_{CHECK}"
 #: units of what is known of a joint or of the energy in total
 FACT_UNITS = {
     "radius": "m",
@@ -68,8 +77,33 @@ KINDS = {
     **dict.fromkeys(_NUMBERS.split(), NUMBER),
     **dict.fromkeys(_ROWS.split(), ROW),
 }
+SMALL = 2**24  # bytes of a column that fits into the memory of any machine
 #: times by which gzip makes a column smaller, at most
 PACKED = 1100
+ENDS = 2**24  # bytes at both ends of a file, where texts of ours stand
+
+
+def crc_of(text: str | list[str]) -> int:
+    """Checksum of a text, or of several."""
+    return zlib.crc32("\0".join([text] if isinstance(text, str) else text).encode())
+
+
+def checked(attributes: Mapping[str, object]) -> dict[str, object]:
+    """Attributes of a group, with the checksums of its texts."""
+    checks = {}
+    for name, value in attributes.items():
+        if isinstance(value, str) or (isinstance(value, list) and _all_texts(value)):
+            checks[name + BESIDE] = crc_of(value)
+    return {**attributes, **checks}
+
+
+def _all_texts(values: list) -> bool:
+    return all(isinstance(value, str) for value in values)
+
+
+def column_check(units: str, long_name: str, values: int) -> np.ndarray:
+    """Checksums of a column; values: CRC-32 of its values."""
+    return np.array([crc_of([units, long_name]), values], np.uint32)
 
 
 class NewerFormat(ValueError):
@@ -84,14 +118,46 @@ class Missing(Damaged):
     """A place that a file does not have."""
 
 
-def _texts(data: h5py.Dataset) -> np.ndarray:
+def _texts(data: h5py.Dataset, raw: np.ndarray) -> np.ndarray:
     """Texts of a column; plain ones of one length are not decoded one by one."""
-    if h5py.check_string_dtype(data.dtype).length is not None and data.ndim == 1:
-        raw = np.ascontiguousarray(data[()])
+    if raw.dtype.kind == "S" and data.ndim == 1:
         letters = raw.view(np.uint8).reshape(len(raw), raw.itemsize)
         if letters.size and letters.max() < 128:
             return letters.astype(np.uint32).view(f"U{raw.itemsize}")[:, 0]
     return np.asarray(data.asstr()[()]).astype(str)
+
+
+def _checksums(holder: h5py.Group | h5py.Dataset, name: str) -> np.ndarray | None:
+    """Numbers of an attribute that holds checksums; None where there is none."""
+    if not h5py.h5a.exists(holder.id, name.encode()):
+        return None
+    attribute = h5py.h5a.open(holder.id, name.encode())
+    numbers = np.empty(attribute.shape, np.int64)
+    attribute.read(numbers)
+    return numbers.ravel()
+
+
+def _free_memory() -> float:
+    """Bytes of memory that a column may take; infinite where the system does not state it."""
+    try:
+        with open("/proc/meminfo") as table:
+            return next(1024.0 * int(t.split()[1]) for t in table if t.startswith("MemAvailable"))
+    except (OSError, StopIteration):
+        return math.inf
+
+
+def _is_complete(data: h5py.Dataset) -> bool:
+    """The index of a column without checksum names all of its pieces, none past its filters: HDF5
+    reads missing ones as zeros.
+    """
+    if not data.chunks or data.dtype.kind == "O":
+        return True
+    pieces: list = []
+    data.id.chunk_iter(pieces.append)
+    room = math.prod(data.chunks) * data.dtype.itemsize
+    steps = (range(0, n, c) for n, c in zip(data.shape, data.chunks, strict=True))
+    there = sorted(p.chunk_offset for p in pieces if not p.filter_mask or p.size >= room)
+    return there == list(itertools.product(*steps))
 
 
 class Entries(dict):
@@ -119,6 +185,17 @@ def _reading(path: Path, place: str) -> Iterator[None]:
         raise Damaged(f"{path}: /{place} cannot be read, the file is damaged: {reason}") from None
 
 
+def arrays_of(path: Path) -> dict[str, np.ndarray]:
+    """Arrays of a file of numpy; nothing in it is run. Raises Damaged for what cannot be read."""
+    if not path.is_file():
+        raise Damaged(f"there is no {path}")
+    try:
+        with open(path, "rb") as content, np.load(content, allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except Exception as error:  # zip files report damage by errors of many kinds
+        raise Damaged(f"{path} cannot be read, the file is damaged: {error}") from None
+
+
 class Reader:
     """An HDF5 file of ours whose content may be damaged or a stranger's.
 
@@ -133,7 +210,21 @@ class Reader:
         """There is a dataset or group of this name; the root is ""."""
         self._check_open()
         with _reading(self.path, place):
-            return not place or place in self.file
+            return self._leads_somewhere(place)
+
+    def _leads_somewhere(self, place: str) -> bool:
+        """There is such a place in the file itself.
+
+        Raises Damaged for a link: it may lead to another file, or to a pipe without an end.
+        """
+        links, path = self.file.id.links, b""
+        for name in place.encode().split(b"/") if place else ():
+            path += b"/" + name
+            if not links.exists(path):
+                return False
+            if links.get_info(path).type != h5py.h5l.TYPE_HARD:
+                raise Damaged(f"{self.path}: /{place} points to another file")
+        return True
 
     def _check_open(self) -> None:
         if not self.file:
@@ -143,15 +234,9 @@ class Reader:
         """A dataset or group. Raises Missing where there is none of this name."""
         self._check_open()
         with _reading(self.path, place):
-            try:
-                item = self.file[place] if place else self.file
-            except KeyError:
-                if place in self.file:
-                    raise
-                raise Missing(f"{self.path} has no /{place}") from None
-            if item.file.filename != self.file.filename:
-                raise Damaged(f"{self.path}: /{place} points to another file")
-            return item
+            if not self._leads_somewhere(place):
+                raise Missing(f"{self.path} has no /{place}")
+            return self.file[place] if place else self.file
 
     def names(self, place: str = "") -> tuple[str, ...]:
         """Names in a group; none where the group is missing."""
@@ -162,33 +247,59 @@ class Reader:
         with _reading(self.path, place):
             return tuple(group) if isinstance(group, h5py.Group) else ()
 
+    def columns(self) -> list[str]:
+        """Paths of all columns, each once."""
+        names: list[str] = []
+        with _reading(self.path, ""):
+            self.file.visit(names.append)
+        return [name for name in names if isinstance(self.item(name), h5py.Dataset)]
+
     def shape(self, place: str) -> tuple[int, ...]:
         """Shape of a column."""
         return self._data(place).shape
 
     def _data(self, place: str) -> h5py.Dataset:
         item = self.item(place)
-        if not isinstance(item, h5py.Dataset) or item.shape is None:
-            raise Damaged(f"{self.path}: /{place} is no column")
+        with _reading(self.path, place):
+            column = isinstance(item, h5py.Dataset)
+            if column and (item.is_virtual or item.external):
+                raise Damaged(f"{self.path}: /{place} points to another file")
+            if not column or item.shape is None:
+                raise Damaged(f"{self.path}: /{place} is no column")
         return item
 
-    def column(self, place: str) -> np.ndarray:
-        """All of a column, of numbers or of texts."""
+    def column(self, place: str, samples: int | None = None) -> np.ndarray:
+        """All of a column, of numbers or of texts. samples: length of a row, where it is known: a
+        longer one may unpack to more than there is.
+        """
         data = self._data(place)
+        if samples is not None and data.ndim == 1 and len(data) != samples:
+            raise Damaged(f"{self.path}: /{place} has {len(data)} values, /time has {samples}")
         with _reading(self.path, place):
-            if data.external or data.is_virtual:
-                raise Damaged(f"{self.path}: /{place} points to another file")
             if data.nbytes > PACKED * data.id.get_storage_size():
                 raise Damaged(
                     f"{self.path}: /{place} claims {data.size} values, more than the file holds"
                 )
-            if h5py.check_string_dtype(data.dtype):
-                return _texts(data)
-            if data.dtype.kind not in "biuf":
+            if data.nbytes > SMALL and data.nbytes > (free := _free_memory()):
+                raise Damaged(
+                    f"{self.path}: /{place} has {data.nbytes:.3g} bytes, more than the {free:.3g} "
+                    "that are free"
+                )
+            texts = h5py.check_string_dtype(data.dtype)
+            if not texts and data.dtype.kind not in "biuf":
                 raise Damaged(
                     f"{self.path}: /{place} holds {data.dtype}, neither numbers nor texts"
                 )
-            return data[()]
+            raw = np.ascontiguousarray(data[()])
+            check = _checksums(data, CHECK)
+            fits = _is_complete(data) if check is None else check[1] == zlib.crc32(raw)
+            if not fits:
+                raise Damaged(
+                    f"{self.path}: /{place} is not what was written: its checksum differs"
+                    if check is not None
+                    else f"{self.path}: /{place} lacks pieces"
+                )
+            return _texts(data, raw) if texts else raw.reshape(data.shape)
 
     def attribute(self, place: str, name: str):
         """An attribute of a group or dataset; one of a known name is what it must be."""
@@ -197,21 +308,33 @@ class Reader:
             if name not in holder.attrs:
                 raise Damaged(f"{self.path}: /{place} has no attribute {name!r}")
             value = holder.attrs[name]
-            check = holder.attrs.get(f"{name}_crc32") if name in CHECKED else None
+            fits = self._fits(holder, name, value)
         where = f"{self.path}: /{place}: attribute {name}"
         kind = NUMBER if place == "metrics" else KINDS.get(name)
         if isinstance(value, str) and not _is(TEXT, value):
             raise Damaged(f"{where} is no UTF-8 text")
         if kind is not None and not _is(kind, value):
             raise Damaged(f"{where} must be {kind}, got {value!r:.80}")
-        if check is not None and check != zlib.crc32(value.encode()):
+        if not fits:
             raise Damaged(f"{where} is not what was written: its checksum differs")
         return value
 
+    def _fits(self, holder: h5py.Group | h5py.Dataset, name: str, value: object) -> bool:
+        """An attribute is as its checksum has it, or has none."""
+        texts, check = value, None
+        if name in ABOUT and isinstance(holder, h5py.Dataset):
+            texts, check = [holder.attrs.get(n) for n in ABOUT], _checksums(holder, CHECK)
+        elif isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype == object):
+            check = _checksums(holder, name + BESIDE)
+            texts = value if isinstance(value, str) else list(value)
+        if check is None:
+            return True
+        return (isinstance(texts, str) or _all_texts(texts)) and check[0] == crc_of(texts)
+
     def attributes(self, place: str = "") -> Entries:
-        """All attributes of a group or dataset."""
+        """All attributes of a group or dataset, without checksums."""
         with _reading(self.path, place):
-            names = list(self.item(place).attrs)
+            names = [n for n in self.item(place).attrs if n != CHECK and not n.endswith(BESIDE)]
         return Entries(
             f"{self.path}: /{place}", ((name, self.attribute(place, name)) for name in names)
         )
@@ -220,12 +343,9 @@ class Reader:
         """An attribute that is a JSON object, or a JSON array where `kind` is list."""
         where, text = f"{self.path}: attribute {name}", self.attribute(place, name)
         try:
-            document = json.loads(text, object_hook=lambda items: Entries(where, items))
+            return document_of(text, where, kind, lambda items: Entries(where, items))
         except ValueError as error:
-            raise Damaged(f"{where} is no JSON: {error}") from None
-        if not isinstance(document, kind):
-            raise Damaged(f"{where} is no JSON {'object' if kind is dict else 'array'}")
-        return document
+            raise Damaged(str(error)) from None
 
     def close(self) -> None:
         """Close the file."""
@@ -255,16 +375,49 @@ def open_checked(path: Path, kind: str, form: str, version: int) -> Reader:
         raise FileNotFoundError(f"no {kind.split()[-1]} file {path}")
     if path.is_dir():
         raise ValueError(f"{path} is a directory, not a {kind}")
+    if not path.is_file():
+        raise ValueError(f"{path} is a device, a pipe or a socket, not a {kind}")
     try:
         reader = Reader(path, h5py.File(path, "r"))
     except Exception as error:
         raise ValueError(f"{path} is not a readable HDF5 file: {error}") from None
     try:
+        _check_heaps(path)
         _check_format(reader, kind, form, version)
-    except ValueError:
+    except (ValueError, OSError):
         reader.close()
         raise
     return reader
+
+
+def _check_heaps(path: Path) -> None:
+    """HDF5 never comes back from a heap of texts with an entry of no length. Raises Damaged."""
+    size = path.stat().st_size
+    with open(path, "rb") as file:
+        for begin in {0, max(size - ENDS, 0)}:
+            file.seek(begin)
+            content = file.read(ENDS)
+            for match in re.finditer(b"GCOL\x01", content):
+                if _is_broken(content, match.start(), size - begin):
+                    place = begin + match.start()
+                    raise Damaged(f"{path} is damaged: its texts from byte {place} on have no end")
+
+
+def _is_broken(content: bytes, place: int, most: int) -> bool:
+    """Entries of a heap do not follow one another; False where no heap is. most: of its bytes."""
+    if place + 16 > len(content):
+        return False
+    (size,) = struct.unpack_from("<Q", content, place + 8)
+    if not HEAP <= size <= most - place:
+        return False
+    end, place = place + size, place + 16
+    while place + 16 <= min(end, len(content)):
+        number, _, _, length = struct.unpack_from("<HHIQ", content, place)
+        step = 16 + length + -length % 8 if number else length  # what is free counts its head
+        if not 0 < step <= end - place:
+            return True
+        place += step
+    return False
 
 
 def _check_format(reader: Reader, kind: str, form: str, version: int) -> None:

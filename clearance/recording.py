@@ -12,6 +12,7 @@ import os
 import re
 import shutil
 import zlib
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -24,12 +25,14 @@ import numpy as np
 
 from clearance.extremes import JOINT_EXTREMES, Extreme, Extremes
 from clearance.groups import Group, extremes_group, integrals_group
+from clearance.images import CHECK
 from clearance.integrals import Integrals
 from clearance.locks import Lock
-from clearance.reading import CHECKED, FACT_UNITS
+from clearance.reading import ABOUT, FACT_UNITS, Reader, checked, column_check
 from clearance.regimes import Regime, regime
 from clearance.results import (
     DIMENSIONS,
+    EVENT_TEXTS,
     LIBVER,
     Record,
     Result,
@@ -61,7 +64,6 @@ EVENT_COLUMNS = {
     "separation_speed": ("m/s", "speed of separation at the end"),
 }
 CONTACT_KINDS = ("contact", "open_contact")
-EVENT_TEXTS = {"joint": "joint in contact", "kind": "contact, or open_contact: not over at the end"}
 SOLVER_COLUMNS = {
     "time": ("s", "end of the step"),
     "step": ("s", "step size"),
@@ -218,11 +220,12 @@ class Recorder:
 
     def steps(self, log: np.ndarray) -> None:
         """Append steps: rows of (time at the end, step, error over tolerance, energies where there
-        is a ledger).
+        is a ledger), and what more is logged of them.
         """
-        self.sink.steps(log[:, : len(SOLVER_COLUMNS)])
+        first = len(SOLVER_COLUMNS)
+        self.sink.steps(log[:, :first])
         if self.ledger and len(log):
-            energies = log[:, len(SOLVER_COLUMNS) :].copy()
+            energies = log[:, first : first + 2 + len(self.work)].copy()
             energies[:, -1] -= self.zero
             finite = np.isfinite(energies).all(axis=1)
             self.ledger.add(log[finite, 0], energies[finite])
@@ -389,7 +392,8 @@ class FileSink:
 
     def _open(self, room: int) -> h5py.File:
         """Columns stay open, each with a chunk cache: a small one, for rows are only appended."""
-        with open(self.partial, "wb") as file:
+        self.partial.unlink(missing_ok=True)  # of a run that was killed; never what a link leads to
+        with open(self.partial, "xb") as file:
             try:
                 _set_aside(file.fileno(), 0, room)
                 file.write(self._empty())
@@ -419,6 +423,7 @@ class FileSink:
 
     def _find(self) -> None:
         """The columns of a file, which stay open."""
+        self.checks = Counter[str]()
         self.time = self.file["time"]
         self.columns = [self.file[self.channels[i].path] for i in self.kept]
         names = {"events": (*EVENT_COLUMNS, *EVENT_TEXTS), "solver": SOLVER_COLUMNS}
@@ -560,7 +565,9 @@ class FileSink:
             self.due = due
         with self._writing():
             for column, part in zip(columns, values, strict=True):
+                part = np.ascontiguousarray(part, dtype=column.dtype)
                 _append(column, part)
+                self.checks[column.name] = zlib.crc32(part, self.checks[column.name])
 
     def flush(self) -> None:
         with self._writing():
@@ -569,11 +576,17 @@ class FileSink:
             with suppress(OSError):  # flushing gave back what was claimed for closing
                 self._claim(self.closing)
 
-    def join(self, other: h5py.File) -> None:
-        """Append the columns of another file of the same run."""
-        columns = [self.time, *self.columns, *(d for t in self.tables.values() for d in t.values())]
-        for column in columns:
-            self._append([column], [other[column.name][()]])
+    def _all_columns(self) -> list[h5py.Dataset]:
+        """All columns of the run: along time, of contacts and of steps."""
+        return [self.time, *self.columns, *(d for t in self.tables.values() for d in t.values())]
+
+    def join(self, other: Reader) -> None:
+        """Append the columns of another file of the same run. Raises Damaged as readers do."""
+        for column in self._all_columns():
+            values = other.column(column.name.lstrip("/"))
+            self._append(
+                [column], [np.char.encode(values, "utf-8") if values.dtype.kind == "U" else values]
+            )
 
     def close(
         self,
@@ -595,6 +608,9 @@ class FileSink:
                 set_attributes(self.file[place or "/"], given)
             for group, table in self.tables.items():
                 self.file[f"{group}/{DIMENSIONS[group]}"].resize(table["time"].shape)
+            for column in self._all_columns():
+                texts, values = (column.attrs[n] for n in ABOUT), self.checks[column.name]
+                column.attrs[CHECK] = column_check(*texts, values)
             if ranges is not None:
                 for i, column in zip(self.kept, self.columns, strict=True):
                     column.attrs["actual_range"] = ranges.of(i)
@@ -634,14 +650,14 @@ def has_room(path: Path, more: int) -> bool:
 
 def opening(attributes: dict) -> dict:
     """Attributes of a file whose run is under way."""
-    about = provenance() | attributes | {"status": "partial: still running"}
-    return about | {f"{n}_crc32": zlib.crc32(about[n].encode()) for n in CHECKED if n in about}
+    return checked(provenance() | attributes | {"status": "partial: still running"})
 
 
 def closing(status: str, solver: dict, warnings: list[str], facts: dict) -> dict[str, dict]:
     """Attributes that the end of a run adds to a file and its groups; the status last."""
     groups = {group: given | _units(group, given) for group, given in facts.items()}
-    return {"solver": solver} | groups | {"": {"warnings": list(warnings), "status": status}}
+    ended = {"warnings": list(warnings), "status": status}
+    return {n: checked(a) for n, a in ({"solver": solver} | groups | {"": ended}).items()}
 
 
 def ranged(ranges: Ranges | None) -> dict[str, Group]:
@@ -876,7 +892,7 @@ def _room(data, values) -> int:
 def _append(data, values) -> None:
     old = data.shape[0]
     data.resize((old + len(values),))
-    data[old:] = np.asarray(values).astype(data.dtype)
+    data[old:] = values
 
 
 class LedgerWatch:
@@ -884,9 +900,10 @@ class LedgerWatch:
 
     A stretch is long enough to turn over the range of the kinetic energy. In motions that hardly
     have any (a journal sinking in oil) a hundredth of the energy put in and taken out is enough.
-    The least is `floor` [J], the tolerance of the run. `worst` is the largest share of it that the
-    residual moved by, `largest` the largest residual [J]. `since` is the first time a share above
-    `limit` was passed.
+    The least is `floor` [J], a thousand tolerances of the run. `worst` is the largest share of it
+    that the residual moved by, `largest` the largest residual [J]. `since` is when the residual of
+    the first stretch that lost the share `limit` had moved by so much. It stores sums and no
+    rows, for a stretch may have millions.
     """
 
     limit = 0.05
@@ -896,8 +913,10 @@ class LedgerWatch:
         self.floor = floor
         self.worst, self.largest, self.since = 0.0, 0.0, None
         self.low, self.high = np.full(3, np.inf), np.full(3, -np.inf)  # kinetic, put in, taken out
-        # time, residual, then the energies, of the stretch under way
-        self.rows: np.ndarray | None = None
+        self.last: np.ndarray | None = None  # energies of the last row
+        # of the stretch under way: its begin, the residual there, the energy turned over since, by
+        # how much the residual moved at most, and when by the share `limit`
+        self.begin = self.level = self.turned_over = self.moved = self.passed = 0.0
 
     def add(self, times: np.ndarray, energies: np.ndarray) -> None:
         """Append rows of (kinetic energy, put in, taken out, residual) [J].
@@ -910,41 +929,49 @@ class LedgerWatch:
         self.low = np.minimum(self.low, work.min(axis=0))
         self.high = np.maximum(self.high, work.max(axis=0))
         self.largest = max(self.largest, float(np.abs(residual).max()))
-        most = self._most()
-        new = np.column_stack([times, residual, work])
-        self.rows = new if self.rows is None else np.concatenate([self.rows, new])
-        if most <= 0.0:
-            return
-        total, begin = self._turned_over(), 0
-        while total[-1] - total[begin] >= most:
-            end = min(
-                max(int(np.searchsorted(total, total[begin] + most)), begin + 1), len(total) - 1
-            )
-            self.worst = max(
-                self.worst, self._share(begin, min(end + 1, len(total)), total[end] - total[begin])
-            )
-            begin = end
-        self.rows = self.rows[begin:]
+        if self.last is None:
+            self.last = work[0]
+            self._begin(times[0], residual[0])
+        most, total, begin, base = self._most(), self._totals(work), 0, 0.0
+        while total[-1] - base >= most > 0.0:
+            enough = max(int(np.searchsorted(total, base + most)), begin)
+            end = min(enough + 1, len(total))
+            self._look(times[begin:end], residual[begin:end], most)
+            self.worst = max(self.worst, self._share(float(total[end - 1]) - base))
+            self._begin(times[end - 1], residual[end - 1])
+            begin, base = end, float(total[end - 1])
+        self._look(times[begin:], residual[begin:], most)
+        self.turned_over = float(total[-1]) - base
 
     def _most(self) -> float:
         """Energy that a stretch turns over."""
         span = self.high - self.low
         return max(float(span[0]), self.portion * float(span[1:].max(initial=0.0)), self.floor)
 
-    def _turned_over(self) -> np.ndarray:
-        steps = np.abs(np.diff(self.rows[:, 2:], axis=0, prepend=self.rows[:1, 2:])).sum(axis=1)
-        return np.cumsum(steps)
+    def _totals(self, work: np.ndarray) -> np.ndarray:
+        """Energy turned over up to each row since the begin of the stretch under way."""
+        steps = np.abs(np.diff(work, axis=0, prepend=self.last[None])).sum(axis=1)
+        self.last = work[-1].copy()
+        return np.cumsum(np.append(self.turned_over, steps))[1:]
 
-    def _share(self, begin: int, end: int, scale: float) -> float:
-        """Share of the energy of the rows from begin to end that the residual moved by."""
-        moved = np.abs(self.rows[begin:end, 1] - self.rows[begin, 1])
-        if self.since is None and moved.max() > self.limit * scale:
-            self.since = float(self.rows[begin + np.argmax(moved > self.limit * scale), 0])
-        return float(moved.max() / scale)
+    def _begin(self, time: float, residual: float) -> None:
+        """Begin a stretch."""
+        self.begin, self.level, self.moved = float(time), float(residual), 0.0
+
+    def _look(self, times: np.ndarray, residual: np.ndarray, most: float) -> None:
+        """Note by how much the residual moved in the stretch under way."""
+        moved = np.abs(residual - self.level)
+        if self.moved <= self.limit * most < moved.max(initial=0.0):
+            self.passed = float(times[np.argmax(moved > self.limit * most)])
+        self.moved = float(moved.max(initial=self.moved))
+
+    def _share(self, scale: float) -> float:
+        """Share of an energy that the residual of the stretch under way moved by."""
+        if self.since is None and self.moved > self.limit * scale:
+            self.since = self.passed
+        return self.moved / scale
 
     def share(self) -> float:
         """Share of the stretch under way, against at least what a stretch turns over."""
-        if self.rows is None:
-            return 0.0
-        scale = max(self._turned_over()[-1], self._most())
-        return self._share(0, len(self.rows), scale) if scale > 0.0 else 0.0
+        scale = max(self.turned_over, self._most()) if self.last is not None else 0.0
+        return self._share(scale) if scale > 0.0 else 0.0

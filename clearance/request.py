@@ -16,6 +16,7 @@ from functools import partial
 from clearance import checks
 from clearance.companion import (
     LARGEST,
+    LONGER,
     LOOSER,
     LOOSEST,
     MEMORY,
@@ -26,6 +27,7 @@ from clearance.companion import (
     companion,
     size_of,
     stated,
+    step_alike,
     stronger,
 )
 from clearance.errors import TRAJECTORY, Error, Errors, share
@@ -293,7 +295,7 @@ class Ladder:
         run = Run(self.run.mechanism, self.run.span, replace(self.run.solver, rtol=rtol))
         run.state.y[:], run.state.work[:] = self.start.y, self.start.work
         self.runs.append(rtol)
-        run.started, run.opened, run.options = self.run.started, self.run.opened, self.run.options
+        run.started, run.options = self.run.started, self.run.options
         output = Kept(run)
         with DeferredSignals() as held:
             failure = run.record(output, self.progress, check=held.check)
@@ -304,6 +306,8 @@ class Ladder:
     ) -> Errors:
         if loose is None:
             loose = rtol / LOOSER, companion(self.run, self.start, rtol / LOOSER)
+        if step_alike(tight.record, loose[1]):
+            loose = loose[0], companion(self.run, self.start, loose[0], longer=LONGER)
         pair, size = Pair(tight.record, loose[1], (rtol, loose[0])), size_of(self.run.mechanism)
         errors = stated(pair, self.summed, self.settle, size)
         apart = loose[0] / rtol

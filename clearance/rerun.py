@@ -1,11 +1,10 @@
 """A result again: its scene and the options of its run, from its file."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 
-from clearance.results import Result, open_result
+from clearance.results import DIMENSIONS, Result, open_result
 from clearance.scene import Scene
 from clearance.starting import Beginning
 
@@ -36,47 +35,46 @@ def again(path: str | Path | Result) -> tuple[Scene, dict]:
     periodic motion (`--steady`), or `Scene.from_json` refuses it.
     """
     result = path if isinstance(path, Result) else open_result(path)
-    attributes, name = result.file.attrs, Path(result.path).name
-    options = json.loads(attributes.get("options", "{}"))
+    reader, attributes, name = result.reader, result.attributes, Path(result.path).name
+    options = dict(reader.document("", "options")) if "options" in attributes else {}
     if not options:
         reason = "it was written by an older clearance, or not by a run"
         raise ValueError(f"{name} does not hold the options of its run: {reason}")
-    if "changes" in result.file:
+    if reader.has("changes"):
         reason = "its numbers were changed on the way, by a program that no file has"
         raise ValueError(f"{name} cannot be made again: {reason}")
-    if "steady" in result.file:
+    if reader.has("steady"):
         raise ValueError(
             f"{name} is a periodic motion; solve it again: {attributes.get('command')}"
         )
     scene = Scene.from_json(attributes["scene"])
-    scene.parameters.update(json.loads(attributes["parameters"]))
+    scene.parameters.update(reader.document("", "parameters"))
     scene.origin.update({n: str(attributes[n]) for n in ORIGIN if n in attributes})
     if (start := options.get("start")) is not None:
-        options["start"] = Beginning(tuple(start["values"]), tuple(start["carried"]), start["text"])
+        options["start"] = Beginning(
+            **{k: tuple(v) if isinstance(v, list) else v for k, v in start.items()}
+        )
     return scene, options
 
 
 def versions(result: Result) -> dict[str, str]:
     """Versions that a file was made with, by name."""
-    attributes = result.file.attrs
-    return {n: str(v) for n, v in attributes.items() if n.startswith("version_")}
+    return {n: str(v) for n, v in result.attributes.items() if n.startswith("version_")}
 
 
 def differences(one: Result, other: Result) -> dict[str, float]:
     """Columns that are not the same to the last bit, with their largest relative difference."""
     largest: dict[str, float] = {}
-
-    def compare(path: str, column: object) -> None:
-        if not hasattr(column, "shape") or path.partition("/")[0] not in COMPARED:
-            return
-        there = other.file.get(path)
-        before, now = column[()], None if there is None else there[()]
-        if now is None or np.shape(before) != np.shape(now):
+    without = {f"{group}/{name}" for group, name in DIMENSIONS.items()}
+    for path in one.reader.columns():
+        if path in without or path.partition("/")[0] not in COMPARED:
+            continue
+        before = one.reader.column(path)
+        now = other.reader.column(path) if other.reader.has(path) else None
+        if now is None or before.shape != now.shape:
             largest[path] = np.inf
         elif before.tobytes() != now.tobytes():
             largest[path] = _apart(before, now)
-
-    one.file.visititems(compare)
     return largest
 
 

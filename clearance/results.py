@@ -17,6 +17,7 @@ import platform
 import shutil
 import tempfile
 import weakref
+import zlib
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -28,13 +29,25 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from clearance.document import check
 from clearance.errors import Error, Errors, ExtremeErrors
 from clearance.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
+from clearance.images import CHECK, readable
 from clearance.integrals import Integrals
 from clearance.locks import Lock
-from clearance.reading import FACT_UNITS, Damaged, Entries, Missing, Reader, open_checked
+from clearance.reading import (
+    FACT_UNITS,
+    Damaged,
+    Entries,
+    Missing,
+    Reader,
+    checked,
+    column_check,
+    open_checked,
+)
 from clearance.sensitivity import COLUMNS, Sensitivities
 from clearance.version import VERSION
+from clearance.warned import counted
 
 LOG = logging.getLogger("clearance.files")
 FORMAT = "clearance-result"
@@ -54,6 +67,8 @@ _count = itertools.count()
 #: dimension of each table of a result file, a dataset beside its columns; along all other groups
 #: goes time
 DIMENSIONS = {"events": "event", "solver": "step_number"}
+#: columns of contacts that hold texts
+EVENT_TEXTS = {"joint": "joint in contact", "kind": "contact, or open_contact: not over at the end"}
 #: group of the pressure fields of a joint's film, see fields.py
 FIELDS = "film"
 #: group of a joint that holds sums of its wear
@@ -122,6 +137,7 @@ def replacing(path: Path) -> Iterator[Path]:
     check_replaceable(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = temporary_name(path)
+    temporary.unlink(missing_ok=True)
     try:
         yield temporary
         os.replace(temporary, path)
@@ -170,7 +186,7 @@ def save_tables(
     """
     path = Path(path)
     with in_memory(path) as file:
-        file.attrs.update(provenance() | {"format": kind} | attributes)
+        file.attrs.update(checked(provenance() | {"format": kind} | attributes))
         for name, (length, columns) in tables.items():
             write_table(file, name, length, columns)
         image = image_of(file)
@@ -182,7 +198,7 @@ def save_tables(
 def write_table(file: h5py.File, place: str, about: dict, columns: Table) -> None:
     """Add a group with its attributes and columns."""
     group = file.create_group(place, track_order=True)
-    group.attrs.update(about)
+    group.attrs.update(checked(about))
     for column, (units, what, values) in columns.items():
         create_column(group, column, np.asarray(values), units, what)
 
@@ -194,12 +210,13 @@ def create_column(
     others.
     """
     layout = {"chunks": values.shape, "fletcher32": True} if values.size and values.ndim else {}
-    about = {"units": units, "long_name": long_name}
+    about: dict = {"units": units, "long_name": long_name}
     if values.dtype.kind in "UO":
         about["_Encoding"] = "utf-8"  # for xarray
         values = np.char.encode(values.astype(str), "utf-8")
         values = values.astype(h5py.string_dtype("utf-8", max(values.dtype.itemsize, 1)))
         layout |= {"compression": "gzip"} if layout else {}
+    about[CHECK] = column_check(units, long_name, zlib.crc32(np.ascontiguousarray(values).data))
     group.create_dataset(name, data=values, dtype=values.dtype, **layout).attrs.update(about)
 
 
@@ -235,7 +252,7 @@ def compact_groups(file: h5py.File, paths: Iterable[str]) -> None:
 def image_of(file: h5py.File) -> bytes:
     """The bytes of a file that is made in memory."""
     file.flush()
-    return file.id.get_file_image()
+    return readable(file.id.get_file_image())
 
 
 @dataclass(frozen=True)
@@ -358,6 +375,19 @@ class Record(Drawn, ABC):
         group, _, name = path.rpartition("/")
         return name in self.names(group)
 
+    def __repr__(self) -> str:
+        errors = f"errors of {count} numbers" if (count := len(self.errors)) else "errors not"
+        parts = f"{self._samples} samples", self.status, counted(self.warnings), f"{errors} stated"
+        return f"<Result {self._label}: {', '.join(parts)}>"
+
+    @property
+    def _label(self) -> str:
+        return f"of {self.attributes['case']}"
+
+    @property
+    def _samples(self) -> int:
+        return len(self.time)
+
     @property
     def time(self) -> np.ndarray:
         """Times of the samples [s], shape (samples,)."""
@@ -447,7 +477,7 @@ class Record(Drawn, ABC):
     def clearances(self) -> dict[str, float]:
         """Radial clearance [m] of each clearance joint whose channels were stored."""
         joints = {j["name"]: j.get("clearance") for j in self.scene["joints"]}
-        return {n: joints[n] for n in self.names("joints") if joints[n] is not None}
+        return {n: joints[n] for n in self.names("joints") if joints.get(n) is not None}
 
     def range(self, path: str) -> tuple[float, float]:
         """Smallest and largest sample of a channel, such as "joints/B/gap"."""
@@ -530,7 +560,8 @@ class Record(Drawn, ABC):
         edges = np.concatenate([[begin], inside, [end]])
         middles = 0.5 * (edges[1:] + edges[:-1])
         at_edges, at_middles = (cubic(time, values, places) for places in (edges, middles))
-        return float(np.diff(edges) @ (at_edges[:-1] + 4.0 * at_middles + at_edges[1:])) / 6.0
+        sums = at_edges[:-1] + 4.0 * at_middles + at_edges[1:]
+        return float((np.diff(edges) * sums).sum()) / 6.0
 
     def error(self, name: str, begin: float = 0.0, end: float = math.inf) -> Error:
         """The extreme of this name between two times [s], as `extreme` has it, with its stated
@@ -692,22 +723,21 @@ class Result(Record):
         return tuple(n for n in self.reader.names(group) if n not in aside)
 
     def values(self, path: str) -> np.ndarray:
+        along = None if path.partition("/")[0] in DIMENSIONS else self._samples
         try:
-            column = self.reader.column(path)
+            column = self.reader.column(path, along)
         except Missing:
             if path == "time":
                 raise
             raise KeyError(
-                f"{self.path.name} has no channel {path!r}; it may not have been stored when the "
-                f"file was written"
+                f"{self.reader.path.name} has no channel {path!r}; it may not have been stored "
+                f"when the file was written"
             ) from None
         if column.dtype.kind != "f" or column.ndim != 1:
             raise Damaged(
                 f"{self.path}: /{path} is no row of numbers, but {column.dtype} of shape "
                 f"{column.shape}"
             )
-        if path.partition("/")[0] not in DIMENSIONS and len(column) != (samples := self._samples):
-            raise Damaged(f"{self.path}: /{path} has {len(column)} values, /time has {samples}")
         return column
 
     @cached_property
@@ -736,14 +766,11 @@ class Result(Record):
     @cached_property
     def scene(self) -> dict:
         """The scene's description, as plain data."""
-        document = self.reader.document("", "scene")
-        if not isinstance(document, dict):
-            raise Damaged(f"{self.path}: attribute scene must be an object")
-        for name in ("bodies", "joints", "loads"):
-            if not isinstance(document[name], list) or not all(
-                isinstance(part, dict) for part in document[name]
-            ):
-                raise Damaged(f"{self.path}: attribute scene: {name} must be a list of objects")
+        document = dict(self.reader.document("", "scene"))
+        try:
+            check(document)
+        except ValueError as error:
+            raise Damaged(f"{self.path}: attribute scene: {error}") from None
         return document
 
     @property
@@ -766,7 +793,7 @@ class Result(Record):
         """Extremes that were located as the run went; of files of format 1 those of step ends,
         without their times.
         """
-        if "stretch_s" in self.reader.attributes():
+        if "stretch_s" in self.reader.item().attrs:
             return _extremes_of_format_1(self.reader)
         if not self.reader.has("extremes"):
             return None
@@ -883,8 +910,10 @@ class Result(Record):
         columns = {
             name: self.reader.column(f"events/{name}") for name in ("time", *self.names("events"))
         }
-        if len({len(column) for column in columns.values()}) > 1:
+        if any(column.shape != (columns["time"].size,) for column in columns.values()):
             raise Damaged(f"{self.path}: the columns of /events differ in length")
+        if any((c.dtype.kind == "U") != (n in EVENT_TEXTS) for n, c in columns.items()):
+            raise Damaged(f"{self.path}: a column of /events is of another kind")
         return Entries(f"{self.path}: /events", columns)
 
     def pressure_fields(self, joint: str) -> PressureFields | None:
@@ -973,7 +1002,11 @@ class Result(Record):
         self.close()
 
     def __repr__(self) -> str:
-        return f"<Result {self.reader.path.name}: {self._samples} samples, {self.status}>"
+        return super().__repr__() if self.file else "<Result, closed>"
+
+    @property
+    def _label(self) -> str:
+        return self.reader.path.name
 
 
 class MemoryResult(Result):
@@ -982,9 +1015,11 @@ class MemoryResult(Result):
     image: the bytes of its file.
     """
 
+    _label = Record._label
+
     def __init__(self, image: bytes):
         self.image = image
-        name = Path("run.h5")
+        name = Path("the result")
         self.reader = Reader(name, in_memory(temporary_name(name), image))
         self.file = self.reader.file
 

@@ -14,10 +14,11 @@ from clearance import observers, store
 from clearance.checkpoint import restore
 from clearance.compiling import announced
 from clearance.interrupts import DeferredSignals, ended
-from clearance.kinds import CONTACT
+from clearance.kinds import FILM
 from clearance.mechanism.build import Mechanism, changed
 from clearance.mechanism.dead_centre import DeadCentre
 from clearance.options import (
+    FINEST,
     STAGED,
     Solver,
     Span,
@@ -60,6 +61,12 @@ IMPACT_ROWS = 512
 # steps between two looks at the progress, of usual films and of those solved online
 BUDGET, SLOW_BUDGET = 2000, 20
 STEP_LIMIT = 2**62
+# tolerances, and share, of the energy that count as turned over in a motion that turns over less:
+# then a residual of one tolerance is below diagnosis.doubtful
+COASTING, LEAST = 1e3, 1e-3
+# trial steps between two looks at the pace, and those of a run at which it ends
+PACE, ENDLESS = 200_000, 1e9
+CHANGES = 8  # of the method where films stop it, at most
 
 
 class Run:
@@ -79,7 +86,9 @@ class Run:
             solver or Solver(),
             outputs,
         )
-        self.method, self.reason = choose_method(mechanism, self.solver.method, self.solver.rtol)
+        # smaller where offsets are differences of places of bodies, which errors are relative to
+        self.rtol = max(self.solver.rtol * mechanism.share, FINEST)
+        self.method, self.reason = choose_method(mechanism, self.solver.method, self.rtol)
         online = [s for s in mechanism.sources.values() if isinstance(s, Callback)]
         for source in online:
             source.reset()
@@ -87,18 +96,18 @@ class Run:
         self.loop = import_module("clearance.stepping.loop")
         self.watched = Watched(mechanism, span.until, outputs)
         self.state = self._new_state()
-        self.watched.install(self.state)
+        self.watched.install(self.state, self.solver.rtol)
         self.take(self.method)
         self.take_numbers()
         self.observers: list[observers.Observer] = [observers.Kinks(self)]
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
+        self.paced = False  # it goes to its end, and ends where it crawls
+        self.pace = 0, 0.0  # trial steps and time since the last look
         self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
         self.timed = False  # CPU time is measured
         self.started = "as the scene says"
         self.options: dict = {}  # arguments of `simulate`, which make this run again
         self.facts: dict[str, dict] = {}  # of the result, group by group
-        # joints with clearance whose loops are opened, see `build`
-        self.opened: tuple[str, ...] = ()
         self.wearing = None  # the observer that sums wear, where some joint wears
         self.dead_centre: DeadCentre | None = None  # of a loop, once the run has failed there
         self.warned = True  # its record has warnings
@@ -121,7 +130,7 @@ class Run:
             **self.watched.sizes,
         )
         state.states, state.coordinates = states, mechanism.coordinates
-        state.rtol, state.newton_tolerance = solver.rtol, NEWTON_TOLERANCE
+        state.rtol, state.newton_tolerance = self.rtol, NEWTON_TOLERANCE
         state.convergence, state.effort = 1.0, 0.9
         state.evaluate_ledger = size > mechanism.size
         state.step_limit = solver.max_steps or STEP_LIMIT
@@ -130,26 +139,29 @@ class Run:
             solver.method == "auto" and self.method == "dop853" and mechanism.size > 0
         )
         state.contacts[:, KIND] = [spot.kind for _, spot in mechanism.spots]
-        state.first_touches = self._first_touches
+        state.touchable = self._touchable
         state.contacts[:, COORDINATE] = [mechanism.places.get(e, -1) for e, _ in mechanism.spots]
         return state
 
     @property
-    def _first_touches(self) -> int:
-        """Number of spots whose contacts have a first touch."""
-        return sum(spot.kind == CONTACT for _, spot in self.mechanism.spots)
+    def _touchable(self) -> int:
+        """Number of spots where contacts start and end."""
+        return sum(spot.kind != FILM for _, spot in self.mechanism.spots)
 
     def start_from(self, start: Record | str | Path) -> None:
         """Begin in another state than the scene's. Raises ValueError as `state_from` does."""
-        values, carried, self.started = state_from(self.mechanism, start)
-        begin = {"values": values.tolist(), "carried": carried.tolist(), "text": self.started}
-        self.options["start"] = begin
-        self.state.y[: values.size] = values
-        self.state.work[self.mechanism.layout.carried_places] = carried
+        begin, mechanism, state = state_from(self.mechanism, start), self.mechanism, self.state
+        self.started, self.options["start"] = begin.text, vars(begin)
+        state.y[: mechanism.size] = begin.values
+        state.work[mechanism.layout.carried_places] = begin.carried
+        state.turned[: len(begin.angles), 0] = begin.angles
+        mechanism.turn(begin.turns)
+        mechanism.count_from(state.y, state.work)
 
     def place(self, place) -> None:
         """Begin in a state amidst a motion, see `periodic.maps.Place`."""
         state = self.state
+        self.mechanism.turn(place.turns)
         state.y[: place.y.size] = place.y
         state.work[self.mechanism.layout.carried_places] = place.carried
         for i in np.flatnonzero(place.touching):
@@ -169,7 +181,7 @@ class Run:
         # will do
         functions = {role: mechanism.kernel(role if role in called else "rhs") for role in KERNELS}
         functions |= {name: getattr(stepper, name) for name in STEPPER}
-        touching = import_module("clearance.stepping.contacts") if self._first_touches else None
+        touching = import_module("clearance.stepping.contacts") if self._touchable else None
         functions |= {name: getattr(touching, name, stepper.step) for name in CONTACTS}
         if not self.outputs:
             functions["observe"] = self.loop.copy_state
@@ -193,7 +205,7 @@ class Run:
         """The explicit method of an automatic choice is held up by stability: go on with an
         implicit one.
         """
-        method, state = implicit(self.solver.rtol, stages_only=True), self.state
+        method, state = implicit(self.rtol, stages_only=True), self.state
         LOG.info("stiff: going on with %s", method)
         self.reason = f"explicit at first; stiff, so implicit from t = {state.time:.6g} s on"
         self.method = f"{self.method}, {method}"
@@ -201,6 +213,53 @@ class Run:
         state.stiffness = 0.0
         with announced():
             self.take(method)
+
+    def _crawls(self, tried: int, passed: float) -> bool:
+        """True where the run would need too many steps at its pace, unless it has a step limit.
+
+        tried, passed: trial steps and time [s] of a call of the loop.
+        """
+        self.pace = self.pace[0] + tried, self.pace[1] + passed
+        if self.pace[0] < PACE or self.solver.max_steps or not self.paced:
+            return False
+        (tried, passed), self.pace = self.pace, (0, 0.0)
+        return passed * ENDLESS < tried * self.span.until
+
+    def _resolves_films(self) -> bool:
+        """True where rates in mixed joints are judged by what their films resolve from here on.
+
+        That takes two to seven times the steps, so it is for runs that are stuck.
+        """
+        contacts = self.state.contacts
+        loose = (contacts[:, RATE_X] > 0.0) & (contacts[:, PULL] == 0.0)
+        if not loose.any():
+            return False
+        contacts[loose, PULL] = self.mechanism.acceleration
+        self._begin_anew()
+        return True
+
+    def _begin_anew(self) -> None:
+        """A phase begins, with a first step of its own."""
+        self.interrupt_steps()
+        self.state.started, self.state.free_step, self.state.contact_step = 2, 0.0, 0.0
+
+    def _can_change(self) -> bool:
+        """True where a film stops the method of an automatic choice; another one goes on from here.
+
+        Radau's iterations may fail where a film's force turns round, which a step of Rodas5P
+        survives, and the other way round.
+        """
+        films = any(j.film is not None for j in self.mechanism.scene.clearance_joints)
+        if self.solver.method != "auto" or not films or self.method.count(", ") == CHANGES:
+            return False
+        method = "radau5" if self.method.endswith("rodas5p") else "rodas5p"
+        LOG.info("stuck: going on with %s", method)
+        self.reason += f"; stuck at t = {self.state.time:.6g} s, so {method} from there on"
+        self.method = f"{self.method}, {method}"
+        with announced():
+            self.take(method)
+        self._begin_anew()
+        return True
 
     def _hasten(self) -> None:
         """Take the kernel that only a structure of many steps pays for; no bit changes."""
@@ -230,9 +289,12 @@ class Run:
             mechanism.energy,
         )
         state.contacts[:, CLEARANCE] = mechanism.reach
-        state.band[:] = self.loop.BAND * mechanism.reach
+        state.band[:] = self.loop.BAND * mechanism.measures
         self.watched.take_layers(state, mechanism)
         self._scale_film_rates()
+        finer = self.rtol / self.solver.rtol
+        state.scale[: mechanism.size] /= finer
+        state.contacts[:, [CLEARANCE, RATE_X, RATE_Y]] /= finer
 
     def _scale_film_rates(self) -> None:
         """A thick film gives way slowly: its natural rate is acceleration over damping, not
@@ -245,11 +307,10 @@ class Run:
         films = {j: place for j, place in mechanism.offsets.items() if j.film is not None}
         if not films:
             return
-        state.contacts[:, PULL] = pull = mechanism.acceleration
+        pull = mechanism.acceleration
+        state.contacts[:, PULL] = np.where(state.contacts[:, KIND] == FILM, pull, 0.0)
         rhs, rates, scale = mechanism.kernel("rhs"), mechanism.layout.rates, state.scale
-        rest = mechanism.y0.copy()
-        for place in mechanism.offsets.values():
-            rest[place] = rest[rates][place] = 0.0
+        rest = self._rest()
         before, after = np.zeros_like(rest), np.zeros_like(rest)
         rhs(0.0, rest, mechanism.par, state.work, before)
         for joint, place in films.items():
@@ -264,6 +325,23 @@ class Run:
                     scale[k] = pull * share / damping
             row = state.contacts[[e for e, _ in mechanism.spots].index(joint)]
             row[RATE_X], row[RATE_Y] = scale[rates][place]
+
+    def _rest(self) -> np.ndarray:
+        """The start without rates in clearances, and centred there, unless that takes a journal
+        whose offset is measured through its wall.
+        """
+        mechanism, rates = self.mechanism, self.mechanism.layout.rates
+        rest = mechanism.y0.copy()
+        for place in mechanism.offsets.values():
+            rest[rates][place] = 0.0
+        centred = rest.copy()
+        for place in mechanism.offsets.values():
+            centred[place] = 0.0
+        if films := [j for j in mechanism.start.measured if j.film is not None]:
+            row = mechanism.outputs(0.0, centred, self.state.work)
+            gaps = [row[mechanism.layout.output[f"{j.key}/gap"]] for j in films]
+            return centred if min(gaps) > 0.0 else rest
+        return centred
 
     # --- where the run stands
     @property
@@ -361,7 +439,7 @@ class Run:
         began, worked, state = clock.perf_counter(), self._worked(), self.state
         until = min(until, self.span.until)
         state.end = min(until, self._next_stop())
-        before = state.steps
+        before, tried, since = state.steps, int(state.steps + state.rejected), state.time
         code = self.loop.run(state.address, self.budget)
         self.mechanism.structure.compiled.steps += int(state.steps - before)
         self.cpu += self._worked() - worked
@@ -371,6 +449,12 @@ class Run:
             self._become_implicit()
             return status.RUNNING
         self._hasten()
+        tried = int(state.steps + state.rejected) - tried
+        if code == status.RUNNING and self._crawls(tried, state.time - since):
+            code = status.CRAWLING
+        stuck = code in (status.STEP_TOO_SMALL, status.CRAWLING)
+        if stuck and (self._resolves_films() or self._can_change()):
+            return status.RUNNING
         if code == status.DONE:
             self._reach()
         return status.RUNNING if code == status.DONE and self.state.time < until else code
@@ -450,8 +534,9 @@ class Run:
         Raises Unwritable where a file takes no more; like an interrupt it comes when what was
         computed before is stored, if it can be.
         """
+        self.paced = True
         self._sum_wear()
-        scale = self.solver.rtol * self.mechanism.energy
+        scale = max(COASTING * self.solver.rtol, LEAST) * self.mechanism.energy
         recording = observers.Recording(
             self, Recorder(self.mechanism.layout.channels, sink, True, scale)
         )
@@ -462,7 +547,7 @@ class Run:
             watching.append(observers.Progress(progress))
         if checkpoint is not None:
             if (before := sink.begin()) is not None:
-                restore(self, recording, before)
+                restore(self, recording, sink, before)
                 LOG.info("going on from t = %.6g s", self.state.time)
             watching.append(observers.Checkpoints(sink, recording, checkpoint))
         self.observers[:0] = watching
@@ -520,7 +605,8 @@ class Run:
             )
         for group, facts in self.facts.items():
             recorder.know(group, **facts)
-        recorder.know("state", **end_state(self.mechanism, state.y, state.work, state.time))
+        here = self.mechanism, state.y, state.work, state.time, state.turned[:, 0]
+        recorder.know("state", **end_state(*here))
         warnings = recording.diagnosis.warnings() if self.warned else []
         recorder.close(finished, summary, warnings, self.extremes, self.integrals)
 
@@ -552,6 +638,7 @@ class Run:
             raise ValueError(f"{joint.label()}: its wear is in no checkpoint; leave out checkpoint")
         facts = vars(self.span) | {"rtol": self.solver.rtol, "method": self.method}
         facts["start"] = self.state.y[: self.mechanism.size].tolist()
+        facts["opened"] = list(self.mechanism.opened)
         return facts | {
             "max_step": self.state.longest_step,
             "max_steps": int(self.state.step_limit),
@@ -563,7 +650,7 @@ class Run:
             "method": self.method,
             "method_reason": self.reason,
             "rtol": self.solver.rtol,
-            "atol": self.solver.rtol * self.state.scale[: self.mechanism.size],
+            "atol": self.rtol * np.maximum(self.state.scale[: self.mechanism.size], 0.0),
             "wall_s": wall,
             "loop_s": self.wall,
             **{name: getattr(self.state, name) for name in counters},

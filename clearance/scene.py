@@ -204,9 +204,14 @@ class Scene:
             raise ValueError(f"{name!r} {self._no_number(name)}")
         return scene
 
+    @property
+    def changeable(self) -> list[str]:
+        """Names of the numbers that `replaced` changes."""
+        return [n for part in self.parts for n in _changeable(part)]
+
     def _no_number(self, name: str) -> str:
         """The reason for which a name is no number that can change."""
-        names = [n for part in self.parts for n in _changeable(part)]
+        names = self.changeable
         for part in self.parts:
             value = getattr(part, name.removeprefix(f"{part.key}/"), None)
             if name.startswith(f"{part.key}/") and value is not None:
@@ -226,6 +231,7 @@ class Scene:
         return {
             "name": self.name,
             "gravity": self.gravity,
+            "rates": "given",  # those of bodies, else None: a 0 is given
             "bodies": [document.plain_body(b) for b in self.bodies],
             "joints": [document.plain(j) for j in self.joints],
             "loads": [document.plain(load) for load in self.loads],

@@ -25,6 +25,7 @@ from clearance.laws.outline import worn
 from clearance.loading import module_of as module_of_file
 from clearance.materials import steel
 from clearance.scene import Scene
+from clearance.texts import shallow, text_of
 from clearance.units import UNITS, quantity
 
 LOG = logging.getLogger("clearance")
@@ -46,11 +47,16 @@ SHARED = ("lubricant", "material")
 HEAD = ("name", "text", "gravity", "until", "parameters", "body")
 #: units of SI, which leave a number as it is
 SI = {unit for unit, (kind, factor) in UNITS.items() if (kind, factor) == (unit, 1.0)}
+#: names in brackets of a message, none of which is its field
+SIGNATURE = re.compile(r"\([^()]*\)")
+#: what a line of a scene file begins with: a table, or the key of a value
+KEY = re.compile(r"\s*(\[+[^\]]+\]+|[^\s=#\[]+(?=\s*=))")
 OF_PARAMETERS = ("value", "unit", "text")
 PARAMETER = re.compile(r"\$(\w+)")
 _UNITS = "|".join(re.escape(u) for u in sorted(UNITS, key=len, reverse=True))
 #: a number with a unit in a formula
 MEASURED = re.compile(rf"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*({_UNITS})(?!\w)")
+LONGEST = 1000  # letters of a formula
 #: functions, numbers and operators of formulas
 FUNCTIONS = {
     f.__name__: f for f in (math.sqrt, math.sin, math.cos, math.tan, math.atan2, math.hypot)
@@ -67,11 +73,10 @@ OPERATORS = {
 
 def scene_file(path: Path) -> Case:
     """The case of a scene file. Raises ValueError with file, line and field for what is wrong."""
+    text = text_of(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-        document = tomllib.loads(text)
-    except UnicodeDecodeError:
-        raise ValueError(f"{path} is not a text file; a scene file is TOML in UTF-8") from None
+        with shallow(path):
+            document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         words, line = _line_of_syntax(str(error), text)
         raise ValueError(f"{path}:{line}: {words}") from None
@@ -85,7 +90,15 @@ def scene_file(path: Path) -> Case:
     except Misplaced as error:
         raise _placed(path, text, document, error) from None
     function = partial(_scene, path, text, document, parameters)
-    return Case(path.stem, path, function, document.get("text", ""), parameters, length)
+    return Case(
+        path.stem,
+        path,
+        function,
+        document.get("text", ""),
+        parameters,
+        length,
+        reference=str(path.resolve()),
+    )
 
 
 def _scene(path: Path, text: str, document: Mapping, parameters: Mapping, **given) -> Scene:
@@ -94,7 +107,8 @@ def _scene(path: Path, text: str, document: Mapping, parameters: Mapping, **give
     units = {name: p.units for name, p in parameters.items() if p.units in SI}
     parts = {n: part for n, part in document.items() if n != "parameters"}
     try:
-        filled = {n: _filled(part, values, units, n) for n, part in parts.items()}
+        with shallow(path):
+            filled = {n: _filled(part, values, units, n) for n, part in parts.items()}
         return _parts(filled, path)
     except Misplaced as error:
         raise _placed(path, text, document, error) from None
@@ -227,11 +241,14 @@ def formula(
     if alone := PARAMETER.fullmatch(text.strip()):
         value, unit = values[alone[1]], (units or {}).get(alone[1])
         return f"{value!r} {unit}" if unit and not isinstance(value, Column) else value
+    if len(text) > LONGEST:
+        raise ValueError(f"a formula may have {LONGEST} letters, this one has {len(text)}")
     plain = MEASURED.sub(lambda m: repr(quantity(m[0])), text)
     plain = PARAMETER.sub(lambda m: f"given_{m[1]}", plain)
     names = CONSTANTS | {f"given_{name}": value for name, value in values.items()}
     try:
-        value = _value(ast.parse(plain.strip(), mode="eval").body, names)
+        with shallow("the formula"):
+            value = _value(ast.parse(plain.strip(), mode="eval").body, names)
         return value if isinstance(value, Column) else float(value)
     except (SyntaxError, TypeError):
         raise ValueError(f"cannot read the formula {text!r}") from None
@@ -293,9 +310,9 @@ def _placed(path: Path, text: str, document: Mapping, error: Misplaced) -> Value
     place, words = error.place, error.text
     if len(place) == 2:
         words = words.removeprefix(f"{place[0]} {place[1]}: ").removeprefix(f"{place[1]}: ")
-    table = _part(document, place)
+    table, read = _part(document, place), SIGNATURE.sub("", words)
     if isinstance(table, Mapping):  # the field that the message names first
-        places = {m.start(): n for n in table if (m := re.search(rf"\b{re.escape(n)}\b", words))}
+        places = {m.start(): n for n in table if (m := re.search(rf"\b{re.escape(n)}\b", read))}
         place = (*place, places[min(places)]) if places else place
     value = _part(document, place)
     formed = f', from "{value}"' if isinstance(value, str) and "$" in value else ""
@@ -334,4 +351,8 @@ def _line_of_syntax(words: str, text: str) -> tuple[str, int]:
     match = re.search(r" \(at line (\d+), column (\d+)\)$", words)
     if not match:
         return words.replace(" (at end of document)", ""), len(text.splitlines())
-    return f"{words[: match.start()]} (column {match[2]})", int(match[1])
+    line, words = int(match[1]), words[: match.start()]
+    keys = [key[1] for row in text.splitlines()[:line] if (key := KEY.match(row))]
+    if keys and words.startswith(("Cannot overwrite a value", "Cannot declare")):
+        return f"{keys[-1]} stands there twice", line
+    return f"{words} (column {match[2]})", line

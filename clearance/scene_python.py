@@ -17,6 +17,7 @@ from clearance.laws.law import BoundLaw
 from clearance.materials import Lubricant, Material, steel
 from clearance.quantities import Described
 from clearance.scene_files import FUNCTIONS, MEASURED, PARAMETER, SECTIONS, scene_file
+from clearance.texts import text_of
 from clearance.units import quantity
 
 WIDTH = 100  # of a line
@@ -36,19 +37,23 @@ def python_of(path: Path) -> str:
     """
     case = scene_file(path)
     case.scene()
-    return _Writer(tomllib.loads(path.read_text(encoding="utf-8-sig")), case).text()
+    return _Writer(tomllib.loads(text_of(path)), case).text()
 
 
 class _Writer:
     """The text of a case, from the document of a scene file.
 
-    names: (section, name) -> variable; defined: variables that have their line.
+    names: (section, name) -> variable; rows: elements by section and name; named: lines of those
+    that others name.
     """
 
     def __init__(self, document: Mapping, case):
         self.document, self.case = document, case
         self.names: dict[tuple[str, str], str] = {}
         self.taken = {"cl", "math", "scene", *case.parameters}
+        sections = (s for s in document if s in SECTIONS)
+        self.rows = {(s, n): table for s in sections for n, table in document[s].items()}
+        self.named: list[str] = []
 
     def text(self) -> str:
         """The entire file."""
@@ -104,30 +109,18 @@ class _Writer:
 
     def _scene(self) -> list[str]:
         """Lines of elements that others name, and the line of the scene."""
-        rows = [
-            (s, n, t) for s in self.document if s in SECTIONS for n, t in self.document[s].items()
-        ]
-        lines, parts = [], []
-        for section, name, table in rows:
-            kind = table.get("kind", SECTIONS[section][0])
-            given = self._fields(KINDS[kind], {n: v for n, v in table.items() if n != "kind"})
-            text = _call(f"cl.{kind}", [*given, f'name="{name}"'])
-            if self._is_named(section, name):
-                lines.append(f"{self._variable(section, name)} = {text}")
-                text = self.names[section, name]
-            parts.append(text)
+        texts = {key: self._element(key) for key in self.rows}
+        parts = [self.names.get(key, text) for key, text in texts.items()]
         if "gravity" in self.document:
             parts.append(f"gravity={self._number(self.document['gravity'])}")
         parts.append(f'name="{self.document.get("name", self.case.name)}"')
-        return [*lines, _call("return cl.Scene", parts)]
+        return [*self.named, _call("return cl.Scene", parts)]
 
-    def _is_named(self, section: str, name: str) -> bool:
-        """True where a drive or a node names an element."""
-        tables = [t for s in SECTIONS for t in self.document.get(s, {}).values()]
-        named = [t.get("target") for t in tables] + [t.get("to") for t in tables]
-        named += [t["heat"].get("to") for t in tables if isinstance(t.get("heat"), Mapping)]
-        bodies = self.document.get("body", {})
-        return f"{section}.{name}" in named or name in named and name not in bodies
+    def _element(self, key: tuple[str, str]) -> str:
+        """The call that makes an element; elements that it names have their line first."""
+        table = dict(self.rows[key])
+        kind = table.pop("kind", SECTIONS[key[0]][0])
+        return _call(f"cl.{kind}", [*self._fields(KINDS[kind], table), f'name="{key[1]}"'])
 
     # --- values
     def _fields(self, kind: type, table: Mapping) -> list[str]:
@@ -156,7 +149,7 @@ class _Writer:
                 )
             )
         if object in kinds or any(issubclass(k, Described) for k in kinds if isinstance(k, type)):
-            return self._reference(value)
+            return self._reference(value, kinds)
         if records := [k for k in kinds if is_dataclass(k) and k is not BoundLaw]:
             return self._record(records[0], value)
         return repr(value)
@@ -187,11 +180,22 @@ class _Writer:
     def _body(self, name: str) -> str:
         return "cl.ground" if name == "ground" else self.names["body", name]
 
-    def _reference(self, value: str) -> str:
+    def _reference(self, value: str, kinds: tuple) -> str:
         section, _, name = value.rpartition(".")
         if section in ("", "body") and (name == "ground" or ("body", name) in self.names):
             return self._body(name)
-        return next(v for (s, n), v in self.names.items() if n == name and section in ("", s))
+        key = next(
+            k for k in self.rows if k[1] == name and section in ("", k[0]) and self._fits(k, kinds)
+        )
+        if key not in self.names:
+            text = self._element(key)
+            self.named.append(f"{self._variable(*key)} = {text}")
+        return self.names[key]
+
+    def _fits(self, key: tuple[str, str], kinds: tuple) -> bool:
+        """True for an element of one of these kinds."""
+        kind = self.rows[key].get("kind", SECTIONS[key[0]][0])
+        return issubclass(KINDS[kind], tuple(k for k in kinds if isinstance(k, type)))
 
     def _record(self, kind: type, value: object) -> str:
         if isinstance(value, str):

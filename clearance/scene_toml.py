@@ -97,10 +97,15 @@ def _point(point: Point) -> str:
     return _table({name: _value(value) for name, value in plain(point).items()})
 
 
+def by_hand(name: str) -> str:
+    """A law of a user has no name in a scene file."""
+    return f'write law = "FILE.py:{name}" by hand'
+
+
 def _law(law: BoundLaw, field) -> str:
     """A law by its name, with the parameters that are neither usual nor its joint's."""
     if not law.law.__module__.startswith("clearance."):
-        reason = f'write law = "FILE.py:{law.law.name}" by hand'
+        reason = by_hand(law.law.name)
         raise ValueError(f"{law.law.name} is a law of {law.law.__module__}: {reason}")
     numbers = {n: v for n, v in law.parameters.items() if n not in law.of_joint}
     for name, one in laws_for(field).items():

@@ -1,7 +1,8 @@
 """Files that hold programs, behind a digest of their content and of what they were made from.
 
-A damaged or foreign file is not used, and the log states it. This is no protection against someone
-who may write there.
+A damaged or foreign file is not used, and the log states it. Neither is a file or folder that
+belongs to somebody else than the user or root, or that others can write. Folders of the store are
+the user's alone, unless CLEARANCE_STORE names one.
 """
 
 import hashlib
@@ -26,9 +27,7 @@ def read(path: str | Path, made_from: bytes, warned: bool = False) -> bytes | No
 
     warned: the log has the warning already.
     """
-    try:
-        content = Path(path).read_bytes()
-    except OSError:
+    if (content := content_of(Path(path))) is None:
         return None
     data = content[SIZE:]
     if content == sealed(data, made_from):
@@ -36,6 +35,51 @@ def read(path: str | Path, made_from: bytes, warned: bool = False) -> bytes | No
     if not warned:
         LOG.warning(f"compiled code {path} is damaged or of another program; it is made again")
     return None
+
+
+def content_of(path: Path) -> bytes | None:
+    """The bytes of a file; None where there is none that may be used."""
+    try:
+        with open(path, "rb") as file:
+            if reason := strange(os.fstat(file.fileno())):
+                unused(path, reason)
+            elif usable(path.parent):
+                return file.read()
+    except OSError:
+        return None
+    return None
+
+
+def strange(state: os.stat_result) -> str:
+    """The reason why a file or folder may be another one's work; "" where it is the user's."""
+    if hasattr(os, "getuid") and state.st_uid not in (os.getuid(), 0):
+        return f"it belongs to user {state.st_uid}"
+    return "others than its owner can write it" if state.st_mode & 0o022 else ""
+
+
+def usable(folder: Path) -> bool:
+    """True for a folder whose files may be used; one of the store is made the user's alone.
+
+    Raises OSError for one that is not there.
+    """
+    state = os.stat(folder)
+    if private() and strange(state) and state.st_uid == getattr(os, "getuid", int)():
+        os.chmod(folder, 0o700)  # of an older version; each of its files is looked at, too
+        state = os.stat(folder)
+    if reason := strange(state):
+        unused(folder, reason)
+    return not reason
+
+
+def private() -> bool:
+    """The store is nobody else's: no setting names a folder."""
+    return not os.environ.get("CLEARANCE_STORE")
+
+
+def made(folder: Path) -> bool:
+    """Make a folder; True where it may be used. Raises OSError where it cannot be made."""
+    folder.mkdir(mode=0o700 if private() else 0o777, parents=True, exist_ok=True)
+    return usable(folder)
 
 
 def write(path: Path, data: bytes, made_from: bytes) -> None:
@@ -47,13 +91,23 @@ def put(path: Path, content: bytes) -> None:
     """Write a file, completely or not at all. The log states where a folder takes none."""
     temporary = path.with_suffix(f".{os.getpid()}-{threading.get_ident()}.partial")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if not made(path.parent):
+            return
+        mode = 0o600 if private() else 0o644
+        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode))
         temporary.write_bytes(content)
         os.replace(temporary, path)
     except OSError as reason:
         with suppress(OSError):
             temporary.unlink()
         refused(str(path.parent), reason.strerror)
+
+
+def unused(path: Path, reason: str) -> None:
+    """Log that a file or folder is not used, once a process."""
+    if str(path) not in _refusing:
+        _refusing.add(str(path))
+        LOG.warning(f"store: {path} is not used, {reason}; what it holds is made again")
 
 
 def refused(folder: str, reason: str | None) -> None:

@@ -20,13 +20,12 @@ neighbouring trajectories part there.
 """
 
 import logging
-import math
 from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
 
-from clearance.companion import COUNTS, LARGEST, ROOM
+from clearance.companion import COUNTS, LARGEST, LONGER, ROOM
 from clearance.errors import geometric_mean
 from clearance.groups import Group
 from clearance.metrics import Metric, metrics
@@ -97,6 +96,8 @@ class Sensing:
         """Sensitivities at the numbers of a run. Raises Impossible."""
         method = "dop853" if run.method == "dop853" else "rodas5p"
         fine, loose = (Steps(self, run, rtol, method) for rtol in (RTOL, LOOSER))
+        if np.array_equal(fine.ends, loose.ends):
+            loose = Steps(self, run, LOOSER, method, LONGER)
         rows = {}
         for one in self.parameters:
             values, others = fine.around(one, PLACES), loose.around(one, (-1, 1))
@@ -144,15 +145,16 @@ def reason_without(run: Run) -> str:
 
 
 class Steps:
-    """Runs on the steps of a run at one tolerance, halved where a varied run cannot make one."""
+    """Runs on the steps of a run at one tolerance, halved where a varied run cannot make one.
 
-    def __init__(self, sensing: Sensing, run: Run, rtol: float, method: str):
+    longer: longest step over that of the run.
+    """
+
+    def __init__(self, sensing: Sensing, run: Run, rtol: float, method: str, longer: float = 1.0):
         self.sensing, self.span, self.scene = sensing, run.span, run.mechanism.scene
         self.prepared = partial(self._prepared, run, rtol, method)
         first, ends = self.prepared(self.scene), Ends()
-        # nothing is integrated: other steps show how well extremes are located
-        if rtol == LOOSER and not run.mechanism.size:
-            first.state.longest_step /= math.sqrt(2.0)
+        first.state.longest_step *= longer
         first.observers.append(ends)
         recorded(first)
         self.ends, self.halvings = np.array(ends.times), 0
@@ -168,7 +170,7 @@ class Steps:
             samples=run.span.samples,
             rtol=rtol,
             method=method,
-            opened=run.opened,
+            opened=run.mechanism.opened,
         )
 
     def around(self, one: Varied, places: tuple[int, ...]) -> dict[int, dict[str, Metric]]:

@@ -27,7 +27,12 @@ TRUNCATION = 5  # values of which MSER-5 takes means
 EARLY, LATE = 0.1, 0.5  # shares of a series whose means Geweke's test compares
 FIRST_LOOK, GROWTH = 40, 1.25  # numbers of values at which a series that grows is judged
 FEWEST_BEYOND = 5  # values that a quantile should leave on its outer side
+PLAIN = 25.0  # variance between motions that are alike, over what chance makes: five times as far
 DISTINCT = 0.99  # confidence with which motions are distinguished
+EXACT = 1e-12  # share of a number that rounding changes
+SECTION = 100  # last values of a run that are compared one by one
+AWAY = 3.0  # distance to another run's section, over that of a section to itself, that parts them
+NEARER = 0.7  # last distance over first one of a run that comes to another
 
 
 @dataclass(frozen=True)
@@ -267,25 +272,79 @@ def looks() -> Iterator[int]:
 
 
 # --- several motions
-def motions(series: Iterable[np.ndarray], least: float = 0.0) -> list[list[int]]:
+def motions(
+    series: Iterable[np.ndarray],
+    least: float = 0.0,
+    finest: float = 0.0,
+    turns: np.ndarray | None = None,
+) -> list[list[int]]:
     """Runs that show the same motion, in groups; series: one for each quantity, (runs, values).
+
+    Runs whose sections lie apart are different motions, see `apart`. turns: vectors of these,
+    (runs, values, numbers); default: the series.
 
     Two groups differ where the variance between their runs exceeds that within them by more than
     chance. The test is the analysis of variance of batch means, F at 99 % over all quantities and
-    cuts. Their means must differ too, by more than the share `least`. Groups are cut at the widest
-    step of the ordered means until none differ.
+    cuts. Where their means differ by no more than the share `least`, the variance between must be
+    PLAIN times that, which chance never is. Differences up to the share `finest` are none. Groups
+    are cut at the widest step of the ordered means until none differ.
     """
     series = [np.atleast_2d(np.asarray(s, float)) for s in series]
-    groups, todo = [], [list(range(len(series[0])))]
+    sections = np.stack(series, axis=-1) if turns is None else turns
+    groups, todo = [], _together(sections[:, -SECTION:], finest)
     while todo:
         group = todo.pop()
-        split = _split(series, group, least)
+        split = _split(series, group, least, finest)
         todo += split
         groups += [] if split else [group]
     return sorted(groups)
 
 
-def _split(series: list[np.ndarray], group: list[int], least: float) -> list[list[int]]:
+def _together(sections: np.ndarray, finest: float) -> list[list[int]]:
+    """Groups of runs no two of which lie apart."""
+    groups: list[list[int]] = []
+    for run, section in enumerate(sections):
+        near = (g for g in groups if not any(apart(section, sections[i], finest) for i in g))
+        if group := next(near, None):
+            group.append(run)
+        else:
+            groups.append([run])
+    return groups
+
+
+def apart(one: np.ndarray, other: np.ndarray, finest: float = 0.0) -> bool:
+    """True where two runs are different motions by their sections, (values, numbers).
+
+    A section is one point a turn: a motion that repeats itself is a few points or a curve, a
+    chaotic one a cloud. The later half of a section lies as near to its earlier half as the motion
+    repeats itself. Another run of the same motion comes as near. So two are different where one of
+    them never comes within AWAY times that. Distances up to the share `finest` are none. Neither is
+    one to a run that still comes nearer.
+    """
+    return _aside(one, other, finest) or _aside(other, one, finest)
+
+
+def _aside(one: np.ndarray, other: np.ndarray, finest: float) -> bool:
+    """As `apart`, by how one repeats itself."""
+    half, size = len(one) // 2, np.abs(np.concatenate([one, other])).max(axis=0)
+    early, late = one[:half], one[half:]
+    repeats = [nearest(late[:, [k]], early[:, [k]]).max() for k in range(size.size)]
+    unit = np.maximum(repeats, max(finest, EXACT) * size) + (size == 0.0)
+    repeat = nearest(late / unit, early / unit).max()
+    away = nearest(other / unit, one / unit)
+    quarters = np.array([np.median(part) for part in np.array_split(away, 4)])
+    comes = (np.diff(quarters) < 0.0).all() and quarters[-1] < NEARER * quarters[0]
+    return bool(away.min() > max(AWAY * repeat, 1.0) and not comes)
+
+
+def nearest(points: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Distance of each point to the nearest of others, (points, numbers): in the largest number."""
+    return np.abs(points[:, None] - others[None]).max(axis=2).min(axis=1)
+
+
+def _split(
+    series: list[np.ndarray], group: list[int], least: float, finest: float
+) -> list[list[int]]:
     """A group in two where some quantity distinguishes them; else none.
 
     The quantity that does so most clearly counts.
@@ -296,10 +355,12 @@ def _split(series: list[np.ndarray], group: list[int], least: float) -> list[lis
         means = batches.mean(axis=1)
         order = np.argsort(means)
         steps = np.diff(means[order])
-        if not steps.size or steps.max() <= least * abs(float(means.mean())):
+        size = abs(float(means.mean()))
+        if not steps.size or steps.max() <= finest * size:
             continue
         cut = int(steps.argmax()) + 1
         clear = _clearness(batches, [order[:cut], order[cut:]], len(series) * len(steps))
+        clear /= PLAIN if steps.max() <= least * size else 1.0
         if clear > clearest:
             clearest, groups = (
                 clear,

@@ -11,10 +11,10 @@ import numpy as np
 from clearance import images
 from clearance.groups import Group
 from clearance.images import Attributes, Image, Unknown
+from clearance.reading import checked
 from clearance.recording import (
     CHUNK,
     EVENT_COLUMNS,
-    EVENT_TEXTS,
     FULL,
     SOLVER_COLUMNS,
     STEP_LOG,
@@ -33,6 +33,7 @@ from clearance.recording import (
 )
 from clearance.results import (
     DIMENSIONS,
+    EVENT_TEXTS,
     MemoryResult,
     Result,
     check_replaceable,
@@ -53,10 +54,8 @@ class ShortSink:
     lasting: a run that has not ended after PATIENCE goes on in a file, as long runs do, which keeps
         what was computed before it where the process is killed.
     locked: nobody else may write a run of this name meanwhile.
-    size, check: bytes and CRC-32 of what was written.
     """
 
-    size = check = 0
     image = b""
 
     def __init__(
@@ -121,7 +120,8 @@ class ShortSink:
 
     def go_on(self) -> None:
         """Go on in a file as long runs do. Raises Unwritable where it does not take the pieces."""
-        self.stream = FileSink(self.path, *self.options, alone=True)
+        alone = self.lock is None or self.lock.held
+        self.stream = FileSink(self.path, *self.options, alone=alone)
         self._hand_on(self.stream)
         self.pieces.clear()
 
@@ -146,6 +146,11 @@ class ShortSink:
     def has_room(self, more: int) -> bool:
         """True where the disk has room for more bytes in the file of a run that has ended."""
         return self.stream is None or self.stream.has_room(more)
+
+    @property
+    def written(self) -> tuple[int, int]:
+        """Bytes and CRC-32 of the file."""
+        return len(self.image), zlib.crc32(self.image)
 
     def result(self) -> Result:
         """The run, once it is stored."""
@@ -190,7 +195,6 @@ class ShortSink:
                 self.lock.release()
 
     def _write(self) -> None:
-        self.size, self.check = len(self.image), zlib.crc32(self.image)
         if self.given is None:
             return
         try:
@@ -238,7 +242,7 @@ class ShortSink:
         groups = self.groups_at_end(ranges)
         for place, group in groups.items():
             if group.attributes:
-                attributes[place] = attributes.get(place, {}) | group.attributes
+                attributes[place] = attributes.get(place, {}) | checked(group.attributes)
         attributes[""] = self.about | attributes[""]
         if ranges is not None:
             attributes |= {self.channels[i].path: {"actual_range": ranges.of(i)} for i in self.kept}

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from clearance import fields
-from clearance.checkpoint import PartsSink
+from clearance.checkpoint import PartsSink, opened_in
 from clearance.companion import Pair, Statement, add_errors, reason_without
 from clearance.compiling import announced
 from clearance.demand import Demand, affordable
@@ -20,7 +20,7 @@ from clearance.errors import AUTO, asks
 from clearance.interrupts import DeferredSignals
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics import metrics
-from clearance.options import FINEST, SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
+from clearance.options import SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
 from clearance.recording import FileSink, Unwritable, chosen
 from clearance.regimes import hole_warning
 from clearance.request import Answer, Ladder, Request, names
@@ -28,7 +28,9 @@ from clearance.results import MemoryResult, Record, Result, temporary_file
 from clearance.run import Run
 from clearance.scene import Scene
 from clearance.short import ShortSink
+from clearance.starting import opened_by
 from clearance.tracing.callback import Callback
+from clearance.warned import warn
 
 LOG = logging.getLogger("clearance")
 SHORT = 1_000_000  # largest count of numbers of a run that is held in memory until its end
@@ -121,6 +123,7 @@ def simulate(
     has time, joint and state, and the partial result is attached.
     Raises NotReached, with the best run, for a requested error that cannot be reached.
     Raises KeyboardInterrupt once the results so far are stored, with a note of the place.
+    Warns once, by `RunWarning`, where the result has warnings.
     """
     request = _request(error, checkpoint)
     output = Output(path, channels, compression, checkpoint, pressure_fields)
@@ -142,7 +145,7 @@ def simulate(
         start=start,
     )
     sensing = None if sensitivity is None else _sensing(scene, sensitivity, prepared, settle)
-    run = prepared()
+    run = prepared(opened=() if checkpoint is None else opened_in(path))
     if sensing:
         sensing.check(run)
     chosen(run.mechanism.layout.channels, channels)
@@ -153,25 +156,34 @@ def simulate(
         more = partial(sensing.add, run) if sensing else None
         try:
             if request is not None:
-                return answer(run, output, request, settle, progress, more)
-            return write(run, output, progress, error, settle, more=more)
+                result = answer(run, output, request, settle, progress, more)
+            else:
+                result = write(run, output, progress, error, settle, more=more)
+            warn(result.warnings)
+            return result
         except SimulationError as failed:  # not `error`: it is needed again
-            opened = reopened(run)
-            if failed.result is None or checkpoint is not None or not opened:
+            again, reason = reopened(run, prepared, str(failed))
+            if failed.result is None or again is None:
+                failed.args = (reason,)
                 raise
-            LOG.info("%s: again with places of its bodies as coordinates", run.dead_centre.text)
             failed.result.close()
-            run = prepared(opened=opened)
+            run = again
 
 
-def reopened(run: Run) -> tuple[str, ...]:
-    """Joints to open where a run that failed at a dead centre begins again; none where none
-    helps.
+def reopened(run: Run, prepared: Callable[..., Run], failure: str) -> tuple[Run | None, str]:
+    """A run that failed at a dead centre again, its loop open; None where it has no such loop, or
+    where that cannot be. The failure, with the reason for that.
     """
     dead = run.dead_centre
     if dead is None or not dead.soft_joints:
-        return ()
-    return (*run.opened, dead.soft_joints[0])
+        return None, failure
+    try:
+        again = prepared(opened=(*run.mechanism.opened, dead.soft_joints[0]))
+    except ValueError as reason:
+        joint = dead.soft_joints[0]
+        return None, f"{failure}; the loop cannot be opened at joint {joint}: {reason}"
+    LOG.info("%s: again with places of its bodies as coordinates", dead.text)
+    return again, failure
 
 
 def _sensing(scene: Scene, given, prepared: partial, settle: float | None):
@@ -234,19 +246,15 @@ def prepare(
     `simulate`.
 
     demanded: called with what the run needs, before anything is compiled. opened: joints with
-        clearance whose loops are opened, see `build`; the tolerance is then that of their clearance
-        over the mechanism's size, times rtol.
+        clearance whose loops are opened, see `build`.
     """
     if not isinstance(scene, Scene):
         raise TypeError(
             f"simulate needs a Scene, got {scene!r}; cl.load_case makes one from a case name"
         )
     solver = Solver(rtol, method, max_step, max_steps)
+    opened = opened if start is None else (*opened_by(start), *opened)
     mechanism = build(scene, ledger=energy, opened=opened)
-    shares = [
-        j.clearance / mechanism.start.size for j in scene.clearance_joints if j.name in opened
-    ]
-    solver = replace(solver, rtol=max(rtol * min([1.0, *shares]), FINEST))
     span = span_of(
         scene, turns=turns, until=until, samples=samples, samples_per_turn=samples_per_turn
     )
@@ -255,7 +263,6 @@ def prepare(
         demanded(mechanism, Demand(span.samples, min(steps, max_steps or steps)))
     with announced():
         run = Run(mechanism, span, solver)
-    run.opened = opened
     run.options = {
         "until": span.until,
         "samples": span.samples,
@@ -381,6 +388,8 @@ def _placed(
     if output.path is None and not isinstance(result, MemoryResult):
         weakref.finalize(result, shutil.rmtree, result.path.parent, ignore_errors=True)
     if failure is not None:
+        if output.path is not None and str(output.path) not in failure:
+            failure = f"{failure}; results so far: {output.path}"
         raise SimulationError(failure, result)
     return result
 

@@ -31,12 +31,16 @@ import numpy as np
 from numba import float64, types, void
 from numba.core.caching import IndexDataCacheFile
 from numba.core.cgutils import for_range as for_range
-from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import JITCodeLibrary, get_host_cpu_features
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
 from clearance import sealed
-from clearance.locks import Lock
+from clearance.locks import Foreign, Lock
+
+# settings of the environment alone: a file of the working folder may be a stranger's
+numba.core.config._config_fname = ""
+numba.config.reload_config()
 
 VECTOR = float64[::1]
 KERNEL_SIGNATURE = void(float64, VECTOR, VECTOR, VECTOR, VECTOR)
@@ -52,10 +56,14 @@ DAY = 86400.0  # [s]
 UNUSED = 60 * DAY  # machine code that was not used for so long is deleted
 # moments that a kernel evaluates together: numbers in a register of most processors
 MOMENTS = 4
-# True where the processor computes a product and a sum in one operation
-FUSES = llvm.get_process_triple().startswith("aarch64") or bool(
-    llvm.get_host_cpu_features().get("fma")
+# what machine code is for: this processor, or that of NUMBA_CPU_NAME and NUMBA_CPU_FEATURES
+PROCESSOR = numba.config.CPU_NAME or llvm.get_host_cpu_name()
+FEATURES = (
+    get_host_cpu_features() if numba.config.CPU_FEATURES is None else numba.config.CPU_FEATURES
 )
+HAS = {feature[1:] for feature in FEATURES.split(",") if feature.startswith("+")}
+# True where the processor computes a product and a sum in one operation
+FUSES = llvm.get_process_triple().startswith("aarch64") or "fma" in HAS
 # The second scheduling of LLVM takes time that grows with the square of the length of a block. It
 # changes no bit, and kernels and lanes run as fast without it.
 llvm.set_option("", "-post-RA-scheduler=false")
@@ -422,11 +430,15 @@ def cached(function: Callable, signature, made_from: str, **options) -> Callable
 
 def _keep(dispatcher: Callable, made_from: str) -> None:
     """Let a function of numba be stored on disk with what it was made from."""
+    before = numba.config.CACHE_DIR
     try:
+        numba.config.CACHE_DIR = os.environ.get("NUMBA_CACHE_DIR") or str(folder() / "numba")
         dispatcher.enable_caching()
     except RuntimeError:  # every folder that numba tries refuses files
         sealed.refused("of numba", "NUMBA_CACHE_DIR sets its folder")
         return
+    finally:
+        numba.config.CACHE_DIR = before
     files = dispatcher._cache
     files._impl.locator.ensure_cache_path = _nothing  # `sealed.write` makes it
     files._cache_file = CheckedFiles(files._cache_file, made_from)
@@ -544,8 +556,16 @@ def folder() -> Path:
     """Folder of the store."""
     if chosen := os.environ.get("CLEARANCE_STORE"):
         return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    base = os.environ.get("XDG_CACHE_HOME") or _home() / ".cache"
     return Path(base) / "clearance" / "kernels"
+
+
+def _home() -> Path:
+    """The user's folder; where the user has none, a path where no file can be made."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return Path(os.devnull)
 
 
 @contextmanager
@@ -556,9 +576,9 @@ def alone(path: Path) -> Iterator[None]:
     Elsewhere two may make the same file of the store, and either will do.
     """
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        lock = Lock(path.with_suffix(".lock"), wait=True)
-    except OSError:  # nothing can be written there
+        made = sealed.made(path.parent)
+        lock = Lock(path.with_suffix(".lock"), wait=True) if made else nullcontext()
+    except (OSError, Foreign):  # nothing can be written there
         lock = nullcontext()
     with lock:
         yield

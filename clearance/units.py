@@ -69,10 +69,10 @@ _KINDS = {kind for kind, _ in UNITS.values()}
 
 #: most digits of a decimal factor
 DECIMAL_DIGITS = 6
-_QUANTITY = re.compile(
-    r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ][\w/.µ "
-    r"]*|(?<=\s)1/\w+)?\s*$"
-)
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_UNIT = r"[A-Za-zµ][\w/.µ ]*|(?<=\s)1/\w+"
+_QUANTITY = re.compile(rf"\s*([-+]?{_NUMBER})\s*({_UNIT})?\s*$")
+_WITH_UNIT = re.compile(rf"{_NUMBER}\s*({_UNIT})")
 
 
 def rpm(value: float) -> float:
@@ -135,6 +135,58 @@ def quantity(text: str, units: str | None = None) -> float:
             f"{text!r} is in {kind}, expected {units if units in _KINDS else 'a plain number'}"
         )
     return scaled_by(number, factor)
+
+
+def unit_in(text: str) -> str:
+    """The first unit in words of numbers, such as "60rpm:120rpm:5"; empty where there is none."""
+    units = (match[1].replace(" ", "") for match in _WITH_UNIT.finditer(text))
+    return next((unit for unit in units if unit in UNITS), "")
+
+
+def written(value: object, unit: str, digits: int = 5) -> str:
+    """A value in SI in a unit of `UNITS`; without one as it stands, and so what is no number."""
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value / UNITS[unit][1]:.{digits}g} {unit}" if unit else f"{value:.{digits}g}"
+
+
+def amount(value: object, units: tuple[str, ...] = ()) -> object:
+    """A number as it is, or from a text with a unit, which must be one of these; vectors too."""
+    if isinstance(value, list | tuple):
+        return tuple(amount(v, units) for v in value)
+    if not isinstance(value, str):
+        return value
+    for unit in units[1:]:
+        try:
+            return quantity(value, unit)
+        except ValueError:
+            continue
+    return quantity(value, units[0] if units else None)
+
+
+def labelled(label: str, value: object, units: tuple[str, ...]) -> object:
+    """The amount of a field, which an error names."""
+    try:
+        return amount(value, units)
+    except ValueError as error:
+        raise ValueError(f"{label}: {error}") from None
+
+
+def slip(value: float, units: str, low: float, high: float) -> str:
+    """A question, "; 0.06 mm?", where a number lies in a range once it has another unit; else
+    nothing.
+    """
+    others = READ_AS.get(units) or [u for u in reversed(UNITS) if UNITS[u] != (units, 1.0)]
+    fits = [u for u in others if UNITS[u][0] == units and low <= value * UNITS[u][1] <= high]
+    return f"; {value:g} {fits[0]}?" if fits else ""
+
+
+def unusual(field: str, value: object, units: str, low: float, high: float) -> str | None:
+    """A warning that names the likely unit, for a number other than 0 beyond its usual range."""
+    if not isinstance(value, int | float) or not value or low <= abs(value) <= high:
+        return None
+    between = f"up to {high:g}" if not low else f"{low:g} to {high:g}"
+    return f"{field} is {value:g} {units}, usual is {between}{slip(abs(value), units, low, high)}"
 
 
 def si(value: float, unit: str) -> float:

@@ -57,7 +57,7 @@ def wanted(given: Wanted) -> dict[str, float | str | None]:
 
 def varied(scene: Scene, name: str, size: float | str | None = None) -> Varied:
     """A parameter of a scene. Raises ValueError for one that is no number, or 0 without a size."""
-    value, units, made = _of_case(scene, name) if _in_case(scene, name) else _of_scene(scene, name)
+    value, units, made = _of_case(scene, name) if _in_case(scene, name) else number_of(scene, name)
     if not value and size is None:
         raise ValueError(
             f"sensitivity to {name}: its value is 0, which gives no width of the difference; "
@@ -94,7 +94,7 @@ def _of_case(scene: Scene, name: str) -> tuple[float, str, Callable[[float], Sce
     return float(value), parameter.units, lambda v: case.scene(**given | {name: v})
 
 
-def _of_scene(scene: Scene, name: str) -> tuple[float, str, Callable[[float], Scene]]:
+def number_of(scene: Scene, name: str) -> tuple[float, str, Callable[[float], Scene]]:
     """Value, units and scenes of a number of the scene. Raises ValueError as `Scene.replaced`."""
     part = next((p for p in scene.parts if name.startswith(f"{p.key}/")), None)
     if part is None:

@@ -61,8 +61,12 @@ class Watched:
         self.length = stretch_length(until, scene.turn)
         self.parts = parts(stretches(until, self.length))
         self.any = bool(channels)
+        # of steps that may come to a dead centre: the state, and what is carried on
+        loops = any(g.closures for g in mechanism.plan.groups)
+        logged = mechanism.y0.size + len(mechanism.layout.carried) if loops else 0
         self.sizes = {
             "ledger": len(self.ledger),
+            "logged": logged,
             "angles": len(self.angles),
             "peaks": len(self.rows),
             "stretches": stretches(until, self.length),
@@ -78,14 +82,14 @@ class Watched:
         rows = {q.name: row for row, q in enumerate(self.quantities)}
         return rows.get(integrand.name.replace("contact_force_positive", "gap_min"), -1)
 
-    def install(self, state: State) -> None:
-        """Begin to watch."""
+    def install(self, state: State, rtol: float) -> None:
+        """Begin to watch; rtol: of the run."""
         state.peaks[:, COLUMNS] = np.array(self.rows, dtype=float).reshape(-1, len(COLUMNS))
         state.peaks[:, places.VALUE] = state.best[...] = -np.inf
         state.integrals[places.SOURCE] = [i.channel for i in self.integrands]
         state.integrals[places.FORM] = [self._form(i) for i in self.integrands]
         state.squares = sum(i.form != "positive" for i in self.integrands)
-        state.limit = LIMIT * state.rtol ** (5.0 / 6.0) * (IMPACTS if self.contacts else 1.0)
+        state.limit = LIMIT * rtol ** (5.0 / 6.0) * (IMPACTS if self.contacts else 1.0)
         state.contacts[:, places.PEAKS] = -1
         state.contacts[list(self.contacts), places.PEAKS] = list(self.contacts.values())
         state.angles[...] = np.array(self.angles, dtype=np.int64).reshape(-1, 2)

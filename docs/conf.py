@@ -50,6 +50,7 @@ suppress_warnings = [
     "myst.header",  # sections of the guide begin below the title of their page
     "config.cache",  # the scraper of pictures is a function
     "misc.highlighting_failure",  # fences of kinds that have no colours, as csv
+    "sphinx_gallery.space_in_filename",  # of the folder of the checkout
 ]
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"

@@ -2,12 +2,12 @@
 
 import typing
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import MISSING, Field, fields
+from dataclasses import Field, fields
 from pathlib import Path
 
 import clearance as cl
 from clearance.body import Body
-from clearance.document import KINDS
+from clearance.document import KINDS, is_needed
 from clearance.laws.law import Family
 from clearance.scene_files import SECTIONS
 
@@ -33,7 +33,7 @@ def table() -> list[str]:
         for kind in kinds:
             needs, others = [], []
             for field, text in _described(kind):
-                (needs if _is_needed(field) else others).append(text)
+                (needs if is_needed(field) else others).append(text)
             lines.append(
                 f"| {where} | `{kind.__name__}` | {'; '.join(needs)} | {'; '.join(others)} |"
             )
@@ -47,12 +47,6 @@ def _described(kind: type) -> Iterator[tuple[Field, str]]:
         if field.name not in OMITTED:
             meaning = f"{_meaning(field, hints[field.name])}{_default(field)}"
             yield field, f"`{field.name}` {meaning}".replace("|", "\\|").strip()
-
-
-def _is_needed(field: Field) -> bool:
-    number = field.metadata.get("number")
-    none = field.default is MISSING and field.default_factory is MISSING
-    return none or bool(number and number.required)
 
 
 def _meaning(field: Field, hint: object) -> str:

@@ -145,8 +145,8 @@ BOXES = {
 }
 #: modules that all parts may use: they are drawn without arrows
 SHARED = (
-    "columns checks errors sensitivity units extremes integrals interrupts kinds loading locks "
-    "demand version compiling store sealed series"
+    "algebra columns checks errors sensitivity units extremes integrals interrupts kinds loading "
+    "locks demand version compiling store sealed series sheets texts warned"
 )
 #: the package itself: its public names come from all parts
 PUBLIC = "clearance"

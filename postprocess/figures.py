@@ -4,9 +4,12 @@ import io
 import shutil
 from pathlib import Path
 
+# isort: off
+from clearance.sheets import Sheet as Plain, sheet as sheet_of  # before matplotlib is imported
+
+# isort: on
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib import colormaps, rc_context
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
@@ -33,7 +36,7 @@ POWERS = (-3, 5)
 PRINTED = {"m/s2": "m/s²", "rad/s2": "rad/s²", "m3/s": "m³/s", "N m": "N m", "1": "-"}
 
 
-class Sheet(Figure):
+class Sheet(Plain):
     """A figure that notebooks show."""
 
     def _repr_png_(self) -> bytes:
@@ -42,11 +45,9 @@ class Sheet(Figure):
         return image.getvalue()
 
 
-def sheet(width: float, height: float) -> Figure:
+def sheet(width: float, height: float) -> Sheet:
     """An empty figure [inch], drawn without a screen."""
-    figure = Sheet(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+    return sheet_of(width, height, Sheet)
 
 
 def save(figure: Figure, path: str | Path | None, dpi: float = 150) -> Path | Figure:
@@ -412,8 +413,9 @@ def save_film(figure: Figure, path: str | Path, fps: float, frames: int, show, m
 def _save_mp4(figure: Figure, path: Path, fps: float, frames: int, show, _moving) -> None:
     from matplotlib.animation import FFMpegWriter
 
+    program = {"animation.ffmpeg_path": shutil.which("ffmpeg")}
     writer = FFMpegWriter(fps=fps, extra_args=["-f", "mp4"])
-    with writer.saving(figure, str(path), figure.dpi):
+    with rc_context(program), writer.saving(figure, str(path), figure.dpi):
         for k in range(frames):
             show(k)
             writer.grab_frame()

@@ -15,6 +15,7 @@ from clearance.postprocess.labels import axis_label
 
 from clearance.checks import meant
 from clearance.results import Record
+from clearance.texts import text_of
 from clearance.units import UNITS, quantity
 
 HEADING = re.compile(r"^\s*(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?\s*$")
@@ -115,17 +116,14 @@ def read(path: str | Path, column: str | None = None) -> Measured:
     Raises ValueError, with file and line, for what is no such record.
     """
     path = Path(path)
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise ValueError(f"{path} is not a text file; a CSV file is needed") from None
+    lines = text_of(path).splitlines()
     rows = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"]
     if len(rows) <= FEWEST:
         raise ValueError(
             f"{path}: a header and at least {FEWEST} rows are needed, got {len(rows)} lines"
         )
     split = next((s for s in "\t;," if s in rows[0][1]), ",")
-    cells = [(i, next(csv.reader([line], delimiter=split))) for i, line in rows]
+    cells = [(i, _cells(path, i, line, split)) for i, line in rows]
     headings = [_heading(path, cells[0][0], cell) for cell in cells[0][1]]
     names = [name for name, _, _ in headings]
     x_at = next((i for i, (n, kind, _) in enumerate(headings) if _along(n, kind)), None)
@@ -140,6 +138,14 @@ def read(path: str | Path, column: str | None = None) -> Measured:
         raise ValueError(f"{path}:{cells[row][0]}: {names[x_at]} must grow from row to row")
     name, units, factor = headings[y_at]
     return Measured(path, name, units, along, x, columns[:, y_at] * factor)
+
+
+def _cells(path: Path, i: int, line: str, split: str) -> list[str]:
+    """Cells of a line. Raises ValueError with its number, such as for an endless cell."""
+    try:
+        return next(csv.reader([line], delimiter=split))
+    except csv.Error as error:
+        raise ValueError(f"{path}:{i}: {error}") from None
 
 
 def _heading(path: Path, line: int, cell: str) -> tuple[str, str, float]:

@@ -15,6 +15,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from clearance.postprocess.figures import SUPERSCRIPTS
 from clearance.postprocess.labels import NO_BREAK, SHOWN_IN, shown_in
+from clearance.postprocess.policy import policy
 
 from clearance.reading import Damaged
 from clearance.results import replacing
@@ -311,9 +312,11 @@ class Page:
             *sections,
             Markup(f"<script>{SCRIPT}</script>"),
         )
+        # pictures have styles in their elements, and such of points stand in the page as data
+        rules = policy(SCRIPT, STYLE, img_src="data:", style_src_attr="'unsafe-inline'")
         meta = (
-            '<meta charset="utf-8"><meta name="viewport" '
-            'content="width=device-width,initial-scale=1">'
+            f'<meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{rules}">'
+            '<meta name="viewport" content="width=device-width,initial-scale=1">'
         )
         head = element(
             "head", Markup(meta), element("title", self.title), Markup(f"<style>{STYLE}</style>")

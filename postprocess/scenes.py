@@ -206,7 +206,7 @@ def bodies(scene: dict) -> Markup:
         start = [
             f"{name.replace('_', ' ')} {words(b[name], UNITS[name])}"
             for name in ("angular_velocity", "velocity")
-            if any(b[name] if isinstance(b[name], list) else [b[name]])
+            if b[name] and (b[name] if isinstance(b[name], float) else any(b[name]))
         ]
         products = b.get("products") or (0.0, 0.0)
         across = f"({', '.join(number(kgm2 * v) for v in products)})" if any(products) else ""

@@ -4,8 +4,6 @@ The page is one HTML file with all its numbers. Its content-security policy forb
 and every script but its own.
 """
 
-import base64
-import hashlib
 import html
 import json
 from collections.abc import Iterable
@@ -16,6 +14,7 @@ from clearance.postprocess.channels import expand
 from clearance.postprocess.labels import labels_of
 from clearance.postprocess.measured import Comparison
 from clearance.postprocess.moving import Moving, of_all
+from clearance.postprocess.policy import policy
 from clearance.postprocess.view_map import of_sweep
 
 from clearance.results import Record, open_result, replacing
@@ -146,14 +145,12 @@ def document(facts: dict, blocks: list[str]) -> str:
         (PAGE / name).read_text(encoding="utf-8") for name in SCRIPTS
     )
     style = (PAGE / "page.css").read_text(encoding="utf-8")
-    policy = {"default-src": "'none'", "script-src": _digest(script), "style-src": _digest(style)}
-    policy |= {"base-uri": "'none'", "form-action": "'none'"}
     texts = (
         f'<script type="text/plain" id="block{i}">{block}</script>'
         for i, block in enumerate(blocks)
     )
     parts = {
-        "POLICY": "; ".join(f"{name} {source}" for name, source in policy.items()),
+        "POLICY": policy(script, style),
         "TITLE": html.escape(facts["title"]),
         "STYLE": style,
         "SCRIPT": script,
@@ -163,8 +160,3 @@ def document(facts: dict, blocks: list[str]) -> str:
     }
     pieces = (PAGE / "page.html").read_text(encoding="utf-8").split("@")
     return "".join(parts[p] if i % 2 else p for i, p in enumerate(pieces))
-
-
-def _digest(text: str) -> str:
-    """A source of the policy: the element with exactly this text."""
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

@@ -4,6 +4,7 @@ another one has, and one worker for each file, so that its runs and structures a
 
 import gc
 import os
+import signal
 import tempfile
 from pathlib import Path
 
@@ -28,7 +29,15 @@ np.seterr(all="raise", under="ignore")
 # search for cycles among them takes a tenth of the session
 gc.set_threshold(100_000)
 
+# a shell starts commands in its background with SIGINT ignored, which all processes inherit
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 pytest_plugins = ["tests.validation.table"]
+
+
+def pytest_configure(config):
+    """Warnings of runs are no errors of tests; `pytest.warns` sees them all the same."""
+    config.addinivalue_line("filterwarnings", "ignore::clearance.warned.RunWarning")
 
 
 @pytest.hookimpl(optionalhook=True)

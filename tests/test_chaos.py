@@ -1,7 +1,9 @@
 """Statistics of chaotic motion: runs that go on, intervals that agree, requested errors."""
 
 import json
+import re
 from dataclasses import replace
+from itertools import combinations
 
 import h5py
 import numpy as np
@@ -42,7 +44,7 @@ def test_reached(actual):
     assert actual.reached
     assert set(actual.asked) == {FORCE, "drive_crank_torque_rms"}
     assert actual[FORCE].mean.share <= 0.3
-    assert actual.verdict.startswith("+- 30 % requested, +- ")
+    assert re.match(r"\+- (30|10) % requested, \+- ", actual.verdict)
     starts, turns = actual.shape
     assert starts == 4
     assert actual[FORCE].mean.count == starts * (turns - actual.left_out)
@@ -124,6 +126,37 @@ def test_several_motions_are_not_averaged(actual):
     assert "motion 2 of 2: start 3" in "\n".join(several.lines())
     with pytest.raises(ValueError, match="2 motions were seen"):
         several[FORCE]
+
+
+@pytest.mark.slow
+def test_regular_motions_that_differ_are_told_apart():
+    """A slider-crank that stays in contact keeps one motion for each impact speed it remembers.
+
+    Starts that repeat within 1e-3, and differ by more than 1e-2, are never one motion; neither are
+    such that repeat after two turns.
+    """
+    scene = cl.load_case(
+        "slider_crank",
+        model="dry",
+        friction="coulomb",
+        restitution=0.9,
+        friction_coefficient=0.02,
+        clearance=7e-4,
+        speed=cl.rpm(5600),
+    )
+    pairs = 0
+    for seed in range(1, 9):
+        seen = cl.statistics(scene, {"joint_C_force_peak": 0.2}, seed=seed)
+        forces = seen.values["joint_C_force_peak"][:, seen.left_out :]
+        late = forces[:, -(forces.shape[1] // 4) * 2 :].reshape(len(forces), -1, 2)
+        means = late.mean(axis=(1, 2))
+        regular = (np.ptp(late, axis=1) < 1e-3 * means[:, None]).all(axis=1)
+        of = {start: i for i, motion in enumerate(seen.motions) for start in motion.starts}
+        for one, other in combinations(np.flatnonzero(regular), 2):
+            if abs(means[one] - means[other]) > 1e-2 * means.min():
+                pairs += 1
+                assert of[one] != of[other], f"seed {seed}: starts {one} and {other}"
+    assert pairs > 3
 
 
 def test_two_motions_of_one_mechanism():
@@ -228,3 +261,16 @@ def test_what_is_asked_for():
     assert names == list(turns.by_turn(cl.simulate(SCENE, turns=2)))
     asked = chaos.asked_of("joint_C_force_max=1e-2,5%", names)
     assert asked == dict.fromkeys(names, 0.05) | {FORCE: 0.01}
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_drive_that_stays_behind_its_nominal_speed_is_named(seed):
+    """At rest, or stopped after some turns: too few full turns, in words."""
+    rng = np.random.default_rng(seed)
+    nominal = float(rng.choice([-1.0, 1.0])) * 10.0 ** rng.uniform(-1, 2)
+    crank = cl.Body("crank", 1.0, 10.0 ** rng.uniform(-4, 0), com=(0.1, 0))
+    share = rng.choice([0.0, rng.uniform(0.0, 0.17)])
+    drive = cl.Drive(crank, torque=0.0, start=0.0, speed_start=share * nominal, nominal=nominal)
+    scene = cl.Scene(cl.Revolute(cl.ground, crank, name="A"), drive, gravity=(0, 0))
+    with pytest.raises(cl.SimulationError, match="nominal speed: [0-7] full turns in 45"):
+        cl.statistics(scene, {"drive_crank_torque_peak": 0.2}, max_turns=80, starts=1, check=False)

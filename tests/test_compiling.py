@@ -85,7 +85,7 @@ def test_lifetimes_of_variables_are_not_looked_for(monkeypatch):
 
 def test_the_garbage_collector_rests_while_numba_compiles(tmp_path, monkeypatch):
     """It is off inside, and as before afterwards, also where compiling fails."""
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     seen = []
 
     class Watching(Whole):

@@ -66,7 +66,6 @@ def copy(root: Path) -> Path:
         (root / "clearance" / name).symlink_to(ROOT / "clearance" / name, target_is_directory=True)
     for folder in ("cases", "postprocess", "paper_figures"):
         shutil.copytree(ROOT / folder, root / folder, ignore=without)
-        (root / "clearance" / folder).symlink_to(root / folder, target_is_directory=True)
     shutil.copytree(ROOT / "tests", root / "tests", ignore=shutil.ignore_patterns("*.h5"))
     shutil.copy(ROOT / "pyproject.toml", root)
     (root / "docs").mkdir()

@@ -1,6 +1,5 @@
-"""The site: its sources are complete, its code runs, and it is built where Sphinx is installed."""
+"""The site: its sources are complete, its code runs. test_install.py builds it."""
 
-import importlib.util
 import re
 import subprocess
 import sys
@@ -172,17 +171,6 @@ def test_code_runs(path, tmp_path):
     script = tmp_path / f"{path.stem}.py"
     script.write_text("import matplotlib\nmatplotlib.use('Agg')\n" + cells(path))
     done = subprocess.run(
-        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=300
+        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=900
     )
     assert done.returncode == 0, done.stderr
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(
-    importlib.util.find_spec("myst_nb") is None, reason="no Sphinx: pip install '.[docs]'"
-)
-def test_the_site_is_built_without_warnings(tmp_path):
-    command = [sys.executable, "-m", "sphinx", "-W", "-q", "-b", "html", "-c", DOCS, ROOT, tmp_path]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=900)
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "docs" / "notebooks" / "films.html").exists()

@@ -128,6 +128,78 @@ def test_the_films_part(stated, feeder):
         assert stated.errors[name].film == pytest.approx(change, rel=0.1)
 
 
+def mixed(seed):
+    """A feeder with a narrow peak of pressure, 9.64 MPa, and random scenes of the cases. Every
+    other one has thin oil: its contacts set in, and pressure peaks microseconds after.
+    """
+    if seed == 0:
+        numbers = {"joints": "B,E", "speed": 61.93, "viscosity": 5.97e-3, "clearance": 63e-6}
+        return cl.load_case("six_bar_feeder", model="mixed", **numbers)
+    rng = np.random.default_rng(seed)
+    return cl.load_case(
+        ("slider_crank", "four_bar", "six_bar_feeder")[rng.integers(3)],
+        model="mixed",
+        transition=("fuzzy", "load_sharing")[rng.integers(2)],
+        viscosity=10.0 ** rng.uniform(*((-3.3, -2.3) if seed % 2 else (-2.5, -1.0))),
+        clearance=10.0 ** rng.uniform(-5.0, -4.0),
+        speed=cl.rpm(10.0 ** rng.uniform(2.0, 3.0)),
+    )
+
+
+@pytest.mark.filterwarnings("ignore::clearance.RunWarning")
+def test_narrow_peaks_of_film_pressure():
+    """Of 36 scenes, the difference to the largest value and sample of a run at rtol 1e-11.
+
+    Stated errors are at most 1e-3 of the peak. They cover nine in ten, the others by a factor of
+    four: two runs may err alike by chance. Of 74 such peaks of 72 scenes 3 are not covered. Films
+    stay as they are. A step across a contact's onset had peaks that were wrong by up to 1e-3, and
+    stated errors of up to 1e-2.
+    """
+    shares = []
+    for seed in range(36):
+        scene = mixed(seed)
+        run = cl.simulate(scene, turns=2)
+        exact = cl.simulate(scene, turns=2, rtol=1e-11, error=None, samples_per_turn=10_000)
+        for joint in scene.clearance_joints:
+            path, begin = f"joints/{joint.name}/film_pressure", run.errors.begin
+            error = run.errors[f"{path}_max"]
+            seen = exact.values(path)[exact.time >= begin].max()
+            true = max(exact.extreme(f"{path}_max", begin).value, float(seen))
+            assert error.stated <= 1e-3 * true, seed
+            shares.append(abs(error.value - true) / error.stated)
+    assert np.mean(np.array(shares) <= 1.0) >= 0.9
+    assert max(shares) < 4.0
+
+
+def unhurried(rng):
+    """A slow crank with a damped pendulum and a spring: its steps are the longest."""
+    speed, length = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-1.0, 0.5), rng.uniform(0.1, 1.0)
+    crank = cl.Body("crank", 1.0, 0.1, points={"pin": (length, 0)}, angle=rng.uniform(-3.0, 3.0))
+    bob = cl.Body("bob", 1.0, 0.1, com=(0.3 * length, 0), angle=rng.uniform(-3.0, 3.0))
+    return cl.Scene(
+        cl.Revolute(cl.ground, crank, name="main"),
+        cl.Revolute(crank["pin"], bob, name="pin"),
+        cl.Drive(crank, speed=speed),
+        cl.TorsionSpring(crank, bob, damping=rng.uniform(1.0, 2.0) * abs(speed), name="a"),
+        cl.TorsionSpring(cl.ground, crank, stiffness=10.0 ** rng.uniform(-2.0, 2.0), name="b"),
+        gravity=(0.0, rng.uniform(-0.3, 0.0) * speed**2),
+    )
+
+
+def test_steps_that_no_tolerance_shortens():
+    """Runs at 1e-6 and 1e-5 make nearly the same steps; the companion makes others, so that 97 % of
+    the numbers are within their stated errors of runs at 1e-11 with short steps.
+    """
+    within = []
+    for seed in range(30):
+        scene = unhurried(np.random.default_rng(seed))
+        errors = cl.simulate(scene, turns=1).errors
+        exact = cl.simulate(scene, turns=1, rtol=1e-11, max_step=scene.turn / 300).errors
+        off = {n: abs(e.value - exact[n].value) - 1e-11 * abs(e.value) for n, e in errors.items()}
+        within += [value <= errors[name].stated for name, value in off.items()]
+    assert np.mean(within) > 0.97
+
+
 def test_errors_in_the_file(stated):
     """Plain h5py reads them, with units; a second opening gives the same."""
     with h5py.File(stated.path) as file:
@@ -148,10 +220,8 @@ def test_errors_in_the_file(stated):
 def test_what_gets_no_errors(tmp_path, feeder):
     """Impacts, checkpoints, no request: the file states why, and the mapping is empty."""
     dry = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=0.1, **SAMPLES)
-    assert (len(dry.errors), dry.errors.reason) == (
-        0,
-        "neighbouring trajectories may part at impacts",
-    )
+    assert len(dry.errors) == 0
+    assert dry.errors.reason.startswith("neighbouring trajectories may part at impacts; --error")
     none = cl.simulate(feeder, turns=0.1, error=None, **SAMPLES)
     assert none.errors.reason == "none was requested"
     stored = cl.simulate(feeder, turns=0.1, path=tmp_path / "run.h5", checkpoint=60.0, **SAMPLES)
@@ -212,7 +282,8 @@ def test_films_that_are_solved_as_the_run_goes():
     table = cl.simulate(cl.load_case("slider_crank", model="lubricated"), **short).errors
     name = "joint_C_force_max"
     assert errors[name].value == pytest.approx(table[name].value, rel=0.01)  # of the meshes
-    assert 0.1 * table[name].stated < errors[name].stated < 10.0 * table[name].stated
+    ratio = errors[name].stated / table[name].stated
+    assert 0.03 < ratio < 30.0  # two methods: of the same order
 
 
 def test_a_companion_begins_where_its_run_began(feeder):
@@ -234,13 +305,13 @@ def test_a_companion_that_fails(feeder, monkeypatch):
     """
     asked, plain = [], companion.companion
 
-    def failing(run, start, rtol, times=0.0, least=0.0):
+    def failing(run, start, rtol, times=0.0, longer=1.0, least=0.0):
         asked.append(rtol)
         if rtol > least:
             raise companion.Parted(f"the companion at rtol {rtol:g} failed")
-        return plain(run, start, rtol, times)
+        return plain(run, start, rtol, times, longer)
 
-    monkeypatch.setattr(companion, "companion", lambda *a: failing(*a, least=1e-6))
+    monkeypatch.setattr(companion, "companion", lambda *a, **b: failing(*a, **b, least=1e-6))
     result = cl.simulate(feeder, turns=0.1, **SAMPLES)
     assert asked == pytest.approx([1e-5, 1e-7, 1e-7])
     assert result.errors.rtol == pytest.approx((1e-6, 1e-7))
@@ -483,3 +554,18 @@ def test_sweeps_without_errors_say_why(tmp_path):
         with pytest.raises(ValueError, match=text):
             cl.sweep("slider_crank", points, tmp_path / "wrong", error=error, turns=1)
         assert not (tmp_path / "wrong").exists()
+
+
+@pytest.mark.parametrize("model", ["dry", "mixed"])
+def test_a_dry_run_names_both_ways_to_errors(model, tmp_path, capsys):
+    """At a random point, in print and in JSON: --error and --steady; a film states its errors."""
+    rng = np.random.default_rng(17)
+    speed, gap = rng.uniform(20.0, 40.0), rng.uniform(0.1, 0.5)
+    words = ["slider_crank", "-p", f"model={model}", "-p", f"speed={speed:.3f}"]
+    words = ["run", *words, "-p", f"clearance={gap:.3f}mm", "--turns", "0.1"]
+    assert main([*words, "-o", str(tmp_path / "a.h5")]) == 0
+    line = next(n for n in capsys.readouterr().out.splitlines() if n.startswith("  error  "))
+    assert main([*words, "--json", "-o", str(tmp_path / "b.h5")]) == 0
+    reason = json.loads(capsys.readouterr().out)["errors"].get("reason", "")
+    for text in (line, reason):
+        assert [way in text for way in ("--error 1e-3", "--steady 1e-6")] == [model == "dry"] * 2

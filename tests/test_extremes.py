@@ -150,22 +150,23 @@ def make_noisy(file: Path, begin: float) -> None:
         late = np.flatnonzero(opened["time"][()] > begin)[::10]
         for name in ("joints/C/force_x", "joints/C/force_y", "bodies/slider/ax"):
             opened[name][late] *= 1.03
+            del opened[name].attrs["crc32"]
 
 
 def test_noise_between_the_steps_of_a_stiff_film_is_no_peak(tmp_path):
     """Peaks within their stated errors of those at rtol 1e-11; samples lie more than 1 % beyond.
 
-    The noise of such a film depends on the processor, so the file gets some more. Metrics have
-    the values and errors of the extremes, exactly. That of a cut turn has at least half the
-    error by which its noisy sample is wrong.
+    The file gets noise, which the run has not. Metrics have the values and errors of the extremes,
+    exactly. The stated error of a cut turn, which has samples only, covers it too.
     """
     file = tmp_path / "thin.toml"
     file.write_text(THIN_FILM)
     scene = cl.load_case(file)
     cl.simulate(scene, turns=2, path=tmp_path / "run.h5").close()
+    quiet = cl.simulate(scene, turns=2)
     make_noisy(tmp_path / "run.h5", scene.turn)
     run = cl.open_result(tmp_path / "run.h5")
-    exact = cl.simulate(scene, turns=2, rtol=1e-11, error=None).located
+    exact = cl.simulate(scene, turns=2, rtol=1e-11, error=None)
     begin = scene.turn
     metric_of = {
         "joints/C/force_max": "joint_C_force_max",
@@ -177,10 +178,54 @@ def test_noise_between_the_steps_of_a_stiff_film_is_no_peak(tmp_path):
         assert run._of_samples(path, which, begin, math.inf).value > 1.01 * extreme.value
         assert extreme.value == error.value == run.errors[metric].value
         assert error.stated == run.errors[metric].stated < 1e-2 * error.value
-        assert abs(error.value - exact.of(name, begin).value) <= error.stated
-        cut = run.error(name, begin, 1.75 * begin)
-        assert cut.value > 1.01 * error.value
-        assert cut.stated > 0.5 * (cut.value - error.value)
+        assert abs(error.value - exact.located.of(name, begin).value) <= error.stated
+        cut = begin, 1.75 * begin
+        assert run.error(name, *cut).value > 1.01 * error.value
+        error = quiet.error(name, *cut)
+        assert abs(error.value - exact.extreme(name, *cut).value) <= error.stated
+
+
+def thin_film(seed):
+    """A slider-crank whose film has 0.5 to 100 nm; speed and viscosity are drawn, too."""
+    rng = np.random.default_rng(seed)
+    values = {
+        "1 nm": f"{10.0 ** rng.uniform(-0.3, 2.0)} nm",
+        "1000 rpm": f"{10.0 ** rng.uniform(2.4, 3.5)} rpm",
+        "40 cP": f"{10.0 ** rng.uniform(0.7, 2.3)} cP",
+    }
+    text = THIN_FILM
+    for old, new in values.items():
+        text = text.replace(f'"{old}"', f'"{new}"')
+    return text
+
+
+@pytest.mark.filterwarnings("ignore::clearance.RunWarning")
+def test_forces_between_the_steps_of_thin_films(tmp_path):
+    """Of 12 random films: peaks within 1e-4 of those at rtol 1e-10, the median within 1e-7.
+    Samples within 1e-2 of the peak, the median within 1e-3.
+
+    Measured over 80 films: 5e-5, 3e-10, 1e-3 and 2e-5. Without settled rates: 3e-2, 1e-6, 0.1
+    and 5e-3. Forces hardly depend on such a film.
+    """
+    peaks, samples = [], []
+    for seed in range(12):
+        file = tmp_path / f"{seed}.toml"
+        file.write_text(thin_film(seed))
+        scene = cl.load_case(file)
+        run, exact = (
+            cl.simulate(scene, turns=2, samples_per_turn=200, rtol=rtol, error=None)
+            for rtol in (1e-6, 1e-10)
+        )
+        for name in ("joints/C/force_max", "bodies/slider/ax_max"):
+            true = exact.located.of(name, scene.turn).value
+            peaks.append(abs(run.located.of(name, scene.turn).value / true - 1.0))
+        off = run.joint("C").force_x - exact.joint("C").force_x
+        late = run.time > scene.turn
+        samples.append(np.abs(off[late]).max() / exact.extreme("joints/C/force_max").value)
+    assert max(peaks) < 1e-4
+    assert np.median(peaks) < 1e-7
+    assert max(samples) < 1e-2
+    assert np.median(samples) < 1e-3
 
 
 def test_times_of_extremes():

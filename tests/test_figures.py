@@ -295,6 +295,7 @@ def test_an_interrupt_ends_all_that_draws_and_what_was_done_is_noted(tmp_path, m
     def done(name):
         noted.append(name)
         signal.raise_signal(signal.SIGINT)
+        pytest.fail("an interrupt was lost")
 
     def line(text, always):
         return None
@@ -304,7 +305,7 @@ def test_an_interrupt_ends_all_that_draws_and_what_was_done_is_noted(tmp_path, m
     assert noted == ["quick"]
     assert not (tmp_path / "waiting").exists()
     child = (tmp_path / "child").read_text()
-    for _ in range(100):  # the signal is delivered, not yet acted on
+    for _ in range(2400):  # the signal is delivered, not yet acted on
         if not is_running(child):
             break
         time.sleep(0.05)

@@ -360,3 +360,91 @@ class TestCommand:
             == 1
         )
         assert "no periodic motion within 12 turns" in capsys.readouterr().err
+
+
+WHEEL = '''"""A wheel off its centre, on a spring beside a driven crank."""
+
+import clearance as cl
+
+
+def scene(*, speed: float = 6.0) -> cl.Scene:
+    """speed: of the crank [rad/s]"""
+    crank, wheel = cl.Body("crank", 1.0, 0.01), cl.Body("wheel", 1.0, 0.01, com=(0.02, 0.0))
+    return cl.Scene(
+        cl.Revolute(cl.ground, crank, name="A"),
+        cl.Revolute(cl.ground, wheel, name="B"),
+        cl.Drive(crank, speed=speed, start=0.0),
+        cl.TorsionSpring(crank, wheel, stiffness=5.0, damping=0.5),
+    )
+'''
+
+
+def test_a_wheel_that_turns_with_its_drive_is_followed(tmp_path):
+    """It makes a turn in each period. The motion at the end of the range is that which the scene
+    settles to, within ten tolerances of 1e-6.
+    """
+    (tmp_path / "wheel.py").write_text(WHEEL)
+    branch = cl.follow(tmp_path / "wheel.py", "speed", 6.0, 12.0, tolerance=1e-6)
+    last = branch.points[-1]
+    assert branch.reason == "the parameter left its range"
+    assert last.period == 1
+    scene = cl.load_case(tmp_path / "wheel.py", speed=last.value)
+    settled = cl.steady(scene, 1e-6, error=None)
+    assert last.largest == pytest.approx(abs(settled.multipliers[0]), rel=1e-3)
+    turned = last.place.y[0] - next(iter(settled.states.values()))
+    turns = last.place.turns[0] - settled.orbit["crank"].theta[0] / (2.0 * np.pi)
+    assert turned == pytest.approx(2.0 * np.pi * turns, abs=1e-5)
+
+
+QUICK_RETURN = '''
+import clearance as cl
+
+
+def scene(*, speed: float = 6.0, model: str = "mixed") -> cl.Scene:
+    """A quick-return mechanism with clearance at the crank pin.
+
+    speed: of the crank [rad/s]
+    model: of the crank pin
+    """
+    crank = cl.Body("crank", 0.2, 5e-5, points={"shaft": (0, 0), "pin": (0.05, 0)})
+    block = cl.Body("block", 0.1, 2e-5, points={"pin": (0, 0)})
+    lever = cl.Body("lever", 0.5, 2e-3, points={"pivot": (0, 0)}, com=(0.1, 0))
+    joint = cl.JointOptions(joints="B", model=model).factory("B", radius=8e-3, length=16e-3)
+    return cl.Scene(
+        cl.Revolute(cl.ground.at(0.12, 0), crank["shaft"], name="A"),
+        joint("B", crank["pin"], block["pin"]),
+        cl.Revolute(cl.ground, lever["pivot"], name="O"),
+        cl.Prismatic(lever["pivot"], block["pin"], name="slot"),
+        cl.Drive(crank, speed=speed, start=0.0),
+    )
+'''
+
+
+@pytest.mark.parametrize("step", np.random.default_rng(4).uniform(0.005, 0.1, 3))
+def test_a_longest_step_is_a_bound_on_quiet_branches(step, tmp_path):
+    """No way between two points is longer, in shares of the range; the last steps are as long."""
+    file = tmp_path / "quick_return.py"
+    file.write_text(QUICK_RETURN)
+    low, high = cl.rpm(60.0), cl.rpm(120.0)
+    ways = np.diff(cl.follow(file, "speed", low, high, points=9, step=step).values) / (high - low)
+    assert ways.max() <= step * (1.0 + 1e-6)
+    assert ways[-2] > 0.8 * step or step > 0.05
+
+
+def test_steps_grow_on_a_quiet_branch_in_the_unit_of_the_user(tmp_path, capsys):
+    """Twelve points reach half of the range, 60 to 120 rpm; steps of 0.03 reach a quarter. Lines
+    are in rpm. The last motion is that which the scene settles to, within its tolerance.
+    """
+    file = tmp_path / "quick_return.py"
+    file.write_text(QUICK_RETURN)
+    words = [str(file), "-p", "speed=60rpm:120rpm", "--points", "12", "-o", str(tmp_path / "out")]
+    assert cli.main(["follow", *words]) == 0
+    shown = capsys.readouterr()
+    assert "60 rpm to" in shown.out
+    assert "rad/s" not in shown.out
+    points = kept.points(tmp_path / "out")
+    last = points[-1]
+    assert len(points) == 12
+    assert last.value > cl.rpm(90.0)
+    settled = cl.steady(cl.load_case(file, speed=last.value), 1e-6, error=None)
+    assert last.largest == pytest.approx(abs(settled.multipliers[0]), abs=10.0 * last.errors[0])

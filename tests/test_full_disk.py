@@ -51,7 +51,7 @@ def limited(limit, path, *more, promise="promise", turns=TURNS):
         str(path),
         *more,
     ]
-    ended = subprocess.run(call, capture_output=True, text=True, timeout=300)
+    ended = subprocess.run(call, capture_output=True, text=True, timeout=900)
     lines = ended.stderr.splitlines(keepends=True)
     # where the store is new, and where its files are larger than the limit
     ended.stderr = "".join(line for line in lines if "compil" not in line)

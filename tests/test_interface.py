@@ -72,7 +72,8 @@ def test_U2_every_family_decorates(family):
     """As `cl.<family>` and as `clearance.laws.<family>`, plainly and with checks."""
     scope: dict = {}
     arguments = ", ".join([*family.state, "strength"])
-    exec(f"def mine({arguments}):\n    return {', '.join(['strength'] * family.outputs)}", scope)
+    value = "strength * max(penetration, 0.0)" if family.name == "contact" else "strength"
+    exec(f"def mine({arguments}):\n    return {', '.join([value] * family.outputs)}", scope)
     for decorator in (getattr(cl, family.name), getattr(laws, family.name)):
         for law in (
             decorator(scope["mine"]),
@@ -715,3 +716,18 @@ def test_quantities_are_rounded_once(unit):
     assert cl.units.quantity("300rpm") == cl.rpm(300.0)
     assert (cl.um(0.8), cl.mm(118), cl.cP(7)) == (0.8e-6, 0.118, 7e-3)
     assert (cl.mm(np.array([118.0])) == [118.0 * 1e-3]).all()
+
+
+def test_values_are_shown_in_the_unit_of_the_user():
+    """Any number in any unit, alone, in a range, in a list or in a distribution."""
+    random = np.random.default_rng(19)
+    for unit in cl.units.UNITS:
+        for space in ("", " "):
+            number = f"{10.0 ** random.uniform(-6, 6):.4g}"
+            text = f"{number}{' ' if unit.startswith('1/') else space}{unit}"
+            words = [text, f"{text}:{text}:5:log", f"1e-3,{text}", f"normal({text}, {text})"]
+            assert [cl.units.unit_in(one) for one in words] == [unit] * 4
+            value = cl.units.quantity(text)
+            assert cl.units.written(value, unit, 4) == f"{float(number):.4g} {unit}"
+    assert cl.units.unit_in("1e-3:2e5:7") == ""
+    assert cl.units.written(1e-3, "") == "0.001"

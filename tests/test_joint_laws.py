@@ -153,7 +153,7 @@ class TestContact:
             return
         actual, checked = derivative(law, state, 2), difference(law, state, 2, (1e-4 * depth, 1e-5))
         size = np.abs(checked) + law(*state) * np.array([[1.0 / depth, 1.0]])
-        assert (np.abs(actual - checked) < 1e-5 * size).all()
+        assert (np.abs(actual - checked) <= 1e-5 * size).all()
 
     def test_winkler_by_quadrature(self, validated):
         """K_w L times the integral of (e cos a - c) R cos a over the arc of overlap; 1e-9."""
@@ -799,14 +799,15 @@ class TestTransitions:
         here = np.array(law(gap, JOINT))
         right = (np.array(law(gap + h, JOINT)) - here) / h * JOINT.roughness
         left = (here - np.array(law(gap - h, JOINT))) / h * JOINT.roughness
-        # penetration itself has a corner
-        keep = [0, 1, 2, 3, 5, 6, 7] if name == "fuzzy" else list(range(8))
-        assert np.abs(right - left)[keep].max() < 1e-4
+        assert np.abs(right - left).max() < 1e-4
 
     def test_full_film_and_dry_limits_are_exact(self):
-        """Fuzzy: the film alone from the upper threshold on; contact alone up to the lower one."""
+        """Fuzzy: the film alone from the upper threshold on; contact alone up to the lower one.
+        A negative penetration is none.
+        """
         law = laws.fuzzy()
-        assert law(3.0 * 0.8e-6, JOINT)[:5] == (1.0, 3.0 * 0.8e-6, 1.0, 0.0, 0.0)
+        assert law(3.0 * 0.8e-6, JOINT)[:4] == (1.0, 3.0 * 0.8e-6, 1.0, 0.0)
+        assert law(3.0 * 0.8e-6, JOINT)[4] == pytest.approx(-2.0 * 0.8e-6)
         film, _, _, contact, penetration, *_ = law(0.4 * 0.8e-6, JOINT)
         assert (film, contact, penetration) == (
             pytest.approx(0.0, abs=1e-15),
@@ -868,7 +869,7 @@ class TestTransitions:
         """Penetration is 0 at datum l_m sigma and grows with the approach from there (rounding)."""
         law = laws.fuzzy(dry=0.2, mixed=0.5, full=1.5, datum=datum)
         begin = datum * 0.5 * 0.8e-6
-        assert law(begin + 1e-9, JOINT)[4] == 0.0
+        assert law(begin + 1e-9, JOINT)[4] == pytest.approx(-1e-9, rel=1e-9)
         assert law(begin - 1e-7, JOINT)[4] == pytest.approx(1e-7, rel=1e-9)
 
     def test_full_film_is_exact_for_close_thresholds(self):

@@ -15,8 +15,22 @@ from tests.benchmarks.words import statements
 ROOT = Path(__file__).parent.parent
 #: lowest first; a module may import its own layer and those before it
 LAYERS = [
-    ["clearance.columns", "clearance.checks", "clearance.kinds", "clearance.units"],
-    ["clearance.extremes", "clearance.integrals", "clearance.interrupts", "clearance.loading"],
+    [
+        "clearance.columns",
+        "clearance.checks",
+        "clearance.kinds",
+        "clearance.units",
+        "clearance.warned",
+    ],
+    ["clearance.algebra"],
+    [
+        "clearance.extremes",
+        "clearance.integrals",
+        "clearance.interrupts",
+        "clearance.loading",
+        "clearance.texts",
+        "clearance.sheets",
+    ],
     [
         "clearance.locks",
         "clearance.sealed",
@@ -99,6 +113,7 @@ ONLY_IN = {
         "postprocess.figures",
         "clearance.evidence.pictures",
         "clearance.evidence.film_pictures",
+        "clearance.sheets",
         "paper_figures.frames",
         "paper_figures.structure",
     },
@@ -254,7 +269,7 @@ FILES |= {"clearance.wearing.records"}
 FILES |= {"clearance.metrics", "clearance.sweeping.definition", "clearance.sweeping.index"}
 FILES |= {"clearance.identify.records", "clearance.identify.fit"}
 #: units and checks of measured data
-FILES |= {"clearance.checks", "clearance.units"}
+FILES |= {"clearance.checks", "clearance.units", "clearance.texts", "clearance.sheets"}
 #: means with their intervals
 FILES |= {"clearance.series"}
 #: estimates from files

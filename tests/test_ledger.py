@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.diagnosis import doubtful
 from clearance.evidence.explain import explain
 from clearance.mechanism.build import build
 from tests import mechanisms as m
@@ -341,3 +342,11 @@ def test_without_the_ledger_there_is_nothing_of_it(make):
     assert set(result.names("energy")) == {"kinetic", "potential"}
     if "joints/B/gap" in result:
         assert "joints/B/power_loss" in result
+
+
+def test_lost_energy_is_warned_of_by_the_tolerance():
+    """1000 tolerances; up to 1e-6 it was 1e-3 of the energy, whatever the tolerance."""
+    assert doubtful(1e-6) == pytest.approx(1e-3)
+    assert doubtful(1e-8) == pytest.approx(1e-5)
+    assert doubtful(1e-4) == pytest.approx(1e-2)
+    assert doubtful(1e-14) == 1e-9  # rounding of a long run

@@ -113,6 +113,24 @@ class TestAsperities:
         assert matrix == pytest.approx(matrix.T, rel=1e-12)
 
 
+def film_in_scar(depth, at, way, left, motion):
+    """Error of the short film's force over its load; left: of the way to the wall."""
+    fine = np.linspace(0.0, 2.0 * math.pi, 72_000, endpoint=False)
+    c, s = np.cos(fine), np.sin(fine)
+    worn = np.maximum((1.0 + depth) * np.cos(fine - at) - 1.0, 0.0)
+    along = np.maximum(np.cos(fine - way), 1e-9)
+    e = (1.0 - left) * ((1.0 + worn) / along).min()
+    x, y = e * math.cos(way), e * math.sin(way)
+    bearing = CLEARANCE * np.maximum((1.0 + depth) * np.cos(THETA - at) - 1.0, 0.0)
+    actual = short_on_outlines(x, y, *motion, 0.0, 0.0, 0.0, SHORT, data(bearing), 0.0)[:2]
+    slope = np.where(worn > 0.0, -(1.0 + depth) * np.sin(fine - at), 0.0)
+    source = 6.0 * motion[2] * (x * s - y * c + slope) - 12.0 * (motion[0] * c + motion[1] * s)
+    pressure = np.where(source < 0.0, source / (1.0 - x * c - y * s + worn) ** 3, 0.0)
+    pressure *= UNIT * (SHORT.length / SHORT.radius) ** 2 / 12.0 * 2.0 * math.pi / fine.size
+    off = actual[0] - pressure @ c, actual[1] - pressure @ s
+    return math.hypot(*off) / abs(pressure.sum())
+
+
 class TestShortFilm:
     @pytest.mark.parametrize(("motion", "first"), [((0.0, 0.0, 1.0), 25), ((0.3, -0.2, 1.0), 27)])
     def test_rows(self, motion, first):
@@ -126,6 +144,22 @@ class TestShortFilm:
         fx, fy, _ = short_on_outlines(*place, *motion, 0.0, 0.0, 0.0, SHORT, numbers, 0.0)
         rows = np.array([ROWS[f"P{first}"], ROWS[f"P{first + 1}"]])
         assert (fx / UNIT, fy / UNIT) == pytest.approx(rows, abs=1e-3 * np.hypot(*rows))
+
+    def test_deep_scars(self):
+        """Of 100 places in scars of 0.03 to 1 c, as against the integral over 72,000 angles: 2e-3
+        of the load at films of 0.05 c or more. At 0.01 c nine in ten have 1e-2.
+
+        Cells beside an edge are summed at three places. With one it was off by up to 1e-2 and 0.2.
+        """
+        rng, thin = np.random.default_rng(3), []
+        for _ in range(100):
+            depth, at = 10.0 ** rng.uniform(-1.5, 0.0), rng.uniform(0.0, 2.0 * math.pi)
+            way, left = at + rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-2.0, -0.3)
+            motion = (*(0.3 * rng.normal(size=2)), rng.normal())
+            error = film_in_scar(depth, at, way, left, motion)
+            thin += [error] if left < 0.05 else []
+            assert left < 0.05 or error < 2e-3
+        assert np.quantile(thin, 0.9) < 1e-2
 
     def test_edges(self):
         """Edges of Dufrane's arc by its closed form (1e-3 of a cell), none on smooth outlines."""

@@ -10,10 +10,14 @@ import clearance as cl
 from clearance import cli
 from clearance.commands.steady import lines, shown
 from clearance.laws.law import signal
+from clearance.mechanism.build import build
 from clearance.metrics import metrics
 from clearance.periodic import stated
+from clearance.periodic.maps import _repeats, _turns_made
 from clearance.periodic.shooting import multipliers
 from clearance.periodic.steady import steady, tolerance_of
+from tests.mechanisms import body, film
+from tests.random_scenes import ALIKE, draw
 
 MASS, DAMPING, STIFFNESS, FORCE, FREQUENCY = 2.0, 3.0, 800.0, 40.0, 12.0
 STALL, NO_LOAD, INERTIA, DRAG = 4.0, 50.0, 2e-3, 0.02
@@ -22,6 +26,70 @@ STALL, NO_LOAD, INERTIA, DRAG = 4.0, 50.0, 2e-3, 0.02
 @signal
 def harmonic(time, amplitude, frequency):
     return amplitude * math.cos(frequency * time)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_wheels_that_turn_with_their_drive_have_a_periodic_motion(seed):
+    """Random wheels on springs and teeth, measured against a drive that turns: three periods from
+    the orbit on are alike to 1e-5 of the torque or of the inertia's, ten tolerances.
+    """
+    drawn = draw(ALIKE * seed, "settling")
+    scene, turn = drawn.scene, drawn.turn
+    period = None if scene.turn else turn
+    motion = steady(scene, 1e-6, error=None, most_turns=150, period=period)
+    length = {"until": 3.0 * motion.duration, "samples": 121, "rtol": 1e-10, "error": None}
+    run = cl.simulate(scene, start=motion.orbit, **length)
+    torque = run.drive(scene.drives[0].name).torque
+    natural = sum(b.inertia for b in scene.bodies) * (2.0 * math.pi / turn) ** 2
+    for later in (40, 80):
+        size = 1e-5 * max(np.abs(torque).max(), natural)
+        np.testing.assert_allclose(torque[later : later + 41], torque[:41], atol=size)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_loop_that_cannot_turn_has_forces_that_come_back(seed):
+    """A crank longer than its rod: its loop does not close at all phases that are compared."""
+    rng = np.random.default_rng(seed)
+    size, share = 10.0 ** rng.uniform(-2, 0), rng.uniform(0.3, 0.9)
+    angle, side = rng.uniform(-0.2, 0.2), float(rng.choice([-1.0, 1.0]))
+    sway = -math.asin(math.sin(angle) / share)
+    crank = body("crank", {"A": (0, 0), "B": (size, 0)}, angle=angle)
+    rod = body("rod", {"B": (0, 0), "C": (share * size, 0)}, angle=sway)
+    block = cl.Body("block", 1.0, size**2)
+    scene = cl.Scene(
+        cl.Revolute(cl.ground, crank["A"], name="A"),
+        film(crank["B"], rod["B"], "B", clearance=1e-4 * size),
+        cl.Revolute(rod["C"], block.at(0, 0), name="C"),
+        cl.Prismatic(cl.ground, block.at(0, 0), name="guide"),
+        cl.Drive(crank, speed=side * rng.uniform(1.0, 20.0)),
+    )
+    mechanism = build(scene, ledger=False)
+    assert _repeats(mechanism, scene.turn, _turns_made(mechanism, scene.turn))
+
+
+@pytest.mark.filterwarnings("ignore::clearance.RunWarning")
+@pytest.mark.parametrize("seed", range(5))
+def test_the_rounding_of_a_turn_winds_up_no_thin_film(seed):
+    """Clearances of 50 nm to 0.1 mm: the motion and its errors. The accelerations of a thin film
+    are small differences of large ones, and rounding of a turn changes them by more than 1e-10.
+    """
+    rng = np.random.default_rng(seed)
+    values = {"clearance": 10.0 ** rng.uniform(-7.3, -4.0), "speed": rng.uniform(20.0, 150.0)}
+    scene = cl.load_case("slider_crank", model="lubricated", **values)
+    settled = steady(scene, tolerance=1e-6)
+    assert settled.orbit.errors
+    assert np.abs(settled.multipliers).max() < 1.0
+
+
+def test_a_spring_that_is_wound_up_has_no_periodic_motion():
+    """A geared wheel turns against a spring on the ground; the reason is in words."""
+    one, two = (cl.Body(n, 1.0, 0.01) for n in ("one", "two"))
+    hinges = cl.Revolute(cl.ground, one, name="A"), cl.Revolute(cl.ground.at(0.1, 0), two, name="B")
+    teeth = cl.Gear(*hinges, ratio=-1.0, stiffness=1e4, damping=10.0)
+    hold = cl.TorsionSpring(cl.ground, two, stiffness=0.01)
+    scene = cl.Scene(*hinges, teeth, hold, cl.Drive(one, speed=10.0, start=0.0))
+    with pytest.raises(cl.NotPeriodic, match="wind up springs"):
+        steady(scene, most_turns=25)
 
 
 def oscillator():

@@ -154,3 +154,30 @@ def test_elements_are_all_named():
     """The guide's table of elements has every element of the package."""
     table = TEXT["clearance/GUIDE.md"].partition("| element |")[2].partition("\n\n")[0]
     assert [n for n in cl.elements.__all__ if f"`{n}`" not in table] == []
+
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def test_printed_block(tmp_path, monkeypatch, capsys):
+    """The block of README is what the command prints: words, and numbers to 1e-5 or one
+    in the last digit, which a value on its edge changes. Stated errors
+    follow the steps, which last bits change: within a factor of three. So does the number with the
+    largest of them, which is left out.
+    """
+    monkeypatch.chdir(tmp_path)
+    block = next(b for b in re.findall(r"```text\n(.*?)```", TEXT["README.md"], re.DOTALL))
+    command, *lines = block.splitlines()
+    assert cli.main([*shlex.split(command.removeprefix("$ clearance ")), "-o", "run.h5"]) == 0
+    shown = {tuple(line.split()[:2]): line for line in capsys.readouterr().out.splitlines()}
+    for line in re.split(r"\n(?=  \w)", "\n".join(lines)):
+        texts = " ".join(line.split()), " ".join(shown[tuple(line.split()[:2])].split())
+        wanted, actual = (re.sub(r"\(\w*_\w*\)", "", text) for text in texts)
+        assert NUMBER.sub("#", wanted) == NUMBER.sub("#", actual)
+        before = NUMBER.split(wanted)
+        for words, *pair in zip(before, *map(NUMBER.findall, (wanted, actual)), strict=False):
+            stated = words.endswith("+- ") or wanted.startswith("error")
+            low, high = sorted(map(float, pair))
+            places = max(len(n.partition(".")[2]) for n in pair)
+            digit = 1.01 * 10.0**-places if places else 0.0  # the last one printed
+            assert high <= (3.0 if stated else 1.0 + 1e-5) * low + digit

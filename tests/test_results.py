@@ -370,6 +370,35 @@ def test_a_late_jump_of_energy_is_seen_in_a_long_run():
     assert max(calm.worst, calm.share()) < 1e-9
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_a_watch_keeps_no_rows(seed):
+    """Pieces of any length are judged as all rows at once, by sums that run on: what the watch
+    keeps has one size, also in a stretch that never ends.
+    """
+    from clearance.recording import LedgerWatch
+
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.uniform(0.0, 1e-3, rng.integers(50, 3000)))
+    rate, loss = 10.0 ** rng.uniform(-3, 3), 10.0 ** rng.uniform(-9, -1)
+    kinetic = 1.0 + np.sin(rate * t)
+    residual = loss * (t > rng.uniform(0.0, t[-1])) + 1e-12 * rng.standard_normal(t.size)
+    rows = np.column_stack([kinetic, rate * t, 0.0 * t, residual])
+    watches = []
+    for cuts in (0, rng.integers(1, 50)):
+        watch, sizes = LedgerWatch(floor=10.0 ** rng.uniform(-12, 3)), set()
+        watch.low[:], watch.high[:] = rows[:, :3].min(axis=0), rows[:, :3].max(axis=0)
+        watch.floor = watches[0].floor if watches else watch.floor
+        for part in np.array_split(np.arange(t.size), np.sort(rng.integers(0, t.size, cuts))):
+            watch.add(t[part], rows[part])
+            sizes.add(sum(np.size(v) for v in vars(watch).values()))
+        assert len(sizes) <= 2  # before the first row and after it
+        watches.append(watch)
+    one, many = watches
+    assert many.worst == pytest.approx(one.worst, rel=1e-9, abs=1e-18)
+    assert many.share() == pytest.approx(one.share(), rel=1e-9, abs=1e-18)
+    assert many.since == one.since
+
+
 def test_chosen_channels(tmp_path):
     scene = cl.load_case("slider_crank", model="dry")
     options = {"turns": 1.0, "samples_per_turn": 50}

@@ -44,7 +44,7 @@ def test_unknown_point_lists_the_known_ones():
     [
         ("joint J: clearance must be positive, got -0.0001", {"clearance": -1e-4}),
         (
-            "joint J: radius 0.0001 m must be larger than clearance 0.001 m",
+            "joint J: clearance 0.001 m must be smaller than radius 0.0001 m; 0.001 mm",
             {"radius": 1e-4, "clearance": 1e-3},
         ),
         ("joint J: film needs the bearing length", {"length": None}),

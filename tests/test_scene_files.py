@@ -6,14 +6,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import clearance as cl
 from clearance import cli, templates
 from clearance.catalogue import case_names, find_case, library
-from clearance.scene_files import formula
+from clearance.scene_files import formula, scene_file
+from clearance.scene_python import python_of
 from clearance.scene_toml import toml_of
 from tests import mechanisms as m
+from tests.random_scenes import ALIKE, draw
 
 GUIDE = Path(cl.__file__).parent / "GUIDE.md"
 
@@ -305,6 +308,25 @@ def test_scenes_of_mechanisms_from_json(make):
     assert cl.Scene.from_json(scene.to_json()).to_json() == scene.to_json()
 
 
+CONTACTS = [law for law in vars(cl.laws).values() if isinstance(law, cl.Law)]
+CONTACTS = {law.name: law for law in CONTACTS if law.family.name == "contact"}
+
+
+@pytest.mark.parametrize("law", CONTACTS.values(), ids=CONTACTS)
+def test_given_numbers_of_contacts_come_back(law):
+    """At random; also a stiffness beside an exponent for which a joint determines none."""
+    rng = np.random.default_rng(len(law.name))
+    for _ in range(20):
+        values = {n: 10.0 ** rng.uniform(-3.0, 9.0) for n in law.given}
+        ranges = {"exponent": (1.0, 2.5), "restitution": (0.01, 1.0)}
+        values |= {n: rng.uniform(*ends) for n, ends in ranges.items() if n in values}
+        size = {"radius": 0.1, "clearance": 1e-3, "length": 0.1}
+        contact = law(**values)
+        joint = cl.ClearanceRevolute(cl.ground, cl.Body("b", 1.0, 1.0), contact=contact, **size)
+        (again,) = cl.Scene.from_json(cl.Scene(joint).to_json()).joints
+        assert again.contact.values == joint.contact.values
+
+
 def test_laws_of_a_case_file_come_back_in_another_process(tmp_path):
     """The text of the file is in the document; a law without it is refused."""
     text = (
@@ -358,6 +380,33 @@ def test_a_new_python_case_is_the_same_scene(name, tmp_path, monkeypatch):
     assert python.scene(**given).to_json() == file.scene(**given).to_json()
     assert python.parameters == file.parameters
     assert python.summary == file.summary
+
+
+@pytest.mark.parametrize("first", range(0, 60, 10))
+def test_random_scenes_are_the_same_as_files_and_as_python(first, tmp_path):
+    """Every element and reference, number by number; laws and elements of users have no names
+    there.
+    """
+    compared = 0
+    for seed in range(first, first + 10):
+        scene = draw(ALIKE * seed).scene
+        laws = [
+            v.law.function for e in scene.elements for v in vars(e).values() if hasattr(v, "law")
+        ]
+        if any(one.__module__.startswith("tests") for one in (*laws, *map(type, scene.elements))):
+            continue
+        _written(tmp_path / f"s{seed}.toml", toml_of(scene))
+        scenes = [scene_file(tmp_path / f"s{seed}.toml").scene()]
+        python = _written(tmp_path / f"p{seed}.py", python_of(tmp_path / f"s{seed}.toml"))
+        scenes.append(find_case(str(python)).scene())
+        assert scenes[0].to_json() == scenes[1].to_json()
+        compared += 1
+    assert compared > 2
+
+
+def _written(path, text):
+    path.write_text(text)
+    return path
 
 
 def test_a_scene_file_of_your_own_as_python(tmp_path, monkeypatch, capsys):

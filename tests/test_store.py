@@ -300,7 +300,8 @@ def test_damaged_machine_code_is_made_again(suffix, damage, tmp_path, monkeypatc
     one.
     """
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path / "store"))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     path = tmp_path / "doubling.py"
     path.write_text("def doubled(x):\n    return 2.0 * x\n")
     monkeypatch.syspath_prepend(tmp_path)
@@ -315,7 +316,7 @@ def test_damaged_machine_code_is_made_again(suffix, damage, tmp_path, monkeypatc
     assert again() == (3.0, 0)
     assert again() == (3.0, 1)
     assert not caplog.records
-    (file,) = (tmp_path / "__pycache__").glob(f"*.{suffix}")
+    (file,) = (tmp_path / "store" / "numba").rglob(f"*.{suffix}")
     file.write_bytes(damage(file.read_bytes()))
     assert again() == (3.0, 0)
     assert str(file) in caplog.text

@@ -4,6 +4,7 @@ import json
 import math
 import re
 
+import numpy as np
 import pytest
 
 import clearance as cl
@@ -159,7 +160,7 @@ def test_points_with_warnings(tmp_path, capsys):
     words = [*FILM, "-p", "viscosity=0.01", "-p", "speed=5000rpm", "-p", "clearance=0.03mm,0.2mm"]
     assert sweep(tmp_path / "out", *words, capsys=capsys)[0] == 0
     status, message = sweep(tmp_path / "out", *words, capsys=capsys)
-    assert re.search(r"1 point has warnings: most, \d, at clearance=0.0002", message.out)
+    assert re.search(r"1 point has warnings: most, \d, at clearance=0.2 mm", message.out)
 
 
 def test_channels_as_a_text(tmp_path):
@@ -190,3 +191,19 @@ def test_progress_on_a_pipe_is_lines(every, shown, tmp_path, monkeypatch, capsys
     assert len(failures) == 2
     assert bool(progress) is shown
     assert len(lines) == len(failures) + len(progress)
+
+
+def test_the_summary_has_the_units_of_the_user(tmp_path, capsys):
+    """Random units: extremes and their places as written on the command line; SI in JSON."""
+    rng = np.random.default_rng(19)
+    for i, unit in enumerate(("rpm", " rpm", "Hz", " Hz", "rad/s", "")):
+        low, high = np.sort(rng.uniform(1.0, 5.0, 2)).round(2)
+        text = f"speed={low}{unit},{high}{unit}"
+        words = ["slider_crank", "-p", text, "-p", "model=ideal", *QUICK]
+        words += ["--channels", "none", "--workers", "1", "-o", str(tmp_path / str(i))]
+        assert cli.main(["sweep", *words]) == 0
+        line = next(n for n in capsys.readouterr().out.splitlines() if "acceleration_max" in n)
+        assert line.endswith(f"largest at speed={high:g} {unit.strip()}".strip())
+        assert cli.main(["sweep", *words, "--json"]) == 0
+        at = json.loads(capsys.readouterr().out)["metrics"]["slider_acceleration_max"]["max_at"]
+        assert at["speed"] == cl.units.quantity(f"{high}{unit}")

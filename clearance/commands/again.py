@@ -47,7 +47,7 @@ def scene_of(options):
             raise ValueError(f"{word} beside --again: the file {options.case} has it; leave it out")
     scene, options.of_file = again(options.case)
     scene.origin["command"] = getattr(options, "line", "")
-    options.rtol, options.settle = options.of_file["rtol"], options.of_file["settle"]
+    options.rtol, options.settle = options.of_file["rtol"], options.of_file.get("settle")
     values = dict(scene.parameters)
     parameters = {n: Parameter(n, type(v), v, "?", "") for n, v in values.items()}
     return Case(scene.name, Path(options.case), lambda: scene, "", parameters), values, scene

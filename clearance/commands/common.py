@@ -12,6 +12,7 @@ from pathlib import Path
 
 from clearance import checks
 from clearance.checks import meant
+from clearance.texts import shortened
 
 DONE, FAILED, WRONG = 0, 1, 2
 LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no terminal
@@ -104,6 +105,15 @@ def add_force(command: argparse.ArgumentParser) -> None:
     )
 
 
+def add_accept(command: argparse.ArgumentParser) -> None:
+    """--accept-changes, for what goes on from its directory."""
+    command.add_argument(
+        "--accept-changes",
+        action="store_true",
+        help="go on although the package, a law, a file or a number of the scene has changed since",
+    )
+
+
 def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
     """The parameters of a case in print: those given, then the defaults of the others.
 
@@ -151,7 +161,7 @@ def _finite(value):
 
 def complain(options, message: str, status: int, **more) -> int:
     """One line on stderr, and under --json a document on stdout; returns the exit status."""
-    line = " ".join(message.split())
+    line = shortened(" ".join(message.split()))
     if options.json:
         what = "failed" if status == FAILED else "wrong input"
         print(json_text({"status": what, "message": line, **more}))

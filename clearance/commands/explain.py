@@ -2,7 +2,6 @@
 
 import argparse
 import textwrap
-from collections import Counter
 
 from clearance.commands.common import DONE, Line, add_case, add_command, json_text, scene_of
 
@@ -46,8 +45,7 @@ def run(options) -> int:
         f"from them"
     )
     print(f"  outputs    {len(report['channels'])} channels")
-    packages = Counter(".".join(m.split(".")[:2]) for m in report["modules"])
-    print(_listed("modules", [f"{name} ({n})" if n > 1 else name for name, n in packages.items()]))
+    print(f"  modules    {len(report['modules'])} imported; --json has their names")
     print(_listed("left out", report["left_out"]))
     print(f"  store      {report['store']}")
     for warning in report["warnings"]:

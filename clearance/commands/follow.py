@@ -7,6 +7,7 @@ from clearance.commands.common import (
     DONE,
     FAILED,
     Line,
+    add_accept,
     add_case,
     add_command,
     complain,
@@ -18,6 +19,7 @@ from clearance.commands.common import (
     share,
 )
 from clearance.interrupts import terminable
+from clearance.units import unit_in, written
 
 EXAMPLES = """\
 One -p has a range LO:HI: the periodic motion that the case settles to at LO is followed towards
@@ -54,7 +56,7 @@ def add(commands) -> argparse.ArgumentParser:
         "--step",
         type=number,
         metavar="S",
-        help="longest step, as share of the range (default 0.03)",
+        help="longest step, as share of the range (default 0.03, or 0.2 where the branch is quiet)",
     )
     p.add_argument(
         "--doublings",
@@ -75,6 +77,7 @@ def add(commands) -> argparse.ArgumentParser:
         metavar="SWEEP",
         help="a sweep over the parameter, drawn behind the branch as dots",
     )
+    add_accept(p)
     p.add_argument("-o", dest="output", metavar="DIR", help="folder for CSV, HDF5 and picture")
     return p
 
@@ -85,13 +88,14 @@ def run(options) -> int:
     """
     from clearance.catalogue import find_case
     from clearance.evidence.problem import NotSolved
-    from clearance.periodic.branch import LARGEST
     from clearance.periodic.follow import follow
     from clearance.periodic.maps import NotPeriodic
 
     with quiet(options):
         case = find_case(options.case)
-    name, ends, fixed = _range(case, given(options, case.parameters))
+    texts = given(options, case.parameters)
+    name, ends, fixed = _range(case, texts)
+    unit = unit_in(texts[name])
     _check(options)
     line = Line(options)
     try:
@@ -103,11 +107,13 @@ def run(options) -> int:
                 fixed=fixed,
                 tolerance=options.tolerance,
                 points=options.points,
-                step=options.step or LARGEST,
+                step=options.step,
                 doublings=options.doublings,
                 most_turns=options.most_turns,
                 channels=listed(options.channels),
                 path=options.output,
+                unit=unit,
+                accept_changes=options.accept_changes,
                 progress=line,
             )
     except (NotPeriodic, NotSolved) as error:
@@ -120,7 +126,7 @@ def run(options) -> int:
             *(str(Path(options.output) / f"follow.{kind}") for kind in ("csv", "h5")),
             _drawn(options, branch),
         ]
-    print(json_text(document) if options.json else "\n".join(_lines(branch, document)))
+    print(json_text(document) if options.json else "\n".join(_lines(branch, document, unit)))
     return DONE
 
 
@@ -174,12 +180,12 @@ def _document(branch) -> dict:
     }
 
 
-def _lines(branch, document: dict) -> list[str]:
-    """The branch in print."""
+def _lines(branch, document: dict, unit: str) -> list[str]:
+    """The branch in print; unit: of the parameter, as the user wrote it."""
     from clearance.commands.steady import shown
 
     def text(value: float) -> str:
-        return _readable(value, branch.units)
+        return written(float(value), unit, 7) if unit else _readable(value, branch.units)
 
     values, stable = branch.values, sum(p.stable for p in branch.points)
     lines = [

@@ -80,10 +80,16 @@ def _toml(options) -> str:
     if options.case.endswith(".h5"):
         from clearance.results import open_result
         from clearance.scene import Scene
+        from clearance.scene_toml import by_hand
 
         if options.parameters:
             raise ValueError(f"-p: {options.case} is a result, whose numbers are given")
-        return toml_of(Scene.from_json(open_result(options.case).file.attrs["scene"]))
+        with open_result(options.case) as result:
+            sources = result.reader.document("", "scene").get("sources")
+            if sources:  # their texts would be run
+                names = ", ".join(name.rpartition(".")[2] for name in sources)
+                raise ValueError(f"{options.case} has laws of {names}: {by_hand('NAME')}")
+            return toml_of(Scene.from_json(result.reader.attribute("", "scene")))
     suffixed = Path(options.case).suffix or len(Path(options.case).parts) > 1
     if not suffixed and options.case not in case_names():
         names = (*templates.NAMES, *case_names())

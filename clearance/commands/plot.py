@@ -239,7 +239,7 @@ class Pictures:
         def draw(shown=None, output: str | Path | None = None, **options):
             if shown is not None:
                 if first is None:
-                    raise TypeError(f"{kind} takes no argument but options, got {shown!r}")
+                    raise TypeError(f"{kind} takes no argument but options, as output={shown!r}")
                 options[first] = shown
             return plot(self._source, kind, output, **options)
 

@@ -139,7 +139,7 @@ def run(options) -> int:
             return complain(options, failure, FAILED)
         with _noted(f"the run is stored in {output}"):
             summary = _summary(case, values, result, began, options.settle) | {"replaced": replaced}
-            summary["resolved"] = resolved = json.loads(scene.origin["resolved"])
+            summary["resolved"] = resolved = json.loads(scene.origin.get("resolved", "{}"))
             if options.steady is not None:
                 summary |= steady.summary(result)
             elif failure is None and chaotic:
@@ -418,11 +418,30 @@ def _joints(result, begin: float, end: float) -> dict:
         if f"{group}/friction" in result and f"{group}/gap" not in result:
             mine["peak_friction"] = peak(result, f"{group}/friction", begin, end)
             mine["friction_units"] = result.units(f"{group}/friction")
+        if f"{group}/dissipated" in result:
+            mine["mean_loss"] = _rise(result, result.values(f"{group}/dissipated"), begin, end)
         for surface in SURFACES:
             if f"{group}/wear_volume_{surface}" in result:
                 worn = result.values(f"{group}/wear_volume_{surface}")
                 mine[f"worn_{surface}"] = float(worn[-1] - worn[0])
     return joints
+
+
+def _rise(result, amount, begin: float, end: float) -> float:
+    """Mean rate at which a sum over time grows between two times."""
+    import numpy as np
+
+    ends = np.clip([begin, end], *result.time[[0, -1]])
+    length = float(np.diff(ends)[0])
+    return float(np.diff(np.interp(ends, result.time, amount))[0]) / length if length else 0.0
+
+
+def _worked(result, path: str):
+    """Work of a power since the start, at each sample: by the trapezoidal rule."""
+    import numpy as np
+
+    power, steps = result.values(path), np.diff(result.time)
+    return np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * steps)])
 
 
 def _is_there(result, name: str) -> bool:
@@ -451,6 +470,9 @@ def _drives(result, begin: float, end: float) -> dict:
                 drives[name]["startup_peak"] = peak(result, path, 0.0, begin)
             if _is_there(result, f"{path}_ideal_max"):
                 drives[name]["peak_ideal"] = peak(result, f"{path}_ideal", begin, end)
+            if (power := f"drives/{name}/power") in result:
+                worked = _worked(result, power)
+                drives[name]["mean_power"] = _rise(result, worked, begin, end)
     return drives
 
 
@@ -510,6 +532,7 @@ def _settled_lines(s: dict) -> list[str]:
                 if "peak_ideal" in drive
                 else ""
             )
+            + (f", mean power {drive['mean_power']:.4g} W" if "mean_power" in drive else "")
         )
     return lines
 
@@ -555,6 +578,8 @@ def _joint_line(joint: dict) -> str:
         parts.append(
             f"film table within {joint['film_table_error_closing']:.1e}{_film_part(joint)}"
         )
+    if "mean_loss" in joint:
+        parts.append(f"mean loss {joint['mean_loss']:.4g} W")
     if "peak_friction" in joint:
         parts.append(f"friction up to {joint['peak_friction']:.4g} {joint['friction_units']}")
     for surface in SURFACES:

@@ -93,6 +93,7 @@ def run(options) -> int:
                 workers=options.workers,
                 scheduler=options.scheduler,
                 retry_failed=options.retry_failed,
+                accept_changes=options.accept_changes,
                 progress=shown,
             )
     except SweepError as error:

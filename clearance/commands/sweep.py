@@ -4,12 +4,15 @@ import argparse
 import logging
 import sys
 import time
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from clearance.commands.accuracy import tolerance
 from clearance.commands.common import (
     DONE,
     FAILED,
+    add_accept,
     add_case,
     add_command,
     add_force,
@@ -22,6 +25,7 @@ from clearance.commands.common import (
     quiet,
 )
 from clearance.interrupts import terminable
+from clearance.units import unit_in
 
 SHOWN = 12  # metrics in the summary
 EXAMPLES = """\
@@ -114,12 +118,6 @@ def add(commands) -> argparse.ArgumentParser:
         help="a metric of your own; may be repeated",
     )
     p.add_argument(
-        "--accept-changes",
-        action="store_true",
-        help="go on although the package, a law or an imported file has changed since the finished "
-        "points were run",
-    )
-    p.add_argument(
         "--plot",
         action="store_true",
         help="draw the usual picture into the directory: the map of a grid, else curves",
@@ -154,6 +152,7 @@ def add_runs(p: argparse.ArgumentParser) -> None:
         "--scheduler", metavar="ADDRESS", help="of a Dask scheduler whose workers run the points"
     )
     p.add_argument("--retry-failed", action="store_true", help="also run again what failed")
+    add_accept(p)
     p.add_argument("--quiet", action="store_true", help="no progress, no summary")
 
 
@@ -250,9 +249,10 @@ def _points(options, case):
         ranges = {n: range_from_words(case.parameters[n], _listed(case, texts, n)) for n in texts}
         fixed = {n: r[0] for n, r in ranges.items() if isinstance(r, list) and len(r) == 1}
         drawn = {n: r for n, r in ranges.items() if n not in fixed}
-        return sampled(
+        points = sampled(
             options.sample, kind=options.kind or "latin", seed=options.seed or 0, **drawn
-        ), fixed
+        )
+        return replace(points, units=units_in(texts)), fixed
     return grid_of(options, case, together)
 
 
@@ -275,7 +275,13 @@ def grid_of(options, case, together=()):
                 else grid(**{name: values_of})
             )
         seen.update(group)
-    return points, {n: v[0] for n, v in values.items() if n not in points.columns}
+    fixed = {n: v[0] for n, v in values.items() if n not in points.columns}
+    return replace(points, units=units_in(texts)), fixed
+
+
+def units_in(texts: dict[str, str]) -> dict[str, str]:
+    """Units in which the command line has the numbers of parameters, by name."""
+    return {name: unit for name, text in texts.items() if (unit := unit_in(text))}
 
 
 def _listed(case, texts: dict[str, str], name: str) -> str:
@@ -366,6 +372,7 @@ def summary(result) -> dict:
         "case": result.definition.case,
         "folder": str(result.folder),
         "points": len(result),
+        "given_in": result.definition.points.units,
         "done": int(done.sum()),
         "failed": int(result.failed.sum()),
         "lost": int((result.status == "lost").sum()),
@@ -396,7 +403,13 @@ def _reason(result, i: int) -> dict:
 
 def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
     """Lines of a summary; first: ends of the names of metrics that stand before the others."""
+    from clearance.sweeping.points import in_words
+
     d = document
+
+    def at(values: dict) -> str:
+        return in_words(values, d["given_in"]) or "-"
+
     ordered = sorted(d["metrics"].items(), key=lambda item: not item[0].endswith(first))
     fresh = d["points"] - d["missing"] - d["done_before"]
     lines = [
@@ -407,47 +420,40 @@ def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
     ]
     for name, m in ordered[:SHOWN]:
         units = "" if m["units"] == "1" else f" {m['units']}"
-        lines.append(f"  {name:<38} {_range(name, m, units)}")
+        lines.append(f"  {name:<38} {_range(name, m, units, at)}")
     if len(d["metrics"]) > SHOWN:
         lines.append(f"  and {len(d['metrics']) - SHOWN} more metrics")
-    lines += [f"  {r['status']} at {_words(r['values'])}: {r['reason']}" for r in d["reasons"][:5]]
+    lines += [f"  {r['status']} at {at(r['values'])}: {r['reason']}" for r in d["reasons"][:5]]
     if len(d["reasons"]) > 5:
         lines.append(f"  and {len(d['reasons']) - 5} more that are not done")
-    lines += [f"  at {_words(r['values'])}: {r['reason']}" for r in d["metrics_missing"][:5]]
+    lines += [f"  at {at(r['values'])}: {r['reason']}" for r in d["metrics_missing"][:5]]
     if len(d["metrics_missing"]) > 5:
         lines.append(f"  and {len(d['metrics_missing']) - 5} more points with a metric missing")
     if d["failed"]:
         lines.append("  --retry-failed tries failed points again")
     if (w := d["warnings"])["points"]:
-        at = f"most, {w['most']}, at {_words(w['most_at'])}; clearance run there prints them"
+        most = f"most, {w['most']}, at {at(w['most_at'])}; clearance run there prints them"
         points = "1 point has" if w["points"] == 1 else f"{w['points']} points have"
-        lines.append(f"  {points} warnings: {at}")
+        lines.append(f"  {points} warnings: {most}")
     picture = [f"  picture      {d['plot']}"] if "plot" in d else []
     return [*lines, f"  directory    {d['folder']}", *picture]
 
 
-def _range(name: str, metric: dict, units: str) -> str:
+def _range(name: str, metric: dict, units: str, at: Callable[[dict], str]) -> str:
     """The ends of a metric and the place of one; of a metric that is the same everywhere the
     value.
     """
     if metric["min"] == metric["max"]:
         return f"{metric['min']:.5g}{units}"
-    return f"{metric['min']:.5g} to {metric['max']:.5g}{units}, {_extreme(name, metric)}"
+    return f"{metric['min']:.5g} to {metric['max']:.5g}{units}, {_extreme(name, metric, at)}"
 
 
-def _extreme(name: str, metric: dict) -> str:
+def _extreme(name: str, metric: dict, at: Callable[[dict], str]) -> str:
     """The end that matters more and where it is: of minima the smallest, else the largest in
     size.
     """
     if name.endswith("_min"):
-        return f"smallest at {_words(metric['min_at'])}"
+        return f"smallest at {at(metric['min_at'])}"
     if abs(metric["min"]) > abs(metric["max"]):
-        return f"{metric['min']:.5g} at {_words(metric['min_at'])}"
-    return f"largest at {_words(metric['max_at'])}"
-
-
-def _words(values: dict) -> str:
-    return (
-        ", ".join(f"{n}={v:.5g}" if isinstance(v, float) else f"{n}={v}" for n, v in values.items())
-        or "-"
-    )
+        return f"{metric['min']:.5g} at {at(metric['min_at'])}"
+    return f"largest at {at(metric['max_at'])}"

@@ -8,6 +8,7 @@ from clearance.commands.common import (
     DONE,
     FAILED,
     Line,
+    add_accept,
     add_case,
     add_command,
     complain,
@@ -113,6 +114,7 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument("--workers", type=int, metavar="N", help="of a sweep: processes (one a core)")
     p.add_argument("--scheduler", metavar="ADDRESS", help="of a sweep: a Dask scheduler")
     p.add_argument("--retry-failed", action="store_true", help="of a sweep: also what failed")
+    add_accept(p)
     return p
 
 
@@ -133,7 +135,7 @@ def run(options) -> int:
     def progress(done: float, stage: str) -> None:
         line(f"{100.0 * done:.1f} % of the turns, {stage}")
 
-    chosen = {name: getattr(options, name) for name in NAMES}
+    chosen = {name: getattr(options, name) for name in (*NAMES, "accept_changes")}
     try:
         with terminable():
             life = wear(scene, **chosen, directory=options.output, progress=progress)
@@ -186,7 +188,10 @@ def _many(options, points, fixed) -> int:
     began, options.quiet = time.perf_counter(), options.json
     shown, failure = command.Progress(options), None
     life = {name: getattr(options, name) for name in (*NAMES, "depth")}
-    more = {name: getattr(options, name) for name in ("workers", "scheduler", "retry_failed")}
+    more = {
+        name: getattr(options, name)
+        for name in ("workers", "scheduler", "retry_failed", "accept_changes")
+    }
     try:
         with quiet(options), terminable():
             result = sweep(

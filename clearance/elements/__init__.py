@@ -1,5 +1,6 @@
 """Elements: what a mechanism is made of, one kind a file."""
 
+from clearance.checks import absent
 from clearance.elements.clearance_prismatic import ClearancePrismatic
 from clearance.elements.clearance_revolute import ClearanceRevolute
 from clearance.elements.drive import Drive
@@ -29,3 +30,5 @@ __all__ = [
     "TorsionSpring",
     "Weld",
 ]
+
+__getattr__ = absent(__name__, __all__)

@@ -4,7 +4,7 @@ corners.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from functools import partial
 
 from clearance import checks
@@ -25,7 +25,7 @@ from clearance.laws.law import (
     transition,
 )
 from clearance.materials import Lubricant, Material, steel
-from clearance.quantities import NEVER, UNIT, ZERO, Row, law, number
+from clearance.quantities import GAPS, NEVER, ROUGH, SIZES, UNIT, ZERO, Row, law, number
 
 #: name, signs along and across the guide of each corner
 CORNERS = (("1", -1.0, -1.0), ("2", 1.0, -1.0), ("3", -1.0, 1.0), ("4", 1.0, 1.0))
@@ -72,12 +72,13 @@ class ClearancePrismatic(ClearanceJoint):
     axis: tuple[float, float] = axis_field()
     angle: float = number("angle of b's frame against a's [rad]", checks.finite, 0.0, fold=UNIT)
     name: str | None = None
-    clearance: float = number("clearance on either side [m]", checks.positive, None, required=True)
-    overlap: float = number(
-        "length of the block in the guide [m]", checks.positive, None, required=True
+    _: KW_ONLY
+    clearance: float = number("clearance on either side [m]", checks.positive, usual=GAPS)
+    overlap: float = number("length of the block in the guide [m]", checks.positive, usual=SIZES)
+    height: float = number("height of the block [m]", checks.positive, usual=SIZES)
+    width: float | None = number(
+        "width of the faces [m]", checks.positive, None, beside="film", usual=SIZES
     )
-    height: float = number("height of the block [m]", checks.positive, None, required=True)
-    width: float | None = number("width of the faces [m]", checks.positive, None, beside="film")
     corner_radius: float | None = number(
         "radius of the corners [m]", checks.positive, None, parameter=False
     )
@@ -87,11 +88,11 @@ class ClearancePrismatic(ClearanceJoint):
     transition: BoundLaw | None = law("how film and contact share an edge", transition)
     lubricant: Lubricant | None = None
     roughness: float | None = number(
-        "composite rms roughness [m]", checks.positive, None, parameter=False
+        "composite rms roughness [m]", checks.positive, None, parameter=False, usual=ROUGH
     )
     material: Material = steel
     layer: float | None = number(
-        "thickness of the elastic layer [m]", checks.positive, None, parameter=False
+        "thickness of the elastic layer [m]", checks.positive, None, parameter=False, usual=SIZES
     )
     offset: float = number(
         "offset of the block at the start [m]", checks.finite, 0.0, parameter=False
@@ -200,7 +201,8 @@ class ClearancePrismatic(ClearanceJoint):
 
     def spots(self) -> list[Spot]:
         kind = CONTACT if self.impacts else BLENDED
-        return [Spot(kind, self.clearance, 0.0, name) for name, _, _ in CORNERS]
+        wall = self.solid[0] + self.clearance
+        return [Spot(kind, self.clearance, 0.0, name, wall) for name, _, _ in CORNERS]
 
     def act(self, m, w) -> None:
         """Films of both faces, contact and friction of all corners."""
@@ -300,6 +302,7 @@ class Block:
         touching = speed + 0.5
         if joint.transition is not None:
             _, _, _, share, felt, *_ = m.law(joint, "transition", [-depth], self.facts)
+        begins = felt
         if joint.impacts:
             felt, speed = m.contact(joint, felt, i)
         (normal,) = m.law(joint, "contact", [felt, rate, speed])
@@ -310,7 +313,7 @@ class Block:
         self.lost = self.lost + normal * rate - rub * sliding
         self.touching[sy] = self.touching[sy] + trace.select(touching, 1.0, 0.0)
         self.gap = -depth if self.gap is None else trace.select(self.gap + depth, -depth, self.gap)
-        w.spot(joint, depth, rate, normal)
+        w.spot(joint, begins, rate, normal)
         w.show(joint, f"gap_{name}", "m", f"gap of corner {name}, {_place(sx, sy)}", -depth)
         w.show(
             joint, f"contact_force_{name}", "N", f"normal contact force on corner {name}", normal

@@ -4,7 +4,7 @@ back.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import KW_ONLY, dataclass, fields, replace
 
 from clearance import checks
 from clearance.body import Point
@@ -31,7 +31,8 @@ from clearance.laws.law import (
     wet_film,
 )
 from clearance.materials import HeatBalance, Lubricant, Material, steel
-from clearance.quantities import NEVER, ZERO, Row, law, number
+from clearance.quantities import GAPS, NEVER, ROUGH, SIZES, ZERO, Row, law, number
+from clearance.units import slip
 
 #: clearance over roughness up to which the nodes of an outline resolve its asperities (1e-3)
 FINEST = 4000.0
@@ -66,9 +67,12 @@ class ClearanceRevolute(ClearanceJoint):
     a: Point
     b: Point
     name: str | None = None
-    radius: float = number("journal radius [m]", checks.positive, None, required=True)
-    clearance: float = number("radial clearance [m]", checks.positive, None, required=True)
-    length: float | None = number("length of the bearing [m]", checks.positive, None, beside="film")
+    _: KW_ONLY
+    radius: float = number("journal radius [m]", checks.positive, usual=SIZES)
+    clearance: float = number("radial clearance [m]", checks.positive, usual=GAPS)
+    length: float | None = number(
+        "length of the bearing [m]", checks.positive, None, beside="film", usual=SIZES
+    )
     contact: BoundLaw | None = law("contact of journal and bearing", contact)
     friction: BoundLaw | None = law("friction at the contact", friction, bristle)
     film: BoundLaw | None = law("film between journal and bearing", film, wet_film, memory_film)
@@ -81,11 +85,11 @@ class ClearanceRevolute(ClearanceJoint):
     heat: HeatBalance | None = None
     film_torques: bool = True
     roughness: float | None = number(
-        "composite rms roughness [m]", checks.positive, None, parameter=False
+        "composite rms roughness [m]", checks.positive, None, parameter=False, usual=ROUGH
     )
     material: Material = steel
     layer: float | None = number(
-        "thickness of the elastic layer [m]", checks.positive, None, parameter=False
+        "thickness of the elastic layer [m]", checks.positive, None, parameter=False, usual=SIZES
     )
     eccentricity: tuple[float, float] = number(
         "start [m]", checks.pair, (0.0, 0.0), parameter=False
@@ -101,8 +105,8 @@ class ClearanceRevolute(ClearanceJoint):
         label = self.label()
         if self.radius <= self.clearance:
             raise ValueError(
-                f"{label}: radius {self.radius!r} m must be larger than clearance "
-                f"{self.clearance!r} m"
+                f"{label}: clearance {self.clearance!r} m must be smaller than radius "
+                f"{self.radius!r} m{slip(self.clearance, 'm', 0.0, self.radius)}"
             )
         self._check_slots(label)
         self._determine(*SLOTS)

@@ -12,7 +12,7 @@ from clearance.elements.load import Load
 from clearance.elements.prismatic import Prismatic
 from clearance.elements.revolute import Revolute
 from clearance.laws.law import BoundLaw, drive_state, effort, signal
-from clearance.quantities import NEVER, Row, law, number
+from clearance.quantities import NEVER, RATES, Row, law, number
 
 #: laws that a torque or force may follow
 EFFORTS = (effort, drive_state)
@@ -37,7 +37,7 @@ class Drive(Load):
     """
 
     target: Body | Revolute | Prismatic
-    speed: float | None = number("constant rate [rad/s or m/s]", default=None)
+    speed: float | None = number("constant rate [rad/s or m/s]", default=None, usual=RATES)
     motion: BoundLaw | None = law("coordinate over time", signal)
     torque: float | BoundLaw | None = number("torque [N m]", default=None, families=EFFORTS)
     force: float | BoundLaw | None = number("force [N]", default=None, families=EFFORTS)
@@ -46,7 +46,9 @@ class Drive(Load):
         "rate at t = 0 [rad/s or m/s]", default=None, parameter=False
     )
     name: str | None = None
-    nominal: float | None = number("nominal speed [rad/s]", default=None, parameter=False)
+    nominal: float | None = number(
+        "nominal speed [rad/s]", default=None, parameter=False, usual=RATES
+    )
 
     group = "drives"
 
@@ -142,6 +144,8 @@ class Drive(Load):
     def numbers(self) -> Iterator[Row]:
         if self.speed is not None or self.nominal is not None:
             yield f"{self.key}/start", math.nan if self.start is None else self.start, NEVER
+        if self.motion is not None:
+            yield f"{self.key}/turned", 0.0, NEVER
         if self.nominal is not None:
             yield f"{self.key}/whole_turn", math.copysign(2.0 * math.pi, self.nominal), NEVER
         yield from super().numbers()
@@ -150,7 +154,8 @@ class Drive(Load):
     def motion_at(self, m) -> tuple:
         """Prescribed coordinate, its rate and its second rate at the present time."""
         if self.motion is not None:
-            return m.slopes(self, "motion", m.time)
+            value, rate, second = m.slopes(self, "motion", m.time)
+            return value + m.number(self, "turned"), rate, second
         speed = m.number(self, "speed")
         return m.number(self, "start") + speed * m.time, speed, 0.0
 

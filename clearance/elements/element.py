@@ -35,13 +35,14 @@ class Spot:
     """A place where an element may touch, which the time loop watches.
 
     reach: its free way [m]; speed: that of its start [m/s]; name: empty where an element has one
-        only.
+        only. longest: length that its penetration is a difference of beside its states [m].
     """
 
     kind: int
     reach: float
     speed: float = 0.0
     name: str = ""
+    longest: float = 0.0
 
     def path(self, element: "Element", quantity: str) -> str:
         """Path of an output of this spot."""

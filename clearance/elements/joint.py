@@ -191,11 +191,12 @@ class Joint(Element):
         return None
 
     def doubts(self) -> list[str]:
-        """Warnings of its laws about their use in it."""
+        """Warnings about its numbers, and of its laws about their use in it."""
         slots = [(f.name, getattr(self, f.name)) for f in fields(self)]
         laws = [(n, v) for n, v in slots if isinstance(v, BoundLaw) and v.law.doubt]
         texts = [(v.law.name, v.law.doubt(self.seen_by(n), v.parameters)) for n, v in laws]
-        return [f"{self.label()}: {t if t.startswith(n) else f'{n}: {t}'}" for n, t in texts if t]
+        named = [t if t.startswith(n) else f"{n}: {t}" for n, t in texts if t]
+        return super().doubts() + [f"{self.label()}: {t}" for t in named]
 
     def _determine(self, *slots: str) -> None:
         """Give laws the parameters that this joint determines.

@@ -43,6 +43,7 @@ class Journal:
         text = "nominal minimum film thickness, clearance minus eccentricity"
         w.show(joint, "gap", "m", text, self.gap)
         self.thickness_ratio = self.contact_force = self.side_flow = 0.0
+        self.depth = None  # penetration whose zero is the contact's start and end: past the gap's
         self.film_force = 0.0, 0.0
         if joint.roughness is not None:
             self.thickness_ratio = self.gap / m.number(joint, "roughness")
@@ -194,7 +195,7 @@ class Journal:
         """
         m, w, joint = self.m, self.w, self.joint
         self.of_film = self.force, self.torque_a, self.torque_b
-        depth = -self.gap if share.penetration is None else share.penetration
+        self.depth = depth = -self.gap if share.penetration is None else share.penetration
         speed = m.impact_speed(joint)
         if joint.impacts:
             depth, speed = m.contact(joint, depth)
@@ -246,7 +247,8 @@ class Journal:
         w.add(joint.b.body, moment=self.torque_b)
         power = self._power(self.force, self.torque_a, self.torque_b)
         w.lose(joint, power)
-        w.spot(joint, -self.gap, self.approach, self.contact_force)
+        depth = -self.gap if self.depth is None else self.depth
+        w.spot(joint, depth, self.approach, self.contact_force)
         w.show(joint, "power_loss", "W", "power the joint takes out of the mechanism", power)
         joint.show_force(w, self.force)
         if joint.heat is not None:

@@ -11,7 +11,7 @@ from clearance.elements.joint import FREE, Joint, Known, axis_field
 from clearance.kinds import CONTACT
 from clearance.laws.law import BoundLaw, contact, friction
 from clearance.materials import Material, steel
-from clearance.quantities import law, number
+from clearance.quantities import GAPS, SIZES, law, number
 
 #: the walls of the slot: name, and side of the axis
 WALLS = (("upper", 1.0), ("lower", -1.0))
@@ -55,8 +55,8 @@ class ClearancePinSlot(ClearanceJoint):
 
     a: Point
     b: Point
-    radius: float = number("radius of the pin [m]", checks.positive)
-    clearance: float = number("half the free width of the slot [m]", checks.positive)
+    radius: float = number("radius of the pin [m]", checks.positive, usual=SIZES)
+    clearance: float = number("half the free width of the slot [m]", checks.positive, usual=GAPS)
     contact: BoundLaw | None = law("contact of pin and wall", contact)
     friction: BoundLaw | None = law("friction at the wall", friction)
     axis: tuple[float, float] = axis_field()
@@ -66,7 +66,7 @@ class ClearancePinSlot(ClearanceJoint):
     offset_rate: float = number("its rate [m/s]", checks.finite, 0.0, parameter=False)
     name: str | None = None
     length: float | None = number(
-        "length of the pin in the slot [m]", checks.positive, None, parameter=False
+        "length of the pin in the slot [m]", checks.positive, None, parameter=False, usual=SIZES
     )
     material: Material = steel
 

@@ -66,7 +66,9 @@ class SpringDamper(Spring):
 
     a: Point
     b: Point
-    stiffness: float = number("stiffness [N/m]", checks.non_negative, 0.0, fold=ZERO)
+    stiffness: float = number(
+        "stiffness [N/m]", checks.non_negative, 0.0, fold=ZERO, usual=((1e-6, 1e13),)
+    )
     damping: float = number("damping [N s/m]", checks.non_negative, 0.0, fold=ZERO)
     free_length: float = number("length without tension [m]", checks.non_negative, 0.0, fold=ZERO)
     name: str | None = None

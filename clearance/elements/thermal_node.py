@@ -30,10 +30,8 @@ class ThermalNode(Load):
     """
 
     name: str
-    capacity: float = number("heat capacity [J/K]", checks.positive, required=True, default=None)
-    conductance: float = number(
-        "conductance [W/K]", checks.non_negative, required=True, default=None
-    )
+    capacity: float = number("heat capacity [J/K]", checks.positive)
+    conductance: float = number("conductance [W/K]", checks.non_negative)
     surroundings: float | None = number(
         "temperature of the surroundings [K]", checks.positive, None, parameter=False
     )

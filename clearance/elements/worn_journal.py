@@ -106,6 +106,7 @@ class WornJournal(Journal):
         m, w, joint, trace = self.m, self.w, self.joint, self.m.trace
         self.of_film = self.force, self.torque_a, self.torque_b
         lift = self._lift()
+        self.depth = lift - self.gap
         depth, speed, touching = self.distance - (self.clearance - lift), m.impact_speed(joint), 1.0
         if joint.impacts:
             touching = trace.select(speed + 0.5, 1.0, 0.0)

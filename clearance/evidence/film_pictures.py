@@ -5,10 +5,14 @@ run, the ladder.
 import math
 from pathlib import Path
 
+# isort: off
+from clearance.sheets import sheet  # before matplotlib is imported
+
+# isort: on
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from clearance.evidence.pictures import saved, sheet
+from clearance.evidence.pictures import saved
 from clearance.film.bearing import FilmSolution
 
 KINDS = {

@@ -3,9 +3,12 @@
 import math
 from pathlib import Path
 
+# isort: off
+from clearance.sheets import sheet  # before matplotlib is imported
+
+# isort: on
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
@@ -27,13 +30,6 @@ GREYS = (
     "#93a1a1",
     "#000000",
 )
-
-
-def sheet(width: float, height: float) -> Figure:
-    """An empty figure [inch], drawn without a screen."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def saved(figure: Figure, path: str | Path) -> Path:

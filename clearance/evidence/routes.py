@@ -545,7 +545,8 @@ def save(study: RouteStudy, folder: str | Path) -> Path:
 
 def picture(study: RouteStudy, path: str | Path) -> Path:
     """Time a sample of each route, logarithmic."""
-    from clearance.evidence.pictures import COLOURS, GREYS, saved, sheet
+    from clearance.evidence.pictures import COLOURS, GREYS, saved
+    from clearance.sheets import sheet
 
     figure = sheet(8.0, 1.2 + 0.45 * len(study.routes))
     axes = figure.add_subplot()

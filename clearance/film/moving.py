@@ -56,7 +56,6 @@ from clearance.film.bearing import (
 from clearance.film.fem import TURN, mass_and_stiffness, quadratic_line, supplied, tensor_lines
 from clearance.store import njit
 
-REORDERED = {"contract", "arcp", "nsz", "reassoc"}  # sums of a factorisation may be, nothing else
 WIDTH = 0.25  # of the rupture: its pressure is that at sqrt(2 WIDTH) nodes from a sharp one
 # where the length, not the spacing, bounds the width of the rupture: (R / L)^2 d^2 over 1 / SHORT
 SHORT = 20.0
@@ -281,7 +280,7 @@ def assemble(factors, pressure, terms, grid):
                 corner[k, k] += value
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+@njit(cache=True, error_model="numpy")
 def factorise(factors):
     """Cholesky factors in place: rows of the upper one."""
     band, border, corner = factors
@@ -313,7 +312,7 @@ def factorise(factors):
                 corner[i, k] -= corner[p, i] * corner[p, k]
 
 
-@njit(cache=True, error_model="numpy", fastmath=REORDERED)
+@njit(cache=True, error_model="numpy")
 def substitute(factors, x):
     """Solve in place; x in the order of the factors, with room for a row of the band before the
     last column.
@@ -337,12 +336,12 @@ def substitute(factors, x):
             x[last + p] -= corner[p, k] * x[last + k]
         x[last + p] /= corner[p, p]
     for p in range(count - 1, -1, -1):
-        total = x[p]
+        near, far = x[p], 0.0  # two sums at once
         for k in range(1, reach + 1):
-            total -= band[p, k] * x[p + k]
+            near -= band[p, k] * x[p + k]
         for k in range(inner):
-            total -= border[p, k] * x[last + k]
-        x[p] = total / band[p, 0]
+            far -= border[p, k] * x[last + k]
+        x[p] = (near + far) / band[p, 0]
 
 
 @njit(cache=True, error_model="numpy")
@@ -520,7 +519,8 @@ class MovingFilm:
         state = np.array([eps, rate, float(entrainment)])
         terms = terms_of(state, self.grid)
         if self.responses is not None:
-            self.pressure += np.tensordot(state - self.state, self.responses, 1)
+            for moved, response in zip(state - self.state, self.responses, strict=True):
+                self.pressure += moved * response
         made, systems = settle(self.pressure, terms, self.grid, self.factors, self.fresh)
         if not made:
             self.reset()

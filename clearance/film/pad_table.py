@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
+from clearance.algebra import solve
 from clearance.film import bands, lookup, pad_lookup, table
 from clearance.film.lookup import Tabulated
 from clearance.film.pad_lookup import HEAD, MESH, NODES, PARTS, TOP, looked_up
@@ -194,7 +195,8 @@ def periodic(values: np.ndarray) -> np.ndarray:
     """Coefficients (m, n + 3, k) of periodic cubic B-splines through values (m, n, k)."""
     count = values.shape[1]
     matrix = 4.0 * np.eye(count) + np.roll(np.eye(count), 1, 0) + np.roll(np.eye(count), -1, 0)
-    inner = np.einsum("ij,mjk->mik", np.linalg.inv(matrix / 6.0), values)
+    inner = solve(matrix / 6.0, np.moveaxis(values, 1, 0).reshape(count, -1))
+    inner = np.moveaxis(inner.reshape(count, len(values), -1), 0, 1)
     return np.concatenate([inner[:, -1:], inner, inner[:, :2]], axis=1)
 
 

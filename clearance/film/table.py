@@ -38,6 +38,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks, sealed, store
+from clearance.algebra import each, solve
 from clearance.film import bands, lookup
 from clearance.film.bearing import check_mesh, check_nodes
 from clearance.film.lookup import (
@@ -218,7 +219,7 @@ def layer(key: Key, tau: float, progress) -> tuple[float, np.ndarray]:
         for j, angle in enumerate(angles):
             values[i, j] = scaled_film(key, y, angle, tau, key.mesh)
         progress()
-    cos, sin = np.cos(angles), np.sin(angles)
+    cos, sin = each(math.cos, angles), each(math.sin, angles)
     values[:, :, 0] += size * cos
     values[:, :, 1] -= size * sin
     values[0, :, 0], values[0, :, 1] = 0.0, 0.0
@@ -281,7 +282,11 @@ def spline(values: np.ndarray, begin, end) -> np.ndarray:
         else:
             matrix[row, 0], matrix[row, 2] = -0.5, 0.5
             right[row] = condition
-    return np.linalg.solve(matrix, right)
+    made = solve(matrix, right)
+    for condition, (outer, node, inner) in ((begin, (0, 1, 2)), (end, (n + 1, n, n - 1))):
+        if isinstance(condition, str) and condition == "odd":  # exactly: laws divide by the angle
+            made[node], made[outer] = 0.0, -made[inner]
+    return made
 
 
 def taus(layers: int) -> np.ndarray:

@@ -38,6 +38,7 @@ import numpy as np
 from clearance.checks import identifier
 from clearance.reading import Damaged, Reader, open_checked
 from clearance.results import provenance, replacing, save_tables
+from clearance.texts import text_of
 from clearance.units import UNITS as KNOWN_UNITS
 
 FORMAT = "clearance-measurement"
@@ -500,10 +501,7 @@ def _read_csv(
     path: Path, rows: dict[str, Where], predicts: Mapping[str, str] | None = None
 ) -> Measurement:
     """Read a CSV file; `rows` is filled with the line of each sample of a trial."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise ValueError(f"not a text file: {error}") from None
+    lines = text_of(path).splitlines()
     if any("\0" in t for t in lines):
         raise ValueError("not a text file: it has a NUL character")
     content = [(i, t) for i, t in enumerate(lines, 1) if t.strip() and not t.startswith("#")]

@@ -8,24 +8,12 @@ from functools import cache
 import llvmlite.binding as llvm
 import llvmlite.ir as ir
 
-from clearance.store import digest_of, global_compiler_lock, stored
+from clearance.store import FEATURES, HAS, PROCESSOR, digest_of, global_compiler_lock, stored
 from clearance.tracing.ir import POINTER
 
 WIDTHS = (1, 2, 4, 8)
-
-
-@cache
-def host() -> tuple[str, str, dict]:
-    """Name of the processor, its features as LLVM takes them, and by name."""
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    features = dict(llvm.get_host_cpu_features())
-    text = ",".join(f"{'+' if there else '-'}{name}" for name, there in sorted(features.items()))
-    return (
-        llvm.get_host_cpu_name(),
-        f"{text},-prefer-256-bit" if features.get("avx512f") else text,
-        features,
-    )
+#: features as LLVM takes them
+WIDE = f"{FEATURES},-prefer-256-bit" if "avx512f" in HAS else FEATURES
 
 
 def chosen_width() -> int | None:
@@ -41,25 +29,23 @@ def natural_width() -> int:
     """Numbers in a vector register of this processor, unless CLEARANCE_LANES sets another."""
     if chosen := chosen_width():
         return chosen
-    features = host()[2]
-    if features.get("avx512f"):
+    if "avx512f" in HAS:
         return 8
-    if features.get("avx2") and features.get("fma"):
+    if {"avx2", "fma"} <= HAS:
         return 4
-    return 2 if features.get("neon") else 1
+    return 2 if "neon" in HAS else 1
 
 
 class Code:
     """A module made machine code, which stays in the store: addresses of its functions by name."""
 
     def __init__(self, module: ir.Module, level: int = 2):
-        name, features, _ = host()
         text = str(module)
         with global_compiler_lock:
             machine = llvm.Target.from_default_triple().create_target_machine(
-                cpu=name, features=features, opt=level
+                cpu=PROCESSOR, features=WIDE, opt=level
             )
-            stem = f"lanes_{digest_of(f'{level} {features} {text}')}"
+            stem = f"lanes_{digest_of(f'{level} {WIDE} {text}')}"
             code, _ = stored(stem, lambda: _object_code(text, machine, level))
             self.engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
             self.engine.add_object_file(llvm.ObjectFileRef.from_data(code))
@@ -81,6 +67,7 @@ def _object_code(text: str, machine: llvm.TargetMachine, level: int) -> bytes:
 
 def new_module() -> ir.Module:
     llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
     module = ir.Module("lanes")
     module.triple = llvm.get_process_triple()
     return module

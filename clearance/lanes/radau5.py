@@ -307,9 +307,9 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     before = piece.all("polynomial")
     chosen = [piece.choose(taken, a, b) for a, b in zip(polynomial, before, strict=True)]
     piece.set("polynomial", *chosen)
-    piece.set(
-        "predictor", piece.choose(taken, 1.0, piece.choose(solved, piece.one("predictor"), 0.0))
-    )
+    near = piece.choose(piece.above(h, piece.one("last_h")), 1.0, 0.0)  # see `radau.advance`
+    usable = piece.choose(solved, 1.0, near)
+    piece.set("predictor", piece.choose(taken, 1.0, piece.one("predictor") * usable))
     piece.set("last_h", piece.choose(taken, h, piece.one("last_h")))
     spent = [a + b for a, b in zip(piece.all("y")[n:], changes, strict=True)]
     moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]

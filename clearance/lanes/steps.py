@@ -11,10 +11,12 @@ from clearance.stepping import status
 from clearance.stepping.loop import (
     DOMAIN_LEFT,
     DOUBTED,
+    EARLIEST,
     FILM_ERROR,
     FORGET,
     GROW,
     NEWTON_FAILED,
+    RESOLVED,
     SAFETY,
     SHRINK,
     SMALLEST,
@@ -100,8 +102,10 @@ def sizes_of_films(
         for i, usual in enumerate((piece.one("rate_x", k), piece.one("rate_y", k))):
             offset = piece.size(y[first + i])
             scale[first + i] = piece.smallest(clearance + offset, left * FILM_ERROR / rtol) - offset
-            bound = pull * FILM_ERROR / (piece.largest(sizes[k], 1e-300) * rtol)
-            scale[shape.coordinates + first + i] = piece.smallest(usual, bound)
+            place = shape.coordinates + first + i
+            rate, resistance = piece.size(y[place]), piece.largest(sizes[k], 1e-300)
+            bound = piece.largest(pull * FILM_ERROR / (resistance * rtol), rate * RESOLVED / rtol)
+            scale[place] = piece.smallest(usual + rate, bound) - rate
     return scale, sizes
 
 
@@ -148,7 +152,7 @@ def proposed(piece: Piece):
     h, left = piece.smallest(piece.one("step"), piece.one("longest")), end - t
     half = piece.choose(piece.not_below(h * 1.9, left), left * 0.5, h)
     h = piece.choose(piece.not_below(h * 1.0001, left), left, half)
-    clock = piece.largest(piece.size(t), end * 1e-6) * SMALLEST
+    clock = piece.largest(piece.size(t), end * EARLIEST) * SMALLEST
     stuck = piece.both(piece.none(piece.above(h, clock)), piece.above(left, h))
     refusal = piece.one("refusal")
     left_film = piece.above(refusal, DOMAIN_LEFT - 0.5)

@@ -1,5 +1,6 @@
 """The physics of one joint, as plain functions: one file a family."""
 
+from clearance.checks import absent
 from clearance.laws.asperity import (
     composite_roughness,
     contact_flow_factor,
@@ -205,3 +206,5 @@ __all__ = [
     "winkler",
     "zhiying_qishao",
 ]
+
+__getattr__ = absent(__name__, __all__)

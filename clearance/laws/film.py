@@ -15,7 +15,8 @@ from clearance.laws.law import film
 ECCENTRICITY_FLOOR = 1e-9
 # smallest 1 - eps^2 the film is evaluated at: trial states at and beyond the wall stay finite
 WALL = 1e-9
-REST = 1e-9  # rate [1/s] that keeps the square root smooth at rest
+# rate [1/s] below which all is an approach: forces of degree 1 in the rates have no slope at rest
+REST = 1e-100
 #: unit and description of an output of films with data
 SIDE_FLOW = "m3/s", "oil that leaves the film at both ends"
 

@@ -10,6 +10,7 @@ from collections import namedtuple
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import product
 
 from clearance.checks import Check, finite, meant
 
@@ -65,8 +66,24 @@ class Family:
         return lambda wrapped: Law(self, wrapped, checks)
 
 
+class _Signed:
+    """Signature of a law for editors and `inspect`: its parameters; None where a joint has them."""
+
+    def __get__(self, law: "Law | None", kind: type) -> inspect.Signature:
+        if law is None:  # the class has that of its constructor
+            raise AttributeError("__signature__")
+        given = {
+            n: None if isinstance(law.checks.get(n), OfJoint) else law.parameters[n]
+            for n in law.given
+        }
+        named = inspect.Parameter.KEYWORD_ONLY
+        return inspect.Signature([inspect.Parameter(n, named, default=d) for n, d in given.items()])
+
+
 class Law:
     """A physical law without its numbers. Call it with its parameters to bind them."""
+
+    __signature__ = _Signed()
 
     def __init__(self, family: Family, function: Callable, checks: dict[str, Check]):
         arguments = list(inspect.signature(function).parameters.values())
@@ -134,7 +151,10 @@ class Law:
         empty = [n for n in self.given if self.parameters[n] is inspect.Parameter.empty]
         return [n for n in empty if not isinstance(self.checks.get(n), OfJoint)]
 
-    def __call__(self, **values) -> "BoundLaw":
+    def __call__(self, *unnamed, **values) -> "BoundLaw":
+        if unnamed:
+            named = ", ".join(f"{n}={v!r}" for n, v in zip(self.given, unnamed, strict=False))
+            raise TypeError(f"{self.name}({', '.join(self.given)}): name its parameters: {named}")
         missing = [n for n in self.needed if n not in values]
         unknown = [n for n in values if n not in self.given]
         if missing or unknown:
@@ -147,12 +167,12 @@ class Law:
             self.checks[n].function(numbers) if n not in numbers else numbers[n]
             for n in self.parameters
         ]
-        return BoundLaw(self, tuple(values_of_all))
+        return pulls_never(BoundLaw(self, tuple(values_of_all)))
 
     def _number(self, name: str, values: dict) -> float | None:
         """A parameter as given, else its default; None where the joint determines it."""
         check = self.checks.get(name, finite)
-        if name not in values and isinstance(check, OfJoint):
+        if values.get(name) is None and isinstance(check, OfJoint):
             return None
         return check(f"{self.name}: {name}", values.get(name, self.parameters[name]))
 
@@ -271,7 +291,7 @@ class BoundLaw:
         made = {name: self.law.checks[name].function(joint, given) for name in left}
         if missing := [name for name, value in made.items() if value is None]:
             raise ValueError(f"{missing[0]} is missing: give it to the law or to the joint")
-        return BoundLaw(self.law, tuple((given | made).values()), self.settings, left)
+        return pulls_never(BoundLaw(self.law, tuple((given | made).values()), self.settings, left))
 
     def source(self, facts: FilmJoint | PadFace):
         """Data of a law in a joint with these numbers: an object with `numbers`, a flat array."""
@@ -312,6 +332,47 @@ class BoundLaw:
     def __repr__(self) -> str:
         given = ", ".join(f"{k}={_brief(v)}" for k, v in self.parameters.items())
         return f"{self.law.name}({given})"
+
+
+#: penetrations [m], their rates and impact speeds [m/s] at which contacts are looked at
+DEPTHS = (-1e-3, -1e-6, 0.0, 1e-9, 1e-7, 1e-5, 1e-3)
+RATES, IMPACTS = (-10.0, -1e-3, 0.0, 1e-3, 10.0), (1e-3, 1.0)
+
+
+def pulls_never(law: BoundLaw) -> BoundLaw:
+    """A law as it is.
+
+    Raises ValueError for a user's contact that pulls, or that is not 0 without penetration.
+    """
+    numbers = all(isinstance(n, int | float) for n in law.numbers)
+    if (
+        law.law.family is not contact
+        or not numbers
+        or str(law.law.__module__).startswith("clearance.")
+    ):
+        return law
+    for depth, rate, impact in product(DEPTHS, RATES, IMPACTS):
+        force = _force(law, depth, rate, impact)
+        place = f"at a penetration of {depth:g} m and its rate {rate:g} m/s"
+        if depth <= 0.0 and force != force:
+            rule = "outside contact a power of the negative penetration is no number; "
+            rule += "max(penetration, 0.0) cuts it"
+            raise ValueError(f"contact {law.law.name}: no value {place}: {rule}")
+        if depth <= 0.0 and force != 0.0:
+            rule = "it is called outside contact too, and must return 0.0 there"
+            raise ValueError(f"contact {law.law.name}: {force:g} N {place}: {rule}")
+        if force < 0.0:
+            rule = "a contact never pulls; max(..., 0.0) cuts its force"
+            raise ValueError(f"contact {law.law.name}: {force:g} N {place}: {rule}")
+    return law
+
+
+def _force(law: BoundLaw, *state: float) -> float:
+    """Of a contact; nan where it has no value."""
+    try:
+        return float(law.law.function(*state, *law.numbers))
+    except (ArithmeticError, TypeError, ValueError):
+        return float("nan")
 
 
 def _brief(value: object) -> str:
@@ -389,4 +450,5 @@ def bound(field: str, value: object, *families: Family) -> BoundLaw | None:
         return value
     if isinstance(value, Law):
         raise TypeError(f"{field}: give {value.name} its parameters ({', '.join(value.given)})")
-    raise TypeError(f"{field} must be a {families[0].name} law or None, got {value!r}")
+    call = f"; call it: {value.__name__}(...)" if inspect.isfunction(value) else ""
+    raise TypeError(f"{field} must be a {families[0].name} law or None, got {value!r}{call}")

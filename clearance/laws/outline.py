@@ -23,6 +23,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clearance.algebra import each
 from clearance.checks import finite
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, outline
 
@@ -30,8 +31,7 @@ NODES = 360  # of an outline, all around
 # of a table over nodes -1, 0, ...: a walk around begins anywhere and never wraps
 LINE = 2 * NODES + 4
 STEP = 2.0 * math.pi / NODES
-COS = np.cos(STEP * (np.arange(LINE) - 1))
-SIN = np.sin(STEP * (np.arange(LINE) - 1))
+COS, SIN = (each(f, STEP * (np.arange(LINE) - 1)) for f in (math.cos, math.sin))
 SINE, BEND = math.sin(STEP), math.cos(STEP) - 1.0  # of half a cell
 
 FULL = (2.0, 0.0, 2.0 / 3.0, 0.0, 0.4)  # integrals of 1, u, ..., u^4 over a cell
@@ -397,11 +397,25 @@ deepest.slopes = deepest_slopes
 # --- edges of a bearing's scar, which fall between its nodes
 EDGES = 1 + 2 * LINE  # place of the number of pieces, in the numbers of outlines
 MOST_EDGES = 8
+BESIDE = 4  # cells to each side of an edge that are summed at more places
+MOST_CELLS, MOST_PARTS = MOST_EDGES * (2 * BESIDE + 1), MOST_EDGES * (2 * BESIDE + 2)
+# places in a part of a cell and their weights
+GAUSS = (
+    (0.1127016653792583, 0.2777777777777778),
+    (0.5, 0.4444444444444444),
+    (0.8872983346207417, 0.2777777777777778),
+)
 # of one piece: share of a cell, node before it, place behind the node, its cos and sin, depth and
 # its rise over a radian [m]
 PIECE = 7
 SHARP = 8.0  # bend of an edge over those beside it
-BEHIND = np.array([[1.0, 0.0, 0.0], [1.5, -2.0, 0.5], [0.5, -1.0, 0.5]])  # nodes 0, -1, -2
+
+
+def _parabola(here: np.ndarray, behind: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Coefficients, in steps beyond `here`, of the parabola through three neighbours."""
+    return np.array(
+        [here, 1.5 * here - 2.0 * behind + 0.5 * last, 0.5 * here - behind + 0.5 * last]
+    )
 
 
 def edges(depths: np.ndarray) -> list[tuple[int, float, np.ndarray, np.ndarray]]:
@@ -412,8 +426,7 @@ def edges(depths: np.ndarray) -> list[tuple[int, float, np.ndarray, np.ndarray]]
     slopes differ by more than SHARP times what neighbouring cells bend.
     """
     around = [np.roll(depths, -k) for k in range(-2, 4)]
-    left = BEHIND @ around[2::-1]
-    right = BEHIND @ around[3:]  # in 1 - t
+    left, right = _parabola(*around[2::-1]), _parabola(*around[3:])  # the second in 1 - t
     right = np.array([right.sum(axis=0), -right[1] - 2.0 * right[2], right[2]])
     bend, rise, gap = (right - left)[::-1]
     sharp = []
@@ -435,19 +448,44 @@ def crossing(rise: float, bend: float) -> float:
 
 
 def pieces(depths: np.ndarray) -> np.ndarray:
-    """Rows of PIECE that replace cells with an edge: the cell taken away, and both of its parts."""
+    """Rows of PIECE that replace the cells around an edge: each cell is taken away, and Gauss'
+    places in it come in its stead. A cell counts as two on both sides of its edge.
+    """
+    parts = _parts(depths)
     rows = []
-    for node, t, left, right in edges(depths):
+    for node in parts:
         here, beyond = depths[node], depths[(node + 1) % NODES]
         rows.append((-1.0, node, 0.5, 0.5 * (here + beyond), (beyond - here) / STEP))
-        for (low, high), (a, b, c) in (((0.0, t), left), ((t, 1.0), right)):
-            u = 0.5 * (low + high)
-            rows.append((high - low, node, u, a + u * (b + u * c), (b + 2.0 * u * c) / STEP))
-    table = np.zeros((3 * MOST_EDGES, PIECE))
+    for node, some in parts.items():
+        for low, high, (a, b, c) in some:
+            for place, weight in GAUSS:
+                u = low + place * (high - low)
+                depth, rise = a + u * (b + u * c), (b + 2.0 * u * c) / STEP
+                rows.append((weight * (high - low), node, u, depth, rise))
+    table = np.zeros((len(GAUSS) * MOST_PARTS + MOST_CELLS, PIECE))
     for row, (share, node, u, depth, rise) in zip(table, rows, strict=False):
         angle = (node + u) * STEP
         row[:] = share, node, u, math.cos(angle), math.sin(angle), depth, rise
     return np.append(float(len(rows)), table)
+
+
+def _parts(depths: np.ndarray) -> dict[int, list]:
+    """Cells around edges, by the node before them: begin, end and parabola of their parts."""
+    sharp = edges(depths)
+    parts = {node: [(0.0, t, left), (t, 1.0, right)] for node, t, left, right in sharp}
+    for node, *_ in sharp:
+        for k in range(1, BESIDE + 1):
+            for cell, first in ((node - k, -1), (node + k, 0)):
+                nodes = [depths[(cell + first + i) % NODES] for i in range(3)]
+                parts.setdefault(cell % NODES, [(0.0, 1.0, _through(nodes, -first))])
+    return parts
+
+
+def _through(nodes: Sequence[float], at: int) -> np.ndarray:
+    """Coefficients, in steps beyond the one `at` a place, of the parabola through three nodes."""
+    rise, bend = 0.5 * (nodes[2] - nodes[0]), 0.5 * (nodes[0] + nodes[2]) - nodes[1]
+    shift = at - 1.0
+    return np.array([nodes[at], rise + 2.0 * bend * shift, bend])
 
 
 class Outline:

@@ -10,9 +10,9 @@ nominal circles overlap. The law returns the parts of the joint:
         - (contact share F_contact(penetration) + F_asperity(lambda)) n
 
 lambda = h_0 / sigma with the composite roughness sigma. The film is never evaluated at or beyond
-the wall. Contact begins without an event in all but `flores_hybrid`. Contact laws with an impact
-speed get a typical one there. It is the clearance times the mechanism's angular frequency, or the
-start's speed if that is larger.
+the wall. Contact begins where the penetration passes zero, at the end of a step. It is an event in
+`flores_hybrid` alone. Contact laws with an impact speed get a typical one in the others. It is the
+clearance times the mechanism's angular frequency, or the start's speed if that is larger.
 """
 
 import math
@@ -120,7 +120,7 @@ def weighted(gap, roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry
     width = min(0.1 * mixed, full - mixed) * roughness
     film_gap = smooth_floor(gap, floor, width)
     slope = squeeze + (1.0 - squeeze) * smooth_floor_slope(gap, floor, width)
-    penetration = max(datum * floor - gap, 0.0)
+    penetration = datum * floor - gap
     return w_full + w_mixed, film_gap, slope, 1.0 - w_full, penetration, w_full, w_mixed, w_dry
 
 

@@ -8,15 +8,18 @@ in the bearing's frame, lengths over the clearance c; spin = omega_J - omega_B. 
 outline counts with +6 spin, the journal's with -6 spin, for it turns. `lift` is what a transition
 adds to the gap of a rough joint, the same all around: the smallest gap is the film gap that the
 transition gives. Sums over the middles between nodes, where the bearing's outline is straight;
-a cell with an edge of the bearing's scar counts as two, see `laws.outline.edges`. The oil drags all
-around.
+cells around an edge of the bearing's scar are summed at more places, see `laws.outline.pieces`. The
+oil drags all around.
 
 Valid for L/D < 0.25, too stiff above. Unworn and without lift it is `short_film` (1e-4).
 Source: DuBois and Ocvirk, NACA TR 1157 (1953), place by place; outlines as in film/conserving.py.
 """
 
+import math
+
 import numpy as np
 
+from clearance.algebra import each
 from clearance.laws.law import FilmJoint
 from clearance.laws.outline import (
     EDGES,
@@ -33,8 +36,8 @@ from clearance.laws.outline import (
 )
 
 THINNEST = 1e-6  # H is not taken below this
-COS = np.cos(STEP * (np.arange(NODES) + 0.5))  # of the middles between nodes
-SIN = np.sin(STEP * (np.arange(NODES) + 0.5))
+# of the middles between nodes
+COS, SIN = (each(f, STEP * (np.arange(NODES) + 0.5)) for f in (math.cos, math.sin))
 
 
 def gap_and_source(x, y, vx, vy, spin, lift, lift_rate, h, slope, c, s):

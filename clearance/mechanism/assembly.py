@@ -9,11 +9,13 @@ Works on absolute coordinates of all bodies (numpy, once per run).
 """
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
+from clearance.algebra import least_squares, product, solutions
 from clearance.body import ABSOLUTE, Body, ground
 from clearance.elements.element import Element
 from clearance.elements.joint import FREE, RELATIVE, TURN, Joint
@@ -26,13 +28,33 @@ from clearance.tracing.kernels import evaluated
 
 CLOSURE = 1e-12  # largest closing error accepted, relative to the mechanism's size
 RANK = 1e-9  # singular values below this share of the largest count as zero
+GUILTY = 1e-6  # share of an equation in a combination that is zero, from which it takes part
+#: share of the least singular value of a position beside it, at which rounding leaves an error of
+#: some 1e-16 / share^2 = 1e-5 of the rates
+SINGULAR = 5e-6
+AROUND = 8  # positions beside it
+SMALLEST = 1e-12  # as RANK, of equations that start rates follow from
 ITERATIONS = 200
 LARGEST_TURN = 0.5  # rad a single correction may turn a body
 MOST_POSITIONS = 100  # that a process keeps
 
-#: closed positions and their measured joints, by all that they depend on: points of a sweep mostly
-#: share them
-_positions: dict[tuple, tuple[np.ndarray, list[int]]] = {}
+
+@dataclass(frozen=True)
+class _Position:
+    """A closed position q, and values of all coordinates there.
+
+    measured: places of the measured joints in the scene. rates: of all coordinates for each of the
+        requested rates alone, see `_System.rates`.
+    """
+
+    q: np.ndarray
+    measured: list[int]
+    values: list[float]
+    rates: np.ndarray
+
+
+#: by all that they depend on: points of a sweep mostly share them
+_positions: dict[tuple, _Position] = {}
 
 
 @dataclass(frozen=True)
@@ -95,38 +117,29 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     if key not in _positions:
         if len(_positions) >= MOST_POSITIONS:
             del _positions[next(iter(_positions))]  # the oldest
-        q = system.position()
-        _positions[key] = q, [scene.joints.index(j) for j in system.measured]
-    q, measured = _positions[key]
-    system.measure(measured)
-    system.check_measured(q)
-    velocity = system.velocities(q)
-    poses, rates = (
-        {b: tuple(map(float, vector[place])) for b, place in system.pose.items()}
-        for vector in (q, velocity)
+        _positions[key] = system.position()
+    position = _positions[key]
+    system.measure(position.measured)
+    system.check_measured(position.q)
+    values, rates = position.values, (position.rates * system.requested()).sum(axis=1).tolist()
+    relative = dict(zip(system.geometry.places, zip(values, rates, strict=True), strict=True))
+    poses, velocities = (
+        {b: tuple(q[place]) for b, place in system.pose.items()} | {ground: (0.0, 0.0, 0.0)}
+        for q in (values[-position.q.size :], rates[-position.q.size :])
     )
-    values, slopes = system.geometry(q)
-    relative = dict(
-        zip(
-            system.geometry.places,
-            zip(values, (slopes @ velocity).tolist(), strict=True),
-            strict=True,
-        )
-    )
-    still = {ground: (0.0, 0.0, 0.0)}
-    return Start(poses | still, rates | still, system.size, tuple(system.measured), relative)
+    return Start(poses, velocities, system.size, tuple(system.measured), relative)
 
 
 @dataclass(frozen=True)
 class _Row:
     """One constraint equation: of which part, its coordinate's place, its value, and the rate its
-    start requires.
+    start requires, None for one that is always zero.
     """
 
     label: str
     place: tuple
     value: float
-    rate: float = 0.0
+    rate: float | None = None
 
 
 class _System:
@@ -147,25 +160,32 @@ class _System:
 
     # --- position
     def given(self) -> tuple:
-        """All that the closed position depends on, beside the structure of the scene."""
+        """All that the closed position and `rates` depend on, beside the structure of the scene."""
         bodies = [(b.com, b.angle, b.position) for b in self.scene.bodies]
         points = [(p.x, p.y) for j in self.scene.joints for p in (j.a, j.b)]
         turning = [j for j in self.scene.joints if TURN not in j.free and j.turn.number]
         turns = [getattr(j, j.turn.number) for j in turning]
         states = [(s.start, s.start_rate) for j in self.scene.joints for s in j.states()]
         drives = [d.start if d.motion is None else float(d.motion(0.0)) for d in self.drives]
-        return (self.size, self.geometry.read, *map(tuple, (bodies, points, turns, states, drives)))
+        moving = (d.speed_start is None for d in self.drives if not d.prescribes)
+        rated = tuple(moving), tuple(self._given_rates())
+        parts = map(tuple, (bodies, points, turns, states, drives))
+        return (self.size, self.geometry.read, rated, *parts)
 
-    def position(self) -> np.ndarray:
-        """The closed position, with the joints that are measured there."""
+    def position(self) -> _Position:
+        """The closed position."""
         q = self.rough()
         self.take_start_values(q)
         guilty, freedom = self.choose_measured(self.generic_position(q))
         if freedom and not guilty:
             self.hold(q)
         q = self.closed(q)
-        self.report_dependent(*self.choose_measured(q))
-        return q
+        if names := self._dependent(q, SINGULAR)[0]:
+            if not guilty:
+                self.report_singular(q, names)
+            self.report_dependent(*self.choose_measured(q))
+        places, (values, slopes) = map(self.scene.joints.index, self.measured), self.geometry(q)
+        return _Position(q, list(places), values, product(slopes, self.rates(slopes)))
 
     def measure(self, places: Collection[int]) -> None:
         """Have the joints at these places of the scene measured, in this order."""
@@ -267,18 +287,17 @@ class _System:
         """Of all joints, then of these drives."""
         rows = [row for joint in self.joints for row in self._joint_rows(joint)]
         return rows + [
-            _Row(d.label(), place_of(d.target), self.start.get(d, 0.0), _rate_at_start(d))
-            for d in drives
+            _Row(d.label(), place_of(d.target), self.start.get(d, 0.0), rate_at(d)) for d in drives
         ]
 
     def _joint_rows(self, joint: Joint) -> list[_Row]:
         """Equations of a joint: its states have their start values, other coordinates that it keeps
         are zero.
         """
-        starts = {s.name: (s.start, s.start_rate) for s in joint.states()}
+        starts: dict = {s.name: (s.start, s.start_rate) for s in joint.states()}
         coordinates = ((what, getattr(joint, what)) for what in RELATIVE)
         return [
-            _Row(joint.label(), (joint, what), *starts.get(one.state, (0.0, 0.0)))
+            _Row(joint.label(), (joint, what), *starts.get(one.state, (0.0, None)))
             for what, one in coordinates
             if one is not FREE
         ]
@@ -311,7 +330,7 @@ class _System:
                 best, worst = q, error
             if error <= 0.01 * CLOSURE * self.size:
                 break
-            step = -np.linalg.lstsq(matrix, residual, rcond=1e-12)[0]
+            step = -least_squares(matrix, residual)
             turn = np.abs(step[self.geometry.angles]).max(initial=0.0)
             q = q + step * min(1.0, LARGEST_TURN / turn if turn else 1.0)
             if worst <= CLOSURE * self.size and np.abs(step).max() < 1e-15 * self.size:
@@ -381,25 +400,40 @@ class _System:
             "(or the start is a singular position; start elsewhere)"
         )
 
-    def _dependent(self, q: np.ndarray) -> tuple[list[str], int]:
-        """Labels of equations that repeat each other at q, and how many movements the joints alone
-        leave.
+    def report_singular(self, q: np.ndarray, names: list[str]) -> None:
+        """A drive must not begin where the loops give way to it in no sense or in either, as a
+        slide at a stretched crank. Nearby, rounding of the position decides on the rates.
+
+        names: of equations that nearly repeat each other at q.
         """
-        labels, _, matrix = self.equations(q, starting=False)
-        scaled = matrix.copy()
-        scaled[:, self.geometry.angles] /= self.size
-        moves = np.delete(scaled, self.geometry.angles, axis=1).any(axis=1)
-        for i, label in enumerate(labels):
-            if not (label.startswith("joint") and moves[i]):
-                scaled[i] *= self.size
+        if all(n.startswith("joint") for n in names):
+            return
+        turns, moved, usual = self.geometry.angles, q.copy(), 0.0
+        for far in np.random.default_rng(1).uniform(-1.0, 1.0, (AROUND, len(turns))):
+            moved[turns] = q[turns] + far
+            values = np.linalg.svd(self._scaled(moved)[1], compute_uv=False)
+            usual = max(usual, values[-1] / values[0])
+        names, _ = self._dependent(q, SINGULAR * usual)
+        if drives := [n for n in names if not n.startswith("joint")]:
+            others = ", ".join(n for n in names if n not in drives)
+            raise ValueError(
+                f"singular position: {', '.join(drives)} cannot begin where {others} are "
+                "stretched or folded (within rounding); start elsewhere"
+            )
+
+    def _dependent(self, q: np.ndarray, share: float = RANK) -> tuple[list[str], int]:
+        """Labels of equations that repeat each other at q, and how many movements the joints alone
+        leave. share: of the largest singular value, below which one counts as zero.
+        """
+        labels, scaled = self._scaled(q)
         if not scaled.size:
             return [], scaled.shape[1]
         values = np.linalg.svd(scaled, compute_uv=False)
-        rank = int((values > RANK * values[0]).sum())
+        rank = int((values > share * values[0]).sum())
         if rank == len(labels):
             return [], scaled.shape[1] - rank
         left = np.linalg.svd(scaled)[0]
-        guilty = np.abs(left[:, rank:]).max(axis=1) > 1e-6
+        guilty = np.abs(left[:, rank:]).max(axis=1) > GUILTY
         names = list(dict.fromkeys(n for n, g in zip(labels, guilty, strict=True) if g))
         joints = [n for n in labels if n.startswith("joint")]
         alone = scaled[: len(joints)]
@@ -408,20 +442,71 @@ class _System:
         )
         return names, freedom
 
+    def _scaled(self, q: np.ndarray) -> tuple[list[str], np.ndarray]:
+        """Labels of all equations at q, and their Jacobian without units."""
+        labels, _, matrix = self.equations(q, starting=False)
+        scaled = matrix.copy()
+        scaled[:, self.geometry.angles] /= self.size
+        moves = np.delete(scaled, self.geometry.angles, axis=1).any(axis=1)
+        for i, label in enumerate(labels):
+            if not (label.startswith("joint") and moves[i]):
+                scaled[i] *= self.size
+        return labels, scaled
+
     # --- velocities
-    def velocities(self, q: np.ndarray) -> np.ndarray:
-        """Rates that satisfy all joints and drives, nearest to those given with the bodies (others
-        count little).
+    def _moving(self) -> list[_Row]:
+        """Equations that decide on rates before those given with bodies do."""
+        return self._rows([d for d in self.drives if d.prescribes or d.speed_start is not None])
+
+    def _given_rates(self) -> dict[int, float]:
+        """Rates that bodies have of their own, by their places in q."""
+        rates = {b: (*(b.velocity or (None, None)), b.angular_velocity) for b in self.pose}
+        places = (
+            (place.start + i, v) for b, place in self.pose.items() for i, v in enumerate(rates[b])
+        )
+        return {i: v for i, v in places if v is not None}
+
+    def requested(self) -> list[float]:
+        """Rates that the start requires: of states and drives, then those given with bodies."""
+        rates = [row.rate for row in self._moving() if row.rate is not None]
+        return rates + list(self._given_rates().values())
+
+    def rates(self, slopes: np.ndarray) -> np.ndarray:
+        """Rates of q for each of the requested ones alone: of joints and drives, then nearest to
+        those given with bodies, then nearest to rest.
+
+        Each only decides what those before it leave free. A body without a given rate rests
+        relative to the one that carries it. Rates of angles count times the mechanism's size.
         """
-        rough, free = np.zeros(q.size), np.ones(q.size)
-        for body, place in self.pose.items():
-            rough[place] = (*body.velocity, body.angular_velocity)
-        free[self.geometry.angles] = 1.0 / self.size
-        free[rough != 0.0] *= 1e-6
-        rows = self._rows([d for d in self.drives if d.prescribes or d.speed_start is not None])
-        matrix = self.geometry(q)[1][[self.geometry.place[row.place] for row in rows]]
-        missing = np.array([row.rate for row in rows]) - matrix @ rough
-        return rough + free * np.linalg.lstsq(matrix * free, missing, rcond=1e-12)[0]
+        size = np.ones(slopes.shape[1])
+        size[self.geometry.angles] = self.size
+        rows, given = self._moving(), list(self._given_rates())
+        count = len(rows) + len(given)
+        requested = [i for i in range(count) if i >= len(rows) or rows[i].rate is not None]
+        wanted = np.eye(count)[:, requested]
+        closed = slopes[[self.geometry.place[row.place] for row in rows]], wanted[: len(rows)]
+        stages = closed, (np.diag(size)[given], size[given, None] * wanted[len(rows) :])
+        rate, free = np.zeros((size.size, len(requested))), np.diag(1.0 / size)
+        for matrix, right in chain(stages, self._resting(slopes)):
+            if not free.shape[1]:
+                break
+            if len(matrix):
+                least = SMALLEST * math.sqrt(np.square(matrix / size).sum())
+                missing = right - product(matrix, rate)
+                shortest, ways = solutions(product(matrix, free), missing, least)
+                rate, free = rate + product(free, shortest), product(free, ways)
+        return rate
+
+    def _resting(self, slopes: np.ndarray) -> Iterator[tuple[np.ndarray, float]]:
+        """Each free coordinate is to rest, those next to the ground first: an angle relative to the
+        carrying body.
+        """
+        groups = closed_plan(self.scene, tuple(self.measured)).groups
+        for attachment in (a for group in groups for a in group.attachments):
+            for c in (c for c in attachment.coordinates if c.source == "free"):
+                turning = c.turns and attachment.joint is not None
+                place = (attachment.joint, TURN) if turning else c.place
+                yield slopes[[self.geometry.place[place]]], 0.0
 
 
 def _turned(angle: float, x: float, y: float) -> tuple[float, float]:
@@ -429,12 +514,14 @@ def _turned(angle: float, x: float, y: float) -> tuple[float, float]:
     return c * x - s * y, s * x + c * y
 
 
-def _rate_at_start(drive: Element) -> float:
-    """Rate of a driven coordinate at t = 0: the speed given, or the motion's first derivative."""
+def rate_at(drive: Element, time: float = 0.0) -> float:
+    """Rate of a driven coordinate at a time [s]: the speed given, or the motion's first
+    derivative.
+    """
     if drive.motion is None:
         return (drive.speed if drive.prescribes else drive.speed_start) or 0.0
     slope = evaluated(traced(drive.motion.law.function).slopes((0,)))
-    return slope(0.0, *drive.motion.numbers)[1]
+    return slope(time, *drive.motion.numbers)[1]
 
 
 def _size(scene: Scene) -> float:

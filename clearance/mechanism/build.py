@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from itertools import zip_longest
 
 import numpy as np
 
@@ -24,6 +25,8 @@ from clearance.tracing.trace import Trace
 
 _structures: dict[tuple, Structure] = {}
 _planned: dict[tuple, tuple[Scene, tuple[Plan, Plan], tuple]] = {}
+TURN = 2.0 * math.pi
+ROUNDING = 1e-9  # of a turn
 MOST_STRUCTURES = 200  # that a process keeps; a trace takes some 3 MB, names of its parts little
 
 
@@ -40,6 +43,7 @@ class Mechanism:
     work0: np.ndarray
     # joint -> data of its film law: a table or a callback
     sources: dict = field(default_factory=dict)
+    opened: tuple[str, ...] = ()  # joints whose loops are opened, see `build`
 
     @property
     def layout(self) -> Layout:
@@ -75,6 +79,37 @@ class Mechanism:
     def reach(self) -> np.ndarray:
         """Free way of each spot [m]."""
         return np.array([spot.reach for _, spot in self.spots])
+
+    @property
+    def measures(self) -> np.ndarray:
+        """Lengths that each spot's penetration is a difference of [m]: its rounding goes by them.
+
+        Offsets that are no coordinates are differences of places of bodies.
+        """
+        offsets, size = self.eccentric, self.start.size
+        longest = (s.longest if e in offsets else size for e, s in self.spots)
+        return np.maximum(self.reach, np.fromiter(longest, float))
+
+    @cached_property
+    def turning(self) -> list:
+        """Drives that prescribe an angle."""
+        return [d for d in self.scene.drives if d.prescribes and not d.slides]
+
+    def turn(self, turns: Collection[int]) -> None:
+        """Have the drives of `turning` stand so many full turns ahead of the scene's start."""
+        for drive, count in zip_longest(self.turning, turns, fillvalue=0):
+            begin, base = "turned", 0.0
+            if drive.motion is None:
+                begin, base = "start", self.start.coordinate(drive.target)
+            self.par[self.layout.parameters[f"{drive.key}/{begin}"]] = base + TURN * count
+
+    def count_from(self, y: np.ndarray, work: np.ndarray) -> None:
+        """Have finite drives count their turns from this state on; its part of a turn stays."""
+        finite, par = [d for d in self.scene.drives if d.nominal], self.layout.parameters
+        row = self.outputs(0.0, y, work) if finite else ()
+        for drive in finite:
+            made = math.floor(row[self.layout.output[f"{drive.key}/turns"]] + ROUNDING)
+            self.par[par[f"{drive.key}/start"]] += math.copysign(TURN, drive.nominal) * made
 
     def blend(self) -> None:
         """Give spots without a first touch a typical speed instead of that of their impact."""
@@ -117,12 +152,21 @@ class Mechanism:
         return {j: self.layout.state[f"{j.key}/{j.soft_coordinates[0][1]}"] for j in self.eccentric}
 
     @cached_property
+    def share(self) -> float:
+        """The smallest clearance that is measured over the mechanism's size, 1 without one: places
+        of bodies need to be finer by so much.
+        """
+        measured = (s.reach for e, s in self.spots if e in self.start.measured)
+        return min([1.0, *(reach / self.start.size for reach in measured)])
+
+    @cached_property
     def scale(self) -> np.ndarray:
-        """Natural size of each state: 1 rad for free angles, the size for lengths, what elements
-        state of their own gives; rates times the frequency.
+        """Natural size of each state: 1 rad for free angles, the size for lengths, both times the
+        share of a measured clearance. Elements give that of theirs. Rates: times the frequency.
         """
         sizes = {f"{e.key}/{s.name}": s.size for e in self.scene.elements for s in e.states()}
-        sizes |= {c.key: 1.0 if c.turns else self.start.size for c in self.plan.free}
+        free = {c.key: 1.0 if c.turns else self.start.size for c in self.plan.free}
+        sizes |= {key: self.share * size for key, size in free.items()}
         lengths = [sizes[name] for name in self.layout.coordinates]
         first_order = [sizes[name] for name in self.layout.first_order]
         return np.array(lengths + [x * self.frequency for x in lengths] + first_order)
@@ -152,10 +196,10 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     """
     numbers = Numbers(scene)
     start = assemble(scene, numbers)
-    more = (j for j in scene.soft_joints if j.name in opened and j not in start.measured)
+    more = [j for j in scene.soft_joints if j.name in opened and j not in start.measured]
     start = replace(start, measured=(*start.measured, *more))
     plan, cut, way = _plans(scene, numbers, start.measured)
-    for group in plan.groups:
+    for group in (*plan.groups, *cut.groups):
         check_reach(group, start.size)
     names = tuple(p.name for p in scene.parts)
     trace = numbers.signature, way, ledger
@@ -170,8 +214,9 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     sources = _sources(scene)
     par = _parameters(structure, _values(scene, structure, plan, numbers, start), sources)
     y0 = _state(scene, plan, start, structure.layout)
+    work, opened = _work(scene, structure, start), (j.name for j in more)
     mechanism = Mechanism(
-        scene, structure, plan, start, par, y0, _work(scene, structure, start), _films(sources)
+        scene, structure, plan, start, par, y0, work, _films(sources), tuple(opened)
     )
     mechanism.blend()
     return mechanism

@@ -1,39 +1,37 @@
-"""Dead centres: where the equations of a loop are singular, along a motion that has gone wrong."""
+"""Dead centres: where the equations of a loop are singular, along a motion that has gone wrong;
+other coordinates for it.
+"""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from clearance.body import ground
-from clearance.elements.joint import RELATIVE, TURN
+from clearance.algebra import each
+from clearance.body import Body, ground
+from clearance.elements.joint import RELATIVE, TURN, Joint
 from clearance.mechanism.build import Mechanism, place_named
 from clearance.mechanism.kinematics import Kinematics, Pose, Propagation
 from clearance.mechanism.loops import wrong_turn
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.rates import ZERO, Rates
-from clearance.mechanism.topology import Group
+from clearance.mechanism.topology import Group, Plan
 from clearance.tracing.trace import Trace
 
 DEAD = 1e-2  # closing determinant at a dead centre, over the largest of the motion
-STEEP = 4.0  # a determinant may reach zero within this many of its changes between two outputs
-FAR = 1.0  # way of a coordinate between two outputs, of its natural size, that is too long
-POINTS = 33  # places between two outputs that are looked at together
+STEEP = 4.0  # a determinant may reach zero within this many of its changes between two steps
+POINTS = 33  # places between two steps that are looked at together
 ZOOMS = 6
 RATES = {"x": "vx", "y": "vy", "angle": "omega"}
 
 
 @dataclass(frozen=True)
-class SampledMotion:
-    """Outputs of a mechanism at a few times, (times, channels), with its states between them.
-
-    work: what an accepted step left for the next.
-    """
+class Outputs:
+    """Rows of outputs of a mechanism, (rows, channels), and what they show of its coordinates."""
 
     mechanism: Mechanism
-    work: np.ndarray
-    times: np.ndarray
     rows: np.ndarray
 
     def column(self, path: str) -> np.ndarray:
@@ -70,14 +68,19 @@ class SampledMotion:
         size = self.mechanism.start.size  # makes an equation of angles one of lengths
         closed = [what for joint in group.closures for what in RELATIVE if what not in joint.free]
         lengths = [size if what == TURN else 1.0 for what in closed]
-        cells = np.zeros((len(self.times), len(matrix), len(matrix)))
+        cells = np.zeros((len(self.rows), len(matrix), len(matrix)))
         for i, row in enumerate(matrix):
             for j, value in enumerate(row):
                 cells[:, i, j] = lengths[i] * value
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.linalg.det(cells) / np.linalg.norm(cells, axis=1).prod(axis=1)
 
-    # --- between the times
+    def sizes(self, group: Group) -> np.ndarray:
+        """Sizes of a group's determinant, endless where there is no position."""
+        sizes = np.abs(self.determinants(group))
+        return np.where(np.isfinite(sizes), sizes, np.inf)
+
+    # --- coordinates
     def coordinate(self, place: tuple) -> tuple[np.ndarray, np.ndarray]:
         """A coordinate and its rate: of a body, or a relative one of a joint."""
         part, what = place
@@ -94,60 +97,67 @@ class SampledMotion:
         joint, what = place
         value, rate = self.coordinate(place)
         if what == TURN:
-            return np.arctan2(*wrong_turn(self.kinematics, joint)), rate
+            return each(math.atan2, *wrong_turn(self.kinematics, joint)), rate
         return value - self.kinematics.given(joint, what)[0], rate
 
     @cached_property
-    def states(self) -> tuple[np.ndarray, np.ndarray]:
-        """Independent coordinates and their rates, (times, coordinates)."""
-        joints = self.mechanism.eccentric
+    def states(self) -> np.ndarray:
+        """Independent coordinates, then their rates, (rows, states)."""
         columns = [self.coordinate(c.place) for c in self.mechanism.plan.free]
-        columns += [self.offset((j, what)) for j in joints for what, _ in j.soft_coordinates]
-        shape = (len(self.times), len(columns))
-        values, rates = zip(*columns, strict=True) if columns else ((), ())
-        return tuple(np.array(column).T.reshape(shape) for column in (values, rates))
+        soft = [(j, what) for j in self.mechanism.eccentric for what, _ in j.soft_coordinates]
+        columns += map(self.offset, soft)
+        values = [value for value, _ in columns] + [rate for _, rate in columns]
+        return np.array(values).T.reshape(len(self.rows), len(values))
 
     @cached_property
     def carried(self) -> np.ndarray:
-        """Coordinates that steps carry on, (times, carried)."""
+        """Coordinates that steps carry on, (rows, carried)."""
         carried = self.mechanism.layout.carried
         values = [self.coordinate(place_named(self.mechanism.scene, *one))[0] for one in carried]
-        return np.array(values).T.reshape(len(self.times), len(carried))
+        return np.array(values).T.reshape(len(self.rows), len(carried))
 
-    def between(self, times: np.ndarray) -> "SampledMotion":
-        """Outputs at other times, from cubic interpolation of the states."""
-        rows = np.empty((len(times), self.rows.shape[1]))
-        y, work = self.mechanism.y0.copy(), self.work.copy()
-        values, rates = self.states
-        size = values.shape[1]
-        for time, row in zip(times, rows, strict=True):
-            i = int(np.clip(np.searchsorted(self.times, time) - 1, 0, len(self.times) - 2))
-            h = self.times[i + 1] - self.times[i]
-            s = (time - self.times[i]) / h
-            y[:size] = (1.0 - s) ** 2 * ((1.0 + 2.0 * s) * values[i] + s * h * rates[i])
-            y[:size] += s**2 * ((3.0 - 2.0 * s) * values[i + 1] + (s - 1.0) * h * rates[i + 1])
-            carried = (1.0 - s) * self.carried[i] + s * self.carried[i + 1]
-            work[self.mechanism.layout.carried_places] = carried
-            row[:] = self.mechanism.outputs(time, y, work)
-        return SampledMotion(self.mechanism, self.work, times, rows)
+
+@dataclass(frozen=True)
+class Motion:
+    """States of a mechanism at the ends of some steps. numbers: states with the ledger, then what
+    steps carry on, (times, numbers); work: of the last step.
+    """
+
+    mechanism: Mechanism
+    work: np.ndarray
+    times: np.ndarray
+    numbers: np.ndarray
 
     @cached_property
-    def dense(self) -> np.ndarray:
-        """True for each piece between two times in which no coordinate moves far.
+    def outputs(self) -> Outputs:
+        """Their outputs."""
+        mechanism, size = self.mechanism, self.mechanism.y0.size
+        rows = np.empty((len(self.times), len(mechanism.layout.channels)))
+        work = self.work.copy()
+        for time, numbers, row in zip(self.times, self.numbers, rows, strict=True):
+            work[mechanism.layout.carried_places] = numbers[size:]
+            row[:] = mechanism.outputs(time, numbers[:size], work)
+        return Outputs(mechanism, rows)
 
-        The states are right there.
-        """
-        count = len(self.mechanism.plan.free)
-        rates = np.abs(self.states[1][:, :count]) / self.mechanism.scale[:count]
-        moved = np.maximum(rates[1:], rates[:-1]) * np.diff(self.times)[:, None]
-        return (moved < FAR).all(axis=1)
+    def between(self, times: np.ndarray) -> "Motion":
+        """Other times: coordinates by cubic interpolation, all else by straight lines."""
+        i = np.clip(np.searchsorted(self.times, times) - 1, 0, max(len(self.times) - 2, 0))
+        h = (self.times[1:] - self.times[:-1])[i]
+        s = ((times - self.times[i]) / h)[:, None]
+        one, two, p = self.numbers[i], self.numbers[i + 1], self.mechanism.layout.size
+        numbers = (1.0 - s) * one + s * two
+        rates, bend = self.mechanism.layout.rates, s * (1.0 - s)
+        slope = (two[:, :p] - one[:, :p]) / h[:, None]
+        pull = (1.0 - s) * (one[:, rates] - slope) - s * (two[:, rates] - slope)
+        numbers[:, :p] += bend * h[:, None] * pull
+        return Motion(self.mechanism, self.work, times, numbers)
 
     def lowest(self, group: Group, first: float, last: float) -> float:
         """Size of a group's smallest determinant from the first to the last time."""
         size = np.inf
         for _ in range(ZOOMS):
             times = np.linspace(first, last, POINTS)
-            sizes = _sizes(self.between(times), group)
+            sizes = self.between(times).outputs.sizes(group)
             best = int(sizes.argmin())
             size = min(size, float(sizes[best]))
             first, last = times[max(best - 1, 0)], times[min(best + 1, POINTS - 1)]
@@ -156,27 +166,48 @@ class SampledMotion:
 
 @dataclass(frozen=True)
 class DeadCentre:
-    """A loop that came to its dead centre, and that in words."""
+    """A loop that came to its dead centre, in words, and its joints that only forces hold. With one
+    of them measured, the loop is open and has no dead centre.
+    """
 
-    group: Group
     text: str
-
-    @property
-    def soft_joints(self) -> tuple[str, ...]:
-        """Names of its joints with clearance: one of them measured, the loop is open and has no
-        dead centre.
-        """
-        joints = (*self.group.closures, *(a.joint for a in self.group.attachments))
-        return tuple(j.name for j in joints if j is not None and j.soft)
+    soft_joints: tuple[str, ...]
 
 
-def dead_centre(motion: SampledMotion) -> DeadCentre | None:
+def soft_joints(plan: Plan, group: Group) -> tuple[str, ...]:
+    """Joints that only forces hold of the loops that a group closes: its own, then those on the way
+    from its bodies to where both sides meet.
+    """
+    carried = {a.body: a for g in plan.groups for a in g.attachments}
+    joints = [*group.closures, *(a.joint for a in group.attachments)]
+    for closure in group.closures:
+        one, two = (_way(carried, body) for body in closure.bodies())
+        joints += [j for j in one + two if (j in one) != (j in two)]
+    return tuple(dict.fromkeys(j.name for j in joints if j is not None and j.soft))
+
+
+def _way(carried: dict, body: Body) -> list[Joint | None]:
+    """Joints from a body to the ground, as a plan places bodies."""
+    joints = []
+    while body in carried:
+        joints.append(carried[body].joint)
+        body = carried[body].parent
+    return joints
+
+
+def opens(mechanism: Mechanism) -> bool:
+    """True where some loop has a joint that only forces hold, and can be opened there."""
+    plan = mechanism.plan
+    return any(soft_joints(plan, group) for group in plan.groups if group.closures)
+
+
+def dead_centre(motion: Motion) -> DeadCentre | None:
     """The first loop that comes to a dead centre along a motion; None where none does."""
     mechanism = motion.mechanism
     row = mechanism.outputs(0.0, mechanism.y0, np.append(mechanism.work0, 0.0))
-    start = SampledMotion(mechanism, motion.work, np.zeros(1), row[None])
+    start = Outputs(mechanism, row[None])
     for group in (g for g in mechanism.plan.groups if g.closures):
-        begun, sizes = float(_sizes(start, group)[0]), _sizes(motion, group)
+        begun, sizes = float(start.sizes(group)[0]), motion.outputs.sizes(group)
         enough = DEAD * max([begun, *sizes[np.isfinite(sizes)]])
         size = next((s for s in _lows(motion, group, sizes) if s < enough), None)
         if size is not None:
@@ -185,22 +216,32 @@ def dead_centre(motion: SampledMotion) -> DeadCentre | None:
                 f"its closing determinant fell to {size:.1g} of its scale ({begun:.2g} at the "
                 f"start)"
             )
-            return DeadCentre(group, text)
+            return DeadCentre(text, soft_joints(mechanism.plan, group))
     return None
 
 
-def _lows(motion: SampledMotion, group: Group, sizes: np.ndarray) -> Iterator[float]:
+def _lows(motion: Motion, group: Group, sizes: np.ndarray) -> Iterator[float]:
     """Small sizes of a group's determinant: where it may go to zero, then at the times."""
-    for i, size in enumerate(sizes):
-        before = i - 1 if i > 0 and motion.dense[i - 1] else i
-        after = i + 1 if i + 1 < len(sizes) and motion.dense[i] else i
-        change = max(abs(sizes[before] - size), abs(sizes[after] - size))
-        if size <= min(sizes[before], sizes[after]) and size < STEEP * change < np.inf:
+    values, last = sizes.tolist(), len(sizes) - 1
+    for i, size in enumerate(values):
+        before, after = max(i - 1, 0), min(i + 1, last)
+        change = max(abs(values[before] - size), abs(values[after] - size))
+        if size <= min(values[before], values[after]) and size < STEEP * change < np.inf:
             yield motion.lowest(group, motion.times[before], motion.times[after])
-    yield float(sizes.min())
+    yield min(values)
 
 
-def _sizes(motion: SampledMotion, group: Group) -> np.ndarray:
-    """Sizes of a group's determinant along a motion, endless where there is no position."""
-    sizes = np.abs(motion.determinants(group))
-    return np.where(np.isfinite(sizes), sizes, np.inf)
+def transferred(
+    before: Mechanism, y: np.ndarray, row: np.ndarray, after: Mechanism
+) -> tuple[tuple[float, ...], ...]:
+    """A state of one mechanism, of which `row` is the outputs, in the coordinates of another of the
+    same scene. Its states without the ledger, what steps carry on, and angles of `Layout.wrapped`.
+    """
+    place, paths = before.layout.output, [c.path for c in after.layout.channels]
+    outputs = Outputs(after, np.array([[row[place[p]] if p in place else np.nan for p in paths]]))
+    states, places = after.y0[: after.size].copy(), before.layout.state
+    states[: after.layout.rates.stop] = outputs.states[0]
+    for name in after.layout.first_order:
+        states[after.layout.state[name]] = y[places[name]]
+    angles = (outputs.column(path)[0] for path in after.layout.wrapped)
+    return tuple(states.tolist()), tuple(outputs.carried[0].tolist()), tuple(map(float, angles))

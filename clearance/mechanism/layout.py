@@ -117,6 +117,11 @@ class Layout:
         return {channel.path: i for i, channel in enumerate(self.channels)}
 
     @property
+    def wrapped(self) -> list[str]:
+        """Paths of angles that are made continuous."""
+        return [channel.path for channel in self.channels if channel.wrapped]
+
+    @property
     def carried_places(self) -> slice:
         """Coordinates that a step carries to the next, in the work vector."""
         return slice(len(self.spots), len(self.spots) + len(self.carried))

@@ -20,8 +20,11 @@ from clearance.periodic.maps import Motion, NotPeriodic, Place, Section
 from clearance.periodic.shooting import multipliers
 from clearance.periodic.steady import Family, Search, calmest
 from clearance.scene import Scene
+from clearance.units import written
 
 FIRST, SMALLEST, LARGEST = 0.01, 1e-6, 0.03  # steps along the curve: the first, the least, the most
+QUIET = 0.2  # the longest step where the branch is quiet
+QUICK, CALM = 2, 0.5  # rounds of the corrector, and multipliers, of a quiet branch at most
 GROW, SHRINK = 1.4, 0.5  # of the step after a point that was easy, and after none
 EASY = 4  # rounds of the corrector that an easy point takes at most
 ROUNDS = 9  # of the corrector, at most
@@ -83,7 +86,8 @@ class Point:
 class Follower:
     """A branch of periodic motions, point by point.
 
-    scene: of a value of the parameter; low, high: its range; channels: outputs to keep.
+    scene: of a value of the parameter; low, high: its range; channels: outputs to keep; unit: of
+    the parameter in sentences.
     """
 
     def __init__(
@@ -94,10 +98,13 @@ class Follower:
         tolerance: float,
         rtol: float,
         channels: list[str],
-        largest: float = LARGEST,
+        step: float | None = None,
+        unit: str = "",
     ):
         self.scene, self.low, self.high = scene, low, high
-        self.tolerance, self.rtol, self.channels, self.largest = tolerance, rtol, channels, largest
+        self.tolerance, self.rtol, self.channels, self.unit = tolerance, rtol, channels, unit
+        # the longest steps along the curve: anywhere, and where it is quiet, see `_next`
+        self.largest, self.quiet = step or LARGEST, step or QUIET
         self.turns, self.phase, self.like = 1, 0.0, None
         self.sections: dict[float, Section] = {}
         # of a curve that begins in a doubling: how far two halves of the period are apart
@@ -124,6 +131,10 @@ class Follower:
 
     def _value(self, unknowns: np.ndarray) -> float:
         return float(self.low + unknowns[-1] * (self.high - self.low))
+
+    def _text(self, point: Point) -> str:
+        """The parameter of a point, as the user writes it."""
+        return written(point.value, self.unit, 9)
 
     def section(self, value: float) -> Section:
         """The section of the scene at a value of the parameter; the last few stay."""
@@ -260,10 +271,13 @@ class Follower:
                 continue
             if np.linalg.norm(other.halves) > length:  # about twice the way
                 return other, first
-        raise NotPeriodic(f"no motion of twice the period was met at {point.value:.9g}")
+        raise NotPeriodic(f"no motion of twice the period was met at {self._text(point)}")
 
     def again(self, point: Point) -> tuple["Follower", Point]:
         """A follower that goes on from a point of a file, and that point with its derivative."""
+        drives = self.section(point.value).motion.made.size  # old files have no turns of them
+        place = replace(point.place, turns=np.resize(point.place.turns, drives))
+        point = replace(point, place=place)
         other = self._standing(point, point.period)
         other.halves = other._halves(point) if point.branch else None
         unknowns = other.unknowns(point)
@@ -316,7 +330,7 @@ class Follower:
                 return
             new, length = reached
             if self._joined(new):
-                self.reason = f"it joins motions of half its period at {new.value:.9g}"
+                self.reason = f"it joins motions of half its period at {self._text(new)}"
                 return
             yield from self.between(point, new)
             if not 0.0 <= (share := self._share(new.value)) <= 1.0:
@@ -332,15 +346,25 @@ class Follower:
             try:
                 new, rounds = self.step(point, length)
                 if new.tangent @ point.tangent > BENT and new.contacts == point.contacts:
-                    return new, min(length * GROW, self.largest) if rounds <= EASY else length
+                    return new, self._next(length, rounds, new)
                 if length <= 10.0 * SMALLEST:
                     return new, FIRST * 0.1
                 reason = "contacts change" if new.contacts != point.contacts else "it bends"
             except (NotPeriodic, NotSolved, np.linalg.LinAlgError) as error:
                 reason = str(error)
             length *= SHRINK
-        self.reason = f"no step is short enough at {point.value:.9g}: {reason}"
+        self.reason = f"no step is short enough at {self._text(point)}: {reason}"
         return None
+
+    def _next(self, length: float, rounds: int, new: Point) -> float:
+        """The step after one that took so many rounds. Beyond the longest it grows where the
+        tangent met the curve, and where few rounds did with motions that settle fast: no
+        bifurcation is near. One round more, and it stays.
+        """
+        quiet = rounds == 1 or new.largest < CALM and rounds <= QUICK + 1
+        most = self.quiet if quiet else self.largest
+        easy = QUICK if length >= self.largest else EASY
+        return min(length * GROW if rounds <= easy else length, most)
 
     def _ending(self, a: Point, b: Point, share: float) -> Point:
         """The point between two others where the parameter reaches an end of its range."""

@@ -5,6 +5,7 @@ and a picture.
 import csv
 import json
 import math
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -14,17 +15,21 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
-from clearance.catalogue import find_case
+from clearance.catalogue import AnyCase, case_with
 from clearance.extremes import along, guides
-from clearance.mechanism.build import build
+from clearance.mechanism.build import Mechanism, build
 from clearance.periodic import kept
 from clearance.periodic.branch import DOUBLING, FOLD, LARGEST, LOCATED, POINTS, Follower, Point
 from clearance.periodic.maps import NotPeriodic
 from clearance.periodic.steady import tolerance_of
 from clearance.recording import chosen
-from clearance.results import save_tables
+from clearance.results import replacing, save_tables
+from clearance.sweeping.made import accept, differences, of_case
+from clearance.units import UNITS, written
 
 INTERRUPTED = "interrupted"
+SAVED = 3.0  # seconds between two writings of a branch under way, at least
+SHARE = 50.0  # the same, over the time that a writing takes
 
 
 @dataclass(frozen=True)
@@ -33,7 +38,7 @@ class Branch:
 
     parameter and its units; fixed: the other parameters that were given; channels: paths of the
     outputs in `points`, with their units; reason: why it ends; request: what was requested, as
-    plain data.
+    plain data; inputs: of its points, see `made.of_case`.
     """
 
     case: str
@@ -44,6 +49,7 @@ class Branch:
     points: list[Point] = field(repr=False)
     reason: str
     request: dict = field(repr=False, default_factory=dict)
+    inputs: list[dict] = field(repr=False, default_factory=list)
 
     @property
     def values(self) -> np.ndarray:
@@ -141,12 +147,6 @@ class Branch:
         """Write follow.csv and follow.h5 in a folder."""
         folder, columns = Path(folder), self.columns()
         folder.mkdir(parents=True, exist_ok=True)
-        with (folder / "follow.csv").open("w", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow(f"{name} [{units}]" for name, (units, _, _) in columns.items())
-            writer.writerows(
-                zip(*(values.tolist() for _, _, values in columns.values()), strict=True)
-            )
         about = {
             "case": self.case,
             "parameter": self.parameter,
@@ -154,20 +154,25 @@ class Branch:
             "ended": self.reason,
             "format_version": kept.FORMAT_VERSION,
             "request": json.dumps(self.request, sort_keys=True),
+            "made": json.dumps(self.inputs, sort_keys=True),
         }
         fixed = {
             name: value if isinstance(value, int | float) else str(value)
             for name, value in self.fixed.items()
         }
         tables = {"branch": (fixed, columns), "places": ({}, kept.places(self.points))}
-        return [
-            folder / "follow.csv",
-            save_tables(folder / kept.FILE, kept.FORMAT, about, tables),
-        ]
+        file = save_tables(folder / kept.FILE, kept.FORMAT, about, tables)
+        with replacing(folder / "follow.csv") as part, part.open("w", newline="") as table:
+            writer = csv.writer(table)
+            writer.writerow(f"{name} [{units}]" for name, (units, _, _) in columns.items())
+            writer.writerows(
+                zip(*(values.tolist() for _, _, values in columns.values()), strict=True)
+            )
+        return [folder / "follow.csv", file]
 
 
 def follow(
-    case: str | Path,
+    case: AnyCase,
     parameter: str,
     low: float,
     high: float,
@@ -176,94 +181,104 @@ def follow(
     tolerance: float | str = 1e-6,
     rtol: float | None = None,
     points: int = 500,
-    step: float = LARGEST,
+    step: float | None = None,
     doublings: int = 0,
     most_turns: int = 400,
     channels: list[str] | None = None,
     path: str | Path | None = None,
+    unit: str = "",
+    accept_changes: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Branch:
     """Follow the periodic motion that a case settles to at `low`, towards `high`, round folds.
 
     parameter: name of one with numbers; fixed: values of others. tolerance, rtol and most_turns: as
     in `steady`. points: of a curve, at most; step: the longest along the curve, in natural sizes of
-    the states and shares of the range. doublings: how often the period may double: from each period
-    doubling a curve of motions of twice the period is followed too. channels: paths or patterns of
-    outputs to keep where turns begin (default: what bifurcation diagrams show). path: folder for
-    follow.csv and follow.h5, written also where the user interrupts it. The same call continues
-    from there, and with more points from the end of a curve. progress: called with a sentence.
+    the states and shares of the range (default 0.03, up to 0.2 where it is quiet). doublings: how
+    often the period may double: from each period doubling a curve of motions of twice the period is
+    followed too. channels: paths or patterns of outputs to keep where turns begin (default: what
+    bifurcation diagrams show). path: folder for follow.csv and follow.h5, written every few
+    seconds. The same call continues from there, and with more points from the end of a curve.
+    accept_changes: also where the package, a law, the case file or the scene's numbers have changed
+    since. unit: in which sentences show values of the parameter, such as rpm; SI without. progress:
+    called with a sentence.
     Folds, period doublings, changes of the number of contacts (grazing) and of stability by complex
     multipliers are located. Motions behind a fold are unstable as a rule; where the branch turns
     again several motions coexist. Raises ValueError for bad arguments, NotPeriodic where no
     periodic motion is met at `low`.
-    Source: see branch.py.
     """
-    the_case, fixed = find_case(case), dict(fixed or {})
-    _check(the_case, parameter, fixed, low, high)
+    the_case, fixed = case_with(case, fixed, [parameter])
+    _check(the_case, parameter, fixed, low, high, unit)
+    _check_numbers(step, points, doublings)
     tolerance, rtol = tolerance_of(tolerance, rtol)
-    checks.positive("step", step)
-    for name, number, least in (("points", points, 2), ("doublings", doublings, 0)):
-        if not isinstance(number, int) or number < least:
-            raise ValueError(f"{name} must be a whole number of at least {least}, got {number!r}")
 
     def scene(value: float):
         return the_case.scene(**fixed, **{parameter: value})
 
-    shown = _channels(scene(low), channels)
-    follower = Follower(scene, low, high, tolerance, rtol, list(shown), step)
-    report = progress or (lambda text: None)
-    request = {
-        "case": str(case),
-        "parameter": parameter,
-        "low": low,
-        "high": high,
-        "fixed": {name: fixed[name] for name in sorted(fixed)},
-        "tolerance": tolerance,
-        "rtol": rtol,
-        "step": step,
-        "doublings": doublings,
-        "channels": list(shown),
-    }
-    met = [] if path is None else _met(Path(path), request, points)
+    mechanism, report = build(scene(low), ledger=False), progress or (lambda text: None)
+    shown = _channels(mechanism, channels)
+    request = {"case": the_case.name, "parameter": parameter, "low": low, "high": high}
+    request |= {"fixed": dict(sorted(fixed.items())), "channels": list(shown), "rtol": rtol}
+    request |= {"tolerance": tolerance, "step": step or LARGEST, "doublings": doublings}
+    now = of_case(mechanism, the_case, fixed.values())
+    met, before = _met(Path(path), request, points, now, accept_changes) if path else ([], [])
+    inputs = before if now in before else [*before, now]
+    units = the_case.parameters[parameter].units
+    branch = Branch(the_case.name, parameter, units, fixed, shown, met, "", request, inputs)
+    follower = Follower(scene, low, high, tolerance, rtol, list(shown), step, unit)
+    follower, first = _begun(follower, met, most_turns, report)
+    return _followed(branch, follower, first, points, doublings, path, report)
 
-    def branch(reason: str) -> Branch:
-        return Branch(
-            the_case.name,
-            parameter,
-            the_case.parameters[parameter].units,
-            fixed,
-            shown,
-            met,
-            reason,
-            request,
-        )
 
+def _begun(
+    follower: Follower, met: list[Point], most_turns: int, report: Callable[[str], None]
+) -> tuple[Follower, Point]:
+    """A follower and the point that it stands on: the last that was met, or the first of all."""
     if met:
         report(f"going on from point {len(met)}")
-        follower, first = follower.again(met[-1])
-    else:
-        first = follower.start(low, high, most_turns, report)
-        met.append(first)
-    reasons: list[str] = []
-    with _noted(branch, path):
+        return follower.again(met[-1])
+    met.append(follower.start(follower.low, follower.high, most_turns, report))
+    return follower, met[0]
+
+
+def _followed(
+    branch: Branch,
+    follower: Follower,
+    first: Point,
+    points: int,
+    doublings: int,
+    path: str | Path | None,
+    report: Callable[[str], None],
+) -> Branch:
+    """A branch with all that its follower meets from a point on, stored in a folder."""
+    met, reasons = branch.points, list[str]()
+    with _kept(branch, path) as keep:
         for point in _walk(follower, first, met, points, doublings, reasons):
             met.append(point)
-            report(f"point {len(met)} at {point.value:.6g}, multiplier {point.largest:.4g}")
-    complete = branch("; ".join(reasons))
+            keep()
+            value = written(point.value, follower.unit, 6)
+            report(f"point {len(met)} at {value}, multiplier {point.largest:.4g}")
+    complete = replace(branch, reason="; ".join(reasons))
     if path is not None:
         complete.save(path)
     return complete
 
 
-def _met(folder: Path, request: dict, most: int) -> list[Point]:
-    """Points of an earlier call to go on from; none where there was none, or it came to its end.
+def _met(
+    folder: Path, request: dict, most: int, now: dict, accept_changes: bool
+) -> tuple[list[Point], list[dict]]:
+    """Points of an earlier call to go on from, and inputs of these; none where there was none, or
+    it came to its end.
 
-    Raises ValueError where the folder holds what was met before an interrupt of another call.
+    Raises ValueError where the folder holds what was met before an interrupt of another call, and
+    where its inputs were others.
     """
     before = kept.asked(folder)
     if before is None or not before[1].endswith((INTERRUPTED, POINTS)):
-        return []
-    asked, reason = before
+        return [], []
+    asked, reason, inputs = before
+    if not inputs:  # version 0.2 wrote the path of the case
+        asked["case"] = Path(str(asked.get("case"))).stem
     different = [n for n in request if json.dumps(asked.get(n)) != json.dumps(request[n])]
     if different and reason == INTERRUPTED:
         raise ValueError(
@@ -271,9 +286,14 @@ def _met(folder: Path, request: dict, most: int) -> list[Point]:
             "give another folder"
         )
     met = [] if different else kept.points(folder)
-    return (
-        met if reason == INTERRUPTED or sum(p.branch == met[-1].branch for p in met) < most else []
-    )
+    while met and met[-1].kind:  # located on the way to a point that is not there
+        met.pop()
+    if not met or reason != INTERRUPTED and sum(p.branch == met[-1].branch for p in met) >= most:
+        return [], []
+    changed = dict.fromkeys(c for one in inputs or [{}] for c in differences(one, now))
+    if changed:
+        accept(f"{folder} has {len(met)} points", changed, accept_changes)
+    return met, inputs
 
 
 def _walk(
@@ -319,17 +339,27 @@ def _reached(doubling: Point, met: list[Point], follower: Follower) -> bool:
 
 
 @contextmanager
-def _noted(branch: Callable[[str], Branch], path: str | Path | None) -> Iterator[None]:
-    """An interrupt leaves the points met so far in the folder."""
+def _kept(branch: Branch, path: str | Path | None) -> Iterator[Callable]:
+    """Gives a function that stores the points met so far in the folder where that was long ago. An
+    interrupt leaves them there, too.
+    """
+    due, partial = time.monotonic(), replace(branch, reason=INTERRUPTED)
+
+    def keep() -> None:
+        nonlocal due
+        if path is not None and (began := time.monotonic()) >= due:
+            partial.save(path)
+            due = time.monotonic() + max(SAVED, SHARE * (time.monotonic() - began))
+
     try:
-        yield
+        yield keep
     except KeyboardInterrupt as request:
         if path is not None:
-            request.add_note(f"the points so far are stored in {branch(INTERRUPTED).save(path)[0]}")
+            request.add_note(f"the points so far are stored in {partial.save(path)[0]}")
         raise
 
 
-def _check(case, parameter: str, fixed: dict, low: float, high: float) -> None:
+def _check(case, parameter: str, fixed: dict, low: float, high: float, unit: str) -> None:
     parameters = case.parameters
     for name in (parameter, *fixed):
         if name not in parameters:
@@ -342,13 +372,23 @@ def _check(case, parameter: str, fixed: dict, low: float, high: float) -> None:
         raise ValueError(f"{parameter} is followed and cannot be fixed too")
     if checks.finite("low", low) == checks.finite("high", high):
         raise ValueError(f"{parameter}: the range begins where it ends, {low!r}")
+    if unit and UNITS.get(unit, ("",))[0] != parameters[parameter].units:
+        raise ValueError(f"unit must be one of {parameter}, got {unit!r}")
 
 
-def _channels(scene, patterns: list[str] | None) -> dict[str, str]:
+def _check_numbers(step: float | None, points: int, doublings: int) -> None:
+    if step is not None:
+        checks.positive("step", step)
+    for name, number, least in (("points", points, 2), ("doublings", doublings, 0)):
+        if not isinstance(number, int) or number < least:
+            raise ValueError(f"{name} must be a whole number of at least {least}, got {number!r}")
+
+
+def _channels(mechanism: Mechanism, patterns: list[str] | None) -> dict[str, str]:
     """Paths and units of the outputs to store: those requested, else the eccentricity of the first
     joint with clearance and the velocities of bodies on guides.
     """
-    channels = build(scene, ledger=False).layout.channels
+    scene, channels = mechanism.scene, mechanism.layout.channels
     if patterns is not None:
         return {channels[i].path: channels[i].units for i in chosen(channels, patterns)}
     wanted = [f"joints/{j.name}/eccentricity_ratio" for j in scene.clearance_joints[:1]]

@@ -6,19 +6,20 @@ import numpy as np
 
 from clearance.periodic.branch import Point
 from clearance.periodic.maps import Place
-from clearance.reading import Reader, open_checked
+from clearance.reading import Damaged, Reader, open_checked
 
 FILE = "follow.h5"
 FORMAT, FORMAT_VERSION = "clearance-branch", 1
-PARTS = ("y", "carried", "touching", "speeds", "ages")  # of a place
+TURNS = "turns"  # files of version 0.2 have none
+PARTS = ("y", "carried", "touching", "speeds", "ages", TURNS)  # of a place
 
 
 def places(points: list[Point]) -> dict[str, tuple[str, str, np.ndarray]]:
     """Columns that bring points back: where they stand, their tangents, phases and outputs."""
-    columns = {
-        part: ("1", f"{part} of the place", np.array([getattr(p.place, part) for p in points]))
-        for part in PARTS
-    }
+    rows = {part: [getattr(p.place, part) for p in points] for part in PARTS}
+    drives = max((row.size for row in rows[TURNS]), default=0)
+    rows[TURNS] = [np.resize(row, drives) for row in rows[TURNS]]  # zeros for none
+    columns = {part: ("1", f"{part} of the place", np.array(rows[part])) for part in PARTS}
     columns["phase"] = ("turns", "phase of the section", np.array([p.phase for p in points]))
     columns["tangent"] = ("1", "tangent of the curve", _padded([p.tangent for p in points]))
     columns["outputs"] = ("1", "outputs", _padded([p.outputs.ravel() for p in points]))
@@ -36,23 +37,37 @@ def opened(folder: Path) -> Reader:
     return open_checked(folder / FILE, "clearance branch", FORMAT, FORMAT_VERSION)
 
 
-def asked(folder: Path) -> tuple[dict, str] | None:
-    """The request that a folder's branch answers, and why that ended; None without one."""
+def asked(folder: Path) -> tuple[dict, str, list[dict]] | None:
+    """The request that a folder's branch answers, why that ended, and the inputs of its points,
+    none where a file does not state them; None without a branch.
+    """
     if not (folder / FILE).exists():
         return None
     with opened(folder) as reader:
-        return dict(reader.document("", "request")), reader.attribute("", "ended")
+        made = reader.document("", "made", list) if "made" in reader.attributes() else []
+        return dict(reader.document("", "request")), reader.attribute("", "ended"), made
 
 
 def points(folder: Path) -> list[Point]:
-    """Points of a folder's branch, without the derivatives of their maps."""
+    """Points of a folder's branch, without the derivatives of their maps.
+
+    Raises Damaged where columns are missing, or are none of a branch.
+    """
     with opened(folder) as reader:
+        parameter = str(reader.attribute("", "parameter"))
         branch, places = (
             {name: reader.column(f"{group}/{name}") for name in reader.names(group)}
             for group in ("branch", "places")
         )
-    columns = list(branch)
-    return [_point(branch, places, columns[0], i) for i in range(len(branch[columns[0]]))]
+    lengths = {len(np.atleast_1d(c)) for c in (*branch.values(), *places.values())}
+    try:
+        (count,) = lengths
+        return [_point(branch, places, parameter, i) for i in range(count)]
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise Damaged(
+            f"{folder / FILE}: its columns are not those of a branch: {error}; "
+            "remove it to begin anew"
+        ) from None
 
 
 def _point(branch: dict, places: dict, parameter: str, i: int) -> Point:
@@ -74,9 +89,9 @@ def _point(branch: dict, places: dict, parameter: str, i: int) -> Point:
         np.array(errors),
         float(branch["slope"][i]),
         int(branch["contacts"][i]),
-        outputs.reshape(period if outputs.size else 0, -1),
+        outputs.reshape(period, -1) if outputs.size else np.zeros((0, 0)),
         float(places["phase"][i]),
-        Place(*(places[part][i] for part in PARTS)),
+        Place(**{part: places[part][i] for part in PARTS if part != TURNS or part in places}),
         tangent,
         np.zeros((0, 0)),
         str(branch["kind"][i]),

@@ -8,17 +8,18 @@ has none.
 
 import dis
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from clearance.diagnosis import Diagnosis
 from clearance.evidence.problem import NotSolved
 from clearance.kinds import CONTACT
-from clearance.mechanism.build import Mechanism, build
+from clearance.mechanism.build import TURN, Mechanism, build
 from clearance.options import Solver, Span, longest_step
 from clearance.run import Run
 from clearance.scene import Scene
-from clearance.starting import state_from
+from clearance.starting import prescribed, state_from
 from clearance.stepping import status
 from clearance.stepping.state import KIND, SINCE, SPOT_VALUES, TOUCHING
 
@@ -31,6 +32,8 @@ PROBED = (
 )  # of a period: where the forces are compared with those of later periods
 LATER = (1, 7)  # periods later
 EQUAL = 1e-7  # of the rates: difference that the rounding of large times may make
+TURNED = 1e-10  # of the rates: difference that turns may make, beside that of their rounding
+ROUNDED = 16  # last bits of angles and of the time: what rounding may change of them
 LONGEST = 1e6  # turns that a trajectory may be long
 LEFT = 1e-7  # rad before or behind the section's angle from which on the way to it is straight
 CHUNK = 24  # parts of a nominal turn that an autonomous motion advances at once
@@ -41,12 +44,21 @@ class NotPeriodic(RuntimeError):
     """No periodic motion was reached; the message gives the best."""
 
 
+class AtDeadCentre(NotSolved):
+    """A loop came to its dead centre, which it does not have where `joint` opens it."""
+
+    def __init__(self, message: str, joint: str):
+        super().__init__(message)
+        self.joint = joint
+
+
 @dataclass(frozen=True)
 class Place:
     """Place of a motion in its phase space. y: states; carried: what Newton's method in the kernel
     begins with;
     touching: which spots are in a contact that began with a touch; speeds: the impact speeds
-    that they remember [m/s]; ages: how long their contacts have lasted [s].
+    that they remember [m/s]; ages: how long their contacts have lasted [s]; turns: full ones that
+    drives have made before, see `Mechanism.turn`.
     """
 
     y: np.ndarray
@@ -54,6 +66,7 @@ class Place:
     touching: np.ndarray
     speeds: np.ndarray
     ages: np.ndarray
+    turns: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))  # of old files
 
 
 class Motion:
@@ -76,7 +89,9 @@ class Motion:
                 f"{scene.name} has no drive of constant or nominal speed, which would give its "
                 "period: give period=SECONDS"
             )
-        timeless = not _repeats(self.mechanism, self.turn)
+        #: full turns that drives make in the time of one
+        self.made = _turns_made(self.mechanism, self.turn)
+        timeless = not _repeats(self.mechanism, self.turn, self.made)
         self.autonomous = timeless and turn is None and any(d.nominal for d in scene.drives)
         self._use(method)
         self.remembers = np.array(
@@ -89,15 +104,20 @@ class Motion:
         solver = Solver(self.rtol, method, longest_step(self.mechanism, span))
         self.run = Run(self.mechanism, Span(LONGEST * self.turn, 2), solver, outputs=False)
         self.fresh = self.run.state.memory.copy()
+        self.same: dict[tuple, bool] = {}  # forces after full turns, see `alike`
 
     # --- places
     def start(self, start=None) -> Place:
         """Start of the scene, or end of another run; see `simulate`."""
         mechanism, spots = self.mechanism, len(self.mechanism.spots)
         y, carried = mechanism.y0.copy(), mechanism.work0[mechanism.layout.carried_places].copy()
+        turns = np.zeros(len(self.made), dtype=int)
         if start is not None:
-            y[: mechanism.size], carried, _ = state_from(mechanism, start)
-        return Place(y, carried, np.zeros(spots, dtype=bool), np.full(spots, FREE), np.zeros(spots))
+            begin = state_from(mechanism, start)
+            y[: mechanism.size], carried = begin.values, np.array(begin.carried)
+            turns[: len(begin.turns)] = begin.turns
+        still = np.zeros(spots, dtype=bool), np.full(spots, FREE), np.zeros(spots)
+        return Place(y, carried, *still, turns)
 
     def moved(self, place: Place, y: np.ndarray, speeds: np.ndarray | None = None) -> Place:
         """A place with other states and remembered speeds."""
@@ -127,14 +147,20 @@ class Motion:
         np.copyto(state.memory, self.fresh)
         state.time = state.begin = time
         self.run.place(place)
-        self.begun = time
+        self.begun, self.turns = time, place.turns
 
     def _advance(self, end: float) -> None:
         state, before, method = self.run.state, self.run.state.time, self.run.method
         code = self.run.advance_to(end)
         self.spent += state.time - before
         if code != status.DONE:
-            raise NotSolved(f"at t = {state.time:.6g} s: {status.MESSAGES[code]}")
+            diagnosis = Diagnosis(self.run)
+            dead = diagnosis.look_for_dead_centre()
+            if dead and (joints := self.run.dead_centre.soft_joints):
+                way = "simulate, sweep, statistics, wear and steady go on with another"
+                text = f"{dead}: no state for a branch of motions, {way}"
+                raise AtDeadCentre(f"at t = {state.time:.6g} s: {text}", joints[0])
+            raise NotSolved(diagnosis.failure(status.DEAD_CENTRE if dead else code))
         if self.run.method != method:  # stiff: go on with the implicit one from the next place on
             here, time = self.here(), float(state.time)
             self._use(self.run.method.rpartition(", ")[2])
@@ -148,7 +174,11 @@ class Motion:
         speeds = np.where(touching, state.work[:spots], FREE)
         carried = state.work[self.mechanism.layout.carried_places].copy()
         ages = np.where(touching, state.time - state.contacts[:, SINCE], 0.0)
-        return Place(state.y.copy(), carried, touching, speeds, ages)
+        return Place(state.y.copy(), carried, touching, speeds, ages, self.turns)
+
+    def later(self, place: Place, turns: int) -> Place:
+        """A place as seen from so many turns later: its drives have made them before."""
+        return replace(place, turns=place.turns + turns * self.made)
 
     @property
     def held(self) -> np.ndarray:
@@ -162,9 +192,41 @@ class Motion:
         mechanism.kernel("rhs")(time, place.y, mechanism.par, self.work(place), rates)
         return rates
 
+    def alike(
+        self, place: Place, winding: np.ndarray, angles: np.ndarray, turns: np.ndarray
+    ) -> bool:
+        """True where so many full turns of the angles at `winding` in the state and of the drives,
+        in either sense, leave the forces as they are: they turn together, or no spring, tooth or
+        law counts their turns.
+
+        Rounding of a turn is no difference: in thin films small rates are sums of large ones.
+        """
+        key = (*angles.tolist(), *turns.tolist())
+        if any(key) and key not in self.same:
+
+            def rates(share: float, moved: np.ndarray | float = 0.0, times: int = 0) -> np.ndarray:
+                y = place.y.copy()
+                y[winding] += moved
+                there = replace(place, y=y, turns=place.turns + times * turns)
+                return self.rates(share * self.turn, there)
+
+            def same(share: float) -> bool:
+                base = rates(share)
+                if not np.isfinite(base).all():
+                    return True  # its loops do not close there
+                rounded = np.abs(rates(share + ROUNDED * np.spacing(1.0), little) - base).max()
+                allowed = TURNED * np.abs(base).max() + rounded
+                moved = (rates(share, n * TURN * angles, n) for n in (-1, 1))
+                return all(np.abs(there - base).max() <= allowed for there in moved)
+
+            little = ROUNDED * np.spacing(TURN + np.abs(place.y[winding]))
+            self.same[key] = all(map(same, PROBED))
+        return self.same.get(key, True)
+
     def work(self, place: Place) -> np.ndarray:
-        """Work vector of the kernels there."""
+        """Work vector of the kernels there, whose drives stand as they do there."""
         mechanism, work = self.mechanism, np.append(self.mechanism.work0, 0.0)
+        mechanism.turn(place.turns)
         mine = np.flatnonzero(self.run.state.contacts[:, KIND] == CONTACT)
         work[mine] = place.speeds[mine]
         work[mechanism.layout.carried_places] = place.carried
@@ -199,27 +261,38 @@ def _check(mechanism: Mechanism) -> None:
         )
 
 
-def _repeats(mechanism: Mechanism, period: float) -> bool:
-    """True where the forces come back after the period, False where time is not in them at all.
+def _turns_made(mechanism: Mechanism, period: float) -> np.ndarray:
+    """Full turns that each drive of `Mechanism.turning` makes in a period."""
+    before, after = (prescribed(mechanism, time) for time in (0.0, period))
+    names = [d.target.name for d in mechanism.turning]
+    return np.array([round((after[n] - before[n]) / TURN) for n in names], dtype=int)
+
+
+def _repeats(mechanism: Mechanism, period: float, made: np.ndarray) -> bool:
+    """True where the forces come back after the period, but for full turns of drives; False where
+    time is not in them at all.
 
     Raises ValueError where they do neither.
     """
     rhs, work = mechanism.kernel("rhs"), np.append(mechanism.work0, 0.0)
     y, out = mechanism.y0 + 0.01 * mechanism.scale, np.zeros(mechanism.size)
 
-    def rates(time: float) -> np.ndarray:
-        rhs(time, y.copy(), mechanism.par, work.copy(), out)
+    def rates(share: float, periods: int) -> np.ndarray:
+        mechanism.turn(-periods * made)
+        rhs((share + periods) * period, y.copy(), mechanism.par, work.copy(), out)
         return out.copy()
 
-    base = [rates(share * period) for share in PROBED]
-    size = np.abs(base).max() or 1.0
-    if max(np.abs(b - base[0]).max() for b in base) == 0.0:
+    every = {share: rates(share, 0) for share in PROBED}
+    # loops that do not close with the drive there have no rates
+    base = {share: there for share, there in every.items() if np.isfinite(there).all()}
+    if not base:
+        return True
+    values = np.array([*base.values()])
+    size = np.abs(values).max() or 1.0
+    if len(base) == len(PROBED) and np.ptp(values, axis=0).max() == 0.0:
         return False
-    later = [
-        np.abs(rates((n + s) * period) - b).max()
-        for s, b in zip(PROBED, base, strict=True)
-        for n in LATER
-    ]
+    later = [np.abs(rates(s, n) - there).max() for n in LATER for s, there in base.items()]
+    mechanism.turn(0 * made)
     if not max(later) <= EQUAL * size:
         raise ValueError(
             f"the forces do not come back after {period:.6g} s: they differ by "
@@ -248,7 +321,8 @@ class Section:
         self.motion, self.turns, self.phase = motion, turns, phase
         mechanism = motion.mechanism
         self.scale, size = mechanism.scale, mechanism.size
-        self.winding = [i for i, c in enumerate(mechanism.plan.free) if c.turns]
+        free = enumerate(mechanism.plan.free)
+        self.winding = np.array([i for i, c in free if c.turns], dtype=int)
         self.angle, self.way = _driven_angle(mechanism) if motion.autonomous else (None, 0.0)
         self.states = np.array([i for i in range(size) if i != self.angle])
         self.duration, self.contacts = turns * motion.turn, 0
@@ -282,31 +356,47 @@ class Section:
 
     # --- the map
     def next(self, place: Place) -> Place:
-        """The next passage; angles go back by full turns. duration [s] and contacts are those
-        of the way.
+        """The next passage. duration [s] and contacts are those of the way. Angles of bodies and
+        drives go back by full turns where the forces are the same then: not those of a wheel that
+        winds its spring.
         """
         before = self.motion.run.contact_count
         if self.angle is None:
             period = self.motion.turn
             end = self.motion.go(place, self.phase * period, (self.phase + self.turns) * period)
+            end = self.motion.later(end, self.turns)
         else:
             end = self._crossed(place)
         self.contacts = self.motion.run.contact_count - before
-        return self._wound(end, place)
+        return self._wound(end, place) or end
 
     def at_start(self, place: Place) -> Place:
         """Place, at the beginning of a period, of the motion that passes here."""
         if self.angle is not None or self.phase == 0.0:
             return place
         turn = self.motion.turn
-        return self._wound(self.motion.go(place, self.phase * turn, turn), place)
+        end = self.motion.later(self.motion.go(place, self.phase * turn, turn), 1)
+        return self._wound(end, place) or end
 
-    def _wound(self, place: Place, like: Place) -> Place:
-        """A place with its angles as near to those of another as full turns bring them."""
+    def _wound(self, place: Place, like: Place) -> Place | None:
+        """A place with its angles and drives as near to those of another as full turns bring them;
+        None where the forces are others then.
+        """
+        turns = np.rint((place.y - like.y)[self.winding] / TURN).astype(int)
+        if not self.motion.alike(like, self.winding, turns, place.turns - like.turns):
+            return None
         y = place.y.copy()
-        for i in self.winding:
-            y[i] -= 2.0 * math.pi * round((y[i] - like.y[i]) / (2.0 * math.pi))
-        return self.motion.moved(place, y)
+        y[self.winding] -= TURN * turns
+        return replace(place, y=y, turns=like.turns)
+
+    def between(self, before: Place, after: Place) -> np.ndarray:
+        """Difference between the states of two passages [natural sizes]; infinite where bodies or
+        drives have made turns in between that change the forces.
+        """
+        end = self._wound(after, before)
+        if end is None:
+            return np.full(self.states.size, math.inf)
+        return (end.y - before.y)[self.states] / self.scale[self.states]
 
     def _crossed(self, place: Place) -> Place:
         """The passage of an autonomous motion through the same angle, after full turns."""
@@ -359,11 +449,13 @@ class Section:
         end = self.next(place)
         if not np.array_equal(self.spots(end), self.spots(place)):
             raise NotPeriodic("other joints are in contact one period later")
+        if not np.array_equal(end.turns, place.turns):
+            raise NotPeriodic("springs or teeth are wound up by turns in a period")
         return self.vector(end) - self.vector(place), end
 
     def apart(self, place: Place) -> np.ndarray:
         """Difference between the states of the next passage and these [natural sizes]."""
-        return (self.next(place).y - place.y)[self.states] / self.scale[self.states]
+        return self.between(place, self.next(place))
 
     def central(self, place: Place, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivative of the map by central differences, and half of what forward ones have more
@@ -406,4 +498,4 @@ def _driven_angle(mechanism: Mechanism) -> tuple[int, float]:
     turning = [i for i in free if mechanism.plan.free[i].place[0] is drive.target] or free
     if not turning:
         raise ValueError(f"{drive.label()}: its angle is no state of the motion")
-    return turning[0], math.copysign(2.0 * math.pi, drive.nominal)
+    return turning[0], math.copysign(TURN, drive.nominal)

@@ -9,15 +9,18 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
+from clearance.catalogue import AnyCase, load_case
 from clearance.errors import AUTO
+from clearance.mechanism.build import build
 from clearance.options import Output
-from clearance.periodic.maps import Motion, NotPeriodic, Place, Section
+from clearance.periodic.maps import AtDeadCentre, Motion, NotPeriodic, Place, Section
 from clearance.periodic.shooting import Fixed, newton, settled, slow_states
 from clearance.periodic.stated import paired
 from clearance.results import Record, Result
 from clearance.run import Run
-from clearance.scene import Scene
 from clearance.simulation import prepare, write
+from clearance.starting import opened_by
+from clearance.warned import warn
 
 FINE, COARSE = 1e-13, 1e-9  # local tolerances, at least and at most
 FINER = 1e-6  # local tolerance over the requested one
@@ -62,7 +65,7 @@ class Steady:
 
 
 def steady(
-    scene: Scene,
+    scene: AnyCase,
     tolerance: float | str = 1e-6,
     *,
     period: float | None = None,
@@ -83,45 +86,70 @@ def steady(
     for warmings). Motions that forget their start in some turns are waited for. Slow states, such
     as the warming of oil, integrals of drives and the speed of a flywheel, have a solver of their
     own. It is a secant method that carries the fast states along. Then, and for dry joints,
-    Newton's method
-    closes the orbit and gives its multipliers: P(y) = y, where P is the map of a section in free
-    flight, if there is one. period [s]: takes the place of the turn of the drive. A drive without
-    constant speed has an unknown period, and the section is an angle of it. most_turns: plain turns
-    before it is given up. start: as in `simulate`. rtol: local tolerance (default 1e-6 times the
-    tolerance); method: as in `simulate`. path, samples_per_turn, channels, compression: of the file
-    that keeps one period, as in `simulate`. error: "auto" states the errors of its numbers, of
-        integration and of what is left over, see stated.py; None: not.
+    Newton's method closes the orbit and gives its multipliers: P(y) = y. P is the map of a section,
+    in free flight if there is one. period [s]: takes the place of the turn of the drive. A drive
+    without constant speed has an unknown period, and the section is an angle of it. most_turns:
+    plain turns before it is given up. start: as in `simulate`. rtol: local tolerance (default 1e-6
+    times the tolerance); method: as in `simulate`. path, samples_per_turn, channels, compression:
+    of the file that keeps one period, as in `simulate`. error: "auto" states the errors of its
+    numbers, of integration and of what is left over, see stated.py; None: not.
     Raises ValueError for scenes without a periodic drive or a freedom, and for films with a memory.
     Raises NotPeriodic where no period is reached (a chaotic motion), or none is isolated. Raises
-    NotSolved where the motion ends.
+    NotSolved where the motion ends. Warns by `RunWarning` as `simulate`.
     Source: Seydel, Practical Bifurcation and Stability Analysis, 3rd ed., Springer 2010, ch. 7.
     """
-    tolerance, rtol = tolerance_of(tolerance, rtol)
+    scene, (tolerance, rtol) = load_case(scene), tolerance_of(tolerance, rtol)
     period = period if period is None else checks.positive("period", period)
     output = Output(path, channels, compression)
     report = progress or (lambda text: None)
-    motion = Motion(scene, rtol, method, period)
-    search = Search(motion, tolerance, most_turns, report)
-    section, fixed = search.solved(motion.start(start))
-    facts = {
+
+    def search_of(opened: tuple) -> Search:
+        mechanism = build(scene, ledger=False, opened=opened)
+        motion = Motion(scene, rtol, method, period, mechanism)
+        return Search(motion, tolerance, most_turns, report)
+
+    search, section, fixed = _solved(search_of, start)
+    facts = _numbers(search, section, fixed)
+    orbiting = partial(_orbiting, samples_per_turn)
+    run = orbiting(section, fixed)
+    run.facts["steady"] = _facts(fixed, facts | {"tolerance": tolerance}, search.slow)
+    orbit = write(run, output, None, error, 0.0, partial(paired, section, fixed, orbiting))
+    warn(orbit.warnings)
+    names = search.motion.mechanism.layout.names
+    states = {name: float(fixed.place.y[i]) for i, name in enumerate(names)}
+    values = fixed.multipliers, fixed.errors
+    return Steady(orbit, *values, slow=search.slow, states=states, **facts)
+
+
+def _solved(
+    search_of: Callable[[tuple], "Search"], start: Record | str | Path | None
+) -> tuple["Search", Section, Fixed]:
+    """The search that reaches a periodic motion, its section and its fixed point. Loops are opened
+    that come to their dead centres on the way.
+    """
+    opened = () if start is None else opened_by(start)
+    while True:
+        search = search_of(opened)
+        try:
+            return search, *search.solved(search.motion.start(start))
+        except AtDeadCentre as dead:
+            search.report(f"{dead}: again with places of its bodies as coordinates")
+            opened = (*opened, dead.joint)
+
+
+def _numbers(search: "Search", section: Section, fixed: Fixed) -> dict:
+    """Numbers that a search came to, by name."""
+    return {
         "period": section.turns,
         "duration": section.duration,
         "change": fixed.change,
         "distance": fixed.distance,
         "waited": search.waited,
-        "turns_spent": motion.spent / motion.turn,
+        "turns_spent": search.motion.spent / search.motion.turn,
         "plain_turns": search.plain_turns(fixed),
         "phase": section.phase,
-        "autonomous": motion.autonomous,
+        "autonomous": search.motion.autonomous,
     }
-    orbiting = partial(_orbiting, samples_per_turn)
-    run = orbiting(section, fixed)
-    run.facts["steady"] = _facts(fixed, facts | {"tolerance": tolerance}, search.slow)
-    orbit = write(run, output, None, error, 0.0, partial(paired, section, fixed, orbiting))
-    names = motion.mechanism.layout.names
-    states = {name: float(fixed.place.y[i]) for i, name in enumerate(names)}
-    values = fixed.multipliers, fixed.errors
-    return Steady(orbit, *values, slow=search.slow, states=states, **facts)
 
 
 def tolerance_of(tolerance: float | str, rtol: float | None) -> tuple[float, float]:
@@ -176,8 +204,8 @@ class Search:
         last = len(self.passages) - 1 - before
         if last < turns:
             return math.inf
-        apart = self.passages[last].y - self.passages[last - turns].y
-        return float(np.abs(apart[section.states] / section.scale[section.states]).max())
+        apart = section.between(self.passages[last - turns], self.passages[last])
+        return float(np.abs(apart).max())
 
     def _wait(self, section: Section, slow: list[int]) -> int | None:
         """Plain turns until the motion comes back nearly; after how many turns it does. None
@@ -260,6 +288,11 @@ class Search:
         """The reason why no periodic motion was reached."""
         changes = [self._change(section, k) for k in range(1, MOST_PERIOD + 1)]
         best = int(np.argmin(changes)) + 1
+        if math.isinf(min(changes)):
+            return (
+                f"no periodic motion within {self.waited} turns: turns of bodies wind up springs, "
+                "teeth or laws of an angle further and further"
+            )
         text = (
             f"no periodic motion within {self.waited} turns: states {best} turns apart still "
             f"differ by {min(changes):.2g} of their natural sizes; it may be chaotic "
@@ -282,7 +315,8 @@ def calmest(section: Section, place: Place) -> tuple[float, Place]:
     ]
     _, same = max(flights or stretches, key=lambda stretch: stretch[0])
     middle = same[len(same) // 2]
-    return float(times[middle] / motion.turn) % 1.0, places[middle]
+    phase, full = float(times[middle] / motion.turn) % 1.0, int(times[middle] / motion.turn)
+    return phase, motion.later(places[middle], full)
 
 
 def _stretches(spots: list[np.ndarray]) -> list[list[int]]:
@@ -306,8 +340,10 @@ def _orbiting(samples: int, section: Section, fixed: Fixed) -> Run:
         rtol=motion.rtol,
         method=motion.run.method,
         samples=samples * section.turns + 1,
+        opened=motion.mechanism.opened,
     )
     run.place(section.at_start(fixed.place))
+    run.mechanism.count_from(run.state.y, run.state.work)
     run.reason = motion.run.reason
     run.started = "a point of a periodic motion"
     return run

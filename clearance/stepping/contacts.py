@@ -1,12 +1,13 @@
-"""Contacts with a first touch: where one starts or ends inside a step, the step ends there.
+"""Contacts: where one starts or ends inside a step, the step ends there.
 
-The loop calls `meet` and `swap` by their addresses, and only where a scene has such contacts:
-others do not compile this module.
+A contact without a first touch has a kink there, which no step crosses: its error would hide
+inside. Nothing else begins. The loop calls `meet` and `swap` by their addresses, and only where a
+scene has contacts: others do not compile this module.
 """
 
 import math
 
-from clearance.kinds import CONTACT
+from clearance.kinds import CONTACT, FILM
 from clearance.stepping.locating import FREE, contact_peak, touch
 from clearance.stepping.state import (
     IMPACT_SPEED,
@@ -39,6 +40,19 @@ def probe(s, t, h, theta):
     s.events(t + theta * h, s.trial, s.par, s.work, s.inside)
 
 
+@inline
+def beyond(s, joint):
+    """Sign of the penetration of a joint behind its next start or end of contact.
+
+    Without a first touch the step's begin shows it; in the dead band the rate does.
+    """
+    touching = s.contacts[joint, TOUCHING] > 0.0
+    if s.contacts[joint, KIND] != CONTACT:
+        depth, band = depth_of(s.before, joint), s.band[joint]
+        touching = depth > band or depth >= -band and rate_of(s.before, joint) > 0.0
+    return -1.0 if touching else 1.0
+
+
 @shared
 def summit(s, t, h, joint, low, high, wanted):
     """theta of the deepest (for `wanted` < 0: the shallowest) place between two probes, where the
@@ -62,7 +76,7 @@ def crossing(s, t, h, joint, low, high, at_low, at_high):
     at_low, at_high: penetration there, times the sign at high. Intervals that begin with none are
     halved: their other end may be the one that counts.
     """
-    wanted, side = -1.0 if s.contacts[joint, TOUCHING] > 0.0 else 1.0, 0.0
+    wanted, side = beyond(s, joint), 0.0
     for _ in range(60):
         if high - low < 1e-15:
             break
@@ -87,14 +101,14 @@ def crossing(s, t, h, joint, low, high, at_low, at_high):
 def near_contact(s, h):
     """True where a contact could start or end inside a step, from values and rates at its ends."""
     for j in range(s.contacts.shape[0]):
-        if s.contacts[j, KIND] != CONTACT:
+        if s.contacts[j, KIND] == FILM:
             continue
-        reach = h * max(abs(rate_of(s.before, j)), abs(rate_of(s.after, j)))
-        if s.contacts[j, TOUCHING] > 0.0:
-            near = min(depth_of(s.before, j), depth_of(s.after, j)) - reach < -s.band[j]
-        else:
-            near = max(depth_of(s.before, j), depth_of(s.after, j)) + reach > s.band[j]
-        if near:
+        wanted, before, after = beyond(s, j), rate_of(s.before, j), rate_of(s.after, j)
+        deepest = max(wanted * depth_of(s.before, j), wanted * depth_of(s.after, j))
+        turns = wanted * before > 0.0 > wanted * after
+        if s.contacts[j, KIND] == CONTACT or turns:
+            deepest += h * max(abs(before), abs(after))
+        if deepest > s.band[j]:
             return True
     return False
 
@@ -106,7 +120,7 @@ def event_of(s, t, h, joint, low, high):
     s.probed holds the values at low, s.ahead those at high. A touch that begins and ends between
     the probes shows by its rate changing sign.
     """
-    wanted = -1.0 if s.contacts[joint, TOUCHING] > 0.0 else 1.0
+    wanted = beyond(s, joint)
     value, end = depth_of(s.ahead, joint) * wanted, high
     if (
         value <= s.band[joint]
@@ -133,7 +147,7 @@ def first_event(s, t, h):
         copy(s.inside, s.ahead)
         best_joint, best = -1, 2.0
         for j in range(joints):
-            if s.contacts[j, KIND] == CONTACT:
+            if s.contacts[j, KIND] != FILM:
                 theta = event_of(s, t, h, j, p / PROBES, (p + 1) / PROBES)
                 if theta < best:
                     best_joint, best = j, theta
@@ -164,7 +178,7 @@ def aligned(s, t, h, event, theta):
     method on the penetration at the end, or bisection where that leaves the bracket. A step that
     does not reach the event, as at a graze, ends without one.
     """
-    wanted = -1.0 if s.contacts[event, TOUCHING] > 0.0 else 1.0
+    wanted = beyond(s, event)
     size, low, high, passed = theta * h, 0.0, h, False
     made, value = 0.0, 0.0
     for _ in range(ALIGNMENTS):
@@ -222,17 +236,21 @@ def crosses(s, joint, values):
 def meet(address, t, h):
     """Look for the first start or end of a contact inside the step just made; 1 where there is one.
 
-    The step is then made again: `made` is its size [s], `met` the spot that it ends on, or -1.
+    The step is then made again: `made` is its size [s], `met` the spot whose first touch or last
+    it ends on, or -1.
     """
     s = state_at(address)
     if not near_contact(s, h):
         return 0
     interpolate(s, t, h)
     event, theta = first_event(s, t, h)
-    if event < 0:
+    touches = event >= 0 and s.contacts[event, KIND] == CONTACT
+    if event < 0 or not touches and theta * h <= RESOLVED * max(abs(t), h):
         return 0
     s.made, reached = aligned(s, t, h, event, theta)
-    s.met = event if reached else -1
+    s.met = event if reached and touches else -1
+    if s.made == 0.0 and not touches:  # a shorter step ends before it
+        s.made = -theta * h
     return 1
 
 

@@ -185,7 +185,7 @@ def asleep(s, k):
 
 @inline
 def offer(s, k, value, time):
-    if value > s.peaks[k, VALUE]:
+    if s.peaks[k, VALUE] < value < math.inf:  # some outputs have no value at a dead centre
         s.peaks[k, VALUE], s.peaks[k, WHEN] = value, time
 
 
@@ -368,8 +368,11 @@ def look(s, t, h):
 
 @shared
 def begin_looking(s, t):
-    """Outputs at the start of the run; the angles there are as they come."""
+    """Outputs at the start of the run; angles there are the nearest to those that it goes on
+    from.
+    """
     s.observe(t, s.y, s.par, s.work, s.row)
+    unwind(s, s.row, 0.0)
     follow(s)
     look_again(s, t)
 

@@ -5,7 +5,7 @@ Any stepper, any kernel, compiled once.
 The loop runs until its step budget or a buffer is used up. It can be called again where it stopped,
 because all its state lives in the arrays it is given. Contacts start and end exactly at step ends,
 so that no step crosses the kink and the stepper keeps its order. The impact speed is frozen in
-`work` when a contact starts.
+`work` when a contact with a first touch starts; others set in with short steps.
 """
 
 import math
@@ -26,10 +26,10 @@ from clearance.stepping.state import (
     attempt,
     copy,
     depth_of,
-    evaluate,
     interpolate,
     invalidate,
     state_at,
+    state_inside,
 )
 from clearance.stepping.types import KERNEL, compiled, inline, int64, shared
 
@@ -37,15 +37,18 @@ FLIP_LIMIT = 100  # contact changes without advance in time before the run count
 SQUEEZE = 0.05  # smallest part of a film that a step may leave
 # error of an eccentricity, at most this share of the film left; likewise of its rate
 FILM_ERROR = 0.05
+RESOLVED = 1e-11  # share of a film's rate that no error need be below: rounding takes some 1e-15
 FORGET = 0.3  # what of a film's damping is remembered from one step to the next
 DOMAIN_LEFT = 3  # refusal of a step that takes a journal out of its film
-BAND = 1e-13  # dead band of a touch, relative to the clearance
+BAND = 1e-13  # dead band of a touch, share of the lengths in its penetration
 # step over time that still advances the clock; the layer a film forms at the start needs short ones
 SMALLEST = 4e-16
+EARLIEST = 1e-20  # share of the end before which the clock resolves no less: a film's first layer
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
 # power of the error that a step refused again goes by: solutions are less smooth at a contact's
 # ends
 DOUBTED = 0.3
+ONSET = 0.01  # step over the one that a contact cut: its force bends within a part of that
 NEWTON_FAILED = 0.5  # the step after one whose equations could not be solved
 # stiffness at DOP853's stability limit, and steps there that call for a change
 UNSTABLE, STIFF_ENOUGH = 6.1, 200
@@ -77,7 +80,7 @@ def sample(s, t, h):
         elif at == t + h:
             copy(s.y_new, s.trial)
         else:
-            evaluate(s, (at - t) / h)
+            state_inside(s, t, h, (at - t) / h)
         row = s.rows[s.rows_filled]
         s.observe(at, s.trial, s.par, s.work, row)
         unwind(s, row, at - t)
@@ -91,18 +94,18 @@ def sample(s, t, h):
 @shared
 def weigh_films(s, values):
     """Natural sizes of the eccentricity of pure film joints and of its rate: less than usual where
-    the film is thin.
+    the film is thin. Of the rate in mixed joints too, once they have held up a run.
 
     rtol (size + |y|) is at most a share of the remaining film. A larger error could take the
-    journal through the wall, or throw it back from it. rtol size of the rate is at most that share
-    of the film's closing speed under the mechanism's own acceleration. A larger error would turn
-    approach into recession. Damping: the Jacobian's, remembered for a few steps, because a receding
-    film has hardly any.
+    journal through the wall, or throw it back from it. That of the rate is at most this share of
+    the film's closing speed under the mechanism's own acceleration, down to rounding. A larger
+    error would turn approach into recession, in a whirl too, whose speed the film does not feel.
+    Damping: the Jacobian's, remembered for a few steps, because a receding film has hardly any.
     """
     p, n, rtol = s.coordinates, s.states, s.rtol
     for j in range(s.contacts.shape[0]):
         contact = s.contacts[j]
-        if contact[KIND] != FILM or contact[COORDINATE] < 0.0:
+        if contact[COORDINATE] < 0.0 or contact[PULL] == 0.0:
             continue
         first, left = (
             int(contact[COORDINATE]),
@@ -111,13 +114,15 @@ def weigh_films(s, values):
         contact[DAMPING] *= FORGET
         for k in range(2):
             i = first + k
-            s.scale[i] = min(contact[CLEARANCE] + abs(s.y[i]), FILM_ERROR * left / rtol) - abs(
-                s.y[i]
-            )
+            size = abs(s.y[i])
+            if contact[KIND] == FILM:
+                s.scale[i] = min(contact[CLEARANCE] + size, FILM_ERROR * left / rtol) - size
             contact[DAMPING] = max(contact[DAMPING], abs(s.jacobian_rows[(p + i) * n + p + i]))
+        bound = FILM_ERROR * contact[PULL] / (max(contact[DAMPING], 1e-300) * rtol)
         for k in range(2):
-            usual, damping = contact[RATE_X + k], max(contact[DAMPING], 1e-300)
-            s.scale[p + first + k] = min(usual, FILM_ERROR * contact[PULL] / (damping * rtol))
+            size = abs(s.y[p + first + k])
+            tolerable = max(bound, RESOLVED * size / rtol)
+            s.scale[p + first + k] = min(contact[RATE_X + k] + size, tolerable) - size
 
 
 @shared
@@ -300,10 +305,20 @@ def follow(s, t, h):
         interpolate(s, t, h)
     for k in range(TRAIL_PLACES):
         if touches:
-            evaluate(s, 0.5 * k)
+            state_inside(s, t, h, 0.5 * k)
             s.follow(t + 0.5 * k * h, s.trial, s.par, s.work, s.followed)
         for i in range(s.followed.size):
             trail[k, i] = s.followed[i] if touches else 0.0
+
+
+@inline
+def log_state(s, row, first):
+    """The state, then what steps carry on, into the rest of a row of the log, if it has room."""
+    carried = first + s.y.size
+    for i in range(first, min(carried, row.size)):
+        row[i] = s.y[i - first]
+    for i in range(carried, row.size):
+        row[i] = s.work[s.contacts.shape[0] + i - carried]
 
 
 @shared
@@ -336,6 +351,7 @@ def accept(s, t, h, cut):
     row[0], row[1], row[2] = s.time, h, s.error
     for i in range(s.ledger.size):
         row[LOG_COLUMNS + i] = s.row[s.ledger[i]]
+    log_state(s, row, LOG_COLUMNS + s.ledger.size)
     s.log_filled += 1
     if s.commits > 0:
         s.commit(s.time, s.y, s.par, s.work, s.work)
@@ -366,7 +382,7 @@ def advance(s):
     """
     t = s.time
     h = proposed(s, t)
-    if h <= SMALLEST * max(abs(t), 1e-6 * s.end) and s.end - t > h:
+    if h <= SMALLEST * max(abs(t), EARLIEST * s.end) and s.end - t > h:
         refusal = s.last_refusal
         if refusal == DOMAIN_LEFT:
             return status.FILM_LEFT
@@ -387,7 +403,7 @@ def advance(s):
             invalidate(s)
             shrink(s, h, SHRINK, DOMAIN_LEFT)
             return status.RUNNING
-        cut = s.first_touches > 0 and s.meet(s.address, t, h) == 1
+        cut = s.touchable > 0 and s.meet(s.address, t, h) == 1
     if cut:
         h = s.made
         if h < 0.0:
@@ -405,7 +421,7 @@ def advance(s):
     if cut and s.met >= 0:
         change_phase(s, s.time)
     elif cut:
-        s.step_size = proposal
+        s.step_size = ONSET * proposal
     if stiff(s) and s.may_switch == 1:
         return status.STIFF
     return status.RUNNING

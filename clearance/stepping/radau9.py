@@ -21,4 +21,5 @@ def step(address, t, h):
 def interpolant(address, t, h):
     """Dense output: the collocation polynomial."""
     s = state_at(address)
+    radau.judge(RADAU9, s, h)
     return radau.interpolate(RADAU9, s.y, s.dense, s.matrix)

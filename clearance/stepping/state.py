@@ -9,6 +9,7 @@ from inspect import signature
 
 import numpy as np
 
+from clearance.stepping.linear import solve
 from clearance.stepping.record import Record, packed, reader
 from clearance.stepping.types import DENSE_ROWS, KERNEL, MATRIX, STEP, VECTOR, inline, shared
 from clearance.store import COMPILED
@@ -21,7 +22,8 @@ RATE_X, RATE_Y, PULL, DAMPING = range(6, 10)
 PEAKS = 10
 CONTACT_COLUMNS = 11
 IMPACT_COLUMNS = 7  # joint, time, impact speed, peak force, penetration, duration, separation speed
-# time at the end, step, error over tolerance; energies follow, where there is a ledger
+# time at the end, step, error over tolerance; energies follow, where there is a ledger, then the
+# state and what is carried on, where there are loops
 LOG_COLUMNS = 3
 TRAIL_PLACES = 3  # of a step at which it is followed: start, middle and end
 # columns of `reversals`, see locating.py
@@ -44,6 +46,8 @@ INTEGRAL_ROWS = DIFFERENCE + NODES
 PLACE, INVERSE, MOMENT = range(3)
 NODE_ROWS = 3
 SQUARE, PAIR = range(2)  # forms: of a channel, of a vector; of a time in contact: row in `peaks`
+
+SETTLED = 2  # Newton steps that settle stiff rates between the nodes of a step
 
 #: numbers of a run that are floats
 FLOATS = (
@@ -102,14 +106,15 @@ INTEGERS = (
     "squares",  # integrals of squares, those of times follow
     "fresh",  # 1: no interval of this phase is in the integrals yet
     "flips",  # changes of contacts without advance in time
-    "first_touches",  # spots whose contacts have a first touch
-    "met",  # spot whose contact starts or ends where the step ends, -1: none
+    "touchable",  # spots where contacts start and end
+    "met",  # spot whose first touch or last is where the step ends, -1: none
     "failed_joint",  # spot whose journal left its film, -1: none
     "last_refusal",  # why a step was rejected last
     "refusals",  # one after another
     "stiff_steps",
     "mild_steps",  # one after another
     "interpolated",  # 1: the dense output of the last step stands ready
+    "factors",  # row in `matrix` of those that settle it, 0: it is smooth; see `settle`
     "jacobian_state",  # 1: the Jacobian is that of this place
     "lu_state",  # 1: factors belong to this Jacobian
     "has_predictor",  # 1: the last step's polynomial can be gone on with
@@ -129,6 +134,7 @@ def layout(
     spots,
     outputs,
     ledger,
+    logged,
     angles,
     peaks,
     stretches,
@@ -143,9 +149,9 @@ def layout(
 ) -> np.dtype:
     """All numbers and arrays of a run, as they stand in memory one after another.
 
-    size: states and energy integrals; ledger: energies logged at the end of each step; peaks:
-        watched quantities. integrals: quantities that are summed over time; parts: of the run that
-        have sums of their own.
+    size: states and energy integrals; ledger, logged: energies, and the state with what is carried
+        on, logged at the end of each step; peaks: watched quantities. integrals: quantities that
+        are summed over time; parts: of the run that have sums of their own.
     scratch: rows of the stepper's scratch; rows, log, impacts: samples, steps and contacts of one
         piece of output.
     followed: numbers handed on at the start, middle and end of each step. reversals: joints whose
@@ -175,6 +181,7 @@ def layout(
         ("y_new", float, (size,)),
         ("f_new", float, (size,)),
         ("trial", float, (size,)),
+        ("defect", float, (size,)),  # rates at `trial`
         # penetration, its rate and force of all spots where a step begins
         ("before", float, events),
         ("after", float, events),
@@ -187,7 +194,7 @@ def layout(
         ("complexes", complex, (2 * (states + 2), max(states, 1))),
         ("times", float, (rows,)),
         ("rows", float, (rows, outputs)),
-        ("log", float, (log, LOG_COLUMNS + ledger)),
+        ("log", float, (log, LOG_COLUMNS + ledger + logged)),
         ("impacts", float, (impacts, IMPACT_COLUMNS)),
         ("followed", float, (followed,)),
         ("trail", float, (log if followed else 0, TRAIL_PLACES, followed)),  # of each step in `log`
@@ -291,7 +298,7 @@ def attempt(s, t, h):
     """One step of the method from the present state; 0 if it worked (its error may still be too
     large).
     """
-    s.interpolated = 0
+    s.interpolated = s.factors = 0
     return s.step(s.address, t, h)
 
 
@@ -315,10 +322,50 @@ def evaluate(s, theta):
         s.trial[i] = s.dense[0, i] + value
 
 
+@inline
+def slope(s, theta, i):
+    """Rate of state i in the dense output at theta, times the step."""
+    value, rate = 0.0, 0.0
+    for r in range(s.degree, 0, -1):
+        value += s.dense[r, i]
+        factor, turn = (theta, 1.0) if r % 2 == 1 else (1.0 - theta, -1.0)
+        rate = rate * factor + turn * value
+        value *= factor
+    return rate
+
+
+@shared
+def settle(s, t, h, theta):
+    """Bring stiff rates u in s.trial to the equations u' = f at theta of the last step.
+
+    Between its nodes the dense output misses them by r = f - u'. The force of a thin film is
+    noise there. One Newton step with the factors of the last step is u + d, (g - J) d = r. Stiff
+    rates take their values at the coordinates, which stay. Others change by about r / g, which is
+    of the order of their error.
+    """
+    p, n, first = s.coordinates, s.states, s.factors
+    size, correction = n - p, s.matrix[first - 3]
+    s.rhs(t + theta * h, s.trial, s.par, s.work, s.defect)
+    for i in range(size):
+        correction[i] = s.defect[p + i] - slope(s, theta, p + i) / h
+    solve(s.matrix[first : first + size], s.matrix[first - 1], correction, size)
+    for i in range(size):
+        s.trial[p + i] += correction[i]
+
+
+@shared
+def state_inside(s, t, h, theta):
+    """State at theta in [0, 1] of the last step, into s.trial."""
+    evaluate(s, theta)
+    if s.factors > 0:
+        for _ in range(SETTLED):
+            settle(s, t, h, theta)
+
+
 @shared
 def observe_inside(s, t, h, theta):
     """Outputs at theta of the last step, into s.look."""
-    evaluate(s, theta)
+    state_inside(s, t, h, theta)
     s.observe(t + theta * h, s.trial, s.par, s.work, s.look)
 
 
@@ -326,4 +373,4 @@ def observe_inside(s, t, h, theta):
 def invalidate(s):
     """Forget what the method has from earlier steps."""
     s.jacobian_state = s.lu_state = s.has_predictor = 0
-    s.last_h = 0.0
+    s.last_h, s.convergence = 0.0, 1.0

@@ -7,6 +7,8 @@ NOT_FINITE = 3
 FILM_LEFT = 4
 TOO_MANY_STEPS = 5
 LEDGER_BROKEN = 6
+DEAD_CENTRE = 8  # a loop that can be opened came to its dead centre
+CRAWLING = 9  # so many of its steps would be needed that it will not end
 STIFF = 7  # an explicit method is held up by stability; an implicit one may go on
 
 MESSAGES = {
@@ -22,4 +24,5 @@ MESSAGES = {
     FILM_LEFT: "the journal reached the bearing wall and the joint has no contact law to carry it",
     LEDGER_BROKEN: ("the energy ledger does not close and the rows are not to be trusted"),
     TOO_MANY_STEPS: "the step limit is reached",
+    CRAWLING: "the steps have become so short that the rest of the run needs more than 1e9 of them",
 }

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearance.diagnosis import LOST_ENERGY, Diagnosis
+from clearance.diagnosis import Diagnosis, doubtful
 from clearance.elements.joint import Joint
 from clearance.extremes import Extremes, stretch_length
 from clearance.integrals import Integrals
@@ -341,13 +341,13 @@ class Family:
         No stretch of a run that is judged turns over less than the range of the kinetic energy in
         the first piece.
         """
-        if log.shape[1] == LOG_COLUMNS:
+        if not (energies := len(self.run.watched.ledger)):
             return
-        kinetic, residual = first[:, LOG_COLUMNS], log[:, -1]
+        kinetic, residual = first[:, LOG_COLUMNS], log[:, LOG_COLUMNS + energies - 1]
         moved, turned = np.ptp(residual), np.ptp(kinetic)
         start = rows[0, self.channels["energy/residual"][0]]
         moved = max(moved, np.abs(residual - start).max())
-        doubt = max(LOST_ENERGY, 100.0 * self.run.solver.rtol)
+        doubt = doubtful(self.run.solver.rtol)
         if not (np.isfinite(log).all() and moved <= doubt * turned):
             raise Apart
 

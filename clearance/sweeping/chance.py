@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from clearance import checks
-from clearance.catalogue import find_case
+from clearance.catalogue import AnyCase, find_case
 from clearance.simulation import prepare
 from clearance.sweeping.driver import OPTIONS, define, sweep
 from clearance.sweeping.points import grid
@@ -25,7 +25,7 @@ SELDOM = "_jam_ratio"
 
 
 def scatter(
-    case: str | Path,
+    case: AnyCase,
     spread: Mapping[str, Distribution | str],
     folder: str | Path,
     *,
@@ -56,7 +56,7 @@ def scatter(
 
 
 def _units(
-    case: str | Path,
+    case: AnyCase,
     laws: Mapping[str, Distribution],
     fixed: Mapping[str, object] | None = None,
     settle: float | None = None,

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from clearance.results import replacing
-from clearance.sweeping.points import Points, spread_out
+from clearance.sweeping.points import Points, in_words, spread_out
+from clearance.texts import brief, check_kinds, signed, signed_document, text_of
 
 FORMAT = "clearance-sweep"
-FORMAT_VERSION = 2  # 1: a grid's columns had a value for each point
+# 1: a grid's columns had a value for each point; 2: neither it nor the journal had checksums
+FORMAT_VERSION = 3
 #: what sweep.json holds beside its format
 FIELDS = {
     "case": str,
@@ -101,12 +103,8 @@ class Definition:
         }
 
     def says(self, index: int) -> str:
-        """A point in words: "speed=31.4159, clearance=0.0001"."""
-        shown = (
-            f"{n}={v:.6g}" if isinstance(v, float) else f"{n}={v}"
-            for n, v in self.points[index].items()
-        )
-        return ", ".join(shown) or "the only point"
+        """A point in words: "speed=300 rpm, clearance=0.0001"."""
+        return in_words(self.points[index], self.points.units) or "the only point"
 
     def to_json(self) -> str:
         """All of it; a column that an axis of a grid bears has the values along the axis only."""
@@ -130,7 +128,7 @@ class Definition:
             ]
         for name in ("case", "fixed", "options", "keep", "compression", "settle", "own"):
             if mine[name] != theirs[name]:
-                differences.append(f"{name} {_short(theirs[name])} instead of {_short(mine[name])}")
+                differences.append(f"{name} {brief(theirs[name])} instead of {brief(mine[name])}")
         if mine["source"] != theirs["source"] and mine["case"] == theirs["case"]:
             differences.append("the case file has been changed since")
         one, two = self.points.columns, other.points.columns
@@ -142,11 +140,6 @@ class Definition:
         if not differences and mine["points"] != theirs["points"]:
             differences.append("the order of its points")
         return differences
-
-
-def _short(value) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def _range(values: tuple | None) -> str:
@@ -166,7 +159,7 @@ def digest(path: Path) -> str:
 def write(definition: Definition, folder: Path) -> None:
     """Store a definition completely or not at all."""
     with replacing(folder / "sweep.json") as temporary:
-        temporary.write_text(definition.to_json())
+        temporary.write_text(signed(json.loads(definition.to_json()), indent=1))
 
 
 def read(folder: Path) -> Definition | None:
@@ -178,11 +171,8 @@ def read(folder: Path) -> Definition | None:
     if not path.exists():
         return None
     try:
-        document = json.loads(path.read_bytes())
-    except ValueError as error:
-        raise ValueError(f"{path} is not the definition of a sweep: {error}") from None
-    try:
-        _check(document, {"format": str, "format_version": int})
+        document = signed_document(text_of(path), path)
+        check_kinds(document, {"format": str, "format_version": int})
         if document["format"] != FORMAT:
             raise ValueError(f"its format is {document['format']!r}")
         if document["format_version"] <= FORMAT_VERSION:
@@ -197,10 +187,10 @@ def read(folder: Path) -> Definition | None:
 
 def _definition(document: dict) -> Definition:
     """The definition that a document holds. Raises ValueError for what is none."""
-    _check(document, FIELDS)
+    check_kinds(document, FIELDS)
     points = document["points"]
-    _check(points, {"axes": list, "columns": dict, "sampled": bool})
-    _check(points["columns"], dict.fromkeys(points["columns"], list))
+    check_kinds(points, {"axes": list, "columns": dict, "sampled": bool})
+    check_kinds(points["columns"], dict.fromkeys(points["columns"], list))
     metrics, keep = document["own"], document["keep"]
     if not all(
         _is_row(axis, list, int) and _is_row(axis[0], *[str] * len(axis[0]))
@@ -225,17 +215,6 @@ def _definition(document: dict) -> Definition:
         "own": tuple(map(tuple, metrics)),
     }
     return Definition(**values)
-
-
-def _check(document: object, kinds: dict) -> None:
-    """Raises ValueError for a document without an entry of these names and kinds."""
-    if not isinstance(document, dict):
-        raise ValueError(f"it must be a JSON object, got {_short(document)}")
-    for name, kind in kinds.items():
-        if name not in document:
-            raise ValueError(f"it has no {name}")
-        if not isinstance(document[name], kind):
-            raise ValueError(f"{name} cannot be {_short(document[name])}")
 
 
 def _is_row(value: object, *kinds: type) -> bool:

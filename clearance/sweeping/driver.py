@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
-from clearance.catalogue import find_case, library
+from clearance.catalogue import AnyCase, case_with, find_case
 from clearance.demand import Demand, affordable
 from clearance.errors import asks
+from clearance.locks import folder_at, opener
 from clearance.mechanism.build import Mechanism, build
 from clearance.recording import LISTED, chosen, filters
 from clearance.request import Request, names
@@ -29,6 +30,7 @@ from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import MISSING, Sweep, standing
 from clearance.sweeping.journal import ALONE, DONE, FAILED, LEFT, LOST, WAITING, Journal, Outcome
 from clearance.sweeping.made import (
+    accept,
     common,
     common_differences,
     files_named,
@@ -89,7 +91,7 @@ class Progress:
 
 
 def sweep(
-    case: str | Path,
+    case: AnyCase,
     points: Points,
     folder: str | Path,
     *,
@@ -109,7 +111,7 @@ def sweep(
 ) -> Sweep:
     """Run a case at every point and return the sweep, as `open_sweep(folder)` does.
 
-    case: name of a case or path to a case file; points: `grid(speed=[...], clearance=[...])`,
+    case: name, file, function of a file, or scene; points: `grid(speed=[...], clearance=[...])`,
         `zipped(...)`, `sampled(...)` or products of these, SI units; fixed: case parameters that
         all points share; options: keywords of `simulate` (turns, until, rtol, method,
         samples_per_turn, samples, energy, max_step, max_steps, error, sensitivity). error: "state"
@@ -155,9 +157,9 @@ def sweep(
     with locked(folder, "sweeping it"), _logged(folder):
         if existing != definition:  # there is none, or its files have moved
             definitions.write(definition, folder)
-        (folder / "runs").mkdir(exist_ok=True)
+        runs = folder_at(folder / "runs")
         # of workers that were killed as they wrote
-        for half in (folder / "runs").glob("*.h5.*.partial"):
+        for half in runs.glob("*.h5.*.partial"):
             half.unlink(missing_ok=True)
         return _Driver(definition, folder, progress).run(
             workers, scheduler, retry_failed, accept_changes
@@ -211,18 +213,25 @@ def define(case, points, fixed, channels, compression, settle, metrics, options)
     if not isinstance(points, Points):
         kind = type(points).__name__
         raise TypeError(f"points must come from grid, zipped or sampled, got a {kind}")
-    chosen = find_case(case)
+    chosen, fixed = case_with(case, fixed, points.columns)
+    if not chosen.reference:
+        where = "at the top level of a file that is imported"
+        raise ValueError(f"case {chosen.name}: workers need to load it; put the function {where}")
     parameters = chosen.parameters
     for name in (*points.columns, *fixed):
         if name not in parameters:
             raise ValueError(
-                f"case {chosen.name} has no parameter {name!r}; it has {', '.join(parameters)}"
+                f"case {chosen.name} has no parameter {name!r}{checks.meant(name, parameters)}; "
+                f"it has {', '.join(parameters)}"
             )
     if twice := [n for n in fixed if n in points.columns]:
         raise ValueError(f"{twice[0]} is both swept and fixed")
     if unknown := [n for n in options if n not in OPTIONS]:
+        hint = checks.meant(unknown[0], OPTIONS)
+        if not hint and (hint := checks.meant(unknown[0], parameters)):
+            hint += ": parameters stand in the points, or in fixed={...}"
         raise TypeError(
-            f"sweep has no option {unknown[0]!r}; of simulate it takes {', '.join(OPTIONS)}"
+            f"sweep has no option {unknown[0]!r}{hint}; of simulate it takes {', '.join(OPTIONS)}"
         )
     if asks(options.get("error")):
         Request.of(options["error"])
@@ -232,11 +241,10 @@ def define(case, points, fixed, channels, compression, settle, metrics, options)
     kinds = {n: p.kind for n, p in parameters.items()}
     if settle is not None:
         settle = checks.non_negative("settle", settle)
-    own_case = chosen.path.parent != library()
     return Definition(
         case=chosen.name,
-        path=str(chosen.path.resolve()) if own_case else chosen.name,
-        source=definitions.digest(chosen.path),
+        path=chosen.reference,
+        source=chosen.source,
         points=points.typed(kinds),
         fixed={n: plain(n, v, kinds[n]) for n, v in fixed.items()},
         options={n: _option(n, v) for n, v in options.items() if v is not None},
@@ -348,10 +356,17 @@ def _check_settle(definition: Definition, run) -> None:
         )
 
 
+class LogFile(logging.FileHandler):
+    """A log that is no link."""
+
+    def _open(self):
+        return open(self.baseFilename, self.mode, encoding=self.encoding, opener=opener)
+
+
 @contextmanager
 def _logged(folder: Path):
     """Copy the log of a sweep into its log file, too."""
-    handler = logging.FileHandler(folder / "sweep.log", delay=True)
+    handler = LogFile(folder / "sweep.log", delay=True)
     handler.setFormatter(logging.Formatter("%(asctime)s  %(message)s"))
     before = LOG.level
     LOG.addHandler(handler)
@@ -448,15 +463,8 @@ class _Driver:
                 break
         if not changed:
             return
-        words = (
-            f"{self.folder} has {self.counts[DONE]} finished points, and since then: "
-            f"{'; '.join(changed)}"
-        )
-        if not accept_changes:
-            more = "with --accept-changes (accept_changes=True) the rest is run all the same"
-            raise ValueError(f"{words}. Give another directory; {more}")
-        self.news.append(f"{words}; what is there stays")
-        LOG.warning("%s", self.news[-1])
+        words = f"{self.folder} has {self.counts[DONE]} finished points"
+        self.news.append(accept(words, changed, accept_changes))
 
     def _rebuilt(self, outcome: Outcome) -> list[str]:
         """Differences between the inputs of a finished point then and now."""
@@ -471,7 +479,7 @@ class _Driver:
         scene, path = None, self.folder / "runs" / f"{outcome.key}.h5"
         if self.definition.files and path.exists():
             with open_result(path) as run:
-                scene = str(run.file.attrs["scene"])
+                scene = str(run.reader.attribute("", "scene"))
         return point_differences(
             outcome.made, made(mechanism, {}, {}), scene, mechanism.scene.to_json()
         )

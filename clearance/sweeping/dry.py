@@ -259,7 +259,7 @@ class Many:
 
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Means over time of values at the window's samples."""
-        return np.array([w @ v for w, v in zip(self.weights, values, strict=True)])
+        return np.array([(w * v).sum() for w, v in zip(self.weights, values, strict=True)])
 
     def taken_out(self, path: str) -> np.ndarray:
         """Growth of a sum in a turn, between samples by cubics."""

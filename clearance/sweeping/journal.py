@@ -7,7 +7,7 @@ off before the next is appended.
 """
 
 import base64
-import json
+import logging
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -16,6 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from clearance.locks import opener
+from clearance.texts import signed, signed_document
+
+LOG = logging.getLogger("clearance.files")
 
 DONE, FAILED, LOST = "done", "failed", "lost"
 #: numbers of each point of a block
@@ -104,7 +109,7 @@ class Journal:
     def __init__(self, folder: Path):
         self.path = folder / "journal.jsonl"
         good = whole(self.path)
-        self.file = open(self.path, "ab")  # noqa: SIM115 - closed by close()
+        self.file = open(self.path, "ab", opener=opener)  # noqa: SIM115 - closed by close()
         if self.file.tell() > good:
             self.file.truncate(good)
         self.named: set[str] = set()
@@ -120,7 +125,7 @@ class Journal:
         lines += [self._block(list(alike)) for _, alike in groupby(block, _shared)]
         begin = self.file.tell()
         try:
-            self.file.write(b"".join(json.dumps(line).encode() + b"\n" for line in lines))
+            self.file.write(b"".join(f"{signed(line)}\n".encode() for line in lines))
             self.file.flush()
             if block:
                 os.fsync(self.file.fileno())
@@ -153,7 +158,7 @@ class Journal:
         raw = self.file.detach()
         raw.truncate(place)
         raw.close()
-        self.file = open(self.path, "ab")  # noqa: SIM115 - closed by close()
+        self.file = open(self.path, "ab", opener=opener)  # noqa: SIM115 - closed by close()
 
     def close(self) -> None:
         """Put it on the disk."""
@@ -193,19 +198,23 @@ def whole(path: Path) -> int:
 
 
 def entries(path: Path) -> Iterator[Outcome | Block]:
-    """Outcomes and blocks in a journal, oldest first; lines that cannot be read are passed over."""
+    """Outcomes and blocks in a journal, oldest first.
+
+    Lines that cannot be read are passed over, and the log names them; the last line may be cut.
+    """
     if not path.exists():
         return
     with open(path, "rb") as file:
-        for line in file:
+        for number, line in enumerate(file, 1):
             try:
-                document = json.loads(line)
+                document = signed_document(line, path)
                 if "block" in document:
                     yield _block(document)
                 else:
                     yield _outcome({"key": "", "status": LOST} | document)
             except (ValueError, TypeError, AttributeError, OverflowError):
-                continue
+                if line.endswith(b"\n"):
+                    LOG.warning("%s: line %d is damaged; its points are missing", path, number)
 
 
 def read(path: Path, summed: bool = True) -> Iterator[Outcome]:

@@ -3,13 +3,14 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
 
 from clearance import checks
+from clearance.units import written
 
 KINDS = ("latin", "random")
 Axis = tuple[str, ...]
@@ -22,12 +23,14 @@ class Points:
     """Values of the swept parameters, point by point.
 
     columns: name -> one value a point; axes: what varies together, with its number of values:
-        (("speed",), 20), (("clearance",), 10) for a grid of 200 points, the last axis fastest.
+        (("speed",), 20), (("clearance",), 10) for a grid of 200 points, the last axis fastest;
+        units: in which sentences show values, where these are not SI.
     """
 
     columns: dict[str, tuple]
     axes: tuple[tuple[Axis, int], ...]
     sampled: bool = False
+    units: dict[str, str] = field(default_factory=dict, compare=False)
 
     def __post_init__(self):
         for name, values in self.columns.items():
@@ -75,7 +78,8 @@ class Points:
             for n, values in self.columns.items()
         }
         columns |= {n: tuple(values) * len(self) for n, values in other.columns.items()}
-        return Points(columns, self.axes + other.axes, self.sampled or other.sampled)
+        drawn = self.sampled or other.sampled
+        return Points(columns, self.axes + other.axes, drawn, self.units | other.units)
 
     def typed(self, kinds: dict[str, type]) -> "Points":
         """Values of the kinds that the case declares; drawn integers are rounded.
@@ -86,7 +90,12 @@ class Points:
             n: tuple(plain(n, v, kinds[n], self.sampled) for v in vs)
             for n, vs in self.columns.items()
         }
-        return Points(columns, self.axes, self.sampled)
+        return replace(self, columns=columns)
+
+
+def in_words(values: dict[str, object], units: dict[str, str]) -> str:
+    """A point in words: "speed=300 rpm, clearance=0.0001"; units: in which its values are shown."""
+    return ", ".join(f"{n}={written(v, units.get(n, ''))}" for n, v in values.items())
 
 
 def spread_out(columns: dict[str, tuple], axes: tuple[tuple[Axis, int], ...]) -> dict[str, tuple]:

@@ -12,7 +12,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from clearance import checks
 from clearance.results import replacing
 from clearance.sweeping.index import Sweep, open_sweep
 from clearance.sweeping.points import OUTER_COMMA, Points
+from clearance.units import unit_in, written
 
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
@@ -53,6 +54,7 @@ class Distribution:
 
     kind: str
     numbers: tuple[float, ...]
+    unit: str = field(default="", compare=False)  # in which words show it, where it is not SI
 
     def __post_init__(self):
         names = DISTRIBUTIONS.get(self.kind)
@@ -82,7 +84,9 @@ class Distribution:
             raise ValueError(f"{self.kind}: the mode must lie between low and high, got {self}")
 
     def __str__(self) -> str:
-        return f"{self.kind}({', '.join(f'{v:g}' for v in self.numbers)})"
+        pairs = zip(DISTRIBUTIONS[self.kind], self.numbers, strict=False)
+        words = (written(float(v), "" if n in PURE else self.unit, 6) for n, v in pairs)
+        return f"{self.kind}({', '.join(words)})"
 
     def at(self, share: np.ndarray) -> np.ndarray:
         """Values that a share of all stays below: the inverse of the cumulative distribution."""
@@ -118,7 +122,8 @@ def from_words(text: str, number: Callable[[str], float] = float) -> Distributio
     if len(words) != len(names):
         raise ValueError(f"{match[1]} has the numbers {', '.join(names)}; got {text!r}")
     pairs = zip(names, words, strict=True)
-    return Distribution(match[1], tuple(float(w) if n in PURE else number(w) for n, w in pairs))
+    numbers = tuple(float(w) if n in PURE else number(w) for n, w in pairs)
+    return Distribution(match[1], numbers, unit_in(match[2]))
 
 
 def design(spread: Mapping[str, Distribution], points: int, seed: int = 0) -> tuple[Points, int]:
@@ -150,7 +155,8 @@ def design(spread: Mapping[str, Distribution], points: int, seed: int = 0) -> tu
         rows.append(mixed)
     table = np.concatenate(rows)
     columns = {n: tuple(law.at(table[:, j]).tolist()) for j, (n, law) in enumerate(spread.items())}
-    return Points(columns, ((("run",), len(table)),), sampled=True), n
+    units = {name: law.unit for name, law in spread.items() if law.unit}
+    return Points(columns, ((("run",), len(table)),), sampled=True, units=units), n
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from clearance.companion import SAFETY, differences, spreads
-from clearance.diagnosis import LOST_ENERGY
+from clearance.diagnosis import doubtful
 from clearance.extremes import along, guides
 from clearance.lanes.group import Answers, Points
 from clearance.lanes.watch import Quantity, Reduction, Watch
@@ -242,7 +242,7 @@ class Summing:
             for n in ("residual_max", "residual_min")
         }
         turned = np.maximum(ends["kinetic_max"] - ends["kinetic_min"], 1e-300)
-        doubt = max(LOST_ENERGY, 100.0 * self.solver.rtol)
+        doubt = doubtful(self.solver.rtol)
         return good & (ends["residual_max"] - ends["residual_min"] <= doubt * turned)
 
     def _of_all(self, answers: Answers, name: str, first: int = 0) -> np.ndarray:

@@ -259,7 +259,7 @@ class Dask:
             self.client = distributed.Client(address, timeout="10s", set_as_default=False)
         except (OSError, ValueError) as error:
             raise ValueError(f"no Dask scheduler answers at {address}: {error}") from None
-        self.client.run(stay_quiet)
+        self.client.run(stay_quiet, on_error="ignore")  # a worker may die meanwhile
         if any(threads > 1 for threads in self.client.nthreads().values()):
             LOG.warning("workers with several threads gain nothing: start each with --nthreads 1")
         self.hand: dict = {}

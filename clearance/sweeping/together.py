@@ -18,7 +18,7 @@ from clearance.case import Case
 from clearance.companion import beside_at, times_of
 from clearance.film.lookup import Tabulated
 from clearance.kinds import BLENDED
-from clearance.lanes.code import chosen_width
+from clearance.lanes.code import chosen_width, natural_width
 from clearance.lanes.group import Answers, Group, Points
 from clearance.mechanism.build import acceleration_of, tables_of
 from clearance.options import Span, longest_step
@@ -408,10 +408,8 @@ class Lanes:
         threads: int,
     ) -> list[Outcome]:
         """Outcomes of a block, those that are sound."""
-        summing, about = (
-            together.summing,
-            self.about | {"text": together.mechanism.structure.digest},
-        )
+        summing, text = together.summing, together.mechanism.structure.digest
+        about = self.about | {"text": text, "lanes": together.group.width}
         points = together.points(columns)
         answers = together.answers(points, threads)
         good, steps = summing.sound(answers, points), answers.steps.tolist()
@@ -444,7 +442,9 @@ class Lanes:
         if _off():
             return "lanes are off (CLEARANCE_LANES=0)"
         left = "; ".join(f"{count}: {reason}" for reason, count in self.reasons.items())
-        lanes = f"{self.count or 'no'} points in lanes"
+        lanes = "no points in lanes"
+        if self.count:
+            lanes = f"{self.count} points in lanes, {natural_width()} at a time"
         return f"{lanes}; the ordinary way for {left}" if left else lanes
 
 

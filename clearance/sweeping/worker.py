@@ -12,7 +12,7 @@ from threading import Lock
 import numpy as np
 
 from clearance.catalogue import Case, find_case
-from clearance.loading import module_of, place_in
+from clearance.loading import module_of, place_in, words_of
 from clearance.metrics import Metric, own
 from clearance.recording import FULL, FileSink, MemorySink
 from clearance.results import Record
@@ -94,11 +94,7 @@ class Keeper:
         """Bytes and CRC-32 of the file."""
         if self.file is None:
             return 0, 0
-        return (
-            (self.file.size, self.file.check)
-            if isinstance(self.file, ShortSink)
-            else checked(self.file.path)
-        )
+        return self.file.written if isinstance(self.file, ShortSink) else checked(self.file.path)
 
     def rows(self, times, rows) -> None:
         self.memory.rows(times, rows)
@@ -184,7 +180,7 @@ def _definition(folder: str, stamp: str) -> Definition:
 def _case(path: str, source: str) -> Case:
     """The case file that the sweep was defined with. Raises Changed for another."""
     case = find_case(path)
-    if definitions.digest(case.path) != source:
+    if case.source != source:
         raise Changed(f"case file {case.path} is not the one that this sweep was defined with")
     return case
 
@@ -199,7 +195,10 @@ def _modules(definition_path: str, source: str, metrics: tuple) -> dict[str, str
 
 def files_of(path: str, metrics: tuple) -> list[Path]:
     """Files with a user's code: the case, and those of the metrics."""
-    return [find_case(path).path, *(Path(reference.rpartition(":")[0]) for reference, _ in metrics)]
+    return [
+        *find_case(path).files,
+        *(Path(reference.rpartition(":")[0]) for reference, _ in metrics),
+    ]
 
 
 def run_block(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome]:
@@ -246,12 +245,9 @@ def _explained(error: BaseException) -> str:
     """An error in one line: its kind where the text alone is unclear, and the place in a user's
     file that it came from.
     """
-    try:
-        text = " ".join(str(error).split())
-    except Exception:  # noqa: BLE001 - a user's exception
-        text = "(its text cannot be read)"
-    where = "" if isinstance(error, ValueError) else place_in(error)
-    return f"{'' if isinstance(error, ValueError) else type(error).__name__ + ': '}{text}{where}"
+    if isinstance(error, ValueError):
+        return words_of(error)
+    return f"{type(error).__name__}: {words_of(error)}{place_in(error)}"
 
 
 def run_lanes(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome]:
@@ -410,16 +406,16 @@ def _attempt(
     files = files_named(values.values())  # before the scene reads them
     scene: Scene = _case(definition.path, definition.source).scene(**values)
     modules = _modules(definition.path, definition.source, definition.own)
-    opened: tuple[str, ...] = ()
-    while True:
-        run = prepare(scene, **definition.run_options, opened=opened)
+    prepared = partial(prepare, scene, **definition.run_options)
+    run: Run | None = prepared()
+    while run is not None:
         stating = Stating(run, definition.options.get("error"), definition.settle)
         about, sensing = made(run.mechanism, modules, files), sensing_of(definition, scene)
         keeper = Keeper(run, definition, key, path, about, stating, sensing)
         failure = stating.made(keeper, keeper.summed)
-        opened = reopened(keeper.run)
-        if failure is None or not opened:
-            break
+        run = None
+        if failure is not None:
+            run, failure = reopened(keeper.run, prepared, failure)
     run, words = keeper.run, list(keeper.missing)
     if stating.left_out:
         words.append(f"no stated errors: {stating.left_out}")

@@ -505,7 +505,7 @@ class Execution:
                 raise self.unreadable(node)
             code = compile(ast.fix_missing_locations(ast.Expression(node)), self.name, "eval")
             names = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)} - self.local
-            self.codes[node] = code, {n: self.outside(n) for n in names if n[0] != "<"}
+            self.codes[node] = code, {n: self.outside(n) for n in sorted(names) if n[0] != "<"}
         code, names = self.codes[node]
         calls = {f"<{f.__name__}>": f for f in (self.operation, self.call, self.choice, self.item)}
         try:

@@ -46,9 +46,6 @@ class Lowering:
     the function runs; a compiler that must expect otherwise takes the square of a kernel's size.
     """
 
-    #: functions that are not left to the C library, which is as fast for the others
-    written: Collection[str] = ("sin", "cos")
-
     def __init__(
         self,
         builder: ir.IRBuilder,
@@ -207,7 +204,7 @@ class Lowering:
 
     def function(self, op: str, args: list[ir.Value]) -> ir.Value:
         """A function of numbers; one of those written here stands once in a module."""
-        if op not in self.written or not FUSES:
+        if op not in FUNCTIONS or not FUSES:
             return self.lane_by_lane(op, args)
         name = f"clearance_{op}"
         if name not in self.module.globals:
@@ -414,11 +411,3 @@ class Lowering:
                     value = build.insert_element(build.extract_value(result, k), value, lane)
                 result = build.insert_value(result, value, k)
         return result
-
-
-class Rates(Lowering):
-    """The lowering of right-hand sides: with the functions that several moments have, and their
-    bits.
-    """
-
-    written = FUNCTIONS

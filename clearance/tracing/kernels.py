@@ -41,14 +41,14 @@ def kernel(program: Program, text: str) -> Callable:
     if not store.COMPILED:
         return plain_kernel(program)
 
-    from clearance.tracing.ir import Lowering, Rates
+    from clearance.tracing.ir import Lowering
 
-    places, kind = addresses(program.functions), Rates if program.role == "rhs" else Lowering
+    places = addresses(program.functions)
 
     def write(builder, arguments):
         time, *arrays = arguments
         arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
-        lowering = kind(
+        lowering = Lowering(
             builder, arrays | {"data": arrays["par"]}, time, places, unchanging=("y", "par")
         )
         lowering.write(program)

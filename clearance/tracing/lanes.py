@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import llvmlite.ir as ir
 
-from clearance.tracing.elementary import FUNCTIONS, INT32, INT64, Functions
+from clearance.store import FUSES
+from clearance.tracing.elementary import FUNCTIONS, INT32, INT64, Functions, Number
 from clearance.tracing.ir import DOUBLE, Lowering
 from clearance.tracing.schedule import Branch
 from clearance.tracing.trace import Scalar
 
-FUSED = ("contract",)  # a product and a sum may become one operation
 FEWEST = 2  # numbers in a row worth reading together
 MOST = 4  # and at most: pieces of eight take longer to be transposed
 
@@ -50,7 +50,7 @@ class Lanes(Lowering):
     transposed.
     """
 
-    written = FUNCTIONS
+    fused = FUSES  # a product and a sum become one operation
 
     def __init__(self, builder, arrays, time, addresses, width):
         super().__init__(builder, arrays, time, addresses, width)
@@ -83,15 +83,35 @@ class Lanes(Lowering):
                 self.rows |= {node: (base, int(first - least), row) for _, node in row}
 
     # --- operations
-    def arithmetic(self, name: str, args: list[ir.Value]) -> ir.Value:
-        return getattr(self.builder, name)(*args, flags=FUSED)
-
     def operation(self, node: Scalar) -> ir.Value:
-        """The value of a node; one that was read with others is there."""
-        return self.values[node] if node in self.values else super().operation(node)
+        """The value of a node; one that was read with others is there.
+
+        A sum takes in one of its products here: LLVM would do so where it pays on the processor.
+        """
+        if node in self.values:
+            return self.values[node]
+        if self.fused and node.op in ("add", "sub") and node not in self.slots:
+            for product, other in (node.args, node.args[::-1]):
+                if (
+                    isinstance(product, Scalar)
+                    and product.op == "mul"
+                    and product not in self.slots
+                ):
+                    return self.sum(node, product, other)
+        return super().operation(node)
+
+    def sum(self, node: Scalar, product: Scalar, other) -> ir.Value:
+        """A sum or difference of a product and another number, rounded once."""
+        (a, b), c = map(self.value, product.args), self.value(other)
+        if node.op == "sub" and node.args[0] is product:
+            c = self.builder.fneg(c)
+        elif node.op == "sub":
+            a = self.builder.fneg(a)
+        return self.write_function.intrinsic("fma", *(Number(self, x) for x in (a, b, c))).value
 
     def function(self, op: str, args: list[ir.Value]) -> ir.Value:
-        if op in FUNCTIONS:
+        """Written here where the processor fuses; each fused operation is a call elsewhere."""
+        if op in FUNCTIONS and FUSES:
             return self.write_function(op, args)
         return self.lane_by_lane(op, args)
 
@@ -159,10 +179,7 @@ class Moments(Lanes):
     No operations are fused, so that each moment has the bits of the scalar kernel.
     """
 
-    SHARED = ("par", "work")
-
-    def arithmetic(self, name: str, args: list[ir.Value]) -> ir.Value:
-        return getattr(self.builder, name)(*args)
+    SHARED, fused = ("par", "work"), False
 
     def load(self, array: str, index: int) -> ir.Value:
         if array not in self.SHARED:

@@ -112,8 +112,8 @@ def is_value(value) -> bool:
 
 
 def is_zero(value) -> bool:
-    """True for a structural zero: a number, and 0."""
-    return is_number(value) and value == 0.0
+    """True for a structural zero: a number, and 0. A column of samples is none."""
+    return isinstance(value, int | float) and value == 0.0
 
 
 def defined(function: Callable, *numbers):

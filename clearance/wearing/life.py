@@ -17,22 +17,28 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from clearance import checks
-from clearance.catalogue import load_case
+from clearance.catalogue import AnyCase, load_case
 from clearance.laws.contact import layer_of
 from clearance.laws.outline import Outline, worn
-from clearance.locks import Lock
+from clearance.locks import Lock, opener
+from clearance.mechanism.build import build
 from clearance.metrics import SURFACES, metrics
 from clearance.options import Output
+from clearance.results import replacing
 from clearance.scene import Scene
-from clearance.simulation import prepare, write
+from clearance.simulation import SimulationError, prepare, reopened, write
 from clearance.sweeping.ideal import ideal_motion
+from clearance.sweeping.made import accept, differences, of_case
+from clearance.texts import signed
+from clearance.wearing import records
 from clearance.wearing.load_path import LoadPath, Worn, moved, smoothed
-from clearance.wearing.records import Life, lines
+from clearance.wearing.records import Life
 from clearance.wearing.summing import Turn, Wearing, solids_of, thinned
 
 LOG = logging.getLogger("clearance")
@@ -118,7 +124,7 @@ class Measured:
 
 
 def wear(
-    case: str | Path | Scene,
+    case: AnyCase,
     *,
     turns: float,
     directory: str | Path,
@@ -131,21 +137,24 @@ def wear(
     rtol: float = 1e-6,
     method: str = "auto",
     samples_per_turn: int = 360,
+    accept_changes: bool = False,
     progress: Callable[[float, str], None] | None = None,
     **parameters,
 ) -> Life:
     """The life of a mechanism whose joints wear, in a directory that can be killed and gone on
     with.
 
-    case: name or file of a case with its parameters, or a scene; turns: how many it shall do.
+    case: a name, a file, a function or a scene, with its parameters; turns: how many it shall do.
         share: of the clearance, by which a depth grows in a jump at most; tolerance: of wear of a
         turn, by which it may differ from that predicted.
     settle, average: turns of a stage before the measurement, and turns of the measurement. There
     are more, up to 50, where wear scatters from turn to turn (dry clearance is chaotic). jump:
     "replay" (implicit, of the load path), or "linear" (wear of a turn times turns, as in the
     literature), which is refused beyond its stability. jump_turns: longest jump.
-    rtol, method, samples_per_turn: of the runs, see `simulate`. progress: called with the share of
-        the turns that is done, and with the state of the stage: "stage 3: 40 % of 6 turns".
+    rtol, method, samples_per_turn: of the runs, see `simulate`. accept_changes: go on although the
+        package, a law, the case file or the scene's numbers have changed since. progress: called
+        with the share of the turns that is done, and with the state of the stage: "stage 3: 40 % of
+        6 turns".
     Raises ValueError for bad input, for a directory of another life, and where a joint is worn
     through.
     """
@@ -161,29 +170,36 @@ def wear(
         method=method,
         samples_per_turn=samples_per_turn,
     )
-    scene = case if isinstance(case, Scene) else load_case(case, **parameters)
-    if isinstance(case, Scene) and parameters:
-        raise ValueError(f"a scene takes no parameters of a case, got {', '.join(parameters)}")
-    return lived(scene, plan, Path(directory), progress)
+    scene = load_case(case, **parameters)
+    folder = Path(directory)
+    with in_hand(folder):
+        return Driver(scene, plan, folder, progress, accept_changes).go()
 
 
-def lived(
-    scene: Scene, plan: Plan, folder: Path, progress: Callable | None = None, wait: bool = False
-) -> Life:
-    """The life of a scene, begun or gone on with; see `wear`.
-
-    wait: until another process that has the directory in hand has ended; else that is an error.
+def in_hand(folder: Path, wait: bool = False) -> Lock:
+    """The directory of a life, for one process. wait: until another one that has it in hand has
+    ended; else that is an error.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with Lock(folder / "life.lock", f"{folder} is in use", wait):
-        return Driver(scene, plan, folder, progress or (lambda done, words: None)).go()
+    return Lock(folder / "life.lock", f"{folder} is in use", wait)
 
 
 class Driver:
-    """One life as it goes on. outlines: Worn by joint; turns: done; size: of the next jump."""
+    """One life as it goes on. outlines: Worn by joint; turns: done; size: of the next jump.
 
-    def __init__(self, scene: Scene, plan: Plan, folder: Path, progress: Callable):
-        self.plan, self.folder, self.progress, self.done = plan, folder, progress, 0.0
+    accept_changes: see `wear`; None: stages of what has changed since are run anew.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        plan: Plan,
+        folder: Path,
+        progress: Callable | None = None,
+        accept_changes: bool | None = False,
+    ):
+        self.plan, self.folder, self.done = plan, folder, 0.0
+        self.progress = progress or (lambda done, words: None)
         self.joints = {j.name: j for j in scene.clearance_joints if j.wear or j.wear_journal}
         for joint in self.joints.values():
             _check_law(joint)
@@ -191,17 +207,17 @@ class Driver:
             names = ", ".join(j.name for j in scene.clearance_joints) or "none with clearance"
             raise ValueError(
                 f"no joint of {scene.name} wears (joints: {names}); give wear, such as "
-                f"wear=1e-4mm3/Nm"
+                f"{_law_for(scene)}"
             )
         if scene.turn is None:
             raise ValueError(f"{scene.name}: a life counts turns, and nothing turns evenly in it")
         self.scene, self.turn = scene, scene.turn
         self.settle, self.average = plan.settle, plan.average
         self.most = plan.share * min(j.clearance for j in self.joints.values())  # of a jump [m]
-        self._begin()
+        self._begin(accept_changes)
 
     # --- the directory
-    def _begin(self) -> None:
+    def _begin(self, accept_changes: bool | None) -> None:
         """Take up the life of the directory, or begin one."""
         sizes = {
             n: {
@@ -212,21 +228,36 @@ class Driver:
             }
             for n, j in self.joints.items()
         }
-        asked = {**asdict(self.plan), "scene": self.scene.description(), "joints": sizes}
+        scene, case = self.scene.description(), vars(self.scene).get("case")
+        asked = {**asdict(self.plan), "scene": scene, "joints": sizes}
         asked = json.loads(json.dumps(asked))
         path = self.folder / "life.json"
+        self.journal = records.stages(self.folder, list(self.joints)) if path.exists() else []
+        mechanism = build(self._scene(self._unworn()))  # the structure that all stages have
+        self.made = of_case(mechanism, case, self.scene.parameters.values())
         if path.exists():
-            before = {"method": "auto"} | json.loads(path.read_text())
-            other = [n for n in asked if n != "turns" and before.get(n) != asked[n]]
+            before = {"method": "auto"} | records.asked(self.folder)
+            fixed = {*asked} - {"turns", "scene"}
+            other = [n for n in asked if n in fixed and before.get(n) != asked[n]]
             if other:
                 raise ValueError(
                     f"{self.folder} holds another life (other {', '.join(other)}); take another "
                     f"directory"
                 )
-        _write(path, json.dumps(asked).encode())
-        self.journal = list(lines(self.folder / "journal.jsonl"))
-        text = b"".join(json.dumps(e).encode() + b"\n" for e in self.journal)
-        _write(self.folder / "journal.jsonl", text)
+            self._compare(before["scene"], asked["scene"], accept_changes)
+        _write(path, signed(asked))
+        _write(self.folder / "journal.jsonl", "".join(f"{signed(e)}\n" for e in self.journal))
+
+    def _compare(self, before: dict, scene: dict, accept_changes: bool | None) -> None:
+        """Stages of the journal and those to come must be of one physics; see `Driver`."""
+        texts = json.dumps(before), json.dumps(scene)
+        inputs = (entry.get("made", {}) for entry in self.journal)
+        changed = dict.fromkeys(c for one in inputs for c in differences(one, self.made, *texts))
+        if changed and accept_changes is None:
+            LOG.info("%s begins anew: %s", self.folder, "; ".join(changed))
+            self.journal = []
+        elif changed:
+            accept(f"{self.folder} has {len(self.journal)} stages", changed, accept_changes)
 
     def _scene(self, outlines: dict[str, Worn]) -> Scene:
         """The scene on outlines."""
@@ -252,43 +283,57 @@ class Driver:
         plan, turns = self.plan, self.settle + average
         options = {"turns": turns, "rtol": plan.rtol, "method": plan.method}
         options["samples_per_turn"] = plan.samples_per_turn
-        run = prepare(self._scene(outlines), start=start, **options)
-        if start is not None:
-            self._settle(run, stage - 1)
-        run.wearing = Wearing(run, self.turn)
-        run.observers.append(run.wearing)
+        prepared = partial(prepare, self._scene(outlines), start=start, **options)
         words = f"of {turns} turns"
 
         def report(share: float) -> None:
             self.progress(self.done, f"stage {stage}: {100.0 * share:.0f} % {words}")
 
-        result = write(run, Output(path, None, 0, None, None), report)
+        run, result = self._written(prepared, path, stage, report)
         ideal = ideal_motion(run.mechanism.scene, run.span, result.scene)
         values = metrics(result, float(self.settle), ideal)
         result.close()
         late = {name: t[self.settle :] for name, t in run.wearing.turns.items()}
         return {n: Measured.of(t) for n, t in late.items()}, values
 
+    def _written(self, prepared: partial, path: Path, stage: int, report: Callable) -> tuple:
+        """The run of a stage and its result, with open loops where it comes to dead centres."""
+        run = prepared()
+        while True:
+            if stage:
+                self._settle(run, stage - 1)
+            run.wearing = Wearing(run, self.turn)
+            run.observers.append(run.wearing)
+            try:
+                return run, write(run, Output(path, None, 0, None, None), report)
+            except SimulationError as failed:
+                run, reason = reopened(run, prepared, str(failed))
+                if run is None:
+                    failed.args = (reason,)
+                    raise
+                failed.result.close()
+
     def _settle(self, run, before: int) -> None:
         """Put journals that touched at the end of the stage before where the new outline carries
         the same force.
         """
         row, place = run.outputs_here(), run.mechanism.layout.output
-        with np.load(self.folder / f"stage-{before:04d}.npz") as old:
-            for joint in (j for j in run.mechanism.places if j.name in self.joints):
-                turn = [_angle_of(body, row, place) for body in joint.bodies()]
-                first = run.mechanism.places[joint]
-                x, y = run.state.y[first : first + 2]
-                cos, sin = math.cos(turn[0]), math.sin(turn[0])
-                here = cos * x + sin * y, cos * y - sin * x
-                outlines = [
-                    {s: old[f"{joint.name}/{s}"] for s in SURFACES},
-                    joint.outline.parameters,
-                ]
-                numbers = [Outline(None, depths).numbers for depths in outlines]
-                solids = solids_of(joint)
-                x, y = moved(*here, turn[1] - turn[0], joint.clearance, *numbers, solids)
-                run.state.y[first : first + 2] = cos * x - sin * y, cos * y + sin * x
+        old = self._arrays(before)
+        for joint in (j for j in run.mechanism.places if j.name in self.joints):
+            turn = [_angle_of(body, row, place) for body in joint.bodies()]
+            first = run.mechanism.places[joint]
+            x, y = run.state.y[first : first + 2]
+            cos, sin = math.cos(turn[0]), math.sin(turn[0])
+            here = cos * x + sin * y, cos * y - sin * x
+            outlines = [{s: old[f"{joint.name}/{s}"] for s in SURFACES}, joint.outline.parameters]
+            numbers = [Outline(None, depths).numbers for depths in outlines]
+            solids = solids_of(joint)
+            x, y = moved(*here, turn[1] - turn[0], joint.clearance, *numbers, solids)
+            run.state.y[first : first + 2] = cos * x - sin * y, cos * y + sin * x
+
+    def _arrays(self, stage: int) -> dict[str, np.ndarray]:
+        wears = {name: _wears(joint) for name, joint in self.joints.items()}
+        return records.arrays(self.folder, stage, wears)
 
     def stage(self, stage: int, outlines: dict[str, Worn]) -> tuple[dict[str, Measured], dict]:
         """A run of as many turns as its scatter needs."""
@@ -436,27 +481,30 @@ class Driver:
 
     def _resumed(self) -> tuple:
         """Outlines, turns, error and next jump of the last stage in the journal, and its number."""
-        empty = np.zeros((0, 6))
         if not self.journal:
-            made = {n: Outline(None, j.outline.parameters).numbers for n, j in self.joints.items()}
-            outlines = {
-                n: Worn.of(m, empty, self.joints[n].wear_journal is not None)
-                for n, m in made.items()
-            }
-            return outlines, 0.0, 0.0, self.plan.turns, -1
+            return self._unworn(), 0.0, 0.0, self.plan.turns, -1
         last = self.journal[-1]
-        arrays = np.load(self.folder / f"stage-{last['stage']:04d}.npz")
+        arrays = self._arrays(last["stage"])
         outlines = {}
         for name, joint in self.joints.items():
             depths = {s: arrays[f"{name}/{s}"] for s in SURFACES}
             numbers = Outline(None, depths).numbers
-            outlines[name] = Worn.of(numbers, empty, joint.wear_journal is not None)
+            outlines[name] = Worn.of(numbers, np.zeros((0, 6)), joint.wear_journal is not None)
         self.average = last["average"]
         LOG.info("going on from %.6g turns", last["turns"])
         return outlines, last["turns"], last["error"], last["jump"], last["stage"]
 
+    def _unworn(self) -> dict[str, Worn]:
+        """Outlines to begin with."""
+        empty = np.zeros((0, 6))
+        numbers = {n: Outline(None, j.outline.parameters).numbers for n, j in self.joints.items()}
+        return {
+            n: Worn.of(made, empty, self.joints[n].wear_journal is not None)
+            for n, made in numbers.items()
+        }
+
     def _measured(self, stage: int) -> dict[str, Measured]:
-        arrays = np.load(self.folder / f"stage-{stage:04d}.npz")
+        arrays = self._arrays(stage)
         scatter = self.journal[-1]["scatter"]
         spread = self.journal[-1].get("spread", scatter)
         joints = {}
@@ -474,9 +522,9 @@ class Driver:
             arrays |= {f"{name}/{s}": d for s, d in _depths(outlines[name]).items()}
             arrays |= {f"{name}/{s}/turn": rate for s, rate in one.rate.items()}
             arrays[f"{name}/path"] = one.path
-        temporary = self.folder / "stage.partial.npz"
-        np.savez_compressed(temporary, **arrays)
-        os.replace(temporary, self.folder / f"stage-{stage:04d}.npz")
+        path = self.folder / f"stage-{stage:04d}.npz"
+        with replacing(path) as temporary, open(temporary, "xb") as file:
+            np.savez_compressed(file, **arrays)
         entry = {
             "stage": stage,
             "turns": turns,
@@ -488,11 +536,12 @@ class Driver:
             "scatter": {n: m.scatter for n, m in measured.items()},
             "spread": {n: m.spread for n, m in measured.items()},
             "metrics": {n: m.value for n, m in values.items()},
+            "made": self.made,
         }
         if stage == 0:
             entry["known"] = {n: (m.units, m.text) for n, m in values.items()}
-        with open(self.folder / "journal.jsonl", "ab") as file:
-            file.write(json.dumps(entry).encode() + b"\n")
+        with open(self.folder / "journal.jsonl", "ab", opener=opener) as file:
+            file.write(f"{signed(entry)}\n".encode())
             file.flush()
             os.fsync(file.fileno())
 
@@ -516,6 +565,16 @@ def _wears(joint) -> list[str]:
         for s, law in zip(SURFACES, (joint.wear, joint.wear_journal), strict=True)
         if law is not None
     ]
+
+
+def _law_for(scene: Scene) -> str:
+    """A law of wear as the author of a scene writes it: parameter, scene file or Python."""
+    case = vars(scene).get("case")
+    if case is not None and "wear" in case.parameters:
+        return "wear=1e-4mm3/Nm"
+    if case is not None and case.path is not None and case.path.suffix == ".toml":
+        return 'wear = { law = "archard", coefficient = "1e-4 mm3/Nm" } in its table'
+    return "wear=cl.archard(coefficient=1e-13)"
 
 
 def _check_law(joint) -> None:
@@ -566,7 +625,6 @@ def _missed(
     return share, most
 
 
-def _write(path: Path, content: bytes) -> None:
-    temporary = path.with_suffix(".partial")
-    temporary.write_bytes(content)
-    os.replace(temporary, path)
+def _write(path: Path, text: str) -> None:
+    with replacing(path) as temporary:
+        temporary.write_text(text)

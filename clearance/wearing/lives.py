@@ -14,10 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from clearance import checks
+from clearance.locks import folder_at
 from clearance.metrics import Metric
 from clearance.scene import Scene
 from clearance.sweeping.journal import DONE, Outcome
-from clearance.wearing.life import Plan, lived, wear
+from clearance.wearing.life import Driver, Plan, in_hand, wear
 from clearance.wearing.records import Life
 
 NAMES = tuple(f.name for f in fields(Plan))
@@ -47,7 +48,7 @@ def planned(life: Mapping[str, object], options: Mapping[str, object]) -> dict[s
 
 def folder_of(folder: Path, key: str) -> Path:
     """Directory of the life of a point."""
-    return Path(folder) / "lives" / key
+    return folder_at(Path(folder) / "lives") / key
 
 
 def point(
@@ -59,7 +60,9 @@ def point(
     """
     began = time.perf_counter()
     plan = Plan(**{n: v for n, v in life.items() if n != "depth"})
-    ended = lived(scene, plan, folder_of(folder, key), wait=True)
+    here = folder_of(folder, key)
+    with in_hand(here, wait=True):
+        ended = Driver(scene, plan, here, accept_changes=None).go()
     metrics = columns(ended, life["depth"])
     return Outcome(
         index,

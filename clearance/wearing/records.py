@@ -6,24 +6,99 @@ worn/stage-0007.h5      the run of a stage, on outlines that stay as they are
 worn/stage-0007.npz     its outlines, wear of a turn and load paths
 """
 
-import json
 import math
-from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
+from clearance.metrics import SURFACES
+from clearance.reading import arrays_of
+from clearance.texts import check_kinds, signed_document, text_of
+
 STEADY = 0.99  # of a load's size: its mean, where it stands still
+NUMBER = (int, float)
+#: entries of life.json, of a joint in it, of a line of the journal
+ASKED = {"turns": NUMBER, "joints": dict, "scene": dict}
+SIZES = {"radius": NUMBER, "length": NUMBER, "clearance": NUMBER, "wears": list}
+STAGE = {"stage": int, "average": int, "scatter": dict, "metrics": dict}
+STAGE |= dict.fromkeys(("turns", "error", "jump"), NUMBER)
 
 
-def lines(path: Path) -> Iterator[dict]:
-    """Complete lines of a journal; a line that a kill has cut short does not count."""
-    if not path.exists():
-        return
-    for line in path.read_bytes().splitlines(keepends=True):
-        if line.endswith(b"\n"):
-            yield json.loads(line)
+def asked(folder: Path) -> dict:
+    """The request for a life. Raises ValueError for a folder that holds none, or a damaged one."""
+    path = folder / "life.json"
+    if not path.is_file():
+        raise ValueError(f"{folder} holds no life: it has no life.json")
+    document = signed_document(text_of(path), path)
+    try:
+        check_kinds(document, ASKED)
+        check_kinds(document["scene"], {"name": str, "joints": list})
+        for size in document["joints"].values():
+            check_kinds(size, SIZES)
+            if not size["wears"] or not all(s in SURFACES for s in size["wears"]):
+                raise ValueError(f"wears must be some of {', '.join(SURFACES)}")
+    except ValueError as error:
+        raise ValueError(f"{path} is no request for a life: {error}") from None
+    return document
+
+
+def stages(folder: Path, joints: list[str]) -> list[dict]:
+    """Lines of a life's journal; a line that a kill has cut short does not count.
+
+    Raises ValueError with the number of a line that cannot be read.
+    """
+    path = folder / "journal.jsonl"
+    lines = path.read_bytes().splitlines(keepends=True) if path.exists() else []
+    read = [_stage(line, f"{path}:{i + 1}") for i, line in enumerate(lines) if line[-1:] == b"\n"]
+    for i, entry in enumerate(read):
+        shares = [entry["scatter"], entry.get("spread", entry["scatter"])]
+        if entry["stage"] != i or not all(_numbers(s, joints) for s in shares):
+            raise ValueError(f"{path}:{i + 1} is not stage {i} of this life")
+    return read
+
+
+def _stage(line: bytes, place: str) -> dict:
+    entry = signed_document(line, place)
+    try:
+        check_kinds(entry, STAGE)
+        if not _numbers(entry["metrics"]) or not _described(entry.get("known", {})):
+            raise ValueError("its metrics must be numbers, with units and texts")
+    except ValueError as error:
+        raise ValueError(f"{place} is no stage of a life: {error}") from None
+    return entry
+
+
+def _numbers(table: object, names: list[str] | tuple = ()) -> bool:
+    """A table of numbers that has these names."""
+    if not isinstance(table, dict) or not all(n in table for n in names):
+        return False
+    return all(v is None or isinstance(v, NUMBER) for v in table.values())
+
+
+def _described(table: object) -> bool:
+    """A table of units and texts."""
+    if not isinstance(table, dict):
+        return False
+    rows = table.values()
+    return all(isinstance(r, list) and [type(t) for t in r] == [str, str] for r in rows)
+
+
+def arrays(folder: Path, stage: int, joints: dict[str, list[str]]) -> dict[str, np.ndarray]:
+    """Outlines, wear of a turn and load paths of a stage. joints: surfaces that wear, by joint.
+
+    Raises ValueError where they are not there.
+    """
+    path = folder / f"stage-{stage:04d}.npz"
+    columns = arrays_of(path)
+    shapes = {f"{n}/{s}": (1, 360) for n in joints for s in SURFACES}  # dimensions, length of last
+    shapes |= {f"{n}/{s}/turn": (1, 360) for n, wears in joints.items() for s in wears}
+    shapes |= {f"{n}/path": (2, 6) for n in joints}
+    for name, shape in shapes.items():
+        column = columns.get(name, np.zeros(0))
+        if column.dtype != float or (len(column.shape), *column.shape[-1:]) != shape:
+            raise ValueError(f"{path} has no {name} of a life")
+    return columns
 
 
 class Life:
@@ -34,10 +109,8 @@ class Life:
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
-        if not (self.path / "life.json").is_file():
-            raise ValueError(f"{self.path} holds no life: it has no life.json")
-        self.asked = json.loads((self.path / "life.json").read_text())
-        self.stages = list(lines(self.path / "journal.jsonl"))
+        self.asked = asked(self.path)
+        self.stages = stages(self.path, self.joints)
 
     def __repr__(self) -> str:
         end = self.turns[-1] if self.stages else 0
@@ -72,11 +145,8 @@ class Life:
 
     @cached_property
     def _arrays(self) -> list[dict]:
-        columns = []
-        for i in range(len(self.stages)):
-            with np.load(self.path / f"stage-{i:04d}.npz") as arrays:
-                columns.append(dict(arrays))
-        return columns
+        wears = {name: size["wears"] for name, size in self.asked["joints"].items()}
+        return [arrays(self.path, i, wears) for i in range(len(self.stages))]
 
     def depth(self, joint: str, surface: str = "bearing") -> np.ndarray:
         """Worn depth [m] over the angle of the surface's body, one a degree, at each stage:
@@ -110,12 +180,13 @@ class Life:
         """True where the load of a dry joint stands still in the bearing, which alone wears: then
         `closed_form` is about it.
         """
-        described = next(j for j in self.asked["scene"]["joints"] if j["name"] == joint)
-        if described["asperity"] or self.asked["joints"][joint]["wears"] != ["bearing"]:
+        named = (j for j in self.asked["scene"]["joints"] if isinstance(j, dict))
+        described = next((j for j in named if j.get("name") == joint), {})
+        if described.get("asperity") or self.asked["joints"][joint]["wears"] != ["bearing"]:
             return False
         force_x, force_y, _, over, *_ = self.load_path(joint).T
-        shared = float(np.hypot(force_x, force_y) @ over)
-        return math.hypot(force_x @ over, force_y @ over) > STEADY * shared
+        shared = float((np.hypot(force_x, force_y) * over).sum())
+        return math.hypot((force_x * over).sum(), (force_y * over).sum()) > STEADY * shared
 
     def closed_form(self, joint: str) -> np.ndarray:
         """Depth [m] of a rigid journal whose load stands still in the bearing, from the first load
@@ -127,7 +198,7 @@ class Life:
         """
         size = self.asked["joints"][joint]
         force_x, force_y, _, over, _, _ = self.load_path(joint).T
-        given = np.hypot(force_x, force_y) @ over / size["radius"] * self.turns
+        given = (np.hypot(force_x, force_y) * over).sum() / size["radius"] * self.turns
         wanted = given / (size["length"] * size["clearance"])
         return size["clearance"] * (1.0 / np.cos([_angle(w) for w in wanted]) - 1.0)
 

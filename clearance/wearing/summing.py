@@ -104,7 +104,7 @@ class Sums:
         pressure *= np.divide(load, seen, out=np.zeros_like(load), where=seen > 0.0)[:, None]
         narrow = seen <= SEEN * load
         pressure[narrow] = _at_deepest(overlap[narrow], load[narrow] / self.area)
-        self.rubbing += float(weights @ (load * speed))
+        self.rubbing += float((weights * load * speed).sum())
         over = {body: np.zeros(len(flat)) for body in BODIES.values()}
         for body, law in self.laws.items():
             if self.linear[body]:

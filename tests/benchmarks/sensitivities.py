@@ -8,7 +8,7 @@ compares the states at the end of a run instead: tangents of the collocation of 
 differences on common steps.
 """
 
-import sys
+import argparse
 import time
 
 import numpy as np
@@ -197,4 +197,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    tangents() if "--tangent" in sys.argv else main()
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--tangent", action="store_true", help="tangents at the end of a run")
+    tangents() if parser.parse_args().tangent else main()

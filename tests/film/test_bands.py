@@ -1008,3 +1008,21 @@ class TestBadInput:
             match="fast solver has the cavitation reynolds, gumbel, none, not mass_conserving",
         ):
             bands.solve(bearing(cavitation="mass_conserving"), 0.5, 0.0, 1.0)
+
+
+def test_force_over_its_range():
+    """Of 40 random states, L/D 0.25 to 2, up to an eccentricity ratio of 0.9999, as (256, 32) has
+    it: the stated 7e-4 of a closing film, 3e-3 of an opening one. The median is below 2e-4.
+    """
+    rng, errors = np.random.default_rng(1), []
+    for _ in range(40):
+        length, eps = 0.02 * 10.0 ** rng.uniform(-0.6, 0.3), 1.0 - 10.0 ** rng.uniform(-4.0, -0.3)
+        bearing, way = Bearing(0.01, 1e-5, length, 0.02), rng.uniform(-0.5, 0.5) * math.pi
+        state = eps, math.sin(way), 2.0 * math.cos(way)
+        (a, b), (c, d) = (
+            (film.radial, film.tangential)
+            for film in (bands.solve(bearing, *state, mesh=mesh) for mesh in ((128, 16), (256, 32)))
+        )
+        errors.append(math.hypot(a - c, b - d) / math.hypot(c, d))
+        assert errors[-1] < (7e-4 if way > 0.0 else 3e-3)
+    assert np.median(errors) < 2e-4

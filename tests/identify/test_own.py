@@ -335,7 +335,7 @@ def test_a_mistake_in_a_function_is_one_line(tmp_path, capsys):
         low.replace("return level", "return (level if level < 0.5 else leve)"),
     )
     for path, place in (
-        (first, "line 5, in facts: KeyError: 'pre load'"),
+        (first, "line 5, in facts: KeyError: pre load"),
         (later, "line 6, in hard: NameError"),
     ):
         assert main(["identify", "--model", path, "--data", str(tmp_path / "bench.h5")]) == 2

@@ -81,8 +81,9 @@ class TestCompare:
             routes.compare(cl.load_case("three_loop_chain"), np.linspace(0.0, 20.0, 50))
 
     def test_without_pinocchio(self, monkeypatch):
+        scene = cl.load_case("four_bar")
         monkeypatch.setattr(routes.importlib.util, "find_spec", lambda name: None)
-        actual = routes.compare(cl.load_case("four_bar"), np.linspace(0.0, 0.1, 9), peers=True)
+        actual = routes.compare(scene, np.linspace(0.0, 0.1, 9), peers=True)
         assert "Pinocchio: not installed (pip install clearance[peers])" in actual.remarks
         assert len(actual.routes) == 4
 

@@ -46,7 +46,7 @@ def cluster(tmp_path):
     workers = [
         subprocess.Popen([*worker, "--scheduler-file", str(place)], **common) for _ in range(2)
     ]
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + 600.0
     while not place.exists() and time.monotonic() < deadline:
         time.sleep(0.05)
     yield json.loads(place.read_text())["address"], workers

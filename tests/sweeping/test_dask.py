@@ -34,7 +34,7 @@ def test_a_cluster_gives_the_same_files_and_survives_a_worker(tmp_path, cluster)
     wait_for(5, tmp_path / "there")
     workers[0].send_signal(signal.SIGKILL)
     assert len(ended_whole(tmp_path / "there")) < len(MANY)
-    assert driver.wait(timeout=300) == 0
+    assert driver.wait(timeout=900) == 0
     there = cl.open_sweep(tmp_path / "there")
     assert there.done.all()
     identical(here, there)

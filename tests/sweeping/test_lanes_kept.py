@@ -158,7 +158,7 @@ def test_a_cluster(tmp_path, undisturbed, cluster):
     driver = subprocess.Popen([sys.executable, "-c", code, str(tmp_path / "out")])
     wait_for(1, tmp_path / "out")
     workers[0].send_signal(signal.SIGKILL)
-    assert driver.wait(timeout=300) == 0
+    assert driver.wait(timeout=900) == 0
     there = cl.open_sweep(tmp_path / "out")
     identical(there, undisturbed)
     assert f"{len(POINTS)} points in lanes" in (tmp_path / "out" / "sweep.log").read_text()

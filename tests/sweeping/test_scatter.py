@@ -257,7 +257,7 @@ def test_the_command(tmp_path, capsys):
     assert main([*line, "--json"]) == DONE
     document = json.loads(capsys.readouterr().out)
     assert document["spread"] == {
-        "clearance": "uniform(0.0002, 0.0004)",
+        "clearance": "uniform(200 um, 400 um)",
         "viscosity": "normal(0.4, 0.02)",
     }
     assert (document["points"], document["independent"]) == (32, 16)

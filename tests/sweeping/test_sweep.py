@@ -18,6 +18,7 @@ import clearance as cl
 from clearance.sweeping import driver
 from clearance.sweeping import index as indices
 from clearance.sweeping.peaks import of_point
+from clearance.texts import signed_document
 from tests.test_checkpoint import same
 
 CASE, OPTIONS = "slider_crank", {"turns": 2.0, "samples_per_turn": 50, "rtol": 1e-5}
@@ -72,7 +73,9 @@ def test_a_run_is_that_of_simulate(swept, tmp_path):
     ):
         del plain["metrics"], plain["sweep"]  # what a sweep adds
         # of `simulate` alone
-        del plain.attrs["options"], one.attrs["options"], one.attrs["errors_left_out"]
+        for end in ("", "_crc32"):
+            del plain.attrs[f"options{end}"], one.attrs[f"options{end}"]
+            del one.attrs[f"errors_left_out{end}"]
     same(tmp_path / "alone.h5", tmp_path / "plain.h5")
     for name, metric in of_point(alone).items():
         assert swept.metrics[name][swept.select(speed=30.0, clearance=2e-4)[0]] == metric.value
@@ -172,7 +175,7 @@ def test_another_sweep_is_refused(copy):
 
 
 def test_newer_formats_are_refused(copy):
-    document = json.loads((copy / "sweep.json").read_text())
+    document = signed_document((copy / "sweep.json").read_bytes(), "")
     document["format_version"] = 99
     (copy / "sweep.json").write_text(json.dumps(document))
     with pytest.raises(ValueError, match="newer clearance"):
@@ -200,7 +203,7 @@ def test_a_directory_in_use_is_refused(copy):
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"fixed": {"speeed": 1.0}}, "no parameter 'speeed'; it has speed"),
+        ({"fixed": {"speeed": 1.0}}, "no parameter 'speeed' .did you mean speed.*it has speed"),
         ({"fixed": {"speed": 1.0}}, "speed is both swept and fixed"),
         ({"workers": 0}, "workers"),
         ({"compression": 12}, "compression"),
@@ -351,7 +354,7 @@ def test_a_script_needs_no_guard(tmp_path):
         f"fixed={FIXED!r}, "
         f"channels=[], workers=2, **{OPTIONS!r})\nprint(int(found.done.sum()))\n"
     )
-    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300)
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=900)
     assert (done.stdout, done.stderr) == ("2\n", "")
 
 
@@ -395,7 +398,7 @@ def identical(one, other) -> None:
         same(one.path(i), other.path(i))
 
 
-def wait_for(count: int, folder: Path, seconds: float = 120.0) -> None:
+def wait_for(count: int, folder: Path, seconds: float = 600.0) -> None:
     deadline = time.monotonic() + seconds
     journal = folder / "journal.jsonl"
     while time.monotonic() < deadline:
@@ -430,7 +433,7 @@ def test_a_killed_driver_loses_no_finished_run(after, tmp_path, undisturbed):
     driver.send_signal(signal.SIGKILL)
     driver.wait()
     assert below
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + 120.0
     while (
         any(Path(f"/proc/{pid}").exists() and not zombie(pid) for pid in below)
         and time.monotonic() < deadline
@@ -469,7 +472,7 @@ def test_killed_workers_are_replaced(tmp_path, undisturbed):
         if workers:
             os.kill(workers[killed % len(workers)], signal.SIGKILL)
             killed += 1
-    assert driver.wait(timeout=300) == 0
+    assert driver.wait(timeout=900) == 0
     assert killed >= 2
     actual = cl.open_sweep(tmp_path / "out")
     assert actual.done.all()
@@ -525,14 +528,14 @@ def test_a_full_disk_stops_the_sweep_and_keeps_what_is_done(tmp_path):
         [sys.executable, "-B", "-c", code, str(out), str(30_000)],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=900,
     )
     assert full.returncode == 1, full.stderr
     assert "no space left" in full.stdout
     assert not list((out / "runs").glob("*.h5"))
     cl.open_sweep(out)
     after = subprocess.run(
-        [sys.executable, "-c", code, str(out), "0"], capture_output=True, text=True, timeout=300
+        [sys.executable, "-c", code, str(out), "0"], capture_output=True, text=True, timeout=900
     )
     assert after.returncode == 0, after.stderr
     assert cl.open_sweep(out).done.all()

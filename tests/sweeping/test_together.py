@@ -11,10 +11,12 @@ import clearance as cl
 from clearance.catalogue import find_case
 from clearance.columns import Column, Mixed
 from clearance.lanes import watch
+from clearance.lanes.code import natural_width
 from clearance.regimes import FULL_FILM
 from clearance.simulation import prepare
+from clearance.sweeping.journal import read
 from clearance.sweeping.spread import Irregular, Spread
-from clearance.sweeping.summing import Unsuited
+from clearance.sweeping.summing import Summing, Unsuited
 from clearance.sweeping.together import FEWEST, Together
 
 FEEDER = {"model": "lubricated", "joints": "B"}
@@ -94,36 +96,49 @@ def test_steps(feeder):
 
 @pytest.mark.parametrize(("name", "turns"), [("four_bar", 2.0), ("slider_crank", 5.0)])
 def test_first_point(name, turns):
-    """Metrics of the first point within 2e-4 of the ordinary way's at rtol 1e-6; deviations from
-    ideal joints 5e-3, the ratio of two small changes from turn to turn 5e-2.
+    """Metrics of the first point within 2e-4 of the ordinary way's at rtol 1e-6, deviations from
+    ideal joints 5e-3. The ratio of two small changes from turn to turn: within both stated errors.
 
     The four-bar has no guide, and each clearance of the slider-crank has a film table of its own.
-    At smaller clearances the deviation of accelerations drowns in the tolerance of the run. The
-    stated error of the smallest gap is nearly all that of the film table, so 5 %. The others are
-    differences of two tolerances with other steps: 3 times in the median, for means err less here.
+    At smaller clearances the deviation of accelerations drowns in the tolerance of the run. Errors
+    are differences of two tolerances, whose steps are others here: they are compared with true
+    ones. They cover 19 of 20, as one in 85 is larger by chance: of 656 at 24 random points none
+    was, here one is by 1.03 times. Nearly all of that of the smallest gap comes from the film
+    table: the ordinary way's within 10 %.
     """
     case, columns = find_case(name), {"clearance": np.geomspace(2e-4, 2.5e-4, 5)}
-    together = Together(
-        lambda values: case.scene(model="lubricated", **values),
-        columns,
-        {"turns": turns},
-        None,
-        "state",
-    )
+
+    def scene(values):
+        return case.scene(model="lubricated", **values)
+
+    together = Together(scene, columns, {"turns": turns}, None, "state")
     assert ("period_error" in together.summing.first) == (turns > 3.0)
     assert together.several == (name == "slider_crank")
     points = together.points(columns)
     answers = together.answers(points, 1)
     assert together.summing.sound(answers, points).all()
-    metrics = together.summing.metrics(answers, points)
-    for metric, ordinary in together.summing.first.items():
-        share = {"settling_ratio": 5e-2}.get(metric, 5e-3 if "deviation" in metric else 2e-4)
-        assert math.isclose(metrics[metric][together.first], ordinary.value, rel_tol=share), metric
+    metrics, first = together.summing.metrics(answers, points), together.first
     errors, stated = together.errors(columns, answers, 1), together.summing.stated
     assert together.summing.stated_alike(metrics, errors).all()
-    ratios = {n: errors[n][together.first] / m.value for n, m in stated.items()}
-    assert math.isclose(ratios["joint_C_gap_min_error"], 1.0, rel_tol=5e-2)
-    assert 1.0 / 3.0 < np.median(list(ratios.values())) < 3.0
+    for metric, ordinary in together.summing.first.items():
+        share = 5e-3 if "deviation" in metric else 2e-4
+        allowed = share * abs(ordinary.value)
+        if metric == "settling_ratio" and stated:
+            allowed = errors[f"{metric}_error"][first] + stated[f"{metric}_error"].value
+        assert metrics[metric][first] == pytest.approx(ordinary.value, rel=0, abs=allowed), metric
+    gap = "joint_C_gap_min_error"
+    assert errors[gap][first] == pytest.approx(stated[gap].value, rel=0.1)
+    shares = []
+    for place in (0, 4):
+        values = {n: v[place].item() for n, v in columns.items()}
+        true = Summing(prepare(scene(values), turns=turns, rtol=1e-10), None).first
+        for name, error in errors.items():
+            metric = true[name.removesuffix("_error")].value
+            off = abs(metrics[name.removesuffix("_error")][place] - metric)
+            shares.append(off / (error[place] + 1e-13 * abs(metric)))
+    assert len(shares) >= 40
+    assert np.mean(np.array(shares) <= 1.0) >= 0.95
+    assert max(shares) < 4.0
     lone = together.points({"clearance": columns["clearance"][3:]})
     again = together.answers(lone, 2)
     np.testing.assert_array_equal(again.extremes, answers.extremes[3:])
@@ -309,9 +324,11 @@ def test_requested_errors_are_left_to_the_ordinary_way():
 
 
 def test_scene_files_over_one_parameter(tmp_path):
-    """All points run in lanes, with the metrics of a grid: within 1e-9, natural sizes are rounded.
+    """All points run in lanes, with the metrics of a grid: within 1e-6, the tolerance.
 
-    Zipped parameters have no repeated values either.
+    A parameter that does not vary is a constant in the code, so that natural sizes differ in their
+    last bits. Lengths of steps follow error estimates, which may be small differences: most
+    metrics agree to 1e-12, some to 7e-9. Zipped parameters have no repeated values either.
     """
     (tmp_path / "own.toml").write_text(SCENE)
     speeds, clearances = np.linspace(60.0, 120.0, FEWEST), np.linspace(1e-4, 2e-4, FEWEST)
@@ -324,12 +341,15 @@ def test_scene_files_over_one_parameter(tmp_path):
     for way, points in ways.items():
         options = {"channels": [], "workers": 1, "turns": 1.0}
         made[way] = cl.sweep(tmp_path / "own.toml", points, tmp_path / way, **options)
-        assert f" {len(points)} points in lanes\n" in (tmp_path / way / "sweep.log").read_text()
+        width, folder = natural_width(), tmp_path / way
+        log = (folder / "sweep.log").read_text()
+        assert f" {len(points)} points in lanes, {width} at a time\n" in log
+        assert {o.made["lanes"] for o in read(folder / "journal.jsonl") if o.together} == {width}
     for name, values in made["one"].metrics.items():
         grid, zipped = made["grid"].metrics[name], made["zipped"].metrics[name]
-        np.testing.assert_allclose(values, grid[::2], rtol=1e-9, atol=1e-12, err_msg=name)
+        np.testing.assert_allclose(values, grid[::2], rtol=1e-6, atol=1e-9, err_msg=name)
         ends = [grid[0], grid[-1]]
-        np.testing.assert_allclose(zipped[[0, -1]], ends, rtol=1e-9, atol=1e-12, err_msg=name)
+        np.testing.assert_allclose(zipped[[0, -1]], ends, rtol=1e-6, atol=1e-9, err_msg=name)
 
 
 def test_the_log_gives_the_reason(tmp_path, monkeypatch):

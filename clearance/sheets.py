@@ -1,0 +1,34 @@
+"""Empty figures of matplotlib that take no settings from the working folder, which may be a
+stranger's. Such settings name programs, and have LaTeX read the names that a file holds.
+"""
+
+import sys
+from pathlib import Path
+
+OF_THE_USER = "matplotlib" in sys.modules  # a program that imports it has settings of its own
+
+import matplotlib  # noqa: E402
+from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+from matplotlib.text import Text  # noqa: E402
+
+if not OF_THE_USER and Path(matplotlib.matplotlib_fname()).absolute().parent == Path.cwd():
+    matplotlib.rcdefaults()
+
+
+class Sheet(Figure):
+    """A figure whose texts are drawn by matplotlib itself, never by LaTeX."""
+
+    def draw(self, renderer):
+        for text in self.findobj(Text):
+            text.set_usetex(False)
+        with matplotlib.rc_context({"text.usetex": False}):
+            super().draw(renderer)
+
+
+def sheet(width: float, height: float, kind: type[Sheet] = Sheet) -> Sheet:
+    """An empty figure [inch], drawn without a screen."""
+    with matplotlib.rc_context({"text.usetex": False}):
+        figure = kind(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure

@@ -1,0 +1,336 @@
+"""Checksums of files: what is damaged is refused, at any bit of any kind of file."""
+
+import random
+import re
+import shutil
+import struct
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import images, reading, short
+from clearance.cli import main
+from clearance.reading import Damaged, open_checked
+from clearance.results import image_of, in_memory
+from clearance.sweeping import definition
+from clearance.texts import signed
+from tests.benchmarks import damage
+
+
+@pytest.mark.skipif(not images.available(), reason="HDF5 hides its checksums here")
+def test_L1_the_checksum_of_headers_is_that_of_hdf5():
+    """600 pieces of random length and content."""
+    rng = random.Random(1)
+    reference, _ = images._checksums()
+    for _ in range(600):
+        data = rng.randbytes(4 * rng.randint(1, 40))
+        assert images.lookup3(data) == reference(data, len(data), 0)
+
+
+class Stale:
+    """A file whose image is as HDF5 1.14 gives it: the checksum is that of another superblock."""
+
+    def __init__(self, file):
+        self.file, self.id, self.flush = file, self, file.flush
+
+    def get_file_image(self):
+        image = bytearray(self.file.id.get_file_image())
+        old = image[: images.SUPERBLOCK - 4]
+        old[11] = 1
+        struct.pack_into("<I", image, images.SUPERBLOCK - 4, images.lookup3(bytes(old)))
+        return bytes(image)
+
+
+def test_L1_an_image_of_HDF5_1_14_opens(tmp_path):
+    """Of 20 files of random names and numbers."""
+    rng = np.random.default_rng(2)
+    for i in range(20):
+        values = {f"c{j}": rng.normal(size=rng.integers(1, 99)) for j in range(rng.integers(1, 9))}
+        with in_memory(Path(f"{i}.h5")) as file:
+            for name, column in values.items():
+                file[name] = column
+            stale = Stale(file)
+            with pytest.raises(OSError, match="checksum"):
+                in_memory(Path("stale.h5"), stale.get_file_image())
+            image = image_of(stale)
+        with in_memory(Path("y.h5"), image) as file:
+            for name, column in values.items():
+                np.testing.assert_array_equal(file[name], column)
+
+
+@pytest.fixture(scope="module")
+def long_run(tmp_path_factory):
+    """A file of 4801 rows, three pieces a column, written as the run goes."""
+    path = tmp_path_factory.mktemp("long") / "run.h5"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(short, "PATIENCE", 0.0)
+        scene = cl.load_case("slider_crank", friction="coulomb")
+        channels = ["bodies/*", "joints/C/gap", "energy/*"]
+        cl.simulate(scene, path=path, turns=4, samples_per_turn=1200, channels=channels).close()
+    return path
+
+
+def nodes(content, entries=3):
+    """Used parts of the indexes of columns: first and last byte of each."""
+    begin = -1
+    while (begin := content.find(b"TREE\x01", begin + 1)) >= 0:
+        yield begin, begin + 24 + 32 * entries + 24
+
+
+def without_checks(path):
+    """A file as version 0.2 wrote it: columns have no checksum."""
+    with h5py.File(path, "a") as file:
+        for item in columns_of(file):
+            item.attrs.pop("crc32")
+
+
+def columns_of(file):
+    """Columns that have a checksum."""
+    items = []
+    file.visititems(lambda _, item: items.append(item))
+    return [item for item in items if isinstance(item, h5py.Dataset) and "crc32" in item.attrs]
+
+
+def wrong_numbers(path, entire):
+    """Columns that are read and are not what was written; a line names file and column."""
+    wrong = []
+    with cl.open_result(path) as run:
+        for name, values in entire.items():
+            try:
+                there = run.reader.column(name)
+            except Damaged as error:
+                there = values if str(error).startswith(f"{path}: /{name} ") else str(error)
+            if not np.array_equal(there, values):
+                wrong.append(name)
+    return wrong
+
+
+def readings(content, bits, path):
+    """Place and bit of those whose flip shows numbers that were not written."""
+    path.write_bytes(content)
+    with cl.open_result(path) as run:
+        entire = {c: run.reader.column(c) for c in damage._channels(run)}
+    for place, bit in bits:
+        changed = bytearray(content)
+        changed[place] ^= 1 << bit
+        path.write_bytes(changed)
+        if wrong := wrong_numbers(path, entire):
+            yield place, bit, wrong
+
+
+def test_L0_no_bit_of_an_index_turns_into_numbers(long_run, tmp_path):
+    """200 random bits of the indexes of columns, and all of the numbers of their entries."""
+    content, rng = long_run.read_bytes(), random.Random(3)
+    parts = list(nodes(content))
+    bits = [(begin + 6, bit) for begin, _ in parts for bit in (0, 1)]
+    bits += [(rng.randrange(*rng.choice(parts)), rng.randrange(8)) for _ in range(200)]
+    assert list(readings(content, bits, tmp_path / "run.h5")) == []
+
+
+def test_L0_an_older_file_lacks_no_pieces(long_run, tmp_path):
+    """All numbers of entries and all first places of pieces; a column has no checksum here."""
+    path = Path(shutil.copy(long_run, tmp_path / "run.h5"))
+    without_checks(path)
+    content, rng = path.read_bytes(), random.Random(4)
+    begins = [begin for begin, _ in nodes(content)]
+    bits = [(begin + 6, bit) for begin in begins for bit in (0, 1)]
+    # keys of a node: size, filters left out, then the place of the piece
+    bits += [(rng.choice(begins) + 24 + 32 * rng.randrange(3) + 8, b) for b in range(8)]
+    assert list(readings(content, bits, path)) == []
+
+
+#: for other readers only
+ASIDE = ("coordinates", "_Encoding", "DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME")
+
+
+def everything(path, form):
+    """All attributes and columns of a file, as readers of the package have them."""
+    with open_checked(path, "file", form, 99) as reader:
+        columns = [c for c in reader.columns() if not c.endswith(("/event", "/step_number"))]
+        content = {c: reader.column(c).tobytes() for c in columns}
+        names: list = []
+        with reading._reading(path, ""):
+            reader.file.visit(names.append)
+        groups = [n for n in names if isinstance(reader.item(n), h5py.Group)]
+        for place in ("", *columns, *groups):
+            for name, value in reader.attributes(place).items():
+                if name not in ASIDE:
+                    content[f"{place}@{name}"] = str(value)
+        return content
+
+
+#: kinds of files of which there is another one
+ALIKE = ("no case", "life: run of a stage", "checkpoint: a stretch")
+
+
+@pytest.fixture(scope="module")
+def kinds(tmp_path_factory, long_run):
+    """A file of each kind."""
+    files = damage.sources(tmp_path_factory.mktemp("kinds"))
+    made = {n: k.source / k.inside if k.inside else k.source for n, k in files.items()}
+    made = {n: p for n, p in made.items() if p.suffix == ".h5" and n not in ALIKE}
+    return made | {"long run": long_run}
+
+
+def heaps(content):
+    """Texts of a file: first and last byte of each heap."""
+    begin = -1
+    while (begin := content.find(b"GCOL\x01", begin + 1)) >= 0:
+        yield begin + 16, begin + int.from_bytes(content[begin + 8 : begin + 16], "little")
+
+
+def test_L7_no_flipped_bit_of_any_file_is_read(kinds, tmp_path):
+    """Of each kind of file 20 bits anywhere, and 40 of its texts: refused, or all is as before."""
+    rng, path = random.Random(5), tmp_path / "run.h5"
+    for kind, source in kinds.items():
+        with h5py.File(source) as file:
+            form = file.attrs["format"]
+        content, entire = source.read_bytes(), everything(source, form)
+        assert len(entire) > 10, kind
+        texts = [range(*ends) for ends in heaps(content)]
+        places = [rng.randrange(len(content)) for _ in range(20)]
+        places += [rng.choice(rng.choice(texts)) for _ in range(40)]
+        for place in places:
+            changed = bytearray(content)
+            changed[place] ^= 1 << rng.randrange(8)
+            path.write_bytes(changed)
+            try:
+                there = everything(path, form)
+            except (ValueError, OSError):
+                continue
+            assert there == entire, (kind, place)
+
+
+def test_L6_no_command_makes_a_run_from_a_damaged_scene(kinds, tmp_path, capsys, monkeypatch):
+    """30 bits of scene and options: --again, new and cl.again refuse, and nothing is written."""
+    content, rng = kinds["dry run"].read_bytes(), random.Random(6)
+    monkeypatch.chdir(tmp_path)
+    with cl.open_result(kinds["dry run"]) as run:
+        texts = [run.attributes[n].encode() for n in ("scene", "options", "parameters")]
+    path = tmp_path / "run.h5"
+    for text in rng.choices(texts, k=30):
+        changed = bytearray(content)
+        changed[content.index(text) + rng.randrange(len(text))] ^= 1 << rng.randrange(7)
+        path.write_bytes(changed)
+        commands = [["run", "--again", "run.h5", "-o", "other.h5"]]
+        commands += [["new", "run.h5", "-o", "s.toml"]] if text == texts[0] else []
+        for command in commands:
+            assert main(command) == 2
+            assert "its checksum differs" in capsys.readouterr().err
+        with pytest.raises(Damaged):
+            cl.again(path)
+        assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
+
+
+def test_L6_a_damaged_column_is_named_by_again(kinds, tmp_path, capsys):
+    """Of the file that is made again; no traceback."""
+    path = Path(shutil.copy(kinds["dry run"], tmp_path / "run.h5"))
+    damage_column(path, "bodies/slider/ax", random.Random(7))
+    assert main(["run", "--again", str(path), "-o", str(tmp_path / "other.h5")]) == 2
+    assert f"{path}: /bodies/slider/ax cannot be read" in capsys.readouterr().err
+
+
+def damage_column(path, name, rng):
+    """A bit of a column's values."""
+    with h5py.File(path) as file:
+        piece = file[name].id.get_chunk_info(0)
+    content = bytearray(path.read_bytes())
+    content[piece.byte_offset + rng.randrange(piece.size)] ^= 1 << rng.randrange(8)
+    path.write_bytes(content)
+
+
+def texts_flipped(path, rng, count):
+    """Copies of the content of a file with one bit changed."""
+    content = path.read_bytes()
+    for _ in range(count):
+        changed = bytearray(content)
+        changed[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
+        path.write_bytes(changed)
+        yield
+    path.write_bytes(content)
+
+
+@pytest.fixture(scope="module")
+def sweeps(tmp_path_factory):
+    """Sweeps without run files: points one by one, and points that ran together in a block."""
+    folder = tmp_path_factory.mktemp("sweeps")
+    options = {"channels": (), "turns": 1.0, "workers": 1}
+    cl.sweep("slider_crank", cl.grid(speed=[20.0, 30.0]), folder / "few", **options)
+    cl.sweep("slider_crank", cl.grid(speed=np.linspace(20, 30, 64)), folder / "many", **options)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["few", "many"])
+def test_L8_no_bit_of_a_journal_is_another_number(sweeps, tmp_path, name, caplog):
+    """100 random bits each: points are missing, and the line is named, or all is as before."""
+    folder, rng = Path(shutil.copytree(sweeps / name, tmp_path / name)), random.Random(8)
+    (folder / "sweep.h5").unlink()
+    entire = cl.open_sweep(folder)
+    for _ in texts_flipped(folder / "journal.jsonl", rng, 100):
+        caplog.clear()
+        there = cl.open_sweep(folder)
+        assert there.known.items() <= entire.known.items()
+        for metric, values in there.metrics.items():
+            assert np.array_equal(values[there.done], entire.metrics[metric][there.done])
+        if not there.done.all():
+            last = (folder / "journal.jsonl").read_bytes()[-1:] != b"\n"
+            assert last or "journal.jsonl: line" in caplog.text
+
+
+def test_L8_no_bit_of_a_definition_asks_for_something_else(sweeps, tmp_path):
+    """100 random bits of sweep.json: refused by name, or as before."""
+    folder, rng = Path(shutil.copytree(sweeps / "few", tmp_path / "few")), random.Random(9)
+    entire = definition.read(folder)
+    for _ in texts_flipped(folder / "sweep.json", rng, 100):
+        try:
+            assert definition.read(folder) == entire
+        except ValueError as error:
+            assert "sweep.json is not the definition of a sweep" in str(error)  # noqa: PT017
+
+
+def test_L8_no_bit_of_a_life_is_another_life(tmp_path):
+    """100 random bits of life.json and of its journal: refused by name, or as before."""
+    rng = random.Random(10)
+    shared = {"average": 2, "error": 0.1, "jump": 3.5, "metrics": {"a": rng.random()}}
+    stages = [
+        {"stage": i, "turns": rng.random(), "scatter": {"C": rng.random()}} | shared
+        for i in range(9)
+    ]
+    size = {"radius": rng.random(), "length": 0.01, "clearance": 1e-4, "wears": ["bearing"]}
+    asked = {"turns": rng.random(), "joints": {"C": size}, "scene": {"name": "a", "joints": []}}
+    (tmp_path / "life.json").write_text(signed(asked))
+    (tmp_path / "journal.jsonl").write_text("".join(f"{signed(one)}\n" for one in stages))
+    for name in ("life.json", "journal.jsonl"):
+        for _ in texts_flipped(tmp_path / name, rng, 100):
+            try:
+                life = cl.Life(tmp_path)
+            except ValueError as error:
+                assert str(tmp_path / name) in str(error)  # noqa: PT017
+                continue
+            assert asked.items() <= life.asked.items()
+            assert all(
+                one.items() <= there.items()
+                for one, there in zip(stages, life.stages, strict=False)
+            )
+
+
+def unsealed(path):
+    """A text as version 0.2 wrote it: without checksums."""
+    path.write_text(re.sub(r',\s*"crc32": \d+', "", path.read_text()))
+
+
+def test_L8_journals_without_checksums_are_read(sweeps, tmp_path):
+    for name in ("few", "many"):
+        folder = Path(shutil.copytree(sweeps / name, tmp_path / name))
+        entire = cl.open_sweep(folder)
+        (folder / "sweep.h5").unlink()
+        for text in ("sweep.json", "journal.jsonl"):
+            unsealed(folder / text)
+            assert "crc32" not in (folder / text).read_text()
+        there = cl.open_sweep(folder)
+        assert there.done.all()
+        for metric, values in entire.metrics.items():
+            np.testing.assert_array_equal(there.metrics[metric], values)

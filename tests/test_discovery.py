@@ -1,0 +1,128 @@
+"""Names, signatures and types, as editors and interactive sessions see them."""
+
+import ast
+import importlib.util
+import inspect
+import random
+import re
+import subprocess
+import sys
+from dataclasses import MISSING, fields, is_dataclass
+from pathlib import Path
+
+import pytest
+
+import clearance as cl
+from clearance import checks
+from clearance.laws.law import Law, OfJoint
+
+INIT = Path(cl.__file__)
+LAWS = [n for n in cl.__all__ if isinstance(getattr(cl, n), Law)]
+NAMES = ["stiffness", "damping", "depth", "width", "höhe", "n", "speed", "_hidden"]
+#: of scenes, whose arguments a user gives
+PARTS = ["Body", *(kind for kind in cl.elements.__all__ if is_dataclass(getattr(cl, kind)))]
+
+
+def test_dir_has_every_public_name():
+    """In a fresh process, nothing imported on first use."""
+    code = (
+        "import clearance as cl; assert set(dir(cl)) >= set(cl.__all__); "
+        "assert 'simulation' not in dir(cl); import sys; assert 'numba' not in sys.modules"
+    )
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_editors_and_python_have_the_same_lazy_names():
+    (block,) = (
+        node
+        for node in ast.parse(INIT.read_text()).body
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+    )
+    named = {alias.asname: node.module for node in block.body for alias in node.names}
+    assert named == cl._LAZY
+    assert (INIT.parent / "py.typed").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("mypy") is None, reason="mypy is not installed")
+def test_type_checkers_know_what_a_run_has(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import clearance as cl\n"
+        "run = cl.simulate(cl.load_case('six_bar_feeder'), turns=1)\n"
+        "reveal_type(run)\nreveal_type(cl.Scene.from_json('{}'))\nrun.nothing\ncl.rpm('3')\n"
+    )
+    command = [sys.executable, "-m", "mypy", "--config-file=", "--follow-imports=silent", script]
+    done = subprocess.run(command, cwd=INIT.parent.parent, capture_output=True, text=True)
+    notes = re.findall(r":(\d+): (?:note|error): (.*)", done.stdout)
+    assert [(int(line), text.split("[")[0].strip()) for line, text in notes] == [
+        (3, 'Revealed type is "clearance.results.Result"'),
+        (4, 'Revealed type is "clearance.scene.Scene"'),
+        (5, '"Result" has no attribute "nothing"'),
+        (6, 'Argument 1 to "rpm" has incompatible type "str"; expected "float"'),
+    ]
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_signatures_of_laws_are_what_they_take(name):
+    """Keywords in the law's order; those without a default are the ones that it needs."""
+    law = getattr(cl, name)
+    signature = inspect.signature(law)
+    assert list(signature.parameters) == law.given
+    needed = [n for n, p in signature.parameters.items() if p.default is p.empty]
+    assert needed == law.needed
+    if needed:
+        with pytest.raises(TypeError, match=f"missing {', '.join(needed)}"):
+            law()
+
+
+def test_signatures_of_any_law():
+    """200 functions, drawn at random: what their signatures accept, the laws do, and nothing
+    else.
+    """
+    draw = random.Random(5)
+    for _ in range(200):
+        names = draw.sample(NAMES, 4)
+        count = draw.randint(0, 4)
+        defaults = {n: draw.uniform(0.1, 9.0) for n in names[draw.randint(0, count) : count]}
+        of_joint = {n for n in names[:count] if draw.random() < 0.3}
+        arguments = [f"{n}={defaults[n]!r}" if n in defaults else n for n in names[:count]]
+        scope: dict = {}
+        exec(f"def mine({', '.join(['sliding_speed', 'normal_force', *arguments])}): 0", scope)
+        check = OfJoint(checks.positive, lambda joint, values: 1.0)
+        law = cl.friction(**dict.fromkeys(of_joint, check))(scope["mine"])
+        signature = inspect.signature(law)
+        for _ in range(5):
+            given = {n: draw.uniform(0.1, 9.0) for n in draw.sample(names, draw.randint(0, 4))}
+            try:
+                bound = signature.bind(**given)
+            except TypeError:
+                with pytest.raises(TypeError):
+                    law(**given)
+                continue
+            bound.apply_defaults()
+            assert law(**given).values == bound.arguments == law(**bound.arguments).values
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_required_fields_have_no_default(name):
+    """A field whose None is refused is required; each missing one is named."""
+    part = getattr(cl, name)
+    parameters = inspect.signature(part).parameters
+    needed = [n for n, p in parameters.items() if p.default is p.empty]
+    assert needed == [f.name for f in fields(part) if f.default is f.default_factory is MISSING]
+    draw = random.Random(name)
+    for _ in range(10):
+        given = draw.sample(needed, draw.randint(0, len(needed) - 1))
+        missing = ", ".join(n for n in needed if n not in given)
+        label = f"{name} J" if "name" in given else name
+        with pytest.raises(TypeError, match=f"^{label} needs {missing}$"):
+            part(**dict.fromkeys(given, "J"))
+
+
+def test_a_missing_clearance_is_named():
+    body = cl.Body("rod", 1.0, 1e-3)
+    with pytest.raises(TypeError, match="^ClearanceRevolute C needs clearance$"):
+        cl.ClearanceRevolute(cl.ground, body, name="C", radius=0.01)
+    with pytest.raises(TypeError, match="clearance must be a number, got None"):
+        cl.ClearanceRevolute(cl.ground, body, name="C", radius=0.01, clearance=None)
