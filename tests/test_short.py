@@ -14,7 +14,7 @@ from clearance.images import Unknown, header
 #: attributes that are places in a file
 PLACES = ("REFERENCE_LIST", "DIMENSION_LIST")
 #: attributes that time, not the run, decides
-TIMED = ("created", "wall_s", "loop_s")
+TIMED = ("created", "created_crc32", "wall_s", "loop_s")
 
 
 def content(path):
