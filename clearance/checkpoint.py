@@ -11,17 +11,19 @@ import hashlib
 import json
 import os
 import shutil
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from clearance.locks import Lock, folder_at
-from clearance.reading import Damaged
+from clearance.options import METHODS
+from clearance.reading import Damaged, arrays_of
 from clearance.recording import FileSink, Unwritable, add_groups, has_room, lock_of
 from clearance.results import Result, check_replaceable, replacing
+from clearance.texts import document_of
 
 VERSION = 7
+STATE = "state.npz"
 # how runs end that shall be able to go on
 GOES_ON = ("partial: interrupted", "partial: terminated")
 RECORD = ("zero", "low", "high", "totals", "rows", "turned_over")
@@ -79,13 +81,9 @@ class PartsSink:
 
     def _found(self) -> dict | None:
         """The state to go on from, its stretches all there."""
-        saved = load(self.folder / "state.npz")
+        saved = load(self.folder / STATE)
         if saved is not None:
-            if int(saved.get("version", -1)) != VERSION:
-                raise ValueError(
-                    f"{self.folder} holds checkpoints of another version of clearance; remove it"
-                )
-            self._compare(json.loads(str(saved["identity"])))
+            self._compare(_identity(saved, self.folder))
             self.count = int(saved["stretches"])
             for i in range(self.count):
                 self._stretch(i).close()
@@ -126,7 +124,7 @@ class PartsSink:
             "version": VERSION,
         }
         try:
-            save(self.folder / "state.npz", state | about)
+            save(self.folder / STATE, state | about)
             self.count += 1
             self._next()
         except OSError as error:
@@ -188,7 +186,7 @@ class PartsSink:
             return (
                 f"what was computed is stored in {self.path}, and the same call goes on from there"
             )
-        if (self.folder / "state.npz").exists():
+        if (self.folder / STATE).exists():
             return (
                 f"its checkpoints are stored in {self.folder}, and the same call goes on from the "
                 "last one"
@@ -202,8 +200,24 @@ def parts_folder(path: str | Path) -> Path:
 
 def opened_in(path: str | Path) -> tuple[str, ...]:
     """Joints whose loops are opened in the run that left checkpoints beside a file."""
-    saved = load(parts_folder(path) / "state.npz")
-    return () if saved is None else tuple(json.loads(str(saved["identity"])).get("opened", ()))
+    folder = parts_folder(path)
+    saved = load(folder / STATE)
+    return () if saved is None else tuple(_identity(saved, folder).get("opened", ()))
+
+
+def _identity(saved: dict, folder: Path) -> dict:
+    """The run that a checkpoint is of.
+
+    Raises ValueError for one of another version, and where nothing goes on from it.
+    """
+    numbers = [saved.get(name, np.zeros(1)) for name in ("version", "stretches")]
+    whole = all(n.dtype.kind == "i" and not n.shape for n in numbers)
+    if not whole or numbers[0] != VERSION or numbers[1] < 0:
+        raise ValueError(f"{folder} holds checkpoints of another version of clearance; remove it")
+    try:
+        return document_of(str(saved.get("identity", "")), folder / STATE)
+    except ValueError as error:
+        raise ValueError(f"{error}: remove {folder} to start anew") from None
 
 
 def _digest(text: str) -> str:
@@ -226,12 +240,9 @@ def load(path: Path) -> dict | None:
     if not path.exists():
         return None
     try:
-        with open(path, "rb") as content, np.load(content, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise ValueError(
-            f"checkpoint {path} cannot be read ({error}); remove {path.parent} to start anew"
-        ) from None
+        return arrays_of(path)
+    except Damaged as error:
+        raise ValueError(f"checkpoint {error}; remove {path.parent} to start anew") from None
 
 
 def state_of(run, recording) -> dict:
@@ -261,8 +272,6 @@ def _check(state: dict, fresh: dict) -> None:
     fresh: what this run has before its first step.
     """
     wanted = LATER | {"last.row": fresh["record.low"]} | fresh
-    if missing := fresh.keys() - state.keys():
-        raise ValueError(f"it has no {', '.join(sorted(missing))}")
     for name, value in state.items():
         if name in SELF:
             continue
@@ -275,27 +284,38 @@ def _check(state: dict, fresh: dict) -> None:
             raise ValueError(f"its {name} is not a number")
 
 
+def _take_up(run, recording, state: dict) -> None:
+    """Give a run the method, the changed numbers and the state of a checkpoint.
+
+    Raises ValueError, TypeError, AttributeError or LookupError for what is none.
+    """
+    if missing := state_of(run, recording).keys() - state.keys():
+        raise ValueError(f"it has no {', '.join(sorted(missing))}")
+    method = str(state["method"]).rpartition(", ")[2]
+    if method not in METHODS:
+        raise ValueError("its method is none")
+    if method != run.method:
+        run.take(method)
+    run.method, run.reason = str(state["method"]), str(state["reason"])
+    for time, changes in document_of(str(state["changes"]), "its changes", list):
+        run.rebuild(time, changes)
+    _check(state, state_of(run, recording))
+    run.state.memory[...] = state["memory"]
+    if np.isnan(run.state.y).any():
+        raise ValueError("its state is not a number")
+
+
 def restore(run, recording, sink: PartsSink, state: dict) -> None:
     """Put a run and its record where they were.
 
     Raises ValueError for a state of another kind, or that is not a number.
     """
     recorder = recording.recorder
-    if (method := str(state["method"]).rpartition(", ")[2]) != run.method:
-        run.take(method)
-    run.method, run.reason = str(state["method"]), str(state["reason"])
-    for time, changes in json.loads(str(state["changes"])):
-        run.rebuild(time, changes)
     try:
-        _check(state, state_of(run, recording))
-        run.state.memory[...] = state["memory"]
-        if np.isnan(run.state.y).any():
-            raise ValueError("its state is not a number")
-    except ValueError as error:
+        _take_up(run, recording, state)
+    except (ValueError, TypeError, AttributeError, LookupError) as error:
         sink.leave()
-        raise ValueError(
-            f"{sink.folder / 'state.npz'} is no checkpoint of this run: {error}"
-        ) from None
+        raise ValueError(f"{sink.folder / STATE} is no checkpoint of this run: {error}") from None
     recording.diagnosis.dead_centre = str(state["dead_centre"])
     if "last.time" in state:
         recorder.last = state["last.time"][()], state["last.row"]

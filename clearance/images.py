@@ -202,6 +202,13 @@ class Image:
             head = header(data, h5py.h5o.get_info(data_set.id).addr)
             tables[path] = _column(data_set, head)
             blocks += head.blocks
+        texts = [
+            data[begin : begin + length]
+            for place, inside in places.items()
+            for name, (begin, length) in inside.items()
+            if dtypes[place][name] is None
+        ]
+        data = _without(data, b"".join(texts))
         return cls(data, tables, places, dtypes, np.unique(np.array(blocks), axis=0))
 
     def filled(self, attributes: Attributes, columns: Columns) -> bytearray:
@@ -252,6 +259,17 @@ class Image:
         first = ctypes.addressof(ctypes.c_char.from_buffer(out))
         for begin, end in self.blocks.tolist():
             struct.pack_into("<I", out, end, lookup(first + begin, end - begin, 0))
+
+
+def _without(data: bytes, references: bytes) -> bytes:
+    """Data with zeros in place of some texts: no file from an image has those of another run."""
+    out = bytearray(data)
+    for length, heap, number in struct.iter_unpack("<IQI", references):
+        place = heap + 16
+        while length and (object_ := struct.unpack_from("<HHIQ", data, place))[0] != number:
+            place += 16 + object_[3] + -object_[3] % 8
+        out[place + 16 : place + 16 + length] = bytes(length)
+    return bytes(out)
 
 
 def _dtype(attribute: h5py.h5a.AttrID) -> np.dtype | None:

@@ -1,6 +1,7 @@
 """Files of short runs, made from images: the same as those that HDF5 writes, complete or honest."""
 
 import errno
+import random
 from pathlib import Path
 
 import h5py
@@ -90,6 +91,18 @@ def test_a_damaged_file_from_an_image_is_seen(tmp_path, monkeypatch):
         path.write_bytes(data[:at] + bytes([data[at] ^ 4]) + data[at + 1 :])
         with pytest.raises(ValueError, match="filled.h5"):
             content_read(path)
+
+
+def test_no_file_has_a_text_of_another_run(tmp_path, monkeypatch):
+    """Six runs of random speeds from one image: each file has its own numbers only."""
+    monkeypatch.setattr(short, "_images", {})
+    rng, path = random.Random(12), tmp_path / "run.h5"
+    numbers = [repr(rng.uniform(20.0, 30.0)).encode() for _ in range(6)]
+    for number in numbers:
+        scene = cl.load_case("slider_crank", model="ideal", speed=float(number))
+        cl.simulate(scene, turns=1.0, path=path, error=None).close()
+        assert [n for n in numbers if n in path.read_bytes()] == [number]
+    assert len(short._images) == 1
 
 
 def test_a_run_without_a_path_makes_no_file(tmp_path, monkeypatch):

@@ -3,10 +3,12 @@
     python -m tests.benchmarks.kills [NAME ...] [--kills 40] [--seed 0] [--update]
 
 Each command runs once in peace. Then SIGKILL ends it and its workers at a random moment of that
-time, again and again in one folder; one that comes to its end begins anew in an empty folder. After
-each kill every file of a final name must be complete. At each end the results must be those of the
-run in peace, to the last bit. `loads` are larger things: a race for an empty store, a Dask worker's
-death, 20,000 dry turns, 2000 run files. The exit status is 1 where something is wrong.
+time, again and again in one folder; one that comes to its end begins anew in an empty folder. Some
+are killed only once they have written a file anew, such as a checkpoint. After each kill every file
+of a final name must be complete. At each end the results must be those of the run in peace, to the
+last bit. `loads` are larger things: a race for an empty store, a Dask worker's death, 20,000 dry
+turns, 2000 run files. With names, --update puts their rows only. The exit status is 1 where
+something is wrong.
 """
 
 import argparse
@@ -28,7 +30,7 @@ import clearance as cl
 from clearance import rerun
 from clearance.reading import Damaged, Reader
 from clearance.results import DIMENSIONS
-from tests.benchmarks.publishing import RESULTS, put
+from tests.benchmarks.publishing import RESULTS, put_rows
 
 CALL = [sys.executable, "-c"]
 COMMAND = "from clearance.cli import entry; entry()"
@@ -46,6 +48,7 @@ SWEEP = f"sweep {DRY} -p speed=10:30:6 --turns 2"
 KILLED = {
     "run": f"run {DRY} --turns 60 -o OUT/r.h5",
     "run with checkpoints": f"run {DRY} --turns 60 --checkpoint 0.05 -o OUT/r.h5",
+    "run from a checkpoint": f"run {DRY} --turns 200 --checkpoint 0.05 -o OUT/r.h5",
     "sweep": f"{SWEEP} --workers 2 --channels none -o OUT",
     "sweep with run files": f"{SWEEP} --workers 2 -o OUT",
     "wear": f"wear {DRY} -p wear=1e-13 --turns 2000 --settle 0 --average 1 -o OUT",
@@ -53,6 +56,8 @@ KILLED = {
     "scatter": f"scatter {DRY} -p clearance=normal(1e-4,1e-5) --points 24 --workers 2 -o OUT",
     "figures": "figures feeder_sketch --quick --workers 1 -o OUT",
 }
+#: file that a command has written anew before it is killed
+AFTER = {"run from a checkpoint": "r.h5.parts/state.npz"}
 
 
 @dataclass
@@ -130,8 +135,10 @@ def moved(path: Path) -> dict[str, bytes]:
 
 
 # --- kills
-def killed(command: str, kills: int, rng: random.Random, folder: Path) -> Count:
-    """A command that is killed at so many moments."""
+def killed(
+    command: str, kills: int, rng: random.Random, folder: Path, after: str | None = None
+) -> Count:
+    """A command that is killed at so many moments; after: of those behind a file's writing."""
     count, peace, out = Count(), folder / "peace", folder / "out"
     for place in (peace, out):
         place.mkdir()
@@ -141,7 +148,10 @@ def killed(command: str, kills: int, rng: random.Random, folder: Path) -> Count:
     count.seconds = time.monotonic() - begin
     entire = repr(results(peace))
     while count.kills < kills:
+        before = _stamp(out, after)
         process = started(command, out)
+        while after and process.poll() is None and _stamp(out, after) == before:
+            time.sleep(0.005)
         try:
             process.communicate(timeout=rng.uniform(0.0, count.seconds))
         except subprocess.TimeoutExpired:
@@ -154,6 +164,12 @@ def killed(command: str, kills: int, rng: random.Random, folder: Path) -> Count:
     count.wrong += [wrong] if (wrong := finished(started(command, out))) else []
     _ended(0, out, entire, count)
     return count
+
+
+def _stamp(out: Path, name: str | None) -> int:
+    """Time of the last change of a file; 0 where there is none."""
+    path = out / (name or "")
+    return path.stat().st_mtime_ns if path.is_file() else 0
 
 
 def _ended(status: int, out: Path, entire: str, count: Count) -> None:
@@ -255,12 +271,13 @@ def parsed(arguments: list[str] | None = None) -> int:
         with tempfile.TemporaryDirectory() as place:
             rng = random.Random(f"{options.seed} {name}")
             if name in KILLED:
-                counts[name] = killed(KILLED[name], options.kills, rng, Path(place))
+                after = AFTER.get(name)
+                counts[name] = killed(KILLED[name], options.kills, rng, Path(place), after)
             else:
                 counts[name] = LOADS[name](Path(place))
         print(table(counts)[-1], *counts[name].wrong, sep="\n", flush=True)
     if options.update:
-        put(RESULTS, table(counts), BEGIN)
+        put_rows(RESULTS, table(counts), BEGIN)
     return int(any(count.wrong for count in counts.values()))
 
 

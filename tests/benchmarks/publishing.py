@@ -23,11 +23,25 @@ def put(path: str | Path, lines: list[str], begin: str, end: str = END) -> None:
     """Put lines into a text file in place of what stands between two marks; `begin` must be there
     once.
     """
+    head, _, tail = parts(path, begin, end)
+    Path(path).write_text(f"{head}{begin}\n\n" + "\n".join(lines) + f"\n\n{tail}")
+
+
+def put_rows(path: str | Path, lines: list[str], begin: str, end: str = END) -> None:
+    """Put a table as `put` does; rows of other names stay as they are."""
+    rows = [row for row in parts(path, begin, end)[1].splitlines() if row.startswith("| ")]
+    there = {row.split("|")[1]: row for row in rows} | {row.split("|")[1]: row for row in lines[2:]}
+    there.pop(lines[0].split("|")[1], None)
+    put(path, [*lines[:2], *there.values()], begin, end)
+
+
+def parts(path: str | Path, begin: str, end: str) -> tuple[str, str, str]:
+    """The text of a file before a mark, between it and the end, and from the end on."""
     head, _, rest = (text := Path(path).read_text()).partition(begin)
     if text.count(begin) != 1 or end not in rest:
         raise SystemExit(f"{path} must have {begin} once, and after it {end!r}")
-    tail = rest[rest.index(end) :].lstrip("\n")
-    Path(path).write_text(f"{head}{begin}\n\n" + "\n".join(lines) + f"\n\n{tail}")
+    inner, _, tail = rest.partition(end)
+    return head, inner, (end + tail).lstrip("\n")
 
 
 def publish(doc: str, make: Callable[[], list[str]], begin: str, end: str = END) -> None:
