@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from clearance.locks import Lock, folder_at
-from clearance.options import METHODS
 from clearance.reading import Damaged, arrays_of
 from clearance.recording import FileSink, Unwritable, add_groups, has_room, lock_of
 from clearance.results import Result, check_replaceable, replacing
@@ -211,8 +210,8 @@ def _identity(saved: dict, folder: Path) -> dict:
     Raises ValueError for one of another version, and where nothing goes on from it.
     """
     numbers = [saved.get(name, np.zeros(1)) for name in ("version", "stretches")]
-    whole = all(n.dtype.kind == "i" and not n.shape for n in numbers)
-    if not whole or numbers[0] != VERSION or numbers[1] < 0:
+    counts = all(n.dtype.kind == "i" and not n.shape for n in numbers)
+    if not counts or numbers[0] != VERSION or numbers[1] < 0:
         raise ValueError(f"{folder} holds checkpoints of another version of clearance; remove it")
     try:
         return document_of(str(saved.get("identity", "")), folder / STATE)
@@ -292,10 +291,11 @@ def _take_up(run, recording, state: dict) -> None:
     if missing := state_of(run, recording).keys() - state.keys():
         raise ValueError(f"it has no {', '.join(sorted(missing))}")
     method = str(state["method"]).rpartition(", ")[2]
-    if method not in METHODS:
-        raise ValueError("its method is none")
     if method != run.method:
-        run.take(method)
+        try:
+            run.take(method)
+        except (ImportError, AttributeError):
+            raise ValueError(f"its method is {method}") from None
     run.method, run.reason = str(state["method"]), str(state["reason"])
     for time, changes in document_of(str(state["changes"]), "its changes", list):
         run.rebuild(time, changes)

@@ -12,6 +12,7 @@ library that is loaded: lookup3 for headers, Fletcher's for chunks of columns.
 """
 
 import ctypes
+import mmap
 import os
 import struct
 import zlib
@@ -26,7 +27,10 @@ import numpy as np
 SUPERBLOCK = 48  # bytes of the superblock of version 2, its checksum the last four
 END = 28  # place of the file's length in the superblock
 TIMES, PHASES, ORDERED = 0x20, 0x10, 0x04  # flags of an object header: what stands in it
-DATASPACE, ATTRIBUTE, CONTINUATION = 0x01, 0x0C, 0x10  # types of messages
+DATASPACE, ATTRIBUTE, CONTINUATION, ABOUT = 0x01, 0x0C, 0x10, 0x15  # types of messages
+NOWHERE = b"\xff" * 8  # place of what is not there
+VARYING = 9  # class of a type whose values stand in a heap
+REFERENCE = struct.Struct("<IQI")  # to one of them: its length, its heap, its number there
 WORD = 0xFFFFFFFF
 CHECK = "crc32"  # attribute of a column: checksums of its texts and of its values
 HEAP = 4096  # bytes of a global heap, at least
@@ -103,23 +107,28 @@ class Header:
     """Places in an object header.
 
     blocks: begin and end of its pieces, each with its checksum behind; extent: place of a column's
-    lengths; attributes: place and bytes of their values, by name.
+    lengths; attributes: place and bytes of their values, by name; varying: names of those whose
+    values stand in a heap.
     """
 
     blocks: tuple[tuple[int, int], ...]
     extent: int
     attributes: dict[str, tuple[int, int]]
+    varying: tuple[str, ...]
 
 
-def header(data: bytes, place: int) -> Header:
-    """The object header at a place of a file. Raises Unknown for one of another version."""
+def header(data: bytes | mmap.mmap, place: int) -> Header:
+    """The object header at a place of a file.
+
+    Raises Unknown for one of another version, and for attributes that stand elsewhere.
+    """
     if data[place : place + 5] != b"OHDR\x02":
         raise Unknown(f"no object header of version 2 at {place}")
     flags, begin = data[place + 5], place + 6
     begin += 16 * bool(flags & TIMES) + 4 * bool(flags & PHASES)
     width = 1 << (flags & 3)
     size = int.from_bytes(data[begin : begin + width], "little")
-    blocks, attributes, extent = [], {}, 0
+    blocks, attributes, varying, extent = [], {}, [], 0
     waiting = [(place, begin + width, begin + width + size)]
     while waiting:
         first, begin, end = waiting.pop()
@@ -131,12 +140,30 @@ def header(data: bytes, place: int) -> Header:
             elif kind == DATASPACE:
                 extent = body + 4
             elif kind == ATTRIBUTE:
-                name, value = _attribute(data, body)
+                name, of_heap, value = _attribute(data, body)
                 attributes[name] = value, body + length - value
-    return Header(tuple(blocks), extent, attributes)
+                varying += [name] if of_heap else []
+            elif kind == ABOUT:
+                at = body + 2 + 2 * (data[body + 1] & 1)
+                if data[at : at + 8] != NOWHERE:
+                    raise Unknown(f"attributes beside the header at {place}")
+    return Header(tuple(blocks), extent, attributes, tuple(varying))
 
 
-def _messages(data: bytes, begin: int, end: int, head: int) -> Iterator[tuple[int, int, int]]:
+def heaps(data: bytes | mmap.mmap, place: int) -> set[int]:
+    """Places of the heaps that hold texts of attributes of the object header at a place.
+
+    Raises Unknown as `header` does.
+    """
+    head = header(data, place)
+    values = (head.attributes[name] for name in head.varying)
+    references = b"".join(data[begin : begin + length] for begin, length in values)
+    return {heap for length, heap, _ in REFERENCE.iter_unpack(references) if length}
+
+
+def _messages(
+    data: bytes | mmap.mmap, begin: int, end: int, head: int
+) -> Iterator[tuple[int, int, int]]:
     """Messages of a piece of a header: type, place and length of their bodies."""
     while begin + head <= end:
         kind, length = struct.unpack_from("<BH", data, begin)
@@ -144,13 +171,15 @@ def _messages(data: bytes, begin: int, end: int, head: int) -> Iterator[tuple[in
         begin += head + length
 
 
-def _attribute(data: bytes, body: int) -> tuple[str, int]:
-    """Name of an attribute, and the place of its value."""
+def _attribute(data: bytes | mmap.mmap, body: int) -> tuple[str, bool, int]:
+    """Name of an attribute, whether its values stand in a heap, and the place of its value."""
     version, _, name, kind, space, _ = struct.unpack_from("<BBHHHB", data, body)
     if version != 3:
         raise Unknown(f"attribute of version {version}")
     begin = body + 9
-    return data[begin : begin + name - 1].decode(), begin + name + kind + space
+    after = begin + name
+    of_heap = data[after] & 0x0F == VARYING
+    return data[begin : after - 1].decode(), of_heap, after + kind + space
 
 
 @dataclass(frozen=True)
@@ -264,7 +293,7 @@ class Image:
 def _without(data: bytes, references: bytes) -> bytes:
     """Data with zeros in place of some texts: no file from an image has those of another run."""
     out = bytearray(data)
-    for length, heap, number in struct.iter_unpack("<IQI", references):
+    for length, heap, number in REFERENCE.iter_unpack(references):
         place = heap + 16
         while length and (object_ := struct.unpack_from("<HHIQ", data, place))[0] != number:
             place += 16 + object_[3] + -object_[3] % 8
@@ -311,7 +340,7 @@ class _Texts:
         for text in [texts] if isinstance(texts, str) else texts:
             data = str(text).encode()
             self.objects.append(data)
-            references += struct.pack("<IQI", len(data), self.place, len(self.objects))
+            references += REFERENCE.pack(len(data), self.place, len(self.objects))
         return references
 
     def heap(self) -> bytes:

@@ -8,6 +8,7 @@ NAME_crc32, those of a column in its attribute crc32: of its texts, and of its v
 
 import itertools
 import math
+import mmap
 import re
 import struct
 import zlib
@@ -18,7 +19,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from clearance.images import CHECK, HEAP
+from clearance.images import CHECK, HEAP, Unknown, heaps
 from clearance.texts import document_of
 
 #: texts of a column that have a checksum
@@ -62,7 +63,8 @@ TEXT, NUMBER, ROW = "a text", "a number", "a row of numbers"
 _TEXTS = (
     "case parameters scene kernel status created units long_name method method_reason key known "
     "kind axis role "
-    "definition model options facts doubts errors_left_out asked cannot"
+    "definition model options facts doubts errors_left_out asked cannot "
+    "units parameter request made ended command"
 )
 _NUMBERS = (
     "rtol wall_s loop_s stretch_s energy_residual_share order steps rejected evaluations jacobians "
@@ -200,11 +202,12 @@ class Reader:
     """An HDF5 file of ours whose content may be damaged or a stranger's.
 
     What cannot be read raises Damaged, naming the file and the place. Nothing is read from the
-    other files that HDF5 can point to.
+    other files that HDF5 can point to. looked: places of headers whose texts can be read; None
+    where all can.
     """
 
-    def __init__(self, path: Path, file: h5py.File):
-        self.path, self.file = path, file
+    def __init__(self, path: Path, file: h5py.File, looked: set[int] | None = None):
+        self.path, self.file, self.looked = path, file, looked
 
     def has(self, place: str) -> bool:
         """There is a dataset or group of this name; the root is ""."""
@@ -286,6 +289,8 @@ class Reader:
                     "that are free"
                 )
             texts = h5py.check_string_dtype(data.dtype)
+            if data.dtype.kind == "O":
+                self._check_all_heaps()
             if not texts and data.dtype.kind not in "biuf":
                 raise Damaged(
                     f"{self.path}: /{place} holds {data.dtype}, neither numbers nor texts"
@@ -303,7 +308,17 @@ class Reader:
 
     def attribute(self, place: str, name: str):
         """An attribute of a group or dataset; one of a known name is what it must be."""
+        return self._attribute(self._holder(place), place, name)
+
+    def _holder(self, place: str) -> h5py.Group | h5py.Dataset:
+        """A group or dataset whose texts can be read."""
         holder = self.item(place)
+        with _reading(self.path, place):
+            if self.looked is not None:
+                self._check_heaps(h5py.h5o.get_info(holder.id).addr)
+        return holder
+
+    def _attribute(self, holder: h5py.Group | h5py.Dataset, place: str, name: str):
         with _reading(self.path, place):
             if name not in holder.attrs:
                 raise Damaged(f"{self.path}: /{place} has no attribute {name!r}")
@@ -319,6 +334,45 @@ class Reader:
             raise Damaged(f"{where} is not what was written: its checksum differs")
         return value
 
+    def _check_heaps(self, place: int) -> None:
+        """HDF5 never comes back from a heap of texts with an entry of no length.
+
+        Raises Damaged where a header has texts in such a heap.
+        """
+        if self.looked is None or place in self.looked:
+            return
+        with (
+            open(self.path, "rb") as file,
+            mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content,
+        ):
+            try:
+                begins = heaps(content, place)
+            except Unknown:
+                self._check_all_heaps()
+                return
+            for begin in begins - self.looked:
+                self._check_heap(content, begin, len(content))
+        self.looked |= {place, *begins}
+
+    def _check_heap(self, content: bytes | mmap.mmap, begin: int, size: int, before: int = 0):
+        if _is_broken(content, begin, size):
+            raise Damaged(
+                f"{self.path} is damaged: its texts from byte {before + begin} on have no end"
+            )
+
+    def _check_all_heaps(self) -> None:
+        """Of the ends of a file, where texts of ours stand; they are looked for."""
+        if self.looked is None:
+            return
+        size = self.path.stat().st_size
+        with open(self.path, "rb") as file:
+            for begin in {0, max(size - ENDS, 0)}:
+                file.seek(begin)
+                content = file.read(ENDS)
+                for match in re.finditer(b"GCOL\x01", content):
+                    self._check_heap(content, match.start(), size - begin, begin)
+        self.looked = None
+
     def _fits(self, holder: h5py.Group | h5py.Dataset, name: str, value: object) -> bool:
         """An attribute is as its checksum has it, or has none."""
         texts, check = value, None
@@ -333,15 +387,18 @@ class Reader:
 
     def attributes(self, place: str = "") -> Entries:
         """All attributes of a group or dataset, without checksums."""
+        holder = self._holder(place)
         with _reading(self.path, place):
-            names = [n for n in self.item(place).attrs if n != CHECK and not n.endswith(BESIDE)]
+            names = [n for n in holder.attrs if n != CHECK and not n.endswith(BESIDE)]
         return Entries(
-            f"{self.path}: /{place}", ((name, self.attribute(place, name)) for name in names)
+            f"{self.path}: /{place}", ((n, self._attribute(holder, place, n)) for n in names)
         )
 
     def document(self, place: str, name: str, kind: type = dict) -> dict | list:
         """An attribute that is a JSON object, or a JSON array where `kind` is list."""
         where, text = f"{self.path}: attribute {name}", self.attribute(place, name)
+        if not isinstance(text, str):
+            raise Damaged(f"{where} must be {TEXT}, got {text!r:.80}")
         try:
             return document_of(text, where, kind, lambda items: Entries(where, items))
         except ValueError as error:
@@ -378,11 +435,10 @@ def open_checked(path: Path, kind: str, form: str, version: int) -> Reader:
     if not path.is_file():
         raise ValueError(f"{path} is a device, a pipe or a socket, not a {kind}")
     try:
-        reader = Reader(path, h5py.File(path, "r"))
+        reader = Reader(path, h5py.File(path, "r"), set())
     except Exception as error:
         raise ValueError(f"{path} is not a readable HDF5 file: {error}") from None
     try:
-        _check_heaps(path)
         _check_format(reader, kind, form, version)
     except (ValueError, OSError):
         reader.close()
@@ -390,20 +446,7 @@ def open_checked(path: Path, kind: str, form: str, version: int) -> Reader:
     return reader
 
 
-def _check_heaps(path: Path) -> None:
-    """HDF5 never comes back from a heap of texts with an entry of no length. Raises Damaged."""
-    size = path.stat().st_size
-    with open(path, "rb") as file:
-        for begin in {0, max(size - ENDS, 0)}:
-            file.seek(begin)
-            content = file.read(ENDS)
-            for match in re.finditer(b"GCOL\x01", content):
-                if _is_broken(content, match.start(), size - begin):
-                    place = begin + match.start()
-                    raise Damaged(f"{path} is damaged: its texts from byte {place} on have no end")
-
-
-def _is_broken(content: bytes, place: int, most: int) -> bool:
+def _is_broken(content: bytes | mmap.mmap, place: int, most: int) -> bool:
     """Entries of a heap do not follow one another; False where no heap is. most: of its bytes."""
     if place + 16 > len(content):
         return False
@@ -423,7 +466,7 @@ def _is_broken(content: bytes, place: int, most: int) -> bool:
 def _check_format(reader: Reader, kind: str, form: str, version: int) -> None:
     """Raises ValueError for a file of another format, NewerFormat for one of a newer version."""
     with _reading(reader.path, ""):
-        mark = reader.file.attrs.get("format")
+        mark = reader._holder("").attrs.get("format")
     if not isinstance(mark, str) or mark != form:
         raise ValueError(f"{reader.path} is not a {kind} (format {mark!r})")
     newer = reader.attribute("", "format_version")

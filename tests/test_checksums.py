@@ -4,6 +4,7 @@ import random
 import re
 import shutil
 import struct
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import images, reading, short
+from clearance import images, short
 from clearance.cli import main
 from clearance.reading import Damaged, open_checked
 from clearance.results import image_of, in_memory
@@ -143,23 +144,41 @@ def test_L0_an_older_file_lacks_no_pieces(long_run, tmp_path):
 
 
 #: for other readers only
-ASIDE = ("coordinates", "_Encoding", "DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME")
+ASIDE = {"coordinates", "_Encoding", "DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME"}
 
 
 def everything(path, form):
-    """All attributes and columns of a file, as readers of the package have them."""
+    """Names of all columns and attributes of a file, GROUP@NAME."""
     with open_checked(path, "file", form, 99) as reader:
-        columns = [c for c in reader.columns() if not c.endswith(("/event", "/step_number"))]
-        content = {c: reader.column(c).tobytes() for c in columns}
         names: list = []
-        with reading._reading(path, ""):
-            reader.file.visit(names.append)
+        reader.file.visit(names.append)
+        columns = [c for c in reader.columns() if not c.endswith(("/event", "/step_number"))]
         groups = [n for n in names if isinstance(reader.item(n), h5py.Group)]
-        for place in ("", *columns, *groups):
-            for name, value in reader.attributes(place).items():
-                if name not in ASIDE:
-                    content[f"{place}@{name}"] = str(value)
+        about = {place: reader.attributes(place) for place in ("", *columns, *groups)}
+        return [*columns, *(f"{p}@{n}" for p, some in about.items() for n in some.keys() - ASIDE)]
+
+
+def read(path, form, names):
+    """Columns and attributes as readers of the package have them; those refused are left out."""
+    with open_checked(path, "file", form, 99) as reader:
+        content = {}
+        for name in names:
+            place, _, attribute = name.partition("@")
+            with suppress(Damaged):
+                if attribute:
+                    content[name] = str(reader.attribute(place, attribute))
+                else:
+                    content[name] = reader.column(name).tobytes()
         return content
+
+
+def opens(path, form):
+    """A reader takes a file."""
+    try:
+        open_checked(path, "file", form, 99).close()
+    except (ValueError, OSError):
+        return False
+    return True
 
 
 #: kinds of files of which there is another one
@@ -183,25 +202,29 @@ def heaps(content):
 
 
 def test_L7_no_flipped_bit_of_any_file_is_read(kinds, tmp_path):
-    """Of each kind of file 20 bits anywhere, and 40 of its texts: refused, or all is as before."""
+    """Of each kind of file 20 bits anywhere, and 40 of its texts: refused, or all is as before.
+
+    Twelve in one copy, without those that keep it closed: its parts are read one by one.
+    """
     rng, path = random.Random(5), tmp_path / "run.h5"
     for kind, source in kinds.items():
         with h5py.File(source) as file:
             form = file.attrs["format"]
-        content, entire = source.read_bytes(), everything(source, form)
-        assert len(entire) > 10, kind
+        content, names = source.read_bytes(), everything(source, form)
+        entire = read(source, form, names)
+        assert len(entire) == len(names) > 10, kind
         texts = [range(*ends) for ends in heaps(content)]
         places = [rng.randrange(len(content)) for _ in range(20)]
         places += [rng.choice(rng.choice(texts)) for _ in range(40)]
-        for place in places:
+        rng.shuffle(places)
+        for i in range(0, len(places), 12):
             changed = bytearray(content)
-            changed[place] ^= 1 << rng.randrange(8)
+            for place in places[i : i + 12]:
+                before, changed[place] = changed[place], changed[place] ^ 1 << rng.randrange(8)
+                path.write_bytes(changed)
+                changed[place] = changed[place] if opens(path, form) else before
             path.write_bytes(changed)
-            try:
-                there = everything(path, form)
-            except (ValueError, OSError):
-                continue
-            assert there == entire, (kind, place)
+            assert read(path, form, names).items() <= entire.items(), (kind, places[i : i + 12])
 
 
 def test_L6_no_command_makes_a_run_from_a_damaged_scene(kinds, tmp_path, capsys, monkeypatch):

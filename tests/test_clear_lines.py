@@ -126,6 +126,32 @@ def test_T2b_a_branch_without_a_column(tmp_path, monkeypatch):
                 assert name not in {f"places/{part}" for part in kept.PARTS if part != kept.TURNS}
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_T2b_a_branch_with_attributes_of_another_kind(seed, tmp_path, monkeypatch):
+    """Each attribute of its file as something else: named with the file, or not needed."""
+    import h5py
+    import numpy as np
+
+    monkeypatch.syspath_prepend(tmp_path / "one")
+    folder, rng, needed = tmp_path / "branch", random.Random(seed), set()
+    followed(pendulum(tmp_path / "one"), folder, 3)
+    entire = (folder / kept.FILE).read_bytes()
+    with h5py.File(folder / kept.FILE) as file:
+        names = [n for n in file.attrs if not n.endswith("_crc32")]
+    for name in names:
+        (folder / kept.FILE).write_bytes(entire)
+        with h5py.File(folder / kept.FILE, "a") as file:
+            del file.attrs[name]
+            file.attrs[name] = rng.choice([3.5, np.arange(3.0), np.zeros((2, 2)), [], b"\xff"])
+        try:
+            kept.asked(folder)
+            kept.points(folder)
+        except ValueError as error:
+            needed.add(name)
+            assert kept.FILE in str(error)  # noqa: PT017
+    assert needed >= {"format", "request", "made", "ended", "parameter"}
+
+
 def test_T2c_an_endless_field(tmp_path, capsys):
     """More letters than Python's reader of such files takes."""
     path = tmp_path / "m.csv"
