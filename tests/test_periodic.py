@@ -12,8 +12,8 @@ from clearance.commands.steady import lines, shown
 from clearance.laws.law import signal
 from clearance.mechanism.build import build
 from clearance.metrics import metrics
-from clearance.periodic import stated
-from clearance.periodic.maps import _repeats, _turns_made
+from clearance.periodic import maps, stated
+from clearance.periodic.maps import Motion, _repeats, _turns_made
 from clearance.periodic.shooting import multipliers
 from clearance.periodic.steady import steady, tolerance_of
 from tests.mechanisms import body, film
@@ -79,6 +79,40 @@ def test_the_rounding_of_a_turn_winds_up_no_thin_film(seed):
     settled = steady(scene, tolerance=1e-6)
     assert settled.orbit.errors
     assert np.abs(settled.multipliers).max() < 1.0
+
+
+@pytest.mark.filterwarnings("ignore::clearance.RunWarning")
+@pytest.mark.parametrize("seed", range(4))
+def test_a_trial_that_cannot_go_on_does_not_end_the_search(seed):
+    """Clearances of 10 to 30 nm: at the tolerances of a solver a motion beside may stick. Then
+    plain turns go on; a motion is met, or the reason is in words.
+    """
+    rng = np.random.default_rng(seed)
+    values = {"clearance": 10.0 ** rng.uniform(-8.0, -7.5), "speed": rng.uniform(15.0, 30.0)}
+    scene = cl.load_case("slider_crank", model="lubricated", **values)
+    try:
+        met = steady(scene, most_turns=60, error=None)
+    except cl.NotPeriodic as reason:
+        message = str(reason)
+    else:
+        message = ""
+        assert met.change < 1e-6
+    assert not message or "no periodic motion within 60 turns" in message
+
+
+def test_a_trial_that_needs_too_many_steps_is_given_up(monkeypatch):
+    """Its end is no end of the search; a step limit of the user ends a plain turn."""
+    scene = cl.load_case("slider_crank", model="lubricated")
+    motion = Motion(scene, 1e-9)
+    motion.go(motion.start(), 0.0, motion.turn)
+    monkeypatch.setattr(maps, "MANY", 0)
+    monkeypatch.setattr(maps, "FEW", 20)
+    sentence = "cannot be continued: at t.*step limit"
+    with pytest.raises(cl.NotPeriodic, match=sentence), motion.trials():
+        motion.go(motion.start(), 0.0, motion.turn)
+    motion.go(motion.start(), 0.0, motion.turn)
+    with pytest.raises(RuntimeError, match="the step limit is reached"):
+        steady(scene, max_steps=20)
 
 
 def test_a_spring_that_is_wound_up_has_no_periodic_motion():

@@ -430,7 +430,8 @@ def settled(drawn: Drawn, base: Base, rng: random.Random) -> bool:
         return False
     period = None if drawn.scene.turn else drawn.turn
     try:
-        steady = cl.steady(drawn.scene, rtol=RTOL, most_turns=40, error=None, period=period)
+        options = {"rtol": RTOL, "most_turns": 40, "max_steps": STEPS}
+        steady = cl.steady(drawn.scene, error=None, period=period, **options)
     except cl.NotPeriodic:
         return True
     once = run(drawn.scene, {"until": steady.duration}, start=steady.orbit)
@@ -447,7 +448,7 @@ def followed(drawn: Drawn, base: Base, rng: random.Random) -> bool:
         return False
     channel = f"{drawn.scene.drives[0].key}/torque"
     with tempfile.TemporaryDirectory() as folder:
-        options = {"rtol": RTOL, "most_turns": 40}
+        options = {"rtol": RTOL, "most_turns": 40, "max_steps": STEPS}
         case = case_of(drawn, folder)
         try:
             branch = cl.follow(case, "factor", 1.0, 1.05, points=20, channels=[channel], **options)

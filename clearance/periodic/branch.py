@@ -100,7 +100,9 @@ class Follower:
         channels: list[str],
         step: float | None = None,
         unit: str = "",
+        max_steps: int | None = None,
     ):
+        self.max_steps = max_steps  # of a turn at the start; of a period, then
         self.scene, self.low, self.high = scene, low, high
         self.tolerance, self.rtol, self.channels, self.unit = tolerance, rtol, channels, unit
         # the longest steps along the curve: anywhere, and where it is quiet, see `_next`
@@ -117,10 +119,11 @@ class Follower:
         self, value: float, towards: float, most: int, report: Callable[[str], None]
     ) -> Point:
         """The periodic motion that the scene settles to at a value of the parameter."""
-        motion = Motion(self.scene(value), self.rtol)
+        motion = Motion(self.scene(value), self.rtol, max_steps=self.max_steps)
         search = Search(motion, self.tolerance, most, report)
         section, fixed = search.solved(motion.start())
         self.turns, self.phase, self.like = section.turns, section.phase, fixed.place
+        self.max_steps = motion.enough
         unknowns = np.append(section.vector(fixed.place), self._share(value))
         direction = np.zeros(unknowns.size)
         direction[-1] = math.copysign(1.0, towards - value)
@@ -141,7 +144,7 @@ class Follower:
         if value not in self.sections:
             if len(self.sections) > 3:
                 del self.sections[next(iter(self.sections))]
-            motion = Motion(self.scene(value), self.rtol)
+            motion = Motion(self.scene(value), self.rtol, max_steps=self.max_steps)
             self.sections[value] = Section(motion, self.turns, self.phase)
         return self.sections[value]
 

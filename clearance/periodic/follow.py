@@ -184,6 +184,7 @@ def follow(
     step: float | None = None,
     doublings: int = 0,
     most_turns: int = 400,
+    max_steps: int | None = None,
     channels: list[str] | None = None,
     path: str | Path | None = None,
     unit: str = "",
@@ -192,16 +193,16 @@ def follow(
 ) -> Branch:
     """Follow the periodic motion that a case settles to at `low`, towards `high`, round folds.
 
-    parameter: name of one with numbers; fixed: values of others. tolerance, rtol and most_turns: as
-    in `steady`. points: of a curve, at most; step: the longest along the curve, in natural sizes of
-    the states and shares of the range (default 0.03, up to 0.2 where it is quiet). doublings: how
-    often the period may double: from each period doubling a curve of motions of twice the period is
-    followed too. channels: paths or patterns of outputs to keep where turns begin (default: what
-    bifurcation diagrams show). path: folder for follow.csv and follow.h5, written every few
-    seconds. The same call continues from there, and with more points from the end of a curve.
-    accept_changes: also where the package, a law, the case file or the scene's numbers have changed
-    since. unit: in which sentences show values of the parameter, such as rpm; SI without. progress:
-    called with a sentence.
+    parameter: name of one with numbers; fixed: values of others. tolerance, rtol, most_turns and
+    max_steps: as in `steady`. points: of a curve, at most; step: the longest along the curve, in
+    natural sizes of the states and shares of the range (default 0.03, up to 0.2 where it is quiet).
+    doublings: how often the period may double: from each period doubling a curve of motions of
+    twice the period is followed too. channels: paths or patterns of outputs to keep where turns
+    begin (default: what bifurcation diagrams show). path: folder for follow.csv and follow.h5,
+    written every few seconds. The same call continues from there, and with more points from the end
+    of a curve. accept_changes: also where the package, a law, the case file or the scene's numbers
+    have changed since. unit: in which sentences show values of the parameter, such as rpm; SI
+    without. progress: called with a sentence.
     Folds, period doublings, changes of the number of contacts (grazing) and of stability by complex
     multipliers are located. Motions behind a fold are unstable as a rule; where the branch turns
     again several motions coexist. Raises ValueError for bad arguments, NotPeriodic where no
@@ -225,7 +226,7 @@ def follow(
     inputs = before if now in before else [*before, now]
     units = the_case.parameters[parameter].units
     branch = Branch(the_case.name, parameter, units, fixed, shown, met, "", request, inputs)
-    follower = Follower(scene, low, high, tolerance, rtol, list(shown), step, unit)
+    follower = Follower(scene, low, high, tolerance, rtol, list(shown), step, unit, max_steps)
     follower, first = _begun(follower, met, most_turns, report)
     return _followed(branch, follower, first, points, doublings, path, report)
 

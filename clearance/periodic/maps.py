@@ -6,8 +6,10 @@ section inside a contact therefore has that speed as a further coordinate. A sec
 has none.
 """
 
+import contextlib
 import dis
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -38,6 +40,7 @@ LONGEST = 1e6  # turns that a trajectory may be long
 LEFT = 1e-7  # rad before or behind the section's angle from which on the way to it is straight
 CHUNK = 24  # parts of a nominal turn that an autonomous motion advances at once
 TRIES = 400  # such advances to one passage, at most
+MANY, FEW = 30, 10_000  # steps of a trial, over those of the passage before it, and in any case
 
 
 class NotPeriodic(RuntimeError):
@@ -70,7 +73,9 @@ class Place:
 
 
 class Motion:
-    """Trajectories of a scene from any place at any time. spent: time integrated so far [s]."""
+    """Trajectories of a scene from any place at any time. spent: time integrated so far [s];
+    max_steps: of a trajectory.
+    """
 
     def __init__(
         self,
@@ -79,9 +84,10 @@ class Motion:
         method: str = "auto",
         turn: float | None = None,
         mechanism: Mechanism | None = None,
+        max_steps: int | None = None,
     ):
         self.mechanism = mechanism or build(scene, ledger=False)
-        self.scene, self.rtol, self.spent = scene, rtol, 0.0
+        self.scene, self.rtol, self.spent, self.max_steps = scene, rtol, 0.0, max_steps
         _check(self.mechanism)
         self.turn = turn or scene.turn
         if self.turn is None:
@@ -94,6 +100,7 @@ class Motion:
         timeless = not _repeats(self.mechanism, self.turn, self.made)
         self.autonomous = timeless and turn is None and any(d.nominal for d in scene.drives)
         self._use(method)
+        self.limit = int(self.run.state.step_limit)  # steps of a trajectory
         self.remembers = np.array(
             [_remembers(element, spot) for element, spot in self.mechanism.spots], dtype=bool
         )
@@ -101,7 +108,7 @@ class Motion:
     def _use(self, method: str) -> None:
         """A run of a method, and its memory before it begins."""
         span = Span(self.turn, 401)
-        solver = Solver(self.rtol, method, longest_step(self.mechanism, span))
+        solver = Solver(self.rtol, method, longest_step(self.mechanism, span), self.max_steps)
         self.run = Run(self.mechanism, Span(LONGEST * self.turn, 2), solver, outputs=False)
         self.fresh = self.run.state.memory.copy()
         self.same: dict[tuple, bool] = {}  # forces after full turns, see `alike`
@@ -142,10 +149,31 @@ class Motion:
             places.append(self.here())
         return places
 
+    @property
+    def enough(self) -> int:
+        """Steps of a trajectory that stays near the last one."""
+        state = self.run.state
+        return min(self.limit, max(MANY * int(state.steps + state.rejected), FEW))
+
+    @contextlib.contextmanager
+    def trials(self) -> Iterator[None]:
+        """Trajectories of places that a solver tries. Raises NotPeriodic where one needs more than
+        enough steps, such as at a wall, or cannot be continued.
+        """
+        limit, self.limit = self.limit, self.enough
+        try:
+            yield
+        except AtDeadCentre:
+            raise
+        except NotSolved as reason:
+            raise NotPeriodic(f"a motion beside it cannot be continued: {reason}") from reason
+        finally:
+            self.limit = limit
+
     def _begin(self, place: Place, time: float) -> None:
         state = self.run.state
         np.copyto(state.memory, self.fresh)
-        state.time = state.begin = time
+        state.time, state.begin, state.step_limit = time, time, self.limit
         self.run.place(place)
         self.begun, self.turns = time, place.turns
 
@@ -154,17 +182,23 @@ class Motion:
         code = self.run.advance_to(end)
         self.spent += state.time - before
         if code != status.DONE:
-            diagnosis = Diagnosis(self.run)
-            dead = diagnosis.look_for_dead_centre()
-            if dead and (joints := self.run.dead_centre.soft_joints):
-                way = "simulate, sweep, statistics, wear and steady go on with another"
-                text = f"{dead}: no state for a branch of motions, {way}"
-                raise AtDeadCentre(f"at t = {state.time:.6g} s: {text}", joints[0])
-            raise NotSolved(diagnosis.failure(status.DEAD_CENTRE if dead else code))
+            failure = self._failure(code)
+            self._use(self.run.solver.method)  # the run may have changed it
+            raise failure
         if self.run.method != method:  # stiff: go on with the implicit one from the next place on
             here, time = self.here(), float(state.time)
             self._use(self.run.method.rpartition(", ")[2])
             self._begin(here, time)
+
+    def _failure(self, code: int) -> NotSolved:
+        """Why the trajectory ends."""
+        diagnosis = Diagnosis(self.run)
+        dead = diagnosis.look_for_dead_centre()
+        if dead and (joints := self.run.dead_centre.soft_joints):
+            way = "simulate, sweep, statistics, wear and steady go on with another"
+            text = f"{dead}: no state for a branch of motions, {way}"
+            return AtDeadCentre(f"at t = {self.run.state.time:.6g} s: {text}", joints[0])
+        return NotSolved(diagnosis.failure(status.DEAD_CENTRE if dead else code))
 
     def here(self) -> Place:
         """The place reached."""

@@ -65,26 +65,28 @@ def newton(section: Section, place: Place, tolerance: float) -> Fixed:
     integration.
 
     The derivative is used again where the steps shrink fast without a new one.
-    Raises NotPeriodic where the steps do not shrink, NotSolved where the motion cannot be
-    continued.
+    Raises NotPeriodic where the steps do not shrink, or a motion on the way cannot be continued;
+    NotSolved where the first one cannot.
     """
     derivative, last = None, np.inf
-    for _ in range(ROUNDS + 1):
-        change, _ = section.change(place)
-        base = section.vector(place)
-        if derivative is None:
-            derivative = section.derivative(place, base + change)
-        step = _solved(np.eye(base.size) - derivative, change)
-        length = float(np.abs(step).max())
-        if last < tolerance:
-            both = section.central(place, base + change)
-            return Fixed(place, *both, float(np.abs(change).max()), length)
-        if length > 2.0 * last and length > LIMIT:
-            break
-        if length > max(STRAIGHT * last, tolerance):
-            derivative = None
-        place = section.place(base + step * (LIMIT / max(length, LIMIT)), place)
-        last = length
+    change, _ = section.change(place)
+    with section.motion.trials():
+        for _ in range(ROUNDS + 1):
+            base = section.vector(place)
+            if derivative is None:
+                derivative = section.derivative(place, base + change)
+            step = _solved(np.eye(base.size) - derivative, change)
+            length = float(np.abs(step).max())
+            if last < tolerance:
+                both = section.central(place, base + change)
+                return Fixed(place, *both, float(np.abs(change).max()), length)
+            if length > 2.0 * last and length > LIMIT:
+                break
+            if length > max(STRAIGHT * last, tolerance):
+                derivative = None
+            place = section.place(base + step * (LIMIT / max(length, LIMIT)), place)
+            change, _ = section.change(place)
+            last = length
     raise NotPeriodic(
         f"Newton's method stays {last:.2g} of the natural sizes away from a periodic motion"
     )
@@ -133,22 +135,23 @@ def settled(
     z = section.vector(place)[slow]
     g = change(z)
     slope = np.zeros((z.size, z.size))
-    for i in range(z.size):
-        step = np.zeros(z.size)
-        step[i] = SLOW_STEP
-        slope[:, i] = (change(z + step) - g) / SLOW_STEP
-    for _ in range(STEADY_ROUNDS):
-        step = -_solved(slope, g)
-        length = float(np.abs(step).max())
-        report(f"slow states {length:.2g} away")
-        if length < tolerance:
-            vector = section.vector(here)
-            vector[slow] = z
-            return section.place(vector, here)
-        step *= min(1.0, SLOW_LIMIT / length)
-        z = z + step
-        before, g = g, change(z)
-        slope += np.outer(g - before - slope @ step, step) / (step @ step)
+    with section.motion.trials():
+        for i in range(z.size):
+            step = np.zeros(z.size)
+            step[i] = SLOW_STEP
+            slope[:, i] = (change(z + step) - g) / SLOW_STEP
+        for _ in range(STEADY_ROUNDS):
+            step = -_solved(slope, g)
+            length = float(np.abs(step).max())
+            report(f"slow states {length:.2g} away")
+            if length < tolerance:
+                vector = section.vector(here)
+                vector[slow] = z
+                return section.place(vector, here)
+            step *= min(1.0, SLOW_LIMIT / length)
+            z = z + step
+            before, g = g, change(z)
+            slope += np.outer(g - before - slope @ step, step) / (step @ step)
     raise NotPeriodic(
         f"the slow states stay {length:.2g} of their natural sizes away from a steady motion"
     )

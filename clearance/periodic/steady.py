@@ -73,6 +73,7 @@ def steady(
     start: Record | str | Path | None = None,
     rtol: float | None = None,
     method: str = "auto",
+    max_steps: int | None = None,
     path: str | Path | None = None,
     samples_per_turn: int = 400,
     channels=None,
@@ -90,9 +91,10 @@ def steady(
     in free flight if there is one. period [s]: takes the place of the turn of the drive. A drive
     without constant speed has an unknown period, and the section is an angle of it. most_turns:
     plain turns before it is given up. start: as in `simulate`. rtol: local tolerance (default 1e-6
-    times the tolerance); method: as in `simulate`. path, samples_per_turn, channels, compression:
-    of the file that keeps one period, as in `simulate`. error: "auto" states the errors of its
-    numbers, of integration and of what is left over, see stated.py; None: not.
+    times the tolerance); method: as in `simulate`; max_steps: of a turn, before it is given up.
+    path, samples_per_turn, channels, compression: of the file that keeps one period, as in
+    `simulate`. error: "auto" states the errors of its numbers, of integration and of what is left
+    over, see stated.py; None: not.
     Raises ValueError for scenes without a periodic drive or a freedom, and for films with a memory.
     Raises NotPeriodic where no period is reached (a chaotic motion), or none is isolated. Raises
     NotSolved where the motion ends. Warns by `RunWarning` as `simulate`.
@@ -105,7 +107,7 @@ def steady(
 
     def search_of(opened: tuple) -> Search:
         mechanism = build(scene, ledger=False, opened=opened)
-        motion = Motion(scene, rtol, method, period, mechanism)
+        motion = Motion(scene, rtol, method, period, mechanism, max_steps)
         return Search(motion, tolerance, most_turns, report)
 
     search, section, fixed = _solved(search_of, start)
@@ -238,15 +240,15 @@ class Search:
             self.slow = tuple(names[section.states[i]] for i in slow)
             self.far = float(np.abs(section.vector(place)[slow] - before).max())
         section, place = self._best_section(section, place, turns)
-        self.report(f"solving for a motion of {turns} turn{'s' if turns > 1 else ''}")
+        self.report(f"solving for a motion of {numbered(turns)}")
         section.next(place)
         if any(self.motion.held & self.motion.remembers):
             raise Family(self._held())
         section, fixed = self._shortest(section, newton(section, place, tolerance))
         if (largest := abs(fixed.multipliers[0])) >= 1.0:
-            many = f"{turns} turns" if turns > 1 else "one turn"
             raise NotPeriodic(
-                f"a motion of {many} was met that is unstable (multiplier of size {largest:.3g})"
+                f"a motion of {numbered(turns)} was met that is unstable (multiplier of size "
+                f"{largest:.3g})"
             )
         return section, fixed
 
@@ -294,11 +296,16 @@ class Search:
                 "teeth or laws of an angle further and further"
             )
         text = (
-            f"no periodic motion within {self.waited} turns: states {best} turns apart still "
+            f"no periodic motion within {self.waited} turns: states {numbered(best)} apart still "
             f"differ by {min(changes):.2g} of their natural sizes; it may be chaotic "
             "(clearance lyapunov), or need more turns"
         )
         return f"{text}; {self.reason}" if self.reason else text
+
+
+def numbered(turns: int) -> str:
+    """A number of turns in words."""
+    return f"{turns} turn" if turns == 1 else f"{turns} turns"
 
 
 def calmest(section: Section, place: Place) -> tuple[float, Place]:

@@ -63,6 +63,10 @@ class Outcome:
 
 
 # --- one scene
+class TooLong(KeyboardInterrupt):
+    """The time of a scene is over; another error would only fail the solution of a film."""
+
+
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
     """Without warnings of runs and lines of logs, in any process."""
@@ -81,13 +85,13 @@ def examined(seed: int) -> Outcome:
     began, tags = time.process_time(), ["all scenes"]
 
     def late(*_):
-        raise TimeoutError(f"more than {BUDGET:g} s")
+        raise TooLong(f"more than {BUDGET:g} s")
 
     previous = signal.signal(signal.SIGPROF, late)
     signal.setitimer(signal.ITIMER_PROF, BUDGET)
     try:
         kind, reason = _tried(seed, tags)
-    except Exception as error:
+    except (Exception, TooLong) as error:
         kind, reason = judged(error)
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
@@ -120,7 +124,7 @@ def _of(name: str, seed: int) -> int:
     return seed // ALIKE if name in DEAR else seed
 
 
-def judged(error: Exception) -> tuple[str, str]:
+def judged(error: BaseException) -> tuple[str, str]:
     """Kind of an outcome that ended in an error, and its reason in one line."""
     text = str(error).strip()
     if isinstance(error, Wrong):
@@ -133,7 +137,7 @@ def judged(error: Exception) -> tuple[str, str]:
     return "failed", "".join(traceback.format_exception(error, limit=-3))
 
 
-def _raised_on_purpose(error: Exception) -> bool:
+def _raised_on_purpose(error: BaseException) -> bool:
     """True for an error that a line `raise` of the package made, in one line."""
     last = traceback.extract_tb(error.__traceback__)[-1]
     package = "/clearance/" in last.filename and (last.line or "").startswith("raise")
