@@ -148,18 +148,29 @@ def _free_memory() -> float:
         return math.inf
 
 
-def _is_complete(data: h5py.Dataset) -> bool:
-    """The index of a column without checksum names all of its pieces, none past its filters: HDF5
-    reads missing ones as zeros.
+def _is_complete(data: h5py.Dataset, sealed: bool) -> bool:
+    """The index of a column, which has no checksum, names all of its pieces with their sizes.
+
+    HDF5 reads a piece that it cannot find as zeros. Where values have no checksum (`sealed`), each
+    is looked for, which raises. A piece that is too small would end the process.
     """
-    if not data.chunks or data.dtype.kind == "O":
+    if not data.chunks:
         return True
     pieces: list = []
     data.id.chunk_iter(pieces.append)
-    room = math.prod(data.chunks) * data.dtype.itemsize
-    steps = (range(0, n, c) for n, c in zip(data.shape, data.chunks, strict=True))
-    there = sorted(p.chunk_offset for p in pieces if not p.filter_mask or p.size >= room)
-    return there == list(itertools.product(*steps))
+    check = 4 * bool(data.fletcher32)  # bytes behind a piece
+    packing = data.id.get_create_plist().get_nfilters() - 1 - bool(check)  # place of that filter
+    room = math.prod(data.chunks) * data.id.get_type().get_size() + check
+    for piece in pieces:
+        packed = data.compression and not piece.filter_mask >> packing and piece.size > check
+        if piece.size != room and not packed:
+            return False
+    steps = [range(0, n, c) for n, c in zip(data.shape, data.chunks, strict=True)]
+    if len(pieces) != math.prod(map(len, steps)):
+        return False
+    for piece in [] if sealed else pieces:
+        data.id.read_direct_chunk(piece.chunk_offset)
+    return sorted(p.chunk_offset for p in pieces) == list(itertools.product(*steps))
 
 
 class Entries(dict):
@@ -295,14 +306,13 @@ class Reader:
                 raise Damaged(
                     f"{self.path}: /{place} holds {data.dtype}, neither numbers nor texts"
                 )
-            raw = np.ascontiguousarray(data[()])
             check = _checksums(data, CHECK)
-            fits = _is_complete(data) if check is None else check[1] == zlib.crc32(raw)
-            if not fits:
+            if not _is_complete(data, check is not None):
+                raise Damaged(f"{self.path}: /{place} lacks pieces")
+            raw = np.ascontiguousarray(data[()])
+            if check is not None and check[1] != zlib.crc32(raw):
                 raise Damaged(
                     f"{self.path}: /{place} is not what was written: its checksum differs"
-                    if check is not None
-                    else f"{self.path}: /{place} lacks pieces"
                 )
             return _texts(data, raw) if texts else raw.reshape(data.shape)
 

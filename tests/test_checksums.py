@@ -4,6 +4,8 @@ import random
 import re
 import shutil
 import struct
+import subprocess
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -141,6 +143,49 @@ def test_L0_an_older_file_lacks_no_pieces(long_run, tmp_path):
     # keys of a node: size, filters left out, then the place of the piece
     bits += [(rng.choice(begins) + 24 + 32 * rng.randrange(3) + 8, b) for b in range(8)]
     assert list(readings(content, bits, path)) == []
+
+
+READING = """
+import sys
+import clearance as cl
+
+def content(path, names):
+    columns = {}
+    with cl.open_result(path) as run:
+        for name in names:
+            try:
+                columns[name] = run.reader.column(name).tobytes()
+            except ValueError as error:
+                assert str(error).startswith(f"{path}: /{name} "), error
+    return columns
+
+with cl.open_result(sys.argv[1]) as run:
+    names = run.reader.columns()
+entire = content(sys.argv[1], names)
+for path in sys.argv[2:]:
+    assert content(path, names).items() <= entire.items(), path
+"""
+
+
+@pytest.mark.parametrize("older", [False, True])
+def test_L0_no_damage_of_an_index_ends_the_process(long_run, tmp_path, older):
+    """20 copies in which each index has a bit, four, eight or 64 bytes changed, at random."""
+    path, rng = Path(shutil.copy(long_run, tmp_path / "run.h5")), random.Random(older)
+    if older:
+        without_checks(path)
+    content = path.read_bytes()
+    for i in range(20):
+        changed = bytearray(content)
+        for begin, end in nodes(content):
+            place = rng.randrange(begin, end)
+            other = [bytes([content[place] ^ 1 << rng.randrange(8)]), bytes(4), bytes(64)]
+            other = rng.choice([*other, rng.randbytes(8)])
+            changed[place : place + len(other)] = other
+        (tmp_path / f"{i}.h5").write_bytes(changed)
+    copies = [path, *(tmp_path / f"{i}.h5" for i in range(20))]
+    words = [sys.executable, "-W", "ignore", "-c", READING, *map(str, copies)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 #: for other readers only

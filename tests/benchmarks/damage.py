@@ -15,6 +15,7 @@ import io
 import json
 import multiprocessing
 import random
+import re
 import shutil
 import sys
 import tempfile
@@ -116,6 +117,17 @@ def zeros(path: Path, rng: random.Random) -> str:
     content[place : place + 64] = bytes(len(content[place : place + 64]))
     path.write_bytes(content)
     return f"zeros from byte {place}"
+
+
+def index(path: Path, rng: random.Random) -> str:
+    """A file in which the index of some column has eight bytes or a block of others."""
+    content = bytearray(path.read_bytes())
+    begin = rng.choice([match.start() for match in re.finditer(b"TREE\x01", content)] or [0])
+    place = begin + rng.randrange(80)
+    other = rng.choice([rng.randbytes(8), bytes(64)])
+    content[place : place + len(other)] = other
+    path.write_bytes(content)
+    return f"{len(other)} bytes from byte {place}"
 
 
 def _items(file: h5py.File) -> list[str]:
@@ -268,7 +280,8 @@ def other_arrays(path: Path, rng: random.Random) -> str:
 
 
 OF_BYTES = (flip, cut, zeros)
-OF_HDF5 = (*OF_BYTES, less_attributes, other_attribute, less_items, other_item, endless_item)
+OF_FILES = (*OF_BYTES, index)  # ways that leave a checksum to tell
+OF_HDF5 = (*OF_FILES, less_attributes, other_attribute, less_items, other_item, endless_item)
 OF_JSON = (*OF_BYTES, other_json)
 OF_TEXT = (*OF_BYTES, other_text)
 OF_ARRAYS = (*OF_BYTES, other_arrays)
@@ -572,7 +585,7 @@ def same(one: object, other: object) -> bool:
 def attempt(kind: Kind, rng: random.Random, folder: Path) -> Look:
     """A look at a copy that is damaged."""
     way, copy = rng.choice(kind.ways), copied(kind, folder)
-    text, compared = f"{way.__name__}, {way(folder / kind.damaged, rng)}", way in OF_BYTES
+    text, compared = f"{way.__name__}, {way(folder / kind.damaged, rng)}", way in OF_FILES
     commands = (*kind.commands, *filter(None, [kind.ongoing]))
     if not commands or rng.random() > COMMANDS:
         return readings(kind, copy, compared)._replace(text=f"{text}: {kind.reader.__name__}")
