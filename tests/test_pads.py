@@ -231,6 +231,30 @@ def test_a_gap_that_opens_everywhere_is_empty():
     assert np.abs(opening).max() < 1e-4 * np.abs(closing).max()
 
 
+@given(
+    st.floats(-0.99, 0.99), st.floats(-5.0, -1.3), st.floats(-3.0, 1.0),
+    *[st.floats(-math.pi, math.pi)] * 2, *[st.floats(-9.0, 0.0)] * 2,
+)  # fmt: skip
+def test_the_wetted_area_does_not_jump_where_squeeze_and_wedge_turn_round(
+    tau, thin, fast, here, there, near, far
+):
+    """Drag of the sliding over that of a level pad: its change by (u, w) is bounded by 20 over
+    U (h0 / a)^2, for any directions of both; 1e-9 for rounding.
+    """
+    a, speed = SHORT.half_length, 10.0**fast
+    gap = a * 10.0**thin
+    slope, unresolved = tau * gap / a, speed * (gap / a) ** 2
+    level = 2.0 * SHORT.viscosity * SHORT.width * a / gap * speed
+    drags, places = [], []
+    for angle, size in ((here, near), (there, far)):
+        u, w = (unresolved * 10.0**size * f(angle) for f in (math.cos, math.sin))
+        load, _, drag = TABLE(gap, slope, u + 0.5 * slope * speed, w / a, speed, SHORT)
+        drags.append((drag - 0.5 * slope * load) / level)
+        places.append(complex(u, w))
+    bound = 20.0 * abs(places[0] - places[1]) / unresolved
+    assert abs(drags[0] - drags[1]) < bound * max(1.0, abs(math.atanh(tau) / (tau or 1.0))) + 1e-9
+
+
 @pytest.mark.parametrize(
     ("film", "transition"),
     [(LAW, cl.superposed(smallest_gap=0.02)), (LAW, cl.load_sharing()), (TABLE, cl.load_sharing())],

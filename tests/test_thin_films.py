@@ -1,6 +1,7 @@
 """Very thin films, journals that start at the wall, own contact laws that do not hold."""
 
 import math
+import random
 
 import numpy as np
 import pytest
@@ -77,6 +78,36 @@ def test_a_mixed_joint_that_starts_at_its_wall(transition, roughness):
             eccentricity_rate=(0.05, 0.08),
         )
         assert outcome(cl.Scene(joint), until=0.02) == ""
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_film_gives_no_energy_to_a_journal_that_its_contact_throws_back(seed):
+    """A spinning journal, pressed 0.1 to 1 c into its wall, is released: its kinetic energy grows
+    by the contact's at most, within 0.1 % of it.
+    """
+    rng = random.Random(seed)
+
+    def log(low, high):
+        return math.exp(rng.uniform(math.log(low), math.log(high)))
+
+    radius, mass, spin = log(1e-4, 0.2), log(1e-3, 100.0), log(1.0, 600.0)
+    clearance = radius * log(2e-4, 0.03)
+    length = radius * log(0.5, 4.0)
+    depth, speed = clearance * log(0.1, 1.0), spin * radius * log(0.1, 10.0)
+    thick = mass * speed * clearance**2 / (radius**3 * length)
+    body = cl.Body("b", mass, 0.5 * mass * radius**2, angular_velocity=spin)
+    angle = rng.uniform(0.0, 2.0 * math.pi)
+    joint = cl.ClearanceRevolute(
+        cl.ground, body, name="j", radius=radius, clearance=clearance, length=length,
+        roughness=clearance * log(2e-3, 0.1), film=rng.choice(FILMS)(),
+        lubricant=cl.Lubricant(thick * log(1e-6, 1e-2)), transition=cl.load_sharing(),
+        contact=cl.hertz(stiffness=1.25 * mass * speed**2 / depth**2.5),
+        eccentricity=tuple((clearance + depth) * f(angle) for f in (math.cos, math.sin)),
+    )  # fmt: skip
+    scene = cl.Scene(joint, gravity=(0.0, 0.0))
+    run = cl.simulate(scene, until=10.0 * clearance / speed, samples=400, error=None)
+    kinetic = run.energy.kinetic
+    assert kinetic.max() - kinetic[0] < 1.001 * 0.5 * mass * speed**2
 
 
 def test_mixed_films_are_resolved_only_where_they_hold_up_a_run():

@@ -116,6 +116,8 @@ class Journal:
             if share.film_gap is not None:  # the pair of forces acts at the true centres
                 rest = 0.5 * (self.distance - eccentricity * clearance) * tangential
                 torque_a, torque_b = share.film * (torque_a - rest), share.film * (torque_b - rest)
+        if share.film_gap is not None:
+            radial = self._kept(share) * radial
         self.film_force = share.film * radial, share.film * tangential
         self._add(self.vector(*self.film_force), torque_a, torque_b)
         thickness = self.gap if share.film_gap is None else share.film_gap
@@ -130,6 +132,23 @@ class Journal:
         self.w.show(
             joint, "film_pressure", "Pa", "estimate of the film's largest pressure", pressure
         )
+
+    def _kept(self, share: Shares):
+        """What a receding journal leaves of the film's radial force where the transition holds the
+        gap.
+
+        k = 1 - (1 - s)^4 r^2 / (r^2 + (w H)^2): slope s, recession r [m/s], film gap H [m],
+        entrainment w. A film whose gap stands still would not feel that the journal recedes. It
+        would push it out all the same, with more power than it takes from the surfaces' motion. At
+        rest and in approach all is left, so that no load changes; for a gap above twice the
+        roughness too, to 1e-6.
+        """
+        trace, (spin_a, spin_b) = self.m.trace, self.spins
+        held, receding = 1.0 - share.slope, trace.select(self.approach, 0.0, self.approach)
+        entrainment = spin_a + spin_b - 2.0 * self.sideways * self.inverse
+        resolved = entrainment * share.film_gap
+        square, held = receding * receding, held * held
+        return 1.0 - held * held * square / (square + resolved * resolved + 1e-300)
 
     def _of_film(self, share: Shares) -> tuple:
         """Eccentricity ratio of the film, its radial and tangential force, and shear if it has

@@ -22,20 +22,36 @@ def pad_table(gap, slope, gap_rate, slope_rate, speed, face, data, start):
     viscosity mu [Pa s]. w, k and A are C2 cubic splines of the solutions of Reynolds' equation over
     the rectangle 2a x B (see film/pad_table.py), for |tau| up to 0.9967. Beyond it they are linear
     in y, as they are in the limit. A is the wetted area, weighted by h0 / h; where its spline
-    swings below zero beside a dry pad it is zero. Where the gap opens at both edges the film
-    carries nothing. The power taken out is never negative, but for the error of the table. Rigid,
-    isoviscous, cavitating at ambient pressure. An edge that touches meets a force of the order of
-    log(1 / gap) only. Source: Pinkus and Sternlicht (1961), chapter 3.
+    swings below zero beside a dry pad it is zero. The area goes by theta alone: it would jump where
+    the pad closes in place of opening. So it goes over to the whole pad where |(u, w)| falls from
+    U (h0 / a)^2 to 0. Reynolds' equation leaves out terms of that order. Where the gap opens at
+    both edges the film carries nothing. The power taken out is never negative, but for the error of
+    the table. Rigid, isoviscous, cavitating at ambient pressure. An edge that touches meets a force
+    of the order of log(1 / gap) only. Source: Pinkus and Sternlicht (1961), chapter 3.
     """
     a = face.half_length
     tau = min(max(slope * a / gap, -STEEPEST), STEEPEST)
     u, w = gap_rate - 0.5 * slope * speed - REST, slope_rate * a
     y = 0.5 * math.log((1.0 + tau) / (1.0 - tau))
     load, moment, wet = looked_up(data, int(start), y, math.atan2(w, u))
+    size = math.sqrt(u * u + w * w)
+    wet = wetted(max(wet, 0.0), tau, y, size, abs(speed) * (gap / a) ** 2)
     shear = 2.0 * face.viscosity * face.width * a / gap
-    scale = 4.0 * shear * a * a / (gap * gap) * math.sqrt(u * u + w * w)
+    scale = 4.0 * shear * a * a / (gap * gap) * size
     load = scale * load
-    return load, scale * a * moment, shear * speed * max(wet, 0.0) + 0.5 * slope * load
+    return load, scale * a * moment, shear * speed * wet + 0.5 * slope * load
+
+
+def wetted(wet, tau, y, size, unresolved):
+    """Wetted area of a pad whose sources (u, w) have a size [m/s]: all of it, artanh(tau) / tau,
+    where that is far below what Reynolds' equation resolves.
+    """
+    if size >= unresolved:
+        return wet
+    share = size / unresolved
+    share = share * share * (3.0 - 2.0 * share)
+    flooded = y / tau if abs(tau) > 1e-4 else 1.0 + tau * tau / 3.0
+    return flooded + share * (wet - flooded)
 
 
 def _made(face: PadFace, settings: dict):
