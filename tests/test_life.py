@@ -67,6 +67,23 @@ class TestReplay:
             summed = end.bearing.sum() * RADIUS * LENGTH * math.radians(1.0)
             assert summed == pytest.approx(ROWS[volume], rel=1e-3)
 
+    @pytest.mark.parametrize("seed", range(8))
+    def test_soft_layers(self, seed):
+        """Forces that press the journal a hundredth to fifty clearances into its layer: the
+        foundation carries them where it rests, to 1e-8.
+        """
+        rng = np.random.default_rng(seed)
+        angles, depth = 2.0 * math.pi * rng.random(12), CLEARANCE * 10.0 ** rng.uniform(-2, 1.7, 12)
+        force = np.pi * MODULUS * RADIUS * LENGTH * depth
+        path = np.zeros((12, 6))
+        path[:, 0], path[:, 1] = force * np.cos(angles), force * np.sin(angles)
+        path[:, 3], path[:, 5] = 1e-26, CLEARANCE
+        end = LoadPath(path, MODULUS, RADIUS * LENGTH).step(Worn.of(UNWORN, path, False), 1.0)
+        for (fx, fy), (x, y) in zip(path[:, :2], end.place, strict=True):
+            carried = touching(x, y, 0.0, FilmJoint(0.0, CLEARANCE, 0.0, 0.0, 0.0), UNWORN, 0.0)
+            off = MODULUS * RADIUS * LENGTH * np.array(carried[:2]) - (fx, fy)
+            assert np.hypot(*off) < 1e-8 * np.hypot(fx, fy)
+
     @pytest.mark.parametrize(("turns", "depth"), [(100, "W02"), (5000, "W06")])
     def test_rigid(self, turns, depth):
         """Case A, rigid bodies: a layer a thousand times stiffer is within 1e-3, in jumps far

@@ -374,7 +374,10 @@ class Driver:
             return outline, turns, 0.0
         outline = Worn.of(outline.data, measured.path, self.joints[name].wear_journal is not None)
         tolerance = max(REPLAYED * self.plan.tolerance, SCATTERED * measured.spread)
-        return self._load_path(name, measured).over(outline, turns, tolerance, most, self.most)
+        try:
+            return self._load_path(name, measured).over(outline, turns, tolerance, most, self.most)
+        except RuntimeError as error:
+            raise RuntimeError(f"joint {name}: {error}; jump=linear is a way out") from error
 
     def _load_path(self, name: str, measured: Measured) -> LoadPath:
         joint = self.joints[name]

@@ -30,21 +30,26 @@ from clearance.laws.outline import (
 
 NEWTON = 60  # steps of the search for a place of rest, at most
 AT_REST = 1e-9  # of the force: what is left of it there
-STRIDE = 0.2  # of the clearance: longest step of the search
+STRIDE = 0.2  # of the clearance, or of a longer way from the centre: a step of the search
 PRESSED = 1e-4  # of the clearance: how deep a journal in free flight is pressed in first
 ENOUGH = 0.7  # of the slope at the start of a step that may stand at its end, behind the rest
 
 
-def newton_step(rx, ry, a, b, d, longest):
+def newton_step(rx, ry, a, b, d, most):
     """Step for a residual force (rx, ry) and minus its slopes a = xx, b = xy, d = yy, at most so
     long.
     """
     a, d = a + 1e-9 * (a + d), d + 1e-9 * (a + d)
     dx, dy = (d * rx - b * ry) / (a * d - b * b), (a * ry - b * rx) / (a * d - b * b)
-    long = math.sqrt(dx * dx + dy * dy) / longest
+    long = math.sqrt(dx * dx + dy * dy) / most
     if long > 1.0:
         dx, dy = dx / long, dy / long
     return dx, dy
+
+
+def longest(x, y, clearance):
+    """Longest step of the search from (x, y) [m]: a journal may be pressed many clearances deep."""
+    return STRIDE * max(clearance, math.sqrt(x * x + y * y))
 
 
 def rest(force_x, force_y, angle, joint, data, scale, x, y):
@@ -67,7 +72,7 @@ def rest(force_x, force_y, angle, joint, data, scale, x, y):
         rx, ry = f[0] - force_x / scale, f[1] - force_y / scale
         if math.sqrt(rx * rx + ry * ry) * scale <= AT_REST * size:
             return x, y, scale * f[2]
-        dx, dy = newton_step(rx, ry, -f[4], -f[5], -f[8], STRIDE * joint.clearance)
+        dx, dy = newton_step(rx, ry, -f[4], -f[5], -f[8], longest(x, y, joint.clearance))
         slope, low, high, share = rx * dx + ry * dy, 0.0, 1.0, 1.0
         for _ in range(30):
             f = touching_slopes(x + share * dx, y + share * dy, angle, joint, data, 0.0)

@@ -24,7 +24,7 @@ from clearance.laws.outline import (
     turned,
 )
 from clearance.laws.worn_asperity import MOST, Rough, moment_and_slope
-from clearance.wearing.replay import AT_REST, ENOUGH, NEWTON, STRIDE, newton_step, put_both
+from clearance.wearing.replay import AT_REST, ENOUGH, NEWTON, longest, newton_step, put_both
 
 FIXED = 1e-12  # of the pressure: change at which a place is solved
 
@@ -84,7 +84,7 @@ def rest_rough(force_x, force_y, angle, joint: FilmJoint, data, area, yielding, 
         rx, ry = f[0] - force_x / area, f[1] - force_y / area
         if math.sqrt(rx * rx + ry * ry) * area <= AT_REST * size:
             return x, y, area * f[2]
-        dx, dy = newton_step(rx, ry, f[3], f[4], f[5], STRIDE * joint.clearance)
+        dx, dy = newton_step(rx, ry, f[3], f[4], f[5], longest(x, y, joint.clearance))
         slope = rx * dx + ry * dy
         for _ in range(30):
             f = carried(x + dx, y + dy, angle, joint, data, yielding, solids)
