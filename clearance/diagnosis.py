@@ -1,5 +1,7 @@
 """Diagnosis of a run: the reason of its failure, what it is suspected of, its warnings."""
 
+import math
+
 import numpy as np
 
 from clearance.mechanism.closing import last_position, lost_at, no_number
@@ -105,6 +107,8 @@ class Diagnosis:
         if code == status.LEDGER_BROKEN:
             since = self.recorder.ledger.since or 0.0
             return f"from t = {since:.9g} s on: {status.MESSAGES[code]}: {self._suspects()}"
+        if code in STUCK:
+            self.escaped = self.escaped or self._escaped(0.0)
         if self.spoilt or self.escaped:
             return self.spoilt or self.escaped
         for joint, source in mechanism.sources.items():
@@ -124,6 +128,7 @@ class Diagnosis:
                 return lost
             named = self._no_number() or self.look_for_dead_centre()
             named = named or lost_at(mechanism, state.work, state.time, state.y)
+            named = named or self._held_film()
             reason = named or reason + self._stiff_films()
         where = "; ".join(self._place()) or "no free state"
         return f"at t = {state.time:.9g} s: {reason} ({where}){self._ways_out(code)}"
@@ -164,8 +169,11 @@ class Diagnosis:
             return False
         return True
 
-    def _escaped(self) -> str:
-        """The first joint that a journal has left altogether, in words; "" for none."""
+    def _escaped(self, clearances: float = OUTSIDE) -> str:
+        """The first joint that a journal or block has left altogether, in words; "" for none.
+
+        clearances: that it must have gone beside its own size.
+        """
         mechanism = self.run.mechanism
         touching = [j for j in mechanism.scene.clearance_joints if j.contact is not None]
         if not touching or not self.run.outputs or not self.run.state.started:
@@ -173,13 +181,26 @@ class Diagnosis:
         row, place = self.run.outputs_here(), mechanism.layout.output
         for joint in touching:
             depth, (size, name) = -row[place[f"{joint.key}/gap"]], joint.solid
-            if depth > max(OUTSIDE * joint.clearance, size):
-                beyond = f"more than its {name} and {OUTSIDE:g} clearances"
+            if depth > max(clearances * joint.clearance, size):
+                also = f" and {clearances:g} clearances" if clearances else ""
                 return (
                     f"at t = {self.run.state.time:.9g} s: {joint.label()}: a penetration of "
-                    f"{depth:.2g} m, {beyond}: contact {joint.contact.law.name} does not hold it"
+                    f"{depth:.2g} m, more than its {name}{also}: contact "
+                    f"{joint.contact.law.name} does not hold it"
                 )
         return ""
+
+    def _held_film(self) -> str:
+        """The joint whose film, held by its transition, pushes most at a journal beyond its wall;
+        "" for none.
+        """
+        mechanism = self.run.mechanism
+        mixed = [j for j in mechanism.scene.clearance_joints if j.film_joint and j.transition]
+        if not mixed or not self.run.outputs or not self.run.state.started:
+            return ""
+        outputs = dict(zip(mechanism.layout.output, self.run.outputs_here(), strict=True))
+        held = [_held(joint, _named(outputs, f"{joint.key}/")) for joint in mixed]
+        return max(held, key=lambda one: one[0])[1]
 
     def _place(self) -> list[str]:
         """Free states of the run, in words."""
@@ -329,6 +350,24 @@ class Diagnosis:
 def _named(values: dict[str, float], group: str) -> dict[str, float]:
     """Values of a group, by the rest of their paths."""
     return {path.removeprefix(group): v for path, v in values.items() if path.startswith(group)}
+
+
+def _held(joint, here: dict[str, float]) -> tuple[float, str]:
+    """Force of a film [N] that its transition holds in front of a journal beyond the wall, more
+    than that of the solids, and words on it; 0 and none elsewhere.
+    """
+    gap = here["gap"]
+    held = joint.transition(gap, joint.film_joint)[1]
+    film = math.hypot(here["film_radial"], here["film_tangential"])
+    solids = here["contact_force"] + here.get("asperity_force", 0.0)
+    if -gap <= held or film <= solids:
+        return 0.0, ""
+    return film, (
+        f"{joint.label()}: its journal lies {-gap:.2g} m beyond the wall, where "
+        f"{joint.transition.law.name} holds the film at {held:.2g} m; it pushes with {film:.2g} N "
+        f"there, the solids with {solids:.2g} N: give a stiffer contact, thinner oil or a greater "
+        "roughness"
+    )
 
 
 def _beyond(joint, depth: float) -> str | None:

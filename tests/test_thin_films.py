@@ -2,11 +2,15 @@
 
 import math
 import random
+import re
 
 import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.diagnosis import Diagnosis
+from clearance.simulation import prepare
+from clearance.stepping.status import STEP_TOO_SMALL
 
 FILMS = (cl.films.short, cl.films.long, cl.films.harmonic, cl.films.pinkus_sternlicht)
 
@@ -214,6 +218,39 @@ def damped(penetration, penetration_rate, impact_speed, k):
 def deep(penetration, penetration_rate, impact_speed, k):
     """Holds up to 2 mm, then pulls [N]."""
     return k * penetration * (1.0 - penetration / 2e-3) if penetration > 0.0 else 0.0
+
+
+def stuck(scene):
+    """The reason of a run that is stuck where its scene starts."""
+    run = prepare(scene, until=1.0)
+    run.advance_to(1e-9)
+    return Diagnosis(run).failure(STEP_TOO_SMALL)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_run_that_is_stuck_names_what_lies_deep_in_its_wall(seed):
+    """A block turned out of its guide, and a journal whose film is held behind the wall."""
+    rng = random.Random(seed)
+    size, viscosity = 10.0 ** rng.uniform(-2.5, 0.0), 10.0 ** rng.uniform(-3.0, 1.0)
+    body = cl.Body("body", 1.0, 0.1 * size**2, angular_velocity=300.0)
+    clearance, height = size * 10.0 ** rng.uniform(-3.5, -1.7), size * rng.uniform(0.2, 1.0)
+    transition = rng.choice([cl.superposed(), cl.flores_hybrid(), cl.load_sharing()])
+    oil = {"lubricant": cl.Lubricant(viscosity), "roughness": 0.01 * clearance}
+    guide = cl.ClearancePrismatic(
+        cl.ground, body, name="guide", clearance=clearance, overlap=size, height=height,
+        width=size, contact=cl.hertz(stiffness=1.0), film=cl.full_pad(), transition=transition,
+        offset=clearance + height, **oil,
+    )  # fmt: skip
+    words = "joint guide: a penetration of .*, more than its block's half height: contact hertz"
+    assert re.search(words, stuck(cl.Scene(guide)))
+    held = clearance * rng.uniform(1.002, 1.04)
+    journal = cl.ClearanceRevolute(
+        cl.ground, body, name="pin", radius=size, clearance=clearance, length=size,
+        contact=cl.hertz(stiffness=1.0), film=cl.films.short(), transition=transition,
+        eccentricity=(held, 0.0), **oil,
+    )  # fmt: skip
+    words = f"joint pin: its journal lies .* {transition.law.name} holds the film at .* stiffer"
+    assert re.search(words, stuck(cl.Scene(journal)))
 
 
 def test_a_contact_that_pulls_is_refused_where_it_is_bound():
