@@ -492,9 +492,12 @@ def averaged(drawn: Drawn, base: Base, rng: random.Random) -> bool:
 
 
 def worn_off(drawn: Drawn, base: Base, rng: random.Random) -> bool:
-    """A life of some turns: depths of all these turns one by one, within the stated error."""
+    """A life of some turns: depths of all these turns one by one, within the stated error.
+
+    Full turns of a film that is solved at each step would take hours.
+    """
     joints = [j for j in drawn.scene.clearance_joints if getattr(j, "wear", None) is not None]
-    if not joints or not drawn.scene.turn or timed(drawn.scene):
+    if not joints or not drawn.scene.turn or timed(drawn.scene) or solved(drawn):
         return False
     turns = 6
     with tempfile.TemporaryDirectory() as folder:
