@@ -88,6 +88,7 @@ class Turning:
     ):
         span = Span(most * mechanism.scene.turn, most * SAMPLES_PER_TURN + 1)
         self.run = run = Run(mechanism, span, solver)
+        run.paced = True
         run.state.y[: len(y)] = y
         if carried is not None:
             run.state.work[mechanism.layout.carried_places] = carried

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import chaos, turns
+from clearance import chaos, run, turns
 from clearance.cli import main
 from clearance.ensemble import Ensemble
 from clearance.mechanism.build import build
@@ -81,6 +81,14 @@ def test_not_reached():
     mean = result[name].mean
     assert result.needed == pytest.approx(mean.count * (share / 0.01) ** 2, rel=0.1)
     assert f"only +- {100 * share:.2g} % for {name} over 160 turns: needs about" in result.verdict
+
+
+def test_crawling_statistics_end_by_name(monkeypatch):
+    """Where the remaining turns would need too many steps, as of `simulate`; here many are few."""
+    monkeypatch.setattr(run, "PACE", 500)
+    monkeypatch.setattr(run, "ENDLESS", 500.0)
+    with pytest.raises(cl.SimulationError, match="so short that the rest of the run needs more"):
+        cl.statistics(SCENE, 0.1, max_turns=160, check=False)
 
 
 def test_files(actual, tmp_path):
