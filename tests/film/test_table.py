@@ -8,7 +8,6 @@ uniform; the journal closes in where alpha' < 90 degrees, and forces that matter
 import logging
 import math
 import multiprocessing
-import os
 import re
 import subprocess
 import sys
@@ -90,6 +89,7 @@ class Looked:
 
 
 WRITTEN: dict = {}
+PATH_OF = tables.path_of
 AMBIENT = {"nodes": 9, "layers": 9, "mesh": (48, 6)}  # cheap; errors of its own, see the tests
 
 
@@ -102,13 +102,18 @@ def solved(motion, of, **more) -> np.ndarray:
     return np.array([film.radial, film.tangential])
 
 
+def paths_in(folder):
+    """`tables.path_of`, with its files in a folder of their own."""
+    return lambda key: folder / PATH_OF(key).name
+
+
 @pytest.fixture(scope="module", autouse=True)
 def unchecked(tmp_path_factory):
-    """A store for the tables that are built here: one check each, for errors are read of shipped
-    tables only.
+    """A folder for the tables that are built here: one check each, for errors are read of shipped
+    tables only. Machine code stays in the store of the session.
     """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CLEARANCE_STORE", str(tmp_path_factory.mktemp("store")))
+        patch.setattr(tables, "path_of", paths_in(tmp_path_factory.mktemp("store")))
         patch.setattr(tables, "CHECKS", 1)
         tables.table.cache_clear()
         yield
@@ -117,8 +122,8 @@ def unchecked(tmp_path_factory):
 
 @pytest.fixture
 def store(tmp_path, monkeypatch):
-    """An empty store, and no table in memory, before and after."""
-    monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path / "store"))
+    """An empty folder for tables, and none in memory, before and after."""
+    monkeypatch.setattr(tables, "path_of", paths_in(tmp_path / "store"))
     tables.table.cache_clear()
     yield tmp_path / "store"
     tables.table.cache_clear()
@@ -635,7 +640,7 @@ def refuse(key):
 
 def ask_for_tiny(folder):
     """In a process of its own: the largest number of the table."""
-    os.environ["CLEARANCE_STORE"] = str(folder)
+    tables.path_of = paths_in(folder)
     tables.table.cache_clear()
     return float(np.abs(tables.table(TINY).numbers).max())
 
@@ -742,6 +747,7 @@ class TestStore:
         path = tmp_path / "file"
         path.write_text("")
         monkeypatch.setenv("CLEARANCE_STORE", str(path))
+        monkeypatch.setattr(tables, "path_of", PATH_OF)
         monkeypatch.setattr(sealed, "_refusing", set())
         tables.table.cache_clear()
         assert np.isfinite(tables.table(TINY).numbers).all()
