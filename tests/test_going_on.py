@@ -282,7 +282,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_L4_a_killed_branch_goes_on(seed, tmp_path):
     """SIGKILL at a point drawn at random: what was stored stays, and the same command goes on."""
     case, count = pendulum(tmp_path / "one"), random.Random(seed).randint(2, 5)

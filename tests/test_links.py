@@ -120,9 +120,10 @@ fcntl.flock = flock
 """
 
 
+@pytest.mark.parametrize("times", [1, pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("checkpoint", [False, True])
-def test_L5_two_runs_without_locks_are_safe_or_refused(tmp_path, checkpoint):
-    """Of a second or two each, started together, three times."""
+def test_L5_two_runs_without_locks_are_safe_or_refused(tmp_path, checkpoint, times):
+    """Of a second or two each, started together."""
     (tmp_path / "sitecustomize.py").write_text(WITHOUT_LOCKS)
     environment = {
         **os.environ,
@@ -132,7 +133,7 @@ def test_L5_two_runs_without_locks_are_safe_or_refused(tmp_path, checkpoint):
     code = "import sys; from clearance import short, cli; short.PATIENCE = 0.0; cli.entry()"
     call = [sys.executable, "-c", code, "run", "slider_crank", "-p", "model=dry", "--turns", "12"]
     call += ["--checkpoint", "0.1"] if checkpoint else []
-    for i in range(3):
+    for i in range(times):
         path = tmp_path / f"{i}.h5"
         runs = [
             subprocess.Popen(

@@ -26,9 +26,9 @@ def dry(draw: random.Random) -> cl.Scene:
 
 
 def test_warnings_reach_python_once_a_run():
-    """60 runs: one RunWarning with all texts where there are any, at the line of the call."""
+    """20 runs: one RunWarning with all texts where there are any, at the line of the call."""
     draw, seen = random.Random(3), set()
-    for _ in range(60):
+    for _ in range(20):
         options = draw.choice([{}, {"error": None}, {"samples": 50}])
         with warnings.catch_warnings(record=True) as issued:
             warnings.simplefilter("always")

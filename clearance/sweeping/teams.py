@@ -31,6 +31,7 @@ LOG = logging.getLogger("clearance.sweep")
 METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 PRELOADED = ["clearance.sweeping.worker", "clearance.stepping.radau5", "clearance.stepping.dop853"]
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+PATIENCE = "10s"  # wait so long for an answer of a scheduler
 EVERY = 1.0  # seconds between two looks at the size of a cluster
 QUEUED = 2  # blocks a worker holds: one it runs and one to go on with at once
 
@@ -256,7 +257,7 @@ class Dask:
             raise ImportError("--scheduler needs Dask: pip install 'clearance[cluster]'") from None
         self.task, self.run, self.distributed = (folder, stamp), run, distributed
         try:
-            self.client = distributed.Client(address, timeout="10s", set_as_default=False)
+            self.client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
             raise ValueError(f"no Dask scheduler answers at {address}: {error}") from None
         self.client.run(stay_quiet, on_error="ignore")  # a worker may die meanwhile

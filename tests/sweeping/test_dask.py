@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.sweeping import teams
 from tests.sweeping.test_sweep import DRIVE, MANY, ended_whole, identical, wait_for
 from tests.test_checkpoint import same
 
@@ -42,7 +43,8 @@ def test_a_cluster_gives_the_same_files_and_survives_a_worker(tmp_path, cluster)
         same(here.path(i), there.path(i))
 
 
-def test_no_scheduler_is_one_clear_line(tmp_path):
+def test_no_scheduler_is_one_clear_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(teams, "PATIENCE", "1s")
     points = cl.grid(speed=np.array([20.0]))
     with pytest.raises(ValueError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
         cl.sweep("slider_crank", points, tmp_path / "out", turns=1.0, scheduler="tcp://127.0.0.1:9")
