@@ -54,30 +54,44 @@ class HoleCheck:
         return self.lost <= LOSS * abs(self.highest)
 
 
-def film_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment: float) -> float:
-    """The film's part of `radial_load` [N]."""
-    facts = joint.film_joint
-    share, film_gap, slope, *_ = joint.transition(gap, facts)
-    rate = slope * approach / joint.clearance
-    radial, *_ = joint.film(1.0 - film_gap / joint.clearance, rate, entrainment, facts)
-    return -share * radial
-
-
-def radial_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment: float) -> float:
+class Load:
     """Load towards the centre [N] of a joint with a transition model; gap in m, approach speed in
-    m/s.
+    m/s, entrainment in rad/s.
 
     Contact laws that look at the impact speed get the approach speed, or `typical_speed` if that is
     larger.
     """
-    facts = joint.film_joint
-    _, _, _, share, penetration, *_ = joint.transition(gap, facts)
-    impact = max(approach, typical_speed(joint, entrainment))
-    load = film_load(joint, gap, approach, entrainment)
-    load += share * joint.contact(penetration, approach, impact)
-    if joint.asperity is not None:
-        load += joint.asperity(gap / joint.roughness, facts)
-    return load
+
+    def __init__(self, joint: ClearanceRevolute):
+        self.joint, self.facts = joint, joint.film_joint
+        laws = joint.transition, joint.film, joint.contact, joint.asperity
+        functions = (law and law.plain(self.facts) for law in laws)
+        self.transition, self.solved, self.contact, self.asperity = functions
+
+    def of_film(self, gap: float, approach: float, entrainment: float) -> float:
+        """The film's part of it."""
+        share, film_gap, slope, *_ = self.transition(gap, self.facts)
+        if share == 0.0:
+            return 0.0
+        clearance = self.joint.clearance
+        state = 1.0 - film_gap / clearance, slope * approach / clearance, entrainment
+        radial, *_ = self.solved(*state, self.facts)
+        return -share * radial
+
+    def entire(self, gap: float, approach: float, entrainment: float) -> float:
+        """Of film, contact and asperities."""
+        _, _, _, share, penetration, *_ = self.transition(gap, self.facts)
+        impact = max(approach, typical_speed(self.joint, entrainment))
+        load = self.of_film(gap, approach, entrainment)
+        load += share * self.contact(penetration, approach, impact)
+        if self.asperity is not None:
+            load += self.asperity(gap / self.joint.roughness, self.facts)
+        return load
+
+
+def radial_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment: float) -> float:
+    """`Load.entire` of a joint at a gap [N]."""
+    return Load(joint).entire(gap, approach, entrainment)
 
 
 def typical_speed(joint: ClearanceRevolute, entrainment: float) -> float:
@@ -111,8 +125,8 @@ def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0
         raise ValueError(f"{joint.label()}: {reason}")
     checks.finite("entrainment", entrainment)
     checks.finite("approach", approach)
-    ratio = _ratios(joint)
-    load = [radial_load(joint, r * joint.roughness, approach, entrainment) for r in ratio]
+    ratio, of_joint = _ratios(joint), Load(joint)
+    load = [of_joint.entire(r * joint.roughness, approach, entrainment) for r in ratio]
     high = least = rim = 0
     for k, force in enumerate(load):
         high = k if force > load[high] else high
@@ -148,9 +162,9 @@ def film_rim(joint: ClearanceRevolute, entrainment: float) -> float:
     """Film thickness ratio at which the film alone carries most, at `typical_speed`; it gives up
     below.
     """
-    speed = typical_speed(joint, entrainment)
+    speed, load = typical_speed(joint, entrainment), Load(joint)
     return max(
-        _ratios(joint), key=lambda r: film_load(joint, r * joint.roughness, speed, entrainment)
+        _ratios(joint), key=lambda r: load.of_film(r * joint.roughness, speed, entrainment)
     )
 
 

@@ -154,12 +154,19 @@ def test_printed_run(walked):
     ("file", "right", "wrong", "test"),
     [
         ("clearance/laws/contact.py", "(11.0 - restitution)", "(10.0 - restitution)", LAW),
-        ("cases/quick_return.py", "cl.ground.at(0.12, 0)", "cl.ground.at(0.12001, 0)", CASE),
-        (
+        pytest.param(
+            "cases/quick_return.py",
+            "cl.ground.at(0.12, 0)",
+            "cl.ground.at(0.12001, 0)",
+            CASE,
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
             "clearance/elements/oldham.py",
             'FREE, FREE, Known("angle")',
             "FREE, FREE, Known()",
             JOINT,
+            marks=pytest.mark.slow,
         ),
     ],
 )

@@ -65,6 +65,7 @@ def test_AVX2_takes_effect(tmp_path):
 
 
 @of_x86
+@pytest.mark.slow
 def test_SSE2_takes_effect(tmp_path):
     """Instructions of SSE2 alone, one lane, kernels of OpenBLAS for processors without more, no
     loops of numpy but those that each processor gets; the C library rounds otherwise than with FMA.

@@ -44,17 +44,18 @@ def outcome(scene, **options):
     return ""
 
 
-def test_very_thin_films_at_the_start():
+@pytest.mark.parametrize("count", [8, pytest.param(25, marks=pytest.mark.slow)])
+def test_very_thin_films_at_the_start(count):
     """From 1e-8 m and 1e-3 to 100 Pa s on: complete, or the wall is named with the way out."""
     rng = np.random.default_rng(5)
     scene = pendulum(clearance=1e-8, film=cl.films.short(), lubricant=cl.Lubricant(1.0))
     assert outcome(scene, until=0.5) == ""
-    ends = [outcome(drawn(rng), until=0.5) for _ in range(25)]
+    ends = [outcome(drawn(rng), until=0.5) for _ in range(count)]
     for end in filter(None, ends):
         assert "joint j" in end
         assert "eccentricity ratio" in end
         assert "model=mixed" in end
-    assert sum(end == "" for end in ends) >= 15
+    assert sum(end == "" for end in ends) >= 0.6 * count
 
 
 @pytest.mark.parametrize("roughness", [None, 5e-9])

@@ -22,6 +22,7 @@ Which restitution a factor really delivers does not depend on the elastic force:
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 
 from clearance.checks import Check, bounded, fraction, non_negative, positive
 from clearance.laws.law import Derived, Law, OfJoint, contact
@@ -132,13 +133,13 @@ def delivered_restitution(damping: float) -> float:
     if damping < 1e-9:
         return 1.0
     low, high = 0.0, min(1.0, (1.0 - 1e-15) / damping)
-    for _ in range(100):
-        middle = 0.5 * (low + high)
+    while low < (middle := 0.5 * (low + high)) < high:
         excess = damping * (1.0 + middle) - math.log((1.0 + damping) / (1.0 - damping * middle))
         low, high = (middle, high) if excess > 0.0 else (low, middle)
-    return 0.5 * (low + high)
+    return middle
 
 
+@lru_cache
 def exact_damping(restitution: float) -> float:
     """Damping factor chi in (0, 1 / e) whose delivered restitution is e: `delivered_restitution`
     solved for chi.
@@ -146,10 +147,9 @@ def exact_damping(restitution: float) -> float:
     if restitution >= 1.0:
         return 0.0
     low, high = 0.0, 1.0 / restitution
-    for _ in range(200):
-        middle = 0.5 * (low + high)
+    while low < (middle := 0.5 * (low + high)) < high:
         low, high = (middle, high) if delivered_restitution(middle) > restitution else (low, middle)
-    return 0.5 * (low + high)
+    return middle
 
 
 #: below 0.01 the damping factor of the laws that divide by the restitution grows beyond all bounds

@@ -259,7 +259,7 @@ def test_few_points_are_not_worth_a_memory(tmp_path):
 
 def test_threads_that_are_stopped(tmp_path, monkeypatch):
     """Stopped half-way, and on with one thread: the bits of two threads without a stop."""
-    points = cl.grid(speed=np.linspace(20.0, 40.0, 12), clearance=np.geomspace(1e-4, 4e-4, 12))
+    points = cl.grid(speed=np.linspace(20.0, 40.0, 10), clearance=np.geomspace(1e-4, 4e-4, 10))
     options = {"fixed": DRY, "channels": [], **OPTIONS}
     monkeypatch.setattr(driver, "LOOK", 0.0)
     monkeypatch.setattr(driver, "MOST_BLOCK", 8)
