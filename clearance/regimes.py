@@ -163,9 +163,7 @@ def film_rim(joint: ClearanceRevolute, entrainment: float) -> float:
     below.
     """
     speed, load = typical_speed(joint, entrainment), Load(joint)
-    return max(
-        _ratios(joint), key=lambda r: load.of_film(r * joint.roughness, speed, entrainment)
-    )
+    return max(_ratios(joint), key=lambda r: load.of_film(r * joint.roughness, speed, entrainment))
 
 
 def sinking_speed(joint: ClearanceRevolute, entrainment: float, wanted: float) -> float:

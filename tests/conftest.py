@@ -6,6 +6,7 @@ import gc
 import os
 import signal
 import tempfile
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +21,19 @@ os.environ.setdefault(
 
 # compiling inside an example takes longer than hypothesis waits by default; examples are the same
 # in every run
-settings.register_profile("clearance", deadline=None, derandomize=True)
+settings.register_profile("clearance", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("clearance")
 
 np.seterr(all="raise", under="ignore")
+
+#: files whose tests take long, for their number
+LONG = {
+    f"test_{name}.py"
+    for name in (
+        "bits", "chaos", "checksums", "contributing", "damage", "dead_centre", "errors",
+        "full_disk", "going_on", "install", "online", "strangers",
+    )
+}  # fmt: skip
 
 # syntax trees, traces and tests are many objects that live long: at Python's threshold of 700 the
 # search for cycles among them takes a tenth of the session
@@ -45,7 +55,19 @@ def pytest_xdist_make_scheduler(config, log):
     """The tests of a file go to one worker, unless the command line states otherwise."""
     from xdist.scheduler import LoadFileScheduling
 
-    return LoadFileScheduling(config, log) if config.option.dist == "load" else None
+    if config.option.dist != "load":
+        return None
+    config.option.loadscopereorder = False  # workers have ordered them, see below
+    return LoadFileScheduling(config, log)
+
+
+def pytest_collection_modifyitems(config, items):
+    """Workers begin with the files that take half a minute and more, and end with those of few
+    tests: none works alone at the end.
+    """
+    if hasattr(config, "workerinput"):
+        count = Counter(item.path for item in items)
+        items.sort(key=lambda item: (item.path.name not in LONG, -count[item.path], item.path))
 
 
 @pytest.fixture

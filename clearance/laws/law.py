@@ -322,7 +322,7 @@ class BoundLaw:
         return values(*state)
 
     def plain(self, facts: FilmJoint | PadFace) -> Callable:
-        """The law in a joint with these numbers, as a function of floats: for thousands of calls."""
+        """The law in a joint with these numbers, as a function of floats: for many calls."""
         function, numbers = self.law.function, self.numbers
         if isinstance(self.law, DataLaw):
             numbers = (self.law.listed(facts, self.settings), 0.0, *numbers[1:])
