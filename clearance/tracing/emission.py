@@ -97,9 +97,11 @@ def called(outputs: Iterable, cut: Callable = lambda node: False) -> list:
 
 
 def _collect(function, collected: dict) -> None:
+    if function in collected:  # with all that it calls
+        return
     inner = [function.step] if isinstance(function, Loop) else []
     if isinstance(function, Function):
-        inner = called(function.outputs)
+        inner = [node.args[0] for node in live(function.outputs) if node.op == "call"]
     for one in inner:
         _collect(one, collected)
     collected.setdefault(function)

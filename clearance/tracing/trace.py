@@ -534,7 +534,7 @@ def _without_zeros(row: Tangents) -> Tangents:
 def live(
     outputs: Iterable,
     cut: Callable[[Scalar], bool] = lambda node: False,
-    operands: Callable[[Scalar], list] = lambda node: node.operands,
+    operands: Callable[[Scalar], list] = Scalar.operands.fget,
 ) -> list[Scalar]:
     """The operations that outputs need, in order; the walk stops at nodes where `cut` holds."""
     needed, stack = set(), [o for o in outputs if isinstance(o, Scalar)]
@@ -544,7 +544,7 @@ def live(
             needed.add(node)
             if not cut(node):
                 stack += operands(node)
-    return sorted(needed, key=lambda s: s.index)
+    return sorted(needed, key=operator.attrgetter("index"))
 
 
 class DerivedParameters:
