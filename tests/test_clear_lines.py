@@ -16,6 +16,7 @@ import clearance as cl
 from clearance import texts
 from clearance.cli import main
 from clearance.periodic import kept
+from tests.seeds import few_of
 from tests.test_going_on import followed, pendulum
 from tests.test_life import rotor
 
@@ -283,7 +284,7 @@ sys.addaudithook(seen)
 """
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", few_of(range(10), 3))
 def test_T12_two_interrupts_while_modules_are_imported(seed, tmp_path):
     """At moments drawn from the first second: one line, exit status 1, no traceback. Python's own
     start, before the first line of the package, is left out.

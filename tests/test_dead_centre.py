@@ -15,6 +15,7 @@ from clearance.periodic.maps import NotPeriodic
 from clearance.recording import MemorySink
 from clearance.simulation import prepare, reopened
 from clearance.stepping import status
+from tests.seeds import few_of
 
 
 def bar(name, length, angle=0.0):
@@ -257,9 +258,7 @@ def test_a_parallelogram_passes_its_flat_position_at_every_clearance(count, capl
         assert run.joint("D").gap.min() > -0.05 * 0.02
 
 
-@pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(i, marks=pytest.mark.slow) for i in range(1, 4))]
-)
+@pytest.mark.parametrize("seed", few_of(range(4), 1))
 def test_random_folding_loops_pass_their_flat_positions(seed, caplog):
     """Six scenes each, at tolerances of 1e-8 to 1e-5; ledgers close to a thousand tolerances."""
     caplog.set_level(logging.INFO, "clearance")
@@ -404,7 +403,7 @@ def turned(rng):
 
 
 @pytest.mark.filterwarnings("ignore::clearance.RunWarning")
-@pytest.mark.parametrize("seed", range(20, 26))
+@pytest.mark.parametrize("seed", few_of(range(20, 26), 2))
 def test_infinite_outputs_at_a_dead_centre_are_no_extremes(seed):
     """A pressure may be infinite there: such a run ended with an error of Python."""
     scene = turned(np.random.default_rng(seed))
@@ -500,7 +499,7 @@ def test_scatter_passes_flat_positions_and_sensitivities_are_refused(tmp_path):
     assert np.isfinite(scattered.sweep.metrics["joint_D_force_max"]).all()
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", few_of(range(6), 2))
 def test_a_film_opened_beside_a_wider_clearance(seed):
     """A slider-crank opened at its film moves as the closed one, to 1e-3 of its clearance.
 

@@ -15,6 +15,7 @@ import pytest
 import clearance as cl
 from clearance.periodic import kept
 from clearance.sweeping import made
+from tests.seeds import few_of
 
 LAW = """
 import clearance as cl
@@ -282,7 +283,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", few_of(range(2), 1))
 def test_L4_a_killed_branch_goes_on(seed, tmp_path):
     """SIGKILL at a point drawn at random: what was stored stays, and the same command goes on."""
     case, count = pendulum(tmp_path / "one"), random.Random(seed).randint(2, 5)

@@ -130,7 +130,7 @@ class TestMoments:
             monkeypatch.setattr(building, "_structures", {})
             scene = cl.load_case("slider_crank", model="lubricated", film="pinkus_sternlicht")
             options = {"method": method, "samples_per_turn": 20, "error": None}
-            results.append(cl.simulate(scene, turns=15, **options))
+            results.append(cl.simulate(scene, turns=6, **options))
             taken = store.FUSES and min(hot, warm) < never
             assert ("moments" in build(scene).structure.compiled) == taken
         for result in results[:-1]:

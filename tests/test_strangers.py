@@ -16,6 +16,7 @@ from clearance import sealed, store
 from clearance.cli import main
 from clearance.commands import common
 from clearance.texts import LONG, shortened
+from tests.seeds import few_of
 
 EVIL = """
 from pathlib import Path
@@ -102,9 +103,7 @@ def plain_picture(run, tmp_path_factory):
     return drawn(run, tmp_path_factory.mktemp("empty"))
 
 
-@pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(i, marks=pytest.mark.slow) for i in range(1, 12))]
-)
+@pytest.mark.parametrize("seed", few_of(range(12), 1))
 def test_S4_pictures_take_no_settings_of_the_folder(run, plain_picture, seed, tmp_path):
     """All settings together and some at random: the picture is that of an empty folder."""
     rng, evil = random.Random(seed), tmp_path / "evil.sh"
