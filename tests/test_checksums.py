@@ -402,3 +402,35 @@ def test_L8_journals_without_checksums_are_read(sweeps, tmp_path):
         assert there.done.all()
         for metric, values in entire.metrics.items():
             np.testing.assert_array_equal(there.metrics[metric], values)
+
+
+@pytest.mark.parametrize("name", ["few", "many"])
+def test_L8_a_damaged_index_of_version_0_2_is_read_past_or_named(sweeps, tmp_path, name):
+    """A directory without checksums whose index is damaged in 20 ways: its numbers, or an error
+    that names the index.
+    """
+    folder, rng = Path(shutil.copytree(sweeps / name, tmp_path / name)), random.Random(11)
+    entire = damage.of_sweep(folder)
+    for text in ("sweep.json", "journal.jsonl"):
+        unsealed(folder / text)
+    with h5py.File(folder / "sweep.h5", "a") as file:
+        items = [file]
+        file.visititems(lambda _, item: items.append(item))
+        for item in items:
+            for check in [n for n in item.attrs if n.endswith("crc32")]:
+                del item.attrs[check]
+        file.attrs["definition"] = definition.digest(folder / "sweep.json")
+        file.attrs["journal_bytes"] = (folder / "journal.jsonl").stat().st_size
+    content = (folder / "sweep.h5").read_bytes()
+    (folder / "journal.jsonl").rename(folder / "aside")
+    assert damage.of_sweep(folder) == pytest.approx(entire, nan_ok=True)  # the index alone
+    (folder / "aside").rename(folder / "journal.jsonl")
+    for _ in range(20):
+        (folder / "sweep.h5").write_bytes(content)
+        rng.choice(damage.OF_HDF5)(folder / "sweep.h5", rng)
+        try:
+            there = damage.of_sweep(folder)
+        except ValueError as error:
+            assert "sweep.h5" in str(error)  # noqa: PT017
+        else:
+            assert there.keys() <= entire.keys()
