@@ -84,7 +84,7 @@ def test_not_reached():
 
 
 def test_crawling_statistics_end_by_name(monkeypatch):
-    """Where the remaining turns would need too many steps, as of `simulate`; here many are few."""
+    """As of `simulate`: the remaining turns would need too many steps; here 500 are too many."""
     monkeypatch.setattr(run, "PACE", 500)
     monkeypatch.setattr(run, "ENDLESS", 500.0)
     with pytest.raises(cl.SimulationError, match="so short that the rest of the run needs more"):

@@ -134,7 +134,7 @@ class Journal:
         )
 
     def _kept(self, share: Shares):
-        """What a receding journal leaves of the film's radial force where the transition holds the
+        """Share of the film's radial force on a receding journal where the transition holds the
         gap.
 
         k = 1 - (1 - s)^4 r^2 / (r^2 + (w H)^2): slope s, recession r [m/s], film gap H [m],
