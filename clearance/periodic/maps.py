@@ -191,7 +191,7 @@ class Motion:
             self._begin(here, time)
 
     def _failure(self, code: int) -> NotSolved:
-        """Why the trajectory ends."""
+        """The reason of the end of a trajectory."""
         diagnosis = Diagnosis(self.run)
         dead = diagnosis.look_for_dead_centre()
         if dead and (joints := self.run.dead_centre.soft_joints):
