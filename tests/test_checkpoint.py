@@ -87,17 +87,17 @@ def test_an_interrupted_run_keeps_its_file_and_goes_on(tmp_path):
         if share > 0.6:
             raise KeyboardInterrupt
 
-    options = {"turns": 60, "path": path, "checkpoint": 1e-9}
+    options = {"turns": 24, "path": path, "checkpoint": 1e-9}
     with pytest.raises(KeyboardInterrupt):
         cl.simulate(scene, **options, progress=interrupt)
     partial = cl.open_result(path)
     assert partial.status.startswith("partial: interrupted")
-    assert partial.time[-1] > 0.55 * 60 * scene.turn
+    assert partial.time[-1] > 0.55 * 24 * scene.turn
     partial.close()
     again = cl.simulate(scene, **options, progress=shares.append)
     assert again.complete
     assert min(shares[shares.index(max(s for s in shares if s < 0.62)) + 1 :]) > 0.55
-    same(again.path, cl.simulate(scene, turns=60, path=tmp_path / "whole.h5").path)
+    same(again.path, cl.simulate(scene, turns=24, path=tmp_path / "whole.h5").path)
 
 
 def test_checkpoints_of_another_run_are_refused(tmp_path):

@@ -41,13 +41,19 @@ cl.plot("run.h5", output="run.png")
 swept = cl.sweep("slider_crank", cl.grid(speed=[20.0, 30.0]), "swept", turns=1, workers=2)
 print(swept.done.all())
 """
-#: prints each module's file
+#: prints each module's file, as the import system has it, and imports none but the package itself
 WHERE = """
 import sys
-from importlib.util import find_spec
+
+import clearance
+
+def spec(name):
+    parent = name.rpartition(".")[0]
+    path = spec(parent).submodule_search_locations if "." in parent else clearance.__path__
+    return next(filter(None, (f.find_spec(name, path) for f in sys.meta_path)))
 
 for name in sys.argv[1:]:
-    print(find_spec(name).origin)
+    print(clearance.__file__ if name == "clearance" else spec(name).origin)
 """
 
 
