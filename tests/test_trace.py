@@ -1,13 +1,15 @@
 """Traced scalars: folding, sharing, derivatives, text, derived parameters."""
 
 import math
+import random
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearance.tracing.emission import Program, Writer, derive_text, kernel_text
+from clearance.tracing.emission import Program, Writer, called, derive_text, kernel_text
+from clearance.tracing.function import Function
 from clearance.tracing.kernels import plain, plain_kernel
 from clearance.tracing.schedule import scheduled
 from clearance.tracing.trace import DerivedParameters, Trace
@@ -81,3 +83,23 @@ def test_a_traced_scalar_has_no_truth_value():
     trace = Trace()
     with pytest.raises(TypeError, match="select"):
         bool(trace.load("x"))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_functions_that_call_each_other_are_collected_once(seed):
+    """Forty, each of which calls up to five before it: each behind those that it calls. Paths
+    between them are more than can be walked.
+    """
+    rng, inner = random.Random(seed), {}
+
+    def build(names):
+        return lambda trace, x: [sum((trace.call(f, x)[0] for f in names), x[0])]
+
+    for i in range(40):
+        names = rng.sample([*inner], min(i, 5))
+        inner[Function.of(f"f{i}", 1, build(names))] = names
+    trace = Trace()
+    collected = called(trace.call([*inner][-1], [trace.load("y[0]")]))
+    for i, function in enumerate(collected):
+        assert {*inner[function]} <= {*collected[:i]}
+    assert len({*collected}) == len(collected) > 20
