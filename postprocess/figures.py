@@ -2,6 +2,7 @@
 
 import io
 import shutil
+import subprocess
 from pathlib import Path
 
 # isort: off
@@ -399,7 +400,7 @@ def save_film(figure: Figure, path: str | Path, fps: float, frames: int, show, m
     entire.
 
     moving: the artists that frames differ in; in a .gif only they are drawn anew. Raises ValueError
-        as `check_film`.
+        as `check_film`, RuntimeError where ffmpeg does not write it.
     """
     check_film(path, fps)
     path = Path(path)
@@ -415,10 +416,14 @@ def _save_mp4(figure: Figure, path: Path, fps: float, frames: int, show, _moving
 
     program = {"animation.ffmpeg_path": shutil.which("ffmpeg")}
     writer = FFMpegWriter(fps=fps, extra_args=["-f", "mp4"])
-    with rc_context(program), writer.saving(figure, str(path), figure.dpi):
-        for k in range(frames):
-            show(k)
-            writer.grab_frame()
+    try:
+        with rc_context(program), writer.saving(figure, str(path), figure.dpi):
+            for k in range(frames):
+                show(k)
+                writer.grab_frame()
+    except subprocess.CalledProcessError as error:
+        reason = f"{error.stderr or ''}".strip()[-300:]
+        raise RuntimeError(f"ffmpeg ended with status {error.returncode}: {reason}") from None
 
 
 def _save_gif(figure: Figure, path: Path, fps: float, frames: int, show, moving) -> None:

@@ -115,16 +115,28 @@ def test_S4_pictures_take_no_settings_of_the_folder(run, plain_picture, seed, tm
     assert not (tmp_path / "ran").exists()
 
 
-def test_S4_films_are_written_by_the_program_of_the_path(run, tmp_path):
-    """Not by one that a file of the working folder names."""
-    programs = tmp_path / "bin"
+@pytest.mark.parametrize("seed", range(3))
+def test_S4_films_are_written_by_the_program_of_the_path(run, seed, tmp_path):
+    """Not by one that a file of the working folder names. One that fails, having taken any part of
+    the film, is named in a line.
+    """
+    rng, programs = random.Random(seed), tmp_path / "bin"
+    taken, status = rng.choice([0, 99, rng.randrange(10**6), 10**9]), rng.randrange(1, 126)
     programs.mkdir()
     for name, folder in (("ffmpeg", programs), ("evil.sh", tmp_path)):
-        (folder / name).write_text(f"#!/bin/sh\ntouch {tmp_path}/{name}.ran\nexit 1\n")
+        lines = "#!/bin/sh", f"touch {tmp_path}/{name}.ran", f"head -c {taken} >/dev/null"
+        ends = "echo no codec >&2", f"exit {status}"
+        (folder / name).write_text("\n".join([*lines, *ends, ""]))
         (folder / name).chmod(0o755)
     (tmp_path / "matplotlibrc").write_text(f"animation.ffmpeg_path: {tmp_path}/evil.sh\n")
     path = f"{programs}{os.pathsep}{os.environ['PATH']}"
-    as_user(tmp_path, "plot", run, "animation", "--frames", "2", "-o", "a.mp4", PATH=path)
+    words = "plot", run, "animation", "--frames", "2", "-o", "a.mp4"
+    done = as_user(tmp_path, *words, PATH=path)
+    assert done.returncode == 1
+    lines = [x for x in done.stderr.splitlines() if x.startswith("clearance:")]
+    assert lines == [f"clearance: ffmpeg ended with status {status}: no codec"]
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "a.mp4").exists()
     assert (tmp_path / "ffmpeg.ran").exists()
     assert not (tmp_path / "evil.sh.ran").exists()
 
