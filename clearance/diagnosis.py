@@ -186,7 +186,8 @@ class Diagnosis:
                 return (
                     f"at t = {self.run.state.time:.9g} s: {joint.label()}: a penetration of "
                     f"{depth:.2g} m, more than its {name}{also}: contact "
-                    f"{joint.contact.law.name} does not hold it"
+                    f"{joint.contact.law.name} does not hold it; give a stiffer one, or a drive "
+                    "that yields"
                 )
         return ""
 
