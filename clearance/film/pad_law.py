@@ -26,8 +26,9 @@ def pad_table(gap, slope, gap_rate, slope_rate, speed, face, data, start):
     the pad closes in place of opening. So it goes over to that of a flooded pad where |(u, w)|
     falls from U (h0 / a)^2 to 0. Reynolds' equation leaves out terms of that order. Where the gap
     opens at both edges the film carries nothing. The power taken out is never negative, but for the
-    error of the table. Rigid, isoviscous, cavitating at ambient pressure. An edge that touches meets a force
-    of the order of log(1 / gap) only. Source: Pinkus and Sternlicht (1961), chapter 3.
+    error of the table. Rigid, isoviscous, cavitating at ambient pressure. An edge that touches
+    meets a force of the order of log(1 / gap) only. Source: Pinkus and Sternlicht (1961), chapter
+    3.
     """
     a = face.half_length
     tau = min(max(slope * a / gap, -STEEPEST), STEEPEST)
