@@ -420,7 +420,7 @@ def test_plates_on_three_legs_name_their_loop(loose):
     places. Wherever the clearance is, the loop is the reason where a run ends.
     """
     rng, reasons = np.random.default_rng(5), []
-    for _ in range(4):
+    for _ in range(2):
         run = prepare(three_legs(rng, loose), until=1.0, samples=11, max_steps=20_000)
         reasons.append(run.remembered()[1] or "")
     for reason in reasons:

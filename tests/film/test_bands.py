@@ -890,7 +890,9 @@ class TestSideFlowNearContact:
     cell or two.
     """
 
-    @pytest.mark.parametrize("eps", [0.9, 0.99, 0.995, 0.999])
+    @pytest.mark.parametrize(
+        "eps", [0.9, 0.999, *(pytest.param(e, marks=pytest.mark.slow) for e in (0.99, 0.995))]
+    )
     @pytest.mark.parametrize(
         ("slenderness", "mesh"), [(0.125, (256, 8)), (1.0, (256, 8)), (5.0, (256, 16))]
     )
