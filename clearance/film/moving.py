@@ -291,7 +291,7 @@ def factorise(factors):
             band[p, k] *= scale
         for k in range(inner):
             border[p, k] *= scale
-        for i in range(1, reach + 1):
+        for i in range(1, min(reach, count - 1 - p) + 1):  # nan stands beyond the last row, too
             share = band[p, i]
             if share == 0.0:
                 continue
