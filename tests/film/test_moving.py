@@ -10,7 +10,7 @@ import pytest
 from clearance.film.bands import FastFilm
 from clearance.film.bearing import Bearing, Groove
 from clearance.film.fem import FemFilm
-from clearance.film.moving import MovingFilm, error_of, mesh_for, softplus
+from clearance.film.moving import Factors, MovingFilm, error_of, factorise, mesh_for, softplus
 
 OPTIONS = {"radius": 0.01, "clearance": 1e-4, "length": 0.02, "viscosity": 0.05}
 STATES = [(0.3, 0.0, 31.0), (0.6, 5.0, 20.0), (0.9, -3.0, -10.0), (0.95, 1.0, 31.0)]
@@ -169,3 +169,23 @@ def test_pressure_carries_the_load():
     line = np.append(line, line[0])
     force = [np.trapezoid(line * f(around), around) * 0.01 for f in (np.cos, np.sin)]
     assert force == pytest.approx([actual.radial, actual.tangential], rel=5e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_factors_of_an_indefinite_matrix_stay_inside_their_arrays(seed):
+    """Pressures that run away on the way of Newton's method: nan fills the factors, and nothing
+    beside them is written. A run was killed by that.
+    """
+    rng = np.random.default_rng(seed)
+    count, reach, inner = int(rng.integers(6, 30)), int(rng.integers(2, 6)), 3
+    memory = np.full(count * (reach + 1) + 2 * (reach + 1) ** 2, 7.0)
+    entries = memory[: count * (reach + 1)]
+    entries[:] = rng.normal(size=entries.size)
+    entries[:: reach + 1] = 10.0
+    entries[(reach + 1) * int(rng.integers(count))] = -1.0
+    factors = Factors(
+        entries.reshape(count, reach + 1), np.ones((count, inner)), 9.0 * np.eye(inner)
+    )
+    factorise(factors)
+    assert np.isnan(factors.band).any()
+    assert (memory[entries.size :] == 7.0).all()
