@@ -271,6 +271,19 @@ def test_L3_a_branch_whose_case_is_moved_goes_on(tmp_path, monkeypatch):
     branch = followed("two/held.py", "branch", 6)
     assert branch.values[:3].tolist() == [p.value for p in first]
     assert len(branch.points) == 6
+    assert branch.reason == "6 points"
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_L4_an_interrupted_branch_of_enough_points_ends(seed, tmp_path, monkeypatch):
+    """Fewer points are requested than there are: all of them stay, and their number is stated."""
+    monkeypatch.syspath_prepend(tmp_path / "one")
+    case, folder, rng = pendulum(tmp_path / "one"), tmp_path / "branch", random.Random(seed)
+    with pytest.raises(KeyboardInterrupt):
+        followed(case, folder, 30, progress=interrupting(rng.randint(4, 7)))
+    there = len(kept.points(folder))
+    branch = followed(case, folder, rng.randint(2, there - 1))
+    assert (len(branch.points), branch.reason) == (there, f"{there} points")
 
 
 FOLLOWED = """

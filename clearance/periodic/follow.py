@@ -314,7 +314,8 @@ def _walk(
         count = sum(p.branch == number for p in met)
         for new in islice(follower.points(point, most - count + 1), 1, None):
             yield replace(new, branch=number)
-        reasons.append(follower.reason)
+        enough = follower.reason.endswith(POINTS)  # counted from where it went on
+        reasons.append(f"{max(most, count)}{POINTS}" if enough else follower.reason)
         begins = [p for p in met if p.kind == DOUBLING and 2 * p.period <= longest]
         while True:
             if number >= len(begins):
