@@ -306,8 +306,7 @@ def measures(cells, width, link, source, lowest, pressure, state):
         integrals[0] += cells[COS, j] * total
         integrals[1] += cells[SIN, j] * total
         integrals[2] += cells[SHEAR, j] * wet
-    for i in range(3):
-        integrals[i] *= 2.0
+    integrals[:3] *= 2.0
     integrals[3] /= 6.0
     return integrals
 
