@@ -280,7 +280,7 @@ def other_arrays(path: Path, rng: random.Random) -> str:
 
 
 OF_BYTES = (flip, cut, zeros)
-OF_FILES = (*OF_BYTES, index)  # ways that leave a checksum to tell
+OF_FILES = (*OF_BYTES, index)  # what a checksum reveals
 OF_HDF5 = (*OF_FILES, less_attributes, other_attribute, less_items, other_item, endless_item)
 OF_JSON = (*OF_BYTES, other_json)
 OF_TEXT = (*OF_BYTES, other_text)
