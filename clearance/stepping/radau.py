@@ -347,9 +347,9 @@ def advance(k, run, t, h):
 @inline
 def judge(k, run, h):
     """Have the dense output settled where a rate is so stiff that its error shows in forces."""
-    first, g = 4 * k.c.size + LU, k.real / h
+    first, run.gain = 4 * k.c.size + LU, k.real / h
     for i in range(run.states - run.coordinates):
-        if abs(run.matrix[first + i, i]) * g < STIFF:
+        if abs(run.matrix[first + i, i]) * run.gain < STIFF:
             run.factors = first
 
 

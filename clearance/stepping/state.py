@@ -78,6 +78,7 @@ FLOATS = (
     "effort",  # safety factor of the next step, from the iterations of the last
     "made",  # the step that ends on a contact's start or end [s]; 0: at once, negative: it failed
     "stiffness",  # step times the largest eigenvalue felt
+    "gain",  # g of the factors of the last step [1/s]
 )
 #: numbers of a run that are integers
 INTEGERS = (
@@ -323,31 +324,32 @@ def evaluate(s, theta):
 
 
 @inline
-def slope(s, theta, i):
-    """Rate of state i in the dense output at theta, times the step."""
+def inside(s, theta, i):
+    """Dense output of state i at theta: its value, and its rate times the step."""
     value, rate = 0.0, 0.0
     for r in range(s.degree, 0, -1):
         value += s.dense[r, i]
         factor, turn = (theta, 1.0) if r % 2 == 1 else (1.0 - theta, -1.0)
         rate = rate * factor + turn * value
         value *= factor
-    return rate
+    return s.dense[0, i] + value, rate
 
 
 @shared
 def settle(s, t, h, theta):
-    """Bring stiff rates u in s.trial to the equations u' = f at theta of the last step.
+    """Bring stiff rates in s.trial to the equations u' = f at theta of the last step.
 
-    Between its nodes the dense output misses them by r = f - u'. The force of a thin film is
-    noise there. One Newton step with the factors of the last step is u + d, (g - J) d = r. Stiff
-    rates take their values at the coordinates, which stay. Others change by about r / g, which is
-    of the order of their error.
+    Between its nodes the dense output u misses them by f(u) - u'. The force of a thin film is
+    noise there. Newton's method with the factors of the last step finds d with f(u + d) = u' + g d.
+    Stiff rates take their values at the coordinates, which stay. Others change by about
+    (f - u') / g, which is of the order of their error.
     """
     p, n, first = s.coordinates, s.states, s.factors
     size, correction = n - p, s.matrix[first - 3]
     s.rhs(t + theta * h, s.trial, s.par, s.work, s.defect)
     for i in range(size):
-        correction[i] = s.defect[p + i] - slope(s, theta, p + i) / h
+        value, rate = inside(s, theta, p + i)
+        correction[i] = s.defect[p + i] - rate / h - s.gain * (s.trial[p + i] - value)
     solve(s.matrix[first : first + size], s.matrix[first - 1], correction, size)
     for i in range(size):
         s.trial[p + i] += correction[i]
@@ -357,7 +359,7 @@ def settle(s, t, h, theta):
 def state_inside(s, t, h, theta):
     """State at theta in [0, 1] of the last step, into s.trial."""
     evaluate(s, theta)
-    if s.factors > 0:
+    if s.factors > 0 and theta > 0.0:  # it begins where the one before has settled
         for _ in range(SETTLED):
             settle(s, t, h, theta)
 
