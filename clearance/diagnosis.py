@@ -354,8 +354,8 @@ def _named(values: dict[str, float], group: str) -> dict[str, float]:
 
 
 def _held(joint, here: dict[str, float]) -> tuple[float, str]:
-    """Force of a film [N] that its transition holds in front of a journal beyond the wall, more
-    than that of the solids, and words on it; 0 and none elsewhere.
+    """Force of a film [N] that its transition holds in front of a journal beyond the wall, and
+    words on it. 0 and none where the solids carry more, and elsewhere.
     """
     gap = here["gap"]
     held = joint.transition(gap, joint.film_joint)[1]
