@@ -12,7 +12,6 @@ from functools import partial
 from pathlib import Path
 
 from clearance import fields
-from clearance.catalogue import AnyCase, load_case
 from clearance.checkpoint import PartsSink, opened_in
 from clearance.companion import Pair, Statement, add_errors, reason_without
 from clearance.compiling import announced
@@ -57,7 +56,7 @@ class NotReached(SimulationError):
 
 
 def simulate(
-    scene: AnyCase,
+    scene: Scene,
     *,
     turns: float | None = None,
     until: float | None = None,
@@ -80,7 +79,7 @@ def simulate(
     settle: float | None = None,
     sensitivity: str | Iterable[str] | Mapping[str, float | None] | None = None,
 ) -> Result:
-    """Integrate a scene, or the scene of a case at its defaults, and return its result.
+    """Integrate a scene and return its result.
 
     turns: length in turns of the constant-speed drive, or until: seconds. rtol: local error
         tolerance, relative to the natural size of each state (clearance for eccentricities) plus
@@ -126,7 +125,7 @@ def simulate(
     Raises KeyboardInterrupt once the results so far are stored, with a note of the place.
     Warns once, by `RunWarning`, where the result has warnings.
     """
-    scene, request = load_case(scene), _request(error, checkpoint)
+    request = _request(error, checkpoint)
     output = Output(path, channels, compression, checkpoint, pressure_fields)
     if pressure_fields is not None:
         fields.check(scene.description(), pressure_fields, channels)
@@ -249,6 +248,10 @@ def prepare(
     demanded: called with what the run needs, before anything is compiled. opened: joints with
         clearance whose loops are opened, see `build`.
     """
+    if not isinstance(scene, Scene):
+        raise TypeError(
+            f"simulate needs a Scene, got {scene!r}; cl.load_case makes one from a case name"
+        )
     solver = Solver(rtol, method, max_step, max_steps)
     opened = opened if start is None else (*opened_by(start), *opened)
     mechanism = build(scene, ledger=energy, opened=opened)

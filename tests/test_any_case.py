@@ -109,14 +109,6 @@ def test_studies_take_functions(machines, tmp_path):
     reference = cl.steady(machines.dry(), 1e-4)
     for case in (machines.dry, machines.wrapped, lambda *, speed=314.0: machines.dry(speed=speed)):
         assert cl.steady(case, 1e-4).states == reference.states
-    for case in (machines.dry, f"{machines.__file__}:dry"):
-        run = cl.simulate(case, turns=0.1)
-        np.testing.assert_array_equal(run.time, cl.simulate(machines.dry(), turns=0.1).time)
-    moved = cl.inverse_dynamics(lambda: machines.machine(), turns=1.0)
-    np.testing.assert_array_equal(
-        moved.values("drives/wheel/torque"),
-        cl.inverse_dynamics(machines.machine(), turns=1.0).values("drives/wheel/torque"),
-    )
     branch = cl.follow(machines.dry, "speed", 314.0, 318.0, points=3, tolerance=1e-4)
     assert len(branch.points) == 3
     assert cl.load_case(machines.machine, mass=3.0).bodies[0].mass == 3.0

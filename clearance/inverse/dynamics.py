@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.catalogue import AnyCase, load_case
 from clearance.demand import Demand, affordable
 from clearance.inverse.explicit import Explicit
 from clearance.options import span_of
@@ -17,7 +16,7 @@ from clearance.simulation import SimulationError
 
 
 def inverse_dynamics(
-    scene: AnyCase,
+    scene: Scene,
     *,
     until: float | None = None,
     turns: float | None = None,
@@ -37,7 +36,11 @@ def inverse_dynamics(
     coordinate, a torque drive). Raises SimulationError, with the rows so far as `result`, where the
     motion leads into a singular position.
     """
-    scene = load_case(scene)
+    if not isinstance(scene, Scene):
+        raise TypeError(
+            f"inverse_dynamics needs a Scene, got {scene!r}; cl.load_case makes one from a case "
+            f"name"
+        )
     times = _times(scene, until, turns, samples, time)
     began = clock.perf_counter()
     solver = Explicit(scene)
