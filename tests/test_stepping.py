@@ -13,7 +13,8 @@ from scipy.integrate import solve_ivp
 
 import clearance as cl
 from clearance.options import METHODS
-from clearance.simulation import SimulationError
+from clearance.simulation import SimulationError, prepare
+from clearance.stepping import status
 from tests import mechanisms as m
 
 
@@ -584,3 +585,19 @@ def test_no_step_passes_over_a_reversal_of_friction(seeds):
         run = cl.simulate(scene, turns=3, rtol=rtol, method=method, error=None)
         share = run.solver["energy_residual_share"] / rtol
         assert share < 100.0, f"seed {seed}: {share:.3g} tolerances of the energy are missing"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_first_steps_of_a_phase_are_those_that_the_clock_resolves(seed):
+    """A phase begins with the first step of the last such phase. That may be one of the start,
+    where the clock is finer.
+    """
+    rng = np.random.default_rng(seed)
+    scene = cl.load_case("slider_crank", model="dry", clearance=10.0 ** rng.uniform(-5, -3.3))
+    run = prepare(scene, turns=1.0, samples=11)
+    begin = float(rng.uniform(0.01, 0.05)) * scene.turn
+    run.advance_to(begin)
+    run.state.free_step = run.state.contact_step = 1e-20 * begin
+    before = run.contact_count
+    assert run.advance_to(scene.turn) == status.DONE
+    assert run.contact_count > before

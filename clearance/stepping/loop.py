@@ -43,6 +43,7 @@ DOMAIN_LEFT = 3  # refusal of a step that takes a journal out of its film
 BAND = 1e-13  # dead band of a touch, share of the lengths in its penetration
 # step over time that still advances the clock; the layer a film forms at the start needs short ones
 SMALLEST = 4e-16
+CLEARLY = 10.0  # first step of a phase, at least, over what the clock resolves
 EARLIEST = 1e-20  # share of the end before which the clock resolves no less: a film's first layer
 SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
 # power of the error that a step refused again goes by: solutions are less smooth at a contact's
@@ -227,13 +228,21 @@ def stiff(s):
     return s.stiff_steps >= STIFF_ENOUGH
 
 
+@inline
+def unresolved(s, t):
+    """Longest step [s] that the clock does not resolve."""
+    return SMALLEST * max(abs(t), EARLIEST * s.end)
+
+
 @shared
 def begin_phase(s, t):
-    """Rates, next step and outputs where a phase begins."""
+    """Rates, next step and outputs where a phase begins. The first step of the last such phase is
+    none for this one where the clock was finer then.
+    """
     s.started = 1
     s.rhs(t, s.y, s.par, s.work, s.f)
-    last = s.contact_step if in_contact(s) else s.free_step
-    s.step_size = last if last > 0.0 else first_step(s, t)
+    last, least = s.contact_step if in_contact(s) else s.free_step, unresolved(s, t)
+    s.step_size = last if last > least else max(first_step(s, t), CLEARLY * least)
     s.last_step = 0.0
     invalidate(s)
     if s.watched == 1:
@@ -382,7 +391,7 @@ def advance(s):
     """
     t = s.time
     h = proposed(s, t)
-    if h <= SMALLEST * max(abs(t), EARLIEST * s.end) and s.end - t > h:
+    if h <= unresolved(s, t) and s.end - t > h:
         refusal = s.last_refusal
         if refusal == DOMAIN_LEFT:
             return status.FILM_LEFT
