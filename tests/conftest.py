@@ -21,7 +21,7 @@ os.environ.setdefault(
 
 # compiling inside an example takes longer than hypothesis waits by default; examples are the same
 # in every run
-settings.register_profile("clearance", deadline=None, derandomize=True, max_examples=50)
+settings.register_profile("clearance", deadline=None, derandomize=True, max_examples=25)
 settings.load_profile("clearance")
 
 np.seterr(all="raise", under="ignore")

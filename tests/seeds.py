@@ -1,8 +1,11 @@
 """Seeds of studies: the first few are ordinary tests, all others belong to the slow ones."""
 
+from collections.abc import Sequence
+
 import pytest
 
 
-def few_of(seeds: range, few: int) -> list:
-    """Values of `parametrize`: the first few of the seeds, then the others, marked slow."""
-    return [*seeds[:few], *(pytest.param(seed, marks=pytest.mark.slow) for seed in seeds[few:])]
+def few_of(values: Sequence, few: int) -> list:
+    """Values of `parametrize`: the first few, then the others, marked slow."""
+    slow = (pytest.param(value, marks=pytest.mark.slow) for value in values[few:])
+    return [*values[:few], *slow]

@@ -120,6 +120,7 @@ class TestFlash:
 
 
 class TestCommands:
+    @pytest.mark.usefixtures("undrawn")
     def test_run_and_report(self, tmp_path, capsys):
         path = tmp_path / "a.h5"
         assert (

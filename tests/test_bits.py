@@ -4,6 +4,7 @@ import json
 import math
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ from clearance import store
 from clearance.algebra import least_squares, solve
 from clearance.errors import geometric_mean
 from tests.benchmarks.processors import environment, settings
-from tests.bits import RUNS
+from tests.bits import RUNS, SWEEP
+from tests.seeds import few_of
 
 ROOT = Path(__file__).parent.parent
 #: settings that need no machine code of their own, and some with an empty store
@@ -22,14 +24,17 @@ LIBRARIES = "libraries of AVX2"
 ENDS = ("Nehalem", "Prescott", "Zen", "SkylakeX", "without loops")
 OTHERS = [n for n in settings() if n.endswith(ENDS)]
 ANEW = ("AVX2", "code without AVX-512", "OpenBLAS Nehalem")
+#: runs of the ordinary suite: a dry one, friction, no joint with clearance, a solved film, lanes
+FEW = "dry feeder", "rubbing slider-crank", "double pendulum", "four-bar, solved film", SWEEP
+ALL = *RUNS, SWEEP
 promised = pytest.mark.skipif(not store.FUSES, reason="the promise is for processors with FMA")
 
 
-def digests(name, folder):
+def digests(name, folder, runs=ALL):
     """Digests of runs in a process of a setting; lanes are four wide."""
     lanes = {"CLEARANCE_LANES": "4"} | settings()[name]
     made = subprocess.run(
-        [sys.executable, "-m", "tests.bits"],
+        [sys.executable, "-m", "tests.bits", *runs],
         cwd=ROOT,
         env=environment(lanes, folder),
         check=True,
@@ -39,28 +44,27 @@ def digests(name, folder):
     return json.loads(made.stdout)
 
 
-@pytest.fixture(scope="module")
-def here():
+@cache
+def here(runs=ALL):
     """The digests on this processor, with the store of the session."""
-    return digests("this processor", store.folder())
+    return digests("this processor", store.folder(), runs)
 
 
 @promised
-@pytest.mark.parametrize(
-    "setting", [LIBRARIES, *(pytest.param(s, marks=pytest.mark.slow) for s in OTHERS)]
-)
-def test_the_same_bits_with_other_libraries(setting, here):
-    """Fourteen runs, dry to solved films, and a sweep in lanes: files are equal bit for bit."""
-    assert len(here) == len(RUNS) + 1
-    assert digests(setting, store.folder()) == here
+@pytest.mark.parametrize("setting", few_of([LIBRARIES, *OTHERS], 1))
+@pytest.mark.parametrize("runs", few_of([FEW, ALL], 1), ids=["few", "all"])
+def test_the_same_bits_with_other_libraries(setting, runs):
+    """Runs, dry to solved films, and a sweep in lanes: files are equal bit for bit."""
+    assert list(here(runs)) == list(runs)
+    assert digests(setting, store.folder(), runs) == here(runs)
 
 
 @promised
 @pytest.mark.slow
 @pytest.mark.parametrize("setting", ANEW)
-def test_the_same_bits_where_all_is_made_anew(setting, here, tmp_path):
+def test_the_same_bits_where_all_is_made_anew(setting, tmp_path):
     """An empty store: machine code is compiled, and tables of films are made, to the same bits."""
-    assert digests(setting, tmp_path) == here
+    assert digests(setting, tmp_path) == here()
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -49,7 +49,7 @@ def reading(folder):
     return [*one.turns, *one.error, *one.depth("B").ravel(), *one.rate("B").ravel(), one.stages]
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", few_of(range(30), 6))
 @pytest.mark.parametrize("name", ["life.json", "journal.jsonl", "stage-0001.npz"])
 def test_T1_a_damaged_life_is_named(life, name, seed, tmp_path):
     """Cut short, a stretch of zeros, or one bit anywhere: the file is named, or nothing changed."""
@@ -127,7 +127,7 @@ def test_T2b_a_branch_without_a_column(tmp_path, monkeypatch):
                 assert name not in {f"places/{part}" for part in kept.PARTS if part != kept.TURNS}
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", few_of(range(3), 1))
 def test_T2b_a_branch_with_attributes_of_another_kind(seed, tmp_path, monkeypatch):
     """Each attribute of its file as something else: named with the file, or not needed."""
     import h5py
@@ -163,7 +163,7 @@ def test_T2c_an_endless_field(tmp_path, capsys):
         assert "m.csv:3: field larger than field limit" in line(capsys, *command, *more)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", few_of(range(12), 4))
 def test_T4_scenes_without_an_end(seed, tmp_path, capsys):
     """Brackets, terms, signs, of any number up to 100,000."""
     rng = random.Random(seed)
@@ -284,7 +284,7 @@ sys.addaudithook(seen)
 """
 
 
-@pytest.mark.parametrize("seed", few_of(range(10), 3))
+@pytest.mark.parametrize("seed", few_of(range(10), 1))
 def test_T12_two_interrupts_while_modules_are_imported(seed, tmp_path):
     """At moments drawn from the first second: one line, exit status 1, no traceback. Python's own
     start, before the first line of the package, is left out.

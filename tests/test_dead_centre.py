@@ -50,15 +50,15 @@ def slider_crank(rod, **drive):
 FREE = {"torque": 0.5, "speed_start": 5.0}
 ENDS = {
     "parallelogram driven": lambda: parallelogram(speed=5.0),
+    "equal rod free": lambda: slider_crank(0.06, **FREE),
     "parallelogram free": lambda: parallelogram(**FREE),
     "parallelogram coasting": lambda: parallelogram(torque=0.0, speed_start=30.0),
     "short rod free": lambda: slider_crank(0.05, **FREE),
     "equal rod driven": lambda: slider_crank(0.06, speed=5.0),
-    "equal rod free": lambda: slider_crank(0.06, **FREE),
 }
 
 
-@pytest.mark.parametrize("name", ENDS)
+@pytest.mark.parametrize("name", few_of([*ENDS], 2))
 def test_M5_a_run_that_ends_at_a_dead_centre_names_the_loop(name):
     """The loop and its determinant are the reason, alone: no tighter rtol is suggested."""
     with pytest.raises(cl.SimulationError) as caught:
@@ -258,37 +258,37 @@ def test_a_parallelogram_passes_its_flat_position_at_every_clearance(count, capl
         assert run.joint("D").gap.min() > -0.05 * 0.02
 
 
-@pytest.mark.parametrize("seed", few_of(range(4), 1))
-def test_random_folding_loops_pass_their_flat_positions(seed, caplog):
-    """Six scenes each, at tolerances of 1e-8 to 1e-5; ledgers close to a thousand tolerances."""
+@pytest.mark.parametrize(
+    ("seed", "count"), [(0, 2), *(pytest.param(s, 6, marks=pytest.mark.slow) for s in range(4))]
+)
+def test_random_folding_loops_pass_their_flat_positions(seed, count, caplog):
+    """Two or six scenes, at tolerances of 1e-8 to 1e-5; ledgers close to a thousand tolerances."""
     caplog.set_level(logging.INFO, "clearance")
     rng, opened = np.random.default_rng(seed), 0
-    for _ in range(6):
+    for _ in range(count):
         (scene, until), rtol = folding(rng), 10.0 ** rng.uniform(-8, -5)
         samples = int(rng.integers(2, 400))
         run = cl.simulate(scene, until=until, samples=samples, rtol=rtol, error=None)
         opened += passed(caplog)
         assert run.complete
         assert run.solver["energy_residual_share"] < 1e3 * rtol
-    assert opened >= 3
+    assert opened >= count // 2
 
 
-def test_whether_a_loop_is_opened_does_not_depend_on_samples(caplog):
-    """Steps and largest force of 2, 100 and 3001 samples are the same to the last bit."""
+@pytest.mark.parametrize("seed", few_of(range(4, 7), 1))
+def test_whether_a_loop_is_opened_does_not_depend_on_samples(seed, caplog):
+    """Steps and largest force of 2 and 3001 samples are the same to the last bit."""
     caplog.set_level(logging.INFO, "clearance")
-    rng = np.random.default_rng(4)
-    clearances = np.geomspace(5e-5, 2e-3, 20)[4], 10.0 ** rng.uniform(-5, -3)
-    for clearance in clearances:
-        runs = []
-        for samples in (2, 100, 3001):
-            scene = falling_parallelogram(clearance)
-            run = cl.simulate(scene, until=1.0, samples=samples, error=None)
-            runs.append((run.solver["steps"], run.extreme("joints/D/force_max").value))
-            assert passed(caplog)
-        assert runs[0] == runs[1] == runs[2]
+    clearance, runs = 10.0 ** np.random.default_rng(seed).uniform(-5, -3), []
+    for samples in (2, 3001):
+        scene = falling_parallelogram(clearance)
+        run = cl.simulate(scene, until=1.0, samples=samples, error=None)
+        runs.append((run.solver["steps"], run.extreme("joints/D/force_max").value))
+        assert passed(caplog)
+    assert runs[0] == runs[1]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", few_of(range(3), 1))
 def test_runs_go_on_from_ends_before_and_behind_a_flat_position(seed):
     """Two parts are as one run: a state of closed loops becomes one of open loops, whose states the
     next run takes over. Random clearances and times; angles to 1e-4 rad at rtol 1e-8, before
@@ -403,7 +403,7 @@ def turned(rng):
 
 
 @pytest.mark.filterwarnings("ignore::clearance.RunWarning")
-@pytest.mark.parametrize("seed", few_of(range(20, 26), 2))
+@pytest.mark.parametrize("seed", few_of(range(20, 26), 1))
 def test_infinite_outputs_at_a_dead_centre_are_no_extremes(seed):
     """A pressure may be infinite there: such a run ended with an error of Python."""
     scene = turned(np.random.default_rng(seed))
@@ -414,7 +414,7 @@ def test_infinite_outputs_at_a_dead_centre_are_no_extremes(seed):
     assert np.isfinite(located.values[0]).all()
 
 
-@pytest.mark.parametrize("loose", ["A", "K", "F0", "Q2"])
+@pytest.mark.parametrize("loose", few_of(["K", "A", "F0", "Q2"], 1))
 def test_plates_on_three_legs_name_their_loop(loose):
     """A plate on three legs, solved by iteration, one foot on the rocker of a dyad; random feet and
     places. Wherever the clearance is, the loop is the reason where a run ends.
@@ -499,7 +499,7 @@ def test_scatter_passes_flat_positions_and_sensitivities_are_refused(tmp_path):
     assert np.isfinite(scattered.sweep.metrics["joint_D_force_max"]).all()
 
 
-@pytest.mark.parametrize("seed", few_of(range(6), 2))
+@pytest.mark.parametrize("seed", few_of(range(6), 1))
 def test_a_film_opened_beside_a_wider_clearance(seed):
     """A slider-crank opened at its film moves as the closed one, to 1e-3 of its clearance.
 

@@ -11,6 +11,7 @@ import clearance as cl
 from clearance.catalogue import case_names, find_case
 from clearance.extremes import Extremes, better, stretch_length, stretches
 from clearance.metrics import metrics
+from tests.seeds import few_of
 
 
 def test_stretches_hold_their_extremes():
@@ -73,7 +74,7 @@ FILMS = {
 }
 
 
-@pytest.mark.parametrize("name", FILMS)
+@pytest.mark.parametrize("name", few_of([*FILMS], 1))
 def test_R6_peaks_converge_with_the_tolerance(name):
     """At rtol 1e-6 within 1e-5 of rtol 1e-11, 1e-6 in the median; step ends alone are off by 1e-4
     to 1e-3 at both.
@@ -94,7 +95,7 @@ def test_R6_peaks_converge_with_the_tolerance(name):
     assert np.median(errors) < 1e-6
 
 
-@pytest.mark.parametrize("name", FILMS)
+@pytest.mark.parametrize("name", few_of([*FILMS], 1))
 def test_R6_no_sample_lies_beyond_a_located_extreme(name):
     """20000 samples a turn lie on the same dense output: none beyond by more than 1e-8 of the
     value.
@@ -264,7 +265,7 @@ def test_extremes_of_channels_that_are_not_followed_are_those_of_samples():
     assert (ratio.value, ratio.time) == (pytest.approx(gap.value / roughness, rel=1e-12), gap.time)
 
 
-@pytest.mark.parametrize("name", case_names())
+@pytest.mark.parametrize("name", few_of(case_names(), 3))
 def test_M3_angles_do_not_depend_on_the_samples(name):
     """One sample a turn gives the angles of 200 a turn, where steps are the same; full turns would
     be 6.3 rad.
@@ -301,7 +302,7 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("model", SCENES)
+@pytest.mark.parametrize("model", few_of([*SCENES], 2))
 def test_peaks_hardly_depend_on_the_samples(model):
     """Twenty samples a turn give what 10000 give, within 1e-5: ten tolerances, for full buffers
     change some steps.
@@ -364,7 +365,7 @@ def _sliding(law):
     return cl.Scene(guide, spring, gravity=(0.0, -10.0))
 
 
-@pytest.mark.parametrize("sharp", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("sharp", few_of([1e-4, 1e-2, 1e-6], 1))
 @pytest.mark.parametrize("rtol", [1e-4, 1e-7])
 def test_friction_is_largest_while_it_turns_round(sharp, rtol):
     """Stribeck's hump, ten layers wide, and a hump at the breakaway rate: the largest of the law

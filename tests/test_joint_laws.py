@@ -129,7 +129,7 @@ class TestContact:
         impact=st.floats(0, 100, **finite),
         e=st.floats(0.01, 1.0),
     )
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_pushes_and_only_in_contact(self, name, depth, rate, impact, e):
         force = CONTACTS[name](PAIR, e)(depth, rate, impact)
         assert math.isfinite(force)
@@ -145,7 +145,7 @@ class TestContact:
 
     @pytest.mark.parametrize("name", CONTACTS)
     @given(depth=st.floats(1e-7, 2e-4), rate=st.floats(-0.5, 0.5))
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_exact_derivative(self, name, depth, rate):
         """Against central differences: 1e-5 of the largest slope."""
         law, state = CONTACTS[name](PAIR, 0.8), (depth, rate, 1.0)
@@ -284,7 +284,7 @@ class TestContact:
 class TestFriction:
     @pytest.mark.parametrize("name", [n for n in FRICTIONS if n != "lugre"])
     @given(speed=st.floats(-100, 100, **finite), load=st.floats(0, 1e6))
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_odd_opposed_and_bounded(self, name, speed, load):
         law = FRICTIONS[name](0.1)
         force = law(speed, load)
@@ -310,7 +310,7 @@ class TestFriction:
 
     @pytest.mark.parametrize("name", [n for n in FRICTIONS if n != "lugre"])
     @given(speed=st.floats(-0.1, 0.1))
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_continuous(self, name, speed):
         """Within a ten-thousandth of the transition speed the force moves by less than a hundredth
         of the load (by 2e-4 of it at Threlfall's joint).
@@ -351,7 +351,7 @@ class TestFriction:
 
     @pytest.mark.parametrize("mu", [0.001, 0.01, 0.1, 0.5])
     @given(speed=st.floats(-10, 10), share=st.floats(-1.0, 1.0))
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_lugre_never_rubs_harder_than_it_may(self, mu, speed, share):
         """Whatever the bristles hold (up to the static level), an impact's sliding meets at most
         1.7 times mu_s F_n.
@@ -449,7 +449,7 @@ class TestFilms:
         validated("force of the long film", laws.long_film()(*state, LONG), force, 2e-6, **options)
 
     @given(st.floats(1e-4, 0.98), st.floats(-3, 3), st.floats(-3, 3))
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_long_film_by_quadrature(self, eps, rate, w):
         """The pressure of the long bearing, integrated over its positive arc: 1e-8 of the force."""
         if abs(rate) + abs(eps * w) < 1e-6:
@@ -541,7 +541,7 @@ class TestFilms:
         rate=st.floats(-1e4, 1e4, **finite),
         w=st.floats(-1e4, 1e4, **finite),
     )
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_finite_for_every_state(self, name, eps, rate, w):
         assert all(map(math.isfinite, FILMS[name]()(eps, rate, w, JOINT)))
         assert np.isfinite(derivative(FILMS[name](), (eps, rate, w, JOINT), 3)).all()
@@ -578,7 +578,7 @@ class TestFilms:
 
     @pytest.mark.parametrize("name", FILMS)
     @given(eps=st.floats(0.0, 1.2), rate=st.floats(-1e4, 1e4, **finite))
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_squeeze_dissipates(self, name, eps, rate):
         """Without entrainment a film never does work: F_r eps' <= 0."""
         if abs(rate) < 1e-6:
@@ -594,7 +594,7 @@ class TestFilms:
         w=st.floats(-1e3, 1e3),
         scale=st.floats(0.1, 10.0),
     )
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_homogeneous_and_mirror_symmetric(self, name, eps, rate, w, scale):
         """Linear in (rate, w) together; turned around, the tangential force changes its sign: 1e-7
         (rest floor).
@@ -611,7 +611,7 @@ class TestFilms:
 
     @pytest.mark.parametrize("name", FILMS)
     @given(eps=st.floats(0.01, 0.99), rate=st.floats(-50, 50), w=st.floats(-100, 100))
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_exact_derivative(self, name, eps, rate, w):
         """Against central differences: 1e-4 of the largest slope (the arcs' ends move too)."""
         if abs(rate) < 0.5 or abs(w) < 0.5 or 0.098 < eps < 0.102:
@@ -838,7 +838,7 @@ class TestTransitions:
 
     @pytest.mark.parametrize("squeeze", [0.0, 0.3, 1.0])
     @given(st.floats(-2.0, 4.0))
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_share_of_the_squeeze_rate(self, squeeze, ratio):
         """A film that is held closes at `squeeze` of the true rate: from the film gap's difference,
         1e-4.
@@ -912,7 +912,7 @@ class TestTransitions:
 
     @pytest.mark.parametrize("name", TRANSITIONS)
     @given(gap=gaps)
-    @settings(max_examples=50, deadline=None)
+    @settings(max_examples=20, deadline=None)
     def test_exact_derivative(self, name, gap):
         law = TRANSITIONS[name](dry=0.4, mixed=1.0, full=3.0)
         actual = derivative(law, (gap, JOINT), 1)[:, 0]

@@ -19,6 +19,7 @@ from clearance.wearing.life import Driver, Plan
 from clearance.wearing.load_path import MANY, LoadPath, Worn, smoothed
 from clearance.wearing.replay import rest
 from clearance.wearing.summing import Sums
+from tests.seeds import few_of
 
 FILE = Path(__file__).with_name("wear_rows.csv")
 ROWS = {row["id"]: float(row["value"]) for row in csv.DictReader(FILE.read_text().splitlines())}
@@ -67,7 +68,7 @@ class TestReplay:
             summed = end.bearing.sum() * RADIUS * LENGTH * math.radians(1.0)
             assert summed == pytest.approx(ROWS[volume], rel=1e-3)
 
-    @pytest.mark.parametrize("seed", range(8))
+    @pytest.mark.parametrize("seed", few_of(range(8), 3))
     def test_soft_layers(self, seed):
         """Forces that press the journal a hundredth to fifty clearances into its layer: the
         foundation carries them where it rests, to 1e-8.
@@ -510,6 +511,7 @@ def counted(monkeypatch) -> list:
 
 
 class TestJoints:
+    @pytest.mark.slow
     def test_rattles_in_its_scar(self, tmp_path, monkeypatch):
         """A narrow contact at 60 rpm: jumps never shrink to turns, stages are run twice at most,
         and the depth is that of ten times shorter jumps within the errors stated.

@@ -16,6 +16,7 @@ from clearance.film import bands, fem
 from clearance.film.bearing import Bearing, Groove
 from clearance.laws.asperity import contact_flow_factor, pressure_flow_factor
 from clearance.laws.film import wet_film_torques
+from tests.seeds import few_of
 
 R, C, MU = 0.01, 1e-4, 0.05
 LINE = (Groove(angle=0.0),)
@@ -146,7 +147,7 @@ ROTATION = {
 
 
 class TestPublished:
-    @pytest.mark.parametrize("slenderness", SQUEEZE)
+    @pytest.mark.parametrize("slenderness", few_of([*SQUEEZE], 2))
     def test_squeeze(self, slenderness, validated):
         """Pure squeeze up to 0.98: 0.5 %, of which the printed digits have 0.44 % (two rows near
         contact, B/D = 1).
@@ -162,7 +163,7 @@ class TestPublished:
             )
             assert abs(film.tangential) < 1e-9 * film.load
 
-    @pytest.mark.parametrize("slenderness", ROTATION)
+    @pytest.mark.parametrize("slenderness", few_of([*ROTATION], 2))
     def test_rotation(self, slenderness, validated):
         """Film from a line at the widest gap: 0.7 % (0.56 % at eps 0.99) and 0.15 deg, flow 0.8 %
         (0.67 % there).
@@ -551,7 +552,7 @@ class TestLimits:
         ("kind", "grooves", "places"),
         [("none", (), (0, None)), ("gumbel", (), (1, 2)), ("reynolds", LINE, (3, 4))],
     )
-    @pytest.mark.parametrize("row", LONG, ids=lambda row: f"eps {row[0]}")
+    @pytest.mark.parametrize("row", few_of(LONG[5:] + LONG[:5], 3), ids=lambda row: f"eps {row[0]}")
     def test_long(self, kind, grooves, places, row, validated):
         """The ends take the same load whatever the length (5 % of it at L/D 20), so twice the film
         at 40 less that at 20 is the infinitely long one: 1e-3 (5.3e-4) and 0.02 deg (0.012).
@@ -582,7 +583,9 @@ class TestLimits:
             **SOMMERFELD,
         )
 
-    @pytest.mark.parametrize("row", SHORT[:10], ids=lambda row: f"eps {row[0]}")
+    @pytest.mark.parametrize(
+        "row", few_of(SHORT[5:10] + SHORT[:5], 3), ids=lambda row: f"eps {row[0]}"
+    )
     def test_short(self, row, validated):
         """Ocvirk's pi film.
 
@@ -615,7 +618,7 @@ class TestConvergence:
     STATES = [(0.3, 0.0, 1.0), (0.6, 0.5, 0.5), (0.9, 1.0, 0.0), (0.9, 0.3, 1.0), (0.8, -1.0, 0.5)]
 
     @pytest.mark.parametrize("code", [bands.REYNOLDS, bands.GUMBEL, bands.FULL])
-    @pytest.mark.parametrize("state", STATES)
+    @pytest.mark.parametrize("state", few_of(STATES, 1))
     def test_order(self, code, state):
         """Second order on one grid (1.87 to 2.10 measured from 32 to 256 cells); extrapolated from
         two, ten times closer than the finer of them alone (four times in an opening film, whose
@@ -652,7 +655,7 @@ class TestConvergence:
             < 4e-4
         )
 
-    @pytest.mark.parametrize("state", STATES)
+    @pytest.mark.parametrize("state", few_of(STATES, 2))
     def test_coarse_meshes(self, state):
         """The docstring's 1e-3 of the mesh (48, 6) where the film closes, against (192, 24)."""
         if state[1] < 0.0:
@@ -809,7 +812,7 @@ class TestAgainstFiniteElements:
     }
 
     @pytest.mark.parametrize("name", OPTIONS)
-    @pytest.mark.parametrize("state", STATES)
+    @pytest.mark.parametrize("state", few_of(STATES[1:] + STATES[:1], 1))
     def test_force(self, name, state, validated):
         """1e-3 of the force (2.3e-4 measured); shear by the wet nodes 4 %; flow 1 % where any
         leaves.
@@ -824,7 +827,7 @@ class TestAgainstFiniteElements:
             wanted.side_flow, rel=0.01, abs=1e-4 * film.flow_scale
         )
 
-    @pytest.mark.parametrize("name", ["reynolds", "gumbel", "ambient 3", "line"])
+    @pytest.mark.parametrize("name", few_of(["reynolds", "gumbel", "ambient 3", "line"], 1))
     def test_opening(self, name, validated):
         """An opening film is small and cavitates nearly everywhere: 2e-3 (1.3e-3 of the elements at
         ambient 3).
@@ -842,7 +845,7 @@ class TestAgainstFiniteElements:
             **ELEMENTS,
         )
 
-    @pytest.mark.parametrize("state", STATES)
+    @pytest.mark.parametrize("state", few_of(STATES, 1))
     def test_line_under_pressure(self, state, validated):
         """A line fed at 5 SCALE over the complete length: second order here (2.4e-3 to 6e-4),
         5.8e-3 where the force is smallest (eps 0.7); 8e-3.
@@ -865,7 +868,7 @@ class TestAgainstFiniteElements:
         apart_by = np.linalg.norm(force(bands.solve(film, *state, (256, 32))) - wanted)
         return apart_by / (np.linalg.norm(wanted) + 5.0 * width * length)
 
-    @pytest.mark.parametrize("state", STATES)
+    @pytest.mark.parametrize("state", few_of(STATES, 1))
     @pytest.mark.parametrize("groove", [(0.5, 0.4, 0.6), (0.0, 0.3, 0.5)])
     def test_pocket(self, groove, state):
         """A pocket is the nodes inside it, so its edges are right to a cell: 6 % (5.3 %) of force
@@ -904,7 +907,7 @@ class TestSideFlowNearContact:
             actual = bands.solve(film, eps, *state).side_flow
             assert actual == pytest.approx(wanted, rel=1e-3 if eps < 0.999 else 2e-3)
 
-    @pytest.mark.parametrize("eps", [0.5, 0.9, 0.99, 0.995, 0.999])
+    @pytest.mark.parametrize("eps", few_of([0.5, 0.999, 0.9, 0.99, 0.995], 2))
     @pytest.mark.parametrize("direction", [0, 45, 90])
     @pytest.mark.parametrize("cavitation", ["reynolds", "gumbel"])
     def test_H1_short(self, cavitation, direction, eps):
@@ -919,7 +922,7 @@ class TestSideFlowNearContact:
         )
         assert film.side_flow == pytest.approx(2.0 * film.bearing.flow_scale, rel=2e-3)
 
-    @pytest.mark.parametrize("direction", [0, 30, 60, 90, 105])
+    @pytest.mark.parametrize("direction", few_of([30, 0, 60, 90, 105], 1))
     def test_H1_as_a_finer_mesh(self, direction):
         """Without a groove the film begins where it will: 1e-3 up to eps 0.995 (6e-4 here), 2e-3 at
         0.999; before, 30 % of a closing film there.

@@ -26,6 +26,7 @@ from clearance.run import Run
 from clearance.simulation import dear
 from clearance.tracing import callback
 from clearance.tracing.callback import KEEP, SLOPES, VALUE, Callback, answered
+from tests.seeds import few_of
 
 C = 1e-4
 JOINT = FilmJoint(radius=0.01, clearance=C, length=0.02, viscosity=0.05)
@@ -108,7 +109,7 @@ STATES = [(0.0, 1.0, 0.0), (0.3, 0.0, 20.0), (0.6, 5.0, 20.0), (0.9, -3.0, -10.0
 
 
 class TestFem:
-    @pytest.mark.parametrize("motion", STATES)
+    @pytest.mark.parametrize("motion", few_of(STATES, 2))
     def test_law_is_the_solver(self, motion):
         """1e-6: solutions end at corrections of 1e-8, from where they begin."""
         actual = fem_film()(*motion, JOINT)
@@ -127,9 +128,11 @@ class TestFem:
         )
 
     def test_beyond_the_nearest(self):
-        """Trial states at and beyond the wall count as 0.9999."""
+        """Trial states at and beyond the wall count as 0.9999. A solution from nowhere ends within
+        1e-8 of the force, its smaller parts less near: here it begins at a neighbour's.
+        """
         law = fem_film()
-        wanted = law(0.9999, 1.0, 1.0, JOINT)
+        _, wanted = (law(eps, 1.0, 1.0, JOINT) for eps in (0.97, 0.9999))
         for eps in (0.99995, 1.0, 1.3):
             assert law(eps, 1.0, 1.0, JOINT) == pytest.approx(wanted, rel=1e-6)
 
@@ -198,7 +201,11 @@ class TestKernels:
             assert np.linalg.norm((actual - wanted)[1:]) < 3e-3 * np.linalg.norm(wanted[1:])
             assert abs(actual[0] - wanted[0]) < 0.06 * abs(wanted[0])
 
-    @pytest.mark.parametrize("film", [fem_film(), conserving_film()], ids=["fem", "conserving"])
+    @pytest.mark.parametrize(
+        "film",
+        few_of([fem_film(), conserving_film(mesh=(32, 3)), conserving_film()], 2),
+        ids=["fem", "coarse", "conserving"],
+    )
     def test_derivative_against_differences(self, film):
         """1e-4 of the largest, the error of the differences."""
         mechanism = build(loaded(film))
@@ -274,6 +281,7 @@ COARSE = (32, 3)  # where a film is compared with itself
 
 
 class TestRuns:
+    @pytest.mark.slow
     def test_feeder_by_elements(self, validated):
         """A complete turn, and few steps tried in vain: every fourth was with a rupture that jumps
         from node to node.
@@ -300,7 +308,7 @@ class TestRuns:
         solver = runs[1].solver
         assert solver["rejected"] < 0.1 * solver["steps"]
 
-    @pytest.mark.parametrize("cavitation", ["reynolds", "none"])
+    @pytest.mark.parametrize("cavitation", few_of(["reynolds", "none"], 1))
     def test_loaded_journal_by_elements(self, cavitation, validated):
         """1e-3 of the clearance (2e-5)."""
         table, fem = (path(film(cavitation=cavitation)) for film in (table_film, fem_film))
@@ -309,6 +317,7 @@ class TestRuns:
         )
         assert np.hypot(*table).max() > 0.5
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "error", [RuntimeError("the elements gave up"), KeyboardInterrupt()], ids=["film", "user"]
     )
@@ -404,7 +413,7 @@ class TestCost:
         cl.simulate(loaded(table_film()), until=1e-5, samples=2)
         assert not caplog.messages
 
-    @pytest.mark.parametrize("film", ["fem", "conserving"])
+    @pytest.mark.parametrize("film", few_of(["fem", "conserving"], 1))
     def test_stumble_20_seconds_a_turn_where_there_are_turns(self, film):
         """One digit of each time; the film of the run itself is not touched."""
         mechanism = build(cl.load_case("slider_crank", model="lubricated", film=film, mesh="16x2"))
@@ -429,7 +438,7 @@ class TestCost:
 
 
 class TestMemory:
-    @pytest.mark.parametrize("liner", [1e-15, 1e-13])
+    @pytest.mark.parametrize("liner", few_of([1e-15, 1e-13], 1))
     def test_stiff_liners_start(self, liner):
         """From the centre, where nothing but rounding presses: as the rigid bearing, to 1e-3 of the
         clearance.
@@ -454,6 +463,7 @@ class TestMemory:
         assert np.abs(joint.force_y[-10:]).max() < 1.2 * 3.0 * 9.81
         assert joint.side_flow.min() > -1e-9
 
+    @pytest.mark.slow
     def test_no_cavity_no_memory(self):
         """With a high ambient pressure the film is the linear one of the table without cavitation:
         1e-3 of the clearance (3.6e-4 at (64, 6)), a quarter of what half as many cells give.
@@ -535,7 +545,11 @@ class TestMemory:
         ) / C, sign * force / np.abs(force).max()
 
     @pytest.mark.parametrize(
-        ("spins", "mesh", "bound"), [((40.0, 100.0), (64, 6), 2e-3), ((70.0, 70.0), COARSE, 5e-5)]
+        ("spins", "mesh", "bound"),
+        [
+            pytest.param((40.0, 100.0), (64, 6), 2e-3, marks=pytest.mark.slow),
+            ((70.0, 70.0), COARSE, 5e-5),
+        ],
     )
     def test_either_body_may_carry_the_bearing(self, spins, mesh, bound):
         """Oil moves with the mean of both surfaces, so the equation does not distinguish bearing

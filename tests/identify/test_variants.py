@@ -51,6 +51,7 @@ def test_the_viscous_share():
     assert variants.viscous_share(fitted, 7.0) == pytest.approx(wanted, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_one_level_is_wrong_where_the_preload_is_another(monkeypatch):
     """Power and proportional beside a level that is fixed: the table has a row of each, best where
     it follows.

@@ -188,6 +188,7 @@ PLACE = (
 )
 
 
+@pytest.mark.slow
 def test_slider_crank_with_tolerances(tmp_path):
     """x = r cos a + s, s = sqrt(l^2 - r^2 sin^2 a): dx/dr = cos a - r sin^2 a / s, dx/dl = l / s,
     by hand.

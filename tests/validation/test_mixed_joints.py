@@ -7,6 +7,7 @@ import pytest
 
 import clearance as cl
 from clearance.choices import CONTACTS, FILMS, FRICTIONS, TRANSITIONS
+from tests.seeds import few_of
 
 
 def test_feeder_with_the_finite_film(validated):
@@ -53,7 +54,7 @@ def test_feeder_with_the_finite_film(validated):
         validated(f"{what}, feeder with the harmonic film", actual, row, tolerance, **options)
 
 
-@pytest.mark.parametrize("viscosity", [0.04, 0.004, 0.001])
+@pytest.mark.parametrize("viscosity", few_of([0.04, 0.004, 0.001], 1))
 def test_load_sharing_carries_where_the_film_alone_is_formal(viscosity, validated):
     """Flores' case at 0.04 Pa s: eps up to 0.99937, lambda down to 0.39, peak 3113.7 N (roughness
     0.8 um); thinner oils run on, with peaks far below those of impacts.
@@ -91,8 +92,11 @@ def test_load_sharing_carries_where_the_film_alone_is_formal(viscosity, validate
         assert force.max() < 8000.0
 
 
+THREE = pytest.param("six_bar_feeder", "B,C,E", marks=pytest.mark.slow)
+
+
 @pytest.mark.parametrize("transition", TRANSITIONS)
-@pytest.mark.parametrize(("case", "joints"), [("six_bar_feeder", "B,C,E"), ("slider_crank", "C")])
+@pytest.mark.parametrize(("case", "joints"), [THREE, ("slider_crank", "C")])
 def test_transitions_run(case, joints, transition):
     """Six turns with memberships and the film thickness ratio in the file, and a ledger that
     closes.
@@ -115,10 +119,13 @@ LADDER = [
     {"model": "mixed", "asperity": "greenwood_williamson"},
     {"model": "mixed", "friction": "lugre", "viscosity": 0.004},
 ]
+OTHERS = [options for i, options in enumerate(LADDER) if i % 4]
 
 
 @pytest.mark.parametrize(
-    "options", LADDER, ids=lambda o: " ".join(o.values() if len(o) < 3 else list(o.values())[:2])
+    "options",
+    few_of([*LADDER[::4], *OTHERS], len(LADDER[::4])),
+    ids=lambda o: " ".join(o.values() if len(o) < 3 else list(o.values())[:2]),
 )
 def test_every_rung_runs(options):
     """Half a turn of the slider-crank; the ledger closes to 1e-3 of the energy turned over."""
@@ -127,6 +134,7 @@ def test_every_rung_runs(options):
     assert result.solver["energy_residual_share"] < 1e-3
 
 
+@pytest.mark.slow
 def test_bristles_in_rough_joints_cost_no_more_than_smooth_friction():
     """Three rough joints, one turn: LuGre takes at most five times the steps of smooth Coulomb."""
     steps = []
@@ -144,18 +152,18 @@ def test_bristles_in_rough_joints_cost_no_more_than_smooth_friction():
 
 
 def test_more_clearance_joints_add_up():
-    """Interaction of B, C and E in oil: the slider's acceleration moves away from the ideal one
-    joint by joint.
+    """Interaction of B, C and E in oil: the slider's acceleration moves further away from the ideal
+    one with more joints.
     """
     ideal = cl.simulate(cl.load_case("six_bar_feeder", model="ideal"), turns=3)["slider"].ax
     apart = []
-    for joints in ("B", "B,C", "B,C,E"):
+    for joints in ("B", "B,C,E"):
         scene = cl.load_case(
             "six_bar_feeder", joints=joints, film="pinkus_sternlicht", clearance=2e-4
         )
         result = cl.simulate(scene, turns=3)["slider"].ax
         apart.append(np.sqrt(np.mean((result - ideal)[len(ideal) // 2 :] ** 2)))
-    assert apart[0] < apart[2]
+    assert apart[0] < apart[1]
 
 
 def largest(joints, clearance):
@@ -172,6 +180,7 @@ def largest(joints, clearance):
     return max(sides), result.extreme("joints/B/force_max", begin=settled).value
 
 
+@pytest.mark.slow
 def test_trends_of_the_source():
     """300 rpm, 5 mPa s: impacts grow with the clearance and the number of joints, and joints act on
     one another.

@@ -88,6 +88,7 @@ def test_small_clearance_tends_to_the_ideal_mechanism():
     assert errors[1] < 0.1 * errors[0] + 2e-4
 
 
+@pytest.mark.slow
 def test_independent_integration(validated):
     """scipy's Radau drives the plain multiplier formulation of the same lubricated scene: 1e-6 of
     the clearance.
