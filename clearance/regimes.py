@@ -168,13 +168,13 @@ def film_rim(joint: ClearanceRevolute, entrainment: float) -> float:
 
 def sinking_speed(joint: ClearanceRevolute, entrainment: float, wanted: float) -> float:
     """Speed [m/s] at which a load [N] squeezes the film at its rim; 0 where the load rests
-    there.
+    there, or no speed has a finite load.
     """
     gap = film_rim(joint, entrainment) * joint.roughness
     still, speed = radial_load(joint, gap, 0.0, entrainment), typical_speed(joint, entrainment)
     for _ in range(SECANTS):
         rise = radial_load(joint, gap, speed, entrainment) - still
-        if wanted <= still or rise <= 0.0:
+        if wanted <= still or not 0.0 < rise < math.inf:
             return 0.0
         speed *= (wanted - still) / rise
     return speed

@@ -8,6 +8,8 @@ import pytest
 
 import clearance as cl
 from clearance.laws.law import FilmJoint
+from clearance.mechanism.build import build
+from clearance.simulation import foreseen
 from clearance.tracing.trace import is_zero
 from tests.benchmarks.ranges import examined
 from tests.random_scenes import draw, tags
@@ -195,3 +197,10 @@ def test_scars_have_other_units_too(seed):
     )
     scaled = units.law(None, "outline", law).parameters["bearing"]
     assert scaled == pytest.approx([d * units.unit[0] for d in law.parameters["bearing"]])
+
+
+@pytest.mark.parametrize("seed", (102242, 102243))
+def test_films_without_a_pressure_at_their_rim_have_no_hole_check(seed):
+    """A film that is solved may have no pressure below the wall; it is not asked for there."""
+    mechanism = build(draw(seed).scene)
+    assert all("force hole" in warning for warning in foreseen(mechanism))
