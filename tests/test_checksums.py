@@ -248,12 +248,13 @@ def heaps(content):
         yield begin + 16, begin + int.from_bytes(content[begin + 8 : begin + 16], "little")
 
 
-def test_L7_no_flipped_bit_of_any_file_is_read(kinds, tmp_path):
-    """Of each kind of file 20 bits anywhere, and 40 of its texts: refused, or all is as before.
+@pytest.mark.parametrize("seed", few_of(range(5, 9), 1))
+def test_L7_no_flipped_bit_of_any_file_is_read(kinds, tmp_path, seed):
+    """Of each kind of file 8 bits anywhere, and 16 of its texts: refused, or all is as before.
 
     Twelve in one copy, without those that keep it closed: its parts are read one by one.
     """
-    rng, path = random.Random(5), tmp_path / "run.h5"
+    rng, path = random.Random(seed), tmp_path / "run.h5"
     for kind, source in kinds.items():
         with h5py.File(source) as file:
             form = file.attrs["format"]
@@ -261,8 +262,8 @@ def test_L7_no_flipped_bit_of_any_file_is_read(kinds, tmp_path):
         entire = read(source, form, names)
         assert len(entire) == len(names) > 10, kind
         texts = [range(*ends) for ends in heaps(content)]
-        places = [rng.randrange(len(content)) for _ in range(20)]
-        places += [rng.choice(rng.choice(texts)) for _ in range(40)]
+        places = [rng.randrange(len(content)) for _ in range(8)]
+        places += [rng.choice(rng.choice(texts)) for _ in range(16)]
         rng.shuffle(places)
         for i in range(0, len(places), 12):
             changed = bytearray(content)

@@ -361,6 +361,7 @@ def test_statistics_and_steady_motions_pass_flat_positions(clearance):
         cl.steady(driven(clearance), 1e-6, most_turns=8, error=None)
 
 
+@pytest.mark.slow
 def test_lives_pass_flat_positions(tmp_path):
     """The stages of a joint that wears in a parallelogram; its scar grows."""
     rough = {

@@ -14,6 +14,7 @@ import clearance as cl
 from clearance import checkpoint, simulation
 from clearance import run as running
 from clearance.recording import FileSink, Unwritable
+from tests.seeds import few_of
 from tests.test_checkpoint import same
 
 #: limit of the size of files in bytes (0: none), whether the system can promise room, then the
@@ -65,7 +66,7 @@ def entire(tmp_path_factory):
     return cl.simulate(scene, turns=TURNS, path=path, error=None)
 
 
-@pytest.mark.parametrize("compression", ["0", "4"])
+@pytest.mark.parametrize("compression", few_of(["4", "0"], 1))
 @pytest.mark.parametrize("limit", [1_000_000, 5_000_000])
 def test_what_fitted_is_kept(tmp_path, entire, limit, compression):
     """The same rows as without a limit, as many as there was room for, and a summary of these
@@ -106,7 +107,7 @@ def test_without_a_promise_the_file_is_lost_in_order(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
 
 
-@pytest.mark.parametrize("promise", ["promise", "no promise"])
+@pytest.mark.parametrize("promise", few_of(["promise", "no promise"], 1))
 def test_no_room_to_begin(tmp_path, promise):
     path = tmp_path / "run.h5"
     ended = limited(20_000, path, promise=promise)
@@ -181,7 +182,7 @@ def test_a_call_from_python_has_the_result(tmp_path, monkeypatch):
     assert caught.value.result.time.size > 0
 
 
-@pytest.mark.parametrize("compression", [0, 1, 9])
+@pytest.mark.parametrize("compression", few_of([1, 0, 9], 1))
 @pytest.mark.parametrize("rows", [7, 1024, 5000])
 def test_no_piece_takes_more_than_was_claimed(tmp_path, monkeypatch, compression, rows):
     """Nor opening, nor closing; many small pieces, and such that fill more than a chunk."""

@@ -256,6 +256,7 @@ def test_S15_a_log_gets_a_line_now_and_then(capsys, monkeypatch):
     assert re.fullmatch(r" +\d+ s  two\n", capsys.readouterr().err)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_S11_pictures_and_reports_from_python(tmp_path, monkeypatch):
     """The guide's lines, of a run still open; a path and names as a list do as well."""
     monkeypatch.chdir(tmp_path)

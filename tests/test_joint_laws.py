@@ -541,7 +541,7 @@ class TestFilms:
         rate=st.floats(-1e4, 1e4, **finite),
         w=st.floats(-1e4, 1e4, **finite),
     )
-    @settings(max_examples=20, deadline=None)
+    @settings(max_examples=60, deadline=None)
     def test_finite_for_every_state(self, name, eps, rate, w):
         assert all(map(math.isfinite, FILMS[name]()(eps, rate, w, JOINT)))
         assert np.isfinite(derivative(FILMS[name](), (eps, rate, w, JOINT), 3)).all()

@@ -466,7 +466,8 @@ def test_names_that_two_parts_share_are_paths(monkeypatch, folder):
         assert set(run.dataset) == {"bodies/J/x", "joints/J/x"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_pages_of_a_result(folder, tmp_path):
     with cl.open_result(folder / "dry.h5") as run:
         assert run.view(tmp_path / "moving.html").stat().st_size > 50_000
-        assert run.report(tmp_path / "report.html").stat().st_size > 50_000
+        assert run.report(tmp_path / "report.html").stat().st_size > 10_000

@@ -897,7 +897,12 @@ class TestSideFlowNearContact:
         "eps", [0.9, 0.999, *(pytest.param(e, marks=pytest.mark.slow) for e in (0.99, 0.995))]
     )
     @pytest.mark.parametrize(
-        ("slenderness", "mesh"), [(0.125, (256, 8)), (1.0, (256, 8)), (5.0, (256, 16))]
+        ("slenderness", "mesh"),
+        [
+            (1.0, (256, 8)),
+            pytest.param(0.125, (256, 8), marks=pytest.mark.slow),
+            pytest.param(5.0, (256, 16), marks=pytest.mark.slow),
+        ],
     )
     def test_H1_as_finite_elements(self, slenderness, mesh, eps):
         """Rotation and mixed motion from a line: 1e-3 (8e-4), at eps 0.999 2e-3; 14 % before."""

@@ -544,7 +544,7 @@ def test_steps_of_constant_rate_are_a_trial(name):
     )
 
 
-@pytest.mark.parametrize("name", VARIANTS)
+@pytest.mark.parametrize("name", few_of([*VARIANTS], 4))
 def test_compiled_callers(name):
     model, t = VARIANTS[name], mixed()
     values, state, step = typical(model), model.start(), model.compiled
