@@ -201,6 +201,6 @@ def test_scars_have_other_units_too(seed):
 
 @pytest.mark.parametrize("seed", (102242, 102243))
 def test_films_without_a_pressure_at_their_rim_have_no_hole_check(seed):
-    """A film that is solved may have no pressure below the wall; it is not asked for there."""
+    """A film that is solved may have no pressure below the wall; none is taken there."""
     mechanism = build(draw(seed).scene)
     assert all("force hole" in warning for warning in foreseen(mechanism))
