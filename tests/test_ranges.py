@@ -199,7 +199,7 @@ def test_scars_have_other_units_too(seed):
     assert scaled == pytest.approx([d * units.unit[0] for d in law.parameters["bearing"]])
 
 
-@pytest.mark.parametrize("seed", (102242, 102243))
+@pytest.mark.parametrize("seed", [102242, 102243])
 def test_films_without_a_pressure_at_their_rim_have_no_hole_check(seed):
     """A film that is solved may have no pressure below the wall; none is taken there."""
     mechanism = build(draw(seed).scene)
