@@ -1,5 +1,6 @@
 """Regimes of joints, and the limits of their models."""
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
