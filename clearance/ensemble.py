@@ -46,9 +46,9 @@ class Ensemble:
             self._open(dead)
         self.about = self.runs[0].about
         count = min(run.turns for run in self.runs)
-        if count < min(turns, FEWEST):
+        if count < min(turns, 2 * FEWEST):  # half of them may be a transient
             reason = f"a drive stays behind its nominal speed: {count} full turns in {turns}, "
-            raise SimulationError(f"{reason}statistics need {FEWEST}", None)
+            raise SimulationError(f"{reason}statistics need {2 * FEWEST}", None)
         for name in self.about:
             rows = [np.concatenate(run.pieces[name])[:count] for run in self.runs]
             self.values[name] = np.array(rows)

@@ -279,8 +279,8 @@ def test_a_drive_that_stays_behind_its_nominal_speed_is_named(seed):
     rng = np.random.default_rng(seed)
     nominal = float(rng.choice([-1.0, 1.0])) * 10.0 ** rng.uniform(-1, 2)
     crank = cl.Body("crank", 1.0, 10.0 ** rng.uniform(-4, 0), com=(0.1, 0))
-    share = rng.choice([0.0, rng.uniform(0.0, 0.17)])
+    share = rng.choice([0.0, rng.uniform(0.0, 0.34)])
     drive = cl.Drive(crank, torque=0.0, start=0.0, speed_start=share * nominal, nominal=nominal)
     scene = cl.Scene(cl.Revolute(cl.ground, crank, name="A"), drive, gravity=(0, 0))
-    with pytest.raises(cl.SimulationError, match="nominal speed: [0-7] full turns in 45"):
+    with pytest.raises(cl.SimulationError, match=r"nominal speed: (\d|1[0-5]) full turns in 45"):
         cl.statistics(scene, {"drive_crank_torque_peak": 0.2}, max_turns=80, starts=1, check=False)
