@@ -546,6 +546,14 @@ class TestFilms:
         assert all(map(math.isfinite, FILMS[name]()(eps, rate, w, JOINT)))
         assert np.isfinite(derivative(FILMS[name](), (eps, rate, w, JOINT), 3)).all()
 
+    def test_a_harmonic_film_is_finite_at_the_wall(self):
+        """Wherever the arc of its pressure begins; one of 300 motions divided by zero."""
+        law, rng = FILMS["harmonic"](), np.random.default_rng(0)
+        for eps, rate, w in zip(
+            rng.choice([1.0, 1.5], 3000), *rng.uniform(-1e4, 1e4, (2, 3000)), strict=True
+        ):
+            assert all(map(math.isfinite, law(float(eps), float(rate), float(w), JOINT)))
+
     @pytest.mark.parametrize("name", FILMS)
     @pytest.mark.parametrize("eps", [0.0, 0.5, 0.99, 1.0, 1.2])
     @pytest.mark.parametrize("rate", [0.0, -0.0, 1e-9, -1e-9, 1e-12, 5.0])

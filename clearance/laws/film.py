@@ -15,6 +15,7 @@ from clearance.laws.law import film
 ECCENTRICITY_FLOOR = 1e-9
 # smallest 1 - eps^2 the film is evaluated at: trial states at and beyond the wall stay finite
 WALL = 1e-9
+NEAREST = math.sqrt(1.0 - WALL)  # eccentricity ratio where 1 - eps^2 is WALL
 # rate [1/s] below which all is an approach: forces of degree 1 in the rates have no slope at rest
 REST = 1e-100
 #: unit and description of an output of films with data
@@ -270,7 +271,7 @@ def harmonic(eccentricity_ratio, radial_rate, entrainment, joint):
     eps = 0.9), 3 to 25 % at L/D = 2.
     Source: Reason and Narang, ASLE Trans. 25 (1982) 437, extended to squeeze.
     """
-    eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), 1.0)
+    eps = min(max(eccentricity_ratio, ECCENTRICITY_FLOOR), NEAREST)
     gap = max(1.0 - eps * eps, WALL)
     root = math.sqrt(gap)
     slender = joint.length / (2.0 * joint.radius)
