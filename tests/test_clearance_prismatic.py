@@ -398,6 +398,7 @@ def test_case_with_both_clearances():
     assert not result.warnings
 
 
+@pytest.mark.slow
 def test_case_with_oil_in_the_guide():
     """`joints=guide -p model=lubricated`: pads carry the side force, no edge touches in a tenth of
     a turn. Its table of few nodes takes a tenth of the time.

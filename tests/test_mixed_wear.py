@@ -336,6 +336,7 @@ class TestJoint:
 
 
 class TestLife:
+    @pytest.mark.slow
     def test_asperities_without_strength(self):
         """The replay of rough surfaces whose asperities carry nothing is that of smooth ones
         (3e-3).
