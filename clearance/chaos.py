@@ -18,7 +18,7 @@ import numpy as np
 
 from clearance import checks, series
 from clearance.catalogue import AnyCase, load_case
-from clearance.ensemble import Ensemble
+from clearance.ensemble import FEWEST_TURNS, Ensemble
 from clearance.extremes import TURNS
 from clearance.mechanism.build import Mechanism, build
 from clearance.options import FINEST, Solver, Span
@@ -32,7 +32,6 @@ from clearance.turns import Series, by_turn
 ERROR = 0.05
 MOST_TURNS = 20_000
 STARTS = 4
-FEWEST_TURNS = 2 * series.FEWEST  # of a start at the first look: half may be its transient
 SHARES = (0.9, 0.99)  # quantiles of turn peaks
 PEAKS = "_peak"  # end of the names of quantities with quantiles
 TIGHTER = 100.0  # the check's tolerance is this much smaller

@@ -19,6 +19,7 @@ from clearance.turns import Series, by_turn
 
 SPREAD = 0.6  # of the clearance: how far from its middle journals start, at most
 PIECE = 32  # turns held in memory
+FEWEST_TURNS = 2 * FEWEST  # of a start that statistics need: half may be its transient
 
 
 class Ensemble:
@@ -46,9 +47,9 @@ class Ensemble:
             self._open(dead)
         self.about = self.runs[0].about
         count = min(run.turns for run in self.runs)
-        if count < min(turns, 2 * FEWEST):  # half of them may be a transient
+        if count < min(turns, FEWEST_TURNS):
             reason = f"a drive stays behind its nominal speed: {count} full turns in {turns}, "
-            raise SimulationError(f"{reason}statistics need {2 * FEWEST}", None)
+            raise SimulationError(f"{reason}statistics need {FEWEST_TURNS}", None)
         for name in self.about:
             rows = [np.concatenate(run.pieces[name])[:count] for run in self.runs]
             self.values[name] = np.array(rows)

@@ -66,7 +66,7 @@ class Lock:
         self.path = path
         self.file: IO | None = None
         while fcntl is not None and self.file is None:
-            file = open(path, "a+", opener=opener, errors="replace")  # noqa: SIM115 - held until `release`
+            file = open(path, "a+", opener=opener, errors="replace")  # noqa: SIM115
             if not _is_lock(file):
                 raise Foreign(f"{path} holds something else than a lock; remove it")
             try:

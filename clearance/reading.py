@@ -64,7 +64,7 @@ _TEXTS = (
     "case parameters scene kernel status created units long_name method method_reason key known "
     "kind axis role "
     "definition model options facts doubts errors_left_out asked cannot "
-    "units parameter request made ended command"
+    "parameter request made ended command"
 )
 _NUMBERS = (
     "rtol wall_s loop_s stretch_s energy_residual_share order steps rejected evaluations jacobians "

@@ -90,11 +90,6 @@ class Load:
         return load
 
 
-def radial_load(joint: ClearanceRevolute, gap: float, approach: float, entrainment: float) -> float:
-    """`Load.entire` of a joint at a gap [N]."""
-    return Load(joint).entire(gap, approach, entrainment)
-
-
 def typical_speed(joint: ClearanceRevolute, entrainment: float) -> float:
     """Radial speed [m/s] that suits an entrainment: the clearance a radian of 0.5 |entrainment|."""
     return 0.5 * joint.clearance * abs(entrainment)
@@ -171,10 +166,10 @@ def sinking_speed(joint: ClearanceRevolute, entrainment: float, wanted: float) -
     """Speed [m/s] at which a load [N] squeezes the film at its rim; 0 where the load rests
     there, or no speed has a finite load.
     """
-    gap = film_rim(joint, entrainment) * joint.roughness
-    still, speed = radial_load(joint, gap, 0.0, entrainment), typical_speed(joint, entrainment)
+    gap, load = film_rim(joint, entrainment) * joint.roughness, Load(joint)
+    still, speed = load.entire(gap, 0.0, entrainment), typical_speed(joint, entrainment)
     for _ in range(SECANTS):
-        rise = radial_load(joint, gap, speed, entrainment) - still
+        rise = load.entire(gap, speed, entrainment) - still
         if wanted <= still or not 0.0 < rise < math.inf:
             return 0.0
         speed *= (wanted - still) / rise

@@ -908,7 +908,7 @@ class TestTransitions:
         """
         joint = mixed_joint(transition=laws.fuzzy())
         for ratio in np.linspace(-1.0, 4.0, 60):
-            assert regimes.radial_load(joint, ratio * 0.8e-6, 1e-4, 30.0) > 1.0
+            assert regimes.Load(joint).entire(ratio * 0.8e-6, 1e-4, 30.0) > 1.0
 
     def test_flores_is_its_formula(self):
         """F = ((c + e0 - e) F_film + (e - c) F_dry) / e0 between c and c + e0."""
@@ -916,7 +916,7 @@ class TestTransitions:
         e0, depth = 0.05 * joint.clearance, 0.02 * joint.clearance
         frozen = -joint.film(0.999, 0.0, 30.0, joint.film_joint)[0]
         blend = ((e0 - depth) * frozen + depth * joint.contact(depth, 0.0, 0.0)) / e0
-        assert regimes.radial_load(joint, -depth, 0.0, 30.0) == pytest.approx(blend, rel=1e-12)
+        assert regimes.Load(joint).entire(-depth, 0.0, 30.0) == pytest.approx(blend, rel=1e-12)
 
     @pytest.mark.parametrize("name", TRANSITIONS)
     @given(gap=gaps)
@@ -1094,7 +1094,7 @@ class TestMixedJoints:
         joint = mixed_joint(transition=laws.fuzzy(), asperity=None, lubricant=cl.Lubricant(0.005))
         speed = regimes.sinking_speed(joint, 60.0, 2000.0)
         gap = regimes.film_rim(joint, 60.0) * joint.roughness
-        assert regimes.radial_load(joint, gap, speed, 60.0) == pytest.approx(2000.0, rel=0.01)
+        assert regimes.Load(joint).entire(gap, speed, 60.0) == pytest.approx(2000.0, rel=0.01)
 
     def test_a_run_through_a_hole_is_warned_of(self):
         """The feeder with contact from the wall on, at 2 mPa s: it strikes with more than 9 kN."""

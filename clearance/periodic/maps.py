@@ -183,7 +183,8 @@ class Motion:
         self.spent += state.time - before
         if code != status.DONE:
             failure = self._failure(code)
-            self._use(self.run.solver.method)  # the run may have changed it
+            if self.run.method != method:
+                self._use(self.run.solver.method)
             raise failure
         if self.run.method != method:  # stiff: go on with the implicit one from the next place on
             here, time = self.here(), float(state.time)
