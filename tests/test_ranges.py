@@ -41,6 +41,16 @@ def test_a_column_of_samples_is_no_structural_zero():
     assert not is_zero(np.zeros(3))
 
 
+def links(size: float, angle: float, long: float) -> tuple[cl.Body, cl.Body, cl.Body]:
+    """Crank, rod and block of a slider-crank; long: the rod over the crank."""
+    sway = -math.asin(math.sin(angle) / long)
+    crank, rod = (
+        cl.Body(name, 1.0, 0.1 * reach**2, com=(reach / 2, 0), angle=start)
+        for name, reach, start in (("crank", size, angle), ("rod", long * size, sway))
+    )
+    return crank, rod, cl.Body("block", 1.0, size**2)
+
+
 @pytest.mark.parametrize("seed", few_of(range(12), 2))
 def test_a_prescribed_loop_with_bristles_ends_by_name(seed):
     """A slide pushed beyond the reach of its crank: the loop or its friction is named, as without a
@@ -49,12 +59,7 @@ def test_a_prescribed_loop_with_bristles_ends_by_name(seed):
     rng = random.Random(seed)
     size = math.exp(rng.uniform(math.log(0.01), math.log(2.0)))
     angle, long = rng.uniform(0.5, 2.5), rng.uniform(1.5, 4.0)
-    sway = -math.asin(math.sin(angle) / long)
-    crank, rod = (
-        cl.Body(name, 1.0, 0.1 * reach**2, com=(reach / 2, 0), angle=start)
-        for name, reach, start in (("crank", size, angle), ("rod", long * size, sway))
-    )
-    block = cl.Body("block", 1.0, size**2)
+    crank, rod, block = links(size, angle, long)
     friction = cl.joint_lugre_loaded(
         static=0.15, kinetic=0.1, stribeck_rate=0.2, stiffness=25.0, damping=0.5, viscous=0.5
     )
@@ -78,12 +83,7 @@ def test_friction_without_a_solution_is_named(seed):
     rng = random.Random(seed)
     size = math.exp(rng.uniform(math.log(0.01), math.log(2.0)))
     angle, long = rng.uniform(0.3, 2.8), rng.uniform(1.2, 3.0)
-    sway = -math.asin(math.sin(angle) / long)
-    crank, rod = (
-        cl.Body(name, 1.0, 0.1 * reach**2, com=(reach / 2, 0), angle=start)
-        for name, reach, start in (("crank", size, angle), ("rod", long * size, sway))
-    )
-    block = cl.Body("block", 1.0, size**2)
+    crank, rod, block = links(size, angle, long)
     friction = cl.joint_stribeck(
         static=1.2, kinetic=0.8, stribeck_rate=size, transition_rate=0.01 * size
     )

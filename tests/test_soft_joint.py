@@ -8,46 +8,19 @@ import pytest
 import clearance as cl
 from clearance import checks
 from clearance.elements.element import State
-from clearance.elements.joint import FREE, Joint, Known, axis_field
+from clearance.elements.joint import Joint, Known, axis_field
 from clearance.metrics import metrics
 from clearance.quantities import number
 from clearance.simulation import prepare
+from tests.random_scenes import RubberBush
 
 MASS, STIFFNESS, GRAVITY = 2.0, 1e5, 9.81
-
-
-@checks.answers
-@dataclass(frozen=True)
-class Bush(Joint):
-    """A pin (point b) in a rubber ring about point a: force -k e - d e' on b, free to turn."""
-
-    a: cl.Point
-    b: cl.Point
-    stiffness: float = number("stiffness [N/m]", checks.positive)
-    damping: float = number("damping [N s/m]", checks.non_negative, 0.0)
-    name: str | None = None
-
-    along, across, turn = Known(state="give_x"), Known(state="give_y"), FREE
-
-    def states(self):
-        return [State(f"give_{axis}", "m", 1e-4) for axis in "xy"]
-
-    def act(self, m, w):
-        give = [m.state(self, f"give_{axis}") for axis in "xy"]
-        k, d = m.number(self, "stiffness"), m.number(self, "damping")
-        force = [-k * e.v - d * e.d for e in give]
-        w.pair(self, *force)
-        w.store(0.5 * k * m.trace.sum(e.v * e.v for e in give))
-        w.lose(self, d * m.trace.sum(e.d * e.d for e in give))
-        for axis, e, value in zip("xy", give, force, strict=True):
-            w.show(self, f"force_{axis}", "N", f"force {axis} on {self.b.body.name}", value)
-            w.show(self, f"give_{axis}", "m", f"displacement of the pin, {axis}", e.v)
 
 
 def hanging(**numbers) -> cl.Scene:
     """A body whose centre of mass hangs below its bush."""
     body = cl.Body("body", MASS, 1e-2, points={"pin": (0, 0.1)})
-    bush = Bush(cl.ground, body["pin"], STIFFNESS, name="A", **numbers)
+    bush = RubberBush(cl.ground, body["pin"], STIFFNESS, name="A", **numbers)
     return cl.Scene(bush, gravity=(0.0, -GRAVITY))
 
 
@@ -166,6 +139,6 @@ def test_a_failing_run_names_its_place():
     spring = cl.SpringDamper(
         cl.ground.at(-1, 0), body, tension=runaway(k=1e9), free_length=0.9, name="S"
     )
-    scene = cl.Scene(Bush(cl.ground, body["pin"], 1e3, name="A"), spring)
+    scene = cl.Scene(RubberBush(cl.ground, body["pin"], 1e3, name="A"), spring)
     with pytest.raises(cl.SimulationError, match=r"at t = .* s: .*A: give_x \S+ m, give_y \S+ m"):
         cl.simulate(scene, until=5.0)
