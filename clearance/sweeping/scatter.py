@@ -8,7 +8,6 @@ together first and total Sobol' indices. Intervals are those of independent poin
 points lie more evenly, so that they are on the safe side.
 """
 
-import json
 import math
 import re
 from collections.abc import Callable, Mapping
@@ -22,6 +21,7 @@ from clearance import checks
 from clearance.results import replacing
 from clearance.sweeping.index import Sweep, open_sweep
 from clearance.sweeping.points import OUTER_COMMA, Points
+from clearance.texts import check_kinds, signed, signed_document, text_of
 from clearance.units import unit_in, written
 
 CONFIDENCE = 0.95
@@ -357,16 +357,26 @@ def write(result: Scatter, folder: Path) -> None:
         "limits": result.limits,
     }
     with replacing(folder / "scatter.json") as temporary:
-        temporary.write_text(json.dumps(document, indent=1))
+        temporary.write_text(signed(document, indent=1))
 
 
 def open_scatter(folder: str | Path) -> Scatter:
-    """A scatter from its directory. Raises FileNotFoundError where there is none."""
+    """A scatter from its directory. Raises FileNotFoundError where there is none, ValueError for a
+    damaged one.
+    """
     path = Path(folder) / "scatter.json"
     if not path.exists():
         raise FileNotFoundError(f"no scatter in {folder}: it has no scatter.json")
-    document = json.loads(path.read_text())
-    spread = {
-        n: Distribution(law["kind"], tuple(law["numbers"])) for n, law in document["spread"].items()
-    }
+    document = signed_document(text_of(path), path)
+    try:
+        check_kinds(document, {"spread": dict, "n": int, "limits": dict})
+        spread = {n: _distribution(law) for n, law in document["spread"].items()}
+    except ValueError as error:
+        raise ValueError(f"{path} holds no scatter: {error}") from None
     return Scatter(open_sweep(folder), spread, document["n"], document["limits"])
+
+
+def _distribution(law: object) -> Distribution:
+    """The distribution that `write` described."""
+    check_kinds(law, {"kind": str, "numbers": list})
+    return Distribution(law["kind"], tuple(law["numbers"]))

@@ -22,6 +22,7 @@ from clearance.sweeping.scatter import (
     open_scatter,
     probability,
     quantile,
+    write,
 )
 
 UNIT = {name: Distribution("uniform", (-math.pi, math.pi)) for name in ("x", "y", "z")}
@@ -328,3 +329,35 @@ def test_wrong_limits(limit, message, tmp_path, capsys):
     assert main(["scatter", "slider_crank", *spread, "--limit", limit, "-o", str(folder)]) == 2
     assert message in capsys.readouterr().err
     assert not folder.exists()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_damage_of_a_scatter_turns_into_numbers(tmp_path, monkeypatch, seed):
+    """Flipped bits of scatter.json, and entries of another kind: one line, or what was written."""
+    rng = np.random.default_rng(seed)
+    monkeypatch.setattr("clearance.sweeping.scatter.open_sweep", lambda folder: None)
+    spread = {"clearance": Distribution("normal", (1e-4, 1e-5))}
+    write(SimpleNamespace(spread=spread, n=32, limits={"peak": 1e3}), tmp_path)
+    path, written = tmp_path / "scatter.json", (tmp_path / "scatter.json").read_bytes()
+    assert open_scatter(tmp_path).spread == spread
+    damaged = []
+    for at, bit in zip(rng.integers(0, len(written), 60), rng.integers(0, 8, 60), strict=True):
+        damaged.append(bytearray(written))
+        damaged[-1][at] ^= 1 << bit
+    document = json.loads(written)
+    document.pop("crc32")
+    for name in ("spread", "n", "limits"):
+        damaged += [json.dumps(document | {name: other}).encode() for other in ("x", [1], None)]
+    damaged.append(json.dumps(document | {"spread": {"clearance": ["normal"]}}).encode())
+    messages, read = [], 0
+    for content in damaged:
+        path.write_bytes(content)
+        try:
+            again = open_scatter(tmp_path)
+        except ValueError as error:
+            messages.append(str(error))
+        else:  # a blank that became another
+            read += 1
+            assert (again.spread, again.n, again.limits) == (spread, 32, {"peak": 1e3})
+    assert read < 30
+    assert all("scatter.json" in message and "\n" not in message for message in messages)
