@@ -5,9 +5,7 @@ import functools
 import importlib.util
 import inspect
 import re
-import sys
 import typing
-import zlib
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import partial
@@ -15,7 +13,7 @@ from pathlib import Path
 
 from clearance.case import Case, Parameter
 from clearance.checks import meant
-from clearance.loading import BESIDE, Neighbours, executed, explained, place_in, words_of
+from clearance.loading import executed, explained, place_in, words_of
 from clearance.scene import Scene
 
 #: whatever is a case
@@ -216,11 +214,8 @@ def _explaining(label: str, function: Callable[..., Scene]) -> Callable[..., Sce
 
 
 def _module(path: Path):
-    # a file that was changed, or beside which one was, is another module
-    beside = Neighbours.of(path.parent).name.removeprefix(BESIDE)
-    name = f"clearance_case_{path.stem}{beside}_{zlib.crc32(path.read_bytes()):x}"
     with explained(partial(_explained, f"case file {path} cannot be loaded")):
-        return sys.modules.get(name) or executed(path, name)
+        return executed(path, "case")
 
 
 def _kind(parameter: inspect.Parameter) -> type:

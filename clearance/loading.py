@@ -79,10 +79,21 @@ class _Loader(SourceFileLoader):
 
 
 class _Finder:
-    """Finds the neighbours of all folders."""
+    """Finds users' files by the names of their modules, and the neighbours of all folders.
 
-    @staticmethod
-    def find_spec(name: str, path: Sequence[str] | None = None, target=None) -> ModuleSpec | None:
+    Python's own import then runs each once, and lets other threads wait until it has been run.
+    """
+
+    files: dict[str, Path] = {}
+
+    @classmethod
+    def find_spec(
+        cls, name: str, path: Sequence[str] | None = None, target=None
+    ) -> ModuleSpec | None:
+        if name in cls.files:
+            file = cls.files[name]
+            loader = _Loader(name, str(file), Neighbours.of(file.parent))
+            return importlib.util.spec_from_file_location(name, file, loader=loader)
         if not name.startswith(BESIDE):
             return None
         spec = PathFinder.find_spec(name, path)
@@ -100,31 +111,28 @@ def _sum(path: str) -> int:
     return zlib.crc32(Path(path).read_bytes()) if Path(path).is_file() else 0
 
 
-def executed(path: Path, name: str) -> ModuleType:
-    """The module of a user's file, which is run under this name and sees its neighbours.
+def executed(path: Path, kind: str) -> ModuleType:
+    """The module of a user's file, which is run once and sees its neighbours.
 
-    The error of a file that raises one is raised, and the module is forgotten.
+    A file that was changed, or beside which one was, is another module. kind: of such files, in
+    the module's name. The error of a file that raises one is raised, and the module is forgotten.
     """
-    loader = _Loader(name, str(path), Neighbours.of(path.absolute().parent))
-    spec = importlib.util.spec_from_file_location(name, path, loader=loader)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module
+    path = path.resolve()
+    beside = Neighbours.of(path.parent).name.removeprefix(BESIDE)
+    stem = path.stem.replace(".", "_")
+    name = f"clearance_{kind}_{stem}{beside}_{zlib.crc32(path.read_bytes()):x}"
+    _Finder.files[name] = path
+    return __import__(name)
 
 
 def module_of(path: str | Path, kind: str, label: str) -> ModuleType:
-    """The module of a file, which is run; kind: of such files, in the module's name.
+    """The module of a file, as by `executed`.
 
     Raises ValueError, beginning with the label, for whatever the file raises.
     """
-    name = f"clearance_{kind}_{zlib.crc32(str(path).encode()):x}"
-    with explained(lambda error: ValueError(f"{label}: {located(error, str(path))}")):
-        return executed(Path(path), name)
+    place = str(Path(path).resolve())
+    with explained(lambda error: ValueError(f"{label}: {located(error, place)}")):
+        return executed(Path(path), kind)
 
 
 @contextmanager

@@ -62,7 +62,7 @@ def machines(tmp_path, monkeypatch):
         sys.modules.pop(name, None)
 
 
-def test_a_function_is_swept_from_any_folder_and_resumed(machines, tmp_path, monkeypatch):
+def test_users12_a_function_is_swept_from_any_folder_and_resumed(machines, tmp_path, monkeypatch):
     """Its numbers are those of its scenes one by one; a second call runs nothing."""
     monkeypatch.chdir(tmp_path)
     speeds = [5.0, 9.0, 11.0]
@@ -82,7 +82,7 @@ def test_a_function_is_swept_from_any_folder_and_resumed(machines, tmp_path, mon
     assert cl.sweep(reference, cl.grid(speed=speeds), "swept", **options).done.all()
 
 
-def test_a_scene_is_swept_over_its_numbers(tmp_path):
+def test_users12_a_scene_is_swept_over_its_numbers(tmp_path):
     """Of a scene that no case made: "bodies/wheel/mass"; of another: its parameters, the rest as
     it has them.
     """
@@ -104,7 +104,7 @@ def test_a_scene_is_swept_over_its_numbers(tmp_path):
         cl.sweep(scene, cl.grid(spead=[1.0, 2.0]), tmp_path / "other", turns=1)
 
 
-def test_studies_take_functions(machines, tmp_path):
+def test_users12_studies_take_functions(machines, tmp_path):
     """The same as with the scenes that they make."""
     reference = cl.steady(machines.dry(), 1e-4)
     for case in (machines.dry, machines.wrapped, lambda *, speed=314.0: machines.dry(speed=speed)):

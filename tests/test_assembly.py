@@ -168,7 +168,7 @@ def branch(rng, rates, scale=1.0, off=0.0, halves=False):
 
 
 @pytest.mark.parametrize("seed", few_of(range(20), 5))
-def test_a_body_without_a_given_rate_rests_on_its_carrier(seed):
+def test_ranges3_a_body_without_a_given_rate_rests_on_its_carrier(seed):
     """Random trees in which some rates are given, some are 0 and some are none: each body has its
     own or that of its carrier, wherever the centres of mass are, in any unit, in one or welded of
     halves. Rounding of some ten equations: 1e-12.
@@ -210,7 +210,7 @@ def test_one_given_rate_starts_a_loop(seed):
         assert started == pytest.approx(rates, rel=1e-9)
 
 
-def test_documents_tell_a_rate_of_0_from_none():
+def test_ranges3_documents_tell_a_rate_of_0_from_none():
     """JSON keeps both; in a document of an older version a rate of 0 was none."""
     free = cl.Body("free", 1.0, 0.01)
     still = cl.Body("still", 1.0, 0.01, angular_velocity=0.0, velocity=(0.0, 0.0))
@@ -247,7 +247,7 @@ def pushed(near, size, mass, ratio):
 
 
 @pytest.mark.parametrize("seed", few_of(range(24), 6))
-def test_a_slide_cannot_begin_at_a_stretched_crank(seed):
+def test_ranges5_a_slide_cannot_begin_at_a_stretched_crank(seed):
     """Refused by that name where rounding would decide on the rates, 1e-16 / near^2 of them; else
     complete, with less than 1e-4 of the energy missing. The band ends between 1e-6 and 3e-5 rad,
     which depends on the ratio of the links.

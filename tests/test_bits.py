@@ -53,7 +53,7 @@ def here(runs=ALL):
 @promised
 @pytest.mark.parametrize("setting", few_of([LIBRARIES, *OTHERS], 1))
 @pytest.mark.parametrize("runs", few_of([FEW, ALL], 1), ids=["few", "all"])
-def test_the_same_bits_with_other_libraries(setting, runs):
+def test_ranges9_the_same_bits_with_other_libraries(setting, runs):
     """Runs, dry to solved films, and a sweep in lanes: files are equal bit for bit."""
     assert list(here(runs)) == list(runs)
     assert digests(setting, store.folder(), runs) == here(runs)
@@ -62,7 +62,7 @@ def test_the_same_bits_with_other_libraries(setting, runs):
 @promised
 @pytest.mark.slow
 @pytest.mark.parametrize("setting", ANEW)
-def test_the_same_bits_where_all_is_made_anew(setting, tmp_path):
+def test_ranges9_the_same_bits_where_all_is_made_anew(setting, tmp_path):
     """An empty store: machine code is compiled, and tables of films are made, to the same bits."""
     assert digests(setting, tmp_path) == here()
 

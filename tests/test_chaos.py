@@ -138,7 +138,7 @@ def test_several_motions_are_not_averaged(actual):
 
 
 @pytest.mark.slow
-def test_regular_motions_that_differ_are_told_apart():
+def test_ranges10_regular_motions_that_differ_are_told_apart():
     """A slider-crank that stays in contact keeps one motion for each impact speed it remembers.
 
     Starts that repeat within 1e-3, and differ by more than 1e-2, are never one motion; neither are

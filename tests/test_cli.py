@@ -11,10 +11,12 @@ import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import clearance as cl
 from clearance import cli, results
+from tests.seeds import few_of
 
 OWN = Path(__file__).parent / "own_mechanisms"
 
@@ -403,6 +405,30 @@ def test_a_run_that_keeps_little_is_summed_up_all_the_same(stored, tmp_path, cap
     assert some["contacts"] == entire["contacts"]
     assert entire["joints"]["C"].pop("mean_loss") > 0.0  # of a channel that is left out
     assert some["joints"]["C"] == entire["joints"]["C"]
+
+
+@pytest.mark.parametrize("model", few_of(["mixed", "dry", "lubricated"], 2))
+def test_users20_losses_and_powers_of_a_summary_balance(model, tmp_path, capsys):
+    """At a random point: what drives give is what joints lose and what the energy grows by.
+
+    Between samples the rows are interpolated: 1e-3 of the loss. Sums over the samples of a drive's
+    power miss impacts: they were off by a twentieth of it.
+    """
+    rng = np.random.default_rng(20)
+    speed, gap = rng.uniform(15.0, 60.0), rng.uniform(0.05, 0.3)
+    words = ["run", "six_bar_feeder", "-p", f"model={model}", "-p", "joints=B,E"]
+    words += ["-p", f"speed={speed:.3f}", "-p", f"clearance={gap:.4f}mm", "--turns", "3"]
+    path = tmp_path / "run.h5"
+    assert cli.main([*words, "--json", "-o", str(path)]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    begin, end = (summary["settled"][word] for word in ("begin_s", "end_s"))
+    given = sum(drive["mean_power"] for drive in summary["drives"].values())
+    lost = sum(joint.get("mean_loss", 0.0) for joint in summary["joints"].values())
+    with cl.open_result(path) as result:
+        energy = result.energy.kinetic + result.energy.potential
+        grown = np.diff(np.interp([begin, end], result.time, energy))[0] / (end - begin)
+    assert min(j["mean_loss"] for n, j in summary["joints"].items() if n in "BE") > 0.0
+    assert given - lost == pytest.approx(grown, abs=1e-3 * lost)
 
 
 IDEAL_RUN = ["run", "slider_crank", "-p", "model=ideal", "--turns", "1"]

@@ -161,7 +161,7 @@ def test_a_mechanism_that_stands_still_at_its_dead_centre_is_named():
     assert not any("nothing has moved" in text for text in moves.warnings)
 
 
-def test_points_of_a_sweep_pass_a_flat_position(tmp_path):
+def test_ranges2_points_of_a_sweep_pass_a_flat_position(tmp_path):
     """As single runs do: with places of bodies as coordinates; metrics equal those of
     `simulate`.
     """
@@ -239,7 +239,7 @@ def passed(caplog) -> bool:
 
 
 @pytest.mark.parametrize("count", [4, pytest.param(20, marks=pytest.mark.slow)])
-def test_a_parallelogram_passes_its_flat_position_at_every_clearance(count, caplog):
+def test_ranges2_a_parallelogram_passes_its_flat_position_at_every_clearance(count, caplog):
     """Clearances of 5e-5 to 2e-3, and eight random ones of 1e-7 to 5e-3 of the bars, for
     two seconds; the ledger closes to 1e-7 of the energy. Cranks part by what a clearance lets
     them near a flat position, whose sine is the root of the clearance.
@@ -261,7 +261,7 @@ def test_a_parallelogram_passes_its_flat_position_at_every_clearance(count, capl
 @pytest.mark.parametrize(
     ("seed", "count"), [(0, 2), *(pytest.param(s, 6, marks=pytest.mark.slow) for s in range(4))]
 )
-def test_random_folding_loops_pass_their_flat_positions(seed, count, caplog):
+def test_ranges10_random_folding_loops_pass_their_flat_positions(seed, count, caplog):
     """Two or six scenes, at tolerances of 1e-8 to 1e-5; ledgers close to a thousand tolerances."""
     caplog.set_level(logging.INFO, "clearance")
     rng, opened = np.random.default_rng(seed), 0
@@ -276,7 +276,7 @@ def test_random_folding_loops_pass_their_flat_positions(seed, count, caplog):
 
 
 @pytest.mark.parametrize("seed", few_of(range(4, 7), 1))
-def test_whether_a_loop_is_opened_does_not_depend_on_samples(seed, caplog):
+def test_ranges2_whether_a_loop_is_opened_does_not_depend_on_samples(seed, caplog):
     """Steps and largest force of 2 and 3001 samples are the same to the last bit."""
     caplog.set_level(logging.INFO, "clearance")
     clearance, runs = 10.0 ** np.random.default_rng(seed).uniform(-5, -3), []
@@ -289,7 +289,7 @@ def test_whether_a_loop_is_opened_does_not_depend_on_samples(seed, caplog):
 
 
 @pytest.mark.parametrize("seed", few_of(range(3), 1))
-def test_runs_go_on_from_ends_before_and_behind_a_flat_position(seed):
+def test_ranges2_runs_go_on_from_ends_before_and_behind_a_flat_position(seed):
     """Two parts are as one run: a state of closed loops becomes one of open loops, whose states the
     next run takes over. Random clearances and times; angles to 1e-4 rad at rtol 1e-8, before
     impacts part them.
@@ -320,7 +320,7 @@ def test_an_opened_run_is_made_again(tmp_path):
         np.testing.assert_array_equal(cl.simulate(again, **options)["top"].theta, run["top"].theta)
 
 
-def test_a_killed_run_with_checkpoints_goes_on_with_open_loops(tmp_path):
+def test_ranges2_a_killed_run_with_checkpoints_goes_on_with_open_loops(tmp_path):
     """The same file as without checkpoints, also where it was interrupted behind the passage."""
     options = {"until": 2.0, "samples": 4001, "error": None}
     scene = falling_parallelogram(1e-4)
@@ -353,7 +353,7 @@ def driven(clearance, **more):
 
 
 @pytest.mark.parametrize("clearance", [1e-3, pytest.param(2e-4, marks=pytest.mark.slow)])
-def test_statistics_and_steady_motions_pass_flat_positions(clearance):
+def test_ranges2_statistics_and_steady_motions_pass_flat_positions(clearance):
     """Turns are counted behind the passages too; a motion that has not settled is named so."""
     result = cl.statistics(driven(clearance), 0.5, max_turns=160, check=False)
     assert result.values["joint_P2_force_peak"].min() > 0.0
@@ -362,7 +362,7 @@ def test_statistics_and_steady_motions_pass_flat_positions(clearance):
 
 
 @pytest.mark.slow
-def test_lives_pass_flat_positions(tmp_path):
+def test_ranges2_lives_pass_flat_positions(tmp_path):
     """The stages of a joint that wears in a parallelogram; its scar grows."""
     rough = {
         "contact": cl.winkler(layer_modulus=1e12, restitution=0.3),
@@ -416,7 +416,7 @@ def test_infinite_outputs_at_a_dead_centre_are_no_extremes(seed):
 
 
 @pytest.mark.parametrize("loose", few_of(["K", "A", "F0", "Q2"], 1))
-def test_plates_on_three_legs_name_their_loop(loose):
+def test_ranges8_plates_on_three_legs_name_their_loop(loose):
     """A plate on three legs, solved by iteration, one foot on the rocker of a dyad; random feet and
     places. Wherever the clearance is, the loop is the reason where a run ends.
     """
@@ -491,7 +491,7 @@ def falling(clearance: float = 1e-3) -> cl.Scene:
     return falling_parallelogram(clearance)
 
 
-def test_scatter_passes_flat_positions_and_sensitivities_are_refused(tmp_path):
+def test_ranges2_scatter_passes_flat_positions_and_sensitivities_are_refused(tmp_path):
     """Contacts that begin part neighbouring trajectories, with an open loop too."""
     with pytest.raises(ValueError, match="contact of joint D starts with a touch"):
         cl.simulate(falling(), until=2.0, sensitivity=["joints/D/clearance"])

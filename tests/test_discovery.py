@@ -23,7 +23,7 @@ NAMES = ["stiffness", "damping", "depth", "width", "höhe", "n", "speed", "_hidd
 PARTS = ["Body", *(kind for kind in cl.elements.__all__ if is_dataclass(getattr(cl, kind)))]
 
 
-def test_dir_has_every_public_name():
+def test_users5_dir_has_every_public_name():
     """In a fresh process, nothing imported on first use."""
     code = (
         "import clearance as cl; assert set(dir(cl)) >= set(cl.__all__); "
@@ -32,7 +32,7 @@ def test_dir_has_every_public_name():
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
-def test_editors_and_python_have_the_same_lazy_names():
+def test_users5_editors_and_python_have_the_same_lazy_names():
     (block,) = (
         node
         for node in ast.parse(INIT.read_text()).body
@@ -64,7 +64,7 @@ def test_type_checkers_know_what_a_run_has(tmp_path):
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_signatures_of_laws_are_what_they_take(name):
+def test_users6_signatures_of_laws_are_what_they_take(name):
     """Keywords in the law's order; those without a default are the ones that it needs."""
     law = getattr(cl, name)
     signature = inspect.signature(law)
@@ -105,7 +105,7 @@ def test_signatures_of_any_law():
 
 
 @pytest.mark.parametrize("name", PARTS)
-def test_required_fields_have_no_default(name):
+def test_users6_required_fields_have_no_default(name):
     """A field whose None is refused is required; each missing one is named."""
     part = getattr(cl, name)
     parameters = inspect.signature(part).parameters

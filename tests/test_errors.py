@@ -149,7 +149,7 @@ def mixed(seed):
 
 @pytest.mark.filterwarnings("ignore::clearance.RunWarning")
 @pytest.mark.parametrize("count", [3, pytest.param(36, marks=pytest.mark.slow)])
-def test_narrow_peaks_of_film_pressure(count):
+def test_ranges10_narrow_peaks_of_film_pressure(count):
     """Of that many scenes, the difference to the largest value and sample of a run at rtol 1e-11.
 
     Stated errors are at most 1e-3 of the peak. They cover nine in ten, the others by a factor of
@@ -560,7 +560,7 @@ def test_sweeps_without_errors_say_why(tmp_path):
 
 
 @pytest.mark.parametrize("model", few_of(["dry", "mixed"], 1))
-def test_a_dry_run_names_both_ways_to_errors(model, tmp_path, capsys):
+def test_users17_a_dry_run_names_both_ways_to_errors(model, tmp_path, capsys):
     """At a random point, in print and in JSON: --error and --steady; a film states its errors."""
     rng = np.random.default_rng(17)
     speed, gap = rng.uniform(20.0, 40.0), rng.uniform(0.1, 0.5)

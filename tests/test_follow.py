@@ -431,7 +431,7 @@ def test_a_longest_step_is_a_bound_on_quiet_branches(step, tmp_path):
     assert ways[-2] > 0.8 * step or step > 0.05
 
 
-def test_steps_grow_on_a_quiet_branch_in_the_unit_of_the_user(tmp_path, capsys):
+def test_users19_steps_grow_on_a_quiet_branch_in_the_unit_of_the_user(tmp_path, capsys):
     """Twelve points reach half of the range, 60 to 120 rpm; steps of 0.03 reach a quarter. Lines
     are in rpm. The last motion is that which the scene settles to, within its tolerance.
     """

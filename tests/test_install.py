@@ -158,7 +158,7 @@ def test_all_modules_are_those_of_one_place(installed, tmp_path, place):
     assert dict(zip(wanted, map(Path, actual.splitlines()), strict=True)) == names
 
 
-def test_python_has_the_whole_package_in_the_checkout(installed):
+def test_users1_python_has_the_whole_package_in_the_checkout(installed):
     assert installed.run(SESSION).split() == ["True", "True"]
     names = {path.name for path in installed.root.iterdir()}
     assert {"report.html", "view.html", "run.png"} <= names
@@ -190,7 +190,7 @@ def test_a_package_of_that_name_elsewhere_is_none_of_it(installed, tmp_path):
 @pytest.mark.skipif(
     importlib.util.find_spec("myst_nb") is None, reason="no Sphinx: pip install '.[docs]'"
 )
-def test_the_site_is_built_without_warnings(installed):
+def test_users2_the_site_is_built_without_warnings(installed):
     """README's command, warnings as errors."""
     program, *arguments = shlex.split(SITE)
     assert program == "python"

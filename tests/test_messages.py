@@ -63,7 +63,7 @@ NAMES = [f"{field} in {other}" for _, field, _, other, _ in SLIPS]
 
 
 @pytest.mark.parametrize(("made", "field", "unit", "other", "bounds"), SLIPS, ids=NAMES)
-def test_a_number_in_another_unit_is_doubted(made, field, unit, other, bounds):
+def test_users16_a_number_in_another_unit_is_doubted(made, field, unit, other, bounds):
     """Field, value, unit, and the unit meant, at a hundred numbers; none for the right number."""
     rng = random.Random(field)
     for _ in range(100):
@@ -75,7 +75,7 @@ def test_a_number_in_another_unit_is_doubted(made, field, unit, other, bounds):
 
 
 @pytest.mark.parametrize(("made", "field", "unit", "other", "bounds"), SLIPS, ids=NAMES)
-def test_a_text_has_its_unit(made, field, unit, other, bounds):
+def test_users16_a_text_has_its_unit(made, field, unit, other, bounds):
     """As in scene files; another kind of unit is refused with the field."""
     with pytest.raises(ValueError, match=f"{field}: '3 K' is in K, expected"):
         made(**{field: "3 K"})
@@ -170,7 +170,7 @@ def swept(**options):
         ),
     ],
 )
-def test_messages_say_what_is_meant(call, words):
+def test_users22_messages_say_what_is_meant(call, words):
     with pytest.raises(Exception, match=words):
         call()
 
@@ -215,7 +215,7 @@ contact = { law = "hunt_crossley", stiffness = 1e9, restitution = 0.9 }
         ("clearance = 1e-4", "", r":9: joint\.R: ClearanceRevolute needs clearance"),
     ],
 )
-def test_messages_of_a_scene_file(old, new, words, tmp_path):
+def test_users22_messages_of_a_scene_file(old, new, words, tmp_path):
     """File, line and field; blank lines above move the line."""
     rng = random.Random(old + new)
     path = tmp_path / "my.toml"
@@ -233,7 +233,7 @@ def test_messages_of_a_scene_file(old, new, words, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".toml", ".py"])
-def test_a_life_without_wear_proposes_what_the_author_can_write(suffix, tmp_path):
+def test_users23_a_life_without_wear_proposes_what_the_author_can_write(suffix, tmp_path):
     """A law of a scene file, taken literally; one of Python."""
     path = tmp_path / f"my{suffix}"
     text = FILE.replace('{ law = "hunt_crossley", stiffness = 1e9, restitution = 0.9 }', "WINKLER")

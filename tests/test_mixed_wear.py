@@ -145,7 +145,7 @@ class TestShortFilm:
         rows = np.array([ROWS[f"P{first}"], ROWS[f"P{first + 1}"]])
         assert (fx / UNIT, fy / UNIT) == pytest.approx(rows, abs=1e-3 * np.hypot(*rows))
 
-    def test_deep_scars(self):
+    def test_ranges10_deep_scars(self):
         """Of 100 places in scars of 0.03 to 1 c, as against the integral over 72,000 angles: 2e-3
         of the load at films of 0.05 c or more. At 0.01 c nine in ten have 1e-2.
 

@@ -1,15 +1,20 @@
 """A case file imports the files beside it, from wherever it is run."""
 
+import inspect
 import os
 import random
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 import clearance as cl
 from clearance import cli
+from clearance.case import Case
+from clearance.catalogue import find_case
 from clearance.sweeping.made import modules_of
 
 CASE = """
@@ -81,7 +86,7 @@ def drag(scene: cl.Scene) -> float:
     return scene.joints[0].friction(1.0, 1.0)
 
 
-def test_neighbours_are_imported_and_do_not_mix(tmp_path, monkeypatch):
+def test_users13_neighbours_are_imported_and_do_not_mix(tmp_path, monkeypatch):
     """60 folders with neighbours of the same few names, from random working folders."""
     draw, cases = random.Random(11), {}
     for i in range(60):
@@ -157,3 +162,23 @@ def test_a_missing_neighbour_is_named(tmp_path):
     case.write_text(CASE.format(imports="\nfrom nowhere import it", late="pass", law="it"))
     with pytest.raises(ValueError, match=r"cannot be loaded: .*'nowhere' \(case.py, line 4\)$"):
         cl.load_case(case)
+
+
+def test_threads_that_load_one_file_wait_for_it(tmp_path):
+    """Whole modules, and one run of the file; a part of one was a case without its function."""
+    path = tmp_path / "slow.case.py"
+    path.write_text(
+        "import time\n"
+        "time.sleep(0.2)\n"
+        "from clearance.cases.slider_crank import scene as crank\n"
+        "def scene(l: float = 0.1):\n    return crank()\n"
+    )
+    start = threading.Barrier(8)
+
+    def loaded(_) -> Case:
+        start.wait()
+        return find_case(path)
+
+    with ThreadPoolExecutor(8) as pool:
+        cases = list(pool.map(loaded, range(8)))
+    assert len({id(inspect.unwrap(case.function)) for case in cases}) == 1

@@ -235,7 +235,7 @@ def test_a_gap_that_opens_everywhere_is_empty():
     st.floats(-0.99, 0.99), st.floats(-5.0, -1.3), st.floats(-3.0, 1.0),
     *[st.floats(-math.pi, math.pi)] * 2, *[st.floats(-9.0, 0.0)] * 2,
 )  # fmt: skip
-def test_the_wetted_area_does_not_jump_where_squeeze_and_wedge_turn_round(
+def test_ranges8_the_wetted_area_does_not_jump_where_squeeze_and_wedge_turn_round(
     tau, thin, fast, here, there, near, far
 ):
     """Drag of the sliding over that of a level pad: its change by (u, w) is bounded by 20 over

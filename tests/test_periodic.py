@@ -30,7 +30,7 @@ def harmonic(time, amplitude, frequency):
 
 
 @pytest.mark.parametrize("seed", few_of(range(12), 2))
-def test_wheels_that_turn_with_their_drive_have_a_periodic_motion(seed):
+def test_ranges1_wheels_that_turn_with_their_drive_have_a_periodic_motion(seed):
     """Random wheels on springs and teeth, measured against a drive that turns: three periods from
     the orbit on are alike to 1e-5 of the torque or of the inertia's, ten tolerances.
     """

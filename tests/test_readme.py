@@ -159,7 +159,7 @@ def test_elements_are_all_named():
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
-def test_printed_block(tmp_path, monkeypatch, capsys):
+def test_users21_printed_block(tmp_path, monkeypatch, capsys):
     """The block of README is what the command prints: words, and numbers to 1e-5 or one
     in the last digit, which a value on its edge changes. Stated errors
     follow the steps, which last bits change: within a factor of three. So does the number with the

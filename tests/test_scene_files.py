@@ -384,7 +384,7 @@ def test_a_new_python_case_is_the_same_scene(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("first", few_of(range(0, 60, 10), 2))
-def test_random_scenes_are_the_same_as_files_and_as_python(first, tmp_path):
+def test_ranges4_random_scenes_are_the_same_as_files_and_as_python(first, tmp_path):
     """Every element and reference, number by number; laws and elements of users have no names
     there.
     """

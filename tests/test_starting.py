@@ -160,7 +160,7 @@ def _trains(seed):
 
 
 @pytest.mark.parametrize("seed", few_of(range(16), 2))
-def test_two_runs_of_n_turns_are_one_of_2n(seed):
+def test_ranges1_two_runs_of_n_turns_are_one_of_2n(seed):
     """Random drives, springs, laws, teeth, racks, linkages and films: no full turn is lost. Within
     1e-6 of each range, and fifty times what another tolerance changes.
     """
@@ -191,7 +191,7 @@ def test_finite_drives_count_turns_from_the_start_of_each_run():
     assert run["crank"].theta[0] == pytest.approx(-2.0 * math.pi * 4.6, rel=1e-6)
 
 
-def test_a_run_up_does_not_begin_anew():
+def test_ranges1_a_run_up_does_not_begin_anew():
     """Laws of time begin anew, so a ramp that has ended is refused; a constant speed goes on."""
     crank = cl.Body("crank", 1.0, 0.01)
     wheel = cl.Body("wheel", 1.0, 0.01)

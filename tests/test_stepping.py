@@ -563,7 +563,7 @@ def test_start_eccentricity(ratio):
 @pytest.mark.parametrize(
     "seeds", [range(3), pytest.param(range(3, 60), marks=pytest.mark.slow)], ids=["3", "rest"]
 )
-def test_no_step_passes_over_a_reversal_of_friction(seeds):
+def test_ranges8_no_step_passes_over_a_reversal_of_friction(seeds):
     """Friction that turns round within a narrow range of speeds: at most 100 tolerances of energy
     are missing.
 

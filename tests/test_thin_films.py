@@ -46,7 +46,7 @@ def outcome(scene, **options):
 
 
 @pytest.mark.parametrize("count", [8, pytest.param(25, marks=pytest.mark.slow)])
-def test_very_thin_films_at_the_start(count):
+def test_ranges6_very_thin_films_at_the_start(count):
     """From 1e-8 m and 1e-3 to 100 Pa s on: complete, or the wall is named with the way out."""
     rng = np.random.default_rng(5)
     scene = pendulum(clearance=1e-8, film=cl.films.short(), lubricant=cl.Lubricant(1.0))
@@ -64,7 +64,7 @@ OTHERS = cl.flores_hybrid, cl.fuzzy
 
 @pytest.mark.parametrize("roughness", [None, 5e-9])
 @pytest.mark.parametrize("transition", few_of([cl.load_sharing, cl.superposed, *OTHERS], 2))
-def test_a_mixed_joint_that_starts_at_its_wall(transition, roughness):
+def test_ranges7_a_mixed_joint_that_starts_at_its_wall(transition, roughness):
     """At 1.0 and 1.01 c, by the automatic choice, with and without roughness: complete."""
     law = transition()
     if roughness is None and law.law.carries_roughness:
@@ -160,7 +160,7 @@ def test_mixed_films_are_resolved_only_where_they_hold_up_a_run():
     assert steps(**numbers, **stuck) > 0
 
 
-def test_journals_that_loops_press_to_the_wall_name_it():
+def test_ranges8_journals_that_loops_press_to_the_wall_name_it():
     """Oil alone in a fast feeder: complete, or joint and wall are named."""
     rng, ends = np.random.default_rng(8), []
     for _ in range(8):
@@ -182,7 +182,7 @@ def test_journals_that_loops_press_to_the_wall_name_it():
             assert words in end
 
 
-def test_a_film_that_meets_the_wall_names_the_ways_out(tmp_path):
+def test_users23_a_film_that_meets_the_wall_names_the_ways_out(tmp_path):
     """Joint, eccentricity ratio, a contact, and the file with the results so far."""
     scene = cl.load_case(
         "six_bar_feeder",
@@ -258,7 +258,7 @@ def test_a_run_that_is_stuck_names_what_lies_deep_in_its_wall(seed):
     assert re.search(words, stuck(cl.Scene(journal)))
 
 
-def test_a_contact_that_pulls_is_refused_where_it_is_bound():
+def test_users4_a_contact_that_pulls_is_refused_where_it_is_bound():
     """Any law of a user, for stiffnesses over twelve decades."""
     rng = np.random.default_rng(2)
     for law, words in (
@@ -272,7 +272,7 @@ def test_a_contact_that_pulls_is_refused_where_it_is_bound():
                 law(k=k)
 
 
-def test_a_journal_far_outside_its_joint_ends_the_run():
+def test_users4_a_journal_far_outside_its_joint_ends_the_run():
     """A law that pulls beyond 2 mm, under a load it cannot hold: joint and law are named."""
     body = cl.Body("b", 1.0, 1e-2, points={"a": (0, 0)})
     joint = cl.ClearanceRevolute(

@@ -25,7 +25,7 @@ def dry(draw: random.Random) -> cl.Scene:
     )
 
 
-def test_warnings_reach_python_once_a_run():
+def test_users3_warnings_reach_python_once_a_run():
     """20 runs: one RunWarning with all texts where there are any, at the line of the call."""
     draw, seen = random.Random(3), set()
     for _ in range(20):
@@ -66,7 +66,7 @@ def test_a_periodic_motion_warns():
     )
 
 
-def test_the_repr_says_what_a_result_is(tmp_path):
+def test_users3_the_repr_says_what_a_result_is(tmp_path):
     """In memory, in a file, closed, with stated errors; no file that nobody has written."""
     run = cl.simulate(cl.load_case("slider_crank", model="ideal"), turns=1)
     text = f"401 samples, complete, no warnings, errors of {len(run.errors)} numbers stated>"
