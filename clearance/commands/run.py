@@ -437,8 +437,8 @@ def _rise(result, amount, begin: float, end: float) -> float:
 
 
 def _worked(result, path: str):
-    """Work of a drive's power since the start, at each sample: that of the ledger where nothing else
-    drives or loads, which has the impacts between samples too; else by the trapezoidal rule.
+    """Work of a drive since the start, at each sample: that of the ledger, which has the impacts
+    between samples too, where nothing else drives or loads; else by the trapezoidal rule.
     """
     import numpy as np
 

@@ -245,13 +245,15 @@ class _System:
                 self.start[drive] = self._value(q, place_of(drive.target))
 
     def hold(self, q) -> None:
-        """Free coordinates keep the values of the rough start, unless the start of a drive that
-        pushes decides them.
+        """Free coordinates keep the values of the rough start, first those that drives push, unless
+        the start of a drive decides them.
         """
-        nearby, pushed = self.generic_position(q), any(not d.prescribes for d in self.start)
-        for c in closed_plan(self.scene, tuple(self.measured)).free:
-            self.held.append(_Row(f"start of {c.place[0].name}", c.place, self._value(q, c.place)))
-            if pushed and np.linalg.matrix_rank(matrix := self.equations(nearby)[2]) < len(matrix):
+        nearby, pushing = self.generic_position(q), [d for d in self.drives if not d.prescribes]
+        driven = [place_of(d.target) for d in pushing if d not in self.start]
+        free = [c.place for c in closed_plan(self.scene, tuple(self.measured)).free]
+        for place in dict.fromkeys([*driven, *free]):
+            self.held.append(_Row(f"start of {place[0].name}", place, self._value(q, place)))
+            if pushing and np.linalg.matrix_rank(matrix := self.equations(nearby)[2]) < len(matrix):
                 self.held.pop()
 
     # --- geometry
