@@ -15,7 +15,6 @@ from clearance.algebra import least_squares, solve
 from clearance.errors import geometric_mean
 from tests.benchmarks.processors import environment, settings
 from tests.bits import RUNS, SWEEP
-from tests.seeds import few_of
 
 ROOT = Path(__file__).parent.parent
 #: settings that need no machine code of their own, and some with an empty store
@@ -24,17 +23,15 @@ LIBRARIES = "libraries of AVX2"
 ENDS = ("Nehalem", "Prescott", "Zen", "SkylakeX", "without loops")
 OTHERS = [n for n in settings() if n.endswith(ENDS)]
 ANEW = ("AVX2", "code without AVX-512", "OpenBLAS Nehalem")
-#: runs of the ordinary suite: a dry one, friction, no joint with clearance, a solved film, lanes
-FEW = "dry feeder", "rubbing slider-crank", "double pendulum", "four-bar, solved film", SWEEP
 ALL = *RUNS, SWEEP
 promised = pytest.mark.skipif(not store.FUSES, reason="the promise is for processors with FMA")
 
 
-def digests(name, folder, runs=ALL):
+def digests(name, folder):
     """Digests of runs in a process of a setting; lanes are four wide."""
     lanes = {"CLEARANCE_LANES": "4"} | settings()[name]
     made = subprocess.run(
-        [sys.executable, "-m", "tests.bits", *runs],
+        [sys.executable, "-m", "tests.bits", *ALL],
         cwd=ROOT,
         env=environment(lanes, folder),
         check=True,
@@ -45,18 +42,18 @@ def digests(name, folder, runs=ALL):
 
 
 @cache
-def here(runs=ALL):
+def here():
     """The digests on this processor, with the store of the session."""
-    return digests("this processor", store.folder(), runs)
+    return digests("this processor", store.folder())
 
 
+@pytest.mark.slow
 @promised
-@pytest.mark.parametrize("setting", few_of([LIBRARIES, *OTHERS], 1))
-@pytest.mark.parametrize("runs", few_of([FEW, ALL], 1), ids=["few", "all"])
-def test_ranges9_the_same_bits_with_other_libraries(setting, runs):
+@pytest.mark.parametrize("setting", [LIBRARIES, *OTHERS])
+def test_ranges9_the_same_bits_with_other_libraries(setting):
     """Runs, dry to solved films, and a sweep in lanes: files are equal bit for bit."""
-    assert list(here(runs)) == list(runs)
-    assert digests(setting, store.folder(), runs) == here(runs)
+    assert list(here()) == list(ALL)
+    assert digests(setting, store.folder()) == here()
 
 
 @promised

@@ -340,6 +340,7 @@ class TestThreeLoopChain:
             m = mechanism("three_loop_chain", speed=speed, friction="none")
             assert all(map(math.isfinite, observed(m, t).values())) == (beyond < 0.0)
 
+    @pytest.mark.slow
     def test_found_motion_follows_the_prescribed_one(self):
         """Forward dynamics with friction in all pins, where friction and reactions depend on each
         other.
@@ -614,6 +615,7 @@ class TestMobileManipulator:
                     **options,
                 )
 
+    @pytest.mark.slow
     def test_found_motion_follows_the_prescribed_one(self):
         """Cylinders under position control, friction smooth at rest, from the filter's start-up on.
 

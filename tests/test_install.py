@@ -130,6 +130,7 @@ def installed(tmp_path_factory) -> Installed:
     return Installed(tmp_path_factory.mktemp("a checkout, größer"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", few_of(["checkout", "elsewhere", "path", "editable"], 2))
 def test_all_modules_are_those_of_one_place(installed, tmp_path, place):
     """In the checkout those of the checkout, elsewhere the installed ones: all of either, or none.
@@ -158,12 +159,14 @@ def test_all_modules_are_those_of_one_place(installed, tmp_path, place):
     assert dict(zip(wanted, map(Path, actual.splitlines()), strict=True)) == names
 
 
+@pytest.mark.slow
 def test_users1_python_has_the_whole_package_in_the_checkout(installed):
     assert installed.run(SESSION).split() == ["True", "True"]
     names = {path.name for path in installed.root.iterdir()}
     assert {"report.html", "view.html", "run.png"} <= names
 
 
+@pytest.mark.slow
 def test_the_command_has_the_whole_package(installed, tmp_path):
     """Cases and figures of the installed package, from any folder."""
     command = installed.python.with_name("clearance")
@@ -172,6 +175,7 @@ def test_the_command_has_the_whole_package(installed, tmp_path):
         assert "feeder_slider" in installed.call(command, "figures", "--list", folder=folder)
 
 
+@pytest.mark.slow
 def test_a_package_of_that_name_elsewhere_is_none_of_it(installed, tmp_path):
     """`cases` of another project, beside the installed package or in the folder of work."""
     for folder in (tmp_path, installed.package.parent):

@@ -45,7 +45,7 @@ def outcome(scene, **options):
     return ""
 
 
-@pytest.mark.parametrize("count", [8, pytest.param(25, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", few_of([4, 25], 1))
 def test_ranges6_very_thin_films_at_the_start(count):
     """From 1e-8 m and 1e-3 to 100 Pa s on: complete, or the wall is named with the way out."""
     rng = np.random.default_rng(5)

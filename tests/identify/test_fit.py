@@ -209,6 +209,7 @@ def test_slopes_by_lag_and_load_beside_central_differences(options):
         )
 
 
+@pytest.mark.slow
 def test_the_exponent_of_the_load_comes_back_and_one_level_is_doubted():
     """Three preloads of the bench without scatter: its 0.85 within 0.01; both other choices fit
     worse.

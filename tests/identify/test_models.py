@@ -112,6 +112,7 @@ def settled(model, values, rate):
 
 
 # --- steady sliding
+@pytest.mark.slow
 @given(values_of_both(), rates(), st.floats(0.5, 3.0))
 @settings(max_examples=66)
 def test_steady_sliding_is_the_ellipsoids_point_of_maximum_dissipation(values, rate, exponent):
@@ -144,6 +145,7 @@ def test_a_static_model_is_steady_sliding():
 
 
 # --- one axis
+@pytest.mark.slow
 @given(values_of_both(), st.sampled_from([0, 1, 2]), st.integers(0, 100))
 @settings(max_examples=20)
 def test_coupled_and_uncoupled_axes_are_one_model_where_one_axis_moves(values, axis, seed):

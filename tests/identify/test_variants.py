@@ -28,6 +28,7 @@ def test_held_speeds_end_in_steady_sliding():
     np.testing.assert_allclose(actual, variants.true_steady(speeds), rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_fast_spin_is_overshot_by_scatter_that_is_taken_for_viscosity():
     """Without scatter within a tenth of the truth; with it off by the viscous term, a fifth of it
     by the level.

@@ -31,6 +31,7 @@ OTHERS = {
     "four_bar_ideal",
     "five_axis_chain",
     "three_loop_chain",
+    "three_loop_chain_forward",
     "ball_joint_lugre1d",
 }
 FIRST = [n for n in RUNS if n not in OTHERS]

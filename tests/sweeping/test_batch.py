@@ -257,6 +257,7 @@ def test_few_points_are_not_worth_a_memory(tmp_path):
     assert swept.done.all()
 
 
+@pytest.mark.slow
 def test_threads_that_are_stopped(tmp_path, monkeypatch):
     """Stopped half-way, and on with one thread: the bits of two threads without a stop."""
     points = cl.grid(speed=np.linspace(20.0, 40.0, 10), clearance=np.geomspace(1e-4, 4e-4, 10))
