@@ -148,7 +148,7 @@ def mixed(seed):
 
 
 @pytest.mark.filterwarnings("ignore::clearance.RunWarning")
-@pytest.mark.parametrize("count", [3, pytest.param(36, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", few_of([1, 36], 1))
 def test_ranges10_narrow_peaks_of_film_pressure(count):
     """Of that many scenes, the difference to the largest value and sample of a run at rtol 1e-11.
 

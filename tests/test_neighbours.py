@@ -165,7 +165,7 @@ def test_a_missing_neighbour_is_named(tmp_path):
 
 
 def test_threads_that_load_one_file_wait_for_it(tmp_path):
-    """Whole modules, and one run of the file; a part of one was a case without its function."""
+    """The file runs once, and each has its function: they saw a module that was half run."""
     path = tmp_path / "slow.case.py"
     path.write_text(
         "import time\n"

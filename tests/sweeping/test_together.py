@@ -94,7 +94,10 @@ def test_steps(feeder):
     assert 0.8 * steps <= answers.steps[0] <= 1.05 * steps + 2
 
 
-@pytest.mark.parametrize(("name", "turns"), [("four_bar", 2.0), ("slider_crank", 5.0)])
+@pytest.mark.parametrize(
+    ("name", "turns"),
+    [("four_bar", 2.0), pytest.param("slider_crank", 5.0, marks=pytest.mark.slow)],
+)
 def test_first_point(name, turns):
     """Metrics of the first point within 2e-4 of the ordinary way's at rtol 1e-6, deviations from
     ideal joints 5e-3. The ratio of two small changes from turn to turn: within both stated errors.
