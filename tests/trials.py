@@ -515,13 +515,16 @@ def worn_off(drawn: Drawn, base: Base, rng: random.Random) -> bool:
     if not joints or not drawn.scene.turn or timed(drawn.scene) or solved(drawn):
         return False
     turns = 6
+    try:
+        entire = cl.simulate(drawn.scene, turns=turns, error=None, max_steps=turns * STEPS)
+    except cl.SimulationError:
+        return False  # a life of it ends so too, later
     with tempfile.TemporaryDirectory() as folder:
         life = cl.wear(drawn.scene, turns=turns, directory=Path(folder) / "life", average=1)
         error = float(life.error[-1])
         grown = {j.name: float(np.ptp(life.volume(j.name)[[0, -1]])) for j in joints}
     if len(drawn.scene.clearance_joints) > 1:
         return True  # chaotic
-    entire = cl.simulate(drawn.scene, turns=turns, error=None)
     for joint in joints:
         volume = float(entire.joint(joint.name).wear_volume_bearing[-1])
         missed = error * 2.0 * np.pi * joint.radius * joint.length

@@ -437,8 +437,9 @@ def _rise(result, amount, begin: float, end: float) -> float:
 
 
 def _worked(result, path: str):
-    """Work of a drive since the start, at each sample: that of the ledger, which has the impacts
-    between samples too, where nothing else drives or loads; else by the trapezoidal rule.
+    """Work of a drive since the start, at each sample, by the trapezoidal rule.
+
+    Where nothing else drives or loads it is that of the ledger, with impacts between samples.
     """
     import numpy as np
 
