@@ -233,6 +233,31 @@ def test_a_crank_that_is_pushed_starts_at_its_angle(seed):
     assert angle == pytest.approx(angles[0], abs=1e-14)
 
 
+@pytest.mark.parametrize("seed", few_of(range(20), 5))
+def test_a_start_that_gives_way_has_no_unit_and_no_origin(seed):
+    """A slider-crank whose given angles do not close, with rates that contradict each other: it
+    starts alike in any unit of length and wherever the world's origin is. Rounding of places
+    1e3 units from the origin, where Newton's steps grow it: 1e-9.
+    """
+    rng, starts = np.random.default_rng(seed), []
+    angle, far, rate, speed = rng.uniform([2.0, 0.38, -9.0, -9.0], [3.1, 0.5, 9.0, 9.0])
+    for unit, x, y in [(1.0, 0.0, 0.0), (10.0 ** rng.uniform(-4, 3), *rng.uniform(-1e3, 1e3, 2))]:
+        points = {"a": (0, 0), "b": (unit, 0)}
+        crank = cl.Body("crank", 1.0, 1.0, points=points, angle=angle, angular_velocity=rate)
+        rod = cl.Body("rod", 1.0, 1.0, points=points | {"c": (3.0 * unit, 0)}, angle=far)
+        block = cl.Body("block", 1.0, 1.0, velocity=(speed * unit, 0.0))
+        scene = cl.Scene(
+            cl.Revolute(cl.ground.at(x * unit, y * unit), crank["a"], name="O"),
+            cl.Revolute(crank["b"], rod["a"], name="P"),
+            cl.Revolute(rod["c"], block.at(0, 0), name="Q"),
+            cl.Prismatic(cl.ground.at(x * unit, y * unit), block.at(0, 0), name="G"),
+            cl.Drive(rod, torque=0.0),
+        )
+        start, bodies = assemble(scene), (crank, rod)
+        starts.append([start.pose[b][2] for b in bodies] + [start.velocity[b][2] for b in bodies])
+    assert starts[1] == pytest.approx(starts[0], abs=1e-9, rel=1e-9)
+
+
 def test_ranges3_documents_tell_a_rate_of_0_from_none():
     """JSON keeps both; in a document of an older version a rate of 0 was none."""
     free = cl.Body("free", 1.0, 0.01)

@@ -157,6 +157,7 @@ class _System:
         self.start: dict[Element, float] = {}
         self.held: list[_Row] = []
         self.size = _size(scene)
+        self.arm = _size(scene, frozenset([ground]))
 
     # --- position
     def given(self) -> tuple:
@@ -170,7 +171,7 @@ class _System:
         moving = (d.speed_start is None for d in self.drives if not d.prescribes)
         rated = tuple(moving), tuple(self._given_rates())
         parts = map(tuple, (bodies, points, turns, states, drives))
-        return (self.size, self.geometry.read, rated, *parts)
+        return (self.size, self.arm, self.geometry.read, rated, *parts)
 
     def position(self) -> _Position:
         """The closed position."""
@@ -322,9 +323,13 @@ class _System:
         return best
 
     def _nearest(self, q: np.ndarray) -> tuple[np.ndarray, float]:
-        """Damped Gauss-Newton: the best position on the way, and its largest residual."""
+        """Damped Gauss-Newton: the best position on the way, and its largest residual.
+
+        Where coordinates are free, steps are the shortest ones; angles count times the arm.
+        """
         best, worst = q, math.inf
         rows = self._rows([d for d in self.drives if d in self.start]) + self.held
+        lengths = self._lengths() if len(rows) < q.size else np.ones(q.size)
         for _ in range(ITERATIONS):
             residual, matrix = self._open(q, rows)
             error = float(np.abs(residual).max(initial=0.0))
@@ -332,12 +337,18 @@ class _System:
                 best, worst = q, error
             if error <= 0.01 * CLOSURE * self.size:
                 break
-            step = -least_squares(matrix, residual)
+            step = -least_squares(matrix / lengths, residual) / lengths
             turn = np.abs(step[self.geometry.angles]).max(initial=0.0)
             q = q + step * min(1.0, LARGEST_TURN / turn if turn else 1.0)
             if worst <= CLOSURE * self.size and np.abs(step).max() < 1e-15 * self.size:
                 break
         return best, worst
+
+    def _lengths(self) -> np.ndarray:
+        """Factors that make lengths of changes of q [1, m]: the arm for angles."""
+        lengths = np.ones(self.geometry.size)
+        lengths[self.geometry.angles] = self.arm
+        return lengths
 
     def generic_position(self, q: np.ndarray) -> np.ndarray:
         """A random nearby position, so that ranks are not those of a singular one."""
@@ -478,10 +489,9 @@ class _System:
         those given with bodies, then nearest to rest.
 
         Each only decides what those before it leave free. A body without a given rate rests
-        relative to the one that carries it. Rates of angles count times the mechanism's size.
+        relative to the one that carries it. Rates of angles count times the arm.
         """
-        size = np.ones(slopes.shape[1])
-        size[self.geometry.angles] = self.size
+        size = self._lengths()
         rows, given = self._moving(), list(self._given_rates())
         count = len(rows) + len(given)
         requested = [i for i in range(count) if i >= len(rows) or rows[i].rate is not None]
@@ -526,15 +536,15 @@ def rate_at(drive: Element, time: float = 0.0) -> float:
     return slope(time, *drive.motion.numbers)[1]
 
 
-def _size(scene: Scene) -> float:
+def _size(scene: Scene, without: Collection[Body] = ()) -> float:
     """A length of the mechanism: the farthest joint point from its body's centre of mass or the
-    origin.
+    origin. Without the ground the place of the origin does not matter.
     """
     points = [
         p
         for e in scene.elements
         for p in (getattr(e, "a", None), getattr(e, "b", None))
-        if hasattr(p, "x")
+        if hasattr(p, "x") and p.body not in without
     ]
     reach = [math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in points]
     reach += [spot.reach for _, spot in scene.spots]
