@@ -329,7 +329,7 @@ class _System:
         """
         best, worst = q, math.inf
         rows = self._rows([d for d in self.drives if d in self.start]) + self.held
-        lengths = self._lengths() if len(rows) < q.size else np.ones(q.size)
+        lengths = self._lengths(self.arm) if len(rows) < q.size else np.ones(q.size)
         for _ in range(ITERATIONS):
             residual, matrix = self._open(q, rows)
             error = float(np.abs(residual).max(initial=0.0))
@@ -344,10 +344,10 @@ class _System:
                 break
         return best, worst
 
-    def _lengths(self) -> np.ndarray:
-        """Factors that make lengths of changes of q [1, m]: the arm for angles."""
+    def _lengths(self, arm: float) -> np.ndarray:
+        """Factors that make lengths of changes of q [1, m]: an arm for angles."""
         lengths = np.ones(self.geometry.size)
-        lengths[self.geometry.angles] = self.arm
+        lengths[self.geometry.angles] = arm
         return lengths
 
     def generic_position(self, q: np.ndarray) -> np.ndarray:
@@ -489,10 +489,11 @@ class _System:
         those given with bodies, then nearest to rest.
 
         Each only decides what those before it leave free. A body without a given rate rests
-        relative to the one that carries it. Rates of angles count times the arm.
+        relative to the one that carries it. Rates of angles count times a length, which matters
+        where given ones contradict each other: the arm.
         """
-        size = self._lengths()
         rows, given = self._moving(), list(self._given_rates())
+        size = self._lengths(self.arm if len(given) > 1 else self.size)
         count = len(rows) + len(given)
         requested = [i for i in range(count) if i >= len(rows) or rows[i].rate is not None]
         wanted = np.eye(count)[:, requested]
