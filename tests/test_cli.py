@@ -431,6 +431,35 @@ def test_users20_losses_and_powers_of_a_summary_balance(model, tmp_path, capsys)
     assert given - lost == pytest.approx(grown, abs=1e-3 * lost)
 
 
+SPRUNG = """
+import clearance as cl
+
+def scene(*, speed: float = 20.0, pull: float = 100.0):
+    made = cl.load_case("six_bar_feeder", model="dry", joints="B,E", speed=speed)
+    slider = next(body for body in made.bodies if body.name == "slider")
+    spring = cl.SpringDamper(cl.ground, slider.at(0, 0), stiffness=pull, damping=0.1 * pull / speed)
+    return cl.Scene(*made.joints, *made.loads, spring, gravity=made.gravity)
+"""
+
+
+@pytest.mark.parametrize("seed", few_of(range(6), 1))
+def test_users20_a_spring_puts_no_power_in(seed, tmp_path, capsys):
+    """Beside a spring with a damper, the mean power of a drive is that of the ledger too, with the
+    impacts: 1e-9.
+    """
+    speed, pull = np.random.default_rng(seed).uniform([15.0, 10.0], [60.0, 1000.0])
+    case, path = tmp_path / "sprung.py", tmp_path / "run.h5"
+    case.write_text(SPRUNG)
+    words = ["run", str(case), "-p", f"speed={speed}", "-p", f"pull={pull}", "--turns", "3"]
+    assert cli.main([*words, "--json", "-o", str(path)]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    span = summary["settled"]["begin_s"], summary["settled"]["end_s"]
+    with cl.open_result(path) as result:
+        given = np.diff(np.interp(span, result.time, result.energy.input))[0]
+    power = summary["drives"]["crank"]["mean_power"]
+    assert power * (span[1] - span[0]) == pytest.approx(given, rel=1e-9)
+
+
 IDEAL_RUN = ["run", "slider_crank", "-p", "model=ideal", "--turns", "1"]
 
 

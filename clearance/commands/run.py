@@ -382,6 +382,7 @@ JOINT_FACTS = (
     *SHARES,
 )
 EFFORTS = {"torque": "N m", "force": "N"}
+STORING = ("SpringDamper", "TorsionSpring", "Gear")  # loads that put no power in
 
 
 def _two(result, name: str, summary_name: str, begin: float, end: float) -> dict:
@@ -439,11 +440,12 @@ def _rise(result, amount, begin: float, end: float) -> float:
 def _worked(result, path: str):
     """Work of a drive since the start, at each sample, by the trapezoidal rule.
 
-    Where nothing else drives or loads it is that of the ledger, with impacts between samples.
+    Where nothing else puts power in it is that of the ledger, with impacts between samples.
     """
     import numpy as np
 
-    if len(result.scene["loads"]) == 1 and "energy/input" in result:
+    feeding = [load for load in result.scene["loads"] if load["type"] not in STORING]
+    if len(feeding) == 1 and "energy/input" in result:
         return result.energy.input
     power, steps = result.values(path), np.diff(result.time)
     return np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * steps)])
