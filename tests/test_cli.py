@@ -434,11 +434,12 @@ def test_users20_losses_and_powers_of_a_summary_balance(model, tmp_path, capsys)
 SPRUNG = """
 import clearance as cl
 
-def scene(*, speed: float = 20.0, pull: float = 100.0):
-    made = cl.load_case("six_bar_feeder", model="dry", joints="B,E", speed=speed)
+def scene(*, speed: float = 20.0, pull: float = 100.0, push: float = 0.0, model: str = "dry"):
+    made = cl.load_case("six_bar_feeder", model=model, joints="B,E", speed=speed)
     slider = next(body for body in made.bodies if body.name == "slider")
     spring = cl.SpringDamper(cl.ground, slider.at(0, 0), stiffness=pull, damping=0.1 * pull / speed)
-    return cl.Scene(*made.joints, *made.loads, spring, gravity=made.gravity)
+    loads = [*made.loads, spring] + [cl.Force(slider.at(0, 0), x=push)] * (push != 0.0)
+    return cl.Scene(*made.joints, *loads, gravity=made.gravity)
 """
 
 
@@ -458,6 +459,19 @@ def test_users20_a_spring_puts_no_power_in(seed, tmp_path, capsys):
         given = np.diff(np.interp(span, result.time, result.energy.input))[0]
     power = summary["drives"]["crank"]["mean_power"]
     assert power * (span[1] - span[0]) == pytest.approx(given, rel=1e-9)
+
+
+@pytest.mark.parametrize(("model", "told"), [("dry", False), ("lubricated", True)])
+def test_users20_no_power_that_impacts_make_unknown(model, told, tmp_path, capsys):
+    """The ledger has one sum for a drive and a force, and samples miss impacts: such a mean power
+    had the wrong sign.
+    """
+    (case := tmp_path / "sprung.py").write_text(SPRUNG)
+    words = ["run", str(case), "-p", "push=-46", "-p", f"model={model}", "--turns", "2"]
+    assert cli.main([*words, "--json", "-o", str(tmp_path / "run.h5")]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert ("mean_power" in summary["drives"]["crank"]) is told
+    assert bool(sum(summary["contacts"].values())) is not told
 
 
 IDEAL_RUN = ["run", "slider_crank", "-p", "model=ideal", "--turns", "1"]

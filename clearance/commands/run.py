@@ -438,15 +438,17 @@ def _rise(result, amount, begin: float, end: float) -> float:
 
 
 def _worked(result, path: str):
-    """Work of a drive since the start, at each sample, by the trapezoidal rule.
+    """Work of a drive since the start, at each sample; None where no sample has that of impacts.
 
-    Where nothing else puts power in it is that of the ledger, with impacts between samples.
+    Where nothing else puts power in it is that of the ledger, else by the trapezoidal rule.
     """
     import numpy as np
 
     feeding = [load for load in result.scene["loads"] if load["type"] not in STORING]
     if len(feeding) == 1 and "energy/input" in result:
         return result.energy.input
+    if result.events["time"].size:
+        return None
     power, steps = result.values(path), np.diff(result.time)
     return np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * steps)])
 
@@ -477,8 +479,8 @@ def _drives(result, begin: float, end: float) -> dict:
                 drives[name]["startup_peak"] = peak(result, path, 0.0, begin)
             if _is_there(result, f"{path}_ideal_max"):
                 drives[name]["peak_ideal"] = peak(result, f"{path}_ideal", begin, end)
-            if (power := f"drives/{name}/power") in result:
-                worked = _worked(result, power)
+            power = f"drives/{name}/power"
+            if power in result and (worked := _worked(result, power)) is not None:
                 drives[name]["mean_power"] = _rise(result, worked, begin, end)
     return drives
 
