@@ -17,6 +17,7 @@ from clearance.body import Body, Point, ground
 from clearance.elements.element import Element
 from clearance.elements.joint import Joint
 from clearance.laws.law import BoundLaw
+from clearance.mechanism.assembly import assemble
 from tests.random_scenes import OF_LAW, UNITS
 
 #: exponents of length, mass and time
@@ -249,6 +250,38 @@ class Rotated(Change):
                 pair = self.turned((run[f"{group}/{x}"], run[f"{group}/{y}"]))
                 return pair[name == y]
         return run[path] + self.angle if name == "theta" else run[path]
+
+
+class Shifted(Change):
+    """The world's origin elsewhere, up to a hundred sizes of the mechanism away."""
+
+    def __init__(self, rng: random.Random, scene: cl.Scene):
+        angle = rng.uniform(0.0, 7.0)
+        far = assemble(scene).size * 10.0 ** rng.uniform(-1.0, 2.0)
+        self.by, self.held = (far * math.cos(angle), far * math.sin(angle)), grounded(scene)
+
+    def body(self, body):
+        if body.position is None and body in self.held:
+            return {}
+        return {"position": tuple(np.add(body.position or (0.0, 0.0), self.by))}
+
+    def place(self, point):
+        x, y = np.add((point.x, point.y), self.by if point.body is ground else 0.0)
+        return float(x), float(y), point.z
+
+    def applies(self, scene):
+        loads = [e for e in scene.elements if isinstance(e, cl.Force)]
+        return not any(isinstance(v, BoundLaw) for e in loads for v in (e.x, e.y))
+
+    def expected(self, path, run):
+        group, _, name = path.rpartition("/")
+        if name == "potential":
+            return None
+        return (
+            run[path] + self.by[name == "y"]
+            if group[:7] == "bodies/" and name in "xy"
+            else run[path]
+        )
 
 
 #: corners and walls that take each other's place in a mirror
@@ -584,7 +617,7 @@ def _turned(pair, angle):
     return c * pair[0] - s * pair[1], s * pair[0] + c * pair[1]
 
 
-RELATIONS = (Rotated, Mirrored, Scaled, Renamed, Reordered, Split)
+RELATIONS = (Rotated, Shifted, Mirrored, Scaled, Renamed, Reordered, Split)
 
 
 # --- channels of runs

@@ -4,6 +4,7 @@ close loops.
 
 import json
 import math
+import random
 from dataclasses import replace
 from itertools import permutations
 
@@ -16,6 +17,8 @@ from clearance.mechanism import build as building
 from clearance.mechanism.assembly import assemble
 from clearance.mechanism.build import build
 from tests import mechanisms as m
+from tests.random_scenes import draw
+from tests.relations import Shifted
 from tests.seeds import few_of
 
 CRANK, ROD, GROUND = 0.05, 0.15, 0.13
@@ -318,3 +321,16 @@ def test_ranges5_a_slide_cannot_begin_at_a_stretched_crank(seed):
     else:
         run = cl.simulate(scene, **options)
         assert run.solver["energy_residual_share"] < 1e-4
+
+
+@pytest.mark.parametrize("seed", few_of(range(40), 8))
+def test_natural_sizes_do_not_depend_on_the_origin(seed):
+    """Random scenes whose world begins up to a hundred sizes away: rounding of places, 1e-12 of
+    them. Beside a mass on a slide 10 m away errors of rates were 600 times those at the origin.
+    """
+    scene = draw(seed).scene
+    moved = Shifted(random.Random(seed), scene).of(scene)
+    here, there = build(scene), build(moved)
+    assert there.start.size == pytest.approx(here.start.size, rel=1e-12)
+    assert there.scale == pytest.approx(here.scale, rel=1e-9)
+    assert there.energy == pytest.approx(here.energy, rel=1e-9)

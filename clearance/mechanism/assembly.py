@@ -16,7 +16,7 @@ from itertools import chain
 import numpy as np
 
 from clearance.algebra import least_squares, product, solutions
-from clearance.body import ABSOLUTE, Body, ground
+from clearance.body import ABSOLUTE, Body, Point, ground
 from clearance.elements.element import Element
 from clearance.elements.joint import FREE, RELATIVE, TURN, Joint
 from clearance.mechanism.geometry import Geometry
@@ -60,7 +60,7 @@ _positions: dict[tuple, _Position] = {}
 @dataclass(frozen=True)
 class Start:
     """Assembled poses and velocities: body -> (x, y, angle) of the centre of mass; size of the
-    mechanism [m].
+    mechanism and farthest place from the origin [m].
 
     measured: joints that only forces hold and that would over-constrain the mechanism, such as a
         third bearing of a bar or a second rubber mount. Their states follow from the other
@@ -71,6 +71,7 @@ class Start:
     pose: dict[Body, tuple[float, float, float]]
     velocity: dict[Body, tuple[float, float, float]]
     size: float
+    farthest: float
     measured: tuple[Joint, ...]
     relative: dict[tuple, tuple[float, float]]
 
@@ -95,6 +96,7 @@ class Start:
             {new[b]: pose for b, pose in self.pose.items()},
             {new[b]: rate for b, rate in self.velocity.items()},
             self.size,
+            self.farthest,
             tuple(new[j] for j in self.measured),
             {(new[j], what): value for (j, what), value in self.relative.items()},
         )
@@ -127,7 +129,8 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
         {b: tuple(q[place]) for b, place in system.pose.items()} | {ground: (0.0, 0.0, 0.0)}
         for q in (values[-position.q.size :], rates[-position.q.size :])
     )
-    return Start(poses, velocities, system.size, tuple(system.measured), relative)
+    lengths = system.size, system.farthest
+    return Start(poses, velocities, *lengths, tuple(system.measured), relative)
 
 
 @dataclass(frozen=True)
@@ -156,8 +159,7 @@ class _System:
         self.drives = scene.drives
         self.start: dict[Element, float] = {}
         self.held: list[_Row] = []
-        self.size = _size(scene)
-        self.arm = _size(scene, frozenset([ground]))
+        self.size, self.farthest = _size(scene), _farthest(scene)
 
     # --- position
     def given(self) -> tuple:
@@ -171,7 +173,7 @@ class _System:
         moving = (d.speed_start is None for d in self.drives if not d.prescribes)
         rated = tuple(moving), tuple(self._given_rates())
         parts = map(tuple, (bodies, points, turns, states, drives))
-        return (self.size, self.arm, self.geometry.read, rated, *parts)
+        return (self.size, self.farthest, self.geometry.read, rated, *parts)
 
     def position(self) -> _Position:
         """The closed position."""
@@ -311,10 +313,10 @@ class _System:
         closes only so.
         """
         best, worst = self._nearest(q)
-        if worst > CLOSURE * self.size and self.held:
+        if worst > CLOSURE * self.farthest and self.held:
             self.held.clear()
             best, worst = self._nearest(q)
-        if worst > CLOSURE * self.size:
+        if worst > CLOSURE * self.farthest:
             # too many equations for any position? (a stretched loop is singular too, so look beside
             # it)
             self.report_dependent(*self._dependent(self.generic_position(best)))
@@ -325,29 +327,29 @@ class _System:
     def _nearest(self, q: np.ndarray) -> tuple[np.ndarray, float]:
         """Damped Gauss-Newton: the best position on the way, and its largest residual.
 
-        Where coordinates are free, steps are the shortest ones; angles count times the arm.
+        Where coordinates are free, steps are the shortest ones; angles count times the size.
         """
         best, worst = q, math.inf
         rows = self._rows([d for d in self.drives if d in self.start]) + self.held
-        lengths = self._lengths(self.arm) if len(rows) < q.size else np.ones(q.size)
+        lengths = self._lengths() if len(rows) < q.size else np.ones(q.size)
         for _ in range(ITERATIONS):
             residual, matrix = self._open(q, rows)
             error = float(np.abs(residual).max(initial=0.0))
             if error < worst:
                 best, worst = q, error
-            if error <= 0.01 * CLOSURE * self.size:
+            if error <= 0.01 * CLOSURE * self.farthest:
                 break
             step = -least_squares(matrix / lengths, residual) / lengths
             turn = np.abs(step[self.geometry.angles]).max(initial=0.0)
             q = q + step * min(1.0, LARGEST_TURN / turn if turn else 1.0)
-            if worst <= CLOSURE * self.size and np.abs(step).max() < 1e-15 * self.size:
+            if worst <= CLOSURE * self.farthest and np.abs(step).max() < 1e-15 * self.farthest:
                 break
         return best, worst
 
-    def _lengths(self, arm: float) -> np.ndarray:
-        """Factors that make lengths of changes of q [1, m]: an arm for angles."""
+    def _lengths(self) -> np.ndarray:
+        """Factors that make lengths of changes of q [1, m]: the size for angles."""
         lengths = np.ones(self.geometry.size)
-        lengths[self.geometry.angles] = arm
+        lengths[self.geometry.angles] = self.size
         return lengths
 
     def generic_position(self, q: np.ndarray) -> np.ndarray:
@@ -489,11 +491,11 @@ class _System:
         those given with bodies, then nearest to rest.
 
         Each only decides what those before it leave free. A body without a given rate rests
-        relative to the one that carries it. Rates of angles count times a length, which matters
-        where given ones contradict each other: the arm.
+        relative to the one that carries it. Rates of angles count times the size, which matters
+        where given ones contradict each other.
         """
         rows, given = self._moving(), list(self._given_rates())
-        size = self._lengths(self.arm if len(given) > 1 else self.size)
+        size = self._lengths()
         count = len(rows) + len(given)
         requested = [i for i in range(count) if i >= len(rows) or rows[i].rate is not None]
         wanted = np.eye(count)[:, requested]
@@ -537,16 +539,31 @@ def rate_at(drive: Element, time: float = 0.0) -> float:
     return slope(time, *drive.motion.numbers)[1]
 
 
-def _size(scene: Scene, without: Collection[Body] = ()) -> float:
-    """A length of the mechanism: the farthest joint point from its body's centre of mass or the
-    origin. Without the ground the place of the origin does not matter.
+def _points(scene: Scene) -> list[Point]:
+    """The points of all elements."""
+    ends = (getattr(e, end, None) for e in scene.elements for end in ("a", "b"))
+    return [p for p in ends if hasattr(p, "x")]
+
+
+def _size(scene: Scene) -> float:
+    """A length of the mechanism, wherever the world's origin is: the farthest point of a body from
+    its centre of mass, or of the ground from the point in its middle.
+
+    Where all these are zero, the largest radius of gyration.
     """
-    points = [
-        p
-        for e in scene.elements
-        for p in (getattr(e, "a", None), getattr(e, "b", None))
-        if hasattr(p, "x") and p.body not in without
+    points = _points(scene)
+    reach = [
+        math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in points if p.body is not ground
     ]
-    reach = [math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in points]
+    fixed = [(p.x, p.y) for p in points if p.body is ground]
+    reach += [min((max(math.dist(p, q) for q in fixed) for p in fixed), default=0.0)]
     reach += [spot.reach for _, spot in scene.spots]
-    return max([r for r in reach if r > 0.0], default=1.0)
+    gyration = (math.sqrt(b.inertia / b.mass) for b in scene.bodies if b.inertia and b.mass)
+    return max(reach) or max(gyration, default=1.0)
+
+
+def _farthest(scene: Scene) -> float:
+    """The size, or the farthest given place from the world's origin: places are rounded by it."""
+    places = [(p.x, p.y) for p in _points(scene) if p.body is ground]
+    places += [b.position for b in scene.bodies if b.position is not None]
+    return max([_size(scene), *(math.hypot(*place) for place in places)])

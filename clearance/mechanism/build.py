@@ -86,8 +86,8 @@ class Mechanism:
 
         Offsets that are no coordinates are differences of places of bodies.
         """
-        offsets, size = self.eccentric, self.start.size
-        longest = (s.longest if e in offsets else size for e, s in self.spots)
+        offsets, farthest = self.eccentric, self.start.farthest
+        longest = (s.longest if e in offsets else farthest for e, s in self.spots)
         return np.maximum(self.reach, np.fromiter(longest, float))
 
     @cached_property
