@@ -461,8 +461,8 @@ def test_users20_a_spring_puts_no_power_in(seed, tmp_path, capsys):
     assert power * (span[1] - span[0]) == pytest.approx(given, rel=1e-9)
 
 
-@pytest.mark.parametrize(("model", "told"), [("dry", False), ("lubricated", True)])
-def test_users20_no_power_that_impacts_make_unknown(model, told, tmp_path, capsys):
+@pytest.mark.parametrize(("model", "printed"), [("dry", False), ("lubricated", True)])
+def test_users20_no_power_that_impacts_make_unknown(model, printed, tmp_path, capsys):
     """The ledger has one sum for a drive and a force, and samples miss impacts: such a mean power
     had the wrong sign.
     """
@@ -470,8 +470,8 @@ def test_users20_no_power_that_impacts_make_unknown(model, told, tmp_path, capsy
     words = ["run", str(case), "-p", "push=-46", "-p", f"model={model}", "--turns", "2"]
     assert cli.main([*words, "--json", "-o", str(tmp_path / "run.h5")]) == 0
     summary = json.loads(capsys.readouterr().out)
-    assert ("mean_power" in summary["drives"]["crank"]) is told
-    assert bool(sum(summary["contacts"].values())) is not told
+    assert ("mean_power" in summary["drives"]["crank"]) is printed
+    assert bool(sum(summary["contacts"].values())) is not printed
 
 
 IDEAL_RUN = ["run", "slider_crank", "-p", "model=ideal", "--turns", "1"]

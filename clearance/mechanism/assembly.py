@@ -546,10 +546,10 @@ def _points(scene: Scene) -> list[Point]:
 
 
 def _size(scene: Scene) -> float:
-    """A length of the mechanism, wherever the world's origin is: the farthest point of a body from
-    its centre of mass, or of the ground from the point in its middle.
+    """A length of the mechanism, which does not depend on the world's origin.
 
-    Where all these are zero, the largest radius of gyration.
+    Of bodies it is the farthest point from the centre of mass, of the ground that from the point in
+    its middle. Where these are zero, it is the largest radius of gyration.
     """
     points = _points(scene)
     reach = [
