@@ -330,7 +330,8 @@ def side_by_side(drawn: Drawn, base: Base, rng: random.Random) -> bool:
     if not drawn.scene.turn:
         return False
     options["turns"] = max(1.0, round(drawn.span["turns"]))
-    if impossible(prepare(drawn.scene, **options).mechanism, "radau5"):
+    mechanism = prepare(drawn.scene, **options).mechanism
+    if impossible(mechanism, "radau5"):
         return False
     options |= {"method": "radau5", "workers": 1, "channels": []}
     factors = [1.0 + 0.1 * MOVE * k for k in range(24)]
@@ -346,7 +347,9 @@ def side_by_side(drawn: Drawn, base: Base, rng: random.Random) -> bool:
             raise Wrong("lanes: points failed")
     off = {}
     for name, values in alone.metrics.items():
-        size = max(np.abs(values).max(), base.none.sizes.get(alone.known[name][0], 0.0))
+        unit = alone.known[name][0]
+        natural = mechanism.energy if unit == "J" else base.none.sizes.get(unit, 0.0)
+        size = max(np.abs(values).max(), natural)
         grown = np.ptp(values) / (1.6 * MOVE) + size
         apart = np.abs(wide.metrics[name][::8] - values).max()
         allowed = LATER * SUM * RTOL * grown
@@ -488,6 +491,8 @@ def averaged(drawn: Drawn, base: Base, rng: random.Random) -> bool:
     if not drawn.scene.turn or timed(drawn.scene) or drawn.scene.drives[0].slides:
         return False
     drive = drawn.scene.drives[0]
+    if base.run.result.solver["steps"] > 5000.0 * drawn.span["turns"]:
+        return False  # eighty turns, twice, take minutes
     name = f"drive_{drive.name}_torque_rms"
     try:
         seen = cl.statistics(drawn.scene, {name: 0.2}, max_turns=80, starts=1, check=False)
