@@ -1,9 +1,9 @@
 """Random scenes against relations that must hold: `python tests/benchmarks/ranges.py --minutes 30`.
 
 Each seed makes a scene of tests/random_scenes.py, runs it, holds its outputs against Newton's
-equations and its energy, and tries one relation or command: the scene turned, mirrored, in other
-units, renamed, reordered, with a body split, from a file, restarted, in a sweep, with other samples
-or another method. The table counts by capability:
+equations and its energy, and tries one relation or command: the scene turned, moved, mirrored, in
+other units, renamed, reordered, with a body split, from a file, restarted, in a sweep, with other
+samples or another method. The table counts by capability:
 
     completed   the run came to its end, and all that was tried agreed
     refused     one line says what is wrong with the scene, before anything runs
