@@ -57,6 +57,7 @@ def faults(looks):
     return "\n".join(f"{x.outcome}: {x.text}\n{x.fault}" for x in looks if x.fault)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_R5_no_damaged_file_raises(files, tmp_path):
     """Three files of each kind, damaged in any way: a reader or a command does its work or states

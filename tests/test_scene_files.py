@@ -354,7 +354,7 @@ def test_laws_of_a_case_file_come_back_in_another_process(tmp_path):
 
 
 # --- new
-@pytest.mark.parametrize("name", templates.NAMES)
+@pytest.mark.parametrize("name", few_of(templates.NAMES, 2))
 def test_a_new_scene_file_runs_as_written(name, tmp_path, monkeypatch, capsys):
     """A tenth of a turn, with a parameter given; the same name is not written twice."""
     monkeypatch.chdir(tmp_path)
