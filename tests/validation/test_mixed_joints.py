@@ -95,7 +95,7 @@ def test_load_sharing_carries_where_the_film_alone_is_formal(viscosity, validate
 THREE = pytest.param("six_bar_feeder", "B,C,E", marks=pytest.mark.slow)
 
 
-@pytest.mark.parametrize("transition", few_of(TRANSITIONS, 2))
+@pytest.mark.parametrize("transition", few_of([*TRANSITIONS], 2))
 @pytest.mark.parametrize(("case", "joints"), [THREE, ("slider_crank", "C")])
 def test_transitions_run(case, joints, transition):
     """Six turns with memberships and the film thickness ratio in the file, and a ledger that
