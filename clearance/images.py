@@ -255,9 +255,9 @@ class Image:
                     stored = np.asarray(value, dtype).tobytes()
                 out[begin : begin + len(stored)] = stored
                 assert len(stored) <= length
+        out += texts.heap()  # a profiler that keeps frames may keep views of columns: none is yet
         for path, values in columns.items():
             self._fill(out, self.columns[path], values)
-        out += texts.heap()
         struct.pack_into("<Q", out, END, len(out))
         self._check(out)
         return out

@@ -10,7 +10,7 @@ import pytest
 
 import clearance as cl
 from clearance import short
-from clearance.images import Unknown, header
+from clearance.images import Image, Unknown, header
 
 #: attributes that are places in a file
 PLACES = ("REFERENCE_LIST", "DIMENSION_LIST")
@@ -61,6 +61,21 @@ def test_an_image_gives_the_same_file(tmp_path, monkeypatch, model, turns, optio
     for place, parts in written.items():
         np.testing.assert_equal(filled[place], parts, err_msg=place)
     assert made == 1 or model == "dry"  # contacts may need another number of chunks
+
+
+def test_frames_that_a_profiler_keeps_are_in_nobodys_way(tmp_path, monkeypatch):
+    """A sampler of stacks, as in Dask's workers, keeps what a frame has: here views of the file."""
+    kept, fill = [], Image._fill
+
+    def filling(self, out, column, values):
+        fill(self, out, column, values)
+        kept.append(np.frombuffer(out, np.uint8))
+
+    monkeypatch.setattr(Image, "_fill", filling)
+    monkeypatch.setattr(short, "_images", {})
+    for rtol in (1e-6, 3e-6):
+        run(tmp_path / f"{rtol}.h5", "lubricated", rtol=rtol)
+    assert kept
 
 
 def test_lengths_of_columns_do_not_mix(monkeypatch):
