@@ -65,17 +65,17 @@ def test_an_image_gives_the_same_file(tmp_path, monkeypatch, model, turns, optio
 
 def test_frames_that_a_profiler_keeps_are_in_nobodys_way(tmp_path, monkeypatch):
     """A sampler of stacks, as in Dask's workers, keeps what a frame has: here views of the file."""
-    kept, fill = [], Image._fill
+    views, fill = [], Image._fill
 
     def filling(self, out, column, values):
         fill(self, out, column, values)
-        kept.append(np.frombuffer(out, np.uint8))
+        views.append(np.frombuffer(out, np.uint8))
 
     monkeypatch.setattr(Image, "_fill", filling)
     monkeypatch.setattr(short, "_images", {})
     for rtol in (1e-6, 3e-6):
         run(tmp_path / f"{rtol}.h5", "lubricated", rtol=rtol)
-    assert kept
+    assert views
 
 
 def test_lengths_of_columns_do_not_mix(monkeypatch):
