@@ -269,19 +269,12 @@ class Shifted(Change):
         x, y = np.add((point.x, point.y), self.by if point.body is ground else 0.0)
         return float(x), float(y), point.z
 
-    def applies(self, scene):
-        loads = [e for e in scene.elements if isinstance(e, cl.Force)]
-        return not any(isinstance(v, BoundLaw) for e in loads for v in (e.x, e.y))
-
     def expected(self, path, run):
         group, _, name = path.rpartition("/")
         if name == "potential":
             return None
-        return (
-            run[path] + self.by[name == "y"]
-            if group[:7] == "bodies/" and name in "xy"
-            else run[path]
-        )
+        moved = group.startswith("bodies/") and name in "xy"
+        return run[path] + self.by[name == "y"] if moved else run[path]
 
 
 #: corners and walls that take each other's place in a mirror

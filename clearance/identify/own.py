@@ -376,7 +376,7 @@ def open_model(reference: str) -> Own:
     if not path or not Path(path).is_file():
         reason = f"expected NAME or FILE.py:NAME, and there is no file {path or reference!r}"
         raise ValueError(f"--model {reference}: {reason}")
-    module = module_of(Path(path).resolve(), "model", f"--model {reference}")
+    module = module_of(path, "model", f"--model {reference}")
     models = {n: v for n, v in vars(module).items() if isinstance(v, Own)}
     if not name and len(models) == 1:
         (name,) = models

@@ -159,7 +159,9 @@ class _System:
         self.drives = scene.drives
         self.start: dict[Element, float] = {}
         self.held: list[_Row] = []
-        self.size, self.farthest = _size(scene), _farthest(scene)
+        points = _points(scene)
+        self.size = _size(scene, points)
+        self.farthest = max(self.size, _farthest(scene, points))
 
     # --- position
     def given(self) -> tuple:
@@ -545,13 +547,12 @@ def _points(scene: Scene) -> list[Point]:
     return [p for p in ends if hasattr(p, "x")]
 
 
-def _size(scene: Scene) -> float:
+def _size(scene: Scene, points: Collection[Point]) -> float:
     """A length of the mechanism, which does not depend on the world's origin.
 
     Of bodies it is the farthest point from the centre of mass, of the ground that from the point in
     its middle. Where these are zero, it is the largest radius of gyration.
     """
-    points = _points(scene)
     reach = [
         math.hypot(p.x - p.body.com[0], p.y - p.body.com[1]) for p in points if p.body is not ground
     ]
@@ -562,8 +563,8 @@ def _size(scene: Scene) -> float:
     return max(reach) or max(gyration, default=1.0)
 
 
-def _farthest(scene: Scene) -> float:
-    """The size, or the farthest given place from the world's origin: places are rounded by it."""
-    places = [(p.x, p.y) for p in _points(scene) if p.body is ground]
-    places += [b.position for b in scene.bodies if b.position is not None]
-    return max([_size(scene), *(math.hypot(*place) for place in places)])
+def _farthest(scene: Scene, points: Collection[Point]) -> float:
+    """The farthest given place from the world's origin: places are rounded by it."""
+    fixed = [(p.x, p.y) for p in points if p.body is ground]
+    placed = [b.position for b in scene.bodies if b.position is not None]
+    return max((math.hypot(*pair) for pair in fixed + placed), default=0.0)
