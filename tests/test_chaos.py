@@ -168,6 +168,7 @@ def test_ranges10_regular_motions_that_differ_are_told_apart():
     assert pairs > 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("starts", [10, pytest.param(40, marks=pytest.mark.slow)])
 def test_two_motions_of_one_mechanism(starts):
     """The dry slider-crank at 3900 rpm, below its fold: starts lead to an orbit of one turn, or one

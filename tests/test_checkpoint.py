@@ -152,6 +152,7 @@ def interrupted(path, scene):
         cl.simulate(scene, turns=200, path=path, checkpoint=0.02, progress=progress)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", few_of(range(4), 1))
 def test_a_checkpoint_of_another_kind_is_refused(part, tmp_path):
     """Each entry of the state as a NaN, a text, of another shape, or left out: by name; a quarter

@@ -135,6 +135,7 @@ def test_L0_no_bit_of_an_index_turns_into_numbers(long_run, tmp_path, seed):
     assert list(readings(content, bits, tmp_path / "run.h5")) == []
 
 
+@pytest.mark.slow
 def test_L0_an_older_file_lacks_no_pieces(long_run, tmp_path):
     """All numbers of entries and all first places of pieces; a column has no checksum here."""
     path = Path(shutil.copy(long_run, tmp_path / "run.h5"))
@@ -241,6 +242,12 @@ def kinds(tmp_path_factory, long_run):
     return made | {"long run": long_run}
 
 
+@pytest.fixture(scope="module")
+def dry(tmp_path_factory):
+    """A file of a run."""
+    return damage.sources(tmp_path_factory.mktemp("dry"), rest=False)["dry run"].source
+
+
 def heaps(content):
     """Texts of a file: first and last byte of each heap."""
     begin = -1
@@ -248,6 +255,7 @@ def heaps(content):
         yield begin + 16, begin + int.from_bytes(content[begin + 8 : begin + 16], "little")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", few_of(range(5, 9), 1))
 def test_L7_no_flipped_bit_of_any_file_is_read(kinds, tmp_path, seed):
     """Of each kind of file 8 bits anywhere, and 16 of its texts: refused, or all is as before.
@@ -275,11 +283,11 @@ def test_L7_no_flipped_bit_of_any_file_is_read(kinds, tmp_path, seed):
             assert read(path, form, names).items() <= entire.items(), (kind, places[i : i + 12])
 
 
-def test_L6_no_command_makes_a_run_from_a_damaged_scene(kinds, tmp_path, capsys, monkeypatch):
+def test_L6_no_command_makes_a_run_from_a_damaged_scene(dry, tmp_path, capsys, monkeypatch):
     """30 bits of scene and options: --again, new and cl.again refuse, and nothing is written."""
-    content, rng = kinds["dry run"].read_bytes(), random.Random(6)
+    content, rng = dry.read_bytes(), random.Random(6)
     monkeypatch.chdir(tmp_path)
-    with cl.open_result(kinds["dry run"]) as run:
+    with cl.open_result(dry) as run:
         texts = [run.attributes[n].encode() for n in ("scene", "options", "parameters")]
     path = tmp_path / "run.h5"
     for text in rng.choices(texts, k=30):
@@ -296,9 +304,9 @@ def test_L6_no_command_makes_a_run_from_a_damaged_scene(kinds, tmp_path, capsys,
         assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
 
 
-def test_L6_a_damaged_column_is_named_by_again(kinds, tmp_path, capsys):
+def test_L6_a_damaged_column_is_named_by_again(dry, tmp_path, capsys):
     """Of the file that is made again; no traceback."""
-    path = Path(shutil.copy(kinds["dry run"], tmp_path / "run.h5"))
+    path = Path(shutil.copy(dry, tmp_path / "run.h5"))
     damage_column(path, "bodies/slider/ax", random.Random(7))
     assert main(["run", "--again", str(path), "-o", str(tmp_path / "other.h5")]) == 2
     assert f"{path}: /bodies/slider/ax cannot be read" in capsys.readouterr().err

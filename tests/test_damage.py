@@ -37,7 +37,12 @@ OLD = Path(__file__).parent / "files" / "version_1.h5.gz"
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
-    return damage.sources(tmp_path_factory.mktemp("whole"))
+    return damage.sources(tmp_path_factory.mktemp("whole"), rest=False)
+
+
+@pytest.fixture(scope="module")
+def all_files(tmp_path_factory):
+    return damage.sources(tmp_path_factory.mktemp("all"))
 
 
 @pytest.fixture
@@ -59,19 +64,20 @@ def faults(looks):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_R5_no_damaged_file_raises(files, tmp_path):
+def test_R5_no_damaged_file_raises(all_files, tmp_path):
     """Three files of each kind, damaged in any way: a reader or a command does its work or states
     the reason in one line.
     """
-    assert not faults(damage.attempts(7, 3, files, tmp_path))
+    assert not faults(damage.attempts(7, 3, all_files, tmp_path))
 
 
-def test_R7_no_flipped_bit_changes_a_number(files, tmp_path):
+@pytest.mark.slow
+def test_R7_no_flipped_bit_changes_a_number(all_files, tmp_path):
     """Of each kind that has checksums 4 single bits anywhere: noticed, or all numbers are exactly
     those that were written.
     """
     flipped = {
-        n: k._replace(ways=(damage.flip,), commands=(), ongoing="") for n, k in files.items()
+        n: k._replace(ways=(damage.flip,), commands=(), ongoing="") for n, k in all_files.items()
     }
     assert not faults(damage.attempts(7, 4, flipped, tmp_path))
 
@@ -438,6 +444,7 @@ def test_R10_a_folder_that_cannot_be_written_is_named(capsys, monkeypatch, tmp_p
 
 
 # --- what else reads the files
+@pytest.mark.slow
 def test_U5_the_file_opens_as_a_tree(files):
     """Contacts and steps have dimensions of their own; time stays their coordinate."""
     path = files["dry run"].source

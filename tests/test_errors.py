@@ -275,6 +275,7 @@ def test_a_run_whose_numbers_change():
         assert 0.0 < errors[name].film < 1e-3 * abs(errors[name].value), name
 
 
+@pytest.mark.slow
 def test_films_that_are_solved_as_the_run_goes():
     """Not by default, for a second run costs as much again; stated where they are requested."""
     scene = cl.load_case("slider_crank", model="lubricated", film="fem")

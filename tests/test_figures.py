@@ -50,6 +50,7 @@ def test_pictures_tables_manifest_and_page(tmp_path, capsys):
     assert "feeder_sketch.png" in (tmp_path / "index.html").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_results_are_used_again_unless_fresh(tmp_path, capsys):
     drawn(tmp_path, "feeder_sketch")
@@ -61,6 +62,7 @@ def test_results_are_used_again_unless_fresh(tmp_path, capsys):
     assert file.stat().st_mtime_ns > made
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_one_run_serves_all_who_ask_for_it(tmp_path, capsys):
     """Parameters given as they are by default, and another folder of pictures, lead to the same
@@ -149,6 +151,7 @@ def test_every_script_draws_a_preview(name, tmp_path, capsys):
     assert any(f.endswith(".pdf") for f in figures[name]["files"])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_figure_that_fails_is_named_and_stops_no_other(tmp_path, monkeypatch, capsys):
     from clearance.paper_figures import feeder_sketch
@@ -230,6 +233,7 @@ def test_a_script_without_a_group_is_refused(tmp_path, monkeypatch):
         workshop.names()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_path, capsys):
     drawn(tmp_path, "friction_laws", "feeder_sketch", "--quick", "--workers", "1")
@@ -287,6 +291,7 @@ def is_running(pid: str) -> bool:
     return bool(actual) and not actual.startswith("Z")
 
 
+@pytest.mark.slow
 def test_an_interrupt_ends_all_that_draws_and_what_was_done_is_noted(tmp_path, monkeypatch):
     """Processes and their children are gone, and a figure that waited is not begun."""
     monkeypatch.setattr(gallery, "drawn", a_figure)

@@ -227,6 +227,7 @@ class TestDoubling:
         assert not any(p.stable for p in curve)
         assert met.coexisting[0][2:] == (2, 1)
 
+    @pytest.mark.slow
     def test_a_curve_between_two_doublings(self, shaken):
         """With more damping the curve turns in a fold, is stable from there on, and ends in the
         doubling at the upper end: it is followed once. Hill's equation has -1 at both (1e-5).
@@ -293,6 +294,7 @@ class TestDoubling:
 
 
 class TestSliderCrank:
+    @pytest.mark.slow
     def test_the_fold(self, validated):
         """Runs settle at 3941.750 rpm and leave at 3941.757 rpm, after thousands of turns:
         within 0.01 rpm.
@@ -431,6 +433,7 @@ def test_a_longest_step_is_a_bound_on_quiet_branches(step, tmp_path):
     assert ways[-2] > 0.8 * step or step > 0.05
 
 
+@pytest.mark.slow
 def test_users19_steps_grow_on_a_quiet_branch_in_the_unit_of_the_user(tmp_path, capsys):
     """Twelve points reach half of the range, 60 to 120 rpm; steps of 0.03 reach a quarter. Lines
     are in rpm. The last motion is that which the scene settles to, within its tolerance.

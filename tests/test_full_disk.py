@@ -117,6 +117,7 @@ def test_no_room_to_begin(tmp_path, promise):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_checkpoints_are_kept_and_the_run_goes_on(tmp_path, entire):
     """The stretches fit and the file that joins them does not."""
     path = tmp_path / "run.h5"

@@ -114,6 +114,7 @@ def lines(folder):
     return [json.loads(line) for line in (folder / "journal.jsonl").read_text().splitlines()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", few_of(range(3), 1))
 def test_L2_a_life_notices_changes(files, seed, tmp_path, caplog):
     """Of a law, a number, the text of the case, whichever and however much: it is refused with the
@@ -156,6 +157,7 @@ def test_L2_a_life_whose_case_is_moved_goes_on(files, tmp_path, monkeypatch):
     assert life.done
 
 
+@pytest.mark.slow
 def test_L2_stages_of_another_law_in_a_sweep_of_lives_are_made_anew(tmp_path, monkeypatch):
     """A life that a sweep has not finished begins again, in its driver and its workers alike."""
     monkeypatch.syspath_prepend(tmp_path)
@@ -296,6 +298,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", few_of(range(2), 1))
 def test_L4_a_killed_branch_goes_on(seed, tmp_path):
     """SIGKILL at a point drawn at random: what was stored stays, and the same command goes on."""

@@ -539,6 +539,7 @@ class TestJoints:
         per_turn = life.metric("joint_C_wear_bearing_per_turn")
         assert volume[-1] == pytest.approx(1.5e6 * per_turn.mean(), rel=0.05)
 
+    @pytest.mark.slow
     def test_feeder(self, tmp_path):
         """A dry joint of the feeder wears: depth, volume and stated error of a hundred thousand
         turns.

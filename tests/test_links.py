@@ -120,6 +120,7 @@ fcntl.flock = flock
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [1, pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("checkpoint", [False, True])
 def test_L5_two_runs_without_locks_are_safe_or_refused(tmp_path, checkpoint, times):

@@ -253,6 +253,7 @@ def rotor(speed, start=4.8e-5, **fields):
 
 
 class TestJoint:
+    @pytest.mark.slow
     def test_asperities_wear_and_the_film_does_not(self):
         """Slow: volume k int N |v| dt of the solids' load (1e-3 by samples), the ledger closes.
 
@@ -289,6 +290,7 @@ class TestJoint:
             shares.append(joint.asperity_share[-1])
         assert shares[1] == pytest.approx(shares[0], rel=3e-2)
 
+    @pytest.mark.slow
     def test_conserving_film(self):
         """A conserving film and the asperities carry the load together, within 1e-3.
 
@@ -357,6 +359,7 @@ class TestLife:
         assert rough.bearing.max() == pytest.approx(smooth.bearing.max(), rel=3e-3)
         assert rough.volumes == pytest.approx(smooth.volumes, rel=3e-3)
 
+    @pytest.mark.slow
     def test_jumps(self, tmp_path):
         """A mixed life in long jumps meets one in jumps of a tenth, within the error it states."""
         options = {"turns": 400, "settle": 1, "average": 1}

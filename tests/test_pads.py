@@ -137,6 +137,7 @@ STATES = {
 }
 
 
+@pytest.mark.slow
 def test_rows_of_cavitating_pads_of_finite_width():
     """Another code's load and moment: 5e-4 of the load, the table's error between its nodes."""
     assert len(CAVITATING) == 6

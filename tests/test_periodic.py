@@ -68,6 +68,7 @@ def test_a_loop_that_cannot_turn_has_forces_that_come_back(seed):
     assert _repeats(mechanism, scene.turn, _turns_made(mechanism, scene.turn))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::clearance.RunWarning")
 @pytest.mark.parametrize("seed", few_of(range(5), 1))
 def test_the_rounding_of_a_turn_winds_up_no_thin_film(seed):
@@ -82,6 +83,7 @@ def test_the_rounding_of_a_turn_winds_up_no_thin_film(seed):
     assert np.abs(settled.multipliers).max() < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::clearance.RunWarning")
 @pytest.mark.parametrize("seed", few_of(range(4), 1))
 def test_a_trial_that_cannot_go_on_does_not_end_the_search(seed):

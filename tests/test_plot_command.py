@@ -109,6 +109,7 @@ def test_what_is_drawn_without_a_kind(folder, capsys):
     assert json.loads(text)["picture"] == str(folder / "lubricated_overview.png")
 
 
+@pytest.mark.slow
 def test_a_sweep_that_draws_its_picture(tmp_path, capsys):
     """A grid leads to its map, points along one line to curves."""
     words = ["slider_crank", "-p", "model=dry", "-p", "speed=1000rpm:2000rpm:3"]

@@ -177,6 +177,7 @@ class TestTransient:
 
 
 class TestMotions:
+    @pytest.mark.slow
     def test_one_motion_is_not_taken_apart(self):
         """Of 100 sets of four runs of one process and five quantities at most 3 %; 1 % expected."""
         x = correlated(0.5, 100, 2000).reshape(100, 5, 4, 100)
@@ -239,6 +240,7 @@ class TestSections:
             runs = np.array([one, other])
             assert series.motions([runs[..., 0]], 0.2, self.FINEST, runs) == [[0], [1]]
 
+    @pytest.mark.slow
     def test_orbits_that_are_the_same(self):
         """Of 300 groups of four, with a scatter of up to 3 %, all are one motion."""
         rng = np.random.default_rng(6)

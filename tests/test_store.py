@@ -128,6 +128,7 @@ def test_compiled_equals_plain_python(kind):
         )
 
 
+@pytest.mark.slow
 def test_a_whole_run_without_numba_gives_the_same_numbers():
     """NUMBA_DISABLE_JIT: the same loop in plain Python; 1e-12 after a few steps."""
     code = (

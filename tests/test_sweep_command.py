@@ -193,6 +193,7 @@ def test_progress_on_a_pipe_is_lines(every, shown, tmp_path, monkeypatch, capsys
     assert len(lines) == len(failures) + len(progress)
 
 
+@pytest.mark.slow
 def test_the_summary_has_the_units_of_the_user(tmp_path, capsys):
     """Random units: extremes and their places as written on the command line; SI in JSON."""
     rng = np.random.default_rng(19)

@@ -431,8 +431,8 @@ def kinds(folder: Path) -> dict[str, Kind]:
     }
 
 
-def sources(folder: Path) -> dict[str, Kind]:
-    """Write a file of each kind."""
+def sources(folder: Path, rest: bool = True) -> dict[str, Kind]:
+    """Write a file of each kind. rest: also lives, branches, written scenes and checkpoints."""
     few = {"turns": 1.0, "samples_per_turn": 40}
     scene = cl.load_case("slider_crank", friction="coulomb")
     wet = cl.load_case("slider_crank", model="lubricated", film="harmonic")
@@ -447,18 +447,22 @@ def sources(folder: Path) -> dict[str, Kind]:
     write(folder / "bench.csv", measurement)
     (folder / "held_pendulum.py").write_text(CASE)
     (folder / "scene.json").write_text(scene.to_json())
-    for command, name in (
-        (SWEEP, "sweep"),
-        (LIFE, "life"),
-        (f"{BRANCH} 4", "branch"),
-        ("new slider_crank -o {}", "scene.toml"),
-    ):
-        look = commanded(command, folder / name, folder, folder)
-        assert look.outcome == RIGHT, look.fault
+    right(SWEEP, folder / "sweep")
+    if not rest:
+        return kinds(folder)
+    right(LIFE, folder / "life")
+    right(f"{BRANCH} 4", folder / "branch")
+    right("new slider_crank -o {}", folder / "scene.toml")
     interrupted(scene, folder / "run" / "r.h5")
     lines = (folder / "life" / "journal.jsonl").read_text().splitlines(keepends=True)
     (folder / "life" / "journal.jsonl").write_text("".join(lines[:-1]))  # as a kill leaves it
     return kinds(folder)
+
+
+def right(command: str, path: Path) -> None:
+    """A command writes path."""
+    look = commanded(command, path, path.parent, path.parent)
+    assert look.outcome == RIGHT, look.fault
 
 
 def interrupted(scene: cl.Scene, path: Path) -> None:

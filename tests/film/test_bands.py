@@ -147,6 +147,7 @@ ROTATION = {
 
 
 class TestPublished:
+    @pytest.mark.slow
     @pytest.mark.parametrize("slenderness", few_of([*SQUEEZE], 2))
     def test_squeeze(self, slenderness, validated):
         """Pure squeeze up to 0.98: 0.5 %, of which the printed digits have 0.44 % (two rows near

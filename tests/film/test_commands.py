@@ -141,6 +141,7 @@ class TestSnapshots:
             status, _, err = run("film", "snapshots", *arguments, capsys=capsys)
             assert (status, message in err) == (2, True)
 
+    @pytest.mark.slow
     def test_memory_is_not_in_a_file(self):
         result = cl.simulate(cl.load_case("six_bar_feeder", film="conserving"), until=2e-4)
         with pytest.raises(ValueError, match="a film with a memory"):

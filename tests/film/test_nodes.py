@@ -180,6 +180,7 @@ class TestBalance:
         validated("heat of two oils and a housing", held, lost, 1e-6, unit="J", **more)
         assert result.node("housing").temperature[-1] > COLD
 
+    @pytest.mark.slow
     def test_share(self, validated):
         """Half of the solids' heat goes past the oil: oil and housing hold all of it, 1e-6; the oil
         less.

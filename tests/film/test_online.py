@@ -109,6 +109,7 @@ STATES = [(0.0, 1.0, 0.0), (0.3, 0.0, 20.0), (0.6, 5.0, 20.0), (0.9, -3.0, -10.0
 
 
 class TestFem:
+    @pytest.mark.slow
     @pytest.mark.parametrize("motion", few_of(STATES, 2))
     def test_law_is_the_solver(self, motion):
         """1e-6: solutions end at corrections of 1e-8, from where they begin."""
@@ -201,6 +202,7 @@ class TestKernels:
             assert np.linalg.norm((actual - wanted)[1:]) < 3e-3 * np.linalg.norm(wanted[1:])
             assert abs(actual[0] - wanted[0]) < 0.06 * abs(wanted[0])
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         "film",
         few_of([fem_film(), conserving_film(mesh=(32, 3)), conserving_film()], 1),
@@ -220,6 +222,7 @@ class TestKernels:
                 wanted[:, i] = (ahead - behind) / 2e-5
             assert np.abs(actual - wanted).max() < 1e-4 * np.abs(wanted).max()
 
+    @pytest.mark.slow
     def test_derivative_is_nearly_the_tables(self):
         """Accelerations by everything: 2 % of the largest.
 
@@ -349,6 +352,7 @@ class TestRuns:
             or str(error) in str(caught.value)
         )
 
+    @pytest.mark.slow
     def test_a_state_that_cannot_be_remembered_ends_the_run(self, monkeypatch):
         """The film's reason is in the message: a run must not go on with an old memory."""
         commit, calls = MemoryFilm.commit, []
@@ -367,6 +371,7 @@ class TestRuns:
         assert len(calls) < 60
         assert caught.value.result.status.startswith("partial")
 
+    @pytest.mark.slow
     def test_a_failure_that_passed_is_not_blamed(self, monkeypatch):
         """A trial state without a film is tried again, shorter; what ends the run later is
         something else.
@@ -439,6 +444,7 @@ class TestCost:
                 cl.load_case("slider_crank", model="lubricated", film=film, mesh=mesh)
 
 
+@pytest.mark.slow
 class TestMemory:
     @pytest.mark.parametrize("liner", few_of([1e-15, 1e-13], 1))
     def test_stiff_liners_start(self, liner):

@@ -171,6 +171,7 @@ class TestAgainstTheSolver:
         assert actual.error_closing < 1e-3
         assert actual.error_median < 5e-4
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("cavitation", ["gumbel", "none"])
     @pytest.mark.parametrize("motion", [(0.3, 0.5, 2.0), (0.8, 1.0, 1.0), (0.95, 0.1, 3.0)])
     def test_other_cavitation(self, cavitation, motion):
@@ -396,6 +397,7 @@ class TestReceding:
         assert apart(actual, wanted) < 0.6
         assert np.linalg.norm(actual) < 2.0 * np.linalg.norm(wanted)
 
+    @pytest.mark.slow
     def test_closing_to_contact(self):
         """Down to a gap of 1e-6 c within 1e-3 of a solver whose end layers are resolved (1e-4)."""
         law, film = Looked(Key(1.0)), bands.FastFilm(Bearing.of(joint()), (192, 64))
@@ -757,6 +759,7 @@ class TestStore:
         tables.table.cache_clear()
         assert f"store {path} takes no files (" in caplog.text
 
+    @pytest.mark.slow
     def test_two_at_once(self, store):
         """Both have the table, and one file is left, which a third reads."""
         with multiprocessing.get_context("spawn").Pool(2) as pool:
@@ -835,6 +838,7 @@ class TestSharing:
 
 
 class TestRuns:
+    @pytest.mark.slow
     def test_feeder(self):
         """Energy closes to 1e-5 of what is turned over (1e-9 at rtol 1e-8); drive torque of L/D = 1
         within 10 % of the harmonic film's rms (0.2 %); the file states how good its table is.

@@ -163,6 +163,7 @@ def test_derivatives():
         assert actual[:, 1 + i] == pytest.approx(slope, abs=1e-5 * np.abs(slope).max())
 
 
+@pytest.mark.slow
 def test_journal_rests_in_its_scar():
     """A lubricated journal under a load at rest stands in a scar, farther off than the clearance,
     on a film.

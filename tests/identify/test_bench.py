@@ -216,6 +216,7 @@ def test_the_same_numbers_again(measurement):
         np.testing.assert_array_equal(a.rate, b.rate)
 
 
+@pytest.mark.slow
 def test_scatter_and_noise_are_what_is_said():
     """Levels against a bench without scatter: 34 trials, so their deviation is known to
     1 / sqrt(68) = 12 %.

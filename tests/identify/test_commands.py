@@ -40,6 +40,7 @@ def test_bench_data_is_what_bench_makes(data):
         np.testing.assert_array_equal(a.torque, b.torque)
 
 
+@pytest.mark.slow
 def test_bench_data_says_what_it_wrote(tmp_path, capsys):
     path = tmp_path / "b.h5"
     assert (
@@ -301,6 +302,7 @@ def test_a_lag_on_request(small, capsys):
     assert abs(lag["value"]) < 1.5e-3
 
 
+@pytest.mark.slow
 def test_preloads(tmp_path, capsys):
     path = str(tmp_path / "b.h5")
     assert main(["bench-data", "ball_joint", "--preload", "2000,5kN", "-o", path, "--json"]) == 0

@@ -462,6 +462,7 @@ def test_a_network_fits_the_bench_at_least_as_well_as_the_stribeck_function(tmp_
 
 
 # --- errors that are autocorrelated
+@pytest.mark.slow
 def test_correlated_errors_widen_the_intervals():
     """Noise with rho = 0.9 a sample: tau = (1 + rho) / (1 - rho) = 19, sqrt 4.36; its estimate is
     known to some 10 %.

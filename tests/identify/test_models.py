@@ -130,6 +130,7 @@ def test_steady_sliding_is_the_ellipsoids_point_of_maximum_dissipation(values, r
     assert (others @ rate).max() <= wanted @ rate * (1.0 + 1e-12)
 
 
+@pytest.mark.slow
 def test_a_static_model_is_steady_sliding():
     model, steady, rate = lugre3d(), lugre3d(static=True), np.array([0.2, -0.03, 0.1])
     values = {k: v for k, v in VALUES.items() if "stiff" not in k and "damping" not in k}
@@ -155,6 +156,7 @@ def test_coupled_and_uncoupled_axes_are_one_model_where_one_axis_moves(values, a
     np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 @given(axis_values(), st.floats(1e-4, 5.0))
 @settings(max_examples=33)
 def test_break_away_at_constant_rate_is_an_exponential_from_the_presliding_stiffness(
@@ -486,6 +488,7 @@ def test_a_network_is_passive_within_its_bound():
     assert worst[0] >= -1e-9 > -1.0 > worst[1]
 
 
+@pytest.mark.slow
 def test_rates_beyond_their_squares():
     """1e155 rad/s and more: finite in three axes as in one."""
     for rate in (1e120, 1e160, 1e250):

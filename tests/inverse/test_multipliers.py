@@ -598,6 +598,7 @@ def test_no_coefficient_no_friction():
     assert (actual["friction/iterations"] == 1.0).all()
 
 
+@pytest.mark.slow
 def test_slow_fixed_point_is_left_to_newton(monkeypatch):
     """Pins of 40 mm, mu = 1: the fixed point contracts by 0.5 to 0.9 and agrees to 1e-12 (its
     stop / (1 - 0.9)).

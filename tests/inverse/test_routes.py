@@ -66,6 +66,7 @@ class TestCompare:
             assert 1 <= len(r.seconds) <= routes.REPEATS
             assert min(r.seconds) <= r.per_sample <= max(r.seconds)
 
+    @pytest.mark.slow
     def test_reactions_that_friction_changes_are_not_compared(self):
         scene = cl.load_case("mobile_manipulator")
         actual = routes.compare(scene, np.linspace(0.0, 4.0, 40))

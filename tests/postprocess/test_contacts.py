@@ -241,6 +241,7 @@ def test_runs_without_contacts_say_so(case, options, text, tmp_path, gallery):
     assert all(table["contacts"] == 0 for table in contact_table(run).values())
 
 
+@pytest.mark.slow
 def test_several_joints(tmp_path, gallery):
     run = cl.simulate(cl.load_case("six_bar_feeder", model="dry", joints="B,C"), turns=1.0)
     contacts(run, tmp_path / "c.svg")

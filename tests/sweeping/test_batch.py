@@ -152,6 +152,7 @@ def test_numbers_of_several_parameters(mass, reason, tmp_path):
     np.testing.assert_array_equal(starts["state"][0], run.mechanism.y0)
 
 
+@pytest.mark.slow
 def test_a_sweep_in_one_memory(tmp_path):
     """Blocks of points in the journal; numbers of a sweep with files, whose points are run one by
     one.

@@ -110,6 +110,7 @@ def test_points_listed_backwards(tmp_path, undisturbed):
         np.testing.assert_array_equal(there.metrics[name], values.ravel()[::-1], err_msg=name)
 
 
+@pytest.mark.slow
 def test_a_full_disk_at_the_journal(tmp_path, undisturbed, small_blocks, monkeypatch):
     """The second block finds no room: the first is stored, nothing of the second; then the rest."""
     journal, run = tmp_path / "out" / "journal.jsonl", together.Lanes._run

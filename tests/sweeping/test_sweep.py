@@ -345,6 +345,7 @@ def test_a_metric_of_ones_own(tmp_path):
         cl.sweep(CASE, points, tmp_path / "never", metrics=[lambda run: {}], **OPTIONS)
 
 
+@pytest.mark.slow
 def test_a_script_needs_no_guard(tmp_path):
     """Workers do not import the user's script, so one without `if __name__` works."""
     script = tmp_path / "script.py"

@@ -210,6 +210,7 @@ def test_films_that_are_not_alike():
         assert math.isclose(metrics[metric][together.first], ordinary.value, rel_tol=share), metric
 
 
+@pytest.mark.slow
 def test_means_of_squares_hardly_depend_on_samples():
     """Means of sharp forces within 1e-6 of the usual way's at 40 samples a turn, whose sums err by
     more than a tenth. Both ways err by 2e-7.
@@ -234,6 +235,7 @@ def test_means_of_squares_hardly_depend_on_samples():
     assert not math.isclose(sampled, metrics["joint_B_force_rms"][0], rel_tol=0.1)
 
 
+@pytest.mark.slow
 def test_steps_in_which_simpsons_rule_errs(monkeypatch):
     """Means of forces on long steps (rtol 1e-3) within 5e-5 of those with seven places in all
     steps; Simpson's rule alone errs by 2e-4.
@@ -327,6 +329,7 @@ def test_requested_errors_are_left_to_the_ordinary_way():
         Together(scene, swept(), {"turns": 2.0}, None, 1e-3)
 
 
+@pytest.mark.slow
 def test_scene_files_over_one_parameter(tmp_path):
     """All points run in lanes, with the metrics of a grid: within 1e-6, the tolerance.
 
@@ -427,6 +430,7 @@ class TestColumn:
             lose(Column(np.array([1.0, 2.0])))
 
 
+@pytest.mark.slow
 def test_starts_do_not_depend_on_the_order_of_points():
     """Natural sizes follow from a typical frequency: the same bits for speeds listed backwards,
     and without the first one.

@@ -91,6 +91,7 @@ def test_rows(motion, validated):
             validated(f"{name}, {motion} slider", actual, value, allowed, unit=units, **options)
 
 
+@pytest.mark.slow
 def test_two_films(validated):
     """Both faces in oil, the crank at constant speed: offset, tilt and energy taken out.
 

@@ -10,6 +10,7 @@ from clearance.choices import CONTACTS, FILMS, FRICTIONS, TRANSITIONS
 from tests.seeds import few_of
 
 
+@pytest.mark.slow
 def test_feeder_with_the_finite_film(validated):
     """Lubricated row of feeder-A: 300 rpm, c = 0.10 mm, harmonic film, sixth turn: all printed
     digits.
@@ -196,6 +197,7 @@ def test_trends_of_the_source():
     assert among / alone > 1.4
 
 
+@pytest.mark.slow
 def test_held_film_beside_load_sharing():
     """The film of `fuzzy` whose gap is held keeps its squeeze rate: largest forces within 1 % of
     load sharing, 5 mPa s.

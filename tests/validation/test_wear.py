@@ -223,6 +223,7 @@ def test_both_surfaces(validated):
     validated("depths of 1000 turns, both surfaces", actual, row, 2e-3, unit="m", **CODE)
 
 
+@pytest.mark.slow
 def test_wear_a(tmp_path, validated):
     """Set wear-A after 21,400 turns, by the load path of its second turn alone.
 
