@@ -31,7 +31,7 @@ half of the rocker's part. Both are taken over, for they are part of the result 
 import math
 
 import clearance as cl
-from clearance import checks
+from clearance.values import checks
 
 GRAVITY = 9.81
 FRAME = 3.0  # m, from A to D

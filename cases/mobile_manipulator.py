@@ -22,7 +22,7 @@ import math
 from typing import NamedTuple
 
 import clearance as cl
-from clearance import checks
+from clearance.values import checks
 
 GRAVITY = 9.81
 #: of boom, stick and bucket: mass [kg], end in the body's own frame [m] (the next hinge, or the

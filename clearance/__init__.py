@@ -6,11 +6,12 @@ import sys
 from os.path import basename, dirname
 
 if [*map(basename, sys.orig_argv[1:2])] == ["clearance"]:  # the command, which imports for a while
-    from clearance import interrupts
+    from clearance.run import interrupts
 
     interrupts.beginning()
 
-from importlib.machinery import PathFinder
+from importlib import import_module
+from importlib.machinery import ModuleSpec, PathFinder
 from typing import TYPE_CHECKING
 
 # isort: off
@@ -18,40 +19,46 @@ from clearance.laws import *  # noqa: F403
 from clearance.elements import *  # noqa: F403
 
 # isort: on
-from clearance import elements, films, laws
+from clearance import elements, laws
 from clearance import film as film
-from clearance.body import Body, Point, ground
-from clearance.checks import absent
-from clearance.choices import crank_drive, joint_friction_law, one_of
+from clearance.elements.body import Body, Point, ground
+from clearance.film import names as films
 from clearance.film.bearing import Bearing, FilmSolution, Groove
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.pad_law import pad_film as pad_table
 from clearance.film.tabulated import table_film
-from clearance.joint_options import JointOptions
-from clearance.materials import HeatBalance, Lubricant, Material, steel
-from clearance.scene import Scene
-from clearance.units import cP, degree, mm, rpm, um
+from clearance.laws.materials import HeatBalance, Lubricant, Material, steel
+from clearance.results.run_warning import RunWarning
+from clearance.scene.joint_options import JointOptions
+from clearance.scene.law_names import crank_drive, joint_friction_law, one_of
+from clearance.scene.scene import Scene
+from clearance.values.checks import absent
+from clearance.values.units import cP, degree, mm, rpm, um
 from clearance.version import VERSION
-from clearance.warned import RunWarning
 
 if TYPE_CHECKING:  # for editors, what _LAZY has
     # isort: off
-    from clearance.catalogue import load_case as load_case
-    from clearance.chaos import statistics as statistics
+    from clearance.scene.catalogue import load_case as load_case
+
+    from clearance.motions.chaos import statistics as statistics
     from clearance.commands.plot import plot as plot
-    from clearance.evidence.assumptions import assumptions as assumptions
+    from clearance.metrics.assumptions import assumptions as assumptions
     from clearance.film.solvers import solve_film as solve_film
-    from clearance.inverse.dynamics import inverse_dynamics as inverse_dynamics
+    from clearance.motions.inverse import inverse_dynamics as inverse_dynamics
     from clearance.laws.outline import worn as worn
-    from clearance.periodic.follow import follow as follow
-    from clearance.periodic.maps import NotPeriodic as NotPeriodic
-    from clearance.periodic.steady import steady as steady
+    from clearance.motions.follow import follow as follow
+
+    from clearance.motions.maps import NotPeriodic as NotPeriodic
+
+    from clearance.motions.steady import steady as steady
     from clearance.postprocess.measured import compare as compare
     from clearance.postprocess.report import report as report
     from clearance.postprocess.view import view as view
-    from clearance.regimes import hole_check as hole_check
-    from clearance.rerun import again as again
-    from clearance.results import Result as Result, open_result as open_result
+    from clearance.elements.regimes import hole_check as hole_check
+
+    from clearance.run.again import again as again
+
+    from clearance.results.result import Result as Result, open_result as open_result
     from clearance.simulation import (
         NotReached as NotReached,
         SimulationError as SimulationError,
@@ -71,15 +78,15 @@ __version__ = VERSION
 _LAZY = {
     "simulate": "clearance.simulation",
     "SimulationError": "clearance.simulation",
-    "open_result": "clearance.results",
+    "open_result": "clearance.results.result",
     "NotReached": "clearance.simulation",
-    "Result": "clearance.results",
-    "load_case": "clearance.catalogue",
-    "hole_check": "clearance.regimes",
-    "inverse_dynamics": "clearance.inverse.dynamics",
-    "statistics": "clearance.chaos",
-    "steady": "clearance.periodic.steady",
-    "NotPeriodic": "clearance.periodic.maps",
+    "Result": "clearance.results.result",
+    "load_case": "clearance.scene.catalogue",
+    "hole_check": "clearance.elements.regimes",
+    "inverse_dynamics": "clearance.motions.inverse",
+    "statistics": "clearance.motions.chaos",
+    "steady": "clearance.motions.steady",
+    "NotPeriodic": "clearance.motions.maps",
     "worn": "clearance.laws.outline",
     "wear": "clearance.wearing.life",
     "Life": "clearance.wearing.records",
@@ -87,8 +94,8 @@ _LAZY = {
     "sweep": "clearance.sweeping.driver",
     "SweepError": "clearance.sweeping.driver",
     "open_sweep": "clearance.sweeping.index",
-    "follow": "clearance.periodic.follow",
-    "assumptions": "clearance.evidence.assumptions",
+    "follow": "clearance.motions.follow",
+    "assumptions": "clearance.metrics.assumptions",
     "Sweep": "clearance.sweeping.index",
     "grid": "clearance.sweeping.points",
     "zipped": "clearance.sweeping.points",
@@ -98,7 +105,7 @@ _LAZY = {
     "plot": "clearance.commands.plot",
     "report": "clearance.postprocess.report",
     "view": "clearance.postprocess.view",
-    "again": "clearance.rerun",
+    "again": "clearance.run.again",
     "compare": "clearance.postprocess.measured",
 }
 
@@ -141,11 +148,11 @@ __all__ = [
 def __getattr__(name: str):
     """Describing a scene needs neither numba nor h5py: what does is imported on first use."""
     if name in _LAZY:
-        from importlib import import_module
-
         value = getattr(import_module(_LAZY[name]), name)
         globals()[name] = value
         return value
+    if (before := f"{__name__}.{name}") in _MOVED:
+        return import_module(before)
     return absent(__name__, __all__)(name)
 
 
@@ -154,14 +161,44 @@ def __dir__() -> list[str]:
     return [*__all__, "__version__"]
 
 
+#: paths of before, and where these modules are now
+_MOVED = {
+    "clearance.body": "clearance.elements.body",
+    "clearance.checks": "clearance.values.checks",
+    "clearance.choices": "clearance.scene.law_names",
+    "clearance.films": "clearance.film.names",
+    "clearance.observers": "clearance.run.observers",
+    "clearance.options": "clearance.run.options",
+    "clearance.quantities": "clearance.elements.quantities",
+    "clearance.units": "clearance.values.units",
+    "clearance.identify.response": "clearance.paper_figures.ball_joint_response",
+    "clearance.identify.studies": "clearance.paper_figures.ball_joint_studies",
+    "clearance.identify.variants": "clearance.paper_figures.ball_joint_variants",
+}
+
+
+class _Moved:
+    """Loads a module by its path of before."""
+
+    @staticmethod
+    def create_module(spec):
+        return None
+
+    @staticmethod
+    def exec_module(module):
+        sys.modules[module.__name__] = import_module(_MOVED[module.__name__])
+
+
 class _Beside:
-    """Finds the packages that lie beside this one in a checkout, and inside it once installed."""
+    """Finds the packages that lie beside this one in a checkout, and inside it once installed;
+    modules by their paths of before.
+    """
 
     @staticmethod
     def find_spec(name: str, path=None, target=None):
         if name in ("clearance.cases", "clearance.postprocess", "clearance.paper_figures"):
             return PathFinder.find_spec(name, [dirname(__file__), dirname(dirname(__file__))])
-        return None
+        return ModuleSpec(name, _Moved) if name in _MOVED else None
 
 
 # before the finder of another checkout that is installed editable

@@ -15,7 +15,6 @@ import sys
 import warnings
 from pathlib import Path
 
-from clearance import interrupts
 from clearance.commands import (
     bench_data,
     cases,
@@ -38,9 +37,10 @@ from clearance.commands import (
     work_precision,
 )
 from clearance.commands.common import DONE, FAILED, WRONG, complain
-from clearance.texts import shortened
+from clearance.files.texts import shortened
+from clearance.results.run_warning import RunWarning
+from clearance.run import interrupts
 from clearance.version import VERSION
-from clearance.warned import RunWarning
 
 #: objects made between two searches for cycles among them; what imports and traces make stays, and
 #: at Python's 700 the searches take a twelfth of a short run
@@ -150,7 +150,7 @@ def _words(error: OSError) -> str:
 
 def _full(error: OSError) -> bool:
     """The disk is full: the input was right, and another try may do."""
-    from clearance.recording import FULL
+    from clearance.results.recorder import FULL
 
     return error.errno in FULL
 

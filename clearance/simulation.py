@@ -11,26 +11,26 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from clearance import fields
-from clearance.checkpoint import PartsSink, opened_in
-from clearance.companion import Pair, Statement, add_errors, reason_without
-from clearance.compiling import announced
-from clearance.demand import Demand, affordable
-from clearance.errors import AUTO, asks
-from clearance.interrupts import DeferredSignals
+from clearance.accuracy.companion import Pair, Statement, add_errors, reason_without
+from clearance.accuracy.request import Answer, Ladder, Request, names
+from clearance.elements.regimes import hole_warning
+from clearance.machine.announce import announced
+from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, build
-from clearance.metrics import metrics
-from clearance.options import SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
-from clearance.recording import FileSink, Unwritable, chosen
-from clearance.regimes import hole_warning
-from clearance.request import Answer, Ladder, Request, names
-from clearance.results import MemoryResult, Record, Result, temporary_file
-from clearance.run import Run
-from clearance.scene import Scene
-from clearance.short import ShortSink
-from clearance.starting import opened_by
-from clearance.tracing.callback import Callback
-from clearance.warned import warn
+from clearance.metrics.metrics import metrics
+from clearance.results.errors import AUTO, asks
+from clearance.results.recorder import FileSink, Unwritable, chosen
+from clearance.results.result import MemoryResult, Record, Result, temporary_file
+from clearance.results.run_warning import warn
+from clearance.results.short_file import ShortSink
+from clearance.run import pressure_fields as fields
+from clearance.run.checkpoint import PartsSink, opened_in
+from clearance.run.interrupts import DeferredSignals
+from clearance.run.limits import Demand, affordable
+from clearance.run.options import SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
+from clearance.run.run import Run
+from clearance.run.start import opened_by
+from clearance.scene.scene import Scene
 
 LOG = logging.getLogger("clearance")
 SHORT = 1_000_000  # largest count of numbers of a run that is held in memory until its end
@@ -98,13 +98,13 @@ def simulate(
     compression: gzip level of the file's columns (0: none). checkpoint: seconds of wall time
         between checkpoints beside the file: the same call goes on from the last one after a crash,
         and gives the same file. force: begin although the run needs more than 2^31 rows, a day or
-        the free disk (see demand.py).
+        the free disk (see run/limits.py).
     start: the result of another run (or the path of its file), at whose end this one begins; its
         scene must have the same states. Or "quasi-static": journals at rest where their films carry
         the joint forces. Default: the start of the scene.
     pressure_fields: number of pressure fields of its films in the file, for each turn (of the run,
-        where nothing turns). They are solved after the run from its motion, see fields.py. The
-        default is none.
+        where nothing turns). They are solved after the run from its motion, see
+        run/pressure_fields.py. The default is none.
     error: "auto" states the distance of the numbers from those of an exact integration, from a
         second run at ten times the tolerance (`Result.errors`). It does not where trajectories may
         part at impacts. "state" also states it where the second run costs as much again: films that
@@ -116,8 +116,8 @@ def simulate(
     settle: turns (seconds, where nothing turns) left out of the metrics whose errors are stated
         (default one of two).
     sensitivity: parameters by which the metrics are differentiated, such as "clearance,viscosity"
-        of a case, "joints/B/clearance" of any scene (`Result.sensitivities`, see sensing.py).
-        One that is 0 needs a size: {"load": 1.0}.
+        of a case, "joints/B/clearance" of any scene (`Result.sensitivities`, see
+        accuracy/by_differences.py). One that is 0 needs a size: {"load": 1.0}.
     Raises ValueError for bad arguments and impossible scenes before anything runs.
     Raises SimulationError for a run that fails part-way, also where the disk is full: the message
     has time, joint and state, and the partial result is attached.
@@ -188,7 +188,7 @@ def reopened(run: Run, prepared: Callable[..., Run], failure: str) -> tuple[Run 
 
 def _sensing(scene: Scene, given, prepared: partial, settle: float | None):
     """Sensitivities of the run of a scene, from runs of the same options. Raises ValueError."""
-    from clearance.sensing import Sensing
+    from clearance.accuracy.by_differences import Sensing
 
     options = {n: prepared.keywords[n] for n in ("energy", "max_step", "start")}
     return Sensing(scene, given, partial(prepare, **options), settle)

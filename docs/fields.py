@@ -6,10 +6,10 @@ from dataclasses import Field, fields
 from pathlib import Path
 
 import clearance as cl
-from clearance.body import Body
-from clearance.document import KINDS, is_needed
+from clearance.elements.body import Body
 from clearance.laws.law import Family
-from clearance.scene_files import SECTIONS
+from clearance.scene.document import KINDS, is_needed
+from clearance.scene.toml_scene import SECTIONS
 
 GUIDE = Path(__file__).parent.parent / "clearance" / "GUIDE.md"
 BEGIN, END = "<!-- fields -->", "<!-- fields:end -->"

@@ -168,8 +168,8 @@ def _indented(lines: list[str]) -> list[str]:
 
 def case_page() -> str:
     """Cases with their parameters, units and defaults."""
-    from clearance.catalogue import case_names, find_case
-    from clearance.units import shown
+    from clearance.scene.catalogue import case_names, find_case
+    from clearance.values.units import shown
 
     parts = [
         "# Cases",

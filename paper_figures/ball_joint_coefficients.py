@@ -16,10 +16,10 @@ Not comparable: the source's networks, whose sizes we do not have, and the numbe
 """
 
 import numpy as np
+from clearance.paper_figures import ball_joint_variants as variants
 from clearance.paper_figures import workshop
 from clearance.postprocess.figures import finish, sheet
 
-from clearance.identify import variants
 from clearance.identify.bench import bench
 
 STROKES = (

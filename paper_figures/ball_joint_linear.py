@@ -19,10 +19,10 @@ Not comparable: the numbers of the appendix, which was not at hand.
 import math
 
 import numpy as np
+from clearance.paper_figures import ball_joint_response as response
 from clearance.paper_figures import workshop
 from clearance.postprocess.figures import finish, sheet
 
-from clearance.identify import response
 from clearance.identify.bench import bench
 from clearance.identify.fit import fit
 

@@ -17,10 +17,10 @@ Not comparable: any number; appendix J was not at hand.
 """
 
 import numpy as np
+from clearance.paper_figures import ball_joint_variants as variants
 from clearance.paper_figures import workshop
 from clearance.postprocess.figures import finish, legend_below, sheet
 
-from clearance.identify import variants
 from clearance.identify.bench import LOAD_EXPONENT, PRELOAD, Joint
 
 STYLE = {

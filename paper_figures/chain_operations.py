@@ -29,7 +29,7 @@ from clearance.paper_figures import workshop
 from clearance.postprocess.figures import finish, line, sheet, stroke
 
 import clearance as cl
-from clearance.evidence.routes import (
+from clearance.commands.routes import (
     KINDS,
     Counting,
     Operations,
@@ -37,7 +37,7 @@ from clearance.evidence.routes import (
     dense_operations,
     needed_channels,
 )
-from clearance.inverse.explicit import Explicit
+from clearance.motions.prescribed import Explicit
 
 TIMES = np.linspace(0.2, 5.0, 25)  # s
 ACCELERATION = 0.2  # rad/s2, of each joint

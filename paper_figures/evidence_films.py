@@ -15,9 +15,10 @@ Not comparable: the source's optional Reynolds solution, whose mesh and results 
 """
 
 from clearance.paper_figures import workshop
+from clearance.postprocess import film_pictures
 
-from clearance.evidence import film_ladder, film_pictures
 from clearance.film.bearing import Bearing
+from clearance.studies import film_ladder
 
 
 def draw(work: workshop.Workshop) -> None:

@@ -17,9 +17,10 @@ Not comparable: the distance of dry runs, which are chaotic: one sample of a sta
 """
 
 from clearance.paper_figures import workshop
+from clearance.postprocess import study_pictures
 
-from clearance.catalogue import find_case
-from clearance.evidence import physics, pictures
+from clearance.scene.catalogue import find_case
+from clearance.studies import physics
 
 #: elastic, spring and damper, hysteretic, with restitution, of cylinders, layered, of ADAMS
 CONTACTS = (
@@ -37,7 +38,7 @@ def draw(work: workshop.Workshop) -> None:
     case, parameters = find_case("six_bar_feeder"), {"viscosity": 0.005}
     turns = work.less(None, 0.2)
     study = physics.compare(case, parameters, turns, None, progress=work.say, contacts=CONTACTS)
-    work.drawing(pictures.physics, study)
+    work.drawing(study_pictures.physics, study)
     work.text([*physics.table(study), "", *physics.describe(study)])
     work.study(
         lambda folder: physics.save(study, folder), case="six_bar_feeder", parameters=parameters

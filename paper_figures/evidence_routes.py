@@ -18,7 +18,7 @@ import numpy as np
 from clearance.paper_figures import workshop
 
 import clearance as cl
-from clearance.evidence import routes
+from clearance.commands import routes
 
 
 def draw(work: workshop.Workshop) -> None:

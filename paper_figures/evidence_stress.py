@@ -17,8 +17,9 @@ Not comparable: the sources report no failures and no residuals.
 """
 
 from clearance.paper_figures import workshop
+from clearance.postprocess import study_pictures
 
-from clearance.evidence import pictures, stress
+from clearance.studies import stress
 
 
 def draw(work: workshop.Workshop) -> None:
@@ -28,7 +29,7 @@ def draw(work: workshop.Workshop) -> None:
         quick=work.quick,
         progress=lambda done, total, name: work.say(f"{done} of {total}: {name}"),
     )
-    work.drawing(pictures.stress, verdicts)
+    work.drawing(study_pictures.stress, verdicts)
     work.text(stress.table(verdicts))
     work.study(lambda folder: stress.save(verdicts, folder), cells=len(verdicts))
     if faults := [v for v in verdicts if v.kind == "fault"]:

@@ -16,9 +16,10 @@ and more time.
 """
 
 from clearance.paper_figures import workshop
+from clearance.postprocess import study_pictures
 
 import clearance as cl
-from clearance.evidence import pictures, work_precision
+from clearance.studies import work_precision
 
 SCENES = {
     "slider_crank": {"model": "lubricated", "film": "pinkus_sternlicht"},
@@ -35,7 +36,7 @@ def draw(work: workshop.Workshop) -> None:
             turns=work.less(2.0, 0.1),
             progress=lambda text, case=case: work.say(f"{case}: {text}"),
         )
-        work.drawing(pictures.work_precision, study, suffix=case)
+        work.drawing(study_pictures.work_precision, study, suffix=case)
         work.text([*work_precision.table(study), "", *work_precision.describe(study)], suffix=case)
         work.study(
             lambda folder, study=study, case=case: work_precision.save(study, folder / case),

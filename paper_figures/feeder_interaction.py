@@ -42,7 +42,7 @@ from clearance.postprocess.channels import abscissa
 from clearance.postprocess.contacts import contacts_of
 from clearance.postprocess.figures import STROKES, finish, line, sheet, stroke
 
-from clearance.turns import by_turn
+from clearance.metrics.by_turn import by_turn
 
 JOINTS, ALL = ("B", "C", "E"), "B,C,E"
 CLEARANCE = 1e-4

@@ -30,8 +30,8 @@ from clearance.postprocess.channels import abscissa, kept
 from clearance.postprocess.figures import degrees, finish, legend_below, sheet, trajectory
 from clearance.postprocess.plots import FLIGHT, MEMBERSHIPS, STATES, touched
 
-from clearance.catalogue import find_case
 from clearance.laws.transition import memberships
+from clearance.scene.catalogue import find_case
 
 #: turns shown of the irregular motion and of the periodic ones
 SHOWN = {DRY: 3.0, FILM: 1.0, TRANSITIONAL: 1.0}

@@ -28,7 +28,7 @@ from clearance.paper_figures import workshop
 from clearance.postprocess.channels import abscissa, kept
 from clearance.postprocess.figures import STROKES, degrees, finish, legend_below, line, sheet
 
-from clearance.series import FEWEST, mean
+from clearance.metrics.statistics import FEWEST, mean
 
 #: oil of both wet models [Pa s] and radial clearance [m] of the studies, unless they vary it
 OIL = 0.005

@@ -18,9 +18,9 @@ Not comparable: pressures and film extents; the source prints none.
 
 from clearance.paper_figures import workshop
 from clearance.paper_figures.six_bar_feeder import PARAMETERS, TURNS
+from clearance.postprocess import film_pictures
 
-from clearance.evidence import film_pictures
-from clearance.evidence.films import snapshots
+from clearance.studies.films import snapshots
 
 JOINT = "B"
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from clearance.paper_figures import workshop
 from clearance.postprocess.pages import Markup, Page, element, join, markup
 
-from clearance.results import provenance, replacing
+from clearance.results.result import provenance, replacing
 
 FORMAT, FORMAT_VERSION = "clearance-figures", 1
 DONE = "done"

@@ -16,7 +16,6 @@ import ast
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
@@ -46,7 +45,7 @@ GREY = "#333333"  # of the legend
 class Box:
     """A part of the code: its title, what it is, its column and height in the picture, its colour.
 
-    modules: patterns of names, without `clearance.`, apart by spaces.
+    modules: folders and flat modules, apart by spaces.
     step: its place in the way of a scene through the code, 0 for parts beside that way.
     """
 
@@ -75,63 +74,48 @@ class Box:
 
 
 BOXES = {
-    "laws": Box(
-        "laws", "contact, friction,\nfilm, transition", 0, 0.0, "#8d6e63", "laws* materials"
-    ),
+    "laws": Box("laws", "contact, friction,\nfilm, transition", 0, 0.0, "#8d6e63", "laws"),
+    "film": Box("film", "Reynolds equation,\nforce tables", 1, 1.5, "#00897b", "film"),
     "scene": Box(
         "scene",
-        "elements: joints,\ndrives, loads",
+        "elements, cases,\nscene files",
         1,
         0.0,
         "#1565c0",
-        "quantities body elements* document scene regimes",
+        "elements scene cases",
         step=1,
     ),
-    "tracing": Box("tracing", "expressions to\ncompiled code", 1, 1.3, "#ad1457", "tracing*"),
+    "tracing": Box("tracing", "expressions to\ncompiled code", 2, 1.6, "#ad1457", "tracing"),
     "compiler": Box(
-        "compiler", "mechanism/: one\nkernel a scene", 2, 0.0, "#6a1b9a", "mechanism*", step=2
+        "compiler", "mechanism/: one\nkernel a scene", 2, 0.0, "#6a1b9a", "mechanism", step=2
     ),
-    "stepping": Box("stepping", "time loop,\nsteppers, events", 3, -1.25, "#8e7cc3", "stepping*"),
-    "film": Box(
-        "film", "Reynolds equation,\nforce tables", 3, 1.15, "#00897b", "film film.* films"
-    ),
-    "cases": Box(
-        "cases",
-        "scenes by name,\nchoices of laws",
-        4,
-        1.55,
-        "#78909c",
-        "cases* choices joint_options case scene_files scene_python scene_toml templates* "
-        "catalogue",
-    ),
+    "stepping": Box("stepping", "time loop,\nsteppers, events", 3, -1.25, "#8e7cc3", "stepping"),
     "run": Box(
         "run",
-        "simulation,\ninverse dynamics",
+        "one run, and how\nsure it is",
         4,
         0.0,
         "#c62828",
-        "simulation run run.* options watched diagnosis observers starting fields inverse* "
-        "turns metrics lanes* rerun request companion standing wearing.summing varied "
-        "replay sensing",
+        "run accuracy simulation",
         step=3,
     ),
     "files": Box(
-        "files",
+        "results",
         "written by runs,\nread by pictures",
         4,
-        -1.65,
+        1.75,
         "#ef6c00",
-        "recording short checkpoint reading results groups images",
+        "results metrics",
         step=4,
     ),
-    "evidence": Box("evidence", "accuracy, cost,\nextremes", 5, 1.0, "#546e7a", "evidence*"),
+    "studies": Box("studies", "accuracy, cost,\nextremes", 5, 1.0, "#546e7a", "studies"),
     "sweeps": Box(
-        "sweeps",
-        "sweeps, chaos,\nwear, fits",
+        "many runs",
+        "sweeps, lanes,\nmotions, wear, fits",
         5,
         -1.0,
         "#9e9d24",
-        "sweeping* ensemble chaos periodic* wearing wearing.[!s]* identify*",
+        "motions wearing lanes sweeping identify",
     ),
     "pictures": Box(
         "pictures",
@@ -139,15 +123,12 @@ BOXES = {
         6,
         0.0,
         "#2e7d32",
-        "postprocess* commands* cli paper_figures*",
+        "postprocess commands cli paper_figures",
         step=5,
     ),
 }
-#: modules that all parts may use: they are drawn without arrows
-SHARED = (
-    "algebra columns checks errors sensitivity units extremes integrals interrupts kinds loading "
-    "locks demand version compiling store sealed series sheets texts warned"
-)
+#: what all parts may use: it is drawn without arrows
+SHARED = "version values files machine"
 #: the package itself: its public names come from all parts
 PUBLIC = "clearance"
 
@@ -168,7 +149,7 @@ def modules() -> dict[str, Path]:
 def box_of(name: str) -> str:
     """The box of a module, "shared" for those of all. Raises ValueError for none or several."""
     patterns = {b: box.modules for b, box in BOXES.items()} | {"shared": SHARED}
-    fits = [b for b, words in patterns.items() if any(fnmatchcase(name, p) for p in words.split())]
+    fits = [b for b, words in patterns.items() if name.split(".")[0] in words.split()]
     if len(fits) != 1:
         raise ValueError(
             f"module clearance.{name} falls into {fits or 'no box'}: see BOXES in {__file__}"
@@ -351,7 +332,7 @@ def picture(counts: Counter):
     axes.set_aspect("equal")
     axes.set_axis_off()
     axes.set_xlim(BOXES["laws"].sides[0] - 0.1, BOXES["pictures"].sides[1] + 0.1)
-    axes.set_ylim(-2.85, 2.05)
+    axes.set_ylim(-2.85, 2.3)
     return figure
 
 

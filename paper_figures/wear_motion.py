@@ -24,8 +24,8 @@ from clearance.paper_figures import workshop
 from clearance.postprocess import figures
 
 import clearance as cl
-from clearance.evidence.lyapunov import SURE, lyapunov
 from clearance.laws.outline import worn
+from clearance.motions.lyapunov import SURE, lyapunov
 
 CASE = {
     "model": "dry",

@@ -24,9 +24,9 @@ from pathlib import Path
 from clearance.postprocess.figures import save
 
 import clearance as cl
-from clearance.catalogue import find_case
-from clearance.locks import Lock
-from clearance.results import Record, Result
+from clearance.files.locks import Lock
+from clearance.results.result import Record, Result
+from clearance.scene.catalogue import find_case
 from clearance.sweeping.index import Sweep
 from clearance.sweeping.points import Points
 
@@ -34,7 +34,15 @@ FOLDER = Path(__file__).parent
 #: folders that are installed into the package
 BESIDE = ("cases", "postprocess", "paper_figures")
 #: modules of this folder that draw nothing themselves
-SHARED = ("__init__", "workshop", "gallery", "completeness")
+SHARED = (
+    "__init__",
+    "workshop",
+    "gallery",
+    "completeness",
+    "ball_joint_studies",
+    "ball_joint_variants",
+    "ball_joint_response",
+)
 KINDS = (".png", ".pdf")
 #: groups of figures in their order, by the source they answer
 GROUPS = {
@@ -54,7 +62,7 @@ TIMED = "measured"
 #: none.
 PARTS = ("Group", "Answers", "Reproduced", "Assumed", "Not comparable")
 #: packages on whose sources no result depends
-WITHOUT_PHYSICS = ("commands", "evidence")
+WITHOUT_PHYSICS = ("commands", "studies")
 
 
 def names() -> list[str]:

@@ -13,8 +13,8 @@ from clearance.postprocess.guides import MAGNIFIED, block, modes_at, of_slides
 from clearance.postprocess.labels import headline
 from clearance.postprocess.plots import FLIGHT, STATES, touched
 
-from clearance.metrics import CORNERS, MODES
-from clearance.results import Record
+from clearance.metrics.metrics import CORNERS, MODES
+from clearance.results.result import Record
 
 #: types of joints that a lens shows
 UNDER_A_LENS = ("ClearanceRevolute", "ClearancePrismatic")

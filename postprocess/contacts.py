@@ -13,8 +13,8 @@ from clearance.postprocess import figures
 from clearance.postprocess.channels import kept, name_of
 from clearance.postprocess.labels import headline
 
-from clearance.metrics import CORNERS
-from clearance.results import Record
+from clearance.metrics.metrics import CORNERS
+from clearance.results.result import Record
 
 #: most joints on a page
 MOST_JOINTS = 3

@@ -9,8 +9,8 @@ from clearance.postprocess import channels
 from clearance.postprocess.figures import save, sheet
 from clearance.postprocess.labels import headline, shown_in
 
-from clearance.extremes import SLIDES
-from clearance.results import Record
+from clearance.results.extremes import SLIDES
+from clearance.results.result import Record
 
 #: fills of the bodies, one after the other
 FILLS = ("#a6cee3", "#fdbf6f", "#b2df8a", "#cab2d6", "#fb9a99", "#e5c494", "#9ad6c8", "#d9d9d9")

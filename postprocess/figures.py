@@ -6,7 +6,8 @@ import subprocess
 from pathlib import Path
 
 # isort: off
-from clearance.sheets import Sheet as Plain, sheet as sheet_of  # before matplotlib is imported
+# before matplotlib is imported
+from clearance.postprocess.sheets import Sheet as Plain, sheet as sheet_of
 
 # isort: on
 import numpy as np
@@ -18,7 +19,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
-from clearance.results import replacing
+from clearance.results.result import replacing
 
 #: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so
 #: no peak is lost

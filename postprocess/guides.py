@@ -7,8 +7,8 @@ import numpy as np
 from clearance.postprocess.figures import finish, save, sheet
 from clearance.postprocess.labels import headline
 
-from clearance.metrics import CORNERS, MODES, modes_of
-from clearance.results import Record
+from clearance.metrics.metrics import CORNERS, MODES, modes_of
+from clearance.results.result import Record
 
 #: colours of the modes
 COLOURS = dict(

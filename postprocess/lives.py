@@ -9,7 +9,7 @@ from clearance.postprocess import figures
 from clearance.postprocess.channels import angle_at
 from clearance.postprocess.drawing import period
 
-from clearance.results import open_result
+from clearance.results.result import open_result
 from clearance.wearing.records import Life
 
 ANGLE = np.deg2rad(np.arange(361))

@@ -14,9 +14,9 @@ from clearance.postprocess.channels import channel, drive_angle, interpolation, 
 from clearance.postprocess.labels import axis_label, shown_in, with_unit, wrapped
 from clearance.postprocess.sections import bifurcation, section, section_times
 
-from clearance.metrics import FEWEST as TURNS
-from clearance.metrics import SETTLING
-from clearance.results import Record
+from clearance.metrics.metrics import FEWEST as TURNS
+from clearance.metrics.metrics import SETTLING
+from clearance.results.result import Record
 from clearance.sweeping.index import Sweep
 
 #: metrics that a picture shows by itself, the first of each that the sweep has; force: of a

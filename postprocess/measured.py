@@ -13,10 +13,10 @@ from clearance.postprocess import figures
 from clearance.postprocess.channels import at, channel, name_of, turn_of
 from clearance.postprocess.labels import axis_label
 
-from clearance.checks import meant
-from clearance.results import Record
-from clearance.texts import text_of
-from clearance.units import UNITS, quantity
+from clearance.files.texts import text_of
+from clearance.results.result import Record
+from clearance.values.checks import meant
+from clearance.values.units import UNITS, quantity
 
 HEADING = re.compile(r"^\s*(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?\s*$")
 #: units of data beside those of the command line -> (SI unit, factor)

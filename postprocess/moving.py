@@ -19,9 +19,9 @@ from clearance.postprocess.pages import date, scaled
 from clearance.postprocess.plots import with_contacts
 from clearance.postprocess.shapes import Shapes
 
-from clearance.metrics import CORNERS, MODES, Window
-from clearance.reading import Damaged
-from clearance.results import Record
+from clearance.metrics.metrics import CORNERS, MODES, Window
+from clearance.results.reading import Damaged
+from clearance.results.result import Record
 
 #: most numbers of a channel, most contacts and most pressure fields of a joint that a page has
 NUMBERS, CONTACTS, FIELDS = 24_000, 20_000, 480

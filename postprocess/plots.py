@@ -19,9 +19,9 @@ from clearance.postprocess.figures import (
 from clearance.postprocess.guides import of_slides, portrait
 from clearance.postprocess.labels import title
 
-from clearance.extremes import SLIDES, guides
-from clearance.metrics import Window
-from clearance.results import Record, Result
+from clearance.metrics.metrics import Window
+from clearance.results.extremes import SLIDES, guides
+from clearance.results.result import Record, Result
 
 TIME = "time [s]"
 #: share of the samples, at either end of their range, that may be lone peaks

@@ -41,10 +41,10 @@ from clearance.postprocess.spectra import spectra
 from clearance.postprocess.sweep_report import sweep_page
 from clearance.postprocess.tornado import tornado
 
-from clearance.evidence.assumptions import assumptions
-from clearance.metrics import Metric, Window, metrics, startup
-from clearance.reading import Damaged
-from clearance.results import Result, open_result
+from clearance.metrics.assumptions import assumptions
+from clearance.metrics.metrics import Metric, Window, metrics, startup
+from clearance.results.reading import Damaged
+from clearance.results.result import Result, open_result
 from clearance.sweeping.index import Sweep, open_sweep
 
 #: turns left out of a Poincare section, and passages that make one worth drawing

@@ -17,8 +17,8 @@ from clearance.postprocess.channels import (
 )
 from clearance.postprocess.labels import axis_label, headline, labels_of, several
 
-from clearance.results import Record
-from clearance.series import mean
+from clearance.metrics.statistics import mean
+from clearance.results.result import Record
 
 Pair = tuple[str, str]
 MOST_PERIOD = 16  # turns of a periodic motion

@@ -31,7 +31,7 @@ from clearance.postprocess.pages import (
     valued,
 )
 
-from clearance.reading import open_checked
+from clearance.results.reading import open_checked
 from clearance.sweeping.definition import FORMAT, FORMAT_VERSION
 from clearance.sweeping.index import Sweep
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from clearance.postprocess.figures import Sheet, save, sheet, with_units
 from clearance.postprocess.labels import shown_in
 
-from clearance.checks import meant
-from clearance.results import Result
+from clearance.results.result import Result
+from clearance.values.checks import meant
 
 MOST, SHOWN = 12, 4  # metrics of a picture, and of one that names none
 WIDTH, HEAD, BAR = 7.5, 0.85, 0.34  # of the sheet, of a panel without bars, of a bar [inch]

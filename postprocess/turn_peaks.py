@@ -8,7 +8,7 @@ import numpy as np
 from clearance.postprocess import figures
 from clearance.postprocess.labels import axis_label, shown_in
 
-from clearance.results import open_result
+from clearance.results.result import open_result
 
 PEAK = "_peak"
 MOST = 3  # quantities in a picture

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from clearance.elements import ClearancePrismatic, ClearanceRevolute, Prismatic
-from clearance.scene import Scene
+from clearance.scene.scene import Scene
 
 REVOLUTE, PRISMATIC, FILM, CONTACT, ANGLE, RELATIVE, SLIDE = range(7)
 

@@ -21,9 +21,9 @@ import scipy.linalg  # noqa: F401  it loads its OpenBLAS
 from numba.core.codegen import JITCodeLibrary
 
 import clearance as cl
-from clearance import store
 from clearance.lanes import kernels
 from clearance.lanes.code import Code, natural_width, new_module
+from clearance.machine import store
 from clearance.mechanism.build import build
 
 #: registers, mnemonics and calls of the C library's fma in the assembly of LLVM

@@ -11,13 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import clearance as cl
-from clearance import checks
-from clearance.body import Body, Point, ground
+from clearance.elements.body import Body, Point, ground
 from clearance.elements.element import State
 from clearance.elements.joint import FREE, Joint, Known
 from clearance.elements.load import Load
+from clearance.elements.quantities import number
 from clearance.laws.law import BoundLaw
-from clearance.quantities import number
+from clearance.values import checks
 
 
 # --- laws of users

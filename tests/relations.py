@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 import clearance as cl
-from clearance.body import Body, Point, ground
+from clearance.elements.body import Body, Point, ground
 from clearance.elements.element import Element
 from clearance.elements.joint import Joint
 from clearance.laws.law import BoundLaw

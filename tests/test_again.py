@@ -7,8 +7,8 @@ import pytest
 
 import clearance as cl
 from clearance import cli
-from clearance.catalogue import case_names
-from clearance.rerun import again, differences
+from clearance.run.again import again, differences
+from clearance.scene.catalogue import case_names
 from clearance.simulation import prepare
 from clearance.stepping import status
 

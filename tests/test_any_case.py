@@ -9,7 +9,7 @@ import pytest
 
 import clearance as cl
 from clearance import cli
-from clearance.catalogue import find_case
+from clearance.scene.catalogue import find_case
 
 MACHINES = """
 import functools

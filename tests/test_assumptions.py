@@ -9,8 +9,8 @@ from scipy.integrate import quad
 
 import clearance as cl
 from clearance import cli
-from clearance.evidence import assumptions as module
 from clearance.laws.law import signal
+from clearance.metrics import assumptions as module
 
 MASS, LENGTH, AMPLITUDE, FREQUENCY = 0.6, 0.3, 0.02, 30.0
 WIDTH, HEIGHT = 0.008, 0.015

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearance import store
-from clearance.algebra import least_squares, solve
-from clearance.errors import geometric_mean
+from clearance.machine import store
+from clearance.results.errors import geometric_mean
+from clearance.values.algebra import least_squares, solve
 from tests.benchmarks.processors import environment, settings
 from tests.bits import RUNS, SWEEP
 

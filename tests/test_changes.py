@@ -5,9 +5,9 @@ import pytest
 
 import clearance as cl
 from clearance.mechanism.build import build, changed
-from clearance.observers import Observer
-from clearance.options import Output
-from clearance.recording import MemorySink
+from clearance.results.recorder import MemorySink
+from clearance.run.observers import Observer
+from clearance.run.options import Output
 from clearance.simulation import prepare, write
 
 

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import chaos, run, turns
 from clearance.cli import main
-from clearance.ensemble import Ensemble
 from clearance.mechanism.build import build
-from clearance.options import Solver
+from clearance.metrics import by_turn as turns
+from clearance.motions import chaos
+from clearance.motions.ensemble import Ensemble
+from clearance.run import run
+from clearance.run.options import Solver
 from tests.seeds import few_of
 
 SCENE = cl.load_case("slider_crank")

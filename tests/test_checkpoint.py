@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.checkpoint import load, parts_folder, save
+from clearance.run.checkpoint import load, parts_folder, save
 from tests.seeds import few_of
 
 CALL = """

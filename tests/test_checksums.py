@@ -14,24 +14,24 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import images, short
 from clearance.cli import main
-from clearance.reading import Damaged, open_checked
-from clearance.results import image_of, in_memory
+from clearance.files.texts import signed
+from clearance.results import hdf5_image, short_file
+from clearance.results.reading import Damaged, open_checked
+from clearance.results.result import image_of, in_memory
 from clearance.sweeping import definition
-from clearance.texts import signed
 from tests.benchmarks import damage
 from tests.seeds import few_of
 
 
-@pytest.mark.skipif(not images.available(), reason="HDF5 hides its checksums here")
+@pytest.mark.skipif(not hdf5_image.available(), reason="HDF5 hides its checksums here")
 def test_L1_the_checksum_of_headers_is_that_of_hdf5():
     """600 pieces of random length and content."""
     rng = random.Random(1)
-    reference, _ = images._checksums()
+    reference, _ = hdf5_image._checksums()
     for _ in range(600):
         data = rng.randbytes(4 * rng.randint(1, 40))
-        assert images.lookup3(data) == reference(data, len(data), 0)
+        assert hdf5_image.lookup3(data) == reference(data, len(data), 0)
 
 
 class Stale:
@@ -42,9 +42,9 @@ class Stale:
 
     def get_file_image(self):
         image = bytearray(self.file.id.get_file_image())
-        old = image[: images.SUPERBLOCK - 4]
+        old = image[: hdf5_image.SUPERBLOCK - 4]
         old[11] = 1
-        struct.pack_into("<I", image, images.SUPERBLOCK - 4, images.lookup3(bytes(old)))
+        struct.pack_into("<I", image, hdf5_image.SUPERBLOCK - 4, hdf5_image.lookup3(bytes(old)))
         return bytes(image)
 
 
@@ -70,7 +70,7 @@ def long_run(tmp_path_factory):
     """A file of 4801 rows, three pieces a column, written as the run goes."""
     path = tmp_path_factory.mktemp("long") / "run.h5"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(short, "PATIENCE", 0.0)
+        patch.setattr(short_file, "PATIENCE", 0.0)
         scene = cl.load_case("slider_crank", friction="coulomb")
         channels = ["bodies/*", "joints/C/gap", "energy/*"]
         cl.simulate(scene, path=path, turns=4, samples_per_turn=1200, channels=channels).close()

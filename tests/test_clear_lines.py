@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance import texts
 from clearance.cli import main
-from clearance.periodic import kept
+from clearance.files import texts
+from clearance.motions import branch_file
 from tests.seeds import few_of
 from tests.test_going_on import followed, pendulum
 from tests.test_life import rotor
@@ -108,13 +108,13 @@ def test_T2b_a_branch_without_a_column(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path / "one")
     folder, case = tmp_path / "branch", pendulum(tmp_path / "one")
     followed(case, folder, 3)
-    entire = (folder / kept.FILE).read_bytes()
-    with h5py.File(folder / kept.FILE) as file:
+    entire = (folder / branch_file.FILE).read_bytes()
+    with h5py.File(folder / branch_file.FILE) as file:
         names = [f"{g}/{c}" for g in ("branch", "places") for c in file[g]]
     for name in names:
         for rows in (0, 1, 2, None):
-            (folder / kept.FILE).write_bytes(entire)
-            with h5py.File(folder / kept.FILE, "a") as file:
+            (folder / branch_file.FILE).write_bytes(entire)
+            with h5py.File(folder / branch_file.FILE, "a") as file:
                 values, about = file[name][()], dict(file[name].attrs)
                 del file[name]
                 if rows is not None:
@@ -122,9 +122,10 @@ def test_T2b_a_branch_without_a_column(tmp_path, monkeypatch):
             try:
                 assert len(followed(case, folder, 4).points) == 4
             except ValueError as error:
-                assert kept.FILE in str(error)  # noqa: PT017
+                assert branch_file.FILE in str(error)  # noqa: PT017
             else:
-                assert name not in {f"places/{part}" for part in kept.PARTS if part != kept.TURNS}
+                parts = set(branch_file.PARTS) - {branch_file.TURNS}
+                assert name not in {f"places/{part}" for part in parts}
 
 
 @pytest.mark.parametrize("seed", few_of(range(3), 1))
@@ -136,20 +137,20 @@ def test_T2b_a_branch_with_attributes_of_another_kind(seed, tmp_path, monkeypatc
     monkeypatch.syspath_prepend(tmp_path / "one")
     folder, rng, needed = tmp_path / "branch", random.Random(seed), set()
     followed(pendulum(tmp_path / "one"), folder, 3)
-    entire = (folder / kept.FILE).read_bytes()
-    with h5py.File(folder / kept.FILE) as file:
+    entire = (folder / branch_file.FILE).read_bytes()
+    with h5py.File(folder / branch_file.FILE) as file:
         names = [n for n in file.attrs if not n.endswith("_crc32")]
     for name in names:
-        (folder / kept.FILE).write_bytes(entire)
-        with h5py.File(folder / kept.FILE, "a") as file:
+        (folder / branch_file.FILE).write_bytes(entire)
+        with h5py.File(folder / branch_file.FILE, "a") as file:
             del file.attrs[name]
             file.attrs[name] = rng.choice([3.5, np.arange(3.0), np.zeros((2, 2)), [], b"\xff"])
         try:
-            kept.asked(folder)
-            kept.points(folder)
+            branch_file.asked(folder)
+            branch_file.points(folder)
         except ValueError as error:
             needed.add(name)
-            assert kept.FILE in str(error)  # noqa: PT017
+            assert branch_file.FILE in str(error)  # noqa: PT017
     assert needed >= {"format", "request", "made", "ended", "parameter"}
 
 
@@ -182,7 +183,7 @@ def test_T4_scenes_without_an_end(seed, tmp_path, capsys):
 
 def test_T4_formulas_of_every_depth_have_a_number_or_a_reason():
     """Up to the longest: nothing else is raised."""
-    from clearance.scene_files import LONGEST, formula
+    from clearance.scene.toml_scene import LONGEST, formula
 
     rng = random.Random(0)
     for _ in range(60):

@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 
 import clearance as cl
 from clearance.elements.clearance_prismatic import CORNERS
-from clearance.evidence.variants import idealised
 from clearance.mechanism.build import build
-from clearance.metrics import metrics
+from clearance.metrics.metrics import metrics
+from clearance.scene.variants import idealised
 from clearance.simulation import prepare
 from tests import mechanisms as m
 from tests.augmented import IMPACT, Augmented

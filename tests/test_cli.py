@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import cli, results
+from clearance import cli
+from clearance.results import result as results
 from tests.seeds import few_of
 
 OWN = Path(__file__).parent / "own_mechanisms"

@@ -13,8 +13,8 @@ import pytest
 from numba.core.postproc import PostProcessor
 from numba.core.targetconfig import TargetConfig
 
-from clearance import compiling, store
-from clearance.stepping.parts import Part, Whole
+from clearance.machine import announce, store
+from clearance.machine.numba_passes import Part, Whole
 from clearance.stepping.types import TESTED
 
 
@@ -23,11 +23,11 @@ def test_compiling_the_time_loop_is_announced_once(caplog):
     do not count.
     """
     modules = "clearance.stepping.loop", "clearance.stepping.radau5", "elsewhere"
-    with caplog.at_level(logging.INFO, "clearance"), compiling.announced():
+    with caplog.at_level(logging.INFO, "clearance"), announce.announced():
         for module in modules:
             added = eval("lambda x: x + 1.0", {"__name__": module})
             assert numba.njit(added)(1.0) == 2.0
-    assert [r.message for r in caplog.records] == [compiling.LINE]
+    assert [r.message for r in caplog.records] == [announce.LINE]
 
 
 def _caller_and_helper():

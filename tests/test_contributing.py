@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance import store
+from clearance.machine import store
 from tests.seeds import few_of
 
 ROOT = Path(__file__).parent.parent

@@ -21,14 +21,15 @@ import pytest
 import xarray
 
 import clearance as cl
-from clearance import document, reading
-from clearance.catalogue import case_names
 from clearance.cli import main
+from clearance.files.texts import signed_document
 from clearance.identify.records import read
-from clearance.reading import Damaged, crc_of
-from clearance.results import EVENT_TEXTS, save_tables
+from clearance.results import reading
+from clearance.results.reading import Damaged, crc_of
+from clearance.results.result import EVENT_TEXTS, save_tables
+from clearance.scene import document
+from clearance.scene.catalogue import case_names
 from clearance.sweeping import definition, journal
-from clearance.texts import signed_document
 from tests.benchmarks import damage
 from tests.seeds import few_of
 

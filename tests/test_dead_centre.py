@@ -11,8 +11,8 @@ import pytest
 import clearance as cl
 from clearance.mechanism.build import build
 from clearance.mechanism.dead_centre import Motion, dead_centre
-from clearance.periodic.maps import NotPeriodic
-from clearance.recording import MemorySink
+from clearance.motions.maps import NotPeriodic
+from clearance.results.recorder import MemorySink
 from clearance.simulation import prepare, reopened
 from clearance.stepping import status
 from tests.seeds import few_of

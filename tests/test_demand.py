@@ -8,8 +8,9 @@ import re
 import pytest
 
 import clearance as cl
-from clearance import cli, demand
-from clearance.demand import Demand, affordable
+from clearance import cli
+from clearance.run import limits
+from clearance.run.limits import Demand, affordable
 
 IDEAL = ["slider_crank", "-p", "model=ideal"]
 
@@ -67,7 +68,7 @@ def test_R9_what_the_disk_cannot_hold_is_refused(tmp_path, monkeypatch):
     """By all the channels that are stored, at eight bytes a number; --force and force=True begin
     all the same.
     """
-    monkeypatch.setattr(demand.shutil, "disk_usage", lambda path: type("", (), {"free": 100_000})())
+    monkeypatch.setattr(limits.shutil, "disk_usage", lambda path: type("", (), {"free": 100_000})())
     with pytest.raises(
         ValueError, match=r"files of .* GB \(0.0001 GB are free in .*--force \(force=True\)"
     ):
@@ -95,7 +96,7 @@ def test_R9_usual_requests_are_never_refused():
 
 def test_R9_a_compressed_file_is_given_the_benefit_of_the_doubt(monkeypatch):
     monkeypatch.setattr(
-        demand.shutil, "disk_usage", lambda path: type("", (), {"free": 8_000_000})()
+        limits.shutil, "disk_usage", lambda path: type("", (), {"free": 8_000_000})()
     )
     affordable(Demand(rows=1_000_000, steps=1.0, columns=9, compressed=True))
     with pytest.raises(ValueError, match="files of 0.072 GB"):

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance import checks
 from clearance.laws.law import Law, OfJoint
+from clearance.values import checks
 
 INIT = Path(cl.__file__)
 LAWS = [n for n in cl.__all__ if isinstance(getattr(cl, n), Law)]
@@ -56,8 +56,8 @@ def test_type_checkers_know_what_a_run_has(tmp_path):
     done = subprocess.run(command, cwd=INIT.parent.parent, capture_output=True, text=True)
     notes = re.findall(r":(\d+): (?:note|error): (.*)", done.stdout)
     assert [(int(line), text.split("[")[0].strip()) for line, text in notes] == [
-        (3, 'Revealed type is "clearance.results.Result"'),
-        (4, 'Revealed type is "clearance.scene.Scene"'),
+        (3, 'Revealed type is "clearance.results.result.Result"'),
+        (4, 'Revealed type is "clearance.scene.scene.Scene"'),
         (5, '"Result" has no attribute "nothing"'),
         (6, 'Argument 1 to "rpm" has incompatible type "str"; expected "float"'),
     ]
@@ -126,3 +126,18 @@ def test_a_missing_clearance_is_named():
         cl.ClearanceRevolute(cl.ground, body, name="C", radius=0.01)
     with pytest.raises(TypeError, match="clearance must be a number, got None"):
         cl.ClearanceRevolute(cl.ground, body, name="C", radius=0.01, clearance=None)
+
+
+@pytest.mark.parametrize("before", cl._MOVED)
+def test_paths_of_before_are_still_there(before):
+    """Modules that moved, by the paths that were documented."""
+    assert importlib.import_module(before) is importlib.import_module(cl._MOVED[before])
+
+
+def test_folders_show_what_was_documented_of_their_modules():
+    from clearance.results import PressureFields, Record, open_result
+
+    assert open_result is cl.open_result
+    assert {c.__module__ for c in (PressureFields, Record)} == {"clearance.results.result"}
+    with pytest.raises(AttributeError, match=r"did you mean open_result\?"):
+        importlib.import_module("clearance.results").open_resul  # noqa: B018

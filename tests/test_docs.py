@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance import choices, document, laws
+from clearance import laws
+from clearance.scene import document, law_names
 from tests.test_readme import commands
 
 ROOT = Path(__file__).parent.parent
@@ -137,10 +138,10 @@ def test_laws_that_are_advised_exist():
     words = set(re.findall(r"`(\w+)`", text))
     reference = {
         *laws.__all__,
-        *choices.MODELS,
-        *choices.FILMS,
-        *choices.ONLINE_FILMS,
-        *choices.TRANSITIONS,
+        *law_names.MODELS,
+        *law_names.FILMS,
+        *law_names.ONLINE_FILMS,
+        *law_names.TRANSITIONS,
         "rtol",
         "run",
     }

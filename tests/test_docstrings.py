@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance import results
 from clearance.identify import fit, models, records
 from clearance.laws.law import Family, Law
+from clearance.results import result
 from tests.benchmarks.words import statements
 
 ROOT = Path(__file__).parent.parent
@@ -21,7 +21,7 @@ LAWS = {name: law for name, law in PUBLIC.items() if isinstance(law, Law)}
 FUNCTIONS = {name: f for name, f in PUBLIC.items() if inspect.isfunction(f)}
 CLASSES = {name: c for name, c in PUBLIC.items() if inspect.isclass(c)}
 CLASSES |= {
-    c.__name__: c for c in (results.Record, models.LuGre, models.Curve, fit.Fit, records.Trial)
+    c.__name__: c for c in (result.Record, models.LuGre, models.Curve, fit.Fit, records.Trial)
 }
 
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import companion
+from clearance.accuracy import companion
+from clearance.accuracy.request import Ladder, Request, names, printed
 from clearance.cli import main
 from clearance.commands.accuracy import prefixed, with_error
-from clearance.errors import Error, Errors
-from clearance.metrics import metrics
-from clearance.options import Output
-from clearance.request import Ladder, Request, names, printed
-from clearance.results import open_result
-from clearance.run import Run
+from clearance.metrics.metrics import metrics
+from clearance.results.errors import Error, Errors
+from clearance.results.result import open_result
+from clearance.run.options import Output
+from clearance.run.run import Run
 from clearance.simulation import NotReached, prepare, write
 from tests.seeds import few_of
 

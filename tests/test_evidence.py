@@ -10,16 +10,17 @@ import math
 import h5py
 import numpy as np
 import pytest
+from clearance.postprocess import study_pictures
 
 import clearance as cl
 from clearance import cli
-from clearance.catalogue import find_case
-from clearance.evidence import ablation, physics, pictures, work_precision
-from clearance.evidence.peers import PEERS, dispatched
-from clearance.evidence.problem import NotSolved, Problem, horizon
-from clearance.evidence.variants import reduced
+from clearance.accuracy.horizon import NotSolved, Problem, horizon
 from clearance.mechanism.build import build
-from clearance.options import METHODS
+from clearance.run.options import METHODS
+from clearance.scene.catalogue import find_case
+from clearance.scene.variants import reduced
+from clearance.studies import ablation, physics, work_precision
+from clearance.studies.peers import PEERS, dispatched
 from tests.test_stepping import ball
 
 pytestmark = pytest.mark.slow
@@ -72,7 +73,7 @@ class TestWorkPrecision:
                 next(c.error for c in study.curves if c.name == "radau5")
             )
             assert file["radau5/seconds"].attrs["units"] == "s"
-        assert pictures.work_precision(study, tmp_path / "p.png").stat().st_size > 20_000
+        assert study_pictures.work_precision(study, tmp_path / "p.png").stat().st_size > 20_000
 
     def test_a_chaotic_scene_is_cut_at_its_horizon(self, quick, monkeypatch):
         """Errors are measured where neighbours stay together (they grow up to 1e5 times); beyond,

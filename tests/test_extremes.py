@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.catalogue import case_names, find_case
-from clearance.extremes import Extremes, better, stretch_length, stretches
-from clearance.metrics import metrics
+from clearance.metrics.metrics import metrics
+from clearance.results.extremes import Extremes, better, stretch_length, stretches
+from clearance.scene.catalogue import case_names, find_case
 from tests.seeds import few_of
 
 

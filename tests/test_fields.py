@@ -10,7 +10,7 @@ from clearance.postprocess import pressures
 
 import clearance as cl
 from clearance.cli import main
-from clearance.evidence import films
+from clearance.studies import films
 
 
 @pytest.fixture(scope="module")

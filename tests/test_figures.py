@@ -18,7 +18,7 @@ from clearance.paper_figures import gallery, structure, workshop
 import clearance as cl
 from clearance import cli
 from clearance.commands import figures as figures_command
-from clearance.results import locked
+from clearance.results.result import locked
 
 NAMES = workshop.names()
 
@@ -336,6 +336,6 @@ def test_the_structure_has_a_box_for_each_module_and_no_arrow_leads_back():
 
 
 def test_a_module_without_a_box_is_refused():
-    assert structure.box_of("diagnosis") == structure.box_of("run") == "run"
+    assert structure.box_of("run.diagnosis") == structure.box_of("simulation") == "run"
     with pytest.raises(ValueError, match="module clearance.something falls into no box"):
         structure.box_of("something")

@@ -11,7 +11,7 @@ import pytest
 
 import clearance as cl
 from clearance import cli
-from clearance.periodic import kept
+from clearance.motions import branch_file
 
 DAMPING, SPEED = 0.5, 4.0
 CASE = f'''
@@ -106,7 +106,7 @@ class TestPendulum:
         assert sum(row[1] == "fold" for row in rows) == 1
         place = rows[0].index("multiplier_1_error [1]")
         assert [float(row[place]) for row in rows[1:]] == [p.errors[0] for p in met.points]
-        assert [p.errors.tolist() for p in kept.points(folder)] == [
+        assert [p.errors.tolist() for p in branch_file.points(folder)] == [
             p.errors.tolist() for p in met.points
         ]
         assert (folder / "follow.h5").exists()
@@ -445,7 +445,7 @@ def test_users19_steps_grow_on_a_quiet_branch_in_the_unit_of_the_user(tmp_path, 
     shown = capsys.readouterr()
     assert "60 rpm to" in shown.out
     assert "rad/s" not in shown.out
-    points = kept.points(tmp_path / "out")
+    points = branch_file.points(tmp_path / "out")
     last = points[-1]
     assert len(points) == 12
     assert last.value > cl.rpm(90.0)

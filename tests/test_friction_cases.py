@@ -15,8 +15,8 @@ from clearance.paper_figures import mobile_manipulator as figures
 from scipy.integrate import solve_ivp
 
 import clearance as cl
-from clearance.catalogue import find_case, load_case
 from clearance.mechanism.build import build
+from clearance.scene.catalogue import find_case, load_case
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import evaluated
 from tests.plain import kernel

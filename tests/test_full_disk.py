@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import checkpoint, simulation
-from clearance import run as running
-from clearance.recording import FileSink, Unwritable
+from clearance import simulation
+from clearance.results.recorder import FileSink, Unwritable
+from clearance.run import checkpoint
+from clearance.run import run as running
 from tests.seeds import few_of
 from tests.test_checkpoint import same
 

@@ -13,8 +13,8 @@ import time
 import pytest
 
 import clearance as cl
-from clearance.periodic import kept
-from clearance.sweeping import made
+from clearance.motions import branch_file
+from clearance.run import inputs
 from tests.seeds import few_of
 
 LAW = """
@@ -252,7 +252,7 @@ def test_L3_a_branch_notices_changes(seed, tmp_path, monkeypatch):
             followed(case, folder, 30, progress=interrupting(count))
     else:
         followed(case, folder, count)
-    before = kept.points(folder)
+    before = branch_file.points(folder)
     assert len(before) == count
     pendulum(tmp_path / "one", **change)
     with pytest.raises(ValueError, match=f"has {count} points, and since then: .*{reason}"):
@@ -266,7 +266,7 @@ def test_L3_a_branch_whose_case_is_moved_goes_on(tmp_path, monkeypatch):
     """The same files in another folder are the same case, however their path is written."""
     monkeypatch.syspath_prepend(tmp_path / "one")
     followed(pendulum(tmp_path / "one"), tmp_path / "branch", 3)
-    first = kept.points(tmp_path / "branch")
+    first = branch_file.points(tmp_path / "branch")
     (tmp_path / "one").rename(tmp_path / "two")
     monkeypatch.syspath_prepend(tmp_path / "two")
     monkeypatch.chdir(tmp_path)
@@ -283,7 +283,7 @@ def test_L4_an_interrupted_branch_of_enough_points_ends(seed, tmp_path, monkeypa
     case, folder, rng = pendulum(tmp_path / "one"), tmp_path / "branch", random.Random(seed)
     with pytest.raises(KeyboardInterrupt):
         followed(case, folder, 30, progress=interrupting(rng.randint(4, 7)))
-    there = len(kept.points(folder))
+    there = len(branch_file.points(folder))
     branch = followed(case, folder, rng.randint(2, there - 1))
     assert (len(branch.points), branch.reason) == (there, f"{there} points")
 
@@ -291,7 +291,7 @@ def test_L4_an_interrupted_branch_of_enough_points_ends(seed, tmp_path, monkeypa
 FOLLOWED = """
 import sys
 from pathlib import Path
-from clearance.periodic import follow
+from clearance.motions import follow
 from clearance.cli import main
 follow.SAVED = follow.SHARE = 0.0
 sys.exit(main(sys.argv[1:]))
@@ -313,11 +313,11 @@ def test_L4_a_killed_branch_goes_on(seed, tmp_path):
             break
         time.sleep(0.01)
     process.wait()
-    before = kept.points(tmp_path / "branch")
+    before = branch_file.points(tmp_path / "branch")
     assert len(before) >= count
     done = subprocess.run(program, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    after = [p.value for p in kept.points(tmp_path / "branch")]
+    after = [p.value for p in branch_file.points(tmp_path / "branch")]
     assert after[: len(before)] == [p.value for p in before]
     assert after[-1] == pytest.approx(0.95)
     assert not list((tmp_path / "branch").glob("*.partial"))
@@ -333,7 +333,7 @@ def stored(folder):
 
 def test_L4_a_branch_is_stored_as_it_goes(tmp_path, monkeypatch):
     """Every few seconds, not at each point: writing takes a fiftieth of the time at most."""
-    from clearance.periodic import follow
+    from clearance.motions import follow
 
     monkeypatch.syspath_prepend(tmp_path / "one")
     clock = itertools.count(step=1.0)
@@ -361,7 +361,7 @@ def test_modules_are_found_without_running_them(tmp_path, monkeypatch):
     (tmp_path / "case" / "beside.py").write_text(running)
     case = tmp_path / "case" / "case.py"
     case.write_text("import kit.deep.leaf, numpy.distutils.misc_util, beside, nothing.there\n")
-    assert list(made.modules_of([case])) == ["beside", "kit", "kit.deep", "kit.deep.leaf"]
+    assert list(inputs.modules_of([case])) == ["beside", "kit", "kit.deep", "kit.deep.leaf"]
 
 
 def test_modules_of_installed_distributions_are_not_the_users(tmp_path, monkeypatch):
@@ -377,5 +377,5 @@ def test_modules_of_installed_distributions_are_not_the_users(tmp_path, monkeypa
     (target / "kit-1.0.dist-info" / "METADATA").write_text("Name: kit\nVersion: 1.0\n")
     (target / "kit-1.0.dist-info" / "RECORD").write_text("in_target/__init__.py,,\n")
     case = tmp_path / "case.py"
-    case.write_text("import in_target, in_site_packages, mine, clearance.films, json.decoder\n")
-    assert list(made.modules_of([case])) == ["mine"]
+    case.write_text("import in_target, in_site_packages, mine, clearance.film, json.decoder\n")
+    assert list(inputs.modules_of([case])) == ["mine"]

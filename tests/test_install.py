@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-from clearance import store
+from clearance.machine import store
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = ("clearance", "cases", "postprocess", "paper_figures", "docs", "tests")

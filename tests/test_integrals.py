@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.integrals import PARTS, Integrals
-from clearance.metrics import metrics
+from clearance.metrics.metrics import metrics
+from clearance.results.integrals import PARTS, Integrals
 from clearance.simulation import prepare
 
 #: forces with peaks between 400 samples a turn

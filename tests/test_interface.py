@@ -16,17 +16,17 @@ import pytest
 
 import clearance as cl
 from clearance import cli, laws
-from clearance.catalogue import find_case
-from clearance.choices import CONTACTS
 from clearance.commands import common
 from clearance.laws.law import Family, FilmJoint, Law
-from clearance.options import span_of
+from clearance.run.options import span_of
+from clearance.scene.catalogue import find_case
+from clearance.scene.law_names import CONTACTS
 from clearance.sweeping.points import from_words
 
 GUIDE = (Path(__file__).parent.parent / "clearance" / "GUIDE.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
 SCENE = """
-from clearance.units import mm
+from clearance.values.units import mm
 
 
 def journal(name, **slots):

@@ -11,7 +11,7 @@ import pytest
 
 import clearance as cl
 from clearance import cli, simulation
-from clearance.interrupts import DeferredSignals, Terminated, terminable
+from clearance.run.interrupts import DeferredSignals, Terminated, terminable
 
 
 @pytest.fixture(autouse=True)

@@ -12,18 +12,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import clearance as cl
-from clearance import laws, regimes
-from clearance.choices import ASPERITIES, CONTACTS, FRICTIONS, TRANSITIONS, Pair
-from clearance.choices import FILMS as ALL_FILMS
-from clearance.diagnosis import Diagnosis
+from clearance import laws
+from clearance.elements import regimes
 from clearance.laws import FilmJoint
 from clearance.laws.asperity import second_moment, third_moment
 from clearance.laws.contact import johnson_force, lambert_w
 from clearance.laws.film import arc_integrals, harmonic_share
 from clearance.laws.law import BoundLaw
+from clearance.laws.materials import Material, steel
 from clearance.laws.worn_asperity import moments
-from clearance.materials import Material, steel
-from clearance.recording import MemorySink, Recorder
+from clearance.results.recorder import MemorySink, Recorder
+from clearance.run.diagnosis import Diagnosis
+from clearance.scene.law_names import ASPERITIES, CONTACTS, FRICTIONS, TRANSITIONS, Pair
+from clearance.scene.law_names import FILMS as ALL_FILMS
 from clearance.simulation import prepare
 from clearance.stepping import status as codes
 from clearance.stepping.state import VALUE

@@ -3,7 +3,7 @@
 import pytest
 
 import clearance as cl
-from clearance.catalogue import find_case
+from clearance.scene.catalogue import find_case
 
 CASE = '''
 import clearance as cl

@@ -13,71 +13,33 @@ from pathlib import Path
 from tests.benchmarks.words import statements
 
 ROOT = Path(__file__).parent.parent
-#: lowest first; a module may import its own layer and those before it
+#: folders in the order of a scene's way; a module may import its own folder and those before it
+STREET = [
+    "version",
+    "values",
+    "files",
+    "machine",
+    "laws",
+    "film",
+    "elements",
+    "scene",
+    "tracing",
+    "mechanism",
+    "stepping",
+    "results",
+    "metrics",
+    "run",
+    "accuracy",
+    "simulation",
+    "motions",
+    "wearing",
+    "lanes",
+    "sweeping",
+    "identify",
+    "studies",
+]
 LAYERS = [
-    [
-        "clearance.columns",
-        "clearance.checks",
-        "clearance.kinds",
-        "clearance.units",
-        "clearance.warned",
-    ],
-    ["clearance.algebra"],
-    [
-        "clearance.extremes",
-        "clearance.integrals",
-        "clearance.interrupts",
-        "clearance.loading",
-        "clearance.texts",
-        "clearance.sheets",
-    ],
-    [
-        "clearance.locks",
-        "clearance.sealed",
-        "clearance.demand",
-        "clearance.version",
-        "clearance.series",
-        "clearance.errors",
-        "clearance.sensitivity",
-    ],
-    ["clearance.store"],
-    ["clearance.tracing"],
-    ["clearance.materials"],
-    ["clearance.laws"],
-    ["clearance.quantities"],
-    ["clearance.body"],
-    ["clearance.elements"],
-    ["clearance.document"],
-    ["clearance.scene"],
-    ["clearance.regimes"],
-    ["clearance.mechanism", "clearance.stepping", "clearance.film", "clearance.compiling"],
-    ["clearance.images"],
-    ["clearance.reading", "clearance.results", "clearance.groups"],
-    ["clearance.recording", "clearance.checkpoint", "clearance.short"],
-    [
-        "clearance.starting",
-        "clearance.fields",
-        "clearance.options",
-        "clearance.watched",
-        "clearance.diagnosis",
-    ],
-    ["clearance.turns"],
-    ["clearance.observers", "clearance.wearing.summing"],
-    ["clearance.run", "clearance.metrics"],
-    ["clearance.standing", "clearance.companion", "clearance.lanes", "clearance.request"],
-    ["clearance.varied", "clearance.replay"],
-    ["clearance.sensing"],
-    ["clearance.simulation", "clearance.inverse"],
-    ["clearance.rerun"],
-    ["clearance.films", "clearance.choices"],
-    ["clearance.joint_options"],
-    ["clearance.case"],
-    ["clearance.scene_files", "clearance.scene_python", "clearance.scene_toml"],
-    ["clearance.catalogue"],
-    ["clearance.ensemble"],
-    ["clearance.chaos"],
-    ["clearance.evidence", "clearance.sweeping", "clearance.identify", "clearance.wearing"],
-    ["clearance.periodic"],
+    *([f"clearance.{name}"] for name in STREET),
     ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],
 ]
 #: folders beside the package that are installed into it
@@ -85,17 +47,17 @@ BESIDE = ("cases", "postprocess", "paper_figures")
 MODULES = [p for folder in ("clearance", *BESIDE) for p in sorted((ROOT / folder).rglob("*.py"))]
 ONLY_IN = {
     "numba": {
-        "clearance.store",
-        "clearance.stepping.parts",
-        "clearance.stepping.record",
+        "clearance.machine.store",
+        "clearance.machine.numba_passes",
+        "clearance.machine.numba_record",
         "clearance.stepping.types",
-        "clearance.compiling",
-        "clearance.evidence.peers",
+        "clearance.machine.announce",
+        "clearance.studies.peers",
     },
     "skfem": {"clearance.film.fem"},
     "scipy": {
-        "clearance.series",
-        "clearance.evidence.peers",
+        "clearance.metrics.statistics",
+        "clearance.studies.peers",
         "clearance.film.fem",
         "clearance.sweeping.points",
         "clearance.sweeping.scatter",
@@ -108,21 +70,21 @@ ONLY_IN = {
     "distributed": {"clearance.sweeping.teams"},
     "xarray": {"clearance.sweeping.index"},
     "pandas": {"clearance.sweeping.index"},
-    "pinocchio": {"clearance.evidence.pinocchio"},
+    "pinocchio": {"clearance.studies.pinocchio"},
     "matplotlib": {
         "postprocess.figures",
-        "clearance.evidence.pictures",
-        "clearance.evidence.film_pictures",
-        "clearance.sheets",
+        "postprocess.study_pictures",
+        "postprocess.film_pictures",
+        "postprocess.sheets",
         "paper_figures.frames",
         "paper_figures.structure",
     },
     "h5py": {
-        "clearance.groups",
-        "clearance.images",
-        "clearance.reading",
-        "clearance.recording",
-        "clearance.results",
+        "clearance.results.groups",
+        "clearance.results.hdf5_image",
+        "clearance.results.reading",
+        "clearance.results.recorder",
+        "clearance.results.result",
     },
     "jax": {"clearance.identify.learn"},
     "optax": {"clearance.identify.learn"},
@@ -219,7 +181,7 @@ def test_a_circle_is_recognised():
 def test_no_imports_in_a_circle():
     """Nor between modules of one layer, nor inside functions."""
     needs = {name_of(p): set(filter(None, own_imports(p))) & NAMES for p in MODULES}
-    assert len(needs["clearance.run"]) > 10
+    assert len(needs["clearance.run.run"]) > 10
     assert [c for module in list(needs) if (c := circle(needs, module))] == []
 
 
@@ -264,16 +226,18 @@ def test_laws_import_only_math():
 
 
 #: what reads run files, sweep directories, measurements and fits
-FILES = {"clearance.results", "clearance.reading", "clearance.extremes"}
+FILES = {"clearance.results.result", "clearance.results.reading", "clearance.results.extremes"}
 FILES |= {"clearance.wearing.records"}
-FILES |= {"clearance.metrics", "clearance.sweeping.definition", "clearance.sweeping.index"}
+FILES |= {"clearance.metrics.metrics", "clearance.sweeping.definition", "clearance.sweeping.index"}
 FILES |= {"clearance.identify.records", "clearance.identify.fit"}
 #: units and checks of measured data
-FILES |= {"clearance.checks", "clearance.units", "clearance.texts", "clearance.sheets"}
+FILES |= {"clearance.values.checks", "clearance.values.units", "clearance.files.texts"}
 #: means with their intervals
-FILES |= {"clearance.series"}
+FILES |= {"clearance.metrics.statistics"}
+#: bearings of films
+FILES |= {"clearance.film.bearing"}
 #: estimates from files
-FILES |= {"clearance.evidence.assumptions"}
+FILES |= {"clearance.metrics.assumptions"}
 #: names of corners and modes, as files have them
 FILES |= {"clearance.elements.clearance_prismatic"}
 
@@ -349,5 +313,5 @@ def test_a_scene_is_described_without_numpy():
     listed = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
-    assert "clearance.scene" in listed.stdout.split()
+    assert "clearance.scene.scene" in listed.stdout.split()
     assert not {"numpy", "numba", "h5py"} & set(listed.stdout.split())

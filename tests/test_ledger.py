@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.diagnosis import doubtful
-from clearance.evidence.explain import explain
 from clearance.mechanism.build import build
+from clearance.run.diagnosis import doubtful
+from clearance.studies.explain import explain
 from tests import mechanisms as m
 from tests.seeds import few_of
 

@@ -15,10 +15,10 @@ import clearance as cl
 from clearance.cli import main
 from clearance.laws import FilmJoint
 from clearance.laws.outline import NODES, Outline, deepest, touching, worn
+from clearance.run.wear_sum import Sums
 from clearance.wearing.life import Driver, Plan
 from clearance.wearing.load_path import MANY, LoadPath, Worn, smoothed
 from clearance.wearing.replay import rest
-from clearance.wearing.summing import Sums
 from tests.seeds import few_of
 
 FILE = Path(__file__).with_name("wear_rows.csv")
@@ -402,7 +402,7 @@ class TestLife:
 
     def test_terminated(self, folder, tmp_path, capsys):
         """A request to end is answered by the way to go on."""
-        from clearance.interrupts import Terminated
+        from clearance.run.interrupts import Terminated
 
         file = tmp_path / "mine.py"
         file.write_text(MINE)

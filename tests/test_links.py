@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance import short, store
-from clearance.checkpoint import parts_folder
 from clearance.cli import main
-from clearance.locks import Foreign, Lock
+from clearance.files.locks import Foreign, Lock
+from clearance.machine import store
+from clearance.results import short_file
+from clearance.run.checkpoint import parts_folder
 
 TEXTS = ["", "x", "thesis\n" * 99, "process", "#!/bin/sh\n", "process 12 on host\n" * 40]
 
@@ -95,7 +96,7 @@ def test_S2_a_sweep_follows_no_link(tmp_path, capsys, outside, name):
 def test_S2_a_run_replaces_links(tmp_path, monkeypatch, outside, patience):
     """A short one and one that goes on in a file."""
     target, unchanged = outside
-    monkeypatch.setattr(short, "PATIENCE", patience)
+    monkeypatch.setattr(short_file, "PATIENCE", patience)
     for name in ("r.h5", "r.h5.partial"):
         (tmp_path / name).symlink_to(target / "none.h5" if name == "r.h5" else target / "0000.h5")
     cl.simulate(cl.load_case("slider_crank"), turns=1, path=tmp_path / "r.h5").close()
@@ -131,7 +132,10 @@ def test_L5_two_runs_without_locks_are_safe_or_refused(tmp_path, checkpoint, tim
         "PYTHONPATH": os.pathsep.join([str(tmp_path), str(Path(cl.__file__).parent.parent)]),
         "HDF5_USE_FILE_LOCKING": "FALSE",
     }
-    code = "import sys; from clearance import short, cli; short.PATIENCE = 0.0; cli.entry()"
+    code = (
+        "import sys; from clearance import cli; from clearance.results import short_file; "
+        "short_file.PATIENCE = 0.0; cli.entry()"
+    )
     call = [sys.executable, "-c", code, "run", "slider_crank", "-p", "model=dry", "--turns", "12"]
     call += ["--checkpoint", "0.1"] if checkpoint else []
     for i in range(times):

@@ -10,8 +10,8 @@ import pytest
 
 import clearance as cl
 from clearance.cli import main
-from clearance.locks import Lock
-from clearance.wearing.lives import folder_of, planned, point, turns_to
+from clearance.files.locks import Lock
+from clearance.sweeping.lives import folder_of, planned, point, turns_to
 from tests.test_life import rotor
 
 CASE = '''\

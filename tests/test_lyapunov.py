@@ -8,14 +8,14 @@ import math
 import h5py
 import numpy as np
 import pytest
+from clearance.postprocess import study_pictures
 from scipy.integrate import solve_ivp
 
 import clearance as cl
-from clearance.evidence import lyapunov as module
-from clearance.evidence import pictures
-from clearance.evidence.lyapunov import Exponent, lyapunov
 from clearance.laws.law import signal
 from clearance.mechanism.build import build
+from clearance.motions import lyapunov as module
+from clearance.motions.lyapunov import Exponent, lyapunov
 
 pytestmark = pytest.mark.slow
 
@@ -396,7 +396,7 @@ class TestShowing:
             assert group["running"][-1] == pytest.approx(group.attrs["per_turn"])
             assert np.isnan(group["running_error"][:3]).all()
             assert np.isfinite(group["running_error"][3:]).all()
-        path = pictures.lyapunov(
+        path = study_pictures.lyapunov(
             exponent | {"made": made(np.ones(12))}, tmp_path / "new" / "lyapunov.png"
         )
         assert path.stat().st_size > 10_000

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import store
+from clearance.machine import store
 from clearance.mechanism import build as building
 from clearance.mechanism import structure
 from clearance.mechanism.build import build
@@ -18,7 +18,7 @@ from tests.test_kernels import iterated, pendulum, table_of
 
 CODE = """
 import json, logging, clearance as cl
-from clearance import store
+from clearance.machine import store
 made = []
 machine_code = store._machine_code
 store._machine_code = lambda name, write: made.append(name) or machine_code(name, write)

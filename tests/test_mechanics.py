@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.catalogue import load_case
 from clearance.mechanism.build import build
+from clearance.scene.catalogue import load_case
 from tests import mechanisms as m
 from tests.augmented import Augmented
 from tests.plain import kernel

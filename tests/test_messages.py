@@ -6,7 +6,7 @@ import random
 import pytest
 
 import clearance as cl
-from clearance.catalogue import find_case
+from clearance.scene.catalogue import find_case
 from tests.random_scenes import draw
 
 

@@ -12,6 +12,7 @@ import clearance as cl
 from clearance.laws import FilmJoint
 from clearance.laws.asperity import rough_on_rough
 from clearance.laws.contact import contact_modulus
+from clearance.laws.materials import steel
 from clearance.laws.outline import NODES, STEP, Outline, edges, worn
 from clearance.laws.worn_asperity import (
     Rough,
@@ -23,7 +24,6 @@ from clearance.laws.worn_asperity import (
     row_of,
 )
 from clearance.laws.worn_film import short_on_outlines, short_slopes
-from clearance.materials import steel
 from clearance.wearing.load_path import LoadPath, Worn
 
 HERE = Path(__file__).parent

@@ -13,9 +13,9 @@ import pytest
 
 import clearance as cl
 from clearance import cli
-from clearance.case import Case
-from clearance.catalogue import find_case
-from clearance.sweeping.made import modules_of
+from clearance.run.inputs import modules_of
+from clearance.scene.case import Case
+from clearance.scene.catalogue import find_case
 
 CASE = """
 import clearance as cl

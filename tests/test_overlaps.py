@@ -10,9 +10,9 @@ import threading
 import pytest
 
 import clearance as cl
-from clearance import locks
-from clearance.locks import InUse, Lock
-from clearance.short import ShortSink
+from clearance.files import locks
+from clearance.files.locks import InUse, Lock
+from clearance.results.short_file import ShortSink
 from tests.test_checkpoint import same
 
 TURNS = 40

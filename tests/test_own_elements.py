@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import checks
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import CLOSED, FREE, Joint, Known
-from clearance.kinds import CONTACT, FILM
+from clearance.elements.quantities import number
 from clearance.mechanism.build import build
-from clearance.quantities import number
+from clearance.values import checks
+from clearance.values.spots import CONTACT, FILM
 from tests.seeds import few_of
 
 UNTIL = 0.3

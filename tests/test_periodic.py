@@ -11,11 +11,11 @@ from clearance import cli
 from clearance.commands.steady import lines, shown
 from clearance.laws.law import signal
 from clearance.mechanism.build import build
-from clearance.metrics import metrics
-from clearance.periodic import maps, stated
-from clearance.periodic.maps import Motion, _repeats, _turns_made
-from clearance.periodic.shooting import multipliers
-from clearance.periodic.steady import steady, tolerance_of
+from clearance.metrics.metrics import metrics
+from clearance.motions import maps, periodic_errors
+from clearance.motions.maps import Motion, _repeats, _turns_made
+from clearance.motions.shooting import multipliers
+from clearance.motions.steady import steady, tolerance_of
 from tests.mechanisms import body, film
 from tests.random_scenes import ALIKE, draw
 from tests.seeds import few_of
@@ -350,7 +350,7 @@ class TestStatedErrors:
         def singular(section, fixed):
             raise np.linalg.LinAlgError("Singular matrix")
 
-        monkeypatch.setattr(stated, "_moved", singular)
+        monkeypatch.setattr(periodic_errors, "_moved", singular)
         orbit = steady(rotor(), 1e-8).orbit
         assert orbit.errors.reason == "the companion at rtol 1e-12 failed: Singular matrix"
         assert orbit.complete

@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 import clearance as cl
-from clearance.recording import FileSink
+from clearance.results.recorder import FileSink
 from tests import mechanisms as m
 from tests.seeds import few_of
 
@@ -222,7 +222,7 @@ def test_a_result_replaces_results_alone(run, tmp_path):
 
 def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
     """Buffers of a few rows, steps and contacts: the file does not depend on them."""
-    from clearance import run as running
+    from clearance.run import run as running
 
     scene = cl.load_case("slider_crank")
     entire = cl.simulate(scene, until=2e-3, samples=301)
@@ -354,7 +354,7 @@ def test_a_late_jump_of_energy_is_seen_in_a_long_run():
     """The watch judges stretches of the run: 8 J lost after 2000 J have been turned over are not
     forgiven.
     """
-    from clearance.recording import LedgerWatch
+    from clearance.results.recorder import LedgerWatch
 
     t = np.linspace(0.0, 100.0, 20001)
     kinetic = 5.0 + 5.0 * np.sin(2 * np.pi * t)
@@ -376,7 +376,7 @@ def test_a_watch_keeps_no_rows(seed):
     """Pieces of any length are judged as all rows at once, by sums that run on: what the watch
     keeps has one size, also in a stretch that never ends.
     """
-    from clearance.recording import LedgerWatch
+    from clearance.results.recorder import LedgerWatch
 
     rng = np.random.default_rng(seed)
     t = np.cumsum(rng.uniform(0.0, 1e-3, rng.integers(50, 3000)))

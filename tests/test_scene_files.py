@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import cli, templates
-from clearance.catalogue import case_names, find_case, library
-from clearance.scene_files import formula, scene_file
-from clearance.scene_python import python_of
-from clearance.scene_toml import toml_of
+from clearance import cli
+from clearance.scene import templates
+from clearance.scene.catalogue import case_names, find_case, library
+from clearance.scene.toml_scene import formula, scene_file
+from clearance.scene.write_python import python_of
+from clearance.scene.write_toml import toml_of
 from tests import mechanisms as m
 from tests.random_scenes import ALIKE, draw
 from tests.seeds import few_of

@@ -12,16 +12,16 @@ import xarray
 from clearance.postprocess.tornado import tornado
 
 import clearance as cl
-from clearance import sensing
+from clearance.accuracy import by_differences
+from clearance.accuracy.fixed_steps import Ends, Replay, halved
 from clearance.cli import main
-from clearance.metrics import Metric, metrics
-from clearance.reading import Damaged
-from clearance.replay import Ends, Replay, halved
-from clearance.results import open_result
-from clearance.sensitivity import Sensitivities, Sensitivity, quotient
-from clearance.short import ShortSink
+from clearance.metrics.metrics import Metric, metrics
+from clearance.results.reading import Damaged
+from clearance.results.result import open_result
+from clearance.results.sensitivity import Sensitivities, Sensitivity, quotient
+from clearance.results.short_file import ShortSink
+from clearance.scene.parameter import varied, wanted
 from clearance.simulation import prepare
-from clearance.varied import varied, wanted
 
 CRANK = """
 import clearance as cl
@@ -135,10 +135,10 @@ def test_same_steps_same_run():
     scene, ends = cl.load_case("slider_crank", **FILM), Ends()
     first, second, third = (prepare(scene, turns=0.5, method="rodas5p") for _ in range(3))
     first.observers.append(ends)
-    one = sensing.recorded(first)
-    two = sensing.recorded(Replay(second, ends.times, second.span.until))
+    one = by_differences.recorded(first)
+    two = by_differences.recorded(Replay(second, ends.times, second.span.until))
     half = halved(ends.times)
-    three = sensing.recorded(Replay(third, half, third.span.until))
+    three = by_differences.recorded(Replay(third, half, third.span.until))
     assert len(half) == 2 * len(ends.times)
     path = "joints/C/eccentricity_x"
     size = np.abs(one.values(path)).max()
@@ -152,11 +152,11 @@ def test_a_corner_is_not_trusted():
     trusted: its difference is exact to rounding over the width.
     """
     one = varied(oscillator(), "bodies/block/mass")
-    d = sensing.WIDTH * one.size
+    d = by_differences.WIDTH * one.size
 
     def of(function):
-        values = {k: {"m": Metric(function(k * d), "N", "")} for k in sensing.PLACES}
-        return dict(sensing.differences(one, values, values))["m"]
+        values = {k: {"m": Metric(function(k * d), "N", "")} for k in by_differences.PLACES}
+        return dict(by_differences.differences(one, values, values))["m"]
 
     assert of(lambda x: 7.0 + abs(x)).error == pytest.approx(0.5, rel=1e-6)
     assert not of(lambda x: 7.0 + abs(x)).trusted
@@ -344,7 +344,7 @@ def test_bars_have_units_that_read_well():
 
 def test_why_a_file_has_none(tmp_path, monkeypatch):
     """A varied run that fails leaves the result, and the file states why."""
-    monkeypatch.setattr(sensing.Steps, "around", _fails)
+    monkeypatch.setattr(by_differences.Steps, "around", _fails)
     path = tmp_path / "run.h5"
     result = cl.simulate(oscillator(), until=0.1, sensitivity="bodies/block/mass", path=path)
     assert result.complete
@@ -366,7 +366,7 @@ def test_a_full_disk_keeps_the_run(tmp_path, monkeypatch, caplog):
 
 
 def _fails(*_):
-    raise sensing.Impossible("a run failed")
+    raise by_differences.Impossible("a run failed")
 
 
 def test_columns_of_a_sweep(crank, tmp_path, capsys):

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from clearance import series
+from clearance.metrics import statistics
 
 SEEDS = 400
 
@@ -38,7 +38,7 @@ class TestMean:
         """95 of 100: two standard deviations of 400 seeds are 2.2 %; batches are a little
         correlated still.
         """
-        actual = [series.mean(x, widened=False) for x in correlated(rho, count)]
+        actual = [statistics.mean(x, widened=False) for x in correlated(rho, count)]
         share = np.mean([abs(m.value) <= m.half_width for m in actual])
         assert 0.92 < share < 0.98
 
@@ -50,7 +50,9 @@ class TestMean:
         What batches have in common makes them up to 10 % too small for batches of ten correlation
         times.
         """
-        actual = np.mean([series.mean(x, widened=False).error ** 2 for x in correlated(rho, count)])
+        actual = np.mean(
+            [statistics.mean(x, widened=False).error ** 2 for x in correlated(rho, count)]
+        )
         assert actual == pytest.approx(variance_of_mean(rho, count), rel=0.12)
         scatter = np.var(correlated(rho, count).mean(axis=1), ddof=1)
         # sqrt(2 / 400) = 7 %, three times
@@ -61,9 +63,10 @@ class TestMean:
         of 100 widths.
         """
         x = correlated(0.5, 400, 100)
-        one = [series.mean(row).half_width for row in x]
+        one = [statistics.mean(row).half_width for row in x]
         four = [
-            series.mean(row).half_width for row in correlated(0.5, 100, 400).reshape(100, 4, 100)
+            statistics.mean(row).half_width
+            for row in correlated(0.5, 100, 400).reshape(100, 4, 100)
         ]
         assert np.mean(four) == pytest.approx(np.mean(one), rel=0.1)
 
@@ -71,13 +74,13 @@ class TestMean:
         """A series that repeats itself has an error that falls with its length, not with the root
         of it.
         """
-        assert series.mean([2.0] * 9) == series.Mean(2.0, 0.0, 9, 9)
-        short, long = (series.mean(np.tile([1.0, 3.0], n), widened=False) for n in (200, 800))
+        assert statistics.mean([2.0] * 9) == statistics.Mean(2.0, 0.0, 9, 9)
+        short, long = (statistics.mean(np.tile([1.0, 3.0], n), widened=False) for n in (200, 800))
         assert (short.value, long.value) == (2.0, 2.0)
         assert long.half_width == short.half_width == 0.0  # batches of complete periods
         # half of that of independent values: the standard deviation is 1
-        floor = 0.5 * series.student(399) / math.sqrt(399.0)
-        assert series.mean(np.tile([1.0, 3.0], 200)).half_width == pytest.approx(floor)
+        floor = 0.5 * statistics.student(399) / math.sqrt(399.0)
+        assert statistics.mean(np.tile([1.0, 3.0], 200)).half_width == pytest.approx(floor)
 
     @pytest.mark.parametrize("count", [20, 40, 100, 280])
     @pytest.mark.parametrize("rho", [0.0, 0.3, 0.6])
@@ -85,7 +88,7 @@ class TestMean:
         """1000 series: 92 to 98 of 100, as is required of those of turns; two standard deviations
         are 1.4 %.
         """
-        actual = [series.mean(x) for x in correlated(rho, count, 1000)]
+        actual = [statistics.mean(x) for x in correlated(rho, count, 1000)]
         assert 0.92 <= np.mean([abs(m.value) <= m.half_width for m in actual]) <= 0.98 + 0.014
 
     @pytest.mark.parametrize("count", [40, 100, 280])
@@ -99,7 +102,7 @@ class TestMean:
         x = fresh.copy()
         for i in range(1, x.shape[1]):
             x[:, i] = np.where(again[:, i], 0.5 * (x[:, i - 1] + fresh[:, i]), fresh[:, i])
-        actual = [series.mean(row) for row in x[:, 50:]]
+        actual = [statistics.mean(row) for row in x[:, 50:]]
         assert 0.92 <= np.mean([abs(m.value - 1.0) <= m.half_width for m in actual]) <= 0.98
 
     def test_widened_where_short(self):
@@ -107,27 +110,27 @@ class TestMean:
         neighbours lie on two sides of the mean.
         """
         burst = np.repeat([[0.0, 0.0, 0.0, 0.0, 1.0]], 4, axis=1)
-        assert series.widening(np.sort(burst)) == series.widening(burst) == 2.2
-        assert series.widening(np.tile([[1.0, -1.0]], 10)) == 1.0
-        assert series.widening(np.sort(np.tile([[1.0, 0.0]], 500))) == 1.0  # long enough
-        assert series.widening(np.zeros((1, 20))) == 1.0
+        assert statistics.widening(np.sort(burst)) == statistics.widening(burst) == 2.2
+        assert statistics.widening(np.tile([[1.0, -1.0]], 10)) == 1.0
+        assert statistics.widening(np.sort(np.tile([[1.0, 0.0]], 500))) == 1.0  # long enough
+        assert statistics.widening(np.zeros((1, 20))) == 1.0
 
     def test_correlation(self):
         """Of 4000 short series, whose sample value would be -0.05 and 0.35: within 0.02."""
         for rho in (0.0, 0.5):
-            actual = [series.correlation(x[None]) for x in correlated(rho, 20, 4000)]
+            actual = [statistics.correlation(x[None]) for x in correlated(rho, 20, 4000)]
             assert np.mean(actual) == pytest.approx(rho, abs=0.02)
 
     def test_needed(self):
         """The width falls with the root of the number of values."""
-        actual = series.Mean(2.0, 0.2, 100, 10)
+        actual = statistics.Mean(2.0, 0.2, 100, 10)
         assert actual.share == pytest.approx(0.1)
         assert actual.needed(0.05) == 400
         assert actual.needed(0.2) == 100
 
     def test_too_few(self):
         with pytest.raises(ValueError, match="at least 8 values, got 3"):
-            series.mean([1.0, 2.0, 3.0])
+            statistics.mean([1.0, 2.0, 3.0])
 
 
 class TestQuantile:
@@ -138,19 +141,19 @@ class TestQuantile:
         """
         from scipy.special import ndtri
 
-        actual = [series.quantile(x, share) for x in correlated(rho, 1000)]
+        actual = [statistics.quantile(x, share) for x in correlated(rho, 1000)]
         held = np.mean([q.low <= ndtri(share) and not ndtri(share) > q.high for q in actual])
         assert 0.91 < held <= 0.99
 
     def test_an_end_that_cannot_be_told(self):
         """One in a hundred of 50 values: nothing bounds it from above."""
-        actual = series.quantile(np.arange(50.0), 0.99)
+        actual = statistics.quantile(np.arange(50.0), 0.99)
         assert math.isnan(actual.high)
         assert actual.low < actual.value <= 49.0
-        assert not series.told(50, 0.99)
-        assert series.told(50, 0.9)
+        assert not statistics.told(50, 0.99)
+        assert statistics.told(50, 0.9)
         with pytest.raises(ValueError, match="between 0 and 1"):
-            series.quantile(np.arange(50.0), 1.0)
+            statistics.quantile(np.arange(50.0), 1.0)
 
 
 class TestTransient:
@@ -159,7 +162,7 @@ class TestTransient:
         values.
         """
         x = correlated(0.0, 500, 20) + 30.0 * np.exp(-np.arange(500) / 20.0)
-        cuts = [series.transient([row]) for row in x]
+        cuts = [statistics.transient([row]) for row in x]
         assert min(cuts) >= 50
         assert max(cuts) <= 250
         # 6 standard errors
@@ -167,13 +170,13 @@ class TestTransient:
 
     def test_nothing_is_left_out_of_a_stationary_one(self):
         """At most a quarter in 9 of 10, and always 5."""
-        cuts = [series.transient([row]) for row in correlated(0.5, 300, 100)]
+        cuts = [statistics.transient([row]) for row in correlated(0.5, 300, 100)]
         assert min(cuts) == 5
         assert np.quantile(cuts, 0.9) <= 75
 
     def test_a_trend_is_seen(self):
-        assert not series.settled(correlated(0.0, 200, 1) + np.linspace(0.0, 5.0, 200))
-        assert series.settled(np.full((1, 50), 3.0))
+        assert not statistics.settled(correlated(0.0, 200, 1) + np.linspace(0.0, 5.0, 200))
+        assert statistics.settled(np.full((1, 50), 3.0))
 
 
 class TestMotions:
@@ -181,22 +184,22 @@ class TestMotions:
     def test_one_motion_is_not_taken_apart(self):
         """Of 100 sets of four runs of one process and five quantities at most 3 %; 1 % expected."""
         x = correlated(0.5, 100, 2000).reshape(100, 5, 4, 100)
-        apart = sum(len(series.motions(list(sets))) > 1 for sets in x)
+        apart = sum(len(statistics.motions(list(sets))) > 1 for sets in x)
         assert apart <= 3
 
     def test_several_are_told_apart(self):
         x = correlated(0.5, 100, 4) + np.array([[0.0], [3.0], [0.0], [3.0]])
-        assert series.motions([correlated(0.0, 100, 4), x]) == [[0, 2], [1, 3]]
-        assert series.motions([10.0 + 0.01 * x], finest=0.05) == [[0, 1, 2, 3]]
+        assert statistics.motions([correlated(0.0, 100, 4), x]) == [[0, 2], [1, 3]]
+        assert statistics.motions([10.0 + 0.01 * x], finest=0.05) == [[0, 1, 2, 3]]
         # a share below `least`: five times as far as chance goes, or not
-        assert series.motions([10.0 + 0.01 * x], least=0.05) == [[0, 2], [1, 3]]
+        assert statistics.motions([10.0 + 0.01 * x], least=0.05) == [[0, 2], [1, 3]]
         near = correlated(0.5, 100, 4) + np.array([[0.0], [0.7], [0.0], [0.7]])
-        assert series.motions([10.0 + 0.01 * near], least=0.05) == [[0, 1, 2, 3]]
+        assert statistics.motions([10.0 + 0.01 * near], least=0.05) == [[0, 1, 2, 3]]
 
     def test_constants(self):
         """Periodic motions: the same in all runs, or not."""
-        assert series.motions([np.full((3, 50), 2.0)]) == [[0, 1, 2]]
-        assert series.motions([np.repeat([[2.0], [2.0], [5.0]], 50, axis=1)]) == [[0, 1], [2]]
+        assert statistics.motions([np.full((3, 50), 2.0)]) == [[0, 1, 2]]
+        assert statistics.motions([np.repeat([[2.0], [2.0], [5.0]], 50, axis=1)]) == [[0, 1], [2]]
 
 
 def orbit(rng, noise: float, turns: int = 60) -> np.ndarray:
@@ -238,7 +241,7 @@ class TestSections:
             moved = 1.0 + apart * np.eye(3)[rng.integers(3)]
             one, other = again(rng, motion, noise), again(rng, motion * moved, noise)
             runs = np.array([one, other])
-            assert series.motions([runs[..., 0]], 0.2, self.FINEST, runs) == [[0], [1]]
+            assert statistics.motions([runs[..., 0]], 0.2, self.FINEST, runs) == [[0], [1]]
 
     @pytest.mark.slow
     def test_orbits_that_are_the_same(self):
@@ -247,7 +250,7 @@ class TestSections:
         for _ in range(300):
             noise, motion = 10.0 ** rng.uniform(-6.0, -1.5), orbit(rng, 0.0)
             runs = np.array([again(rng, motion, noise) for _ in range(4)])
-            assert series.motions([runs[..., 0]], 0.2, self.FINEST, runs) == [[0, 1, 2, 3]]
+            assert statistics.motions([runs[..., 0]], 0.2, self.FINEST, runs) == [[0, 1, 2, 3]]
 
     def test_chaos_beside_chaos_and_orbits(self):
         """Of 200 pairs of the same chaos all are one motion; one that repeats itself is another,
@@ -256,10 +259,10 @@ class TestSections:
         rng, parted = np.random.default_rng(7), 0
         for _ in range(200):
             one, other = cloud(rng), cloud(rng)
-            assert not series.apart(one, other, self.FINEST)
+            assert not statistics.apart(one, other, self.FINEST)
             still = np.tile(one[:1] + 0.3 * (other[:1] - one[:1]), (60, 1))
             still *= 1.0 + 1e-5 * rng.normal(size=still.shape)
-            parted += series.apart(still, other, self.FINEST)
+            parted += statistics.apart(still, other, self.FINEST)
         assert parted >= 190
 
     def test_a_run_that_still_comes_nearer_is_no_other(self):
@@ -269,9 +272,9 @@ class TestSections:
             motion = orbit(rng, 0.0)
             away = 0.1 * rng.uniform(0.9, 0.98) ** np.arange(60)[:, None]
             comes, stays = motion * (1.0 + away), 1.01 * motion
-            assert not series.apart(motion, comes, self.FINEST)
-            assert series.apart(motion, stays, self.FINEST)
+            assert not statistics.apart(motion, comes, self.FINEST)
+            assert statistics.apart(motion, stays, self.FINEST)
 
 
 def test_looks():
-    assert list(itertools.islice(series.looks(), 5)) == [40, 50, 63, 79, 98]
+    assert list(itertools.islice(statistics.looks(), 5)) == [40, 50, 63, 79, 98]

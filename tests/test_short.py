@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import short
-from clearance.images import Image, Unknown, header
+from clearance.results import short_file
+from clearance.results.hdf5_image import Image, Unknown, header
 
 #: attributes that are places in a file
 PLACES = ("REFERENCE_LIST", "DIMENSION_LIST")
@@ -49,12 +49,12 @@ def test_an_image_gives_the_same_file(tmp_path, monkeypatch, model, turns, optio
     """Other numbers in the image of a run: every place of the file that HDF5 writes of them; also
     contacts, two chunks and stated errors, and steps in many chunks of two rows.
     """
-    monkeypatch.setattr(short, "_images", {})
+    monkeypatch.setattr(short_file, "_images", {})
     run(tmp_path / "first.h5", model, turns, **options)
-    assert len(short._images) == 1
+    assert len(short_file._images) == 1
     run(tmp_path / "filled.h5", model, turns, rtol=3e-6, **options)
-    made = len(short._images)
-    monkeypatch.setattr(short, "_images", {})
+    made = len(short_file._images)
+    monkeypatch.setattr(short_file, "_images", {})
     run(tmp_path / "written.h5", model, turns, rtol=3e-6, **options)
     filled, written = (content(tmp_path / f"{n}.h5") for n in ("filled", "written"))
     assert filled.keys() == written.keys()
@@ -72,7 +72,7 @@ def test_frames_that_a_profiler_keeps_are_in_nobodys_way(tmp_path, monkeypatch):
         views.append(np.frombuffer(out, np.uint8))
 
     monkeypatch.setattr(Image, "_fill", filling)
-    monkeypatch.setattr(short, "_images", {})
+    monkeypatch.setattr(short_file, "_images", {})
     for rtol in (1e-6, 3e-6):
         run(tmp_path / f"{rtol}.h5", "lubricated", rtol=rtol)
     assert views
@@ -80,7 +80,7 @@ def test_frames_that_a_profiler_keeps_are_in_nobodys_way(tmp_path, monkeypatch):
 
 def test_lengths_of_columns_do_not_mix(monkeypatch):
     """Each run holds all of its samples, whatever numbers of samples came before it."""
-    monkeypatch.setattr(short, "_images", {})
+    monkeypatch.setattr(short_file, "_images", {})
     for samples in (51, 201, 101, 601, 2001, 51):
         result = run(None, "ideal", samples=samples, error=None)
         np.testing.assert_allclose(np.diff(result.time), result.time[-1] / (samples - 1))
@@ -94,7 +94,7 @@ def content_read(path):
 
 def test_a_damaged_file_from_an_image_is_seen(tmp_path, monkeypatch):
     """Columns and headers of a filled image have checksums of their own: a flipped bit raises."""
-    monkeypatch.setattr(short, "_images", {})
+    monkeypatch.setattr(short_file, "_images", {})
     for name in ("first", "filled"):
         run(tmp_path / f"{name}.h5", "ideal", error=None)
     path = tmp_path / "filled.h5"
@@ -110,19 +110,19 @@ def test_a_damaged_file_from_an_image_is_seen(tmp_path, monkeypatch):
 
 def test_no_file_has_a_text_of_another_run(tmp_path, monkeypatch):
     """Six runs of random speeds from one image: each file has its own numbers only."""
-    monkeypatch.setattr(short, "_images", {})
+    monkeypatch.setattr(short_file, "_images", {})
     rng, path = random.Random(12), tmp_path / "run.h5"
     numbers = [repr(rng.uniform(20.0, 30.0)).encode() for _ in range(6)]
     for number in numbers:
         scene = cl.load_case("slider_crank", model="ideal", speed=float(number))
         cl.simulate(scene, turns=1.0, path=path, error=None).close()
         assert [n for n in numbers if n in path.read_bytes()] == [number]
-    assert len(short._images) == 1
+    assert len(short_file._images) == 1
 
 
 def test_a_run_without_a_path_makes_no_file(tmp_path, monkeypatch):
     """It is in memory, reads and is saved like one in a file; its path is written when needed."""
-    monkeypatch.setattr(short, "temporary_file", None)
+    monkeypatch.setattr(short_file, "temporary_file", None)
     with run(None, "lubricated") as result:
         again = cl.open_result(result.save(tmp_path / "run.h5"))
         np.testing.assert_array_equal(result["slider"].x, again["slider"].x)
@@ -132,7 +132,7 @@ def test_a_run_without_a_path_makes_no_file(tmp_path, monkeypatch):
 
 def test_a_run_that_lasts_goes_on_in_a_file(tmp_path, monkeypatch):
     """The file holds what was computed before: a process that is killed loses none of it."""
-    monkeypatch.setattr(short, "PATIENCE", 0.0)
+    monkeypatch.setattr(short_file, "PATIENCE", 0.0)
     seen = []
 
     def look(share):
@@ -150,7 +150,7 @@ def test_a_full_disk_keeps_what_fits(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "full")
 
-    monkeypatch.setattr(short, "replacing", full)
+    monkeypatch.setattr(short_file, "replacing", full)
     with pytest.raises(cl.SimulationError, match="what fitted is stored in") as caught:
         run(tmp_path / "run.h5", "dry")
     assert caught.value.result.status.startswith("partial: ")

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import checks
 from clearance.elements.element import State
 from clearance.elements.joint import Joint, Known, axis_field
-from clearance.metrics import metrics
-from clearance.quantities import number
+from clearance.elements.quantities import number
+from clearance.metrics.metrics import metrics
 from clearance.simulation import prepare
+from clearance.values import checks
 from tests.random_scenes import RubberBush
 
 MASS, STIFFNESS, GRAVITY = 2.0, 1e5, 9.81

@@ -15,8 +15,8 @@ import pytest
 import clearance as cl
 from clearance import cli
 from clearance.mechanism.build import build
-from clearance.metrics import metrics, startup
-from clearance.starting import quasi_static
+from clearance.metrics.metrics import metrics, startup
+from clearance.run.start import quasi_static
 from tests.random_scenes import draw, timed
 from tests.seeds import few_of
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import clearance as cl
-from clearance.options import METHODS
+from clearance.run.options import METHODS
 from clearance.simulation import SimulationError, prepare
 from clearance.stepping import status
 from tests import mechanisms as m
@@ -35,8 +35,8 @@ def fixed_step_error(method, steps, reference):
     a largest step.
     """
     from clearance.mechanism.build import build
-    from clearance.options import Output, Solver, Span
-    from clearance.run import Run
+    from clearance.run.options import Output, Solver, Span
+    from clearance.run.run import Run
     from clearance.simulation import write
 
     run = Run(build(pendulum()), Span(1.0, 2), Solver(0.05, method))
@@ -256,8 +256,8 @@ def test_first_touch_is_where_it_must_be(speed, angle, tolerance, gravity):
 def advanced(scene, until, rtol, step):
     """All states in which a contact has just begun or ended, one trial step at a time."""
     from clearance.mechanism.build import build
-    from clearance.options import Solver, Span
-    from clearance.run import Run
+    from clearance.run.options import Solver, Span
+    from clearance.run.run import Run
     from clearance.stepping.state import TOUCHING
 
     run = Run(build(scene), Span(until, 2), Solver(rtol, "dop853"))
@@ -277,7 +277,7 @@ def test_contacts_begin_and_end_within_the_dead_band(monkeypatch):
     """Every change of phase lies on the wall to the dead band; while a joint is free its law sees
     no penetration.
     """
-    from clearance import run as running
+    from clearance.run import run as running
 
     monkeypatch.setattr(running, "BUDGET", 1)
     scene = cl.load_case("six_bar_feeder", model="dry", joints="B,C,E")
@@ -336,9 +336,9 @@ def test_R4_clock_and_state_stay_together_where_contacts_graze(rtol, monkeypatch
     Every step that begins or ends a contact agrees with an independent integration to the
     tolerance; a clock that parts from its state is off by 1e4 of it.
     """
-    from clearance import run as running
     from clearance.mechanism.build import build
-    from clearance.options import Solver, Span
+    from clearance.run import run as running
+    from clearance.run.options import Solver, Span
     from clearance.stepping.state import TOUCHING
 
     monkeypatch.setattr(running, "BUDGET", 1)

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import sealed, store
+from clearance.files import sealed
+from clearance.machine import store
 from clearance.mechanism import build as building
 from clearance.mechanism.build import build
 from tests import mechanisms as m

@@ -12,10 +12,11 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance import sealed, store
 from clearance.cli import main
 from clearance.commands import common
-from clearance.texts import LONG, shortened
+from clearance.files import sealed
+from clearance.files.texts import LONG, shortened
+from clearance.machine import store
 from tests.seeds import few_of
 
 EVIL = """
@@ -218,7 +219,7 @@ def test_S5_a_shared_folder_is_named(tmp_path, monkeypatch, caplog):
 
 SETTINGS_OF_NUMBA = """
 import numba
-from clearance import store
+from clearance.machine import store
 import sys
 sys.path.insert(0, "modules")
 import doubling
@@ -317,7 +318,7 @@ def test_only_plain_files_are_read(place, tmp_path, capsys):
 
 
 def test_a_text_beyond_reason_is_not_read(tmp_path):
-    from clearance import texts
+    from clearance.files import texts
 
     path = tmp_path / "large.csv"
     with path.open("wb") as file:

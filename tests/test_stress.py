@@ -9,12 +9,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from clearance.postprocess import study_pictures
 
 import clearance as cl
 from clearance import cli
 from clearance.commands import common
-from clearance.evidence import pictures, stress
-from clearance.evidence.stress import Cell, judge, matrix
+from clearance.studies import stress
+from clearance.studies.stress import Cell, judge, matrix
 from tests import mechanisms as m
 
 pytestmark = pytest.mark.slow
@@ -178,7 +179,7 @@ def test_picture_and_table_of_named_stops(tmp_path):
     assert "| a | 1e-06 | stops [1] |" in lines
     assert "| b | FAULT [2] |  |" in lines
     assert "1 of 3 done, 1 with a named reason, 1 faults" in "\n".join(lines)
-    assert pictures.stress(verdicts, tmp_path / "s.png").exists()
+    assert study_pictures.stress(verdicts, tmp_path / "s.png").exists()
 
 
 def test_films_are_never_left_by_a_trial_step():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.diagnosis import Diagnosis
+from clearance.run.diagnosis import Diagnosis
 from clearance.simulation import prepare
 from clearance.stepping.status import STEP_TOO_SMALL
 from tests.seeds import few_of

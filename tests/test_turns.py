@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.extremes import Extremes
-from clearance.turns import by_turn, means
+from clearance.metrics.by_turn import by_turn, means
+from clearance.results.extremes import Extremes
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 
 import clearance as cl
 from clearance import cli
-from clearance.warned import RunWarning
+from clearance.results.run_warning import RunWarning
 
 CONTACTS = ["hertz", "kelvin_voigt", "winkler", "lankarani_nikravesh", "hunt_crossley"]
 

@@ -21,7 +21,7 @@ import clearance as cl
 from clearance import cli
 from clearance.lanes.code import natural_width
 from clearance.lanes.group import impossible
-from clearance.options import Output
+from clearance.run.options import Output
 from clearance.simulation import prepare, write
 from tests.random_scenes import OF_USERS, Drawn, timed
 from tests.relations import RELATIONS, Channels, Spread, balance, closure, spread
@@ -216,8 +216,8 @@ def exactly(base: Channels, other: Channels, of: Callable, what: str, within: fl
 
 def stored(drawn: Drawn, base: Base, rng: random.Random) -> bool:
     """The scene as TOML, Python and JSON: the same bits where the parts are in the same order."""
-    from clearance.scene_python import python_of
-    from clearance.scene_toml import toml_of
+    from clearance.scene.write_python import python_of
+    from clearance.scene.write_toml import toml_of
 
     exactly(base.run, run(cl.Scene.from_json(drawn.scene.to_json()), drawn.span), _same, "JSON")
     if any(tag.endswith(one.__name__) for tag in drawn.tags for one in OF_USERS):

@@ -5,7 +5,7 @@ up.
 import argparse
 import math
 
-from clearance.units import UNITS
+from clearance.values.units import UNITS
 
 #: units with prefixes, and the power of ten of each
 PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
@@ -42,7 +42,7 @@ def tolerance(options, usual: float = 1e-6) -> float:
 
     Raises ValueError where --error chooses it, or stands beside --steady.
     """
-    from clearance.errors import asks
+    from clearance.results.errors import asks
 
     asked = asks(options.error)
     if asked and getattr(options, "steady", None) is not None:
@@ -153,8 +153,8 @@ def error_line(summary: dict) -> str:
 
 def _shares(numbers: dict) -> dict[str, float]:
     """Relative errors of the numbers that a summary prints, by name; those of zeros left out."""
-    from clearance.errors import Error
-    from clearance.request import printed
+    from clearance.accuracy.request import printed
+    from clearance.results.errors import Error
 
     errors = {name: Error(number["value"], number["stated"]) for name, number in numbers.items()}
     return {n: errors[n].relative for n in printed(errors) if errors[n].value}

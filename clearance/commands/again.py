@@ -38,8 +38,8 @@ def scene_of(options):
 
     Raises ValueError for options that the file has, and where the run cannot be made again.
     """
-    from clearance.case import Case, Parameter
-    from clearance.rerun import again
+    from clearance.run.again import again
+    from clearance.scene.case import Case, Parameter
 
     for name, usual in options.usual.items():
         if getattr(options, name) != usual:
@@ -64,8 +64,8 @@ def output(options) -> Path:
 
 def compared(path: str, result) -> dict:
     """Differences between a result and the file that it was made from, in words."""
-    from clearance.rerun import differences, versions
-    from clearance.results import open_result
+    from clearance.results.result import open_result
+    from clearance.run.again import differences, versions
 
     before = open_result(path)
     apart, one, two = differences(before, result), versions(before), versions(result)

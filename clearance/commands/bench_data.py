@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from clearance.commands.common import DONE, add_command, json_text, listed, number, seed_of
-from clearance.units import quantity
+from clearance.values.units import quantity
 
 
 def add(commands) -> argparse.ArgumentParser:

@@ -19,7 +19,7 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """List them."""
-    from clearance.catalogue import case_names, find_case
+    from clearance.scene.catalogue import case_names, find_case
 
     with quiet(options):
         cases = [find_case(name) for name in options.cases or case_names()]

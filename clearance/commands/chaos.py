@@ -68,7 +68,7 @@ class Chaotic:
         return summary, None if result.reached else f"statistics: {result.verdict}"
 
     def _run(self, options, scene):
-        from clearance.chaos import statistics
+        from clearance.motions.chaos import statistics
 
         bar = ProgressBar() if not options.json and sys.stderr.isatty() else None
         try:
@@ -92,14 +92,14 @@ def recognised(options, scene) -> Chaotic | None:
     Raises ValueError for --max-turns and --starts of a motion that is not chaotic, and for numbers
     and names that its statistics cannot have.
     """
-    from clearance.errors import asks
+    from clearance.results.errors import asks
 
     counted, error = options.max_turns is not None or options.starts is not None, options.error
     if options.steady is not None or not asks(error) and not counted:
         return None
-    from clearance.chaos import ERROR, MOST_TURNS, STARTS, asked_of, check_turns, quantities
+    from clearance.accuracy.request import Request
     from clearance.mechanism.build import build
-    from clearance.request import Request
+    from clearance.motions.chaos import ERROR, MOST_TURNS, STARTS, asked_of, check_turns, quantities
 
     starts = STARTS if options.starts is None else options.starts
     max_turns = MOST_TURNS if options.max_turns is None else options.max_turns
@@ -117,8 +117,8 @@ def recognised(options, scene) -> Chaotic | None:
 
 def _horizon(options, scene):
     """Of a scene that turns and has impacts without a film; else None."""
-    from clearance.evidence.problem import NotSolved, horizon
-    from clearance.sweeping.peaks import is_dry
+    from clearance.accuracy.horizon import NotSolved, horizon
+    from clearance.metrics.of_points import is_dry
 
     if scene.turn is None or not is_dry(scene.description()):
         return None

@@ -10,9 +10,9 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 
-from clearance import checks
-from clearance.checks import meant
-from clearance.texts import shortened
+from clearance.files.texts import shortened
+from clearance.values import checks
+from clearance.values.checks import meant
 
 DONE, FAILED, WRONG = 0, 1, 2
 LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no terminal
@@ -27,7 +27,7 @@ def quantity_of(units: str):
     """A parser of numbers with an optional unit, in SI."""
 
     def parse(text: str) -> float:
-        from clearance.units import quantity
+        from clearance.values.units import quantity
 
         try:
             return quantity(text, units)
@@ -97,7 +97,7 @@ def existing(path: str | Path) -> Path:
 
 
 def add_force(command: argparse.ArgumentParser) -> None:
-    """--force, for requests that `clearance.demand` refuses."""
+    """--force, for requests that `clearance.run.limits` refuses."""
     command.add_argument(
         "--force",
         action="store_true",
@@ -119,7 +119,7 @@ def parameter_lines(case, values: dict, resolved: dict) -> list[str]:
 
     resolved: what became of those that are auto, as far as it is known.
     """
-    from clearance.units import shown
+    from clearance.values.units import shown
 
     def text(name: str, value: object, units: str) -> str:
         more = f": {shown(resolved[name], units)}" if name in resolved else ""
@@ -194,7 +194,7 @@ def quiet(options):
 
 def scene_of(options):
     """The case requested, its parameters as given, and its scene."""
-    from clearance.catalogue import find_case
+    from clearance.scene.catalogue import find_case
 
     with quiet(options):
         case = find_case(options.case)

@@ -20,8 +20,8 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Build the scene and print what was compiled."""
-    from clearance.evidence import ablation
-    from clearance.evidence.explain import explain
+    from clearance.studies import ablation
+    from clearance.studies.explain import explain
 
     case, values, scene = scene_of(options)
     parts = ablation.ablation(scene, options.cost, Line(options))

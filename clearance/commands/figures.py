@@ -10,9 +10,9 @@ from fnmatch import fnmatch
 from multiprocessing import active_children, get_context
 from pathlib import Path
 
-from clearance.checks import meant
 from clearance.commands.common import DONE, FAILED, Line, add_command, json_text
-from clearance.interrupts import end_groups, lead_group, terminable
+from clearance.run.interrupts import end_groups, lead_group, terminable
+from clearance.values.checks import meant
 
 EXAMPLES = """\
   clearance figures --list                       names and titles
@@ -79,7 +79,7 @@ def run(options) -> int:
     Raises ValueError for unknown names.
     """
     from clearance.paper_figures import gallery, workshop
-    from clearance.results import locked
+    from clearance.results.result import locked
 
     names = _chosen(options.names, workshop.names())
     if not (options.names or options.measure or options.list):

@@ -128,7 +128,7 @@ def _bearing(options, **more):
 
 def _groove(text: str):
     from clearance.film.bearing import Groove
-    from clearance.units import quantity
+    from clearance.values.units import quantity
 
     parts, units = text.split(","), ("rad", "rad", "1", "Pa")
     if len(parts) > len(units):
@@ -140,8 +140,9 @@ def _groove(text: str):
 
 
 def _pressure(options) -> int:
-    from clearance.evidence import film_pictures, films
     from clearance.film.solvers import solve_film
+    from clearance.postprocess import film_pictures
+    from clearance.studies import films
 
     bearing = _bearing(
         options,
@@ -171,7 +172,8 @@ def _pressure(options) -> int:
 
 
 def _map(options) -> int:
-    from clearance.evidence import film_pictures, films
+    from clearance.postprocess import film_pictures
+    from clearance.studies import films
 
     bearing = _bearing(options, roughness=options.roughness)
     result, table = films.force_map(bearing, options.nodes)
@@ -191,8 +193,9 @@ def _map(options) -> int:
 
 
 def _snapshots(options) -> int:
-    from clearance.evidence import film_pictures, films
-    from clearance.results import open_result
+    from clearance.postprocess import film_pictures
+    from clearance.results.result import open_result
+    from clearance.studies import films
 
     result = open_result(options.file)
     shots = films.snapshots(result, options.joint, options.count, options.mesh)
@@ -211,7 +214,8 @@ def _snapshots(options) -> int:
 def _convergence(options) -> int:
     import dataclasses
 
-    from clearance.evidence import film_ladder, film_pictures
+    from clearance.postprocess import film_pictures
+    from clearance.studies import film_ladder
 
     meshes = film_ladder.convergence(_bearing(options), progress=Line(options))
     return publish(
@@ -226,7 +230,8 @@ def _convergence(options) -> int:
 
 
 def _ladder(options) -> int:
-    from clearance.evidence import film_ladder, film_pictures
+    from clearance.postprocess import film_pictures
+    from clearance.studies import film_ladder
 
     study = film_ladder.ladder(options.turns, options.quick, Line(options))
     return publish(

@@ -18,8 +18,8 @@ from clearance.commands.common import (
     quiet,
     share,
 )
-from clearance.interrupts import terminable
-from clearance.units import unit_in, written
+from clearance.run.interrupts import terminable
+from clearance.values.units import unit_in, written
 
 EXAMPLES = """\
 One -p has a range LO:HI: the periodic motion that the case settles to at LO is followed towards
@@ -86,10 +86,10 @@ def run(options) -> int:
     """Follow the motion and show what was met; exit status 1 where none was, or the user ended
     it.
     """
-    from clearance.catalogue import find_case
-    from clearance.evidence.problem import NotSolved
-    from clearance.periodic.follow import follow
-    from clearance.periodic.maps import NotPeriodic
+    from clearance.accuracy.horizon import NotSolved
+    from clearance.motions.follow import follow
+    from clearance.motions.maps import NotPeriodic
+    from clearance.scene.catalogue import find_case
 
     with quiet(options):
         case = find_case(options.case)

@@ -63,7 +63,7 @@ def run(options) -> int:
     length = {**length_of(options, case, scene), "samples": options.samples}
     if options.compare:
         return _compare(options, case, values, scene, length)
-    from clearance.inverse.dynamics import inverse_dynamics
+    from clearance.motions.inverse import inverse_dynamics
 
     path, failure, began = (
         Path(options.output or f"{case.name}_inverse.h5"),
@@ -87,8 +87,8 @@ def run(options) -> int:
 def _compare(options, case, values: dict, scene, length: dict) -> int:
     import numpy as np
 
-    from clearance.evidence import routes
-    from clearance.options import span_of
+    from clearance.commands import routes
+    from clearance.run.options import span_of
     from clearance.simulation import SimulationError
 
     make_folder(options)
@@ -130,7 +130,7 @@ def _summary(scene, result) -> dict:
     }
     if not result.time.size:
         return summary
-    from clearance.evidence.routes import power_residual
+    from clearance.commands.routes import power_residual
 
     summary["drives"] = {n: _largest(result, f"drives/{n}", DRIVE) for n in result.names("drives")}
     summary["joints"] = {n: _largest(result, f"joints/{n}", JOINT) for n in result.names("joints")}

@@ -46,8 +46,9 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Find the exponent and show it; exit status 1 where the motion cannot be continued."""
-    from clearance.evidence import lyapunov, pictures
-    from clearance.evidence.problem import NotSolved
+    from clearance.accuracy.horizon import NotSolved
+    from clearance.motions import lyapunov
+    from clearance.postprocess import study_pictures
 
     case, _, scene = scene_of(options)
     make_folder(options)
@@ -72,7 +73,7 @@ def run(options) -> int:
         lyapunov.table(exponents),
         lyapunov.plain(exponents),
         lambda folder: lyapunov.save(exponents, folder),
-        pictures.lyapunov,
+        study_pictures.lyapunov,
         wrapped,
         "lyapunov",
     )

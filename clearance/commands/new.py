@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-from clearance import templates
-from clearance.checks import meant
 from clearance.commands.common import DONE, add_command, json_text, scene_of
+from clearance.scene import templates
+from clearance.values.checks import meant
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -59,7 +59,7 @@ def _template(options) -> Path | None:
 
 def _python(options) -> str:
     """The Python case of a scene file. Raises ValueError where there is none."""
-    from clearance.scene_python import python_of
+    from clearance.scene.write_python import python_of
 
     source = _template(options) or Path(options.case)
     if source.suffix != ".toml" or not source.is_file():
@@ -74,13 +74,13 @@ def _toml(options) -> str:
     """The text of the scene file."""
     if template := _template(options):
         return template.read_text(encoding="utf-8")
-    from clearance.catalogue import case_names
-    from clearance.scene_toml import toml_of
+    from clearance.scene.catalogue import case_names
+    from clearance.scene.write_toml import toml_of
 
     if options.case.endswith(".h5"):
-        from clearance.results import open_result
-        from clearance.scene import Scene
-        from clearance.scene_toml import by_hand
+        from clearance.results.result import open_result
+        from clearance.scene.scene import Scene
+        from clearance.scene.write_toml import by_hand
 
         if options.parameters:
             raise ValueError(f"-p: {options.case} is a result, whose numbers are given")

@@ -4,8 +4,8 @@ import argparse
 from contextlib import ExitStack
 from pathlib import Path
 
-from clearance.checks import meant
 from clearance.commands.common import DONE, add_command, json_text, listed, number, quantity_of
+from clearance.values.checks import meant
 
 #: kinds of pictures of run files and of sweeps, each with the options that belong to it; the first
 #: is the default
@@ -319,7 +319,7 @@ def _given(options, *names: str) -> dict:
 
 # --- pictures of runs
 def _of_runs(options, paths: list[Path], kind: str) -> Path:
-    from clearance.results import open_result
+    from clearance.results.result import open_result
 
     suffix = ".gif" if kind == "animation" else ".png"
     first = paths[0] if isinstance(paths[0], Path) else Path("run")
@@ -559,7 +559,7 @@ def _scatter(options, folder: Path) -> Path:
 
 def _at(sweep, texts: list[str]) -> dict:
     """Values at which swept parameters are held, SI."""
-    from clearance.units import quantity
+    from clearance.values.units import quantity
 
     values = {}
     for item in texts:

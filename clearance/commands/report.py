@@ -60,7 +60,7 @@ def run(options) -> int:
 
 def _sections(options) -> dict[str, tuple[float, ...]]:
     """Sizes [m] by body. Raises ValueError for what are none."""
-    from clearance.units import quantity
+    from clearance.values.units import quantity
 
     sections = {}
     for text in options.section:

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from clearance import checks
 from clearance.commands import again, chaos, sensitivities, steady
 from clearance.commands.accuracy import (
     add_error,
@@ -38,7 +37,8 @@ from clearance.commands.common import (
     quantity_of,
     scene_of,
 )
-from clearance.interrupts import terminable
+from clearance.run.interrupts import terminable
+from clearance.values import checks
 
 
 def add(commands) -> argparse.ArgumentParser:
@@ -167,7 +167,7 @@ def _check_settle(options, case, scene) -> None:
     """Raises ValueError for a --settle that is negative or leaves nothing of the run."""
     if options.settle is None:
         return
-    from clearance.options import span_of
+    from clearance.run.options import span_of
 
     unit = scene.turn or 1.0
     span = span_of(scene, **length_of(options, case, scene), samples=2).until / unit
@@ -242,7 +242,7 @@ def _comparable(scene, result, rtol: float) -> dict:
     """Time up to which the run can be compared with another, and statistics where that ends before
     the run.
     """
-    from clearance.turns import TRANSIENT, means
+    from clearance.metrics.by_turn import TRANSIENT, means
 
     horizon = _horizon(scene, result, rtol)
     if horizon is None:
@@ -263,7 +263,7 @@ def _horizon(scene, result, rtol: float) -> tuple[str, bool] | None:
     """Time up to which a run with impacts can be compared, and True where it is chaotic; None
     without impacts.
     """
-    from clearance.evidence.problem import NotSolved, horizon
+    from clearance.accuracy.horizon import NotSolved, horizon
 
     if not any(j.impacts for j in scene.clearance_joints) or not result.file["time"].size:
         return None
@@ -283,8 +283,8 @@ def _plot(result, output: Path, settle: float | None) -> Path:
 
 def _summary(case, values: dict, result, began: tuple[float, float], settle: float | None) -> dict:
     """Costs and results of a run, as plain data."""
-    from clearance.evidence.assumptions import assumptions
-    from clearance.metrics import Window, metrics, startup
+    from clearance.metrics.assumptions import assumptions
+    from clearance.metrics.metrics import Window, metrics, startup
 
     solver, events, window, errors = (
         result.solver,
@@ -401,8 +401,8 @@ def _joints(result, begin: float, end: float) -> dict:
     """Peak forces, smallest gaps and friction of the settled motion, and of the start-up; regimes
     of the entire run.
     """
-    from clearance.extremes import JOINT_EXTREMES
-    from clearance.metrics import SURFACES
+    from clearance.metrics.metrics import SURFACES
+    from clearance.results.extremes import JOINT_EXTREMES
 
     roughness = {j["name"]: j.get("roughness") for j in result.scene["joints"]}
     joints = {}
@@ -565,7 +565,7 @@ def _film_part(joint: dict) -> str:
 
 
 def _joint_line(joint: dict) -> str:
-    from clearance.metrics import SURFACES
+    from clearance.metrics.metrics import SURFACES
 
     bracket = _bracket(joint, "startup_peak_force")
     force = with_error(joint.get("peak_force", 0.0), joint.get("peak_force_error"), "N", bracket)

@@ -5,7 +5,6 @@ import time
 from functools import partial
 from pathlib import Path
 
-from clearance import checks
 from clearance.commands.common import (
     DONE,
     FAILED,
@@ -17,7 +16,8 @@ from clearance.commands.common import (
     quiet,
 )
 from clearance.commands.sweep import add_runs, begin
-from clearance.interrupts import terminable
+from clearance.run.interrupts import terminable
+from clearance.values import checks
 
 SHOWN = 6  # metrics in the summary
 MORE_POINTS = "no exact index is; see the intervals, which more points narrow"
@@ -66,7 +66,7 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Run the points; exit status 1 where one failed or the sweep had to stop."""
-    from clearance.catalogue import find_case
+    from clearance.scene.catalogue import find_case
     from clearance.sweeping.chance import scatter
     from clearance.sweeping.driver import SweepError
 

@@ -59,9 +59,9 @@ def check(options) -> None:
 
 def solved(options, case, scene, output: Path):
     """The result with one period, None where there is none, and why."""
-    from clearance.evidence.problem import NotSolved
-    from clearance.periodic.maps import NotPeriodic
-    from clearance.periodic.steady import steady
+    from clearance.accuracy.horizon import NotSolved
+    from clearance.motions.maps import NotPeriodic
+    from clearance.motions.steady import steady
 
     if not options.json:
         logging.basicConfig(level=logging.INFO, format="clearance: %(message)s")

@@ -23,7 +23,8 @@ def run(options) -> int:
     """
     import dataclasses
 
-    from clearance.evidence import pictures, stress
+    from clearance.postprocess import study_pictures
+    from clearance.studies import stress
 
     if options.workers is not None and options.workers < 1:
         raise ValueError(f"--workers must be at least 1, got {options.workers}")
@@ -42,7 +43,7 @@ def run(options) -> int:
         lines,
         document,
         lambda folder: stress.save(verdicts, folder),
-        pictures.stress,
+        study_pictures.stress,
         verdicts,
         "stress",
     )

@@ -24,8 +24,8 @@ from clearance.commands.common import (
     quantity_of,
     quiet,
 )
-from clearance.interrupts import terminable
-from clearance.units import unit_in
+from clearance.run.interrupts import terminable
+from clearance.values.units import unit_in
 
 SHOWN = 12  # metrics in the summary
 EXAMPLES = """\
@@ -171,7 +171,7 @@ def begin(options) -> "Progress":
 
 def run(options) -> int:
     """Run the sweep; exit status 1 where a point failed or the sweep had to stop."""
-    from clearance.catalogue import find_case
+    from clearance.scene.catalogue import find_case
     from clearance.sweeping.driver import SweepError, sweep
 
     with quiet(options):

@@ -77,7 +77,7 @@ def _measured(options, source) -> list:
     if Path(source).is_dir():
         raise ValueError("view: measured data lie over a run; a sweep has a map")
     from clearance.postprocess.measured import compare
-    from clearance.results import open_result
+    from clearance.results.result import open_result
 
     first = (listed(options.channels) or [None])[0]
     given = {"channels": first, "column": options.column, "settle": options.settle or 0.0}

@@ -18,7 +18,7 @@ from clearance.commands.common import (
     quiet,
     scene_of,
 )
-from clearance.interrupts import terminable
+from clearance.run.interrupts import terminable
 
 EXAMPLES = """\
   clearance wear wear_a --turns 21400 -o worn --plot
@@ -173,8 +173,8 @@ def run(options) -> int:
 
 def points_of(options):
     """Points and fixed parameters of -p NAME=VALUES, a grid."""
-    from clearance.catalogue import find_case
     from clearance.commands.sweep import grid_of
+    from clearance.scene.catalogue import find_case
 
     with quiet(options):
         return grid_of(options, find_case(options.case))

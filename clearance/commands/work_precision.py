@@ -36,7 +36,8 @@ def add(commands) -> argparse.ArgumentParser:
 
 def run(options) -> int:
     """Error against run time of solvers, or with --physics the price of choices of physics."""
-    from clearance.evidence import physics, pictures, work_precision
+    from clearance.postprocess import study_pictures
+    from clearance.studies import physics, work_precision
 
     if options.physics and options.peers:
         raise ValueError("--physics compares choices of physics, not solvers: leave out --peers")
@@ -51,7 +52,7 @@ def run(options) -> int:
     module = physics if options.physics else work_precision
     if options.physics:
         study = physics.compare(case, values, options.turns, options.until, progress=Line(options))
-        draw, stem = pictures.physics, "physics"
+        draw, stem = study_pictures.physics, "physics"
     else:
         study = work_precision.work_precision(
             title,
@@ -61,7 +62,7 @@ def run(options) -> int:
             peers=options.peers,
             progress=Line(options),
         )
-        draw, stem = pictures.work_precision, "work_precision"
+        draw, stem = study_pictures.work_precision, "work_precision"
     lines = [*module.table(study), "", *module.describe(study)]
     return publish(
         options,

@@ -1,6 +1,5 @@
 """Elements: what a mechanism is made of, one kind a file."""
 
-from clearance.checks import absent
 from clearance.elements.clearance_prismatic import ClearancePrismatic
 from clearance.elements.clearance_revolute import ClearanceRevolute
 from clearance.elements.drive import Drive
@@ -12,6 +11,7 @@ from clearance.elements.revolute import Revolute
 from clearance.elements.springs import SpringDamper, TorsionSpring
 from clearance.elements.thermal_node import ThermalNode
 from clearance.elements.weld import Weld
+from clearance.values.checks import absent
 
 __all__ = [
     "ClearancePinSlot",

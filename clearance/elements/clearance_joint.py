@@ -5,7 +5,7 @@ from collections import namedtuple
 from clearance.elements.element import State
 from clearance.elements.joint import Joint
 from clearance.laws.law import bristle
-from clearance.materials import Lubricant
+from clearance.laws.materials import Lubricant
 
 #: facts that contact laws read of a body on a flat wall, which is a bore without end
 Surfaces = namedtuple("Surfaces", "radius clearance length material layer")

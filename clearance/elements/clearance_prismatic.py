@@ -7,13 +7,12 @@ from collections.abc import Iterator
 from dataclasses import KW_ONLY, dataclass
 from functools import partial
 
-from clearance import checks
-from clearance.body import Point
+from clearance.elements.body import Point
 from clearance.elements.clearance_joint import ClearanceJoint, Surfaces
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import FREE, Joint, Known, axis_field
 from clearance.elements.prismatic import Prismatic
-from clearance.kinds import BLENDED, CONTACT
+from clearance.elements.quantities import GAPS, NEVER, ROUGH, SIZES, UNIT, ZERO, Row, law, number
 from clearance.laws.law import (
     BoundLaw,
     FilmJoint,
@@ -24,8 +23,9 @@ from clearance.laws.law import (
     pad,
     transition,
 )
-from clearance.materials import Lubricant, Material, steel
-from clearance.quantities import GAPS, NEVER, ROUGH, SIZES, UNIT, ZERO, Row, law, number
+from clearance.laws.materials import Lubricant, Material, steel
+from clearance.values import checks
+from clearance.values.spots import BLENDED, CONTACT
 
 #: name, signs along and across the guide of each corner
 CORNERS = (("1", -1.0, -1.0), ("2", 1.0, -1.0), ("3", -1.0, 1.0), ("4", 1.0, 1.0))

@@ -6,15 +6,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import KW_ONLY, dataclass, fields, replace
 
-from clearance import checks
-from clearance.body import Point
+from clearance.elements.body import Point
 from clearance.elements.clearance_joint import ClearanceJoint
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import FREE, Joint, Known
 from clearance.elements.journal import Journal
+from clearance.elements.quantities import GAPS, NEVER, ROUGH, SIZES, ZERO, Row, law, number
 from clearance.elements.revolute import Revolute
 from clearance.elements.thermal_node import WARMING, ThermalNode
-from clearance.kinds import BLENDED, CONTACT, FILM
 from clearance.laws.contact import layer_of
 from clearance.laws.law import (
     BoundLaw,
@@ -30,9 +29,10 @@ from clearance.laws.law import (
     transition,
     wet_film,
 )
-from clearance.materials import HeatBalance, Lubricant, Material, steel
-from clearance.quantities import GAPS, NEVER, ROUGH, SIZES, ZERO, Row, law, number
-from clearance.units import slip
+from clearance.laws.materials import HeatBalance, Lubricant, Material, steel
+from clearance.values import checks
+from clearance.values.spots import BLENDED, CONTACT, FILM
+from clearance.values.units import slip
 
 #: clearance over roughness up to which the nodes of an outline resolve its asperities (1e-3)
 FINEST = 4000.0

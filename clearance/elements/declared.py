@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from dataclasses import fields
 from types import FunctionType
 
-from clearance import checks
 from clearance.elements.element import Element, Spot, State
 from clearance.elements.joint import FREE, RELATIVE, Joint, Known
-from clearance.kinds import BLENDED, CONTACT, FILM
+from clearance.values import checks
+from clearance.values.spots import BLENDED, CONTACT, FILM
 
 WATCHED = "contact_force", "gap"  # outputs of each contact whose extremes are located
 OF_TRACE = "traced numbers take m.trace.select, m.trace.function and m.function"

@@ -4,15 +4,15 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from clearance import checks
-from clearance.body import Body, ground
+from clearance.elements.body import Body, ground
 from clearance.elements.element import State
 from clearance.elements.joint import Joint
 from clearance.elements.load import Load
 from clearance.elements.prismatic import Prismatic
+from clearance.elements.quantities import NEVER, RATES, Row, law, number
 from clearance.elements.revolute import Revolute
 from clearance.laws.law import BoundLaw, drive_state, effort, signal
-from clearance.quantities import NEVER, RATES, Row, law, number
+from clearance.values import checks
 
 #: laws that a torque or force may follow
 EFFORTS = (effort, drive_state)

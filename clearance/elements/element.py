@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import Field, dataclass, fields
 from typing import ClassVar
 
-from clearance.body import Body, Point, as_point
+from clearance.elements.body import Body, Point, as_point
+from clearance.elements.quantities import Described, Row, fields_of
 from clearance.laws.law import BoundLaw
-from clearance.materials import Material
-from clearance.quantities import Described, Row, fields_of
+from clearance.laws.materials import Material
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from clearance import checks
-from clearance.body import Body, Point, ground
+from clearance.elements.body import Body, Point, ground
 from clearance.elements.load import Load
+from clearance.elements.quantities import ZERO, number
 from clearance.laws.law import BoundLaw, signal
-from clearance.quantities import ZERO, number
+from clearance.values import checks
 
 
 class PointForce(Load):

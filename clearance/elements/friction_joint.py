@@ -4,8 +4,8 @@ from collections.abc import Iterable, Iterator
 
 from clearance.elements.element import State
 from clearance.elements.joint import Joint
+from clearance.elements.quantities import ZERO, Row
 from clearance.laws.law import joint_bristle, joint_friction
-from clearance.quantities import ZERO, Row
 
 FRICTIONS = (joint_friction, joint_bristle)
 

@@ -4,13 +4,13 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from clearance import checks
-from clearance.body import Body
+from clearance.elements.body import Body
 from clearance.elements.prismatic import Prismatic
+from clearance.elements.quantities import ZERO, Row, law, number
 from clearance.elements.revolute import Revolute
 from clearance.elements.springs import Spring
 from clearance.laws.law import BoundLaw, spring
-from clearance.quantities import ZERO, Row, law, number
+from clearance.values import checks
 
 
 @checks.answers

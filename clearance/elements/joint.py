@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 from dataclasses import Field, dataclass, fields
 
-from clearance import checks
-from clearance.body import Body, Point
+from clearance.elements.body import Body, Point
 from clearance.elements.element import Element
-from clearance.kinds import CONTACT, FILM
+from clearance.elements.quantities import UNIT, number
 from clearance.laws.law import BoundLaw
-from clearance.quantities import UNIT, number
+from clearance.values import checks
+from clearance.values.spots import CONTACT, FILM
 
 #: relative coordinates: of point b against point a along and across the joint's axis, and of b's
 #: frame against a's

@@ -1,7 +1,7 @@
 """Base of drives, springs, forces and torques: elements that join nothing."""
 
-from clearance import checks
 from clearance.elements.element import Element
+from clearance.values import checks
 
 
 class Load(Element):

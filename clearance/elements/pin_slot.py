@@ -3,15 +3,15 @@
 import math
 from dataclasses import dataclass
 
-from clearance import checks
-from clearance.body import Point
+from clearance.elements.body import Point
 from clearance.elements.clearance_joint import ClearanceJoint, Surfaces
 from clearance.elements.element import Spot, State
 from clearance.elements.joint import FREE, Joint, Known, axis_field
-from clearance.kinds import CONTACT
+from clearance.elements.quantities import GAPS, SIZES, law, number
 from clearance.laws.law import BoundLaw, contact, friction
-from clearance.materials import Material, steel
-from clearance.quantities import GAPS, SIZES, law, number
+from clearance.laws.materials import Material, steel
+from clearance.values import checks
+from clearance.values.spots import CONTACT
 
 #: the walls of the slot: name, and side of the axis
 WALLS = (("upper", 1.0), ("lower", -1.0))

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from clearance import checks
-from clearance.body import Point
+from clearance.elements.body import Point
 from clearance.elements.friction_joint import FRICTIONS, FrictionJoint
 from clearance.elements.joint import FREE, Known, axis_field
+from clearance.elements.quantities import UNIT, law, number
 from clearance.laws.joint_friction import slide_load
 from clearance.laws.law import BoundLaw
-from clearance.quantities import UNIT, law, number
+from clearance.values import checks
 
 
 @checks.answers

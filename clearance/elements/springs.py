@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from clearance import checks
-from clearance.body import Body, Point
+from clearance.elements.body import Body, Point
 from clearance.elements.load import Load
+from clearance.elements.quantities import ZERO, law, number
 from clearance.laws.law import BoundLaw, spring
-from clearance.quantities import ZERO, law, number
+from clearance.values import checks
 
 
 class Spring(Load):

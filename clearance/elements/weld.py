@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-from clearance import checks
-from clearance.body import Point
+from clearance.elements.body import Point
 from clearance.elements.joint import Joint, Known
-from clearance.quantities import UNIT, number
+from clearance.elements.quantities import UNIT, number
+from clearance.values import checks
 
 
 @checks.answers

@@ -9,8 +9,8 @@ import sys
 from collections.abc import Callable
 from types import ModuleType
 
-from clearance.checks import Check
 from clearance.laws.law import film as family
+from clearance.values.checks import Check
 
 
 class _Decorator(ModuleType):

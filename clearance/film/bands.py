@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from clearance.film.bearing import CONTACT, Bearing, FilmSolution, check_mesh, check_state
-from clearance.store import njit
+from clearance.machine.store import njit
 
 LEAST_AROUND, LEAST_ALONG = 24, 3  # cells of the coarsest grid that serves for extrapolation
 # linear systems of one active set; counted where even those were too few

@@ -27,8 +27,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from clearance import checks
 from clearance.laws.law import FilmJoint
+from clearance.values import checks
 
 if TYPE_CHECKING:
     import numpy as np

@@ -33,9 +33,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearance import checks
 from clearance.film.bearing import Bearing, Groove, check_mesh
-from clearance.store import njit
+from clearance.machine.store import njit
+from clearance.values import checks
 
 FULL, CAVITATED, FIXED = 0, 1, 2  # kinds of cell; pressure and content of a fixed one are given
 COND, GAP, DRAG = (

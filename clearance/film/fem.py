@@ -43,7 +43,6 @@ from scipy.interpolate import CubicSpline
 from scipy.sparse.linalg import SuperLU, splu
 from scipy.special import ndtr
 
-from clearance import checks
 from clearance.film.bearing import (
     DOUBTFUL,
     Bearing,
@@ -54,6 +53,7 @@ from clearance.film.bearing import (
     coarseness,
 )
 from clearance.laws.asperity import PRESSURE_FACTORS
+from clearance.values import checks
 
 TURN = 2.0 * math.pi
 SAME = 1e-6  # of angles and axial positions: one mesh line

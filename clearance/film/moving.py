@@ -54,7 +54,7 @@ from clearance.film.bearing import (
     coarseness,
 )
 from clearance.film.fem import TURN, mass_and_stiffness, quadratic_line, supplied, tensor_lines
-from clearance.store import njit
+from clearance.machine.store import njit
 
 WIDTH = 0.25  # of the rupture: its pressure is that at sqrt(2 WIDTH) nodes from a sharp one
 # where the length, not the spacing, bounds the width of the rupture: (R / L)^2 d^2 over 1 / SHORT

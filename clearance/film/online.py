@@ -3,7 +3,7 @@ the table.
 
 `solved` is memoryless and stands where any film law stands. `conserving` has a memory: the oil
 content of the gap, over the bearing, is stored from step to step (implicit Euler between accepted
-states). Its liner may be elastic. Both are answered in Python (tracing/callback.py), some 1e3 to
+states). Its liner may be elastic. Both are answered in Python (machine/callback.py), some 1e3 to
 1e4 times dearer than the table. The finite elements of a run are those of film/moving.py, smooth in
 the motion; film/fem.py is their reference.
 """
@@ -11,11 +11,11 @@ the motion; film/fem.py is their reference.
 import time as clock_of_the_wall
 from collections.abc import Callable
 
-from clearance import checks
 from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh, coarseness
 from clearance.laws.film import SIDE_FLOW
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
-from clearance.tracing.callback import KEEP, SLOPES, VALUE, Callback, answered
+from clearance.machine.callback import KEEP, SLOPES, VALUE, Callback, answered
+from clearance.values import checks
 
 # solutions a turn at rtol 1e-6, of the feeder
 USUAL = {"fem": 5000, "fast": 16_000, "conserving": 100_000}

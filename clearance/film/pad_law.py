@@ -2,11 +2,11 @@
 
 import math
 
-from clearance import checks
 from clearance.film.bearing import check_mesh
 from clearance.film.pad_lookup import MESH, NODES, looked_up
 from clearance.laws.law import BoundLaw, DataLaw, PadFace, pad
 from clearance.laws.pad import STEEPEST
+from clearance.values import checks
 
 REST = 1e-15  # m/s: a pad at rest counts as closing with it, so that its direction has a slope
 

@@ -19,12 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance import checks
-from clearance.algebra import solve
 from clearance.film import bands, lookup, pad_lookup, table
 from clearance.film.lookup import Tabulated
 from clearance.film.pad_lookup import HEAD, MESH, NODES, PARTS, TOP, looked_up
-from clearance.store import njit
+from clearance.machine.store import njit
+from clearance.values import checks
+from clearance.values.algebra import solve
 
 LOG = logging.getLogger("clearance")
 LEVEL = 1e-3  # tau below which columns are uniform along the pad

@@ -37,8 +37,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance import checks, sealed, store
-from clearance.algebra import each, solve
+from clearance.files import sealed
 from clearance.film import bands, lookup
 from clearance.film.bearing import check_mesh, check_nodes
 from clearance.film.lookup import (
@@ -50,6 +49,9 @@ from clearance.film.lookup import (
     looked_up_flow,
     looked_up_flow_ambient,
 )
+from clearance.machine import store
+from clearance.values import checks
+from clearance.values.algebra import each, solve
 
 LOG = logging.getLogger("clearance")
 HALF_WAY = 3.0  # S at tau = 1/2

@@ -2,7 +2,6 @@
 
 import math
 
-from clearance import checks
 from clearance.film.bearing import CAVITATIONS, Bearing, check_mesh, check_nodes
 from clearance.film.lookup import (
     TOP,
@@ -13,6 +12,7 @@ from clearance.film.lookup import (
 )
 from clearance.laws.film import REST, SIDE_FLOW, WALL
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
+from clearance.values import checks
 
 LAST = 1.0 - math.exp(-TOP)  # eccentricity ratio of the last nodes, 0.998
 LAYERS = 25  # nodes over tau

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from clearance.checks import finite, non_negative, positive
 from clearance.identify.records import Measurement, Trial
-from clearance.store import njit
+from clearance.machine.store import njit
+from clearance.values.checks import finite, non_negative, positive
 
 DEGREE = math.pi / 180.0
 AXIS = {"tilt": 0, "tilt_y": 1, "spin": 2}

@@ -14,14 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.checks import positive
 from clearance.identify import differences, doubts, estimation, models
 from clearance.identify.estimation import MOST_STARTS, STARTS, in_group
 from clearance.identify.models import AXES, LuGre, Model
 from clearance.identify.own import Own
 from clearance.identify.records import Series
-from clearance.reading import Entries, open_checked
-from clearance.results import save_tables
+from clearance.results.reading import Entries, open_checked
+from clearance.results.result import save_tables
+from clearance.values.checks import positive
 
 FORMAT = "clearance-friction-fit"
 FORMAT_VERSION = 1

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearance.store import njit
+from clearance.machine.store import njit
 
 TORQUE, STIFFNESS, DAMPING, VISCOUS = range(4)  # functions of the speed that an axis has
 # numbers behind the parameters: stiffness and damping of a static law; two that empty slopes fall

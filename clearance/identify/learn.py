@@ -27,11 +27,11 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from clearance.checks import finite, positive
 from clearance.identify import models
 from clearance.identify.estimation import Estimate
 from clearance.identify.models import AXES, Model, Parameter, Values
-from clearance.store import njit
+from clearance.machine.store import njit
+from clearance.values.checks import finite, positive
 
 GATES = 4  # input, forget, candidate, output
 # state: time [s] and angles [rad] since the last interval; torque; h and c

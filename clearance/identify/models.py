@@ -24,9 +24,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearance.checks import finite, meant, non_negative, positive
 from clearance.identify import kernels
 from clearance.identify.kernels import DAMPING, PADDING, STIFFNESS, TORQUE, VISCOUS, Layout
+from clearance.values.checks import finite, meant, non_negative, positive
 
 Values = np.ndarray | Sequence[float] | Mapping[str, float]
 AXES = "x", "y", "z"

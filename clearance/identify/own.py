@@ -26,14 +26,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearance.checks import finite, identifier, meant, positive
 from clearance.identify.models import FINER, LAG, Model, Parameter, Values, delayed
 from clearance.identify.records import Trial
 from clearance.laws.law import Law, joint_bristle, joint_friction
-from clearance.loading import located, module_of
-from clearance.store import njit
+from clearance.machine.store import njit
+from clearance.scene.user_module import located, module_of
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import compiled
+from clearance.values.checks import finite, identifier, meant, positive
 
 # of a parameter (of its range where it may be negative), by which it is moved for slopes
 DIFFERENCE = 1e-4

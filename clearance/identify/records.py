@@ -35,11 +35,11 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.checks import identifier
-from clearance.reading import Damaged, Reader, open_checked
-from clearance.results import provenance, replacing, save_tables
-from clearance.texts import text_of
-from clearance.units import UNITS as KNOWN_UNITS
+from clearance.files.texts import text_of
+from clearance.results.reading import Damaged, Reader, open_checked
+from clearance.results.result import provenance, replacing, save_tables
+from clearance.values.checks import identifier
+from clearance.values.units import UNITS as KNOWN_UNITS
 
 FORMAT = "clearance-measurement"
 FORMAT_VERSION = 1

@@ -2,7 +2,6 @@
 step.
 """
 
-from clearance.lanes.group import Answers as Answers
-from clearance.lanes.group import Group as Group
-from clearance.lanes.group import Points as Points
-from clearance.lanes.group import impossible as impossible
+from clearance.values.lazy import lazily
+
+__getattr__ = lazily(__name__, dict.fromkeys(("Answers", "Group", "Points", "impossible"), "group"))

@@ -8,7 +8,14 @@ from functools import cache
 import llvmlite.binding as llvm
 import llvmlite.ir as ir
 
-from clearance.store import FEATURES, HAS, PROCESSOR, digest_of, global_compiler_lock, stored
+from clearance.machine.store import (
+    FEATURES,
+    HAS,
+    PROCESSOR,
+    digest_of,
+    global_compiler_lock,
+    stored,
+)
 from clearance.tracing.ir import POINTER
 
 WIDTHS = (1, 2, 4, 8)

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from clearance.lanes.steps import ARRIVED, FINISH, IDLE, ITERATE, PREPARE, START
+from clearance.machine.numba_record import Record, reader
+from clearance.machine.store import OPTIONS, cached, entry_caller, types
 from clearance.stepping import status
 from clearance.stepping.locating import CLOSER, EDGE, REACH, ROUNDS, SETTLED
-from clearance.stepping.record import Record, reader
 from clearance.stepping.types import DIGEST, INTEGERS, MATRIX, VECTOR, Whole, inline, shared
-from clearance.store import OPTIONS, cached, entry_caller, types
 
 #: pieces in the order of their addresses: one for each phase, those of samples and inner places.
 #: The last two copy a step, to the place of a sample and to all places beside a lane

@@ -8,17 +8,17 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from clearance.kinds import CONTACT, FILM
 from clearance.lanes import driver
 from clearance.lanes.code import natural_width
 from clearance.lanes.engine import METHODS, Engine, engine
 from clearance.lanes.folding import Folding
 from clearance.lanes.steps import Shape
 from clearance.lanes.watch import Watch
+from clearance.machine.callback import Callback
+from clearance.machine.numba_record import packed
 from clearance.mechanism.build import Mechanism
-from clearance.stepping.record import packed
-from clearance.tracing.callback import Callback
 from clearance.tracing.function import Opaque
+from clearance.values.spots import CONTACT, FILM
 
 MOST_RATES = 16  # equations of a Newton iteration whose factors are written down
 LONGEST = 2**62  # steps

@@ -1,6 +1,5 @@
 """The physics of one joint, as plain functions: one file a family."""
 
-from clearance.checks import absent
 from clearance.laws.asperity import (
     composite_roughness,
     contact_flow_factor,
@@ -76,6 +75,7 @@ from clearance.laws.transition import (
     superposed,
 )
 from clearance.laws.wear import archard, archard_reye, sarkar
+from clearance.values.checks import absent
 
 # isort: split
 # the families last: they have the names of the modules of their laws, and are what is public

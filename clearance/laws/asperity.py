@@ -12,9 +12,9 @@ Valid for roughness much smaller than the clearance.
 
 import math
 
-from clearance.checks import positive
 from clearance.laws.contact import MODULUS
 from clearance.laws.law import asperity
+from clearance.values.checks import positive
 
 FAR = 12.0  # film thickness ratio at which asperities have long lost touch
 SQRT2 = math.sqrt(2.0)

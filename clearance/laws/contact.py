@@ -24,9 +24,9 @@ import math
 from collections.abc import Callable
 from functools import lru_cache
 
-from clearance.checks import Check, bounded, fraction, non_negative, positive
 from clearance.laws.law import Derived, Law, OfJoint, contact
-from clearance.materials import Material, steel
+from clearance.laws.materials import Material, steel
+from clearance.values.checks import Check, bounded, fraction, non_negative, positive
 
 GRAZING_SPEED = 1e-3  # m/s
 

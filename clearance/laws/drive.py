@@ -4,8 +4,8 @@ Efforts are torques [N m] on a rotating coordinate and forces [N] along a slide.
 are then in rad and rad/s, or m and m/s.
 """
 
-from clearance.checks import non_negative, nonzero, positive
 from clearance.laws.law import drive_state, effort, signal
+from clearance.values.checks import non_negative, nonzero, positive
 
 
 def ramped(time, run_up):

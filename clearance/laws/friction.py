@@ -8,8 +8,8 @@ joint.
 
 import math
 
-from clearance.checks import at_least_one, non_negative, positive
 from clearance.laws.law import bristle, friction
+from clearance.values.checks import at_least_one, non_negative, positive
 
 SMALL_FORCE = 1e-3  # N: normal force over which bristles come into touch
 

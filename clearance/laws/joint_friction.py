@@ -12,8 +12,8 @@ is smooth at rest. `joint_lugre` sticks: the deflection of its bristles is a sta
 import math
 from collections.abc import Callable
 
-from clearance.checks import at_least_one, non_negative, positive
 from clearance.laws.law import joint_bristle, joint_friction
+from clearance.values.checks import at_least_one, non_negative, positive
 
 REST = 1e-14  # rad/s, m/s: slower is rounding, which has no sign
 ROOT_2, ROOT_2E = math.sqrt(2.0), math.sqrt(2.0 * math.e)

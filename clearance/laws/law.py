@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
 
-from clearance.checks import Check, finite, meant
+from clearance.values.checks import Check, finite, meant
 
 LONGEST_ROW = 24  # values of a parameter that its text has one by one
 #: values of the joint that laws read, zero where the joint has none: journal radius [m],

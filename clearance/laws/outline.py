@@ -23,9 +23,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearance.algebra import each
-from clearance.checks import finite
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, outline
+from clearance.values.algebra import each
+from clearance.values.checks import finite
 
 NODES = 360  # of an outline, all around
 # of a table over nodes -1, 0, ...: a walk around begins anywhere and never wraps

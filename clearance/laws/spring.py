@@ -6,8 +6,8 @@ positive; a law of twist has N m and rad in place of N and m.
 
 import math
 
-from clearance.checks import non_negative, positive
 from clearance.laws.law import spring
+from clearance.values.checks import non_negative, positive
 
 
 @spring(stiffness=non_negative, damping=non_negative)

@@ -20,9 +20,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from clearance.checks import finite, fraction, inner_fraction, non_negative, positive
 from clearance.laws.asperity import normal_density, normal_tail
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, transition
+from clearance.values.checks import finite, fraction, inner_fraction, non_negative, positive
 
 NARROW = 6.0  # clearance over roughness below which asperities touch around a centred journal
 FLOOR = 0.02  # smallest mean gap over the roughness

@@ -12,8 +12,8 @@ the motion. For another law it is summed over the arc at each step.
 
 import math
 
-from clearance.checks import non_negative
 from clearance.laws.law import surface_wear
+from clearance.values.checks import non_negative
 
 LARGEST = 1e-9  # m2/N; softer than any bearing: a number in other units
 LEAST = 1e-22

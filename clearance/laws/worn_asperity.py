@@ -19,7 +19,6 @@ from collections import namedtuple
 
 import numpy as np
 
-from clearance.algebra import each
 from clearance.laws.asperity import SQRT2PI
 from clearance.laws.law import FilmJoint
 from clearance.laws.outline import (
@@ -35,6 +34,7 @@ from clearance.laws.outline import (
     places,
     turned,
 )
+from clearance.values.algebra import each
 
 ORDERS = (2.5, 1.5)  # of the two tables
 LEAST, MOST = -12.0, 6.0  # film thickness ratios; asperities of larger ones do not touch

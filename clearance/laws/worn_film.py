@@ -19,7 +19,6 @@ import math
 
 import numpy as np
 
-from clearance.algebra import each
 from clearance.laws.law import FilmJoint
 from clearance.laws.outline import (
     EDGES,
@@ -34,6 +33,7 @@ from clearance.laws.outline import (
     places,
     turned,
 )
+from clearance.values.algebra import each
 
 THINNEST = 1e-6  # H is not taken below this
 # of the middles between nodes

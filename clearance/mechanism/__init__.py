@@ -1,0 +1,1 @@
+"""A scene to its kernel: plan, kinematics, dynamics, layout, start."""

@@ -15,16 +15,16 @@ from itertools import chain
 
 import numpy as np
 
-from clearance.algebra import least_squares, product, solutions
-from clearance.body import ABSOLUTE, Body, Point, ground
+from clearance.elements.body import ABSOLUTE, Body, Point, ground
 from clearance.elements.element import Element
 from clearance.elements.joint import FREE, RELATIVE, TURN, Joint
 from clearance.mechanism.geometry import Geometry
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import closed_plan
-from clearance.scene import Scene, counterparts
+from clearance.scene.scene import Scene, counterparts
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import evaluated
+from clearance.values.algebra import least_squares, product, solutions
 
 CLOSURE = 1e-12  # largest closing error accepted, relative to the mechanism's size
 RANK = 1e-9  # singular values below this share of the largest count as zero

@@ -12,7 +12,7 @@ Source: Featherstone, Int. J. Robotics Res. 2 (1983) 13, in the plane.
 
 from dataclasses import dataclass, field
 
-from clearance.body import Body, ground
+from clearance.elements.body import Body, ground
 from clearance.mechanism.rates import UNITS, ZERO, Rates
 from clearance.mechanism.topology import Attachment, Plan
 

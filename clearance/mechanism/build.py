@@ -8,9 +8,8 @@ from itertools import zip_longest
 
 import numpy as np
 
-from clearance.body import ABSOLUTE
+from clearance.elements.body import ABSOLUTE
 from clearance.elements.element import Element, Spot
-from clearance.kinds import BLENDED
 from clearance.laws.law import BoundLaw, DataLaw
 from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
@@ -20,8 +19,9 @@ from clearance.mechanism.marks import marked, named
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.structure import Structure, Tracing
 from clearance.mechanism.topology import Plan, closed_plan, cut_plan
-from clearance.scene import Scene, counterparts
+from clearance.scene.scene import Scene, counterparts
 from clearance.tracing.trace import Trace
+from clearance.values.spots import BLENDED
 
 _structures: dict[tuple, Structure] = {}
 _planned: dict[tuple, tuple[Scene, tuple[Plan, Plan], tuple]] = {}

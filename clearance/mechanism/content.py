@@ -7,7 +7,7 @@ from types import FunctionType
 
 import numpy as np
 
-from clearance.body import Body, Point
+from clearance.elements.body import Body, Point
 from clearance.elements.element import Element
 from clearance.laws.law import BoundLaw
 from clearance.tracing.interpreter import fingerprint

@@ -9,8 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance.algebra import each
-from clearance.body import Body, ground
+from clearance.elements.body import Body, ground
 from clearance.elements.joint import RELATIVE, TURN, Joint
 from clearance.mechanism.build import Mechanism, place_named
 from clearance.mechanism.kinematics import Kinematics, Pose, Propagation
@@ -19,6 +18,7 @@ from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.rates import ZERO, Rates
 from clearance.mechanism.topology import Group, Plan
 from clearance.tracing.trace import Trace
+from clearance.values.algebra import each
 
 DEAD = 1e-2  # closing determinant at a dead centre, over the largest of the motion
 STEEP = 4.0  # a determinant may reach zero within this many of its changes between two steps

@@ -4,7 +4,7 @@ recovered on demand.
 
 from dataclasses import dataclass, field, replace
 
-from clearance.body import ABSOLUTE, ground
+from clearance.elements.body import ABSOLUTE, ground
 from clearance.elements.declared import blamed
 from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.branches import folded, product, times
@@ -14,7 +14,7 @@ from clearance.mechanism.rates import UNITS, ZERO, Rates
 from clearance.mechanism.spatial import inertia_across, reactions_across
 from clearance.mechanism.topology import Plan
 from clearance.mechanism.work import Work
-from clearance.scene import Scene
+from clearance.scene.scene import Scene
 from clearance.tracing.trace import Trace, is_zero
 
 

@@ -9,12 +9,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from clearance.body import ABSOLUTE, Body
+from clearance.elements.body import ABSOLUTE, Body
 from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.loops import offsets, wrong_turn
 from clearance.mechanism.numbers import Numbers
-from clearance.scene import Scene
+from clearance.scene.scene import Scene
 from clearance.tracing.emission import function_text
 from clearance.tracing.function import Function
 from clearance.tracing.trace import live

@@ -8,7 +8,7 @@ follow the same linear rules, accelerations with the quadratic terms added.
 from dataclasses import dataclass
 from functools import cached_property, partial
 
-from clearance.body import Body, ground
+from clearance.elements.body import Body, ground
 from clearance.elements.joint import ACROSS, ALONG, TURN, Joint
 from clearance.mechanism import loops
 from clearance.mechanism.rates import ZERO, Rates

@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from clearance.scene import Scene
+from clearance.scene.scene import Scene
 
 _MARK = re.compile("⟦([0-9]+)⟧")
 

@@ -2,8 +2,7 @@
 real motion.
 """
 
-from clearance.body import Body
-from clearance.checks import meant
+from clearance.elements.body import Body
 from clearance.elements.joint import ALONG, TURN, Joint
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.kinematics import Kinematics, Pose
@@ -11,6 +10,7 @@ from clearance.mechanism.loops import wrong_turn
 from clearance.mechanism.rates import Jet, Rates
 from clearance.tracing.interpreter import traced
 from clearance.tracing.trace import Trace, Value
+from clearance.values.checks import meant
 
 
 class Calls:

@@ -13,13 +13,13 @@ from functools import cache
 from inspect import isfunction
 from types import FunctionType
 
-from clearance.body import Body, Point
+from clearance.elements.body import Body, Point
 from clearance.elements.declared import ours
 from clearance.elements.element import Element
+from clearance.elements.quantities import ZERO, Row, fields_of
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.content import content
-from clearance.quantities import ZERO, Row, fields_of
-from clearance.scene import Scene
+from clearance.scene.scene import Scene
 from clearance.tracing.interpreter import fingerprint, names_in
 
 TRACED = ("act", "outputs")  # methods of elements that kernels are made of

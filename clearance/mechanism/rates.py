@@ -5,7 +5,7 @@ body have a rule of their own, a = alpha x v - w^2 v + 2 w x r + q. Differentiat
 would cost more.
 """
 
-from clearance.body import Body
+from clearance.elements.body import Body
 from clearance.elements.joint import ACROSS, ALONG, FREE, RELATIVE, TURN, Joint
 from clearance.tracing.trace import is_zero
 

@@ -5,7 +5,7 @@ of points and centres of mass in z, and products of inertia. A joint answers wit
 two bending moments at its point.
 """
 
-from clearance.body import ground
+from clearance.elements.body import ground
 from clearance.mechanism.rates import ZERO
 from clearance.tracing.trace import is_zero
 

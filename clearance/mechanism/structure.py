@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from weakref import WeakValueDictionary
 
-from clearance import checks, store
 from clearance.elements.declared import blamed, check_outputs, check_work
+from clearance.machine import store
 from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.joint_friction import joint_friction
 from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
@@ -29,12 +29,13 @@ from clearance.mechanism.marks import named
 from clearance.mechanism.motion import Calls, Motion
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import Plan
-from clearance.scene import Scene
+from clearance.scene.scene import Scene
 from clearance.tracing import kernels
 from clearance.tracing.emission import Program, derive_text, kernel_text
 from clearance.tracing.function import Expansion, Opaque
 from clearance.tracing.interpreter import fingerprint
 from clearance.tracing.trace import DerivedParameters, Trace, is_value
+from clearance.values import checks
 
 #: derivatives of a Jacobian up to which its entries are written down, each by itself
 MOST_DERIVATIVES = 12_000

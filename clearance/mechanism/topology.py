@@ -10,11 +10,11 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from clearance.body import Body, ground
+from clearance.elements.body import Body, ground
 from clearance.elements.element import Element
 from clearance.elements.joint import ALONG, TURN, Joint
 from clearance.mechanism.sharing import Sharing
-from clearance.scene import Scene
+from clearance.scene.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ contacts, outputs.
 
 from dataclasses import dataclass, field
 
-from clearance.body import Body, ground
+from clearance.elements.body import Body, ground
 from clearance.mechanism.rates import ZERO
 from clearance.tracing.trace import Value, is_zero
 

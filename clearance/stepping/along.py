@@ -2,10 +2,10 @@
 
 import math
 
+from clearance.machine.store import caller, types
 from clearance.stepping import status
 from clearance.stepping.state import state_at
 from clearance.stepping.types import INTEGERS, VECTOR, compiled, int64
-from clearance.store import caller, types
 
 LOOP = types.FunctionType(int64(int64, int64))
 loop_at = caller(LOOP)

@@ -7,7 +7,6 @@ scene has contacts: others do not compile this module.
 
 import math
 
-from clearance.kinds import CONTACT, FILM
 from clearance.stepping.locating import FREE, contact_peak, touch
 from clearance.stepping.state import (
     IMPACT_SPEED,
@@ -24,6 +23,7 @@ from clearance.stepping.state import (
     state_at,
 )
 from clearance.stepping.types import STEP_SIGNATURE, compiled, inline, shared
+from clearance.values.spots import CONTACT, FILM
 
 PROBES = 8  # interior places where a step is searched for contact
 SETTLED = 0.1  # of the dead band: a penetration that counts as none where a crossing is located

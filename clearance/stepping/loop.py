@@ -10,7 +10,6 @@ so that no step crosses the kink and the stepper keeps its order. The impact spe
 
 import math
 
-from clearance.kinds import BLENDED, CONTACT, FILM
 from clearance.stepping import status
 from clearance.stepping.locating import FREE, begin_looking, look, look_again, touch, unwind
 from clearance.stepping.state import (
@@ -32,6 +31,7 @@ from clearance.stepping.state import (
     state_inside,
 )
 from clearance.stepping.types import KERNEL, compiled, inline, int64, shared
+from clearance.values.spots import BLENDED, CONTACT, FILM
 
 FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
 SQUEEZE = 0.05  # smallest part of a film that a step may leave

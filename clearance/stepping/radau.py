@@ -14,8 +14,8 @@ afterwards.
 
 import math
 
+from clearance.machine.numba_record import constant
 from clearance.stepping.linear import factor, rate_matrix, solve
-from clearance.stepping.record import constant
 from clearance.stepping.tableaus import Collocation
 from clearance.stepping.types import MOMENTS, inline
 

@@ -9,10 +9,10 @@ from inspect import signature
 
 import numpy as np
 
+from clearance.machine.numba_record import Record, packed, reader
+from clearance.machine.store import COMPILED
 from clearance.stepping.linear import solve
-from clearance.stepping.record import Record, packed, reader
 from clearance.stepping.types import DENSE_ROWS, KERNEL, MATRIX, STEP, VECTOR, inline, shared
-from clearance.store import COMPILED
 
 # columns of `contacts`, the running record of each joint, and of `impacts`, the finished ones
 TOUCHING, SINCE, IMPACT_SPEED, KIND, COORDINATE, CLEARANCE = range(6)
@@ -271,7 +271,9 @@ class State:
 
     @property
     def address(self):
-        """Argument of the compiled loop, see record.py; in plain Python the state itself."""
+        """Argument of the compiled loop, see machine/numba_record.py; in plain Python the state
+        itself.
+        """
         return self.words.ctypes.data if COMPILED else self
 
 

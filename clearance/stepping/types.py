@@ -9,13 +9,23 @@ from pathlib import Path
 import numba
 from numba.core.compiler import Compiler
 
-from clearance import kinds
-from clearance.store import COMPILED, KERNEL, MOMENTS, OPTIONS, Entry, cached, caller, njit, types
+from clearance.machine.store import (
+    COMPILED,
+    KERNEL,
+    MOMENTS,
+    OPTIONS,
+    Entry,
+    cached,
+    caller,
+    njit,
+    types,
+)
+from clearance.values import spots
 
 #: versions of numba that the tests ran with; others are tried all the same
 TESTED = ("0.62", "0.68")
 try:
-    from clearance.stepping.parts import Part, Plain, Whole
+    from clearance.machine.numba_passes import Part, Plain, Whole
 except (ImportError, AttributeError) as lacking:
     Part = Plain = Whole = Compiler
     logging.getLogger("clearance").warning(
@@ -36,8 +46,14 @@ kernel_at = caller(KERNEL)
 #: rows of the dense output: y(theta) = d0 + theta (d1 + (1 - theta) (d2 + theta (d3 + ...)))
 DENSE_ROWS = 8
 
+MACHINE = Path(__file__).parents[1] / "machine"
 #: of all sources that steppers are compiled from
-SOURCES = [Path(kinds.__file__), *sorted(Path(__file__).parent.glob("*.py"))]
+SOURCES = [
+    Path(spots.__file__),
+    MACHINE / "numba_passes.py",
+    MACHINE / "numba_record.py",
+    *sorted(Path(__file__).parent.glob("*.py")),
+]
 DIGEST = hashlib.sha256(b"".join(p.read_bytes() for p in SOURCES)).hexdigest()[:12]
 
 

@@ -1,10 +1,10 @@
 """Points of one structure, one after another in one memory, without a scene for each.
 
-The numbers of their starts come as arrays (spread.py). One point is run the ordinary way, and what
-its metrics look at is noted: the others have no other outputs. They take the same steps by the same
-loop, and their metrics come from the same functions: they are those of the ordinary way bit for
-bit. Some points are `Apart` and run the ordinary way. They fail, carry a warning, need more than
-their family has, or end for another reason than the family's joints.
+The numbers of their starts come as arrays (lanes/point_numbers.py). One point is run the ordinary
+way, and what its metrics look at is noted: the others have no other outputs. They take the same
+steps by the same loop, and their metrics come from the same functions: they are those of the
+ordinary way bit for bit. Some points are `Apart` and run the ordinary way. They fail, carry a
+warning, need more than their family has, or end for another reason than the family's joints.
 """
 
 import copy
@@ -16,25 +16,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearance.diagnosis import Diagnosis, doubtful
 from clearance.elements.joint import Joint
-from clearance.extremes import Extremes, stretch_length
-from clearance.integrals import Integrals
+from clearance.elements.regimes import (
+    DEEPEST,
+    FULL_FILM,
+    Regime,
+    layer_of,
+    oedometric_modulus,
+    regime,
+)
+from clearance.lanes.point_numbers import Irregular, Spread, leaves_of
+from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, acceleration_of, energy_of
-from clearance.metrics import Window, periodicity
-from clearance.options import Span, longest_step
-from clearance.recording import CONTACT_KINDS, EVENT_COLUMNS, MemoryRecord, MemorySink
-from clearance.regimes import DEEPEST, FULL_FILM, Regime, layer_of, oedometric_modulus, regime
-from clearance.run import Run
-from clearance.scene import Scene
+from clearance.metrics.metrics import Window, periodicity
+from clearance.metrics.of_points import is_dry, of_point
+from clearance.results.extremes import Extremes, stretch_length
+from clearance.results.integrals import Integrals
+from clearance.results.recorder import CONTACT_KINDS, EVENT_COLUMNS, MemoryRecord, MemorySink
+from clearance.run.diagnosis import Diagnosis, doubtful
+from clearance.run.ideal_motion import rate_of, stretched, unit_motion
+from clearance.run.options import Span, longest_step
+from clearance.run.run import Run
+from clearance.scene.scene import Scene
 from clearance.simulation import prepare
 from clearance.stepping import status
 from clearance.stepping.state import LOG_COLUMNS
 from clearance.sweeping.dry import Ran, Sums, Unlike
-from clearance.sweeping.ideal import rate_of, stretched, unit_motion
-from clearance.sweeping.peaks import is_dry, of_point
-from clearance.sweeping.spread import Irregular, Spread, leaves_of
-from clearance.tracing.callback import Callback
 
 MOST = 4_000_000  # numbers of a run's output that a family keeps
 #: parts of the paths of outputs that every run is judged by

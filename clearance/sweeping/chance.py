@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from clearance import checks
-from clearance.catalogue import AnyCase, find_case
+from clearance.accuracy.point_errors import Stating
+from clearance.scene.catalogue import AnyCase, find_case
 from clearance.simulation import prepare
 from clearance.sweeping.driver import OPTIONS, define, sweep
 from clearance.sweeping.points import grid
@@ -16,9 +16,9 @@ from clearance.sweeping.scatter import (
     from_words,
     write,
 )
-from clearance.sweeping.stating import Stating
 from clearance.sweeping.worker import Keeper
-from clearance.units import quantity
+from clearance.values import checks
+from clearance.values.units import quantity
 
 #: end of the metrics that some runs lack
 SELDOM = "_jam_ratio"

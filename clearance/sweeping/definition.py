@@ -7,9 +7,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from clearance.results import replacing
+from clearance.files.texts import brief, check_kinds, signed, signed_document, text_of
+from clearance.files.texts import digest as digest
+from clearance.results.result import replacing
 from clearance.sweeping.points import Points, in_words, spread_out
-from clearance.texts import brief, check_kinds, signed, signed_document, text_of
 
 FORMAT = "clearance-sweep"
 # 1: a grid's columns had a value for each point; 2: neither it nor the journal had checksums
@@ -149,11 +150,6 @@ def _range(values: tuple | None) -> str:
     if len(distinct) <= 3:
         return ",".join(map(str, distinct))
     return f"{distinct[0]}..{distinct[-1]} ({len(distinct)} values)"
-
-
-def digest(path: Path) -> str:
-    """Digest of a file's text."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
 def write(definition: Definition, folder: Path) -> None:

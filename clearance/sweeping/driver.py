@@ -14,22 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance import checks
-from clearance.catalogue import AnyCase, case_with, find_case
-from clearance.demand import Demand, affordable
-from clearance.errors import asks
-from clearance.locks import folder_at, opener
+from clearance.accuracy.request import Request, names
+from clearance.files.locks import folder_at, opener
 from clearance.mechanism.build import Mechanism, build
-from clearance.recording import LISTED, chosen, filters
-from clearance.request import Request, names
-from clearance.results import locked, open_result
-from clearance.simulation import prepare
-from clearance.sweeping import definition as definitions
-from clearance.sweeping.definition import Definition
-from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.index import MISSING, Sweep, standing
-from clearance.sweeping.journal import ALONE, DONE, FAILED, LEFT, LOST, WAITING, Journal, Outcome
-from clearance.sweeping.made import (
+from clearance.metrics.of_points import of_point
+from clearance.results.errors import asks
+from clearance.results.recorder import LISTED, chosen, filters
+from clearance.results.result import locked, open_result
+from clearance.run.ideal_motion import ideal_motion
+from clearance.run.inputs import (
     accept,
     common,
     common_differences,
@@ -38,13 +31,20 @@ from clearance.sweeping.made import (
     modules_of,
     point_differences,
 )
+from clearance.run.limits import Demand, affordable
+from clearance.scene.catalogue import AnyCase, case_with, find_case
+from clearance.scene.parameter import wanted
+from clearance.simulation import prepare
+from clearance.sweeping import definition as definitions
+from clearance.sweeping.definition import Definition
+from clearance.sweeping.index import MISSING, Sweep, standing
+from clearance.sweeping.journal import ALONE, DONE, FAILED, LEFT, LOST, WAITING, Journal, Outcome
 from clearance.sweeping.order import Queue, shuffled
-from clearance.sweeping.peaks import of_point
 from clearance.sweeping.points import Points, plain
 from clearance.sweeping.sloping import sensing_of
 from clearance.sweeping.teams import Dask, Processes, Threads, prepare_start
 from clearance.sweeping.worker import FEWEST, NO_SPACE, files_of, load_function, run_lanes
-from clearance.varied import wanted
+from clearance.values import checks
 
 LOG = logging.getLogger("clearance.sweep")
 SHOWN = logging.getLogger("clearance")  # beside the progress
@@ -122,7 +122,7 @@ def sweep(
     channels: what run files keep (None: all; an empty list: no files, summaries only); compression:
         gzip level; settle: turns (seconds, without a turn) left out of the metrics, default the
         first where there is a second; metrics: your own, functions at the top level of a file, or
-        "file.py:name" (see metrics.py).
+        "file.py:name" (see metrics/metrics.py).
     workers: processes, default one a core; scheduler: address of a Dask scheduler instead. The same
         call again runs only what is missing; retry_failed: also what failed. This is refused where
         points are missing and the package, a law, an imported module or the scene's numbers have
@@ -145,7 +145,7 @@ def sweep(
     if workers is not None and scheduler is not None:
         raise ValueError("give workers (processes here) or a scheduler (a cluster's), not both")
     if "CLEARANCE_LANES" in os.environ:
-        from clearance.sweeping.together import check_width
+        from clearance.sweeping.in_lanes import check_width
 
         check_width()
     folder = Path(folder).absolute()
@@ -179,7 +179,7 @@ def _in_memory(definition: Definition) -> bool:
 
 def _of_lives(life, channels, settle, metrics, options) -> dict:
     """Options of a sweep of lives. Raises ValueError for options that lives do not have."""
-    from clearance.wearing.lives import planned
+    from clearance.sweeping.lives import planned
 
     for name, value in (("channels", channels), ("settle", settle), ("metrics", metrics or None)):
         if value is not None:
@@ -499,7 +499,7 @@ class _Driver:
         """Run the points that suit side by side, here in threads or on a cluster; returns those
         that are left.
         """
-        from clearance.sweeping.together import Lanes
+        from clearance.sweeping.in_lanes import Lanes
 
         lanes = Lanes(self.definition, find_case(self.definition.path), self.now)
         if scheduler is None:

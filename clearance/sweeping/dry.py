@@ -1,6 +1,6 @@
 """Metrics of dry points that ran in one memory, all at once: arrays over points, not a record each.
 
-They are those of `peaks.of_point` bit for bit, made by the same operations in the same order. A
+They are those of `of_points.of_point` bit for bit, made by the same operations in the same order. A
 point of the family is summed both ways first. Where a number differs, or has no form here, all
 points have records.
 """
@@ -12,14 +12,14 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance import series
-from clearance.extremes import Extremes, along, guides
-from clearance.integrals import Integrals
-from clearance.metrics import ROUNDING, Metric
-from clearance.results import Record, lagrange
-from clearance.sweeping.peaks import PEAK, statistics
-from clearance.turns import ROUNDING as OF_A_TURN
-from clearance.turns import Series, placed
+from clearance.metrics import statistics as series
+from clearance.metrics.by_turn import ROUNDING as OF_A_TURN
+from clearance.metrics.by_turn import Series, placed
+from clearance.metrics.metrics import ROUNDING, Metric
+from clearance.metrics.of_points import PEAK, statistics
+from clearance.results.extremes import Extremes, along, guides
+from clearance.results.integrals import Integrals
+from clearance.results.result import Record, lagrange
 
 START, DURATION, SPEED = 1, 5, 2  # columns of a row of contacts
 
@@ -40,8 +40,8 @@ class Ran:
     """A run that has ended.
 
     times, rows: its samples; contacts: its rows of contacts, those last that the end cuts off;
-        turn: of the drive [s], 0 for none; rate: of the ideal motion, see ideal.py; metrics: those
-        that it has by itself; warnings, steps, loop: as of a point.
+        turn: of the drive [s], 0 for none; rate: of the ideal motion, see run/ideal_motion.py;
+        metrics: those that it has by itself; warnings, steps, loop: as of a point.
     """
 
     times: np.ndarray

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.reading import Damaged, NewerFormat, open_checked
-from clearance.results import Drawn, Result, Table, extra, open_result, save_tables
+from clearance.results.reading import Damaged, NewerFormat, open_checked
+from clearance.results.result import Drawn, Result, Table, extra, open_result, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Block, Outcome

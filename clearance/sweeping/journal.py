@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from clearance.locks import opener
-from clearance.texts import signed, signed_document
+from clearance.files.locks import opener
+from clearance.files.texts import signed, signed_document
 
 LOG = logging.getLogger("clearance.files")
 
@@ -42,7 +42,7 @@ class Outcome:
     metrics: values by name; known: units and text of metrics
     that this journal has not named before. wall: seconds in all, loop: of these in the compiled
     loop; size and check: bytes and CRC-32 of the run's file; made: what it was run with, see
-    made.py;
+    run/inputs.py;
     recovered: from the run's file or the index, the journal does not list it; together: run in the
         memory of others;
     alone: why it was not, for the driver only.

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from clearance import checks
-from clearance.units import written
+from clearance.values import checks
+from clearance.values.units import written
 
 KINDS = ("latin", "random")
 Axis = tuple[str, ...]

@@ -17,12 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance import checks
-from clearance.results import replacing
+from clearance.files.texts import check_kinds, signed, signed_document, text_of
+from clearance.results.result import replacing
 from clearance.sweeping.index import Sweep, open_sweep
 from clearance.sweeping.points import OUTER_COMMA, Points
-from clearance.texts import check_kinds, signed, signed_document, text_of
-from clearance.units import unit_in, written
+from clearance.values import checks
+from clearance.values.units import unit_in, written
 
 CONFIDENCE = 0.95
 QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)

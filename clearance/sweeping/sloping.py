@@ -1,14 +1,14 @@
 """Sensitivities of points of a sweep: metrics <metric>_by_<parameter> and their stated errors."""
 
-from clearance.metrics import Metric
-from clearance.recording import MemoryRecord
-from clearance.run import Run
-from clearance.scene import Scene
-from clearance.sensing import Impossible, Sensing, reason_without
+from clearance.accuracy.by_differences import Impossible, Sensing, reason_without
+from clearance.metrics.metrics import Metric
+from clearance.metrics.of_points import of_point
+from clearance.results.recorder import MemoryRecord
+from clearance.run.ideal_motion import ideal_motion
+from clearance.run.run import Run
+from clearance.scene.scene import Scene
 from clearance.simulation import prepare
 from clearance.sweeping.definition import Definition
-from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.peaks import of_point
 
 #: options of a run that those with varied parameters have too
 KEPT = ("energy", "max_step")

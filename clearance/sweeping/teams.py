@@ -21,7 +21,7 @@ from multiprocessing import forkserver
 from multiprocessing.connection import wait
 from queue import Empty, SimpleQueue
 
-from clearance.interrupts import follow_parent
+from clearance.run.interrupts import follow_parent
 from clearance.sweeping.journal import ALONE, LOST, WAITING, Outcome
 from clearance.sweeping.worker import Shared, run_block, stay_quiet
 

@@ -11,28 +11,28 @@ from threading import Lock
 
 import numpy as np
 
-from clearance.catalogue import Case, find_case
-from clearance.loading import module_of, place_in, words_of
-from clearance.metrics import Metric, own
-from clearance.recording import FULL, FileSink, MemorySink
-from clearance.results import Record
-from clearance.run import Run
-from clearance.scene import Scene
-from clearance.sensing import Sensing
-from clearance.short import ShortSink
+from clearance.accuracy.by_differences import Sensing
+from clearance.accuracy.point_errors import Stating
+from clearance.lanes.point_numbers import Irregular
+from clearance.lanes.possible import possible
+from clearance.metrics.metrics import Metric, own
+from clearance.metrics.of_points import of_point
+from clearance.results.recorder import FULL, FileSink, MemorySink
+from clearance.results.result import Record
+from clearance.results.short_file import ShortSink
+from clearance.run.ideal_motion import ideal_motion
+from clearance.run.inputs import common, files_named, made, modules_of
+from clearance.run.run import Run
+from clearance.scene.catalogue import Case, find_case
+from clearance.scene.scene import Scene
+from clearance.scene.user_module import module_of, place_in, words_of
 from clearance.simulation import prepare, reopened
 from clearance.sweeping import definition as definitions
 from clearance.sweeping.batch import Family, Found
 from clearance.sweeping.definition import Definition
-from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LEFT, LOST, WAITING, Outcome
-from clearance.sweeping.made import common, files_named, made, modules_of
-from clearance.sweeping.peaks import of_point
-from clearance.sweeping.possible import possible
 from clearance.sweeping.sloping import columns, sensing_of
-from clearance.sweeping.spread import Irregular
-from clearance.sweeping.stating import Stating
 
 NO_SPACE = "no space left for its file"
 RESERVED = ("status", "reason")
@@ -261,7 +261,7 @@ def run_lanes(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome
 @lru_cache(maxsize=2)
 def _lanes(folder: str, stamp: str):
     """The lanes of a sweep in this process."""
-    from clearance.sweeping.together import Lanes
+    from clearance.sweeping.in_lanes import Lanes
 
     definition = _definition(folder, stamp)
     modules = _modules(definition.path, definition.source, definition.own)
@@ -389,7 +389,7 @@ def _new_family(definition: Definition, kind: tuple) -> Family | str:
 
 def _lived(definition: Definition, folder: Path, index: int, key: str) -> Outcome:
     """The life of a point."""
-    from clearance.wearing.lives import point
+    from clearance.sweeping.lives import point
 
     values = definition.values(index)
     files = files_named(values.values())

@@ -1,0 +1,1 @@
+"""Expressions, laws and loops as one trace; its LLVM IR and its Python text; no mechanics."""

@@ -7,7 +7,7 @@ as functions.
 from collections.abc import Callable
 from functools import cached_property
 
-from clearance.tracing.callback import KEEP, SLOPES, VALUE
+from clearance.machine.callback import KEEP, SLOPES, VALUE
 from clearance.tracing.trace import Scalar, Trace, is_number, live
 
 #: operations up to which a function becomes part of its callers
@@ -219,7 +219,7 @@ def _form(kind: type) -> str:
 
 class Answer:
     """An answer of Python to a kernel, through a block of the parameter vector
-    (tracing/callback.py).
+    (machine/callback.py).
 
     Arguments: where the block begins, then its inputs. outputs: number of the values that are
     needed;

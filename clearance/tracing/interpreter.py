@@ -21,7 +21,7 @@ from threading import RLock
 from types import CodeType, ModuleType
 from typing import ClassVar
 
-from clearance.tracing.callback import KEEP
+from clearance.machine.callback import KEEP
 from clearance.tracing.function import Answer, Function, Loop, Opaque, SubTrace
 from clearance.tracing.trace import (
     BINARY,

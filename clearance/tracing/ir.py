@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection
 
 import llvmlite.ir as ir
 
-from clearance.store import FUSES, for_range
+from clearance.machine.store import FUSES, for_range
 from clearance.tracing.elementary import FUNCTIONS, Functions
 from clearance.tracing.emission import Program, called
 from clearance.tracing.function import Answer, Function, Loop, Opaque

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from clearance import store
-from clearance.tracing.callback import answered
+from clearance.machine import store
+from clearance.machine.callback import answered
 from clearance.tracing.emission import Program, called, function_text, kernel_text
 from clearance.tracing.function import Answer, Function, Opaque
 from clearance.tracing.interpreter import parsed

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import llvmlite.ir as ir
 
-from clearance.store import FUSES
+from clearance.machine.store import FUSES
 from clearance.tracing.elementary import FUNCTIONS, INT32, INT64, Functions, Number
 from clearance.tracing.ir import DOUBLE, Lowering
 from clearance.tracing.schedule import Branch

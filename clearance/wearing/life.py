@@ -22,24 +22,24 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance import checks
-from clearance.catalogue import AnyCase, load_case
+from clearance.files.locks import Lock, opener
+from clearance.files.texts import signed
 from clearance.laws.contact import layer_of
 from clearance.laws.outline import Outline, worn
-from clearance.locks import Lock, opener
 from clearance.mechanism.build import build
-from clearance.metrics import SURFACES, metrics
-from clearance.options import Output
-from clearance.results import replacing
-from clearance.scene import Scene
+from clearance.metrics.metrics import SURFACES, metrics
+from clearance.results.result import replacing
+from clearance.run.ideal_motion import ideal_motion
+from clearance.run.inputs import accept, differences, of_case
+from clearance.run.options import Output
+from clearance.run.wear_sum import Turn, Wearing, solids_of, thinned
+from clearance.scene.catalogue import AnyCase, load_case
+from clearance.scene.scene import Scene
 from clearance.simulation import SimulationError, prepare, reopened, write
-from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.made import accept, differences, of_case
-from clearance.texts import signed
+from clearance.values import checks
 from clearance.wearing import records
 from clearance.wearing.load_path import LoadPath, Worn, moved, smoothed
 from clearance.wearing.records import Life
-from clearance.wearing.summing import Turn, Wearing, solids_of, thinned
 
 LOG = logging.getLogger("clearance")
 JUMPS = ("replay", "linear")

@@ -11,7 +11,7 @@ import numpy as np
 
 from clearance.laws.law import FilmJoint
 from clearance.laws.outline import LINE, NODES, touching
-from clearance.store import compiled
+from clearance.machine.store import compiled
 from clearance.wearing.replay import replay, rest
 from clearance.wearing.rough import carried, pressure_at, replay_rough, rest_rough
 
@@ -101,7 +101,7 @@ class Worn:
 class LoadPath:
     """The load path of a turn in one joint, to be replayed.
 
-    path: rows of `summing.PATH` of one turn; stiffness: K_w [Pa/m]; surface: R L [m2]; solids: a
+    path: rows of `wear_sum.PATH` of one turn; stiffness: K_w [Pa/m]; surface: R L [m2]; solids: a
         `laws.worn_asperity.Rough` where asperities carry too.
     """
 

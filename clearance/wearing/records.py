@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.metrics import SURFACES
-from clearance.reading import arrays_of
-from clearance.texts import check_kinds, signed_document, text_of
+from clearance.files.texts import check_kinds, signed_document, text_of
+from clearance.metrics.metrics import SURFACES
+from clearance.results.reading import arrays_of
 
 STEADY = 0.99  # of a load's size: its mean, where it stands still
 NUMBER = (int, float)

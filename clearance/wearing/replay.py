@@ -145,7 +145,7 @@ def replay(path, turns, data, stiffness, surface, place, pressure, volumes):
 
     False where it fails.
 
-    path: rows of `summing.PATH`; surface: R L [m2]; place: (x, y) of each row; volumes: worn off
+    path: rows of `wear_sum.PATH`; surface: R L [m2]; place: (x, y) of each row; volumes: worn off
         both, added to.
     """
     for q in range(path.shape[0]):

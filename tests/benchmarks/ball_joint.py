@@ -1,13 +1,12 @@
 """Models of ball-joint friction beside their source: `python tests/benchmarks/ball_joint.py
 [--update]`.
 
-Prints the tables of `clearance.identify.studies` on the synthetic bench; with the extra `learn`
-also of the lstm. Times are of whatever machine runs this, in one process.
+Prints the tables of `clearance.paper_figures.ball_joint_studies` on the synthetic bench; with the
+extra `learn` also of the lstm. Times are of whatever machine runs this, in one process.
 """
 
+from clearance.paper_figures import ball_joint_studies as studies
 from publishing import publish
-
-from clearance.identify import studies
 
 BEGIN, END = "<!-- ball-joint:begin -->", "<!-- ball-joint:end -->"
 

@@ -22,19 +22,19 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT))
 
 import clearance as cl  # noqa: E402
-from clearance import choices  # noqa: E402
-from clearance.catalogue import find_case  # noqa: E402
-from clearance.evidence import ablation, film_ladder  # noqa: E402
-from clearance.evidence.peers import dispatched  # noqa: E402
 from clearance.film import bands  # noqa: E402
 from clearance.film.bearing import Bearing  # noqa: E402
 from clearance.film.fem import FemFilm  # noqa: E402
 from clearance.film.table import Key  # noqa: E402
 from clearance.film.table import build as build_table  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
-from clearance.options import Solver, Span  # noqa: E402
-from clearance.run import Run  # noqa: E402
+from clearance.run.options import Solver, Span  # noqa: E402
+from clearance.run.run import Run  # noqa: E402
+from clearance.scene import law_names  # noqa: E402
+from clearance.scene.catalogue import find_case  # noqa: E402
 from clearance.stepping import status  # noqa: E402
+from clearance.studies import ablation, film_ladder  # noqa: E402
+from clearance.studies.peers import dispatched  # noqa: E402
 from clearance.tracing.interpreter import traced  # noqa: E402
 from clearance.tracing.kernels import compiled  # noqa: E402
 from tests.augmented import Augmented, augmented  # noqa: E402
@@ -196,28 +196,28 @@ def law_costs():
     the feeder.
     """
     facts = cl.laws.FilmJoint(0.01, 1e-4, 0.02, 0.05, 0.8e-6)
-    pair = choices.Pair(0.01, 1e-4, 0.02, cl.steel)
+    pair = law_names.Pair(0.01, 1e-4, 0.02, cl.steel)
     cases = {
         f"film {n}": (law(), (0.7, 20.0, 40.0, facts), 3)
-        for n, law in choices.FILMS.items()
+        for n, law in law_names.FILMS.items()
         if n != "table"
     }
     cases |= {
         f"contact {n}": (make(pair, 0.9), (2e-6, 0.01, 0.1), 2)
-        for n, make in choices.CONTACTS.items()
+        for n, make in law_names.CONTACTS.items()
     }
     cases |= {
         f"friction {n}": (make(0.1), (0.02, 50.0), 2)
-        for n, make in choices.FRICTIONS.items()
+        for n, make in law_names.FRICTIONS.items()
         if n != "lugre"
     }
-    cases["friction lugre"] = (choices.FRICTIONS["lugre"](0.1), (1e-7, 0.02, 50.0), 3)
+    cases["friction lugre"] = (law_names.FRICTIONS["lugre"](0.1), (1e-7, 0.02, 50.0), 3)
     cases |= {
         f"asperity {n}": (law(modulus=1e11), (1.2, facts), 1)
-        for n, law in choices.ASPERITIES.items()
+        for n, law in law_names.ASPERITIES.items()
     }
     thresholds = {"dry": 0.4, "mixed": 1.0, "full": 3.0}
-    for name, law in choices.TRANSITIONS.items():
+    for name, law in law_names.TRANSITIONS.items():
         cases[f"transition {name}"] = (law(**thresholds), (1e-6, facts), 1)
     yield "| law | value | value and Jacobian |"
     yield "|---|---|---|"

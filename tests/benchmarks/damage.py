@@ -31,11 +31,11 @@ import h5py
 import numpy as np
 
 import clearance as cl
-from clearance.checkpoint import load, parts_folder
 from clearance.cli import main
 from clearance.identify.bench import bench
 from clearance.identify.records import Measurement, read, write
-from clearance.periodic import kept
+from clearance.motions import branch_file
+from clearance.run.checkpoint import load, parts_folder
 from tests.benchmarks import kills
 from tests.benchmarks.publishing import RESULTS, put
 from tests.test_follow import CASE
@@ -345,8 +345,8 @@ def of_stage(folder: Path) -> dict:
 
 def of_branch(folder: Path) -> dict:
     """Points of a branch, and the request."""
-    there = {"asked": kept.asked(folder)}
-    for i, point in enumerate(kept.points(folder)):
+    there = {"asked": branch_file.asked(folder)}
+    for i, point in enumerate(branch_file.points(folder)):
         there |= {f"{i} {n}": v for part in (point, point.place) for n, v in vars(part).items()}
         del there[f"{i} place"]
     return there
@@ -420,7 +420,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "life: journal": Kind(life, "journal.jsonl", OF_JSON, *stages, True),
         "life: outlines of a stage": Kind(life, f"{stage}.npz", OF_ARRAYS, *stages),
         "life: run of a stage": Kind(life, f"{stage}.h5", OF_HDF5, *worn),
-        "branch": Kind(folder / "branch", kept.FILE, OF_HDF5, of_branch, (), f"{BRANCH} 6"),
+        "branch": Kind(folder / "branch", branch_file.FILE, OF_HDF5, of_branch, (), f"{BRANCH} 6"),
         "checkpoint: a stretch": Kind(run, "r.h5.parts/0000.h5", OF_HDF5, *rest),
         "checkpoint: state": Kind(run, "r.h5.parts/state.npz", OF_ARRAYS, *rest),
         "measurement": Kind(folder / "bench.h5", "", OF_HDF5, of_measurement, OF_MEASUREMENTS),
@@ -553,7 +553,7 @@ def peace(kind: Kind) -> str:
 
 def results(folder: Path) -> str:
     """Numbers that work in a folder has computed."""
-    branch = folder / kept.FILE
+    branch = folder / branch_file.FILE
     return repr(kills.columns(branch) if branch.exists() else kills.results(folder))
 
 

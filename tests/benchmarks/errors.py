@@ -17,15 +17,15 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
+from clearance.postprocess.study_pictures import stated_against_true
 from publishing import publish, require
 
 import clearance as cl
-from clearance.companion import THROUGHOUT, Pair, Parted, Start, companion, size_of, stated
-from clearance.evidence.pictures import stated_against_true
-from clearance.metrics import metrics
-from clearance.recording import MemoryRecord
-from clearance.request import Ladder, Request, printed
-from clearance.run import Run
+from clearance.accuracy.companion import THROUGHOUT, Pair, Parted, Start, companion, size_of, stated
+from clearance.accuracy.request import Ladder, Request, printed
+from clearance.metrics.metrics import metrics
+from clearance.results.recorder import MemoryRecord
+from clearance.run.run import Run
 from clearance.simulation import prepare
 from clearance.stepping import loop
 

@@ -11,7 +11,7 @@ import numpy as np
 from publishing import publish, require
 
 import clearance as cl
-from clearance.evidence import routes
+from clearance.commands import routes
 
 BEGIN, END = "<!-- inverse:begin -->", "<!-- inverse:end -->"
 SAMPLES = 10_000

@@ -27,9 +27,9 @@ from pathlib import Path
 import numpy as np
 
 import clearance as cl
-from clearance import rerun
-from clearance.reading import Damaged, Reader
-from clearance.results import DIMENSIONS
+from clearance.results.reading import Damaged, Reader
+from clearance.results.result import DIMENSIONS
+from clearance.run import again
 from tests.benchmarks.publishing import RESULTS, put_rows
 
 CALL = [sys.executable, "-c"]
@@ -131,7 +131,7 @@ def results(out: Path) -> object:
 
 def moved(path: Path) -> dict[str, bytes]:
     """Columns of the motion of a run."""
-    return {n: c for n, c in columns(path).items() if n.partition("/")[0] in rerun.COMPARED}
+    return {n: c for n, c in columns(path).items() if n.partition("/")[0] in again.COMPARED}
 
 
 # --- kills

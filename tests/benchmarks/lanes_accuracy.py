@@ -18,12 +18,12 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT))
 
 import clearance as cl  # noqa: E402
-from clearance.catalogue import find_case  # noqa: E402
-from clearance.recording import MemorySink  # noqa: E402
+from clearance.metrics.of_points import of_point  # noqa: E402
+from clearance.results.recorder import MemorySink  # noqa: E402
+from clearance.run.ideal_motion import ideal_motion  # noqa: E402
+from clearance.scene.catalogue import find_case  # noqa: E402
 from clearance.simulation import prepare  # noqa: E402
-from clearance.sweeping.ideal import ideal_motion  # noqa: E402
-from clearance.sweeping.peaks import of_point  # noqa: E402
-from clearance.sweeping.together import Together  # noqa: E402
+from clearance.sweeping.in_lanes import Together  # noqa: E402
 
 MARK = "<!-- lanes accuracy table -->"
 USUAL, EXACT = 1e-6, 1e-11

@@ -18,11 +18,11 @@ from publishing import RESULTS, put
 
 import clearance as cl
 from clearance.laws.outline import NODES, Outline, worn
-from clearance.periodic.maps import Place
+from clearance.motions.maps import Place
+from clearance.run.wear_sum import Wearing
 from clearance.simulation import prepare
 from clearance.stepping import status
 from clearance.stepping.state import IMPACT_SPEED, SINCE, TOUCHING
-from clearance.wearing.summing import Wearing
 
 MARK = "<!-- direct life table -->"
 PIECE = 100  # turns between two saved states

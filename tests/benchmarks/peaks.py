@@ -14,8 +14,8 @@ import numpy as np
 from publishing import publish, require
 
 import clearance as cl
-from clearance.recording import MemorySink
-from clearance.run import Run
+from clearance.results.recorder import MemorySink
+from clearance.run.run import Run
 from clearance.simulation import prepare
 from clearance.stepping import status
 from clearance.stepping.state import PEAKS

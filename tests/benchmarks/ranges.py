@@ -38,7 +38,7 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 import clearance as cl  # noqa: E402
-from clearance.evidence.problem import NotSolved  # noqa: E402
+from clearance.accuracy.horizon import NotSolved  # noqa: E402
 from tests.random_scenes import ALIKE, draw  # noqa: E402
 from tests.trials import DEAR, TRIALS, Base, Wrong, independent, run  # noqa: E402
 

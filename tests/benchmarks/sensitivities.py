@@ -14,9 +14,9 @@ import time
 import numpy as np
 
 import clearance as cl
-from clearance.metrics import metrics
-from clearance.replay import Ends, Replay
-from clearance.run import Run
+from clearance.accuracy.fixed_steps import Ends, Replay
+from clearance.metrics.metrics import metrics
+from clearance.run.run import Run
 from clearance.simulation import prepare
 from clearance.stepping.tableaus import RADAU5
 

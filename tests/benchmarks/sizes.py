@@ -18,7 +18,7 @@ from publishing import publish
 
 import clearance as cl
 from clearance.mechanism.build import build
-from clearance.options import choose_method, kernel_roles
+from clearance.run.options import choose_method, kernel_roles
 from clearance.simulation import prepare
 
 BEGIN = "<!-- sizes -->"

@@ -22,13 +22,19 @@ ROOT = Path(__file__).parent.parent.parent
 #: scene to result file; modules beside the folders are those of the package itself
 CORE = (
     "clearance/*.py",
+    "clearance/values",
+    "clearance/files",
+    "clearance/machine",
     "clearance/laws",
+    "clearance/film",
     "clearance/elements",
+    "clearance/scene",
     "clearance/tracing",
     "clearance/mechanism",
     "clearance/stepping",
-    "clearance/film",
-    "clearance/inverse",
+    "clearance/results",
+    "clearance/metrics",
+    "clearance/run",
 )
 LAYOUT = {
     tokenize.COMMENT,

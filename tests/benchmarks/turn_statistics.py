@@ -4,9 +4,9 @@
 Four hundred starts of 320 turns of the dry slider-crank, whose bursts of hard impacts last several
 turns, and a hundred of the dry feeder, whose turns hardly depend on those before (some nine minutes
 of CPU). The truth is the mean over all starts without their first 30 turns. Shares are over all
-quantities of `clearance.turns` that vary; most of a mechanism show the same, so that shares of a
-hundred starts scatter by 2 %. The widening of short intervals was measured on other starts of the
-slider-crank. TURN_SERIES=FOLDER keeps the series, and takes those that are there.
+quantities of `clearance.metrics.by_turn` that vary; most of a mechanism show the same, so that
+shares of a hundred starts scatter by 2 %. The widening of short intervals was measured on other
+starts of the slider-crank. TURN_SERIES=FOLDER keeps the series, and takes those that are there.
 """
 
 import itertools
@@ -18,11 +18,12 @@ import numpy as np
 from publishing import publish, require
 
 import clearance as cl
-from clearance import chaos, series
-from clearance.ensemble import Ensemble
 from clearance.mechanism.build import build
-from clearance.options import Solver
-from clearance.turns import Series
+from clearance.metrics import statistics
+from clearance.metrics.by_turn import Series
+from clearance.motions import chaos
+from clearance.motions.ensemble import Ensemble
+from clearance.run.options import Solver
 
 BEGIN = "<!-- turn statistics -->"
 STARTS, TURNS, SETTLED, LEFT_OUT = 100, 320, 30, 10  # starts of a seed
@@ -76,7 +77,7 @@ def covered(values: dict, truth: dict, count: int, widened: bool = True) -> floa
     held = []
     for name, rows in values.items():
         for row in rows:
-            mean = series.mean(row[LEFT_OUT : LEFT_OUT + count], widened)
+            mean = statistics.mean(row[LEFT_OUT : LEFT_OUT + count], widened)
             held.append(abs(mean.value - truth[name]) <= mean.half_width)
     return float(np.mean(held))
 
@@ -87,7 +88,7 @@ def covered_quantiles(values: dict, share: float, count: int) -> float:
     for rows in (v for n, v in values.items() if n.endswith(chaos.PEAKS)):
         true = np.quantile(rows[:, SETTLED:], share)
         for row in rows:
-            result = series.quantile(row[LEFT_OUT : LEFT_OUT + count], share)
+            result = statistics.quantile(row[LEFT_OUT : LEFT_OUT + count], share)
             held.append(not (result.low > true or result.high < true))
     return float(np.mean(held))
 
@@ -99,8 +100,8 @@ def agreeing(values: dict, short: int, long: int) -> float:
     held = []
     for rows in values.values():
         for one, two in itertools.pairwise(rows):
-            a = series.mean(one[LEFT_OUT : LEFT_OUT + short])
-            b = series.mean(two[LEFT_OUT : LEFT_OUT + long])
+            a = statistics.mean(one[LEFT_OUT : LEFT_OUT + short])
+            b = statistics.mean(two[LEFT_OUT : LEFT_OUT + long])
             held.append(abs(a.value - b.value) <= np.hypot(a.half_width, b.half_width))
     return float(np.mean(held))
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.evidence import film_ladder, films
 from clearance.film.bearing import Bearing
+from clearance.studies import film_ladder, films
 from tests.test_cli import run
 
 

@@ -16,7 +16,7 @@ from clearance.film.online import conserving_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.laws.film import thinning
 from clearance.laws.law import FilmJoint
-from clearance.materials import HeatBalance
+from clearance.laws.materials import HeatBalance
 from clearance.mechanism.build import build
 
 C, MU, SPEED, MASS = 1e-4, 0.05, 100.0, 3.0

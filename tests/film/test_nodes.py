@@ -17,7 +17,7 @@ import pytest
 
 import clearance as cl
 from clearance.film.tabulated import table_film
-from clearance.materials import HeatBalance
+from clearance.laws.materials import HeatBalance
 from clearance.mechanism.build import build
 from tests.film.test_heat import COLD, MIXED, C, scene
 

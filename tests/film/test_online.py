@@ -20,12 +20,12 @@ from clearance.film.moving import MovingFilm
 from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.tabulated import table_film
 from clearance.laws.law import FilmJoint
+from clearance.machine import callback
+from clearance.machine.callback import KEEP, SLOPES, VALUE, Callback, answered
 from clearance.mechanism.build import build
-from clearance.options import Span
-from clearance.run import Run
+from clearance.run.options import Span
+from clearance.run.run import Run
 from clearance.simulation import dear
-from clearance.tracing import callback
-from clearance.tracing.callback import KEEP, SLOPES, VALUE, Callback, answered
 from tests.seeds import few_of
 
 C = 1e-4

@@ -20,7 +20,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import clearance as cl
-from clearance import sealed
+from clearance.files import sealed
 from clearance.film import bands, lookup, shipped, tabulated
 from clearance.film import table as tables
 from clearance.film.bearing import Bearing

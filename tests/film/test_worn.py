@@ -16,7 +16,7 @@ from clearance.film.online import MemoryAnswer
 from clearance.laws import FilmJoint
 from clearance.laws.outline import Outline, worn
 from clearance.laws.worn_film import short_on_outlines
-from clearance.tracing.callback import SLOPES, VALUE
+from clearance.machine.callback import SLOPES, VALUE
 from tests.seeds import few_of
 
 FILE = Path(__file__).with_name("worn_film_rows.csv")

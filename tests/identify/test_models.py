@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from clearance.identify import kernels, models
 from clearance.identify.models import Curve, lugre1d, lugre3d
 from clearance.identify.records import Trial
-from clearance.store import njit
+from clearance.machine.store import njit
 from tests.seeds import few_of
 
 AXIS = ("kinetic", "static", "stribeck_speed", "stiffness", "damping", "viscous")

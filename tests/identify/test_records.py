@@ -11,7 +11,7 @@ import pytest
 
 from clearance.identify import records
 from clearance.identify.records import Measurement, Trial, read, write
-from clearance.reading import NewerFormat
+from clearance.results.reading import NewerFormat
 
 STEP = 1e-3
 

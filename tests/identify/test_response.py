@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from clearance.paper_figures import ball_joint_response as response
 
-from clearance.identify import response
 from clearance.identify.models import lugre1d, lugre3d
 
 VALUES = {

@@ -6,8 +6,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from clearance.paper_figures import ball_joint_studies as studies
+from clearance.paper_figures import ball_joint_variants as variants
 
-from clearance.identify import learn, models, studies, variants
+from clearance.identify import learn, models
 from clearance.identify.bench import bench
 from clearance.identify.fit import fit, nrmse
 

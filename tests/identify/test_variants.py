@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from clearance.paper_figures import ball_joint_variants as variants
 
-from clearance.identify import variants
 from clearance.identify.bench import Joint, bench
 from clearance.identify.fit import fit
 from clearance.identify.models import lugre1d

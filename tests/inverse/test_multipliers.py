@@ -10,10 +10,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import clearance as cl
-from clearance.catalogue import load_case
-from clearance.evidence import multipliers
-from clearance.evidence.multipliers import SingularPosition, inverse
-from clearance.evidence.pairs import prescribed
 from clearance.laws.joint_friction import (
     breakaway_linear,
     breakaway_smooth,
@@ -23,6 +19,10 @@ from clearance.laws.joint_friction import (
     slide_load,
 )
 from clearance.mechanism.build import build
+from clearance.scene.catalogue import load_case
+from clearance.studies import multipliers
+from clearance.studies.multipliers import SingularPosition, inverse
+from clearance.studies.pairs import prescribed
 from tests import mechanisms as m
 from tests.seeds import few_of
 from tests.test_mechanics import observed

@@ -11,9 +11,9 @@ import pytest
 from clearance.paper_figures import chain_operations
 
 import clearance as cl
-from clearance.evidence import routes
-from clearance.inverse.explicit import Explicit
+from clearance.commands import routes
 from clearance.mechanism.loops import solver
+from clearance.motions.prescribed import Explicit
 from clearance.tracing.emission import function_text
 from tests import mechanisms
 

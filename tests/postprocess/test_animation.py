@@ -14,7 +14,7 @@ from matplotlib.text import Annotation
 from PIL import Image
 
 import clearance as cl
-from clearance.results import Result
+from clearance.results.result import Result
 from tests import mechanisms
 from tests.seeds import few_of
 

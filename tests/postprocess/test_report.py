@@ -22,7 +22,7 @@ import clearance as cl
 from clearance import cli
 from clearance.commands.report import default
 from clearance.laws.joint_friction import breakaway_linear, joint_stribeck
-from clearance.metrics import metrics, startup
+from clearance.metrics.metrics import metrics, startup
 
 from .test_efforts import cart
 

@@ -5,7 +5,7 @@ import pytest
 from clearance.postprocess.sections import bifurcation, poincare, portrait, section, section_times
 
 import clearance as cl
-from clearance.series import mean
+from clearance.metrics.statistics import mean
 from tests.postprocess.records import Formula, Gallery
 
 TURN = 1.0

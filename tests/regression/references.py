@@ -23,15 +23,15 @@ from pathlib import Path
 import numpy as np
 
 import clearance as cl
-from clearance.catalogue import find_case
-from clearance.evidence import pinocchio
-from clearance.evidence.multipliers import inverse
 from clearance.identify.bench import bench
 from clearance.identify.fit import fit
 from clearance.identify.models import model
-from clearance.metrics import metrics
-from clearance.reading import open_checked
-from clearance.results import save_tables
+from clearance.metrics.metrics import metrics
+from clearance.results.reading import open_checked
+from clearance.results.result import save_tables
+from clearance.scene.catalogue import find_case
+from clearance.studies import pinocchio
+from clearance.studies.multipliers import inverse
 
 FOLDER = Path(__file__).parent / "references"
 FORMAT, FORMAT_VERSION = "clearance-reference", 1

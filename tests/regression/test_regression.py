@@ -8,7 +8,7 @@ change of model or of accuracy.
 import numpy as np
 import pytest
 
-from clearance.catalogue import case_names
+from clearance.scene.catalogue import case_names
 from tests.regression import references
 from tests.regression.references import (
     RUNS,

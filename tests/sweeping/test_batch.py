@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.catalogue import find_case
-from clearance.recording import MemorySink
+from clearance.lanes.point_numbers import Irregular, Spread
+from clearance.metrics.of_points import of_point
+from clearance.results.recorder import MemorySink
+from clearance.run.ideal_motion import ideal_motion
+from clearance.scene.catalogue import find_case
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import driver, index, worker
 from clearance.sweeping.batch import Family
 from clearance.sweeping.driver import define
-from clearance.sweeping.ideal import ideal_motion
 from clearance.sweeping.journal import DONE, FAILED, LEFT, LOST, Journal, Outcome, read
-from clearance.sweeping.peaks import of_point
-from clearance.sweeping.spread import Irregular, Spread
 
 OPTIONS = {"turns": 2.0, "samples_per_turn": 50, "rtol": 1e-5}
 FILM = {"model": "lubricated", "film": "pinkus_sternlicht"}

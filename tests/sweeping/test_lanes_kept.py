@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.sweeping import together
+from clearance.sweeping import in_lanes
 from clearance.sweeping.driver import SweepError
 from clearance.sweeping.journal import read
 from tests.sweeping.test_sweep import ended_whole, wait_for
@@ -24,7 +24,7 @@ BLOCK = 24  # points of a block here: four blocks in all
 DRIVE = f"""
 import sys
 import clearance as cl
-from clearance.sweeping import together
+from clearance.sweeping import in_lanes as together
 from tests.sweeping.test_lanes_kept import OPTIONS, POINTS
 together.STEPS, together.TOGETHER = 1, {BLOCK}
 cl.sweep("six_bar_feeder", POINTS, sys.argv[1], workers=2, **OPTIONS)
@@ -37,8 +37,8 @@ def swept(folder, **more):
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    monkeypatch.setattr(together, "STEPS", 1)
-    monkeypatch.setattr(together, "TOGETHER", BLOCK)
+    monkeypatch.setattr(in_lanes, "STEPS", 1)
+    monkeypatch.setattr(in_lanes, "TOGETHER", BLOCK)
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def test_a_rest_of_few_points(tmp_path, undisturbed, small_blocks, monkeypatch):
     the first point that all have in common.
     """
     folder = tmp_path / "out"
-    run, blocks = together.Lanes._run, []
+    run, blocks = in_lanes.Lanes._run, []
 
     def stopping(lanes, *arguments):
         blocks.append(run(lanes, *arguments))
@@ -71,11 +71,11 @@ def test_a_rest_of_few_points(tmp_path, undisturbed, small_blocks, monkeypatch):
             raise KeyboardInterrupt
         return blocks[-1]
 
-    monkeypatch.setattr(together.Lanes, "_run", stopping)
+    monkeypatch.setattr(in_lanes.Lanes, "_run", stopping)
     with pytest.raises(KeyboardInterrupt):
         swept(folder)
     assert cl.open_sweep(folder).done.sum() == BLOCK
-    monkeypatch.setattr(together.Lanes, "_run", run)
+    monkeypatch.setattr(in_lanes.Lanes, "_run", run)
     again = swept(folder, workers=2)
     identical(again, undisturbed)
     assert "72 points in lanes" in (folder / "sweep.log").read_text()
@@ -113,7 +113,7 @@ def test_points_listed_backwards(tmp_path, undisturbed):
 @pytest.mark.slow
 def test_a_full_disk_at_the_journal(tmp_path, undisturbed, small_blocks, monkeypatch):
     """The second block finds no room: the first is stored, nothing of the second; then the rest."""
-    journal, run = tmp_path / "out" / "journal.jsonl", together.Lanes._run
+    journal, run = tmp_path / "out" / "journal.jsonl", in_lanes.Lanes._run
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # it would be cut
 
@@ -123,13 +123,13 @@ def test_a_full_disk_at_the_journal(tmp_path, undisturbed, small_blocks, monkeyp
             resource.setrlimit(resource.RLIMIT_FSIZE, (size + 100, before[1]))
         return made
 
-    monkeypatch.setattr(together.Lanes, "_run", filled)
+    monkeypatch.setattr(in_lanes.Lanes, "_run", filled)
     try:
         with pytest.raises(SweepError, match="journal cannot be written"):
             swept(journal.parent)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    monkeypatch.setattr(together.Lanes, "_run", run)
+    monkeypatch.setattr(in_lanes.Lanes, "_run", run)
     assert cl.open_sweep(journal.parent).done.sum() == BLOCK
     assert len(ended_whole(journal.parent)) == 1
     identical(swept(journal.parent), undisturbed)

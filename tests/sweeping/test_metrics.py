@@ -14,14 +14,14 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 import clearance as cl
-from clearance import metrics as defined
-from clearance.extremes import Extremes, guides
-from clearance.metrics import Window, integrating, metrics, own
-from clearance.options import Span
-from clearance.recording import MemorySink
+from clearance.metrics import metrics as defined
+from clearance.metrics.metrics import Window, integrating, metrics, own
+from clearance.results.extremes import Extremes, guides
+from clearance.results.recorder import MemorySink
+from clearance.run import ideal_motion as ideals
+from clearance.run.ideal_motion import ideal_motion
+from clearance.run.options import Span
 from clearance.simulation import prepare
-from clearance.sweeping import ideal as ideals
-from clearance.sweeping.ideal import ideal_motion
 from tests.mechanisms import body, scotch_yoke
 from tests.postprocess.records import Formula, joint
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.metrics import metrics
-from clearance.options import Span
-from clearance.series import mean
-from clearance.sweeping.ideal import ideal_motion
-from clearance.sweeping.peaks import is_dry, of_point
-from clearance.turns import by_turn
+from clearance.metrics.by_turn import by_turn
+from clearance.metrics.metrics import metrics
+from clearance.metrics.of_points import is_dry, of_point
+from clearance.metrics.statistics import mean
+from clearance.run.ideal_motion import ideal_motion
+from clearance.run.options import Span
 
 FORCE = "joint_C_force_peak"
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import clearance as cl
-from clearance.catalogue import find_case
+from clearance.scene.catalogue import find_case
 from clearance.sweeping.points import from_words, range_from_words, spread_out
 
 CASE = find_case("six_bar_feeder").parameters

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.sweeping import driver, journal, made
+from clearance.run import inputs
+from clearance.sweeping import driver, journal
 from clearance.sweeping.order import shuffled
 
 CASE = """
@@ -98,7 +99,7 @@ def edit(folder, old, new):
 def test_R2_unchanged_it_goes_on(begun):
     folder, go = begun
     assert go().done.all()
-    assert {o["made"]["version"] for o in lines(folder)} == {made.common({})["version"]}
+    assert {o["made"]["version"] for o in lines(folder)} == {inputs.common({})["version"]}
     assert all(list(o["made"]["modules"]) == ["helper"] for o in lines(folder))
 
 
@@ -148,7 +149,7 @@ def test_R2_a_law_that_no_file_tells_of_is_noticed(begun):
     """Kernel texts are compared too: the digests of the files are made equal here."""
     folder, go = begun
     edit(folder, "size * time", "size * time * time")
-    digests = made.modules_of([folder.parent / "mine.py"])
+    digests = inputs.modules_of([folder.parent / "mine.py"])
     rewrite(folder, [o | {"made": o["made"] | {"modules": digests}} for o in lines(folder)])
     with pytest.raises(
         ValueError, match=r"at length=0\.\d: the law or kernel text has been changed"
@@ -186,7 +187,7 @@ def test_R2_a_finished_sweep_is_read_whatever_has_changed(begun):
 def test_R2_a_worker_that_runs_something_else_stops_the_sweep(begun, monkeypatch):
     """A cluster's worker of another version: its point is not stored."""
     folder, go = begun
-    now = made.common({}) | {"version": "0.0.1"}
+    now = inputs.common({}) | {"version": "0.0.1"}
     monkeypatch.setattr(driver, "common", lambda modules, files: now | {"modules": modules})
     with pytest.raises(
         driver.SweepError,
@@ -218,7 +219,7 @@ def test_R2_modules_of_modules(tmp_path, monkeypatch):
     (tmp_path / "mine.py").write_text(
         "def f():\n    import beside_\n    from kit.numbers_ import y\n"
     )
-    assert list(made.modules_of([tmp_path / "mine.py"])) == [
+    assert list(inputs.modules_of([tmp_path / "mine.py"])) == [
         "beside_",
         "kit",
         "kit.deep",
@@ -231,7 +232,7 @@ def test_R2_the_last_digit_of_a_number_is_no_change():
     one, two = (
         json.dumps({"joints": [{"name": "C", "x": x}]}) for x in (0.1, np.nextafter(0.1, 1.0))
     )
-    assert made.numbers(one) == made.numbers(two) == {"joints C name": "C", "joints C x": "0.1"}
+    assert inputs.numbers(one) == inputs.numbers(two) == {"joints C name": "C", "joints C x": "0.1"}
 
 
 def test_R9_what_killed_workers_left_is_cleaned_up(begun):

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.files.texts import signed_document
+from clearance.metrics.of_points import of_point
 from clearance.sweeping import driver
 from clearance.sweeping import index as indices
-from clearance.sweeping.peaks import of_point
-from clearance.texts import signed_document
 from tests.test_checkpoint import same
 
 CASE, OPTIONS = "slider_crank", {"turns": 2.0, "samples_per_turn": 50, "rtol": 1e-5}

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.catalogue import find_case
-from clearance.columns import Column, Mixed
+from clearance.elements.regimes import FULL_FILM
 from clearance.lanes import watch
 from clearance.lanes.code import natural_width
-from clearance.regimes import FULL_FILM
+from clearance.lanes.lane_metrics import Summing, Unsuited
+from clearance.lanes.point_numbers import Irregular, Spread
+from clearance.scene.catalogue import find_case
 from clearance.simulation import prepare
+from clearance.sweeping.in_lanes import FEWEST, Together
 from clearance.sweeping.journal import read
-from clearance.sweeping.spread import Irregular, Spread
-from clearance.sweeping.summing import Summing, Unsuited
-from clearance.sweeping.together import FEWEST, Together
+from clearance.values.columns import Column, Mixed
 
 FEEDER = {"model": "lubricated", "joints": "B"}
 SCENE = """

@@ -24,7 +24,7 @@ from types import FunctionType
 import numpy as np
 from numba import njit
 
-from clearance.catalogue import find_case
+from clearance.scene.catalogue import find_case
 
 CASE = find_case("four_bar_clearances").function.__globals__
 FOLDER = Path(__file__).parent

@@ -20,9 +20,10 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import clearance as cl
-from clearance import checks, laws
+from clearance import laws
 from clearance.mechanism.build import build
-from clearance.metrics import metrics
+from clearance.metrics.metrics import metrics
+from clearance.values import checks
 from tests.seeds import few_of
 
 TABLE = (Path(__file__).parent / "finite_drives.csv").read_text()

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.catalogue import find_case
+from clearance.scene.catalogue import find_case
 
 HERE = Path(__file__).parent
 BODIES = ("crank", "coupler", "rocker")

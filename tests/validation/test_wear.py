@@ -10,10 +10,10 @@ from scipy.optimize import brentq
 import clearance as cl
 from clearance.laws import FilmJoint
 from clearance.laws.contact import contact_modulus
+from clearance.laws.materials import steel
 from clearance.laws.outline import deepest, touching
 from clearance.laws.worn_asperity import moment_and_slope, pressed, row_of
 from clearance.laws.worn_film import short_on_outlines
-from clearance.materials import steel
 from clearance.wearing.load_path import LoadPath, Worn
 from clearance.wearing.replay import rest
 from tests import test_life, test_mixed_wear, test_wear

@@ -1,0 +1,1 @@
+"""Accuracy of numbers: companions, requested errors, sensitivities, horizon."""

@@ -1,0 +1,237 @@
+"""Sensitivities of a run: differences of runs with varied parameters, all on one sequence of steps.
+
+With M(p) a metric of the run with a parameter p of size s, and d = 1e-5 s, the sensitivity is
+
+    S = (M(p + d) - M(p - d)) / (2 d)
+
+of runs that make the steps of the run with p, stretched with the length of a turn (fixed_steps.py).
+They are made at a tolerance of 1e-8, by an explicit or a linearly implicit method. An iteration
+would end sooner or later as p changes. Extremes are located, so that M is smooth but where another
+peak becomes the largest. The stated error is
+
+    e = 2 max(|S - S'|, g |S|) + |S - S2| + |K - K2 / 2| / 2
+
+S' from runs at ten times the tolerance, S2 from twice the width, g the geometric mean of
+|S - S'| / |S| over the metrics, K and K2 the differences between the slopes to the right and to the
+left, of both widths: half as large at half the width where M is smooth, equal at a corner.
+
+Validity: no contact may start with a touch. A touch comes earlier or later as p changes, and
+neighbouring trajectories part there.
+"""
+
+import logging
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import numpy as np
+
+from clearance.accuracy.companion import COUNTS, LARGEST, LONGER, ROOM
+from clearance.accuracy.fixed_steps import Ends, Refused, Replay, halved
+from clearance.machine.callback import Callback
+from clearance.metrics.metrics import Metric, metrics
+from clearance.results.errors import geometric_mean
+from clearance.results.groups import Group
+from clearance.results.recorder import MemoryRecord
+from clearance.results.sensitivity import COLUMNS, Sensitivities, Sensitivity
+from clearance.run.run import Run
+from clearance.scene.parameter import Varied, Wanted, varied, wanted
+from clearance.scene.scene import Scene
+
+LOG = logging.getLogger("clearance")
+WIDTH = 1e-5  # of the differences, over the size of the parameter
+RTOL, LOOSER = 1e-8, 1e-7  # tolerances of the runs, and of those that show their error
+SAFETY = 2.0  # stated error over the difference of both
+HALVINGS = 3  # of all steps, at most, where a varied run cannot make one
+PLACES = (-2, -1, 0, 1, 2)  # of the runs, in widths
+#: parts of the names of metrics that are counted sample by sample, or largest at a sample
+COUNTED = ("_mode_", "_half_width", "_jam_ratio", "_position_deviation")
+
+#: makes a run of a scene that has not begun, given the tolerance and the method
+Prepared = Callable[..., Run]
+#: metrics of a run and its record
+Summed = Callable[[Run, MemoryRecord], dict[str, Metric]]
+
+
+class Impossible(RuntimeError):
+    """There are no sensitivities; the message states why."""
+
+
+class Sensing:
+    """Sensitivities of the metrics of a run.
+
+    scene: of the run; given: its parameters, see scene/parameter.py; prepared: makes the run of
+        another scene; settle: turns left out of the metrics; summed: metrics, default those of
+        `metrics.metrics`.
+    Raises ValueError for a parameter that cannot be varied.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        given: Wanted,
+        prepared: Prepared,
+        settle: float | None = None,
+        summed: Summed | None = None,
+    ):
+        self.scene, self.prepared = scene, prepared
+        self.summed = summed or (lambda _, record: metrics(record, settle))
+        self.parameters = [varied(scene, name, size) for name, size in wanted(given).items()]
+        for one in self.parameters:
+            for place in PLACES:
+                self.scene_at(one, place)
+
+    def scene_at(self, one: Varied, place: int) -> Scene:
+        """The scene with a parameter so many widths away. Raises ValueError."""
+        try:
+            return one.scene(one.value + place * WIDTH * one.size)
+        except ValueError as error:
+            raise ValueError(f"sensitivity to {one.name}, beside {one.value:g}: {error}") from None
+
+    def check(self, run: Run) -> None:
+        """Raise ValueError for a run that has no sensitivities, before it begins."""
+        if reason := reason_without(run):
+            raise ValueError(f"sensitivity: {reason}")
+
+    def of(self, run: Run) -> Sensitivities:
+        """Sensitivities at the numbers of a run. Raises Impossible."""
+        method = "dop853" if run.method == "dop853" else "rodas5p"
+        fine, loose = (Steps(self, run, rtol, method) for rtol in (RTOL, LOOSER))
+        if np.array_equal(fine.ends, loose.ends):
+            loose = Steps(self, run, LOOSER, method, LONGER)
+        rows = {}
+        for one in self.parameters:
+            values, others = fine.around(one, PLACES), loose.around(one, (-1, 1))
+            rows |= {(name, one.name): s for name, s in differences(one, values, others)}
+        keys = [(m, one.name) for m in dict.fromkeys(m for m, _ in rows) for one in self.parameters]
+        return Sensitivities({key: rows[key] for key in keys if key in rows})
+
+    def add(self, run: Run, sink) -> None:
+        """Add the sensitivities of a run to the record of its sink; where there are none it states
+        why.
+        """
+        names = ", ".join(one.name for one in self.parameters)
+        runs = 3 + (len(PLACES) + 1) * len(self.parameters)
+        LOG.info("sensitivities to %s: %d more runs", names, runs)
+        try:
+            sensitivities = self.of(run)
+        except (Impossible, ValueError) as reason:
+            LOG.warning("the run has no sensitivities: %s", reason)
+            sensitivities = Sensitivities(reason=str(reason))
+        except KeyboardInterrupt as request:
+            request.add_note(f"{sink.left}, without sensitivities")
+            raise
+        if sink.has_room(ROOM):
+            sink.add(groups_of(sensitivities))
+        else:
+            LOG.warning("%s has no sensitivities: there is no room for them", sink.path)
+
+
+def reason_without(run: Run) -> str:
+    """Reason for which a run has no sensitivities; "" where it has them."""
+    mechanism = run.mechanism
+    if touching := [j.label() for j in mechanism.scene.joints if j.impacts]:
+        return (
+            f"contact of {touching[0]} starts with a touch, which comes earlier or later as a "
+            "parameter changes: neighbouring trajectories part. Run it at several values: "
+            "clearance sweep, clearance scatter"
+        )
+    if any(isinstance(s, Callback) for s in mechanism.sources.values()):
+        return (
+            "its films are solved as the run goes, to a tolerance of their own; take a film table"
+        )
+    if (numbers := run.span.samples * len(mechanism.layout.channels)) > LARGEST:
+        return f"the run has {numbers:.2g} numbers, and at most {LARGEST:.0g} are held in memory"
+    return ""
+
+
+class Steps:
+    """Runs on the steps of a run at one tolerance, halved where a varied run cannot make one.
+
+    longer: longest step over that of the run.
+    """
+
+    def __init__(self, sensing: Sensing, run: Run, rtol: float, method: str, longer: float = 1.0):
+        self.sensing, self.span, self.scene = sensing, run.span, run.mechanism.scene
+        self.prepared = partial(self._prepared, run, rtol, method)
+        first, ends = self.prepared(self.scene), Ends()
+        first.state.longest_step *= longer
+        first.observers.append(ends)
+        recorded(first)
+        self.ends, self.halvings = np.array(ends.times), 0
+        self.middle: dict[int, dict[str, Metric]] = {}  # without a change, by halvings
+
+    def _prepared(self, run: Run, rtol: float, method: str, scene: Scene) -> Run:
+        """The run of a scene as long as the first: in turns, where something turns evenly."""
+        turn, here = run.mechanism.scene.turn, scene.turn
+        until = run.span.until if not (turn and here) else run.span.until / turn * here
+        return self.sensing.prepared(
+            scene,
+            until=until,
+            samples=run.span.samples,
+            rtol=rtol,
+            method=method,
+            opened=run.mechanism.opened,
+        )
+
+    def around(self, one: Varied, places: tuple[int, ...]) -> dict[int, dict[str, Metric]]:
+        """Metrics by place, in widths. Raises Impossible."""
+        while True:
+            try:
+                return {place: self._metrics(one, place) for place in places}
+            except Refused as reason:
+                if self.halvings == HALVINGS:
+                    raise Impossible(f"with another {one.name} {reason} fails") from None
+                self.ends, self.halvings = halved(self.ends), self.halvings + 1
+
+    def _metrics(self, one: Varied, place: int) -> dict[str, Metric]:
+        if place == 0 and self.halvings in self.middle:
+            return self.middle[self.halvings]
+        run = self.prepared(self.sensing.scene_at(one, place))
+        replay = Replay(run, self.ends, self.span.until)
+        sums = self.sensing.summed(replay, recorded(replay))
+        if place == 0:
+            self.middle[self.halvings] = sums
+        return sums
+
+
+def recorded(run: Run) -> MemoryRecord:
+    """The record of a run. Raises Impossible where it fails."""
+    record, failure = run.remembered()
+    if failure is not None:
+        raise Impossible(f"a run for them failed {failure}")
+    return record
+
+
+def differences(
+    one: Varied, values: dict[int, dict[str, Metric]], others: dict[int, dict[str, Metric]]
+) -> Iterator[tuple[str, Sensitivity]]:
+    """Sensitivities by metric. values: of places in widths; others: at the looser tolerance."""
+    d, rows = WIDTH * one.size, {}
+    for name, metric in values[0].items():
+        if name.endswith(COUNTS) or any(part in name for part in COUNTED):
+            continue
+        if not all(name in sums for sums in (*values.values(), *others.values())):
+            continue
+        m = {place: sums[name].value for place, sums in values.items()}
+        looser = (others[1][name].value - others[-1][name].value) / (2.0 * d)
+        if np.isfinite([*m.values(), looser]).all():
+            slope, twice = (m[1] - m[-1]) / (2.0 * d), (m[2] - m[-2]) / (4.0 * d)
+            corner = (m[1] - 2.0 * m[0] + m[-1]) / d, (m[2] - 2.0 * m[0] + m[-2]) / (2.0 * d)
+            local = abs(slope - twice) + 0.5 * abs(corner[0] - 0.5 * corner[1])
+            rows[name] = metric, slope, abs(slope - looser), local
+    shares = [apart / abs(slope) for _, slope, apart, _ in rows.values() if slope]
+    g = float(geometric_mean(shares))
+    for name, (metric, slope, apart, local) in rows.items():
+        error = SAFETY * max(apart, g * abs(slope)) + local
+        parts = metric.value, metric.units, one.size, one.units
+        yield name, Sensitivity(slope, error, *parts)
+
+
+def groups_of(sensitivities: Sensitivities) -> dict[str, Group]:
+    """The group /sensitivities of a file; only the reason where there are none."""
+    if sensitivities.reason:
+        return {"": Group({}, {}, {}, {"sensitivities_left_out": sensitivities.reason})}
+    about = {name: ("1", text) for name, (_, text) in COLUMNS.items()}
+    along = {"metric": (), "parameter": ()}
+    along |= {name: axes for name, (axes, _) in COLUMNS.items() if name not in along}
+    return {"sensitivities": Group(sensitivities.columns(), about, along)}

@@ -1,0 +1,1 @@
+"""Any file: locked, sealed by a digest, read with care."""

@@ -1,3 +1,0 @@
-"""Inverse dynamics: prescribed motion in, efforts of drives, joint reactions and joint friction
-out.
-"""

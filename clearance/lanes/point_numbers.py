@@ -1,0 +1,290 @@
+"""The numbers of many points of one structure as arrays, without a scene for each.
+
+Runs are prepared at some points all over the sweep: its corners, and points between. Each number of
+their starts belongs to one of three kinds. It is the same everywhere, or the scene of columns
+(values/columns.py) gives it, or it follows from one parameter and is prepared at each value. All
+else is put together from these by the formulas of the ordinary way. The numbers must be those
+prepared: bit for bit, or within a share of them. Where they are not, the points are run one by one
+(`Irregular`).
+"""
+
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearance.mechanism.numbers import numbers_of
+from clearance.run.ideal_motion import moves
+from clearance.run.run import Run
+from clearance.scene.scene import Scene
+from clearance.values.columns import Column, values_of
+from clearance.values.spots import BLENDED
+
+MOST_CORNERS = 16
+BETWEEN = 12  # points between the corners that are prepared too, at most
+OF_ALL = 8  # of so many points one, at most
+SCANNED = 0.5  # share of the points that may be prepared to scan a parameter
+
+
+class Irregular(Exception):
+    """The numbers of this sweep do not follow from its parameters one by one."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """All numbers with which a run begins, before films change natural sizes."""
+
+    numbers: np.ndarray  # of the parameter vector, without the derived ones and tables
+    state: np.ndarray
+    work: np.ndarray
+    sizes: np.ndarray  # natural sizes of the coordinates, then of states of first order
+    reach: np.ndarray  # free ways of spots
+    scalars: np.ndarray  # see SCALARS
+    leaves: np.ndarray  # numbers of the scene's description
+
+    @property
+    def vector(self) -> np.ndarray:
+        """All in one row."""
+        return np.concatenate([getattr(self, name) for name in PARTS])
+
+
+PARTS = ("numbers", "state", "work", "sizes", "reach", "scalars", "leaves")
+#: turn of the drive [s] (0: none turns), length of runs without turns [s], frequency [rad/s], size
+#: [m], mass [kg]
+SCALARS = ("turn", "until", "frequency", "size", "mass")
+
+
+def leaves_of(description: object) -> Iterator[tuple[tuple, object]]:
+    """Place and value of each text and number of a scene's description."""
+    stack = [((), description)]
+    while stack:
+        place, value = stack.pop()
+        if isinstance(value, dict):
+            stack += [((*place, key), entry) for key, entry in value.items()]
+        elif isinstance(value, list | tuple):
+            stack += [((*place, i), entry) for i, entry in enumerate(value)]
+        else:
+            yield place, value
+
+
+def start_of(run: Run) -> Start:
+    """The start of a run that has not begun."""
+    mechanism = run.mechanism
+    turn, work = mechanism.scene.turn, mechanism.work0.copy()
+    blended = [i for i, (_, spot) in enumerate(mechanism.spots) if spot.kind == BLENDED]
+    work[blended] = 0.0  # a typical speed, see `Mechanism`
+    described = (v for _, v in leaves_of(mechanism.scene.description()))
+    until = 0.0 if turn else run.span.until
+    mass = sum(b.mass for b in mechanism.scene.bodies)
+    scalars = turn or 0.0, until, mechanism.frequency, mechanism.start.size, mass
+    return Start(
+        mechanism.par[: len(mechanism.layout.parameters)].copy(),
+        mechanism.y0,
+        work,
+        np.delete(mechanism.scale, mechanism.layout.rates),
+        mechanism.reach,
+        np.array(scalars, dtype=float),
+        np.array([v for v in described if type(v) is float]),
+    )
+
+
+class Spread:
+    """Starts of points as arrays.
+
+    scene: gives the scene of swept values; prepared: gives the run of them, not begun; columns:
+        values of the swept numbers by name, (points,); share: of a number that it may be off; base:
+        a point to begin with, default in the middle; one_table: all points have the same tables.
+    run: of the base. Raises Irregular.
+    """
+
+    def __init__(
+        self,
+        scene: Callable[[dict], Scene],
+        prepared: Callable[[dict], Run],
+        columns: dict[str, np.ndarray],
+        share: float = 0.0,
+        base: dict[str, float] | None = None,
+        one_table: bool = True,
+    ):
+        self.scene_of, self.prepared, self.columns, self.share = scene, prepared, columns, share
+        self.one_table = one_table
+        self.values = {name: np.unique(column) for name, column in columns.items()}
+        middle = {name: values[len(values) // 2].item() for name, values in self.values.items()}
+        self.base = base or middle
+        self.run = self._tried(self.base)
+        self.kind = self._kind(self.run)
+        self.fixed = start_of(self.run).vector
+        self.sizes = [getattr(start_of(self.run), name).size for name in PARTS]
+        trials = [*self._corners(), *self._between()]
+        rows = np.array([self._row(trial) for trial in trials])
+        given = {n: np.array([trial[n] for trial in trials], dtype=float) for n in columns}
+        self._classify(given, rows)
+        if not self._same(self.vectors(given), rows).all():
+            raise Irregular("its numbers depend on several parameters at once")
+
+    def _tried(self, values: dict) -> Run:
+        try:
+            return self.prepared(values)
+        except (ValueError, TypeError, OSError) as error:
+            raise Irregular(str(error)) from error
+
+    def _corners(self) -> list[dict]:
+        """Outermost values of all parameters together."""
+        ends = [(values[0].item(), values[-1].item()) for values in self.values.values()]
+        corners = list(itertools.islice(itertools.product(*ends), MOST_CORNERS))
+        corners.append(tuple(end[1] for end in ends))
+        return [dict(zip(self.values, corner, strict=True)) for corner in dict.fromkeys(corners)]
+
+    def _between(self) -> list[dict]:
+        """Some of the points."""
+        count = len(next(iter(self.columns.values())))
+        tried = min(BETWEEN, count // OF_ALL)
+        places = np.random.default_rng(0).choice(count, tried, replace=False)
+        return [{n: column[i].item() for n, column in self.columns.items()} for i in places]
+
+    def _kind(self, run: Run) -> tuple:
+        """Parts that all runs must share: structure, tables, samples, texts of the scene."""
+        mechanism, layout = run.mechanism, run.mechanism.layout
+        described = leaves_of(mechanism.scene.description())
+        texts = [(place, type(v) if type(v) is float else v) for place, v in described]
+        films = mechanism.sources.values()
+        tables = [id(source) if self.one_table else 0 for source in films]
+        starts = mechanism.par[len(layout.parameters) + layout.derived :]
+        return (
+            mechanism.structure,
+            texts,
+            tables,
+            len(starts),
+            run.span.samples,
+            run.watched.sizes,
+            run.method,
+        )
+
+    def _row(self, trial: dict) -> np.ndarray:
+        run = self._tried(trial)
+        if (kind := self._kind(run)) != self.kind:
+            many = "film tables" if kind[:2] == self.kind[:2] else "structures"
+            raise Irregular(f"its points have several {many}")
+        return start_of(run).vector
+
+    def _same(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """True for numbers that are equal within the share."""
+        return (one == other) | (np.abs(one - other) <= self.share * np.abs(other))
+
+    def _classify(self, given: dict[str, np.ndarray], rows: np.ndarray) -> None:
+        """Separate the numbers that are the same everywhere, those that the scene of columns gives,
+        and those that follow from one parameter.
+        """
+        varying = ~self._same(self.fixed, rows).all(axis=0)
+        try:
+            formed = varying & self._same(self._formed(given), rows).all(axis=0)
+        except (ValueError, TypeError):  # a scene that takes no columns
+            formed = np.zeros_like(varying)
+        self.formed = np.flatnonzero(formed)
+        following: dict[str, list[int]] = {n: [] for n in self.columns}
+        for j in np.flatnonzero(varying & ~formed):
+            name = next((n for n, v in given.items() if _follows(v, rows[:, j])), None)
+            if name is None:
+                raise Irregular(self._not_from_parameters())
+            following[name].append(j)
+        needed = sum(len(self.values[n]) for n, places in following.items() if places)
+        if needed > max(SCANNED * len(next(iter(self.columns.values()))), 1.0):
+            raise Irregular("a number that follows from a parameter has too many values")
+        self.following = {
+            n: (places, self._scan(n)[:, places]) for n, places in following.items() if places
+        }
+
+    def _not_from_parameters(self) -> str:
+        """The reason where a number neither is formed nor follows from one parameter."""
+        if len(self.columns) > 1:
+            return "its numbers depend on several parameters at once"
+        return f"a number of its starts does not come from {next(iter(self.columns))} by arithmetic"
+
+    def _formed(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+        """Starts of points as the scene of columns gives them, a row each; all that it does not
+        give is that of the base.
+        """
+        scene = self.scene_of({name: Column(values) for name, values in columns.items()})
+        layout, start = self.run.mechanism.layout, start_of(self.run)
+        numbers = list(start.numbers)
+        for name, number in numbers_of(scene):
+            if name in layout.parameters and isinstance(number, Column):
+                numbers[layout.parameters[name]] = number
+        states = {f"{e.key}/{s.name}": s.size for e in scene.elements for s in e.states()}
+        names = [*layout.coordinates, *layout.first_order]
+        sizes = [states.get(n, size) for n, size in zip(names, start.sizes, strict=True)]
+        reach = [spot.reach for _, spot in scene.spots]
+        _, until, _, size, _ = start.scalars
+        mass = sum(b.mass for b in scene.bodies)
+        scalars = [scene.turn or 0.0, until, self._frequency(scene), size, mass]
+        leaves = [v for _, v in leaves_of(scene.description()) if isinstance(v, float)]
+        row = [*numbers, *start.state, *start.work, *sizes, *reach, *scalars, *leaves]
+        count = len(next(iter(columns.values())))
+        return np.column_stack([np.broadcast_to(values_of(number), count) for number in row])
+
+    def _frequency(self, scene: Scene) -> float | np.ndarray:
+        """Typical angular frequencies, see Mechanism.frequency: motions of the start are those of
+        the drive's speed.
+        """
+        mechanism, faster = self.run.mechanism, 1.0
+        start, drives = mechanism.start, mechanism.scene.drives
+        if len(drives) == 1 and drives[0].speed:
+            faster = abs(values_of(scene.drives[0].speed) / drives[0].speed)
+        rates = [abs(v[2]) for v in start.velocity.values()]
+        rates += [abs(v[0]) / start.size for v in start.velocity.values()]
+        rates += [abs(d.nominal) for d in drives if d.nominal]
+        gravity = math.sqrt(math.hypot(*mechanism.scene.gravity) / start.size)
+        return np.maximum(max(rates, default=0.0) * faster, gravity)
+
+    def _scan(self, name: str) -> np.ndarray:
+        """Starts at all values of one parameter."""
+        return np.array([self._row(self.base | {name: v.item()}) for v in self.values[name]])
+
+    def varying(self, part: str) -> list[int]:
+        """Places of the numbers of a part that are not the same everywhere."""
+        k = PARTS.index(part)
+        begin, end = sum(self.sizes[:k]), sum(self.sizes[: k + 1])
+        places = [*self.formed.tolist(), *(j for p, _ in self.following.values() for j in p)]
+        return sorted(j - begin for j in places if begin <= j < end)
+
+    @property
+    def moves(self) -> bool:
+        """True where ideal motions differ in more than the speed of one drive."""
+        scene = self.run.mechanism.scene
+        leaves = [place for place, v in leaves_of(scene.description()) if type(v) is float]
+        places = [leaves[i] for i in self.varying("leaves")]
+        speeds = [p for p in places if p[0] == "loads" and p[-1] == "speed"]
+        return any(map(moves, places)) or bool(speeds) and len(scene.drives) > 1
+
+    def has(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+        """True for points whose values this was made of."""
+        return np.logical_and.reduce([np.isin(columns[n], v) for n, v in self.values.items()])
+
+    def vectors(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+        """Starts of points, a row each."""
+        rows = np.tile(self.fixed, (len(next(iter(columns.values()))), 1))
+        if self.formed.size:
+            rows[:, self.formed] = self._formed(columns)[:, self.formed]
+        for name, (places, table) in self.following.items():
+            rows[:, places] = table[np.searchsorted(self.values[name], columns[name])]
+        return rows
+
+    def starts(self, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Parts of the starts of points, (points, numbers) each."""
+        return dict(
+            zip(
+                PARTS,
+                np.split(self.vectors(columns), np.cumsum(self.sizes)[:-1], axis=1),
+                strict=True,
+            )
+        )
+
+
+def _follows(given: np.ndarray, values: np.ndarray) -> bool:
+    """The values are the same wherever a parameter is."""
+    _, groups = np.unique(given, return_inverse=True)
+    first = np.zeros(groups.max() + 1)
+    first[groups] = values
+    return bool(np.array_equal(first[groups], values)) and len(np.unique(groups)) < len(given)

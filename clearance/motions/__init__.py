@@ -1,0 +1,1 @@
+"""Other ways to a motion: prescribed, periodic, chaotic."""

@@ -1,1 +1,0 @@
-"""Periodic motion: solved for, its stability, and how it changes with a parameter."""

@@ -1,0 +1,287 @@
+"""The file of a short run: held in memory until the run has ended, then written in one piece."""
+
+import time
+import zlib
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from clearance.results import hdf5_image
+from clearance.results.groups import Group
+from clearance.results.hdf5_image import Attributes, Image, Unknown
+from clearance.results.reading import checked
+from clearance.results.recorder import (
+    CHUNK,
+    EVENT_COLUMNS,
+    FULL,
+    SOLVER_COLUMNS,
+    STEP_LOG,
+    FileSink,
+    ImageSink,
+    Ranges,
+    Unwritable,
+    chosen,
+    closing,
+    filters,
+    fits_path,
+    lock_of,
+    opening,
+    ranged,
+    spots,
+)
+from clearance.results.result import (
+    DIMENSIONS,
+    EVENT_TEXTS,
+    MemoryResult,
+    Result,
+    check_replaceable,
+    check_result,
+    replacing,
+    temporary_file,
+)
+
+PATIENCE = 1.0  # seconds of wall time after which a run is no short one
+MOST_IMAGES = 8  # that a process keeps
+_images: dict[tuple, Image] = {}
+
+
+class ShortSink:
+    """Keeps what a run puts out; `store` makes its file, at a path or as `image` where there is
+    none.
+
+    lasting: a run that has not ended after PATIENCE goes on in a file, as long runs do, which keeps
+        what was computed before it where the process is killed.
+    locked: nobody else may write a run of this name meanwhile.
+    """
+
+    image = b""
+
+    def __init__(
+        self,
+        path: str | Path | None,
+        channels: list,
+        attributes: dict,
+        keep=None,
+        compression: int = 0,
+        expected: int = CHUNK,
+        lasting: bool = True,
+        locked: bool = True,
+    ):
+        self.given = None if path is None else Path(path)
+        self.channels, self.kept = channels, chosen(channels, keep)
+        self.logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
+        self.options = channels, attributes, keep, compression, expected
+        self.rows_in_chunk = min(max(expected, 1), CHUNK)
+        self.lock = None
+        if self.given is not None:
+            self._check_path(locked)
+        self.about = opening(attributes)
+        filters(compression)
+        self.pieces: list[tuple] = []
+        self.ended: tuple | None = None
+        self.groups: dict[str, Group] = {}
+        self.stream: FileSink | None = None
+        self.lasting, self.began, self.stored = lasting, time.perf_counter(), False
+
+    def _check_path(self, locked: bool) -> None:
+        if self.given.is_dir():
+            raise ValueError(f"result file {self.given} is a directory; give the name of a file")
+        check_replaceable(self.given)
+        check_result(self.given)
+        self.given.parent.mkdir(parents=True, exist_ok=True)
+        if locked:
+            self.lock = lock_of(self.given)
+
+    # --- what a sink takes
+    def rows(self, times: np.ndarray, rows: np.ndarray) -> None:
+        self._take("rows", times.copy(), rows)
+
+    def impacts(self, joints: list[str], rows: np.ndarray, kind: str) -> None:
+        self._take("impacts", joints, np.array(rows), kind)
+
+    def steps(self, log: np.ndarray) -> None:
+        if self.logs:
+            self._take("steps", np.array(log))
+
+    def _take(self, kind: str, *piece) -> None:
+        if self.stream is not None:
+            getattr(self.stream, kind)(*piece)
+        else:
+            self.pieces.append((kind, *piece))
+
+    def flush(self) -> None:
+        """Go on in a file once the run is no short one."""
+        if self.stream is not None:
+            self.stream.flush()
+        elif self.lasting and time.perf_counter() - self.began > PATIENCE:
+            self.go_on()
+
+    def go_on(self) -> None:
+        """Go on in a file as long runs do. Raises Unwritable where it does not take the pieces."""
+        alone = self.lock is None or self.lock.held
+        self.stream = FileSink(self.path, *self.options, alone=alone)
+        self._hand_on(self.stream)
+        self.pieces.clear()
+
+    def _hand_on(self, sink: FileSink) -> None:
+        for kind, *piece in self.pieces:
+            getattr(sink, kind)(*piece)
+
+    def close(self, *ended) -> None:
+        """The end of the run; its file comes with `store`, unless it is there already."""
+        self.ended = ended
+        if self.stream is not None:
+            self.stream.close(*ended)
+
+    def add(self, groups: Mapping[str, Group]) -> None:
+        """Add groups to a run that has ended."""
+        if self.stream is not None:
+            self.stream.add(groups)
+        for place, group in groups.items():
+            before = self.groups.get(place)
+            self.groups[place] = group if before is None else before.joined(group)
+
+    def has_room(self, more: int) -> bool:
+        """True where the disk has room for more bytes in the file of a run that has ended."""
+        return self.stream is None or self.stream.has_room(more)
+
+    @property
+    def written(self) -> tuple[int, int]:
+        """Bytes and CRC-32 of the file."""
+        return len(self.image), zlib.crc32(self.image)
+
+    def result(self) -> Result:
+        """The run, once it is stored."""
+        if self.given is None:
+            return MemoryResult(self.image)
+        return Result(self.given)
+
+    # --- its file
+    @property
+    def path(self) -> Path:
+        """Place of the file; a temporary one where none was given."""
+        if self.given is None:
+            self.given = temporary_file()
+        return self.given
+
+    @property
+    def placed(self) -> bool:
+        """True once the file has its name, or the run needs none."""
+        return self.stored or (self.stream is not None and self.stream.placed)
+
+    @property
+    def left(self) -> str:
+        """Description of the files of a run that ended early."""
+        if self.stream is not None:
+            return self.stream.left
+        if self.ended is None:
+            return f"{self.given or 'a file'} was not written"
+        return f"what was computed is stored in {self.path}"
+
+    def store(self) -> None:
+        """Make the file of a run that has ended.
+
+        Raises Unwritable where the disk has no room for it; the part that fits is stored.
+        """
+        try:
+            if self.stream is None and self.ended is not None:
+                self.image = self._made()
+                self._write()
+                self.stored = True
+        finally:
+            if self.lock is not None:
+                self.lock.release()
+
+    def _write(self) -> None:
+        if self.given is None:
+            return
+        try:
+            with replacing(self.given) as temporary:
+                temporary.write_bytes(self.image)
+        except OSError as error:
+            if self.lasting and error.errno in FULL:
+                self._keep_what_fits(Unwritable(self.given, error.errno))
+            raise
+
+    def _keep_what_fits(self, reason: Unwritable) -> None:
+        """The pieces that a full disk takes, as of a run that ended early."""
+        with suppress(Unwritable):
+            self.go_on()
+        if self.stream is not None:
+            self.stream.full = True
+            self.stream.close(f"partial: {reason}", *self.ended[1:])
+        raise reason
+
+    def _made(self) -> bytes:
+        """The file, from the image of one like it where the process has made one."""
+        attributes, growing, tables = self._content()
+        made_once = hdf5_image.available() and not self.options[3]
+        if made_once:
+            shapes = hdf5_image.likeness(attributes, growing, tables, self.rows_in_chunk)
+            named = tuple(self.channels[i] for i in self.kept), *spots(self.channels)
+            key = *named, self.rows_in_chunk, shapes
+            if key in _images:
+                return bytes(_images[key].filled(attributes, growing | tables))
+        maker = ImageSink(self.given or Path("run.h5"), *self.options)
+        self._hand_on(maker)
+        maker.close(*self.ended, self.groups)
+        with maker.file as file:
+            if made_once:
+                while len(_images) >= MOST_IMAGES:
+                    del _images[next(iter(_images))]
+                with suppress(Unknown):
+                    _images[key] = Image.of(maker.image, file, attributes, growing | tables)
+        return maker.image
+
+    def _content(self) -> tuple[Attributes, dict, dict]:
+        """Attributes of the file, columns that grow with the run, and those of other tables."""
+        status, solver, warnings, facts, ranges = self.ended
+        attributes = closing(status, solver, warnings, facts)
+        groups = self.groups_at_end(ranges)
+        for place, group in groups.items():
+            if group.attributes:
+                attributes[place] = attributes.get(place, {}) | checked(group.attributes)
+        attributes[""] = self.about | attributes[""]
+        if ranges is not None:
+            attributes |= {self.channels[i].path: {"actual_range": ranges.of(i)} for i in self.kept}
+        tables = {
+            f"{place}/{name}": values
+            for place, group in groups.items()
+            for name, values in group.columns.items()
+        }
+        return attributes, self._growing(), tables
+
+    def groups_at_end(self, ranges: Ranges | None) -> dict[str, Group]:
+        """Groups of the file: located extremes, and what has been added."""
+        groups = ranged(ranges)
+        for place, group in self.groups.items():
+            groups[place] = groups[place].joined(group) if place in groups else group
+        return groups
+
+    def _growing(self) -> dict[str, np.ndarray]:
+        """Columns along time, contacts and steps."""
+        samples = [piece for kind, *piece in self.pieces if kind == "rows"]
+        times = np.concatenate([np.zeros(0), *(t for t, _ in samples)])
+        rows = np.concatenate([np.zeros((0, len(self.channels))), *(r for _, r in samples)]).T
+        columns = {"time": times} | {self.channels[i].path: rows[i] for i in self.kept}
+        contacts = [piece for kind, *piece in self.pieces if kind == "impacts"]
+        events = np.concatenate(
+            [np.zeros((0, 1 + len(EVENT_COLUMNS))), *(r for _, r, _ in contacts)]
+        )
+        columns |= {f"events/{n}": events[:, i] for i, n in enumerate(EVENT_COLUMNS, 1)}
+        texts = {
+            "joint": [joint for joints, *_ in contacts for joint in joints],
+            "kind": [kind for joints, _, kind in contacts for _ in joints],
+        }
+        columns |= {f"events/{n}": _encoded(texts[n]) for n in EVENT_TEXTS}
+        log = [piece for kind, *piece in self.pieces if kind == "steps"]
+        steps = np.concatenate([np.zeros((0, len(SOLVER_COLUMNS))), *(r for (r,) in log)])
+        columns |= {f"solver/{n}": steps[:, i] for i, n in enumerate(SOLVER_COLUMNS)}
+        lengths = {"events": len(events), "solver": len(steps)}
+        return columns | {f"{g}/{d}": np.zeros(lengths[g]) for g, d in DIMENSIONS.items()}
+
+
+def _encoded(texts: list[str]) -> np.ndarray:
+    return np.char.encode(np.array(texts, dtype=str), "utf-8") if texts else np.zeros(0, "S1")

@@ -1,0 +1,1 @@
+"""One run: its options, start, advance, observers, diagnosis, checkpoints."""

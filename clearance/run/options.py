@@ -1,0 +1,161 @@
+"""Options of a run: its length, its method, its output."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearance.mechanism.build import Mechanism
+from clearance.results.recorder import filters
+from clearance.values import checks
+
+METHODS = ("dop853", "rodas5p", "radau5", "radau9")
+STAGED = ("radau5", "radau9")  # whose right-hand sides can be evaluated together
+# tolerances between which radau5 is the fastest implicit method (clearance work-precision)
+LOOSE, TIGHT = 1e-3, 3e-7
+FINEST = 1e-14  # smallest rtol
+SAMPLES_PER_TURN = 400
+MOST_SAMPLES = 2**53  # beyond which their times are not distinguished
+LARGEST_SHARE = 1.0 / 24.0  # largest step as a share of a turn
+PRESCRIBED_SHARE = 1.0 / 100.0  # the same where nothing is free to move
+REMEMBERED_SHARE = 1.0 / 400.0  # the same where a film has a memory
+
+
+@dataclass(frozen=True)
+class Span:
+    """Length of a run [s] and the number of its samples."""
+
+    until: float
+    samples: int
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Options of the integration, as in `simulate`. Raises ValueError naming the option."""
+
+    rtol: float = 1e-6
+    method: str = "auto"
+    max_step: float | None = None
+    max_steps: int | None = None
+
+    def __post_init__(self):
+        checks.positive("rtol", self.rtol)
+        if self.max_steps is not None and (
+            not isinstance(self.max_steps, int) or self.max_steps < 1
+        ):
+            raise ValueError(f"max_steps must be a positive whole number, got {self.max_steps!r}")
+        if self.max_step is not None:
+            checks.positive("max_step", self.max_step)
+        if not FINEST <= self.rtol <= 0.1:
+            raise ValueError(f"rtol must lie in [1e-14, 0.1], got {self.rtol!r}")
+        if self.method not in ("auto", "radau", *METHODS):
+            raise ValueError(
+                f"method must be one of auto, radau, {', '.join(METHODS)}; got {self.method!r}"
+            )
+
+
+@dataclass(frozen=True)
+class Output:
+    """Options of the result file, as in `simulate`. Raises ValueError naming the option."""
+
+    path: str | Path | None = None
+    channels: list[str] | tuple[str, ...] | None = None
+    compression: int = 0
+    checkpoint: float | None = None
+    pressure_fields: int | None = None
+
+    def __post_init__(self):
+        if self.checkpoint is not None and self.path is None:
+            raise ValueError(
+                "checkpoint needs a path: the name of the result file that the run shall go on with"
+            )
+        if self.checkpoint is not None:
+            checks.positive("checkpoint", self.checkpoint)
+        filters(self.compression)
+
+
+def span_of(scene, *, turns, until, samples, samples_per_turn=SAMPLES_PER_TURN) -> Span:
+    """The length of a run from the arguments of `simulate`. Raises ValueError naming the
+    argument.
+    """
+    if (turns is None) == (until is None):
+        raise ValueError("give the length of the run: either turns=N or until=SECONDS")
+    turn = scene.turn
+    if until is None:
+        turns = checks.positive("turns", turns)
+        if turn is None:
+            raise ValueError(
+                "turns needs a constant-speed rotating drive with speed != 0, or one with a "
+                "nominal speed; "
+                "give until=SECONDS instead"
+            )
+        until = turns * turn
+    until = checks.positive("until", until)
+    if samples is None:
+        every = checks.positive("samples_per_turn", samples_per_turn)
+        wanted = checks.finite("samples", every * until / turn) if turn else every
+        samples = max(round(wanted), 1) + 1
+    if checks.finite("samples", samples) < 2:
+        raise ValueError(f"samples must be at least 2, got {samples!r}")
+    if samples > MOST_SAMPLES:
+        raise ValueError(f"samples must be at most 2^53, got {samples:.6g}")
+    return Span(until, int(samples))
+
+
+def choose_method(
+    mechanism: Mechanism, method: str = "auto", rtol: float = 1e-6
+) -> tuple[str, str]:
+    """Name of the stepper and the reason for it."""
+    films = [j.name for j in mechanism.scene.clearance_joints if j.film is not None]
+    if method not in ("auto", "dop853") and mechanism.size == 0:
+        raise ValueError(
+            f"method {method}: this scene has no degree of freedom to be stiff; use auto or dop853"
+        )
+    if method == "radau":
+        return implicit(rtol, stages_only=True), "asked for radau; the number of stages suits rtol"
+    if method != "auto":
+        return method, "asked for"
+    if mechanism.size == 0:
+        return "dop853", "nothing is free to move: only the energy ledger is integrated"
+    if rubbing := sorted(mechanism.structure.forced):
+        reason = f"the friction of joint {', '.join(rubbing)} is stiff where it comes to rest"
+        return implicit(rtol), f"{reason}; the fastest for this rtol"
+    if not films:
+        return "dop853", "no film: explicit as long as the scene is not stiff between contacts"
+    reason = f"the film of joint {' and '.join(films)} makes the scene stiff"
+    return implicit(rtol), f"{reason}; the fastest for this rtol"
+
+
+def implicit(rtol: float, stages_only: bool = False) -> str:
+    """The implicit method for a tolerance; stages_only: one of Radau's."""
+    if rtol >= LOOSE and not stages_only:
+        return "rodas5p"
+    return "radau9" if rtol < TIGHT else "radau5"
+
+
+def kernel_roles(mechanism: Mechanism, method: str) -> list[str]:
+    """The kernels a run needs; roles the scene has no use for are never called and not compiled."""
+    needed = {
+        "rhs": True,
+        "jacobian": method != "dop853",
+        "events": bool(mechanism.spots),
+        "commit": mechanism.layout.commits > 0,
+        "observe": True,
+        "follow": bool(mechanism.layout.followed),
+    }
+    return [role for role, used in needed.items() if used]
+
+
+def longest_step(mechanism: Mechanism, span: Span, turn: float | None = None) -> float:
+    """A share of a turn, or of the span; films with a memory are first order in it and need it
+    short.
+
+    Prescribed motions may have corners that a long step would pass over. The limit is the time
+    between two samples. Where nothing else moves it is a tenth of it, which costs next to nothing.
+    turn: of the drive [s], where it is not that of the scene.
+    """
+    share = REMEMBERED_SHARE if mechanism.layout.remembering else LARGEST_SHARE
+    if mechanism.size == 0:  # no error bounds the step, and extremes are looked for step by step
+        share = PRESCRIBED_SHARE
+    longest = min(turn or mechanism.scene.turn or span.until, span.until) * share
+    if any(d.motion is not None for d in mechanism.scene.drives):
+        longest = min(longest, span.until / (span.samples - 1) * (1.0 if mechanism.size else 0.1))
+    return longest

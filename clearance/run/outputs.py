@@ -1,0 +1,141 @@
+"""Outputs that the loop looks at where steps end: those with located extremes or integrals over
+time, contacts, angles, energies.
+"""
+
+from functools import cached_property
+
+import numpy as np
+
+from clearance.mechanism.build import Mechanism
+from clearance.results.extremes import Extremes, along, followed, guides, stretch_length, stretches
+from clearance.results.integrals import Integrals, Integrand, parts, summed
+from clearance.stepping import state as places
+from clearance.stepping.state import State
+from clearance.values.spots import BLENDED, CONTACT
+
+LEDGER = ("energy/kinetic", "energy/input", "energy/dissipated", "energy/residual")
+SHARP = 1e-7  # of the natural size of a rate: a friction that jumps turns round within this
+# layers that are looked into at one side of a reversal; at least by so much one rate over another
+REACH, COARSEST = 8.0, 1.7
+COLUMNS = [places.CHANNEL, places.PAIRED, places.SIGN, places.JOINT]
+#: times rtol^(5/6): error of a polynomial without its oldest place that calls for inner places,
+#: over the mean of the integrand. In runs with impacts, which err by more, it is ten times as much
+LIMIT, IMPACTS = 2.0, 10.0
+FORMS = {"square": places.SQUARE, "pair": places.PAIR}
+
+
+class Watched:
+    """The watched outputs of a run; none where it has no outputs.
+
+    quantities: those with extremes in each stretch of the run; after them come force and depth of
+        each contact. integrands: those with integrals over time.
+    """
+
+    def __init__(self, mechanism: Mechanism, until: float, outputs: bool):
+        scene, channels = mechanism.scene, mechanism.layout.channels if outputs else ()
+        place = mechanism.layout.output if outputs else {}
+        guided = guides(scene.description()) if channels else {}
+        self.quantities = followed(
+            channels, tuple(f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items())
+        )
+        self.rows = [(q.channel, q.paired, q.sign, -1) for q in self.quantities]
+        blended = tuple(e.name for e, spot in mechanism.spots if spot.kind == BLENDED)
+        self.integrands = summed(channels, blended)
+        self.contacts: dict[int, int] = {}  # spot -> its first row
+        for i, (element, spot) in enumerate(mechanism.spots):
+            if spot.kind == CONTACT and channels:
+                self.contacts[i] = len(self.rows)
+                self.rows.append((place[spot.path(element, "contact_force")], False, 1.0, i))
+                self.rows.append((place[spot.path(element, "gap")], False, -1.0, i))
+        self.angles = [
+            (i, place[c.path.replace("theta", "omega")])
+            for i, c in enumerate(channels)
+            if c.wrapped
+        ]
+        self.rubbing = [
+            (place[f"{j.key}/friction"], place[f"{j.key}/power_loss"], j)
+            for j in (scene.rubbing_joints if channels else ())
+            if j.friction.law.layer is not None
+        ]
+        self.ledger = [place[p] for p in LEDGER] if place.keys() >= set(LEDGER) else []
+        self.length = stretch_length(until, scene.turn)
+        self.parts = parts(stretches(until, self.length))
+        self.any = bool(channels)
+        # of steps that may come to a dead centre: the state, and what is carried on
+        loops = any(g.closures for g in mechanism.plan.groups)
+        logged = mechanism.y0.size + len(mechanism.layout.carried) if loops else 0
+        self.sizes = {
+            "ledger": len(self.ledger),
+            "logged": logged,
+            "angles": len(self.angles),
+            "peaks": len(self.rows),
+            "stretches": stretches(until, self.length),
+            "integrals": len(self.integrands),
+            "parts": self.parts * stretches(until, self.length) if self.integrands else 1,
+            "reversals": len(self.rubbing),
+        }
+
+    def _form(self, integrand: Integrand) -> int:
+        """Form of an integrand; of a time in contact the row of the gap in `peaks`, -1: none."""
+        if integrand.form in FORMS:
+            return FORMS[integrand.form]
+        rows = {q.name: row for row, q in enumerate(self.quantities)}
+        return rows.get(integrand.name.replace("contact_force_positive", "gap_min"), -1)
+
+    def install(self, state: State, rtol: float) -> None:
+        """Begin to watch; rtol: of the run."""
+        state.peaks[:, COLUMNS] = np.array(self.rows, dtype=float).reshape(-1, len(COLUMNS))
+        state.peaks[:, places.VALUE] = state.best[...] = -np.inf
+        state.integrals[places.SOURCE] = [i.channel for i in self.integrands]
+        state.integrals[places.FORM] = [self._form(i) for i in self.integrands]
+        state.squares = sum(i.form != "positive" for i in self.integrands)
+        state.limit = LIMIT * rtol ** (5.0 / 6.0) * (IMPACTS if self.contacts else 1.0)
+        state.contacts[:, places.PEAKS] = -1
+        state.contacts[list(self.contacts), places.PEAKS] = list(self.contacts.values())
+        state.angles[...] = np.array(self.angles, dtype=np.int64).reshape(-1, 2)
+        state.ledger[...] = self.ledger
+        state.watched = self.any
+        self.measure(state, self.length)
+
+    def measure(self, state: State, length: float) -> None:
+        """Take the length of a stretch [s]."""
+        self.length = state.stretch = length
+        state.part = length / self.parts
+
+    def take_layers(self, state: State, mechanism: Mechanism) -> None:
+        """Rates within which friction turns round, from the numbers of a mechanism."""
+        joints = {j.key: j for j in mechanism.scene.rubbing_joints}
+        for row, (friction, power, joint) in zip(state.reversals, self.rubbing, strict=True):
+            size = mechanism.frequency * (mechanism.start.size if joint.slides else 1.0)
+            law = joints[joint.key].friction
+            fine, wide = (max(r, SHARP * size) for r in law.law.layer(law.values))
+            factor = max(REACH * wide / fine, 1.0) ** (1.0 / (places.SIDE - 1))
+            row[:] = friction, power, row[places.RATE], fine, max(factor, COARSEST)
+
+    def extremes(self, state: State) -> Extremes:
+        """Located extremes so far."""
+        count, done = len(self.quantities), state.stretches
+        values, times = state.best[: done + 1, :count].copy(), state.when[: done + 1, :count].copy()
+        values[done], times[done] = (
+            state.peaks[:count, places.VALUE],
+            state.peaks[:count, places.WHEN],
+        )
+        return Extremes(float(self.length), *self._named, self._signs * values, times)
+
+    @cached_property
+    def _named(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Names and units of the quantities."""
+        return tuple(q.name for q in self.quantities), tuple(q.units for q in self.quantities)
+
+    @cached_property
+    def _signs(self) -> np.ndarray:
+        """Signs of the quantities: those of minima are negative."""
+        return np.array([q.sign for q in self.quantities])
+
+    def integrals(self, state: State) -> Integrals:
+        """Integrals over time so far."""
+        done, names = state.parts, tuple(i.name for i in self.integrands)
+        ends = np.append(state.part * np.arange(1, done + 1), state.time)
+        units = tuple(i.units for i in self.integrands)
+        positive = np.maximum(state.totals[: done + 1], 0.0)  # as the integrands are
+        return Integrals(names, units, ends, positive)

@@ -1,0 +1,264 @@
+"""Sums the wear of a run over its accepted steps, surface by surface.
+
+The pressure p = K_w g of the foundation over the nodes of both outlines becomes depth,
+w(p, |v|) dt. It is evaluated at start, middle and end of each step (Lobatto's weights 1/6, 4/6,
+1/6). Where the law is linear in the pressure, the depths are then scaled to the worn volume that
+was integrated with the motion.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from clearance.elements.worn_journal import FOLLOWED
+from clearance.laws.outline import COS, NODES, SEEN, SIN, STEP, cubic
+from clearance.laws.wear import is_linear
+from clearance.run.observers import Observer
+
+WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
+ROWS = 512  # worked on at once
+PARTS = 360  # of equal wear, which the load path of a turn consists of
+UNIT = 1e6  # pressure at which the rate of a linear law is taken [Pa]
+BODIES = {"wear": "bearing", "wear_journal": "journal"}
+NODE = np.arange(NODES)
+AROUND_COS, AROUND_SIN = COS[1 : NODES + 1], SIN[1 : NODES + 1]
+
+
+@dataclass
+class Turn:
+    """Wear of one turn, or of a complete run.
+
+    depths, volumes: worn off each surface, by "bearing" and "journal" [m], [m3]; error: share by
+    which the sum over the bins missed the volume. rubbing: int N |v| dt [J]. path: rows of PATH,
+    equal parts of the wear.
+    """
+
+    depths: dict[str, np.ndarray]
+    volumes: dict[str, float]
+    error: float
+    rubbing: float
+    path: np.ndarray
+
+
+#: columns of a load path: force on the journal in the bearing's frame [N], its angle, depth over
+#: pressure of both surfaces [m/Pa], clearance of the contact [m]
+PATH = ("force_x", "force_y", "angle", "bearing", "journal", "clearance")
+
+
+@dataclass
+class Sums:
+    """Wear of one joint since the last turn."""
+
+    joint: object
+    rows: list = field(default_factory=list)
+
+    def __post_init__(self):
+        self.laws = {body: getattr(self.joint, slot) for slot, body in BODIES.items()}
+        self.laws = {body: law for body, law in self.laws.items() if law is not None}
+        self.linear = {body: is_linear(law) for body, law in self.laws.items()}
+        given = self.joint.outline.parameters
+        self.outline = {body: np.array(given[body]) for body in BODIES.values()}
+        self.solids = solids_of(self.joint)
+        self.start()
+
+    def start(self) -> None:
+        """Begin a turn."""
+        self.depths = {body: np.zeros(NODES) for body in self.laws}
+        self.rubbing, self.rows = 0.0, []
+
+    @property
+    def area(self) -> float:
+        """Surface of a bin [m2]."""
+        return self.joint.radius * self.joint.contact_length * STEP
+
+    def add(self, log: np.ndarray, trail: np.ndarray) -> None:
+        """Steps (end, size, ...) and what was followed of them, (steps, 3, columns)."""
+        weights = log[:, 1, None] * WEIGHTS
+        flat = trail.reshape(-1, len(FOLLOWED))
+        touching = flat[:, FOLLOWED.index("normal_load")] > 0.0
+        flat, weights = flat[touching], weights.ravel()[touching]
+        for first in range(0, len(flat), ROWS):
+            self._spread(flat[first : first + ROWS], weights[first : first + ROWS])
+
+    def _spread(self, flat: np.ndarray, weights: np.ndarray) -> None:
+        x, y, angle, clearance, stiffness, speed, fx, fy, load = flat.T
+        before, behind = _turned(angle)
+        overlap = (
+            x[:, None] * AROUND_COS
+            + y[:, None] * AROUND_SIN
+            - clearance[:, None]
+            - self.outline["bearing"]
+        )
+        if self.outline["journal"].any():
+            places, shares = before[:, None] + NODE, np.array(cubic(behind))
+            overlap -= sum(
+                share[:, None] * self.outline["journal"][(places + k) % NODES]
+                for k, share in zip((-1, 0, 1, 2), shares, strict=True)
+            )
+        pressure = stiffness[:, None] * np.maximum(overlap, 0.0)
+        if self.solids is not None:
+            from clearance.laws.worn_asperity import pressures
+
+            pressure += pressures(-overlap, *self.solids[1:])
+        seen = self.area * pressure.sum(axis=1)
+        pressure *= np.divide(load, seen, out=np.zeros_like(load), where=seen > 0.0)[:, None]
+        narrow = seen <= SEEN * load
+        pressure[narrow] = _at_deepest(overlap[narrow], load[narrow] / self.area)
+        self.rubbing += float((weights * load * speed).sum())
+        over = {body: np.zeros(len(flat)) for body in BODIES.values()}
+        for body, law in self.laws.items():
+            if self.linear[body]:
+                over[body] = weights * law(np.full(speed.shape, UNIT), speed) / UNIT
+                depth = over[body][:, None] * pressure
+            else:
+                rates = law(pressure, np.broadcast_to(speed[:, None], pressure.shape))
+                depth = weights[:, None] * rates
+            self.depths[body] += (
+                _on_journal(depth, before, behind) if body == "journal" else depth.sum(axis=0)
+            )
+        self.rows.append(
+            np.column_stack([fx, fy, angle, over["bearing"], over["journal"], clearance, load])
+        )
+
+    def finish(self, volumes: dict[str, float]) -> Turn:
+        """The wear since the start; volumes: exact ones of the surfaces whose law is linear
+        [m3].
+        """
+        summed = {body: self.area * float(depth.sum()) for body, depth in self.depths.items()}
+        error = 0.0
+        for body, exact in volumes.items():
+            if summed[body] > 0.0:
+                error = max(error, abs(summed[body] / exact - 1.0)) if exact > 0.0 else 1.0
+                self.depths[body] *= exact / summed[body]
+                summed[body] = exact
+        path = np.concatenate(self.rows) if self.rows else np.zeros((0, len(PATH) + 1))
+        turn = Turn(self.depths, summed, error, self.rubbing, sampled(path))
+        self.start()
+        return turn
+
+
+def solids_of(joint):
+    """Foundation and asperities of a joint, a `Rough`; None without asperities."""
+    if joint.asperity is None:
+        return None
+    from clearance.laws.worn_asperity import Rough, row_of
+
+    order, factor = joint.asperity.law.pressure
+    strength = factor(*joint.asperity.numbers)
+    stiffness = joint.contact.values["layer_modulus"]
+    return Rough(stiffness, joint.roughness, strength, row_of(order))
+
+
+def _at_deepest(overlap: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Pressures of arcs between the nodes, (places, nodes): those beside the deepest point carry
+    the load.
+
+    overlap: at all nodes; pressure: their sum at each place.
+    """
+    left, middle = overlap[:, 0::2], overlap[:, 1::2]
+    right = np.roll(left, -1, axis=1)
+    slope, bend = 0.5 * (right - left), np.minimum(0.5 * (left + right) - middle, -1e-300)
+    u = np.clip(-0.5 * slope / bend, -1.0, 1.0)
+    cell = (middle + u * (slope + u * bend)).argmax(axis=1)
+    places = np.arange(len(overlap))
+    place = 2 * cell + 1 + u[places, cell]
+    node = np.floor(place).astype(int)
+    shared = np.zeros_like(overlap)
+    shared[places, node % NODES] = (node + 1 - place) * pressure
+    shared[places, (node + 1) % NODES] = (place - node) * pressure
+    return shared
+
+
+def _turned(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`laws.outline.turned` of many angles."""
+    shift = angle / STEP
+    cells = np.floor(shift)
+    return (-cells.astype(int) - 1) % NODES, 1.0 - (shift - cells)
+
+
+def _on_journal(depth: np.ndarray, before: np.ndarray, behind: np.ndarray) -> np.ndarray:
+    """Depths at the bearing's nodes, summed at those of the turned journal."""
+    worn = np.zeros(NODES)
+    for shift, share in ((0, 1.0 - behind), (1, behind)):
+        places = (before[:, None] + shift + NODE) % NODES
+        worn += np.bincount(places.ravel(), (share[:, None] * depth).ravel(), NODES)
+    return worn
+
+
+def sampled(rows: np.ndarray) -> np.ndarray:
+    """A load path of PARTS rows of PATH, each for the same wear: the row in the middle of its part.
+
+    rows: these columns and the normal load. Means over a part would not do: the mean force of a
+    journal that rattles in its scar presses at a place where it is not.
+    """
+    share = (rows[:, 3] + rows[:, 4]) * rows[:, 6]
+    if not share.sum() > 0.0:
+        return np.zeros((0, len(PATH)))
+    passed = np.cumsum(share)
+    part = passed[-1] / PARTS
+    place = np.searchsorted(passed, part * (np.arange(PARTS) + 0.5))
+    path = rows[place, : len(PATH)]
+    path[:, 3:5] *= (part / share[place])[:, None]
+    return path
+
+
+def thinned(path: np.ndarray, count: int) -> np.ndarray:
+    """Each `count`-th row of a load path, for the wear of all."""
+    thin = path[count // 2 :: count].copy()
+    thin[:, 3:5] *= len(path) / max(len(thin), 1)
+    return thin
+
+
+class Wearing(Observer):
+    """Sums the wear of all joints of a run that wear; turns: by joint, one for each period.
+
+    period: of the turns [s], None for the complete run.
+    """
+
+    def __init__(self, run, period: float | None = None):
+        self.run, self.period = run, period
+        joints = [j for j in run.mechanism.scene.clearance_joints if j.wear or j.wear_journal]
+        self.sums = {j.name: Sums(j) for j in joints}
+        self.turns: dict[str, list[Turn]] = {name: [] for name in self.sums}
+        layout = run.mechanism.layout
+        first = layout.length - len(layout.sums)
+        self.place = (
+            {path: first + i for i, path in enumerate(layout.sums)} if layout.ledger else {}
+        )
+        self.before = dict.fromkeys(self.place, 0.0)
+
+    def follow(self, log, trail):
+        """Add a piece of steps."""
+        for i, sums in enumerate(self.sums.values()):
+            columns = trail[:, :, i * len(FOLLOWED) : (i + 1) * len(FOLLOWED)]
+            sums.add(log, columns)
+
+    def reach(self, run):
+        """A turn is over."""
+        self.finish()
+
+    def finish(self) -> None:
+        """End a turn."""
+        y = self.run.state.y
+        for name, sums in self.sums.items():
+            paths = {b: f"joints/{name}/wear_volume_{b}" for b in BODIES.values()}
+            there = {b: p for b, p in paths.items() if p in self.place}
+            exact = {b: float(y[self.place[p]] - self.before[p]) for b, p in there.items()}
+            self.turns[name].append(sums.finish(exact))
+        self.before = {path: float(y[i]) for path, i in self.place.items()}
+
+    def know(self, recorder) -> None:
+        """Hand the wear of the run to a record, joint by joint."""
+        if self.period is None:
+            self.finish()
+        for name, turns in self.turns.items():
+            sums = self.sums[name]
+            facts = {f"depth_{body}": depth for body, depth in sums.outline.items()}
+            for body in sums.laws:
+                facts[f"worn_{body}"] = sum((t.depths[body] for t in turns), np.zeros(NODES))
+                facts[f"volumes_{body}"] = np.array([t.volumes[body] for t in turns])
+            facts |= {
+                "rubbing": sum(t.rubbing for t in turns),
+                "bins_error": max((t.error for t in turns), default=0.0),
+            }
+            recorder.know(f"joints/{name}/wear", **facts)

@@ -1,0 +1,118 @@
+"""A case: a scene that depends on parameters, from a Python file or a scene file."""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearance.scene.joint_options import resolved
+from clearance.scene.scene import Scene
+from clearance.values import checks
+from clearance.values.checks import meant
+from clearance.values.units import quantity
+
+_SWITCH = {
+    "true": True,
+    "yes": True,
+    "on": True,
+    "1": True,
+    "false": False,
+    "no": False,
+    "off": False,
+    "0": False,
+}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One swept quantity of a case: name, type, default, unit and what it is."""
+
+    name: str
+    kind: type
+    default: object
+    units: str
+    text: str
+
+    def value(self, given: str) -> object:
+        """A value from the command line, such as 300rpm, 0.1mm or dry; or the default's word, such
+        as auto.
+        """
+        if isinstance(self.default, str) and given.strip() == self.default:
+            return self.default
+        try:
+            if self.kind is bool:
+                return _SWITCH[given.strip().lower()]
+            return given if self.kind is str else self._number(quantity(given, self.units))
+        except KeyError:
+            raise ValueError(f"{self.name}: {given!r} is neither true nor false") from None
+        except ValueError as error:
+            raise ValueError(f"{self.name}: {error}") from None
+
+    def _number(self, number: float) -> float | int:
+        if self.kind is int and number != int(number):
+            raise ValueError(f"{number:g} is not a whole number")
+        return self.kind(number)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case: its parameters, and the function that makes its scene of their values.
+
+    path: of its file, None where it has none. length: of a run of which none is requested and
+    nothing turns [s], where the file has one. reference: text of which `find_case` makes it in
+    any process; empty for a function that only this process has.
+    """
+
+    name: str
+    path: Path | None
+    function: Callable[..., Scene]
+    summary: str
+    parameters: Mapping[str, Parameter]
+    length: float | None = None
+    library: bool = False
+    reference: str = ""
+
+    @property
+    def files(self) -> list[Path]:
+        """Files of its code."""
+        return [] if self.path is None else [self.path]
+
+    @property
+    def source(self) -> str:
+        """Digest of its file's text, else of its reference."""
+        text = self.path.read_bytes() if self.path else self.reference.encode()
+        return hashlib.sha256(text).hexdigest()[:16]
+
+    @property
+    def until(self) -> float:
+        """Length of a run of which none is requested and nothing turns [s]: 2 s where the file has
+        none.
+        """
+        field = "until" if self.path and self.path.suffix == ".toml" else "UNTIL"
+        length = 2.0 if self.length is None else self.length
+        return checks.positive(f"case {self.name}: {field}", length)
+
+    def scene(self, **values) -> Scene:
+        """The scene for given parameter values; an unknown name lists the known ones."""
+        parameters = self.parameters
+        if unknown := [n for n in values if n not in parameters]:
+            answer = f"{meant(unknown[0], parameters)}; it has {', '.join(parameters) or 'none'}"
+            raise ValueError(f"case {self.name} has no parameter {unknown[0]!r}{answer}")
+        for name, value in values.items():
+            if isinstance(value, str) and parameters[name].kind in (float, int):
+                values[name] = parameters[name].value(value)
+        scene = self.function(**values)
+        if not isinstance(scene, Scene):
+            raise TypeError(
+                f"case {self.name}: scene() must return a Scene, got {type(scene).__name__}"
+            )
+        vars(scene)["case"] = self
+        scene.parameters.update(values)
+        defaults = {n: p.default for n, p in parameters.items() if n not in values}
+        if self.path is not None:
+            scene.origin["case_file"] = self.name if self.library else str(self.path)
+        scene.origin["defaults"] = json.dumps(defaults, default=str, sort_keys=True)
+        automatic = resolved(defaults | values, scene.joints)
+        scene.origin["resolved"] = json.dumps(automatic, sort_keys=True)
+        return scene

@@ -1,0 +1,223 @@
+"""A scene file as a Python case: the same scene, written with `cl.Body`, `cl.Revolute` and so
+on.
+"""
+
+import re
+import tomllib
+import typing
+from collections.abc import Mapping
+from dataclasses import Field, fields, is_dataclass
+from pathlib import Path
+
+from clearance.elements.body import Body, Point
+from clearance.elements.quantities import Described
+from clearance.files.texts import text_of
+from clearance.film import names
+from clearance.laws.law import BoundLaw
+from clearance.laws.materials import Lubricant, Material, steel
+from clearance.scene.case import Parameter
+from clearance.scene.document import KINDS, NONE
+from clearance.scene.toml_scene import FUNCTIONS, MEASURED, PARAMETER, SECTIONS, scene_file
+from clearance.values.units import quantity
+
+WIDTH = 100  # of a line
+#: functions of the package that turn a number in a unit into SI
+SPELLED = {"mm": "cl.mm", "um": "cl.um", "rpm": "cl.rpm", "cP": "cl.cP", "deg": "cl.degree"}
+#: formula -> Python: functions and constants of the module math
+MATHS = re.compile(rf"\b({'|'.join(f for f in FUNCTIONS if f not in ('abs', 'min', 'max'))}|pi)\b")
+QUANTITY = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S+)\s*$")
+FIRST = ("a", "b", "target", "point", "body")  # fields that are given without their names
+SHARED = {"lubricant": Lubricant, "material": Material}
+
+
+def python_of(path: Path) -> str:
+    """The Python case of a scene file.
+
+    Raises ValueError for a wrong file, and for laws of its folder.
+    """
+    case = scene_file(path)
+    case.scene()
+    return _Writer(tomllib.loads(text_of(path)), case).text()
+
+
+class _Writer:
+    """The text of a case, from the document of a scene file.
+
+    names: (section, name) -> variable; rows: elements by section and name; named: lines of those
+    that others name.
+    """
+
+    def __init__(self, document: Mapping, case):
+        self.document, self.case = document, case
+        self.names: dict[tuple[str, str], str] = {}
+        self.taken = {"cl", "math", "scene", *case.parameters}
+        sections = (s for s in document if s in SECTIONS)
+        self.rows = {(s, n): table for s in sections for n, table in document[s].items()}
+        self.named: list[str] = []
+
+    def text(self) -> str:
+        """The entire file."""
+        lines = [*self._bodies(), *self._shared(), *self._scene()]
+        body = "\n".join(
+            f"    {line}" if line else "" for text in lines for line in text.split("\n")
+        )
+        head = f'"""{self.case.summary or self.case.name}"""'
+        maths = "import math\n\n" if "math." in body else ""
+        return f"{head}\n\n{maths}import clearance as cl\n\n\n{self._function()}{body}\n"
+
+    def _function(self) -> str:
+        """The line that begins the function, and its docstring."""
+        given = [self._parameter(p) for p in self.case.parameters.values()]
+        head = _call("def scene", ["*", *given] if given else [], len(" -> cl.Scene:"))
+        texts = [
+            f"    {p.name}: {p.text} [{p.units}]".rstrip() for p in self.case.parameters.values()
+        ]
+        doc = "\n".join(
+            [f'    """{self.case.summary or self.case.name}', "", *texts, '    """', ""]
+        )
+        return f"{head} -> cl.Scene:\n{doc}"
+
+    def _parameter(self, p: Parameter) -> str:
+        given = self.document["parameters"][p.name]
+        value = given["value"] if isinstance(given, Mapping) else given
+        text = self._number(value) if p.kind is float else repr(value)
+        return f"{p.name}: {p.kind.__name__} = {text}"
+
+    # --- lines
+    def _variable(self, section: str, name: str) -> str:
+        """A name for what a section has under a name."""
+        text = name if name.isidentifier() and name not in self.taken else f"{section}_{name}"
+        self.taken.add(text)
+        return self.names.setdefault((section, name), text)
+
+    def _bodies(self) -> list[str]:
+        return [
+            _call(
+                f"{self._variable('body', name)} = cl.Body",
+                [f'"{name}"', *self._fields(Body, table)],
+            )
+            for name, table in self.document.get("body", {}).items()
+        ]
+
+    def _shared(self) -> list[str]:
+        lines = []
+        for section, kind in SHARED.items():
+            for name, table in self.document.get(section, {}).items():
+                given = ([f'"{name}"'] if kind is Material else []) + self._fields(kind, table)
+                lines.append(_call(f"{self._variable(section, name)} = cl.{kind.__name__}", given))
+        return lines
+
+    def _scene(self) -> list[str]:
+        """Lines of elements that others name, and the line of the scene."""
+        texts = {key: self._element(key) for key in self.rows}
+        parts = [self.names.get(key, text) for key, text in texts.items()]
+        if "gravity" in self.document:
+            parts.append(f"gravity={self._number(self.document['gravity'])}")
+        parts.append(f'name="{self.document.get("name", self.case.name)}"')
+        return [*self.named, _call("return cl.Scene", parts)]
+
+    def _element(self, key: tuple[str, str]) -> str:
+        """The call that makes an element; elements that it names have their line first."""
+        table = dict(self.rows[key])
+        kind = table.pop("kind", SECTIONS[key[0]][0])
+        return _call(f"cl.{kind}", [*self._fields(KINDS[kind], table), f'name="{key[1]}"'])
+
+    # --- values
+    def _fields(self, kind: type, table: Mapping) -> list[str]:
+        """Arguments of a constructor."""
+        by_name, hints = {f.name: f for f in fields(kind)}, typing.get_type_hints(kind)
+        texts = []
+        for place, (name, value) in zip([*by_name, *table], table.items(), strict=False):
+            text = self._value(by_name[name], hints[name], value)
+            texts.append(text if name == place and name in FIRST else f"{name}={text}")
+        return texts
+
+    def _value(self, field: Field, hint: object, value: object) -> str:
+        number, kinds = field.metadata.get("number"), typing.get_args(hint) or (hint,)
+        if value is None or isinstance(value, bool):
+            return repr(value)
+        if "law" in field.metadata or number and number.families and isinstance(value, Mapping):
+            return self._law(value)
+        if number or "unit" in field.metadata:
+            return self._number(value)
+        if Point in kinds:
+            return self._point(value)
+        if typing.get_origin(hint) is Mapping:
+            return (
+                f"{{{', '.join(f'{n!r}: {self._number(v)}' for n, v in value.items())}}}".replace(
+                    "'", '"'
+                )
+            )
+        if object in kinds or any(issubclass(k, Described) for k in kinds if isinstance(k, type)):
+            return self._reference(value, kinds)
+        if records := [k for k in kinds if is_dataclass(k) and k is not BoundLaw]:
+            return self._record(records[0], value)
+        return repr(value)
+
+    def _number(self, value: object) -> str:
+        """A number, a formula or a tuple of such."""
+        if isinstance(value, list):
+            return f"({', '.join(map(self._number, value))})"
+        if not isinstance(value, str):
+            return repr(value)
+        if "$" in value:
+            text = MEASURED.sub(lambda m: repr(quantity(m[0])), value)
+            return MATHS.sub(r"math.\1", PARAMETER.sub(r"\1", text))
+        match = QUANTITY.match(value)
+        if match and match[2] in SPELLED:
+            return f"{SPELLED[match[2]]}({match[1]})"
+        return f"{quantity(value)!r}"
+
+    def _point(self, value: object) -> str:
+        if isinstance(value, list):
+            return f"cl.ground.at{self._number(value)}"
+        if isinstance(value, Mapping):
+            place = [value.get(axis, 0) for axis in "xyz" if axis in value or axis != "z"]
+            return f"{self._body(value['body'])}.at{self._number(place)}"
+        name, _, point = value.partition(".")
+        return f'{self._body(name)}["{point}"]' if point else self._body(name)
+
+    def _body(self, name: str) -> str:
+        return "cl.ground" if name == "ground" else self.names["body", name]
+
+    def _reference(self, value: str, kinds: tuple) -> str:
+        section, _, name = value.rpartition(".")
+        if section in ("", "body") and (name == "ground" or ("body", name) in self.names):
+            return self._body(name)
+        key = next(
+            k for k in self.rows if k[1] == name and section in ("", k[0]) and self._fits(k, kinds)
+        )
+        if key not in self.names:
+            text = self._element(key)
+            self.named.append(f"{self._variable(*key)} = {text}")
+        return self.names[key]
+
+    def _fits(self, key: tuple[str, str], kinds: tuple) -> bool:
+        """True for an element of one of these kinds."""
+        kind = self.rows[key].get("kind", SECTIONS[key[0]][0])
+        return issubclass(KINDS[kind], tuple(k for k in kinds if isinstance(k, type)))
+
+    def _record(self, kind: type, value: object) -> str:
+        if isinstance(value, str):
+            return "cl.steel" if value == steel.name else self.names[kind.__name__.lower(), value]
+        return _call(f"cl.{kind.__name__}", self._fields(kind, value))
+
+    def _law(self, value: str | Mapping) -> str:
+        """A law by its public name."""
+        table = {"law": value} if isinstance(value, str) else value
+        name = table["law"]
+        if PARAMETER.search(name) or ":" in name:
+            raise ValueError(f"law {name!r} has no Python form here; write it by hand")
+        if name == NONE:
+            return "None"
+        given = [f"{n}={self._number(v)}" for n, v in table.items() if n != "law"]
+        return _call(f"cl.films.{name}" if name in names.__all__ else f"cl.{name}", given)
+
+
+def _call(name: str, arguments: list[str], more: int = 8) -> str:
+    """A call on one line, or with an argument a line; more: what else the line has."""
+    text = f"{name}({', '.join(arguments)})"
+    if len(text) <= WIDTH - more and "\n" not in text:
+        return text
+    inner = ",\n".join(arguments).replace("\n", "\n    ")
+    return f"{name}(\n    {inner},\n)"

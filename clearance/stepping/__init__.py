@@ -1,0 +1,1 @@
+"""The compiled time loop: steps, events, extremes, integrals, steppers."""

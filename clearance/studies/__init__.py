@@ -1,0 +1,1 @@
+"""The code about itself: error against run time, extremes, costs of parts."""

@@ -1,0 +1,147 @@
+"""Contents of a compiled scene, and the parts left out."""
+
+import re
+import sys
+from importlib import import_module
+
+from clearance.elements.clearance_revolute import SLOTS
+from clearance.elements.joint import Joint
+from clearance.machine.store import folder
+from clearance.mechanism.build import Mechanism, build
+from clearance.mechanism.structure import Structure
+from clearance.run.options import choose_method, kernel_roles
+from clearance.scene.scene import Scene
+from clearance.simulation import foreseen
+from clearance.tracing.function import Opaque
+
+PARTS = (*SLOTS, "lubricant", "roughness", "heat")
+#: heavy packages whose absence is of interest
+WATCHED = ("numba", "numpy", "h5py", "scipy", "skfem", "matplotlib", "tqdm", "dask", "xarray")
+
+
+def explain(scene: Scene) -> dict:
+    """States, joint laws, kernel operations, channels and modules of a scene, as plain data."""
+    mechanism = build(scene)
+    structure = mechanism.structure
+    method, reason = choose_method(mechanism)
+    roles = kernel_roles(mechanism, method)
+    return {
+        "scene": scene.name,
+        "bodies": [b.name for b in scene.bodies],
+        "states": _states(mechanism),
+        "joints": {j.name: _joint(j) for j in scene.joints},
+        "loads": {load.name: type(load).__name__ for load in scene.loads},
+        "plan": [{"bodies": g.label(), "solved": _solved(g)} for g in mechanism.plan.groups],
+        "kernels": {r: _kernel(structure, r) for r in structure.programs if r in roles},
+        "left_out": _left_out(mechanism, roles),
+        "warnings": scene_warnings(mechanism),
+        "parameters": len(structure.layout.parameters),
+        "derived_parameters": structure.layout.derived,
+        "channels": [c.path for c in structure.layout.channels],
+        "store": str(folder()),
+        "method": method,
+        "method_reason": reason,
+        "modules": _modules(method),
+    }
+
+
+def scene_warnings(mechanism: Mechanism) -> list[str]:
+    """Warnings of laws about their joints, and force holes, before anything runs."""
+    return [doubt for j in mechanism.scene.joints for doubt in j.doubts()] + foreseen(mechanism)
+
+
+def _states(mechanism: Mechanism) -> list[str]:
+    layout = mechanism.layout
+    ledger = ["energy input"] if layout.ledger else []
+    return [*layout.names, *ledger, *(f"energy dissipated by {key}" for key in layout.dissipated)]
+
+
+def _joint(joint: Joint) -> dict:
+    if not joint.soft:
+        made_of = {"friction": repr(joint.friction)} if joint.friction is not None else {}
+        made_of |= {
+            n: f"{getattr(joint, n):g} m" for n in joint.arms if getattr(joint, n) is not None
+        }
+        return {
+            "kind": type(joint).__name__,
+            "reality": "rubbing" if joint.friction else "ideal",
+            **made_of,
+        }
+    parts = {s: repr(getattr(joint, s)) for s in PARTS if getattr(joint, s, None) is not None}
+    return {"kind": type(joint).__name__, "reality": _surfaces(joint), **parts}
+
+
+def _surfaces(joint: Joint) -> str:
+    """The kind of a soft joint's surfaces; "soft" without any."""
+    if not joint.spots():
+        return "soft"
+    if joint.film is None:
+        return "dry"
+    return "lubricated" if joint.contact is None else "mixed"
+
+
+def _solved(group) -> str:
+    return {
+        "tree": "directly",
+        "newton": f"by Newton inside the kernel ({len(group.unknowns)} unknowns)",
+    }.get(group.form, f"in closed form (dyad {group.form})")
+
+
+def _kernel(structure: Structure, role: str) -> dict:
+    program, text = structure.programs[role], structure.texts[role]
+    apart = {f.name: f.reason for f in program.functions if isinstance(f, Opaque)}
+    return {
+        "lines": len(text.splitlines()),
+        "operations": program.operations,
+        "calls": sorted(
+            {f.name for f in program.functions}
+            | set(re.findall(r"# .*: (\w+)$", text, re.MULTILINE))
+        ),
+        "compiled_apart": apart,
+    }
+
+
+def _left_out(mechanism: Mechanism, roles: list[str]) -> list[str]:
+    """Physics and code the package has and this scene does not carry."""
+    scene, joints = mechanism.scene, mechanism.scene.clearance_joints
+    missing = []
+    if not joints:
+        missing += [
+            "clearance states",
+            "contact events",
+            "contact, film and all other laws of clearance joints",
+        ]
+    structure = mechanism.structure
+    if not structure.rubs:
+        missing.append("friction of joints without clearance")
+    elif not structure.iterates:
+        missing.append("iteration of joint friction (no friction acts back on what makes it)")
+    if not structure.spatial:
+        missing.append("loads out of the plane")
+    for slot in PARTS if joints else ():
+        if not any(getattr(j, slot, None) is not None for j in joints):
+            missing.append(slot)
+    if "jacobian" not in roles:
+        missing.append("jacobian kernel (explicit stepper)")
+    if all(g.form != "newton" for g in mechanism.plan.groups):
+        missing.append("Newton loops")
+    if not any(scene.gravity):
+        missing.append("gravity")
+    missing += [
+        n
+        for n in ("SpringDamper", "TorsionSpring", "Force", "Torque", "ThermalNode")
+        if not _has(scene, n)
+    ]
+    return missing
+
+
+def _has(scene: Scene, kind: str) -> bool:
+    return any(type(load).__name__ == kind for load in scene.loads)
+
+
+def _modules(method: str) -> list[str]:
+    """Modules imported after all imports that a run of this scene needs."""
+    import_module("clearance.stepping.loop")
+    import_module(f"clearance.stepping.{method}")
+    ours = [m for m in sys.modules if m.startswith("clearance.") and "_case_" not in m]
+    return sorted(ours) + [m for m in WATCHED if m in sys.modules]

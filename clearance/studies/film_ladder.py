@@ -1,0 +1,427 @@
+"""Film models from coarse to fine: error against run time, for single states and for a complete
+run; mesh convergence.
+"""
+
+import math
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from clearance.film import bands, fem
+from clearance.film.bearing import Bearing
+from clearance.film.tabulated import table_film
+from clearance.laws.law import BoundLaw, DataLaw, FilmJoint
+from clearance.machine.store import njit
+from clearance.mechanism.build import build
+from clearance.results.result import save_tables
+from clearance.run.options import Solver, Span
+from clearance.run.run import Run
+from clearance.scene import law_names
+from clearance.scene.catalogue import find_case
+from clearance.tracing.interpreter import traced
+from clearance.tracing.kernels import compiled
+
+JOINT = FilmJoint(radius=0.01, clearance=1e-4, length=0.02, viscosity=0.05)  # of the feeder
+STATES = 120
+FAST = ((32, 4), (48, 6), (64, 8), (96, 12), (128, 16), (192, 24))
+ELEMENTS = ((16, 2), (32, 4), (64, 8), (128, 16))
+REFERENCE = (384, 48)
+NODES = (9, 17, 33, 65)
+RUN_RTOL, REFERENCE_RTOL = 1e-6, 1e-9
+SAMPLES = 401
+REPEATS = 5
+#: passes of a solver along all states, fewer once they took so long [s]; derivatives at every so
+#: many states
+PASSES, ENOUGH, EVERY = 3, 3.0, 4
+
+
+@dataclass
+class Rung:
+    """One film model. seconds: of one force, or of one run; error_closing, error: largest relative
+    force error of the states where the journal closes in, and the median of all. In a run both are
+    the rms error of the journal's path over c.
+    """
+
+    name: str
+    kind: str
+    seconds: float
+    error_closing: float
+    error: float
+    steps: int = 0
+    slopes_seconds: float = math.nan  # of force and derivatives
+
+
+@dataclass
+class Ladder:
+    """The rungs of single states and of a run."""
+
+    states: list[Rung]
+    runs: list[Rung]
+    remarks: list[str] = field(default_factory=list)
+
+
+# --- single states
+def path() -> np.ndarray:
+    """Neighbouring states (eps, d(eps)/dt, w), (STATES, 3): loops through eps 0.1 to 0.97, closing
+    and opening.
+    """
+    t = np.linspace(0.0, 2.0 * math.pi, STATES, endpoint=False) + 0.013
+    y = 1.8 + 1.6 * np.cos(3.0 * t)
+    eps = -np.expm1(-y)
+    s = np.sqrt(1.0 - eps**2)
+    angle = 1.5 * (1.0 + np.sin(2.0 * t)) + 0.05
+    return np.column_stack([eps, 30.0 * s * np.cos(angle), 60.0 * np.sin(angle) / eps])
+
+
+def is_closing(states: np.ndarray) -> np.ndarray:
+    """True where the scaled velocity points towards the wall."""
+    return states[:, 1] > 0.0
+
+
+def errors_of(forces: np.ndarray, wanted: np.ndarray, states: np.ndarray) -> tuple[float, float]:
+    """Largest relative error of the force where the journal closes in, and the median of all."""
+    errors = np.hypot(*(forces - wanted).T) / np.hypot(*wanted.T)
+    return float(errors[is_closing(states)].max()), float(np.median(errors))
+
+
+def compiled_law(law: BoundLaw, slopes: bool) -> tuple[Callable, np.ndarray]:
+    """evaluate(states (t, 3), numbers, forces (t, 2)) of a film law (of a formula or a table), and
+    its numbers.
+    """
+    function = traced(law.law.function, law.law.kinds)
+    called = compiled(function.slopes((0, 1, 2)) if slopes else function)
+    data = isinstance(law.law, DataLaw)
+    numbers = np.asarray(law.source(JOINT).numbers, float) if data else np.zeros(1)
+    facts = ", ".join(repr(float(v)) for v in (*JOINT, *law.numbers))
+    text = (
+        "def evaluate(states, par, forces):\n    for i in range(len(states)):\n"
+        f"        values = called(par, states[i, 0], states[i, 1], states[i, 2], {facts})\n"
+        "        forces[i, 0], forces[i, 1] = values[0], values[1]\n"
+    )
+    scope = {"called": called}
+    exec(text, scope)  # noqa: S102
+    return njit(error_model="numpy")(scope["evaluate"]), numbers
+
+
+def law_rung(name: str, kind: str, law: BoundLaw, states: np.ndarray, wanted: np.ndarray) -> Rung:
+    """A law that kernels call, timed inside compiled code."""
+    seconds, out = [], np.zeros((len(states), 2))
+    many = np.tile(states, (50, 1))
+    spent = np.zeros((len(many), 2))
+    for slopes in (False, True):
+        evaluate, numbers = compiled_law(law, slopes)
+        evaluate(states, numbers, out)
+        best = math.inf
+        for _ in range(REPEATS):
+            began = time.thread_time()
+            evaluate(many, numbers, spent)
+            best = min(best, (time.thread_time() - began) / len(many))
+        seconds.append(best)
+    errors = errors_of(out, wanted, states)
+    return Rung(name, kind, seconds[0], *errors, slopes_seconds=seconds[1])
+
+
+def solver_rung(name: str, kind: str, film, states: np.ndarray, wanted: np.ndarray) -> Rung:
+    """A solver called from Python along the path, so that it starts from the state before (the fast
+    one does not).
+    """
+    passes: list[float] = []
+    while len(passes) < PASSES and sum(passes) < ENOUGH:
+        began = time.thread_time()
+        forces = np.array([film.outputs(*state)[:2] for state in states])
+        passes.append(time.thread_time() - began)
+    began = time.thread_time()
+    for state in states[::EVERY]:
+        film.linearised(*state)
+    slopes = (time.thread_time() - began) / len(states[::EVERY])
+    return Rung(
+        name,
+        kind,
+        min(passes) / len(states),
+        *errors_of(forces, wanted, states),
+        slopes_seconds=slopes,
+    )
+
+
+def single_states(progress: Callable[[str], None], quick: bool = False) -> list[Rung]:
+    """All rungs at the states of `path`, in the feeder's bearing (L/D = 1)."""
+    bearing, states = Bearing.of(JOINT), path()
+    progress("reference")
+    finest = bands.FastFilm(bearing, FAST[-1] if quick else REFERENCE)
+    wanted = np.array([finest.outputs(*state)[:2] for state in states])
+    rungs = []
+    for name in ("pinkus_sternlicht", "long", "short", "harmonic"):
+        progress(name)
+        rungs.append(law_rung(name, "closed form", law_names.FILMS[name](), states, wanted))
+    for nodes in NODES[:3] if quick else NODES:
+        progress(f"table of {nodes} nodes")
+        law = table_film(nodes=nodes)
+        rungs.append(law_rung(f"table {nodes}x{nodes}", "table", law, states, wanted))
+    for mesh in FAST[:2] if quick else FAST:
+        progress(f"fast solver {mesh}")
+        film = bands.FastFilm(bearing, mesh)
+        rungs.append(
+            solver_rung(f"fast solver {mesh[0]}x{mesh[1]}", "fast solver", film, states, wanted)
+        )
+    for mesh in ELEMENTS[:2] if quick else ELEMENTS:
+        progress(f"finite elements {mesh}")
+        rungs.append(
+            solver_rung(
+                f"FEM {mesh[0]}x{mesh[1]}",
+                "finite elements",
+                fem.FemFilm(bearing, mesh),
+                states,
+                wanted,
+            )
+        )
+    return rungs
+
+
+# --- a complete run
+def whole_runs(turns: float, progress: Callable[[str], None], quick: bool = False) -> list[Rung]:
+    """The feeder with each film: time of the integration, distance of the journal's path from the
+    finest table's.
+    """
+    case = find_case("six_bar_feeder")
+    reference = journal(
+        with_film(case, table_film(nodes=65, mesh=(64, 8) if quick else (128, 16))),
+        turns,
+        REFERENCE_RTOL,
+    )[0]
+    films = {
+        n: ("closed form", law_names.FILMS[n]())
+        for n in ("pinkus_sternlicht", "long", "short", "harmonic")
+    }
+    films |= {
+        f"table {n}x{n}": ("table", table_film(nodes=n)) for n in (NODES[:3] if quick else NODES)
+    }
+    for mesh in () if quick else FAST[:2]:
+        films[f"fast solver {mesh[0]}x{mesh[1]}"] = (
+            "fast solver",
+            law_names.ONLINE_FILMS["fast"](mesh=mesh),
+        )
+    for mesh in ELEMENTS[:1] if quick else ELEMENTS[:2]:
+        films[f"FEM {mesh[0]}x{mesh[1]}"] = (
+            "finite elements",
+            law_names.ONLINE_FILMS["fem"](mesh=mesh),
+        )
+    rungs = []
+    for name, (kind, law) in films.items():
+        progress(f"run with {name}")
+        moved, seconds, steps = journal(with_film(case, law), turns, RUN_RTOL)
+        error = float(np.sqrt(((moved - reference) ** 2).sum(axis=1).mean()))
+        rungs.append(Rung(name, kind, seconds, error, error, steps))
+    return rungs
+
+
+def with_film(case, law: BoundLaw):
+    from dataclasses import replace
+
+    from clearance.scene.scene import Scene
+
+    scene = case.scene()
+    joints = [
+        replace(j, film=law) if getattr(j, "film", None) is not None else j for j in scene.joints
+    ]
+    return Scene(*joints, *scene.loads, gravity=scene.gravity, name=scene.name)
+
+
+def journal(scene, turns: float, rtol: float) -> tuple[np.ndarray, float, int]:
+    """Path of the journal over c, CPU seconds of the compiled loop (warm), steps."""
+    mechanism = build(scene, ledger=False)
+    joint, offsets = next(iter(mechanism.offsets.items()))
+    seconds: list[float] = []
+    while len(seconds) < 2 or len(seconds) < REPEATS + 1 and sum(seconds) < 2.0:
+        run = Run(mechanism, Span(turns * scene.turn, SAMPLES), Solver(rtol), outputs=False)
+        _, rows, _ = run.trajectory()
+        seconds.append(run.cpu)
+    steps = int(run.state.steps)
+    return rows[:, offsets] / joint.clearance, statistics.median(seconds[1:]), steps
+
+
+def ladder(
+    turns: float = 1.0, quick: bool = False, progress: Callable[[str], None] = lambda text: None
+) -> Ladder:
+    """The entire film ladder."""
+    remarks = [
+        f"single states: {STATES} on a path through eps 0.1 to 0.97 in a bearing of L/D = 1; "
+        f"reference the fast solver "
+        f"on {REFERENCE[0]}x{REFERENCE[1]}, extrapolated (finite elements, another method, come "
+        f"within 2e-5); "
+        "finite elements start from the state before",
+        f"runs: the feeder, {turns:g} turn(s), rtol {RUN_RTOL:g}; reference the table of 65 x 65 "
+        f"nodes at rtol "
+        f"{REFERENCE_RTOL:g}; error: rms of the journal's path over the clearance",
+    ]
+    return Ladder(single_states(progress, quick), whole_runs(turns, progress, quick), remarks)
+
+
+# --- mesh convergence
+@dataclass
+class Mesh:
+    """One mesh of one solver: relative error of the force, its order against the mesh before, cost
+    of one film.
+    """
+
+    solver: str
+    mesh: str
+    unknowns: int
+    error: float
+    order: float
+    seconds: float
+
+
+CONVERGENCE_STATES = ((0.5, 20.0, 40.0), (0.8, 5.0, 30.0), (0.9, 0.0, 60.0), (0.9, 10.0, 0.0))
+
+
+def convergence(
+    bearing: Bearing, states=CONVERGENCE_STATES, progress: Callable[[str], None] = lambda text: None
+) -> list[Mesh]:
+    """Error of the force (rms over states) as the meshes are halved, for the fast solver and finite
+    elements.
+    """
+    finest = bands.FastFilm(bearing, REFERENCE)
+    wanted = np.array([finest.outputs(*state)[:2] for state in states])
+    points: list[Mesh] = []
+    for solver, meshes, film in (
+        (
+            "fast solver, one grid",
+            [(c, r) for c, r in zip((17, 33, 65, 129), (3, 5, 9, 17), strict=True)],
+            None,
+        ),
+        ("fast solver, extrapolated", ((48, 6), (96, 12), (192, 24)), bands.FastFilm),
+        ("finite elements", ELEMENTS, fem.FemFilm),
+    ):
+        last = None
+        for mesh in meshes:
+            progress(f"{solver} {mesh}")
+            made = (film or bands.FastFilm)(bearing, mesh)
+            made.solve(*states[0])  # warm
+            began = time.thread_time()
+            solutions = [made.solve(*state) for state in states]
+            seconds = (time.thread_time() - began) / len(states)
+            forces = np.array([(s.radial, s.tangential) for s in solutions])
+            each = np.hypot(*(forces - wanted).T) / np.hypot(*wanted.T)
+            error = float(np.sqrt((each**2).mean()))
+            order = math.log(last[0] / error) / math.log(mesh[0] / last[1]) if last else math.nan
+            points.append(
+                Mesh(solver, f"{mesh[0]}x{mesh[1]}", solutions[0].unknowns, error, order, seconds)
+            )
+            last = error, mesh[0]
+    return points
+
+
+# --- reports
+def table(study: Ladder) -> list[str]:
+    """Both halves as Markdown."""
+    lines = [
+        "| film, single states | a force | with derivatives | error, closing in | median error |",
+        "|---|---|---|---|---|",
+    ]
+    for r in study.states:
+        cells = (
+            _time(r.seconds),
+            _time(r.slopes_seconds),
+            f"{r.error_closing:.1e}",
+            f"{r.error:.1e}",
+        )
+        lines.append(f"| {r.name} | {' | '.join(cells)} |")
+    lines += [
+        "",
+        "| film, feeder run | CPU time | steps | a step | error of the journal's path |",
+        "|---|---|---|---|---|",
+    ]
+    for r in study.runs:
+        cells = (
+            _time(r.seconds),
+            str(r.steps),
+            _time(r.seconds / max(r.steps, 1)),
+            f"{r.error:.1e}",
+        )
+        lines.append(f"| {r.name} | {' | '.join(cells)} |")
+    return lines
+
+
+def _time(seconds: float) -> str:
+    for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")):
+        if seconds * factor >= 1.0 or unit == "ns":
+            return f"{seconds * factor:.3g} {unit}"
+    raise AssertionError
+
+
+def describe(study: Ladder) -> list[str]:
+    return [
+        *study.remarks,
+        "times: one core, smallest of repeats (runs: median), warm; solvers that take 3 s for all "
+        "states pass once",
+    ]
+
+
+def plain(study: Ladder) -> dict:
+    """The ladder as one JSON document."""
+    return {"states": [asdict(r) for r in study.states], "runs": [asdict(r) for r in study.runs]}
+
+
+def save(study: Ladder, folder: str | Path) -> Path:
+    """The ladder as HDF5."""
+    tables = {}
+    for group, rungs in (("states", study.states), ("runs", study.runs)):
+        columns = {
+            "name": ("1", "film", np.array([r.name for r in rungs])),
+            "kind": ("1", "kind of film", np.array([r.kind for r in rungs])),
+            "seconds": ("s", "of one force, or one run", np.array([r.seconds for r in rungs])),
+            "error_closing": (
+                "1",
+                "largest relative force error, closing in",
+                np.array([r.error_closing for r in rungs]),
+            ),
+            "error": (
+                "1",
+                "median force error, or rms of the path over c",
+                np.array([r.error for r in rungs]),
+            ),
+            "steps": ("1", "steps of the run", np.array([r.steps for r in rungs])),
+        }
+        tables[group] = ({}, columns)
+    return save_tables(
+        Path(folder) / "film_ladder.h5",
+        "clearance-film-ladder",
+        {"remarks": "; ".join(study.remarks)},
+        tables,
+    )
+
+
+def convergence_table(meshes: list[Mesh]) -> list[str]:
+    """The mesh study as Markdown."""
+    lines = [
+        "| solver | mesh | unknowns | error of the force | order | a film |",
+        "|---|---|---|---|---|---|",
+    ]
+    for m in meshes:
+        order = "-" if math.isnan(m.order) else f"{m.order:.1f}"
+        lines.append(
+            f"| {m.solver} | {m.mesh} | {m.unknowns} | {m.error:.1e} | {order} | "
+            f"{_time(m.seconds)} |"
+        )
+    return lines
+
+
+def save_convergence(meshes: list[Mesh], folder: str | Path) -> Path:
+    """The mesh study as HDF5."""
+    columns = {
+        "solver": ("1", "solver", np.array([m.solver for m in meshes])),
+        "mesh": ("1", "cells around x over half the length", np.array([m.mesh for m in meshes])),
+        "unknowns": ("1", "unknowns", np.array([m.unknowns for m in meshes])),
+        "error": ("1", "relative error of the force", np.array([m.error for m in meshes])),
+        "seconds": ("s", "of one film", np.array([m.seconds for m in meshes])),
+    }
+    return save_tables(
+        Path(folder) / "film_convergence.h5",
+        "clearance-film-convergence",
+        {},
+        {"meshes": ({}, columns)},
+    )

@@ -1,0 +1,459 @@
+"""Points of a sweep run side by side in lanes, with the metrics of the ordinary way.
+
+The points differ in numbers, which come as arrays (lanes/point_numbers.py); their metrics come from
+what lanes keep (lanes/lane_metrics.py). Where a scene, an option or a metric does not suit lanes,
+the points run the ordinary way, and `Unsuited` gives the reason. So is a point that fails or whose
+energy does not add up.
+"""
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from clearance import lanes
+from clearance.accuracy.companion import beside_at, times_of
+from clearance.film.lookup import Tabulated
+from clearance.lanes.code import chosen_width, natural_width
+from clearance.lanes.group import Answers, Group, Points
+from clearance.lanes.lane_metrics import Summing, Unsuited
+from clearance.lanes.point_numbers import Irregular, Spread
+from clearance.lanes.possible import possible
+from clearance.mechanism.build import acceleration_of, tables_of
+from clearance.run.options import Span, longest_step
+from clearance.run.run import Run
+from clearance.scene.case import Case
+from clearance.scene.scene import Scene
+from clearance.simulation import prepare
+from clearance.stepping import status
+from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
+from clearance.sweeping.definition import Definition
+from clearance.sweeping.journal import DONE, Outcome
+from clearance.values.spots import BLENDED
+
+EXACT = 1e-12  # share within which numbers of the starts are the same
+SAME = 1e-9  # the same of natural sizes that come of a kernel
+TOGETHER = 128  # points of a block, at least where memory allows
+STEPS = 500_000  # of a block, about: a second
+TRACKED = 2**24  # numbers of a block's turns and samples that are stored at a time
+FEWEST = 24  # points that are worth machine code of their own
+FILMS = {"clearance": CLEARANCE, "pull": PULL, "rate_x": RATE_X, "rate_y": RATE_Y}
+#: options of runs that lanes have
+OPTIONS = {"turns", "rtol", "method", "samples_per_turn", "samples", "energy", "max_steps"}
+
+
+def middle_of(columns: dict[str, np.ndarray]) -> int:
+    """Place of the middle one of points ordered by their values: the same in any order."""
+    order = np.lexsort([columns[name] for name in sorted(columns)])
+    return int(order[len(order) // 2])
+
+
+class Together:
+    """Points of one structure in lanes.
+
+    scene: gives the scene of swept values; columns: all values of the swept numbers by name;
+        options: of the runs, as of `prepare`, their length in turns; settle: turns left out of the
+        metrics; error: that is to be stated, as of `simulate`.
+    first: place of the point that is run the ordinary way too. Raises Unsuited or Irregular.
+    """
+
+    def __init__(
+        self,
+        scene: Callable[[dict], Scene],
+        columns: dict[str, np.ndarray],
+        options: dict,
+        settle: float | None,
+        error: float | str | dict | None = None,
+    ):
+        self.columns, self.options, self.scene_of = columns, options, scene
+        self.count = len(next(iter(columns.values())))
+        self.first = middle_of(columns)
+        first = {name: column[self.first].item() for name, column in columns.items()}
+        tried: list[tuple[dict, Run]] = []
+
+        def prepared(values: dict) -> Run:
+            run = prepare(scene(values), **options)
+            tried.append((values, run))
+            return run
+
+        run = prepare(scene(first), **options)
+        if reason := lanes.impossible(run.mechanism, run.method):
+            raise Unsuited(reason)
+        self.summing = Summing(run, settle, error)
+        self.spread = self._spread(prepared, first)
+        films = [list(map(id, run.mechanism.sources.values())) for _, run in tried]
+        self.several = any(tables != films[0] for tables in films)
+        if self.summing.ideal and self.spread.moves:
+            raise Unsuited("the ideal motion depends on what is swept")
+        self.run = self.spread.run
+        self.mechanism = self.run.mechanism
+        varying, count = self.spread.varying("numbers"), len(self.mechanism.layout.parameters)
+        self.group = Group(
+            self.mechanism,
+            self.run.method,
+            self.run.solver.rtol,
+            self.run.span.samples,
+            self.summing.watch,
+            self.summing.wanted.channels,
+            self.summing.given,
+            shared=sorted(set(range(count)) - set(varying)),
+            starts=self._starts() if self.several else (),
+            moving=self._moving() if self.summing.stated else (),
+        )
+        self._compare(tried)
+
+    def _spread(self, prepared: Callable[[dict], Run], first: dict[str, float]) -> Spread:
+        """Starts of all points: bit for bit those of single runs where the sweep has them so.
+
+        Steps follow the last bits of a start, and bits within a share would depend on `first`.
+        """
+        try:
+            return Spread(self.scene_of, prepared, self.columns, 0.0, first, one_table=False)
+        except Irregular:
+            return Spread(self.scene_of, prepared, self.columns, EXACT, first, one_table=False)
+
+    # --- numbers of points
+    def points(
+        self,
+        columns: dict[str, np.ndarray],
+        rtol: float | None = None,
+        tables: np.ndarray | None = None,
+    ) -> Points:
+        """Numbers of points, from their swept numbers; rtol, tables: where they have others."""
+        mechanism, start = self.mechanism, self.spread.starts(columns)
+        turn, _, frequency, size, _ = start["scalars"].T
+        until = self.options["turns"] * turn
+        scale, reach, p = self._scales(start), start["reach"].T, self.group.shape.coordinates
+        pull = acceleration_of(size, frequency, mechanism.scene.gravity)
+        shape, parameters = self.group.shape, self._parameters(start["numbers"].T)
+        films = {
+            "clearance": reach[[i for _, i in shape.films]],
+            "pull": np.tile(pull, (len(shape.films), 1)),
+            "rate_x": scale[[p + first for first, _ in shape.films]],
+            "rate_y": scale[[p + first + 1 for first, _ in shape.films]],
+        }
+        lengths = zip(until.tolist(), turn.tolist(), strict=True)
+        spans = ((Span(end, self.group.samples), one) for end, one in lengths)
+        points = Points(
+            y=np.ascontiguousarray(start["state"].T),
+            scale=scale,
+            par=parameters,
+            work=self._work(start["work"].T, reach, frequency),
+            films=films,
+            longest=np.array([longest_step(mechanism, span, one) for span, one in spans]),
+            begin=self.summing.past * turn,
+            until=until,
+            turn=turn,
+            own=self._faster(parameters)[None] ** 2,
+            tables=self._tables(columns) if self.several and tables is None else tables,
+            rtol=rtol,
+        )
+        self._film_rates(points, pull)
+        return points
+
+    def _work(self, work: np.ndarray, reach: np.ndarray, frequency: np.ndarray) -> np.ndarray:
+        """Work vectors, see Mechanism.blend, and one more number: (numbers, points)."""
+        made = np.vstack([work, np.zeros_like(frequency)])
+        for i, (_, spot) in enumerate(self.mechanism.spots):
+            if spot.kind == BLENDED:
+                made[i] = np.maximum(spot.speed, reach[i] * frequency)
+        return made
+
+    def _starts(self) -> list[int]:
+        """Places of the parameters that point to tables."""
+        parameters = self.mechanism.layout.parameters
+        return [parameters[f"{joint.key}/film/start"] for joint in self.mechanism.sources]
+
+    def _moving(self) -> list[int]:
+        """Places of the numbers of tables that are not those of stronger films."""
+        if not (tables := tables_of(self.mechanism.scene)):
+            return []
+        _, stronger = _strengthened(tables)
+        before = self.mechanism.par[-stronger.size :]
+        return (len(self.mechanism.par) - before.size + np.flatnonzero(before != stronger)).tolist()
+
+    def _scenes(self, columns: dict[str, np.ndarray]) -> Iterator[Scene]:
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        return (self.scene_of(dict(zip(columns, row, strict=True))) for row in rows)
+
+    def _tables(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+        """Tables of points that have tables of their own: (points, numbers)."""
+        scenes = self._scenes(columns)
+        return np.array([np.concatenate([t.numbers for t in tables_of(s)]) for s in scenes])
+
+    def _stronger(self, columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Times of their errors by which the tables of points are made stronger, and the tables."""
+        if not self.several:
+            return _strengthened(tables_of(self.mechanism.scene))
+        made = [_strengthened(tables_of(scene)) for scene in self._scenes(columns)]
+        times, tables = zip(*made, strict=True)
+        return np.array(times), np.array(tables)
+
+    def _faster(self, par: np.ndarray) -> np.ndarray:
+        """Speeds of the one drive that moves everything, over that of the first point."""
+        drives = self.mechanism.scene.drives
+        if len(drives) != 1 or not drives[0].speed:
+            return np.ones(par.shape[1])
+        return self.summing.number(par, drives[0], "speed") / drives[0].speed
+
+    def _parameters(self, numbers: np.ndarray) -> np.ndarray:
+        """Parameters, those derived from them with them: (parameters, points)."""
+        derived = np.zeros((self.mechanism.layout.derived, numbers.shape[1]))
+        par, derive = np.concatenate([numbers, derived]), self.mechanism.structure.derive
+        with np.errstate(all="ignore"):
+            try:
+                rows = derive([*par])
+            except ValueError:  # a formula with cases takes points one by one
+                return np.array([derive(column.tolist()) for column in par.T], dtype=float).T
+        return np.array([np.broadcast_to(np.asarray(row, float), par.shape[1:]) for row in rows])
+
+    def _scales(self, start: dict[str, np.ndarray]) -> np.ndarray:
+        """Natural sizes of the states, see Mechanism.scale: (states, points)."""
+        sizes, p = start["sizes"].T, self.group.shape.coordinates
+        return np.concatenate([sizes[:p], sizes[:p] * start["scalars"].T[2], sizes[p:]])
+
+    def _film_rates(self, points: Points, pull: np.ndarray) -> None:
+        """Natural rates of films, see Run._scale_film_rates; pull: typical accelerations."""
+        mechanism, p = self.mechanism, self.group.shape.coordinates
+        rest, usual = points.y.copy(), points.scale.copy()
+        for at in mechanism.places.values():
+            rest[at : at + 2] = rest[p + at : p + at + 2] = 0.0
+        before = self.group.rates(points, rest)
+        for first in (at for joint, at in mechanism.places.items() if joint.film is not None):
+            for k in (p + first, p + first + 1):
+                moved, share = rest.copy(), usual[k] / usual[p + first]
+                moved[k] = usual[k]
+                slope, bound = np.abs(self.group.rates(points, moved)[k] - before[k]), pull * share
+                slower = bound * usual[k] / np.maximum(slope, 1e-300)
+                points.scale[k] = np.where(slope > bound, slower, usual[k])
+        for row, (first, _) in enumerate(self.group.shape.films):
+            for k, name in ((p + first, "rate_x"), (p + first + 1, "rate_y")):
+                points.films[name][row] = points.scale[k]
+
+    def _compare(self, tried: list[tuple[dict, Run]]) -> None:
+        """Compare the numbers of runs with those of points. Raises Unsuited where they differ."""
+        names = self.columns
+        points = self.points({n: np.array([values[n] for values, _ in tried]) for n in names})
+        head, n = len(points.par), self.group.shape.states
+        tables = points.tables if self.several else [self.mechanism.par[head:]] * len(tried)
+        films = [i for _, i in self.group.shape.films]
+        for place, (_, run) in enumerate(tried):
+            state = run.state
+            pairs = {
+                "parameters": (run.mechanism.par[:head], points.par[:, place]),
+                "tables": (run.mechanism.par[head:], tables[place]),
+                "start": (state.y, points.y[:, place]),
+                "work": (state.work, points.work[:, place]),
+                "natural sizes": (state.scale[:n], points.scale[:, place]),
+                "length": (run.span.until, points.until[place]),
+                "longest step": (state.longest_step, points.longest[place]),
+            }
+            pairs |= {
+                f"film {name}": (state.contacts[films, column], points.films[name][:, place])
+                for name, column in FILMS.items()
+            }
+            for what, (one, other) in pairs.items():
+                one, other = np.asarray(one), np.asarray(other)
+                if one.shape != other.shape or (np.abs(one - other) > SAME * np.abs(one)).any():
+                    raise Unsuited(f"the {what} of its points do not follow from its parameters")
+
+    # --- results
+    @property
+    def block(self) -> int:
+        """Number of points that are run at a time."""
+        room = max(TRACKED // max(self.summing.kept, 1), 1)
+        return min(room, max(STEPS // self.summing.steps, TOGETHER))
+
+    def answers(self, points: Points, threads: int) -> Answers:
+        """Results of points."""
+        return self.group.run(points, threads, self.options.get("max_steps"))
+
+    def errors(
+        self, columns: dict[str, np.ndarray], answers: Answers, threads: int
+    ) -> dict[str, np.ndarray]:
+        """Stated errors of points that have run, see accuracy/companion.py; not a number where a
+        companion fails.
+        """
+        rtol = beside_at(self.run.solver.rtol)
+        points = self.points(columns, rtol)
+        other = film = self.answers(points, threads)
+        good, times = other.status == status.DONE, np.ones(len(points.until))
+        if tables_of(self.mechanism.scene):
+            times, tables = self._stronger(columns)
+            film = self.answers(self.points(columns, rtol, tables), threads)
+            good &= film.status == status.DONE
+        stated = self.summing.errors((answers, other, film), points, times)
+        return {name: np.where(good, values, np.nan) for name, values in stated.items()}
+
+
+def _strengthened(tables: list) -> tuple[float, np.ndarray]:
+    """Times of their errors by which film tables are made stronger, and their numbers then."""
+    times = times_of(t for t in tables if isinstance(t, Tabulated))
+    parts = [
+        t.stronger(1.0 + times * t.error) if isinstance(t, Tabulated) and times else t.numbers
+        for t in tables
+    ]
+    return times or 1.0, np.concatenate(parts)
+
+
+class Lanes:
+    """Points of a sweep in lanes, as far as they suit.
+
+    Groups and their first points are those of all points, whichever are still to be run: no number
+    depends on a restart.
+
+    case: of the definition; about: what all its points are made from. reasons: why points are left
+        to the ordinary way; count: points that ran in lanes.
+    """
+
+    def __init__(self, definition: Definition, case: Case, about: dict):
+        self.definition, self.case, self.about = definition, case, about
+        self.reasons: dict[str, int] = {}
+        self.count = 0
+        columns = definition.points.columns
+        self.numbers = {n: np.array(columns[n]) for n in definition.spread}
+        fixed = [v for v in columns.values() if not all(isinstance(number, float) for number in v)]
+        self.kinds = list(zip(*fixed, strict=True)) or [()] * len(definition.points)
+        self.groups: dict[tuple, Together | str] = {}
+
+    def outcomes(self, pending: Sequence[int], threads: int) -> Iterator[list[Outcome]]:
+        """Outcomes of those that suit, block by block."""
+        for together, indices in self._suited(pending):
+            try:
+                for begin in range(0, len(indices), together.block):
+                    yield self._run(together, indices[begin : begin + together.block], threads)
+            except Unsuited as error:
+                self._left(str(error), len(indices))
+
+    def suited(self, pending: Sequence[int]) -> list[int]:
+        """Those that suit."""
+        return [index for _, indices in self._suited(pending) for index in indices]
+
+    def _left(self, reason: str, count: int) -> None:
+        self.reasons[reason] = self.reasons.get(reason, 0) + count
+
+    def _suited(self, pending: Sequence[int]) -> Iterator[tuple[Together, list[int]]]:
+        """Points that differ in real numbers only, group by group."""
+        if _off():
+            return
+        if reason := self._unfit():
+            self._left(reason, len(pending))
+            return
+        members: dict[tuple, list[int]] = {}
+        for index in pending:
+            members.setdefault(self.kinds[index], []).append(index)
+        for kind, indices in members.items():
+            if kind not in self.groups:
+                self.groups[kind] = self._together(kind)
+            if isinstance(together := self.groups[kind], str):
+                self._left(together, len(indices))
+                continue
+            has = together.spread.has({n: self.numbers[n][indices] for n in together.columns})
+            if not has.all():
+                self._left("their values are impossible", int((~has).sum()))
+            yield together, np.array(indices)[has].tolist()
+
+    def _unfit(self) -> str:
+        """The reason why no point of the sweep can go in lanes; none where some may."""
+        definition = self.definition
+        if definition.files or definition.own:
+            return "runs have files" if definition.files else "metrics of your own"
+        if unknown := sorted(set(definition.options) - OPTIONS - {"error"}):
+            return f"option {unknown[0]}"
+        return "" if "turns" in definition.options else "their length is not in turns"
+
+    def _together(self, kind: tuple) -> Together | str:
+        """All points of a kind; the reason where they do not suit."""
+        group = [index for index, one in enumerate(self.kinds) if one == kind]
+        if len(group) < FEWEST:
+            return f"fewer than {FEWEST} of a kind"
+        values, options = self.definition.values(group[0]), self.definition.run_options
+
+        def scene(swept: dict) -> Scene:
+            return self.case.scene(**(values | swept))
+
+        columns = {n: v[group] for n, v in self.numbers.items() if np.ptp(v[group])}
+        good = possible(lambda swept: prepare(scene(swept), **options), columns)
+        if good.sum() < FEWEST:
+            return f"fewer than {FEWEST} have possible values"
+        try:
+            return Together(
+                scene,
+                {n: v[good] for n, v in columns.items()},
+                options,
+                self.definition.settle,
+                self.definition.options.get("error"),
+            )
+        except (Unsuited, Irregular) as error:
+            return str(error)
+        except (ValueError, TypeError) as error:  # an impossible scene
+            return f"their numbers are not worked out together ({error})"
+
+    def _run(self, together: Together, indices: list[int], threads: int) -> list[Outcome]:
+        """Outcomes of a block, those that are sound."""
+        began = time.perf_counter()
+        columns = {n: self.numbers[n][indices] for n in together.columns}
+        made = self._made(together, columns, indices, threads)
+        wall = (time.perf_counter() - began) / len(indices)
+        self.count += len(made)
+        return [replace(outcome, wall=wall, loop=wall, together=True) for outcome in made]
+
+    def _made(
+        self,
+        together: Together,
+        columns: dict[str, np.ndarray],
+        indices: list[int],
+        threads: int,
+    ) -> list[Outcome]:
+        """Outcomes of a block, those that are sound."""
+        summing, text = together.summing, together.mechanism.structure.digest
+        about = self.about | {"text": text, "lanes": together.group.width}
+        points = together.points(columns)
+        answers = together.answers(points, threads)
+        good, steps = summing.sound(answers, points), answers.steps.tolist()
+        values = summing.metrics(answers, points)
+        if summing.stated:
+            stated = together.errors(columns, answers, threads)
+            good &= summing.stated_alike(values, stated)
+            values |= stated
+        if not good.all():
+            self._left("they failed, carry a warning or come near contact", int((~good).sum()))
+        warnings = summing.warnings(answers, points).tolist()
+        described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
+        rows = list(zip(*(values[name].tolist() for name in described), strict=True))
+        return [
+            Outcome(
+                indices[i],
+                self.definition.keys[indices[i]],
+                DONE,
+                metrics=dict(zip(described, rows[i], strict=True)),
+                known=described,
+                warnings=warnings[i],
+                steps=steps[i],
+                made=about,
+            )
+            for i in np.flatnonzero(good).tolist()
+        ]
+
+    def report(self) -> str:
+        """Number of points that ran in lanes, and the reasons of the others."""
+        if _off():
+            return "lanes are off (CLEARANCE_LANES=0)"
+        left = "; ".join(f"{count}: {reason}" for reason, count in self.reasons.items())
+        lanes = "no points in lanes"
+        if self.count:
+            lanes = f"{self.count} points in lanes, {natural_width()} at a time"
+        return f"{lanes}; the ordinary way for {left}" if left else lanes
+
+
+def check_width() -> None:
+    """Raises ValueError where CLEARANCE_LANES is no number of lanes."""
+    if not _off():
+        chosen_width()
+
+
+def _off() -> bool:
+    """True where lanes are switched off."""
+    return os.environ.get("CLEARANCE_LANES") == "0"

@@ -1,0 +1,1 @@
+"""Checks of input, units, kinds of spots, and numbers that carry many values at once."""

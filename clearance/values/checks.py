@@ -1,0 +1,159 @@
+"""Checks of user input: each raises ValueError (or TypeError) naming the field and the value."""
+
+import difflib
+import functools
+import inspect
+import math
+from collections.abc import Callable, Iterable
+
+from clearance.values.columns import Column
+
+Check = Callable[[str, object], float]
+ROUNDING = 1e-15  # by which the length of a direction may be off
+
+
+def meant(name: str, names: Iterable[str]) -> str:
+    """ " (did you mean ...?)" where a known name is close, in capitals or not; else nothing."""
+    plain = {k.lower(): k for k in names}
+    close = difflib.get_close_matches(str(name).lower(), plain, 1)
+    return f" (did you mean {plain[close[0]]}?)" if close else ""
+
+
+def answers(cls: type) -> type:
+    """Decorate a class: a TypeError for an argument that it does not have lists those that it
+    has, one for missing arguments names them.
+    """
+    made = cls.__init__
+    kinds = [
+        p for p in inspect.signature(made).parameters.values() if p.kind is not p.VAR_POSITIONAL
+    ]
+    names = [p.name for p in kinds][1:]
+    needed = [p.name for p in kinds if p.default is p.empty][1:]
+
+    @functools.wraps(made)
+    def __init__(self, *values, **named):
+        for name in named:
+            if name not in names:
+                answer = f"{meant(name, names)}; it has {', '.join(names)}"
+                raise TypeError(f"{cls.__name__} has no argument {name!r}{answer}")
+        if missing := [n for n in needed if n not in named and n not in names[: len(values)]]:
+            label = " ".join([cls.__name__, *filter(None, [named.get("name")])])
+            raise TypeError(f"{label} needs {', '.join(missing)}")
+        made(self, *values, **named)
+
+    cls.__init__ = __init__
+    return cls
+
+
+def absent(module: str, names: Iterable[str]) -> Callable[[str], object]:
+    """`__getattr__` of a module: AttributeError with the public name that may be meant."""
+
+    def __getattr__(name: str):
+        raise AttributeError(f"module {module!r} has no attribute {name!r}{meant(name, names)}")
+
+    return __getattr__
+
+
+def finite(field: str, value: object) -> float:
+    """A finite real number, returned as float."""
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        and not hasattr(value, "__float__")
+    ):
+        hint = ", in SI units, such as cl.rpm(300)" if isinstance(value, str) else ""
+        raise TypeError(f"{field} must be a number, got {value!r}{hint}")
+    try:
+        number = value if isinstance(value, Column) else float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{field} must be a number, got {value!r}") from None
+    if not number - number == 0.0:
+        raise ValueError(f"{field} must be finite, got {value!r}")
+    return number
+
+
+def bounded(outside: Callable[[float], bool], bounds: str) -> Check:
+    """A check of a number, returned as float; outside: True beyond its bounds.
+
+    The check raises ValueError naming field, bounds and value.
+    """
+
+    def check(field: str, value: object) -> float:
+        number = finite(field, value)
+        if outside(number):
+            raise ValueError(f"{field} must {bounds}, got {value!r}")
+        return number
+
+    return check
+
+
+positive = bounded(lambda number: number <= 0.0, "be positive")
+non_negative = bounded(lambda number: number < 0.0, "not be negative")
+nonzero = bounded(lambda number: number == 0.0, "not be 0")
+fraction = bounded(lambda number: not 0.0 <= number <= 1.0, "lie in [0, 1]")
+inner_fraction = bounded(lambda number: not 0.0 < number < 1.0, "lie between 0 and 1")
+at_least_one = bounded(lambda number: number < 1.0, "be at least 1")
+
+
+def share(field: str, value: object) -> float:
+    """A number > 0, also as a text: "1e-3", "5%". Raises ValueError naming the field and the
+    value.
+    """
+    if isinstance(value, str):
+        number, percent = value.strip().removesuffix("%"), value.strip().endswith("%")
+        try:
+            value = float(number) * (0.01 if percent else 1.0)
+        except ValueError:
+            raise ValueError(f"{field}: {value!r} is no number such as 1e-3 or 5%") from None
+    return positive(field, value)
+
+
+def pair(field: str, value: object) -> tuple[float, float]:
+    """Two finite numbers, returned as a tuple of floats."""
+    try:
+        x, y = value  # type: ignore[misc]
+    except (TypeError, ValueError):
+        raise TypeError(f"{field} must be a pair of numbers (x, y), got {value!r}") from None
+    return finite(f"{field}[0]", x), finite(f"{field}[1]", y)
+
+
+def direction(field: str, value: object) -> tuple[float, float]:
+    """A vector of any length but zero, returned with length 1; one of length 1 stays as it is."""
+    x, y = pair(field, value)
+    length = math.hypot(x, y)
+    if length <= 0.0:
+        raise ValueError(f"{field} must not be zero: a direction, got {value!r}")
+    if abs(length - 1.0) < ROUNDING:
+        return x, y
+    return x / length, y / length
+
+
+def place(field: str, value: object) -> tuple[float, ...]:
+    """Two finite numbers (x, y), or three (x, y, z) where z, out of the plane, is not zero; a tuple
+    of floats.
+    """
+    if isinstance(value, str) or not hasattr(value, "__len__") or len(value) != 3:
+        return pair(field, value)
+    x, y, z = (finite(f"{field}[{i}]", v) for i, v in enumerate(value))
+    return (x, y, z) if z else (x, y)
+
+
+def distinct(field: str, names: Iterable[str]) -> None:
+    """Raise ValueError for a name that stands there twice."""
+    names = list(names)
+    if twice := next((n for i, n in enumerate(names) if n in names[:i]), None):
+        raise ValueError(f"{field}: {twice!r} stands there twice")
+
+
+def identifier(field: str, value: object) -> str:
+    """A name usable in files and on the command line: no slash, no blank, not empty."""
+    if (
+        not isinstance(value, str)
+        or not value
+        or not value.isprintable()
+        or any(c in value for c in "/. ")
+    ):
+        raise ValueError(
+            f"{field} must be a non-empty name without '/', '.' or blanks, got {value!r}"
+        )
+    return value

@@ -1,0 +1,203 @@
+"""Units at the boundary: everything inside clearance is SI."""
+
+import math
+import re
+from decimal import Decimal
+
+from clearance.values.checks import meant
+
+#: unit -> (SI unit it measures in, factor)
+UNITS = {
+    "m": ("m", 1.0),
+    "cm": ("m", 1e-2),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "µm": ("m", 1e-6),
+    "nm": ("m", 1e-9),
+    "rad": ("rad", 1.0),
+    "deg": ("rad", math.pi / 180.0),
+    "rad/s": ("rad/s", 1.0),
+    "rpm": ("rad/s", math.pi / 30.0),
+    "Hz": ("rad/s", 2.0 * math.pi),
+    "s": ("s", 1.0),
+    "ms": ("s", 1e-3),
+    "us": ("s", 1e-6),
+    "min": ("s", 60.0),
+    "h": ("s", 3600.0),
+    "m/s": ("m/s", 1.0),
+    "mm/s": ("m/s", 1e-3),
+    "m/s2": ("m/s2", 1.0),
+    "Pas": ("Pa s", 1.0),
+    "P": ("Pa s", 0.1),
+    "Pa.s": ("Pa s", 1.0),
+    "mPas": ("Pa s", 1e-3),
+    "cP": ("Pa s", 1e-3),
+    "1/s": ("1/s", 1.0),
+    "K": ("K", 1.0),
+    "J/K": ("J/K", 1.0),
+    "W/K": ("W/K", 1.0),
+    "kg": ("kg", 1.0),
+    "g": ("kg", 1e-3),
+    "kgm2": ("kg m2", 1.0),
+    "gcm2": ("kg m2", 1e-7),
+    "N": ("N", 1.0),
+    "mN": ("N", 1e-3),
+    "kN": ("N", 1e3),
+    "Nm": ("N m", 1.0),
+    "kNm": ("N m", 1e3),
+    "N/m": ("N/m", 1.0),
+    "kN/m": ("N/m", 1e3),
+    "N/mm": ("N/m", 1e3),
+    "Ns/m": ("N s/m", 1.0),
+    "Nm/rad": ("N m/rad", 1.0),
+    "Nms/rad": ("N m s/rad", 1.0),
+    "kg/m3": ("kg/m3", 1.0),
+    "m2/N": ("m2/N", 1.0),
+    "mm3/Nm": ("m2/N", 1e-9),
+    "m3/J": ("m2/N", 1.0),
+    "Pa": ("Pa", 1.0),
+    "kPa": ("Pa", 1e3),
+    "Pa/m": ("Pa/m", 1.0),
+    "N/mm3": ("Pa/m", 1e9),
+    "bar": ("Pa", 1e5),
+    "MPa": ("Pa", 1e6),
+    "GPa": ("Pa", 1e9),
+}
+#: units in which people think of numbers in SI, coarse to fine
+READ_AS = {"rad/s": ("rpm",), "m": ("mm", "um"), "Pa s": ("cP",)}
+_KINDS = {kind for kind, _ in UNITS.values()}
+
+#: most digits of a decimal factor
+DECIMAL_DIGITS = 6
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_UNIT = r"[A-Za-zµ][\w/.µ ]*|(?<=\s)1/\w+"
+_QUANTITY = re.compile(rf"\s*([-+]?{_NUMBER})\s*({_UNIT})?\s*$")
+_WITH_UNIT = re.compile(rf"{_NUMBER}\s*({_UNIT})")
+
+
+def rpm(value: float) -> float:
+    """Revolutions per minute to rad/s."""
+    return si(value, "rpm")
+
+
+def mm(value: float) -> float:
+    """Millimetres to m."""
+    return si(value, "mm")
+
+
+def um(value: float) -> float:
+    """Micrometres to m."""
+    return si(value, "um")
+
+
+def cP(value: float) -> float:
+    """Centipoise to Pa s."""
+    return si(value, "cP")
+
+
+def degree(value: float) -> float:
+    """Degrees to rad."""
+    return si(value, "deg")
+
+
+def shown(value: object, units: str) -> str:
+    """A value in SI with its units, and in those that people think in: "300 rad/s (2865 rpm)"."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    text = f"{value:g} {units}" if units not in ("-", "1", "?") else f"{value:g}"
+    scaled = [(value / UNITS[other][1], other) for other in READ_AS.get(units, ())]
+    if not value or not scaled:
+        return text
+    number, other = next((pair for pair in scaled if abs(pair[0]) >= 0.1), scaled[-1])
+    return f"{text} ({number:.4g} {other})"
+
+
+def quantity(text: str, units: str | None = None) -> float:
+    """A number with an optional unit ("300rpm", "0.1 mm", "40cP", "5e-5") in SI.
+
+    units: the expected SI unit; a unit of another kind raises ValueError (kinds that this table
+        lacks pass).
+    """
+    match = _QUANTITY.match(text)
+    if match is None:
+        raise ValueError(f"{text!r} is not a number with an optional unit, such as 300rpm or 0.1mm")
+    number, unit = match.groups()
+    if unit is None:
+        return float(number)
+    unit = unit.replace(" ", "")
+    if unit not in UNITS:
+        raise ValueError(
+            f"unknown unit {unit!r} in {text!r}{meant(unit, UNITS)}; known: {', '.join(UNITS)}"
+        )
+    kind, factor = UNITS[unit]
+    if units is not None and units != kind and (units in _KINDS or units in ("-", "1")):
+        raise ValueError(
+            f"{text!r} is in {kind}, expected {units if units in _KINDS else 'a plain number'}"
+        )
+    return scaled_by(number, factor)
+
+
+def unit_in(text: str) -> str:
+    """The first unit in words of numbers, such as "60rpm:120rpm:5"; empty where there is none."""
+    units = (match[1].replace(" ", "") for match in _WITH_UNIT.finditer(text))
+    return next((unit for unit in units if unit in UNITS), "")
+
+
+def written(value: object, unit: str, digits: int = 5) -> str:
+    """A value in SI in a unit of `UNITS`; without one as it stands, and so what is no number."""
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value / UNITS[unit][1]:.{digits}g} {unit}" if unit else f"{value:.{digits}g}"
+
+
+def amount(value: object, units: tuple[str, ...] = ()) -> object:
+    """A number as it is, or from a text with a unit, which must be one of these; vectors too."""
+    if isinstance(value, list | tuple):
+        return tuple(amount(v, units) for v in value)
+    if not isinstance(value, str):
+        return value
+    for unit in units[1:]:
+        try:
+            return quantity(value, unit)
+        except ValueError:
+            continue
+    return quantity(value, units[0] if units else None)
+
+
+def labelled(label: str, value: object, units: tuple[str, ...]) -> object:
+    """The amount of a field, which an error names."""
+    try:
+        return amount(value, units)
+    except ValueError as error:
+        raise ValueError(f"{label}: {error}") from None
+
+
+def slip(value: float, units: str, low: float, high: float) -> str:
+    """A question, "; 0.06 mm?", where a number lies in a range once it has another unit; else
+    nothing.
+    """
+    others = READ_AS.get(units) or [u for u in reversed(UNITS) if UNITS[u] != (units, 1.0)]
+    fits = [u for u in others if UNITS[u][0] == units and low <= value * UNITS[u][1] <= high]
+    return f"; {value:g} {fits[0]}?" if fits else ""
+
+
+def unusual(field: str, value: object, units: str, low: float, high: float) -> str | None:
+    """A warning that names the likely unit, for a number other than 0 beyond its usual range."""
+    if not isinstance(value, int | float) or not value or low <= abs(value) <= high:
+        return None
+    between = f"up to {high:g}" if not low else f"{low:g} to {high:g}"
+    return f"{field} is {value:g} {units}, usual is {between}{slip(abs(value), units, low, high)}"
+
+
+def si(value: float, unit: str) -> float:
+    """A value in a unit of `UNITS` in SI, as `quantity` reads it; arrays element by element."""
+    factor = UNITS[unit][1]
+    return value * factor if hasattr(value, "__len__") else scaled_by(repr(float(value)), factor)
+
+
+def scaled_by(number: str, factor: float) -> float:
+    """A decimal number times a factor; rounded once where the factor is decimal, as 1e-6 is."""
+    exact = Decimal(repr(factor))
+    if len(exact.as_tuple().digits) > DECIMAL_DIGITS:
+        return float(number) * factor
+    return float(Decimal(number) * exact)
