@@ -28,8 +28,8 @@ from clearance.elements.regimes import (
 from clearance.lanes.point_numbers import Irregular, Spread, leaves_of
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, acceleration_of, energy_of
-from clearance.metrics.metrics import Window, periodicity
-from clearance.metrics.of_points import is_dry, of_point
+from clearance.metrics.metrics import Metric
+from clearance.metrics.of_points import of_point
 from clearance.results.extremes import Extremes, stretch_length
 from clearance.results.integrals import Integrals
 from clearance.results.recorder import CONTACT_KINDS, EVENT_COLUMNS, MemoryRecord, MemorySink
@@ -41,7 +41,6 @@ from clearance.scene.scene import Scene
 from clearance.simulation import prepare
 from clearance.stepping import status
 from clearance.stepping.state import LOG_COLUMNS
-from clearance.sweeping.dry import Ran, Sums, Unlike
 
 MOST = 4_000_000  # numbers of a run's output that a family keeps
 #: parts of the paths of outputs that every run is judged by
@@ -169,7 +168,7 @@ class Family:
             for j in self.joints
         )
         self.doubts = sum(len(j.doubts()) for j in first.mechanism.scene.joints)
-        self._take_sums(record)
+        self.known = {n: (m.units, m.text) for n, m in self._metrics(record).items()}
 
     def _take_memory(self) -> None:
         """The run that all points are, with its mechanism."""
@@ -188,23 +187,9 @@ class Family:
         other._take_memory()
         return other
 
-    def _take_sums(self, record: MemoryRecord) -> None:
-        """Metrics by name with units and texts; how those of many points are made at once, where
-        they are the same for one.
-        """
-        ideal = stretched(self.motion, rate_of(self.scene))
-        made = of_point(record, self.settle, ideal)
-        self.known = {name: (m.units, m.text) for name, m in made.items()}
-        self.sums = None
-        if not is_dry(self.scene):
-            return
-        place = {path: i for path, (i, _) in self.channels.items()}
-        with suppress(Unlike):
-            self.sums = Sums(record, place, self.labels, self.motion, self.settle)
-        middle = {name: np.array([value]) for name, value in self.spread.base.items()}
-        actual = self.found(middle)[0]
-        if actual is None or actual.metrics != {name: m.value for name, m in made.items()}:
-            self.sums = None
+    def _metrics(self, record: MemoryRecord) -> dict[str, Metric]:
+        """Metrics of a record of the scene that is described."""
+        return of_point(record, self.settle, stretched(self.motion, rate_of(self.scene)))
 
     def _describe(self, mechanism: Mechanism) -> None:
         """The description of a scene whose varying numbers can be set, and their places."""
@@ -220,7 +205,7 @@ class Family:
     def _looked_at(self, record: MemoryRecord) -> set[str]:
         """Paths of the channels that the metrics of a run look at."""
         noted = Noted(record)
-        of_point(noted, self.settle, stretched(self.motion, rate_of(self.scene)))
+        self._metrics(noted)
         return noted.looked
 
     # --- points
@@ -233,31 +218,17 @@ class Family:
         if not has.any():
             return points
         starts = self.spread.starts({n: column[has] for n, column in columns.items()})
-        runs: dict[int, Ran] = {}
         for k, i in enumerate(np.flatnonzero(has).tolist()):
             start = {n: v[k] for n, v in starts.items()}
             values = {n: column[i].item() for n, column in columns.items()}
             with suppress(Exception):  # the ordinary way gives the reason
-                runs[i] = self._ran(start, values)
-        try:
-            summed = self._all(list(runs.values()))
-        except Unlike:
-            self.sums = None
-            return self.found(columns)
-        for (i, ran), numbers in zip(runs.items(), summed, strict=True):
-            points[i] = Found(numbers, self.known, ran.warnings, ran.steps, ran.loop, self.digest)
+                points[i] = self._point(start, values)
         return points
 
-    def _all(self, runs: list[Ran]) -> list[dict[str, float]]:
-        """Metrics of runs: all at once where they are dry, else as each has them. Raises Unlike."""
-        if self.sums is None or not runs:
-            return [ran.metrics for ran in runs]
-        return self.sums.of(runs, self.known)
-
-    def _ran(self, start: dict[str, np.ndarray], values: dict[str, float]) -> Ran:
+    def _point(self, start: dict[str, np.ndarray], values: dict[str, float]) -> Found:
         """Run a point. Raises Apart, and what a law raises."""
         run, state = self.run, self.run.state
-        turn = self._begin(start)
+        self._begin(start)
         began = time.perf_counter()
         pieces = self._pieces()
         loop = time.perf_counter() - began
@@ -265,37 +236,15 @@ class Family:
         self._check_ledger(pieces[0][3], log, rows)
         if not np.isfinite(rows).all():
             raise Apart
-        extremes = run.watched.extremes(state)
-        contacts = np.concatenate([impacts, run.open_contacts().reshape(-1, impacts.shape[1])])
-        output = times, rows, contacts, extremes, run.integrals
-        return Ran(
-            *output,
-            turn,
-            rate_of(self.scene),
-            self._metrics(*output, len(impacts)),
-            self._warnings(extremes, (times[-1], rows[-1]), values),
-            int(state.steps),
-            loop,
-        )
-
-    def _metrics(self, times, rows, contacts, extremes, integrals, over: int) -> dict[str, float]:
-        """Metrics of a run, where all are summed at once those alone of its periodicity.
-
-        over: number of the contacts that the end does not cut off.
-        """
-        if self.sums is not None and "period" not in self.known:
-            return {}
-        output = times, rows, self._events(contacts, over), extremes, integrals
+        extremes, events = run.watched.extremes(state), self._events(impacts)
+        output = times, rows, events, extremes, run.integrals
         record = Part(self.groups, self.channels, self.scene, *output)
-        if self.sums is None:
-            made = of_point(record, self.settle, stretched(self.motion, rate_of(self.scene)))
-            return {name: m.value for name, m in made.items()}
-        if "period" not in self.known:
-            return {}
-        return {n: float(v) for n, v, *_ in periodicity(record, Window.of(record, self.settle))}
+        metrics = {name: m.value for name, m in self._metrics(record).items()}
+        warnings = self._warnings(extremes, (times[-1], rows[-1]), values)
+        return Found(metrics, self.known, warnings, int(state.steps), loop, self.digest)
 
-    def _begin(self, start: dict[str, np.ndarray]) -> float:
-        """Put the run to the start of a point; the time of its turn [s], 0 for none."""
+    def _begin(self, start: dict[str, np.ndarray]) -> None:
+        """Put the run to the start of a point."""
         run, mechanism, state = self.run, self.mechanism, self.run.state
         state.restore(self.image)
         numbers = start["numbers"]
@@ -321,7 +270,6 @@ class Family:
         state.end = run.span.until
         for i, container, key in self.leaves:
             container[key] = float(start["leaves"][i])
-        return turn
 
     def _pieces(self) -> list[tuple[np.ndarray, ...]]:
         """Run to the end: times, rows, contacts and steps, piece by piece."""
@@ -358,13 +306,13 @@ class Family:
         if not (np.isfinite(log).all() and moved <= doubt * turned):
             raise Apart
 
-    def _events(self, table: np.ndarray, over: int) -> dict[str, np.ndarray]:
-        """Contacts as a record has them; over: number of those that the end does not cut off."""
-        if self.sums is not None:
-            return {}
+    def _events(self, impacts: np.ndarray) -> dict[str, np.ndarray]:
+        """Contacts as a record has them: those that are over, then those that the end cuts off."""
+        table = np.concatenate([impacts, self.run.open_contacts().reshape(-1, impacts.shape[1])])
         events = {n: table[:, i] for i, n in enumerate(EVENT_COLUMNS, 1)}
         events["joint"] = np.array([self.labels[int(j)] for j in table[:, 0]], dtype=str)
-        events["kind"] = np.repeat(CONTACT_KINDS, [over, len(table) - over])
+        cut_off = len(table) - len(impacts)
+        events["kind"] = np.repeat(CONTACT_KINDS, [len(impacts), cut_off])
         return events
 
     def _warnings(self, extremes: Extremes, last: tuple, values: dict[str, float]) -> int:
