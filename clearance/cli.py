@@ -150,7 +150,7 @@ def _words(error: OSError) -> str:
 
 def _full(error: OSError) -> bool:
     """The disk is full: the input was right, and another try may do."""
-    from clearance.results.recorder import FULL
+    from clearance.results.stream import FULL
 
     return error.errno in FULL
 

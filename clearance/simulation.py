@@ -19,10 +19,10 @@ from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.metrics import metrics
 from clearance.results.errors import AUTO, asks
-from clearance.results.recorder import FileSink, Unwritable, chosen
 from clearance.results.result import MemoryResult, Record, Result, temporary_file
 from clearance.results.run_warning import warn
-from clearance.results.short_file import ShortSink
+from clearance.results.short_file import ShortFile
+from clearance.results.stream import Stream, Unwritable, chosen
 from clearance.run import pressure_fields as fields
 from clearance.run.checkpoint import PartsSink, opened_in
 from clearance.run.interrupts import DeferredSignals
@@ -36,7 +36,7 @@ LOG = logging.getLogger("clearance")
 SHORT = 1_000_000  # largest count of numbers of a run that is held in memory until its end
 
 
-Sink = FileSink | PartsSink | ShortSink
+Sink = Stream | PartsSink | ShortFile
 
 
 class SimulationError(RuntimeError):
@@ -299,10 +299,10 @@ def write(
     statement = None if reason else Statement(run, settle, output.checkpoint is not None, pair)
 
     def record(sink, check: Callable[[], None]) -> str | None:
-        sink = sink if statement is None else statement.remembering(sink)
         return run.record(sink, progress, output.checkpoint, check)
 
-    return _placed(run, output, record, (statement and statement.add, more), reason)
+    adds = statement and statement.add, more
+    return _placed(run, output, record, adds, reason, remembering=statement is not None)
 
 
 def answer(
@@ -343,7 +343,7 @@ def _handed_on(
     """The file of an answer."""
 
     def record(sink, check: Callable[[], None]) -> None:
-        reached.attempt.kept.hand_on(sink)
+        reached.attempt.memory.replay(sink)
 
     adds = partial(add_errors, reached.errors), more
     return _placed(reached.attempt.run, output, record, adds, "")
@@ -355,6 +355,7 @@ def _placed(
     record: Callable[..., str | None],
     adds: Sequence[Callable[[Sink], None] | None],
     reason: str,
+    remembering: bool = False,
 ) -> Result:
     """The result of a run that `record` puts into a sink; adds: add the errors of its numbers and
     more to the finished file.
@@ -366,7 +367,7 @@ def _placed(
     try:
         try:
             with DeferredSignals() as held:
-                sink = _sink(run, output, reason)
+                sink = _sink(run, output, reason, remembering)
                 failure = record(sink, held.check)
             for add in filter(None, adds if failure is None else ()):
                 add(sink)
@@ -394,10 +395,10 @@ def _placed(
     return result
 
 
-def _sink(run: Run, output: Output, reason: str) -> Sink:
+def _sink(run: Run, output: Output, reason: str, remembering: bool) -> Sink:
     """Sink of a run's output: in memory where it is short, with checkpoints on request.
 
-    reason: why no errors are stated.
+    reason: why no errors are stated; remembering: the sink has the run as a record in the end.
     """
     channels, compression = output.channels, output.compression
     outputs = run.mechanism.layout.channels
@@ -409,7 +410,9 @@ def _sink(run: Run, output: Output, reason: str) -> Sink:
     if output.checkpoint is not None:
         chosen_output = {"channels": channels and list(channels), "compression": compression}
         return PartsSink(*options, run.identity() | chosen_output)
-    return (ShortSink if numbers <= SHORT else FileSink)(*options, run.span.samples)
+    if remembering or numbers <= SHORT:
+        return ShortFile(*options, run.span.samples, remembering=remembering)
+    return Stream(*options, run.span.samples)
 
 
 def _left(sink, path) -> str:

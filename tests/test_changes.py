@@ -5,7 +5,7 @@ import pytest
 
 import clearance as cl
 from clearance.mechanism.build import build, changed
-from clearance.results.recorder import MemorySink
+from clearance.results.memory import Memory
 from clearance.run.observers import Observer
 from clearance.run.options import Output
 from clearance.simulation import prepare, write
@@ -44,7 +44,7 @@ def test_an_unknown_name_is_refused(name):
 
 def recorded(run):
     """The record of a run in memory."""
-    sink = MemorySink(run.mechanism.layout.channels, {})
+    sink = Memory(run.mechanism.layout.channels, {})
     assert run.record(sink) is None
     return sink.record
 
@@ -98,7 +98,7 @@ def test_a_journal_outside_its_changed_clearance_is_refused():
     run = prepare(scene, turns=0.1, samples_per_turn=50)
     run.every(0.05 * scene.turn, lambda r: r.change({"joints/C/clearance": 1e-7}))
     with pytest.raises(ValueError, match="joint C: its journal lies outside the changed clearance"):
-        run.record(MemorySink(run.mechanism.layout.channels, {}))
+        run.record(Memory(run.mechanism.layout.channels, {}))
 
 
 def oscillator(path, progress=None):

@@ -12,7 +12,7 @@ import clearance as cl
 from clearance.mechanism.build import build
 from clearance.mechanism.dead_centre import Motion, dead_centre
 from clearance.motions.maps import NotPeriodic
-from clearance.results.recorder import MemorySink
+from clearance.results.memory import Memory
 from clearance.simulation import prepare, reopened
 from clearance.stepping import status
 from tests.seeds import few_of
@@ -84,7 +84,7 @@ def test_M5_a_short_rod_that_is_driven_cannot_go_on():
 def test_M5_a_crank_that_turns_all_the_way_has_no_dead_centre(drive):
     """A rod of 1.2 cranks: the determinant stays above sin(acos(1 / 1.2)) = 0.55."""
     run = prepare(slider_crank(0.072, **drive), until=2.0, samples=200)
-    sink = MemorySink(run.mechanism.layout.channels, {})
+    sink = Memory(run.mechanism.layout.channels, {})
     assert run.record(sink) is None
     assert not run.observers[0].diagnosis.look_for_dead_centre()
 

@@ -12,7 +12,7 @@ import pytest
 
 import clearance as cl
 from clearance import simulation
-from clearance.results.recorder import FileSink, Unwritable
+from clearance.results.stream import Stream, Unwritable
 from clearance.run import checkpoint
 from clearance.run import run as running
 from tests.seeds import few_of
@@ -165,7 +165,7 @@ def test_a_checkpoint_that_finds_no_room_keeps_the_one_before(tmp_path, monkeypa
 
 
 def test_a_call_from_python_has_the_result(tmp_path, monkeypatch):
-    append, calls = FileSink._append, []
+    append, calls = Stream._append, []
 
     def full(sink, columns, values):
         calls.append(sink)
@@ -174,7 +174,7 @@ def test_a_call_from_python_has_the_result(tmp_path, monkeypatch):
             raise Unwritable(sink.path, 28)
         append(sink, columns, values)
 
-    monkeypatch.setattr(FileSink, "_append", full)
+    monkeypatch.setattr(Stream, "_append", full)
     with pytest.raises(
         cl.SimulationError, match="No space left on device; what fitted is stored in "
     ) as caught:
@@ -188,7 +188,7 @@ def test_a_call_from_python_has_the_result(tmp_path, monkeypatch):
 @pytest.mark.parametrize("rows", [7, 1024, 5000])
 def test_no_piece_takes_more_than_was_claimed(tmp_path, monkeypatch, compression, rows):
     """Nor opening, nor closing; many small pieces, and such that fill more than a chunk."""
-    flush, place, grown = FileSink.flush, FileSink._place, []
+    flush, place, grown = Stream.flush, Stream._place, []
 
     def measured(sink):
         before, due = sink.flushed, sink.due
@@ -201,8 +201,8 @@ def test_no_piece_takes_more_than_was_claimed(tmp_path, monkeypatch, compression
         place(sink)
 
     monkeypatch.setattr(simulation, "SHORT", 0)
-    monkeypatch.setattr(FileSink, "flush", measured)
-    monkeypatch.setattr(FileSink, "_place", closed)
+    monkeypatch.setattr(Stream, "flush", measured)
+    monkeypatch.setattr(Stream, "_place", closed)
     monkeypatch.setattr(running, "ROWS", rows)
     monkeypatch.setattr(running, "BUDGET", 20 * rows)
     path, scene = tmp_path / "run.h5", cl.load_case("six_bar_feeder", model="dry")

@@ -64,7 +64,7 @@ def test_an_interrupt_in_a_callback_ends_the_run(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["run.h5"]
 
 
-@pytest.mark.parametrize(("sink", "writes"), [("FileSink", "_place"), ("ShortSink", "_write")])
+@pytest.mark.parametrize(("sink", "writes"), [("Stream", "_place"), ("ShortFile", "_write")])
 def test_an_interrupt_while_the_file_is_closed_keeps_it_whole(tmp_path, monkeypatch, sink, writes):
     """It comes too late to end the run, and is raised once the file has its name."""
     write = getattr(getattr(simulation, sink), writes)
@@ -74,7 +74,7 @@ def test_an_interrupt_while_the_file_is_closed_keeps_it_whole(tmp_path, monkeypa
         write(sink)
 
     monkeypatch.setattr(getattr(simulation, sink), writes, written)
-    monkeypatch.setattr(simulation, "SHORT", 0 if sink == "FileSink" else simulation.SHORT)
+    monkeypatch.setattr(simulation, "SHORT", 0 if sink == "Stream" else simulation.SHORT)
     with pytest.raises(KeyboardInterrupt):
         cl.simulate(cl.load_case("slider_crank"), turns=1, path=tmp_path / "run.h5")
     assert cl.open_result(tmp_path / "run.h5").complete

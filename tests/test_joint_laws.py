@@ -21,7 +21,8 @@ from clearance.laws.film import arc_integrals, harmonic_share
 from clearance.laws.law import BoundLaw
 from clearance.laws.materials import Material, steel
 from clearance.laws.worn_asperity import moments
-from clearance.results.recorder import MemorySink, Recorder
+from clearance.results.memory import Memory
+from clearance.results.recorder import Recorder
 from clearance.run.diagnosis import Diagnosis
 from clearance.scene.law_names import ASPERITIES, CONTACTS, FRICTIONS, TRANSITIONS, Pair
 from clearance.scene.law_names import FILMS as ALL_FILMS
@@ -1192,7 +1193,7 @@ class TestMixedJoints:
             (-0.34, "joint C: penetrations reach 0.34 m"),
             (-1e-5, "a loop passed a dead centre"),
         ):
-            writer = Recorder(channels, MemorySink(channels, {}))
+            writer = Recorder(channels, Memory(channels, {}))
             writer.samples(
                 np.zeros(1),
                 np.array([[gap if c.path == "joints/C/gap" else 0.0 for c in channels]]),

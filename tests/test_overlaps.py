@@ -12,7 +12,7 @@ import pytest
 import clearance as cl
 from clearance.files import locks
 from clearance.files.locks import InUse, Lock
-from clearance.results.short_file import ShortSink
+from clearance.results.short_file import ShortFile
 from tests.test_checkpoint import same
 
 TURNS = 40
@@ -146,7 +146,7 @@ def test_R1_without_locks_both_files_are_whole(tmp_path, entire, monkeypatch):
 def test_R1_a_sweeps_image_needs_no_lock(tmp_path):
     """Two of one name are each written in one piece: whichever comes last is complete."""
     path = tmp_path / "run.h5"
-    one, two = (ShortSink(path, [], {"case": name}, locked=False) for name in "ab")
+    one, two = (ShortFile(path, [], {"case": name}, locked=False) for name in "ab")
     for sink in (one, two):
         sink.close("complete", {}, [], {}, None)
         sink.store()

@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 import clearance as cl
-from clearance.results.recorder import FileSink
+from clearance.results.stream import Stream
 from tests import mechanisms as m
 from tests.seeds import few_of
 
@@ -244,7 +244,7 @@ def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
 
 
 def test_a_killed_run_leaves_no_file_under_the_final_name(tmp_path):
-    writer = FileSink(tmp_path / "run.h5", [], {})
+    writer = Stream(tmp_path / "run.h5", [], {})
     writer.flush()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.h5.lock", "run.h5.partial"]
     writer.abandon()
@@ -354,7 +354,7 @@ def test_a_late_jump_of_energy_is_seen_in_a_long_run():
     """The watch judges stretches of the run: 8 J lost after 2000 J have been turned over are not
     forgiven.
     """
-    from clearance.results.recorder import LedgerWatch
+    from clearance.results.ledger import LedgerWatch
 
     t = np.linspace(0.0, 100.0, 20001)
     kinetic = 5.0 + 5.0 * np.sin(2 * np.pi * t)
@@ -376,7 +376,7 @@ def test_a_watch_keeps_no_rows(seed):
     """Pieces of any length are judged as all rows at once, by sums that run on: what the watch
     keeps has one size, also in a stretch that never ends.
     """
-    from clearance.results.recorder import LedgerWatch
+    from clearance.results.ledger import LedgerWatch
 
     rng = np.random.default_rng(seed)
     t = np.cumsum(rng.uniform(0.0, 1e-3, rng.integers(50, 3000)))

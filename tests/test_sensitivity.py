@@ -19,7 +19,7 @@ from clearance.metrics.metrics import Metric, metrics
 from clearance.results.reading import Damaged
 from clearance.results.result import open_result
 from clearance.results.sensitivity import Sensitivities, Sensitivity, quotient
-from clearance.results.short_file import ShortSink
+from clearance.results.short_file import ShortFile
 from clearance.scene.parameter import varied, wanted
 from clearance.simulation import prepare
 
@@ -357,7 +357,7 @@ def test_why_a_file_has_none(tmp_path, monkeypatch):
 
 def test_a_full_disk_keeps_the_run(tmp_path, monkeypatch, caplog):
     """The run stays as it was if the disk has no room for the table."""
-    monkeypatch.setattr(ShortSink, "has_room", lambda *_: False)
+    monkeypatch.setattr(ShortFile, "has_room", lambda *_: False)
     path = tmp_path / "run.h5"
     result = cl.simulate(oscillator(), until=0.1, sensitivity="bodies/block/mass", path=path)
     assert result.complete

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from clearance.results.recorder import MemoryRecord, MemorySink, Ranges
+from clearance.results.memory import Memory, MemoryRecord, Ranges
 from clearance.run.run import Run
 
 SAMPLES = 20  # a turn
@@ -25,7 +25,7 @@ def standing(run: Run) -> MemoryRecord:
     for drive in run.mechanism.scene.drives:
         if (path := f"{drive.key}/turns") in layout.output:
             rows[:, layout.output[path]] = times / turn
-    sink, none = MemorySink(layout.channels, run.attributes()), np.zeros(0)
+    sink, none = Memory(layout.channels, run.attributes()), np.zeros(0)
     sink.rows(times, rows)
     sink.close("complete", {}, [], {}, Ranges(none, none, None))
     return sink.record

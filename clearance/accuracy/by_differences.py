@@ -31,7 +31,7 @@ from clearance.machine.callback import Callback
 from clearance.metrics.metrics import Metric, metrics
 from clearance.results.errors import geometric_mean
 from clearance.results.groups import Group
-from clearance.results.recorder import MemoryRecord
+from clearance.results.memory import MemoryRecord
 from clearance.results.sensitivity import COLUMNS, Sensitivities, Sensitivity
 from clearance.run.run import Run
 from clearance.scene.parameter import Varied, Wanted, varied, wanted

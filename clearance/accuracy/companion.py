@@ -36,7 +36,7 @@ from clearance.mechanism.build import Mechanism
 from clearance.metrics.metrics import Metric, Window, metrics, offsets
 from clearance.results.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors, geometric_mean
 from clearance.results.groups import error_groups
-from clearance.results.recorder import MemoryRecord, MemorySink
+from clearance.results.memory import MemoryRecord
 from clearance.results.result import Record, Result
 from clearance.run.observers import ChangesAgain
 from clearance.run.options import Output
@@ -401,9 +401,9 @@ def distance(one: Record, other: Record, size: float) -> float:
 
 
 class Statement:
-    """Stated errors of a run that writes a file: what it puts out is remembered, compared, and
-    added to the file. A run with checkpoints, which may have been killed on its way, is read from
-    its file.
+    """Stated errors of a run that writes a file: what its sink remembers is compared, and the
+    errors are added to the file. A run with checkpoints, which may have been killed on its way, is
+    read from its file.
 
     pair: puts companions beside the record (default: the run from the same start).
     """
@@ -417,12 +417,7 @@ class Statement:
     ):
         self.run, self.settle = run, settle
         self.pair = pair or partial(paired, run, Start.of(run))
-        memory = MemorySink(run.mechanism.layout.channels, run.attributes())
-        self.memory = None if checkpoints else memory
-
-    def remembering(self, sink):
-        """A sink that also keeps what it is given here."""
-        return sink if self.memory is None else Remembering(sink, self.memory)
+        self.checkpoints = checkpoints
 
     def add(self, sink) -> None:
         """Add the stated errors to the record of a sink that has ended; where there are none, a
@@ -440,7 +435,7 @@ class Statement:
         add_errors(errors, sink)
 
     def _record(self, sink) -> AbstractContextManager[Record]:
-        return Result(sink.path) if self.memory is None else nullcontext(self.memory.record)
+        return Result(sink.path) if self.checkpoints else nullcontext(sink.record)
 
 
 def add_errors(errors: Errors, sink) -> None:
@@ -454,25 +449,3 @@ def add_errors(errors: Errors, sink) -> None:
 def size_of(mechanism: Mechanism) -> float | None:
     """Size of a mechanism [m]; None where nothing is integrated."""
     return mechanism.start.size if mechanism.size else None
-
-
-class Remembering:
-    """A sink that keeps in memory what it hands on."""
-
-    def __init__(self, sink, memory: MemorySink):
-        self.sink, self.memory = sink, memory
-
-    def __getattr__(self, name: str):
-        return getattr(self.sink, name)
-
-    def rows(self, times: np.ndarray, rows: np.ndarray) -> None:
-        self.sink.rows(times, rows)
-        self.memory.rows(times, rows)
-
-    def impacts(self, joints: list[str], rows: np.ndarray, kind: str) -> None:
-        self.sink.impacts(joints, rows, kind)
-        self.memory.impacts(joints, rows, kind)
-
-    def close(self, *summary) -> None:
-        self.sink.close(*summary)
-        self.memory.close(*summary)

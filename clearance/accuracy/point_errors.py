@@ -6,7 +6,7 @@ from clearance.accuracy.companion import Parted, Start, paired, reason_without, 
 from clearance.accuracy.request import Ladder, Request
 from clearance.metrics.metrics import Metric
 from clearance.results.errors import Errors, asks
-from clearance.results.recorder import MemoryRecord
+from clearance.results.memory import MemoryRecord
 from clearance.run.run import Run
 
 
@@ -33,7 +33,7 @@ class Stating:
             return self.run.record(keeper)
         answer = Ladder(self.run, self.request, self.settle, summed).climb()
         self.errors, keeper.run = answer.errors, answer.attempt.run
-        answer.attempt.kept.hand_on(keeper)
+        answer.attempt.memory.replay(keeper)
         return answer.cannot or None
 
     def columns(self, record: MemoryRecord, values: dict[str, Metric], summed) -> dict[str, Metric]:

@@ -32,7 +32,7 @@ from clearance.accuracy.companion import (
 )
 from clearance.metrics.metrics import metrics
 from clearance.results.errors import TRAJECTORY, Error, Errors, share
-from clearance.results.recorder import MemoryRecord, MemorySink
+from clearance.results.memory import Memory, MemoryRecord
 from clearance.run.interrupts import DeferredSignals
 from clearance.run.run import Run
 from clearance.values import checks
@@ -139,47 +139,17 @@ def names(run: Run, summed: Summed) -> set[str]:
     return {*summed(standing(run)), *run.extremes.names, TRAJECTORY}
 
 
-class Kept:
-    """A sink that keeps all it is given: as a record, and to be handed on later."""
-
-    def __init__(self, run: Run):
-        self.memory, self.calls = MemorySink(run.mechanism.layout.channels, run.attributes()), []
-
-    def rows(self, times, rows) -> None:
-        self.memory.rows(times, rows)
-        self.calls.append(("rows", times.copy(), rows))
-
-    def impacts(self, joints, rows, kind) -> None:
-        self.memory.impacts(joints, rows, kind)
-        self.calls.append(("impacts", joints, rows.copy(), kind))
-
-    def steps(self, log) -> None:
-        self.calls.append(("steps", log.copy()))
-
-    def flush(self) -> None:
-        self.calls.append(("flush",))
-
-    def close(self, *summary) -> None:
-        self.memory.close(*summary)
-        self.calls.append(("close", *summary))
-
-    def hand_on(self, sink) -> None:
-        """Give all of it to another sink."""
-        for name, *values in self.calls:
-            getattr(sink, name)(*values)
-
-
 @dataclass(frozen=True)
 class Attempt:
-    """A run of the ladder: its sink, and why it ended early, None where it did not."""
+    """A run of the ladder in memory, and why it ended early, None where it did not."""
 
     run: Run
-    kept: Kept
+    memory: Memory
     failure: str | None
 
     @property
     def record(self) -> MemoryRecord:
-        return self.kept.memory.record
+        return self.memory.record
 
 
 @dataclass(frozen=True)
@@ -296,7 +266,7 @@ class Ladder:
         run.state.y[:], run.state.work[:] = self.start.y, self.start.work
         self.runs.append(rtol)
         run.started, run.options = self.run.started, self.run.options
-        output = Kept(run)
+        output = Memory(run.mechanism.layout.channels, run.attributes(), logs=True)
         with DeferredSignals() as held:
             failure = run.record(output, self.progress, check=held.check)
         return Attempt(run, output, failure)

@@ -20,7 +20,7 @@ from clearance.lanes.watch import Quantity, Reduction, Watch
 from clearance.metrics.metrics import ROUNDING, Metric, Window, periodicity
 from clearance.metrics.of_points import of_point
 from clearance.results.extremes import along, guides
-from clearance.results.recorder import MemoryRecord, MemorySink
+from clearance.results.memory import Memory, MemoryRecord
 from clearance.run.diagnosis import doubtful
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.run import Run
@@ -106,7 +106,7 @@ class Summing:
             run.span,
             settle,
         )
-        sink = MemorySink(run.mechanism.layout.channels, run.attributes())
+        sink = Memory(run.mechanism.layout.channels, run.attributes())
         if failure := run.record(sink):
             raise Unsuited(f"its first point fails: {failure}")
         self.record: MemoryRecord = sink.record

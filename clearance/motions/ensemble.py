@@ -10,7 +10,8 @@ from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.dead_centre import DeadCentre, transferred
 from clearance.metrics.by_turn import Series, by_turn
 from clearance.metrics.statistics import FEWEST
-from clearance.results.recorder import MemoryRecord, MemorySink, Ranges, Recorder
+from clearance.results.memory import Memory, MemoryRecord, Ranges
+from clearance.results.recorder import Recorder
 from clearance.run.observers import Observer, Recording
 from clearance.run.options import SAMPLES_PER_TURN, Solver, Span
 from clearance.run.run import Run
@@ -95,7 +96,7 @@ class Turning:
             run.state.work[mechanism.layout.carried_places] = carried
         self.latest, floor = _Latest(mechanism), solver.rtol * mechanism.energy
         channels = mechanism.layout.channels
-        self.judge = _Judge(run, Recorder(channels, MemorySink(channels, {}), True, floor))
+        self.judge = _Judge(run, Recorder(channels, Memory(channels, {}), True, floor))
         run.observers += [self.latest, self.judge]
         self.turns = 0
         self.pieces: dict[str, list[np.ndarray]] = {}
@@ -162,7 +163,7 @@ class _Latest(Observer):
 
     def record(self, run: Run) -> MemoryRecord:
         """All that is stored, contacts that go on among it."""
-        sink, going_on = MemorySink(self.channels, self.about), run.open_contacts()
+        sink, going_on = Memory(self.channels, self.about), run.open_contacts()
         for times, rows in self.output:
             sink.rows(times, rows)
         for spots, rows in self.touches:

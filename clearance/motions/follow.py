@@ -20,8 +20,8 @@ from clearance.motions.branch import DOUBLING, FOLD, LARGEST, LOCATED, POINTS, F
 from clearance.motions.maps import NotPeriodic
 from clearance.motions.steady import tolerance_of
 from clearance.results.extremes import along, guides
-from clearance.results.recorder import chosen
 from clearance.results.result import replacing, save_tables
+from clearance.results.stream import chosen
 from clearance.run.inputs import accept, differences, of_case
 from clearance.scene.catalogue import AnyCase, case_with
 from clearance.values import checks

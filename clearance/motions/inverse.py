@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from clearance.motions.prescribed import Explicit
-from clearance.results.recorder import FileSink, MemorySink, Recorder, Unwritable
+from clearance.results.memory import Memory
+from clearance.results.recorder import Recorder
 from clearance.results.result import Record, Result
+from clearance.results.stream import Stream, Unwritable
 from clearance.run.limits import Demand, affordable
 from clearance.run.options import span_of
 from clearance.scene.scene import Scene
@@ -57,9 +59,9 @@ def _recorded(solver: Explicit, times, rows, failure, wall: float, path) -> Reco
     attributes = solver.scene.provenance | {"kernel": texts["observe"]}
     channels = solver.channels
     if path is None:
-        sink = MemorySink(channels, attributes)
+        sink = Memory(channels, attributes)
     else:
-        sink = FileSink(Path(path), channels, attributes, expected=times.size)
+        sink = Stream(Path(path), channels, attributes, expected=times.size)
     writer = Recorder(channels, sink)
     for joint in solver.scene.joints:
         writer.know(f"joints/{joint.name}", **joint.facts)

@@ -21,7 +21,7 @@ from clearance.accuracy.companion import LOOSER, LOOSEST, Pair, Parted, strength
 from clearance.accuracy.horizon import NotSolved
 from clearance.motions.maps import Motion, NotPeriodic, Section
 from clearance.motions.shooting import Fixed
-from clearance.results.recorder import MemoryRecord
+from clearance.results.memory import MemoryRecord
 from clearance.results.result import Record
 from clearance.run.run import Run
 

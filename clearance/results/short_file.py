@@ -11,26 +11,8 @@ import numpy as np
 from clearance.results import hdf5_image
 from clearance.results.groups import Group
 from clearance.results.hdf5_image import Attributes, Image, Unknown
+from clearance.results.memory import SOLVER_COLUMNS, Memory, Ranges
 from clearance.results.reading import checked
-from clearance.results.recorder import (
-    CHUNK,
-    EVENT_COLUMNS,
-    FULL,
-    SOLVER_COLUMNS,
-    STEP_LOG,
-    FileSink,
-    ImageSink,
-    Ranges,
-    Unwritable,
-    chosen,
-    closing,
-    filters,
-    fits_path,
-    lock_of,
-    opening,
-    ranged,
-    spots,
-)
 from clearance.results.result import (
     DIMENSIONS,
     EVENT_TEXTS,
@@ -41,19 +23,36 @@ from clearance.results.result import (
     replacing,
     temporary_file,
 )
+from clearance.results.stream import (
+    CHUNK,
+    FULL,
+    STEP_LOG,
+    ImageSink,
+    Stream,
+    Unwritable,
+    chosen,
+    closing,
+    filters,
+    fits_path,
+    lock_of,
+    opening,
+    ranged,
+    spots,
+)
 
 PATIENCE = 1.0  # seconds of wall time after which a run is no short one
 MOST_IMAGES = 8  # that a process keeps
 _images: dict[tuple, Image] = {}
 
 
-class ShortSink:
+class ShortFile(Memory):
     """Keeps what a run puts out; `store` makes its file, at a path or as `image` where there is
     none.
 
     lasting: a run that has not ended after PATIENCE goes on in a file, as long runs do, which keeps
         what was computed before it where the process is killed.
     locked: nobody else may write a run of this name meanwhile.
+    remembering: `record` holds all of it also where the run went on in a file.
     """
 
     image = b""
@@ -68,10 +67,12 @@ class ShortSink:
         expected: int = CHUNK,
         lasting: bool = True,
         locked: bool = True,
+        remembering: bool = False,
     ):
-        self.given = None if path is None else Path(path)
-        self.channels, self.kept = channels, chosen(channels, keep)
-        self.logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
+        logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
+        super().__init__(channels, attributes, logs)
+        self.given, self.remembering = None if path is None else Path(path), remembering
+        self.kept = chosen(channels, keep)
         self.options = channels, attributes, keep, compression, expected
         self.rows_in_chunk = min(max(expected, 1), CHUNK)
         self.lock = None
@@ -79,10 +80,8 @@ class ShortSink:
             self._check_path(locked)
         self.about = opening(attributes)
         filters(compression)
-        self.pieces: list[tuple] = []
-        self.ended: tuple | None = None
         self.groups: dict[str, Group] = {}
-        self.stream: FileSink | None = None
+        self.stream: Stream | None = None
         self.lasting, self.began, self.stored = lasting, time.perf_counter(), False
 
     def _check_path(self, locked: bool) -> None:
@@ -94,22 +93,11 @@ class ShortSink:
         if locked:
             self.lock = lock_of(self.given)
 
-    # --- what a sink takes
-    def rows(self, times: np.ndarray, rows: np.ndarray) -> None:
-        self._take("rows", times.copy(), rows)
-
-    def impacts(self, joints: list[str], rows: np.ndarray, kind: str) -> None:
-        self._take("impacts", joints, np.array(rows), kind)
-
-    def steps(self, log: np.ndarray) -> None:
-        if self.logs:
-            self._take("steps", np.array(log))
-
     def _take(self, kind: str, *piece) -> None:
         if self.stream is not None:
             getattr(self.stream, kind)(*piece)
-        else:
-            self.pieces.append((kind, *piece))
+        if self.stream is None or self.remembering:
+            super()._take(kind, *piece)
 
     def flush(self) -> None:
         """Go on in a file once the run is no short one."""
@@ -121,17 +109,14 @@ class ShortSink:
     def go_on(self) -> None:
         """Go on in a file as long runs do. Raises Unwritable where it does not take the pieces."""
         alone = self.lock is None or self.lock.held
-        self.stream = FileSink(self.path, *self.options, alone=alone)
-        self._hand_on(self.stream)
-        self.pieces.clear()
-
-    def _hand_on(self, sink: FileSink) -> None:
-        for kind, *piece in self.pieces:
-            getattr(sink, kind)(*piece)
+        self.stream = Stream(self.path, *self.options, alone=alone)
+        self.hand_on(self.stream)
+        if not self.remembering:
+            self.pieces.clear()
 
     def close(self, *ended) -> None:
         """The end of the run; its file comes with `store`, unless it is there already."""
-        self.ended = ended
+        super().close(*ended)
         if self.stream is not None:
             self.stream.close(*ended)
 
@@ -225,7 +210,7 @@ class ShortSink:
             if key in _images:
                 return bytes(_images[key].filled(attributes, growing | tables))
         maker = ImageSink(self.given or Path("run.h5"), *self.options)
-        self._hand_on(maker)
+        self.hand_on(maker)
         maker.close(*self.ended, self.groups)
         with maker.file as file:
             if made_once:
@@ -262,26 +247,10 @@ class ShortSink:
 
     def _growing(self) -> dict[str, np.ndarray]:
         """Columns along time, contacts and steps."""
-        samples = [piece for kind, *piece in self.pieces if kind == "rows"]
-        times = np.concatenate([np.zeros(0), *(t for t, _ in samples)])
-        rows = np.concatenate([np.zeros((0, len(self.channels))), *(r for _, r in samples)]).T
-        columns = {"time": times} | {self.channels[i].path: rows[i] for i in self.kept}
-        contacts = [piece for kind, *piece in self.pieces if kind == "impacts"]
-        events = np.concatenate(
-            [np.zeros((0, 1 + len(EVENT_COLUMNS))), *(r for _, r, _ in contacts)]
-        )
-        columns |= {f"events/{n}": events[:, i] for i, n in enumerate(EVENT_COLUMNS, 1)}
-        texts = {
-            "joint": [joint for joints, *_ in contacts for joint in joints],
-            "kind": [kind for joints, _, kind in contacts for _ in joints],
-        }
-        columns |= {f"events/{n}": _encoded(texts[n]) for n in EVENT_TEXTS}
-        log = [piece for kind, *piece in self.pieces if kind == "steps"]
-        steps = np.concatenate([np.zeros((0, len(SOLVER_COLUMNS))), *(r for (r,) in log)])
+        (times, rows), contacts, steps = self.samples(), self.contacts(), self.step_log()
+        columns = {"time": times} | {self.channels[i].path: rows[:, i] for i in self.kept}
+        contacts |= {n: np.char.encode(contacts[n], "utf-8") for n in EVENT_TEXTS}
+        columns |= {f"events/{n}": values for n, values in contacts.items()}
         columns |= {f"solver/{n}": steps[:, i] for i, n in enumerate(SOLVER_COLUMNS)}
-        lengths = {"events": len(events), "solver": len(steps)}
+        lengths = {"events": len(contacts["time"]), "solver": len(steps)}
         return columns | {f"{g}/{d}": np.zeros(lengths[g]) for g, d in DIMENSIONS.items()}
-
-
-def _encoded(texts: list[str]) -> np.ndarray:
-    return np.char.encode(np.array(texts, dtype=str), "utf-8") if texts else np.zeros(0, "S1")

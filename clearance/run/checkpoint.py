@@ -18,8 +18,8 @@ import numpy as np
 from clearance.files.locks import Lock, folder_at
 from clearance.files.texts import document_of
 from clearance.results.reading import Damaged, arrays_of
-from clearance.results.recorder import FileSink, Unwritable, add_groups, has_room, lock_of
 from clearance.results.result import Result, check_replaceable, replacing
+from clearance.results.stream import Stream, Unwritable, add_groups, has_room, lock_of
 
 VERSION = 7
 STATE = "state.npz"
@@ -49,7 +49,7 @@ class PartsSink:
             "kernel": _digest(attributes["kernel"]),
         }
         self.count = 0
-        self.stretch: FileSink | None = None
+        self.stretch: Stream | None = None
         self.lock: Lock | None = None
 
     def begin(self) -> dict | None:
@@ -106,7 +106,7 @@ class PartsSink:
     def _next(self) -> None:
         channels, attributes, keep, compression = self.options
         path = self.folder / f"{self.count:04d}.h5"
-        self.stretch = FileSink(path, channels, attributes, keep, compression, alone=True)
+        self.stretch = Stream(path, channels, attributes, keep, compression, alone=True)
         self.rows, self.impacts, self.steps = (
             self.stretch.rows,
             self.stretch.impacts,
@@ -162,13 +162,13 @@ class PartsSink:
         """True where the disk has room for another copy of the finished file with more in it."""
         return has_room(self.path, more)
 
-    def _joined(self) -> FileSink:
+    def _joined(self) -> Stream:
         """All stretches in one file, not closed yet.
 
         Raises Unwritable where there is no room for it.
         """
         channels, attributes, keep, compression = self.options
-        joined = FileSink(self.path, channels, attributes, keep, compression, alone=True)
+        joined = Stream(self.path, channels, attributes, keep, compression, alone=True)
         try:
             for i in range(self.count + 1):
                 with self._stretch(i) as part:

@@ -8,7 +8,8 @@ from clearance.elements.regimes import FULL_FILM, depth_warning, hole_warning
 from clearance.machine.callback import Callback
 from clearance.mechanism.closing import last_position, lost_at, no_number
 from clearance.mechanism.dead_centre import Motion, dead_centre, opens
-from clearance.results.recorder import LedgerWatch, Recorder
+from clearance.results.ledger import LedgerWatch
+from clearance.results.recorder import Recorder
 from clearance.run.start import QUASI_STATIC, quasi_static
 from clearance.stepping import status
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from clearance.mechanism.build import Mechanism
-from clearance.results.recorder import filters
+from clearance.results.stream import filters
 from clearance.values import checks
 
 METHODS = ("dop853", "rodas5p", "radau5", "radau9")

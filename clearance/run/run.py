@@ -15,8 +15,10 @@ from clearance.machine.announce import announced
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, changed
 from clearance.mechanism.dead_centre import DeadCentre
-from clearance.results.recorder import MemoryRecord, MemorySink, Recorder, Unwritable
+from clearance.results.memory import Memory, MemoryRecord
+from clearance.results.recorder import Recorder
 from clearance.results.result import Record
+from clearance.results.stream import Unwritable
 from clearance.run import observers
 from clearance.run.checkpoint import restore
 from clearance.run.interrupts import DeferredSignals, ended
@@ -573,7 +575,7 @@ class Run:
 
         attributes: of the record, default those of this run.
         """
-        sink = MemorySink(
+        sink = Memory(
             self.mechanism.layout.channels, self.attributes() if attributes is None else attributes
         )
         with DeferredSignals() as held:

@@ -32,7 +32,7 @@ from clearance.metrics.metrics import Metric
 from clearance.metrics.of_points import of_point
 from clearance.results.extremes import Extremes, stretch_length
 from clearance.results.integrals import Integrals
-from clearance.results.recorder import CONTACT_KINDS, EVENT_COLUMNS, MemoryRecord, MemorySink
+from clearance.results.memory import CONTACT_KINDS, EVENT_COLUMNS, Memory, MemoryRecord
 from clearance.run.diagnosis import Diagnosis, doubtful
 from clearance.run.ideal_motion import rate_of, stretched, unit_motion
 from clearance.run.options import Span, longest_step
@@ -390,7 +390,7 @@ def _check(run: Run, turns: float | None) -> None:
 
 def _recorded(run: Run) -> MemoryRecord:
     """A run as it is recorded the ordinary way."""
-    sink = MemorySink(run.mechanism.layout.channels, run.attributes())
+    sink = Memory(run.mechanism.layout.channels, run.attributes())
     if (failure := run.record(sink)) is not None:
         raise Irregular(f"its middle point fails: {failure}")
     return sink.record

@@ -19,8 +19,8 @@ from clearance.files.locks import folder_at, opener
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.of_points import of_point
 from clearance.results.errors import asks
-from clearance.results.recorder import LISTED, chosen, filters
 from clearance.results.result import locked, open_result
+from clearance.results.stream import LISTED, chosen, filters
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.inputs import (
     accept,

@@ -17,9 +17,10 @@ from clearance.lanes.point_numbers import Irregular
 from clearance.lanes.possible import possible
 from clearance.metrics.metrics import Metric, own
 from clearance.metrics.of_points import of_point
-from clearance.results.recorder import FULL, FileSink, MemorySink
+from clearance.results.memory import Memory
 from clearance.results.result import Record
-from clearance.results.short_file import ShortSink
+from clearance.results.short_file import ShortFile
+from clearance.results.stream import FULL
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.inputs import common, files_named, made, modules_of
 from clearance.run.run import Run
@@ -44,8 +45,10 @@ LARGE = 8_000_000  # numbers in a run's file above which it is written as the ru
 _families: dict[tuple[str, tuple], Family | str] = {}
 
 
-class Keeper:
-    """A sink that holds a run in memory for its metrics, and also writes a file on request."""
+class Keeper(ShortFile):
+    """A sink that holds a run in memory for its metrics, and writes its file where it has a
+    path.
+    """
 
     def __init__(
         self,
@@ -65,16 +68,13 @@ class Keeper:
             made,
             stating,
         )
-        self.memory = MemorySink(channels, attributes)
-        short = run.span.samples * len(channels) < LARGE
-        sink = partial(ShortSink, lasting=False, locked=False) if short else FileSink
-        self.file = path and sink(
-            path, channels, attributes, definition.keep, definition.compression, run.span.samples
-        )
+        stored = definition.keep, definition.compression, run.span.samples
+        large = run.span.samples * len(channels) >= LARGE
+        how = {"lasting": large and path is not None, "locked": False, "remembering": True}
+        super().__init__(path, channels, attributes, *stored, **how)
         self.sensing = sensing
         self.found: dict[str, Metric] = {}
         self.missing: list[str] = []  # metrics of the user's own that failed, and why
-        self.flush = self.memory.flush
 
     def _own(self, results: dict[str, Metric]) -> dict[str, Metric]:
         taken = [
@@ -92,27 +92,11 @@ class Keeper:
     @property
     def written(self) -> tuple[int, int]:
         """Bytes and CRC-32 of the file."""
-        if self.file is None:
-            return 0, 0
-        return self.file.written if isinstance(self.file, ShortSink) else checked(self.file.path)
-
-    def rows(self, times, rows) -> None:
-        self.memory.rows(times, rows)
-        if self.file:
-            self.file.rows(times, rows)
-
-    def impacts(self, joints, rows, kind) -> None:
-        self.memory.impacts(joints, rows, kind)
-        if self.file:
-            self.file.impacts(joints, rows, kind)
-
-    def steps(self, log) -> None:
-        if self.file:
-            self.file.steps(log)
+        return super().written if self.stream is None else checked(self.path)
 
     def close(self, status, solver, warnings, facts, ranges) -> None:
-        self.memory.close(status, solver, warnings, facts, ranges)
-        record = self.memory.record
+        Memory.close(self, status, solver, warnings, facts, ranges)
+        record = self.record
         self.found = self.summed(record)
         self.found |= self.stating.columns(record, self.found, self.summed)
         if self.sensing is not None and record.complete:
@@ -129,7 +113,7 @@ class Keeper:
                 self.missing.append(
                     words if words.startswith("metric ") else f"metric {function.__name__}: {words}"
                 )
-        if self.file:
+        if self.given is not None:
             described = json.dumps({n: (m.units, m.text) for n, m in self.found.items()})
             about = {"metrics": {n: m.value for n, m in self.found.items()}}
             about["sweep"] = {
@@ -138,8 +122,8 @@ class Keeper:
                 "made": json.dumps(self.made),
                 "missing": "; ".join(self.missing),
             }
-            self.file.close(status, solver, warnings, facts | about, ranges)
-            self.file.store()
+            super().close(status, solver, warnings, facts | about, ranges)
+            self.store()
 
 
 class Changed(ValueError):
@@ -426,10 +410,10 @@ def _attempt(
         failure or "; ".join(words),
         {n: float(m.value) for n, m in keeper.found.items()},
         {n: (m.units, m.text) for n, m in keeper.found.items()},
-        len(keeper.memory.record.warnings),
+        len(keeper.record.warnings),
         time.perf_counter() - began,
         run.wall,
-        int(keeper.memory.record.solver["steps"]),
+        int(keeper.record.solver["steps"]),
         *keeper.written,
         keeper.made,
     )

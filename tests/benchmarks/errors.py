@@ -24,7 +24,7 @@ import clearance as cl
 from clearance.accuracy.companion import THROUGHOUT, Pair, Parted, Start, companion, size_of, stated
 from clearance.accuracy.request import Ladder, Request, printed
 from clearance.metrics.metrics import metrics
-from clearance.results.recorder import MemoryRecord
+from clearance.results.memory import MemoryRecord
 from clearance.run.run import Run
 from clearance.simulation import prepare
 from clearance.stepping import loop

@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT))
 
 import clearance as cl  # noqa: E402
 from clearance.metrics.of_points import of_point  # noqa: E402
-from clearance.results.recorder import MemorySink  # noqa: E402
+from clearance.results.memory import Memory  # noqa: E402
 from clearance.run.ideal_motion import ideal_motion  # noqa: E402
 from clearance.scene.catalogue import find_case  # noqa: E402
 from clearance.simulation import prepare  # noqa: E402
@@ -58,7 +58,7 @@ def drawn(case: str, others: dict, count: int) -> dict[str, np.ndarray]:
 def alone(scene, turns: float, rtol: float) -> dict[str, float]:
     """Metrics of a point run alone."""
     run = prepare(scene, turns=turns, rtol=rtol)
-    sink = MemorySink(run.mechanism.layout.channels, run.attributes())
+    sink = Memory(run.mechanism.layout.channels, run.attributes())
     if failure := run.record(sink):
         raise RuntimeError(failure)
     ideal = ideal_motion(run.mechanism.scene, run.span, sink.record.scene)

@@ -14,7 +14,7 @@ import numpy as np
 from publishing import publish, require
 
 import clearance as cl
-from clearance.results.recorder import MemorySink
+from clearance.results.memory import Memory
 from clearance.run.run import Run
 from clearance.simulation import prepare
 from clearance.stepping import status
@@ -103,7 +103,7 @@ def long_run() -> list[str]:
     """20,000 dry turns: the worst stretch of the ledger."""
     scene = cl.load_case("six_bar_feeder", model="dry")
     run = prepare(scene, turns=LONG, samples_per_turn=4)
-    sink = MemorySink(run.mechanism.layout.channels, {})
+    sink = Memory(run.mechanism.layout.channels, {})
     failure = run.record(sink)
     record, steps = sink.record, int(run.state.steps)
     share, energy = record.solver["energy_residual_share"], record.facts("energy")

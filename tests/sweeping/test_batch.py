@@ -10,7 +10,7 @@ import pytest
 import clearance as cl
 from clearance.lanes.point_numbers import Irregular, Spread
 from clearance.metrics.of_points import of_point
-from clearance.results.recorder import MemorySink
+from clearance.results.memory import Memory
 from clearance.run.ideal_motion import ideal_motion
 from clearance.scene.catalogue import find_case
 from clearance.simulation import prepare
@@ -70,7 +70,7 @@ def test_metrics_are_those_of_runs_one_by_one(name, fixed, turns, settle):
             continue
         values = {n: column[i].item() for n, column in swept.items()}
         run = prepare(case.scene(**fixed, **values), **options)
-        sink = MemorySink(run.mechanism.layout.channels, run.attributes())
+        sink = Memory(run.mechanism.layout.channels, run.attributes())
         assert run.record(sink) is None
         ideal = ideal_motion(run.mechanism.scene, run.span, sink.record.scene)
         metrics = of_point(sink.record, settle, ideal)

@@ -17,7 +17,7 @@ import clearance as cl
 from clearance.metrics import metrics as defined
 from clearance.metrics.metrics import Window, integrating, metrics, own
 from clearance.results.extremes import Extremes, guides
-from clearance.results.recorder import MemorySink
+from clearance.results.memory import Memory
 from clearance.run import ideal_motion as ideals
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.options import Span
@@ -32,7 +32,7 @@ FEEDER = {"speed": 30.0, "model": "lubricated", "film": "harmonic"}
 def recorded(scene, **options):
     """A run in memory and what ideal joints would have it do."""
     run = prepare(scene, **options)
-    sink = MemorySink(run.mechanism.layout.channels, run.attributes())
+    sink = Memory(run.mechanism.layout.channels, run.attributes())
     run.record(sink)
     return sink.record, ideal_motion(run.mechanism.scene, run.span, sink.record.scene)
 
