@@ -25,6 +25,7 @@ from clearance.postprocess.figures import save
 
 import clearance as cl
 from clearance.files.locks import Lock
+from clearance.files.sources import digest_of_code
 from clearance.results.result import Record, Result
 from clearance.scene.catalogue import find_case
 from clearance.sweeping.index import Sweep
@@ -300,9 +301,7 @@ def _digest(case: str, *parts) -> str:
 
 @cache
 def _sources() -> str:
-    """Digest of the package's sources, without what only shows or measures."""
-    root, digest = Path(inspect.getfile(cl)).parent, hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        if path.relative_to(root).parts[0] not in (*WITHOUT_PHYSICS, *BESIDE):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+    """Digest of the package's code, without what only shows or measures."""
+    root, beside = Path(inspect.getfile(cl)).parent, {*WITHOUT_PHYSICS, *BESIDE}
+    paths = sorted(root.rglob("*.py"))
+    return digest_of_code(*(p for p in paths if p.relative_to(root).parts[0] not in beside))

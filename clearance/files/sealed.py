@@ -115,3 +115,19 @@ def refused(folder: str, reason: str | None) -> None:
     if folder not in _refusing:
         _refusing.add(folder)
         LOG.warning(f"store {folder} takes no files ({reason}); each process compiles again")
+
+
+def folder() -> Path:
+    """Folder of the store."""
+    if chosen := os.environ.get("CLEARANCE_STORE"):
+        return Path(chosen)
+    base = os.environ.get("XDG_CACHE_HOME") or _home() / ".cache"
+    return Path(base) / "clearance" / "kernels"
+
+
+def _home() -> Path:
+    """The user's folder; where the user has none, a path where no file can be made."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return Path(os.devnull)

@@ -10,12 +10,9 @@ pressure of both edges. Columns are uniform in ln H. Mirrored pads, (tau, theta)
 have the same load and opposite moments, so that half of the nodes over y are solved.
 """
 
-import hashlib
-import json
 import logging
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -152,10 +149,9 @@ class PadKey:
         return HEAD + PARTS * (self.nodes + 2) * (self.around + 3)
 
     def name(self) -> str:
-        """Of the file: all of the key, and the text of what makes it and reads it."""
-        files = (__file__, bands.__file__, lookup.__file__, pad_lookup.__file__)
-        text = [Path(f).read_text() for f in files]
-        return hashlib.sha256(json.dumps([vars(self), text]).encode()).hexdigest()[:24]
+        """Of the file: all of the key, and the code of what makes it and reads it."""
+        files = bands.__file__, lookup.__file__, pad_lookup.__file__
+        return table.name_of(self, __file__, *files)
 
     def build(self) -> PadTable:
         """Solve all nodes, fit the splines, measure the error at states between them."""

@@ -38,6 +38,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.files import sealed
+from clearance.files.sources import digest_of_code
 from clearance.film import bands, lookup
 from clearance.film.bearing import check_mesh, check_nodes
 from clearance.film.lookup import (
@@ -144,14 +145,18 @@ class Key:
         return _half(self.layers) if self.layers > 1 else 1
 
     def name(self) -> str:
-        """Of the file: all of the key, and the text of what makes it and reads it."""
-        text = [Path(f).read_text() for f in (__file__, bands.__file__, lookup.__file__)]
-        content = json.dumps([vars(self), text], default=list)
-        return hashlib.sha256(content.encode()).hexdigest()[:24]
+        """Of the file: all of the key, and the code of what makes it and reads it."""
+        return name_of(self, __file__, bands.__file__, lookup.__file__)
 
     def build(self) -> Table:
         """Solve all nodes, fit the splines, measure the error at states between them."""
         return build(self)
+
+
+def name_of(key, *paths: str) -> str:
+    """Digest of a key and of the code of the files that make its table and read it."""
+    content = json.dumps([vars(key), digest_of_code(*paths)])
+    return hashlib.sha256(content.encode()).hexdigest()[:24]
 
 
 def _half(nodes: int) -> int:

@@ -7,12 +7,12 @@ stepping/locating.py), are evaluated several at a time. They are all of one run,
 lanes.
 """
 
-import hashlib
 import math
-from pathlib import Path
 
 import numpy as np
 
+from clearance.files.sources import digest_of_code
+from clearance.lanes import steps
 from clearance.lanes.steps import ARRIVED, FINISH, IDLE, ITERATE, PREPARE, START
 from clearance.machine.numba_record import Record, reader
 from clearance.machine.store import OPTIONS, cached, entry_caller, types
@@ -537,6 +537,5 @@ def run(address):
     return s.taken
 
 
-SOURCE = hashlib.sha256(Path(__file__).read_bytes() + DIGEST.encode()).hexdigest()[:12]
-run.__qualname__ = f"run_{SOURCE}"  # an edited source has a cache of its own
+SOURCE = f"{digest_of_code(__file__, steps.__file__)} {DIGEST}"
 run = cached(run, types.int64(types.int64), SOURCE, pipeline_class=Whole, nogil=True, **OPTIONS)

@@ -17,7 +17,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from types import FunctionType
 from typing import ClassVar
@@ -37,6 +37,8 @@ from numba.core.registry import cpu_target
 
 from clearance.files import sealed
 from clearance.files.locks import Foreign, Lock
+from clearance.files.sealed import folder as folder
+from clearance.files.sources import digest_of_code
 
 # settings of the environment alone: a file of the working folder may be a stranger's
 numba.core.config._config_fname = ""
@@ -204,12 +206,12 @@ def digest_of(text: str) -> str:
 
 @cache
 def _compilers() -> str:
-    """Digest of what makes machine code: sources, and versions of compilers."""
+    """Versions of compilers and the digest of our sources, which make machine code."""
     here = Path(__file__).parent
     tracing = sorted((here.parent / "tracing").glob("*.py"))
     sources = [Path(__file__), here / "callback.py", *tracing]
-    versions = f"{PYTHON} {llvmlite.__version__} {numba.__version__} {numba.config.OPT}".encode()
-    return hashlib.sha256(b"".join([versions, *(p.read_bytes() for p in sources)])).hexdigest()
+    versions = PYTHON, llvmlite.__version__, numba.__version__, str(numba.config.OPT)
+    return " ".join([*versions, digest_of_code(*sources)])
 
 
 def _name_of(text: str) -> str:
@@ -300,7 +302,7 @@ def njit(*signature, cache: bool = False, **options) -> Callable:
 
     def stored(function: Callable) -> Callable:
         dispatcher = decorate(function)
-        _keep(dispatcher, "")
+        _keep(dispatcher)
         return dispatcher
 
     return stored
@@ -353,15 +355,29 @@ def address(function: Callable, kind: types.FunctionType):
 
 
 class CheckedFiles(IndexDataCacheFile):
-    """Files of numba's cache behind a digest of their content and of what they were made from.
+    """Files of numba's cache behind a digest of their content and of what they were made from,
+    which their names have in place of a line's number.
 
     A damaged or foreign file is made again, with a warning. This is no protection against someone
     who may write there: these files are programs.
     """
 
-    def __init__(self, files: IndexDataCacheFile, made_from: str):
-        vars(self).update(vars(files))
-        self.made_from = f"{made_from} {self._version} {self._source_stamp}".encode()
+    def __init__(self, folder: str, function: Callable, made_from: str):
+        self._cache_path, self.function, self.sources = folder, function, made_from
+
+    @cached_property
+    def made_from(self) -> bytes:
+        return f"{self.sources or _digest_of(self.function)} {numba.__version__}".encode()
+
+    @cached_property
+    def _data_name_pattern(self) -> str:
+        module, function = self.function.__module__.rpartition(".")[2], self.function.__qualname__
+        name = re.sub("[<>]", "", f"{module}.{function}.{PYTHON}")
+        return f"{name}.{hashlib.sha256(self.made_from).hexdigest()[:12]}.{{number:d}}.nbc"
+
+    @cached_property
+    def _index_path(self) -> str:
+        return self._data_path(self._data_name(0).replace(".0.nbc", ".nbi"))
 
     def _save(self, path: str, content) -> None:
         sealed.write(Path(path), self._dump(content), self.made_from)
@@ -429,8 +445,10 @@ def cached(function: Callable, signature, made_from: str, **options) -> Callable
     return dispatcher
 
 
-def _keep(dispatcher: Callable, made_from: str) -> None:
-    """Let a function of numba be stored on disk with what it was made from."""
+def _keep(dispatcher: Callable, made_from: str = "") -> None:
+    """Let a function of numba be stored on disk with what it was made from: its sources, unless
+    they are named.
+    """
     before = numba.config.CACHE_DIR
     try:
         numba.config.CACHE_DIR = os.environ.get("NUMBA_CACHE_DIR") or str(folder() / "numba")
@@ -442,7 +460,7 @@ def _keep(dispatcher: Callable, made_from: str) -> None:
         numba.config.CACHE_DIR = before
     files = dispatcher._cache
     files._impl.locator.ensure_cache_path = _nothing  # `sealed.write` makes it
-    files._cache_file = CheckedFiles(files._cache_file, made_from)
+    files._cache_file = CheckedFiles(files.cache_path, dispatcher.py_func, made_from)
 
 
 def _nothing() -> None:
@@ -522,25 +540,36 @@ def compiled(function: Callable) -> Callable:
     """
     if not COMPILED:
         return function
-    digest = hashlib.sha256(_sources(function).encode()).hexdigest()[:12]
     made = _with_helpers(function)
-    made.py_func.__qualname__ = f"{function.__name__}_{digest}"
-    _keep(made, digest)
+    _keep(made, _digest_of(function))
     return made
+
+
+def _globals(function: Callable) -> dict[str, object]:
+    """Values that a function uses of its module, by name."""
+    return {n: function.__globals__.get(n) for n in function.__code__.co_names}
 
 
 def _helpers(function: Callable) -> dict[str, FunctionType]:
     """Plain functions that a function calls, by their names in its module."""
-    named = ((n, function.__globals__.get(n)) for n in function.__code__.co_names)
-    return {n: v for n, v in named if isinstance(v, FunctionType)}
+    return {n: v for n, v in _globals(function).items() if isinstance(v, FunctionType)}
 
 
-def _sources(function: Callable) -> str:
-    """Sources of the modules of a function and of all that it calls."""
+def _called(function: Callable) -> set[FunctionType]:
+    """Functions that a function calls, compiled ones too."""
+    values = (getattr(v, "py_func", v) for v in _globals(function).values())
+    return {v for v in values if isinstance(v, FunctionType)}
+
+
+def _digest_of(function: Callable) -> str:
+    """Digest of the folders of a function and of all that it calls: constants come from modules
+    beside.
+    """
     called = {function}
-    while more := {h for f in called for h in _helpers(f).values()} - called:
+    while more := {h for f in called for h in _called(f)} - called:
         called |= more
-    return "".join(sorted({inspect.getsource(inspect.getmodule(f)) for f in called}))
+    folders = sorted({Path(inspect.getfile(f)).parent for f in called})
+    return digest_of_code(*(path for each in folders for path in sorted(each.glob("*.py"))))
 
 
 def _with_helpers(function: Callable) -> Callable:
@@ -550,23 +579,6 @@ def _with_helpers(function: Callable) -> Callable:
         function.__code__, outer, function.__name__, function.__defaults__, function.__closure__
     )
     return njit(error_model="numpy")(copy)
-
-
-# --- the folder
-def folder() -> Path:
-    """Folder of the store."""
-    if chosen := os.environ.get("CLEARANCE_STORE"):
-        return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME") or _home() / ".cache"
-    return Path(base) / "clearance" / "kernels"
-
-
-def _home() -> Path:
-    """The user's folder; where the user has none, a path where no file can be made."""
-    try:
-        return Path.home()
-    except RuntimeError:
-        return Path(os.devnull)
 
 
 @contextmanager

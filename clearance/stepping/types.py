@@ -2,13 +2,13 @@
 every stepper.
 """
 
-import hashlib
 import logging
 from pathlib import Path
 
 import numba
 from numba.core.compiler import Compiler
 
+from clearance.files.sources import digest_of_code
 from clearance.machine.store import (
     COMPILED,
     KERNEL,
@@ -54,7 +54,7 @@ SOURCES = [
     MACHINE / "numba_record.py",
     *sorted(Path(__file__).parent.glob("*.py")),
 ]
-DIGEST = hashlib.sha256(b"".join(p.read_bytes() for p in SOURCES)).hexdigest()[:12]
+DIGEST = digest_of_code(*SOURCES)
 
 
 def compiled(signature, arrays: bool = False, unrolled: bool = True):
@@ -63,7 +63,7 @@ def compiled(signature, arrays: bool = False, unrolled: bool = True):
     Without numba's runtime: nothing in here may allocate, and no array is counted; counting took
     half of the time.
 
-    arrays: it is called from Python with arrays. Numba's cache has it, by the digest in its name.
+    arrays: it is called from Python with arrays. Numba's cache has it.
     unrolled: its loops take most of the time of a run, and are worth more code.
     """
     pipeline = Whole if unrolled else Plain
@@ -73,7 +73,6 @@ def compiled(signature, arrays: bool = False, unrolled: bool = True):
             return function
         if not arrays:
             return Entry(function, signature, DIGEST, pipeline_class=pipeline, **OPTIONS)
-        function.__qualname__ = f"{function.__name__}_{DIGEST}"
         return cached(function, signature, DIGEST, pipeline_class=pipeline, **OPTIONS)
 
     return decorate
