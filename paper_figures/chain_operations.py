@@ -26,10 +26,7 @@ import math
 import numpy as np
 from clearance.cases.five_axis_chain import INERTIA, LINKS, READINGS, speeding_up
 from clearance.paper_figures import workshop
-from clearance.postprocess.figures import finish, line, sheet, stroke
-
-import clearance as cl
-from clearance.commands.routes import (
+from clearance.paper_figures.operation_counts import (
     KINDS,
     Counting,
     Operations,
@@ -37,6 +34,9 @@ from clearance.commands.routes import (
     dense_operations,
     needed_channels,
 )
+from clearance.postprocess.figures import finish, line, sheet, stroke
+
+import clearance as cl
 from clearance.motions.prescribed import Explicit
 
 TIMES = np.linspace(0.2, 5.0, 25)  # s

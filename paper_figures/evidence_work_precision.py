@@ -10,9 +10,9 @@ right-hand side.
 Assumed: two crank turns. The error is the largest deviation of the eccentricity ratio from a
 reference by another method at its tightest. Times are warm medians of one core.
 
-Not comparable: times of another machine, only ratios. Other people's compiled integrators and
-multibody codes are compared by `clearance work-precision CASE --peers`, which needs the extra peers
-and more time.
+Not comparable: times of another machine, only ratios. Other people's compiled integrators
+are compared by `clearance work-precision CASE --peers`, which needs the extra peers and more time,
+and a multibody code by `python tests/benchmarks/multibody.py CASE`.
 """
 
 from clearance.paper_figures import workshop

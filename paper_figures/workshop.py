@@ -40,6 +40,7 @@ SHARED = (
     "workshop",
     "gallery",
     "completeness",
+    "operation_counts",
     "ball_joint_studies",
     "ball_joint_variants",
     "ball_joint_response",

@@ -21,6 +21,7 @@ from clearance.scene.catalogue import find_case
 from clearance.scene.variants import reduced
 from clearance.studies import ablation, physics, work_precision
 from clearance.studies.peers import PEERS, dispatched
+from tests.oracles.exudyn import Exudyn
 from tests.test_stepping import ball
 
 pytestmark = pytest.mark.slow
@@ -138,6 +139,29 @@ def test_peers_solve_the_same_problem(name, validated):
         1e-2,
         **options,
     )
+
+
+@pytest.mark.filterwarnings("ignore:SimulationSettings:DeprecationWarning")  # names of exudyn 1.9
+def test_exudyn_solves_the_same_scene(validated):
+    """A complete multibody code with its own coordinates, joints and time steps: 1e-5 with 16,000
+    steps a turn, and 16 times less away than with 4,000, as a method of second order.
+    """
+    pytest.importorskip("exudyn")
+    scene = cl.load_case(
+        "slider_crank", model="lubricated", film="pinkus_sternlicht", viscosity=0.4
+    )
+    problem = Problem(scene, 0.004)
+    solver = Exudyn(problem)
+    coarse, fine = (problem.error(solver(problem, 1.0 / n).states) for n in (4000, 16_000))
+    options = {"source": "Exudyn, generalized-alpha", "kind": "independent", "relative": False}
+    validated("end state less Exudyn's, through a film", fine, 0.0, 1e-5, **options)
+    assert 10.0 < coarse / fine < 20.0
+
+
+def test_exudyn_states_what_it_cannot():
+    pytest.importorskip("exudyn")
+    with pytest.raises(NotSolved, match="films and constant-speed cranks only"):
+        Exudyn(Problem(cl.load_case("slider_crank"), 0.0012))
 
 
 @pytest.mark.parametrize("name", ["scipy DOP853", "scipy LSODA", "CVODE BDF", "CVODE Adams"])

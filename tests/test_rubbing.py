@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 import clearance as cl
 from clearance.laws.joint_friction import pin_load, slide_load
 from clearance.mechanism.build import build
-from clearance.studies.multipliers import inverse
 from tests import mechanisms as m
+from tests.oracles.multipliers import inverse
 from tests.plain import kernel
 from tests.seeds import few_of
 

@@ -7,16 +7,13 @@ from pathlib import Path
 from clearance.commands.common import (
     DONE,
     FAILED,
-    Line,
     add_case,
     add_command,
     add_length,
     complain,
     json_text,
     length_of,
-    make_folder,
     peak,
-    publish,
     scene_of,
 )
 
@@ -33,21 +30,7 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--samples", type=int, metavar="N", help="output rows in all (default 400 a turn, or 401)"
     )
-    p.add_argument(
-        "--compare",
-        action="store_true",
-        help="run time, operations and agreement of independent routes instead",
-    )
-    p.add_argument(
-        "--peers", action="store_true", help="with --compare: also Pinocchio, where installed"
-    )
-    p.add_argument(
-        "-o",
-        dest="output",
-        metavar="OUT",
-        help="result file (default CASE_inverse.h5); with --compare a folder for table, picture "
-        "and HDF5",
-    )
+    p.add_argument("-o", dest="output", metavar="OUT", help="result file (default CASE_inverse.h5)")
     return p
 
 
@@ -55,16 +38,11 @@ def run(options) -> int:
     """Solve and summarise; exit status 1 where the motion leads into a singular position
     part-way.
     """
-    if options.peers and not options.compare:
-        raise ValueError("--peers goes with --compare")
+    from clearance.motions.inverse import inverse_dynamics
     from clearance.simulation import SimulationError
 
     case, values, scene = scene_of(options)
     length = {**length_of(options, case, scene), "samples": options.samples}
-    if options.compare:
-        return _compare(options, case, values, scene, length)
-    from clearance.motions.inverse import inverse_dynamics
-
     path, failure, began = (
         Path(options.output or f"{case.name}_inverse.h5"),
         None,
@@ -84,37 +62,6 @@ def run(options) -> int:
     return DONE
 
 
-def _compare(options, case, values: dict, scene, length: dict) -> int:
-    import numpy as np
-
-    from clearance.commands import routes
-    from clearance.run.options import span_of
-    from clearance.simulation import SimulationError
-
-    make_folder(options)
-    span, title = span_of(scene, **length), " ".join([case.name, *options.parameters])
-    try:
-        study = routes.compare(
-            scene,
-            np.linspace(0.0, span.until, span.samples),
-            options.peers,
-            title,
-            progress=Line(options),
-        )
-    except SimulationError as error:
-        return complain(options, str(error), FAILED)
-    document = {"parameters": values, **routes.plain(study)}
-    return publish(
-        options,
-        [*routes.table(study), "", *routes.describe(study)],
-        document,
-        lambda folder: routes.save(study, folder),
-        routes.picture,
-        study,
-        "routes",
-    )
-
-
 def _summary(scene, result) -> dict:
     """Result of inverse dynamics as plain data; only its size for a motion that ended before its
     first sample.
@@ -130,7 +77,7 @@ def _summary(scene, result) -> dict:
     }
     if not result.time.size:
         return summary
-    from clearance.commands.routes import power_residual
+    from clearance.metrics.power import power_residual
 
     summary["drives"] = {n: _largest(result, f"drives/{n}", DRIVE) for n in result.names("drives")}
     summary["joints"] = {n: _largest(result, f"joints/{n}", JOINT) for n in result.names("joints")}

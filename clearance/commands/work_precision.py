@@ -24,9 +24,7 @@ def add(commands) -> argparse.ArgumentParser:
     )
     add_case(p)
     add_length(p)
-    p.add_argument(
-        "--peers", action="store_true", help="also numbalsoda, SUNDIALS, Exudyn where installed"
-    )
+    p.add_argument("--peers", action="store_true", help="also numbalsoda, SUNDIALS where installed")
     p.add_argument(
         "--physics", action="store_true", help="compare choices of physics instead of solvers"
     )

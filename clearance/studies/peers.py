@@ -332,7 +332,8 @@ def _always(solve: Callable) -> Callable:
     return lambda problem: timed(solve)
 
 
-#: name -> (module that must be there, prepare(problem) -> solve(problem, rtol))
+#: name -> (module that must be there, prepare(problem) -> solve(problem, rtol)); its curve has the
+#: tolerances `solve.rtols`, where there are any
 PEERS: dict[str, tuple[str, Callable]] = {
     "scipy Radau": ("scipy", _always(partial(_scipy, "Radau"))),
     "scipy BDF": ("scipy", _always(partial(_scipy, "BDF"))),

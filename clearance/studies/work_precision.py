@@ -25,7 +25,6 @@ from clearance.run.limits import Demand, affordable
 from clearance.run.options import LARGEST_SHARE, METHODS, choose_method
 from clearance.scene.scene import Scene
 from clearance.simulation import SimulationError, simulate
-from clearance.studies.exudyn import EXUDYN_STEPS, Exudyn
 from clearance.studies.peers import PEERS
 from clearance.values import checks
 
@@ -155,8 +154,6 @@ def work_precision(
         if module == "scipy" or peers:
             _add_peer(solvers, name, module, prepare, remarks)
     curves = [_curve(problem, *s, progress) for s in solvers]
-    if peers:
-        curves += _exudyn(problem, remarks, progress)
     turn = scene.turn
     chosen = ", ".join(
         f"{choose_method(problem.mechanism, 'auto', r)[0]} at {r:.0e}" for r in (1e-3, 1e-6, 1e-9)
@@ -249,7 +246,7 @@ def _curve(
         curve.notes.append(f"rtol 1e-03: {reason}")
     curve.prepared_s = time.perf_counter() - began
     failures, looser = len(curve.notes), None
-    for rtol in RTOLS:
+    for rtol in getattr(solve, "rtols", RTOLS):
         if failures > 1 or curve.seconds and curve.seconds[-1] > PATIENCE:
             curve.notes.append(f"not asked for rtol {rtol:.0e} and tighter")
             break
@@ -282,32 +279,6 @@ def _point(
     )
     curve.add(rtol, error, seconds, points[0].evaluations, stated)
     return states
-
-
-def _exudyn(problem: Problem, remarks: list[str], progress: Callable[[str], None]) -> list[Curve]:
-    """Exudyn has a step size instead of a tolerance."""
-    if importlib.util.find_spec("exudyn") is None:
-        remarks.append("Exudyn: not installed (pip install clearance[peers])")
-        return []
-    curve = Curve("Exudyn generalized-alpha", False)
-    try:
-        began = time.perf_counter()
-        solver = Exudyn(problem)
-        curve.prepared_s = time.perf_counter() - began
-    except NotSolved as reason:
-        curve.notes.append(str(reason))
-        return [curve]
-    for steps in EXUDYN_STEPS:
-        progress(f"Exudyn with {steps} steps a turn")
-        try:
-            result = solver(steps)
-        except NotSolved as reason:
-            curve.notes.append(f"{steps} steps a turn: {reason}")
-            continue
-        curve.add(1.0 / steps, problem.error(result.states), result.seconds, result.evaluations)
-        if result.seconds > PATIENCE:
-            break
-    return [curve]
 
 
 # --- showing
@@ -414,7 +385,7 @@ def save(study: Study, folder: str | Path) -> Path:
         tables[c.name.replace("/", " ")] = (
             {"own": c.own, "prepared_s": c.prepared_s, "notes": "; ".join(c.notes)},
             {
-                "rtol": ("1", "requested tolerance (Exudyn: step over turn)", np.array(c.rtol)),
+                "rtol": ("1", "requested tolerance or step over turn", np.array(c.rtol)),
                 "error": ("1", f"largest deviation of {study.measure}", np.array(c.error)),
                 "stated": (
                     "1",

@@ -1,7 +1,8 @@
 """Error against run time, extremes, the price of physics: `python tests/benchmarks/evidence.py
 [NAME ...] [--update]`.
 
-Runs the commands of the page beside this file with all peers (install the extra `peers`). Their
+Runs the commands of the page beside this file with all peers (install the extras `peers` and
+`oracles`). Their
 folders stay in `--folder`; a study with a folder is not run again. The tables go into that page at
 their marks, and the pictures into paper_figures. The name of a study makes its rows of the summary
 again; the others stay.
@@ -20,8 +21,9 @@ from publishing import END, RESULTS, put
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PICTURES = ROOT / "paper_figures"
+CLEARANCE = ("-m", "clearance.cli")
 
-#: name: arguments of `clearance work-precision ... --peers`
+#: name: arguments of `clearance work-precision ... --peers`, which multibody.py runs with Exudyn
 STUDIES = {
     "slider_crank": "slider_crank -p model=lubricated -p film=pinkus_sternlicht",
     "six_bar_feeder": "six_bar_feeder -p film=pinkus_sternlicht",
@@ -49,13 +51,17 @@ PEERS = (
 LEVELS = (1e-3, 1e-4, 1e-6, 1e-8)
 
 
-def command(folder: Path, *arguments: str) -> Path:
+def command(folder: Path, *arguments: str, program: tuple[str, ...] = CLEARANCE) -> Path:
     """Run one command into its folder, unless it is there; the folder."""
     if not (folder.is_dir() and any(folder.glob("*.md"))):
-        subprocess.run(
-            [sys.executable, "-m", "clearance.cli", *arguments, "-o", str(folder)], check=True
-        )
+        subprocess.run([sys.executable, *program, *arguments, "-o", str(folder)], check=True)
     return folder
+
+
+def compared(folder: Path, name: str) -> Path:
+    """The folder of a study of the error against run time, with all peers and Exudyn."""
+    script = str(Path(__file__).with_name("multibody.py"))
+    return command(folder / name, *STUDIES[name].split(), program=(script,))
 
 
 def cheapest(file: h5py.File, curve: str, level: float) -> float:
@@ -89,10 +95,7 @@ def summary(folders: dict[str, Path], levels=LEVELS) -> list[str]:
 
 def solvers(folder: Path) -> dict[str, list[str]]:
     """Text for each mark of the error against run time, with all peers."""
-    folders = {
-        name: command(folder / name, "work-precision", *arguments.split(), "--peers")
-        for name, arguments in STUDIES.items()
-    }
+    folders = {name: compared(folder, name) for name in STUDIES}
     texts = {name: published(folders[name], "work_precision", f"_{name}") for name in SHOWN}
     return {"summary": summary(folders)} | texts
 
@@ -101,7 +104,7 @@ def again(name: str) -> Callable[[Path], dict[str, list[str]]]:
     """The summary of the page, with the rows of one study made again."""
 
     def rows(folder: Path) -> dict[str, list[str]]:
-        made = command(folder / name, "work-precision", *STUDIES[name].split(), "--peers")
+        made = compared(folder, name)
         mine, page = f"| `{STUDIES[name]}` |", RESULTS.read_text()
         lines = page.partition(SUMMARY)[2].partition(END)[0].strip().splitlines()
         first = next(i for i, line in enumerate(lines) if line.startswith(mine))
@@ -122,7 +125,7 @@ def snapshots(folder: Path) -> dict[str, list[str]]:
     run = folder / "run.h5"
     if not run.exists():
         scene = "six_bar_feeder -p model=lubricated -p joints=B --turns 6 -o"
-        words = [sys.executable, "-m", "clearance.cli", "run", *scene.split(), str(run)]
+        words = [sys.executable, *CLEARANCE, "run", *scene.split(), str(run)]
         subprocess.run(words, check=True)
     shots = command(folder / "film_snapshots", "film", "snapshots", str(run), "--joint", "B")
     shutil.copy(shots / "film_snapshots.png", PICTURES / "film_snapshots.png")

@@ -1,4 +1,4 @@
-"""`clearance inverse`: summary, file, JSON, comparison, exit status."""
+"""`clearance inverse`: summary, file, JSON, exit status."""
 
 import json
 
@@ -101,16 +101,14 @@ def test_a_motion_that_ends_part_way(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["three_loop_chain", "--peers"], "--peers goes with --compare"),
         (["three_loop_chain", "--samples", "1"], "samples must be at least 2, got 1"),
         (["three_loop_chain", "--samples", "many"], "invalid int value: 'many'"),
         (["three_loop_chain", "--until", "0"], "until must be positive, got 0.0"),
-        (["three_loop_chain", "--until", "0", "--compare"], "until must be positive, got 0.0"),
         (["three_loop_chain", "--turns", "1"], "turns needs a constant-speed rotating drive"),
         (["three_loop_chain", "--turns", "1", "--until", "1s"], "not allowed with argument"),
         (["three_loop_chain", "-p", "where=none"], "where must be one of driven, all; got 'none'"),
         (["three_loop_chain", "-p", "drive=torque"], "gives an effort, not a motion"),
-        (["three_loop_chain", "-p", "drive=torque", "--compare"], "gives an effort, not a motion"),
+        (["three_loop_chain", "--until", "1", "--compare"], "unrecognized arguments: --compare"),
         (
             ["six_bar_feeder", "-p", "model=dry"],
             "has clearance: its motion is not prescribed",
@@ -127,56 +125,3 @@ def test_wrong_input_is_one_clear_line(arguments, line, tmp_path, capsys, monkey
     assert err.startswith("clearance: ")
     assert err.count("\n") == 1
     assert not list(tmp_path.iterdir())
-
-
-class TestCompare:
-    def test_files_and_json(self, tmp_path, capsys):
-        status, text, err = inverse(
-            "four_bar",
-            "-p",
-            "speed=200rpm",
-            "--turns",
-            1,
-            "--samples",
-            40,
-            "--compare",
-            "-o",
-            tmp_path / "new",
-            "--json",
-            capsys=capsys,
-        )
-        assert (status, err) == (0, "")
-        document = json.loads(text)
-        assert document["title"] == "four_bar speed=200rpm"
-        assert document["parameters"]["speed"] == pytest.approx(cl.rpm(200))
-        assert document["samples"] == 40
-        assert [r["name"] for r in document["routes"]][0] == "explicit"
-        assert {p.name for p in (tmp_path / "new").iterdir()} == {
-            "routes.h5",
-            "routes.md",
-            "routes.png",
-        }
-
-    def test_peers_and_text(self, capsys):
-        pytest.importorskip("pinocchio")
-        status, text, _ = inverse(
-            "five_axis_chain",
-            "--until",
-            "5s",
-            "--samples",
-            30,
-            "--compare",
-            "--peers",
-            capsys=capsys,
-        )
-        assert status == 0
-        assert "| Pinocchio, reactions | " in text
-        assert "times as many" in text
-
-    def test_a_motion_that_ends_part_way(self, capsys, tmp_path):
-        status, text, err = inverse(
-            "three_loop_chain", "--until", "20s", "--compare", "--json", capsys=capsys
-        )
-        assert status == 1
-        assert json.loads(text)["status"] == "failed"
-        assert err.count("\n") == 1

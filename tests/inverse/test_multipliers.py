@@ -20,10 +20,10 @@ from clearance.laws.joint_friction import (
 )
 from clearance.mechanism.build import build
 from clearance.scene.catalogue import load_case
-from clearance.studies import multipliers
-from clearance.studies.multipliers import SingularPosition, inverse
-from clearance.studies.pairs import prescribed
 from tests import mechanisms as m
+from tests.oracles import multipliers
+from tests.oracles.multipliers import SingularPosition, inverse
+from tests.oracles.pairs import prescribed
 from tests.seeds import few_of
 from tests.test_mechanics import observed
 from tests.test_rubbing import energy_rate

@@ -19,7 +19,7 @@ from tests import mechanisms
 try:
     import pinocchio
 
-    from clearance.studies import pinocchio as peer
+    from tests.oracles import pinocchio as peer
 except ImportError:
     pinocchio = None
 

@@ -1,28 +1,24 @@
-"""The study of routes: agreement, operations that are counted and not guessed, power balance, what
-is shown.
-"""
+"""The routes side by side: agreement, and operations that are counted and not guessed."""
 
-import json
 import math
 
-import h5py
 import numpy as np
 import pytest
-from clearance.paper_figures import chain_operations
+from clearance.paper_figures import chain_operations, operation_counts
 
 import clearance as cl
-from clearance.commands import routes
 from clearance.mechanism.loops import solver
 from clearance.motions.prescribed import Explicit
 from clearance.tracing.emission import function_text
 from tests import mechanisms
+from tests.oracles import routes
 
 TIMES = np.linspace(0.0, 10.0, 120)
 
 
 @pytest.fixture(scope="module")
 def study():
-    return routes.compare(cl.load_case("three_loop_chain"), TIMES, peers=True, title="chain")
+    return routes.compare(cl.load_case("three_loop_chain"), TIMES)
 
 
 class TestCompare:
@@ -50,7 +46,7 @@ class TestCompare:
         """
         ours, dense = study.route("explicit"), study.route("multipliers, solve")
         assert ours.operations.total < ours.output_operations.total
-        assert all(getattr(ours.operations, kind) > 0 for kind in routes.KINDS)
+        assert all(getattr(ours.operations, kind) > 0 for kind in operation_counts.KINDS)
         ratio, source = dense.operations.total / ours.operations.total, "Guo, Ju and Wang 2024"
         validated(
             "operations, dense solve over explicit route",
@@ -84,8 +80,8 @@ class TestCompare:
     def test_without_pinocchio(self, monkeypatch):
         scene = cl.load_case("four_bar")
         monkeypatch.setattr(routes.importlib.util, "find_spec", lambda name: None)
-        actual = routes.compare(scene, np.linspace(0.0, 0.1, 9), peers=True)
-        assert "Pinocchio: not installed (pip install clearance[peers])" in actual.remarks
+        actual = routes.compare(scene, np.linspace(0.0, 0.1, 9))
+        assert "Pinocchio: not installed (pip install -e .[oracles])" in actual.remarks
         assert len(actual.routes) == 4
 
     def test_self_aligning_slides_are_no_scene_for_pinocchio(self):
@@ -100,7 +96,7 @@ class TestCompare:
             cl.Prismatic(cl.ground, slider["C"], name="guide", self_aligning=True),
             cl.Drive(crank, speed=10.0, start=0.4),
         )
-        actual = routes.compare(scene, np.linspace(0.0, 0.3, 9), peers=True)
+        actual = routes.compare(scene, np.linspace(0.0, 0.3, 9))
         assert any(r.startswith("Pinocchio: joint guide is self-aligning") for r in actual.remarks)
 
 
@@ -108,11 +104,11 @@ class TestOperations:
     @pytest.mark.parametrize("bodies", [1, 5, 7])
     def test_formula_of_the_dense_solve(self, bodies):
         """Counted while the package's own elimination runs on a full matrix."""
-        size, count = 3 * bodies, routes.Counting()
+        size, count = 3 * bodies, operation_counts.Counting()
         rng = np.random.default_rng(bodies)
         numbers = [count.number(v) for v in rng.standard_normal(size * (size + 1))]
         count.function(f"solve_{size}", function_text(solver(size)))((), *numbers)
-        formula = routes.dense_operations(bodies, 0)
+        formula = operation_counts.dense_operations(bodies, 0)
         assert count.tally["divisions"] == formula.divisions
         assert count.tally["multiplications"] == formula.multiplications - 3 * bodies
         assert count.tally["additions"] == formula.additions - 2 * bodies
@@ -122,7 +118,7 @@ class TestOperations:
             "def f(x, y):\n    z = 2.0 * x - y / 4.0\n    for i in range(3):\n        z = z + "
             "math.sin(abs(-z)) ** 2\n"
         )
-        count = routes.Counting()
+        count = operation_counts.Counting()
         f = count.function("f", "import math\n" + text + "    return z if z > 0.0 else -z\n")
         z = 2.0 * 0.3 - 0.8 / 4.0
         for _ in range(3):
@@ -140,9 +136,9 @@ class TestOperations:
         """The pruned code in counting Python gives the numbers of the compiled kernel."""
         scene = cl.load_case(case)
         solver = Explicit(scene)
-        row, m, count = solver.rows([0.0])[0][0], solver.mechanism, routes.Counting()
-        wanted = routes.needed_channels(solver)
-        look = count.function("observe", routes.observing(solver.structure, wanted))
+        row, m, count = solver.rows([0.0])[0][0], solver.mechanism, operation_counts.Counting()
+        wanted = operation_counts.needed_channels(solver)
+        look = count.function("observe", operation_counts.observing(solver.structure, wanted))
         out = [None] * row.size
         numbers = ([count.number(v) for v in x] for x in (m.y0, m.par, np.append(m.work0, 0.0)))
         look(count.number(0.0), *numbers, out)
@@ -158,8 +154,8 @@ class TestOperations:
         actual = {}
         for where in ("driven", "all"):
             solver = Explicit(cl.load_case("three_loop_chain", where=where))
-            actual[where] = routes.counted_operations(
-                solver, TIMES[:3], routes.needed_channels(solver)
+            actual[where] = operation_counts.counted_operations(
+                solver, TIMES[:3], operation_counts.needed_channels(solver)
             ).total
         assert actual["all"] > 5.0 * actual["driven"]
 
@@ -168,9 +164,10 @@ class TestOperations:
         which cost.
         """
         solver = Explicit(cl.load_case("mobile_manipulator", friction="none"))
-        wanted = routes.needed_channels(solver)
+        wanted = operation_counts.needed_channels(solver)
         near, far = (
-            routes.counted_operations(solver, np.array([0.0, t]), wanted).total for t in (0.01, 1.0)
+            operation_counts.counted_operations(solver, np.array([0.0, t]), wanted).total
+            for t in (0.01, 1.0)
         )
         assert far > 1.5 * near
 
@@ -189,89 +186,6 @@ class TestAgreement:
         record = cl.inverse_dynamics(cl.load_case("five_axis_chain"), until=0.2, samples=5)
         moved = {"joints/1/bending_x": record.values("joints/1/bending_x") + wrong}
         assert routes.largest_difference(moved, record) == math.inf
-
-
-class TestPower:
-    @pytest.mark.parametrize(
-        ("case", "parameters", "until"),
-        [
-            ("three_loop_chain", {"where": "all", "friction": "stribeck"}, 12.0),
-            ("five_axis_chain", {}, 5.0),
-            ("mobile_manipulator", {}, 20.0),
-            ("slider_crank", {"model": "ideal"}, 0.1),
-        ],
-    )
-    def test_balance(self, case, parameters, until):
-        """Drives, loads and gravity against inertia and friction; rounding only, of the powers that
-        are summed.
-        """
-        scene = cl.load_case(case, **parameters)
-        record = cl.inverse_dynamics(scene, until=until, samples=200)
-        power = max(
-            np.abs(record.values(f"drives/{d}/power")).max() for d in record.names("drives")
-        )
-        assert np.abs(routes.power_residual(scene, record)).max() < 1e-11 * power
-
-    def test_against_the_energy_channels(self):
-        """The rate of energy behind the residual is that of the energy channels, by a fine
-        difference quotient.
-        """
-        scene = cl.load_case("three_loop_chain")
-        record = cl.inverse_dynamics(scene, time=np.linspace(2.0, 2.2, 401))
-        energy = record.energy.kinetic + record.energy.potential
-        rate = (energy[2:] - energy[:-2]) / (record.time[2:] - record.time[:-2])
-        balance = record.values("drives/crank/power") - record.values("joints/ground-g/power_loss")
-        np.testing.assert_allclose(balance[1:-1], rate, atol=1e-7 * np.abs(rate).max())
-
-    def test_sees_what_is_missing(self):
-        light, heavy = (cl.load_case("five_axis_chain", reading=r) for r in "PQ")
-        record = cl.inverse_dynamics(light, until=5.0, samples=50)
-        assert np.abs(routes.power_residual(heavy, record)).max() > 0.1
-
-    def test_springs_and_dampers(self):
-        scene = cl.load_case("four_bar")
-        rocker = next(b for b in scene.bodies if b.name == "rocker")
-        spring = cl.SpringDamper(
-            cl.ground.at(0.3, 0.1), rocker["far"], stiffness=500.0, damping=20.0, free_length=0.1
-        )
-        twist = cl.TorsionSpring(cl.ground, rocker, stiffness=3.0, damping=0.5)
-        loaded = cl.Scene(*scene.joints, *scene.loads, spring, twist)
-        record = cl.inverse_dynamics(loaded, until=0.2, samples=50)
-        power = np.abs(record.values("drives/" + record.names("drives")[0] + "/power")).max()
-        assert np.abs(routes.power_residual(loaded, record)).max() < 1e-11 * power
-
-
-class TestShowing:
-    def test_table_and_text(self, study):
-        lines = routes.table(study)
-        assert lines[0].startswith("| chain, 120 samples | us a sample |")
-        assert len(lines) == 2 + len(study.routes)
-        assert {line.count("|") for line in lines} == {7}
-        text = "\n".join(routes.describe(study))
-        assert "15 times as many" in text
-        assert "n = 21" in text
-        assert (
-            "friction in ground-g: the routes without friction are compared with the ideal efforts"
-            in text
-        )
-
-    def test_document(self, study):
-        document = json.loads(json.dumps(routes.plain(study), allow_nan=False))
-        assert document["equations"] == 21
-        first = document["routes"][0]
-        assert first["operations"]["total"] == pytest.approx(study.routes[0].operations.total)
-        assert document["routes"][1]["operations"] is None
-
-    def test_files(self, study, tmp_path):
-        with h5py.File(routes.save(study, tmp_path)) as file:
-            group = file["multipliers, solve alone"]
-            assert group.attrs["operations_divisions"] == 231
-            np.testing.assert_array_equal(
-                group["seconds"][()], study.route("multipliers, solve").seconds
-            )
-            assert group["seconds"].attrs["units"] == "s"
-            assert file.attrs["format"] == "clearance-inverse-routes"
-        assert routes.picture(study, tmp_path / "new" / "routes.png").stat().st_size > 10_000
 
 
 class TestCountedRecursions:

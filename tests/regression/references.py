@@ -1,7 +1,7 @@
 """Reference results of the regression tests: which runs there are, how they are made, how they are
 stored.
 
-    python tests/regression/references.py [NAME ...] [--overwrite]
+    python -m tests.regression.references [NAME ...] [--overwrite]
 
 makes the files references/<name>.h5 of these runs (default: all), about two minutes with kernels
 compiled. References are better than what they are compared with, and come another way where there
@@ -30,8 +30,8 @@ from clearance.metrics.metrics import metrics
 from clearance.results.reading import open_checked
 from clearance.results.result import save_tables
 from clearance.scene.catalogue import find_case
-from clearance.studies import pinocchio
-from clearance.studies.multipliers import inverse
+from tests.oracles import pinocchio
+from tests.oracles.multipliers import inverse
 
 FOLDER = Path(__file__).parent / "references"
 FORMAT, FORMAT_VERSION = "clearance-reference", 1

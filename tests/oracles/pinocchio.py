@@ -13,7 +13,7 @@ from clearance.elements import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.elements.body import Body, Point, ground
 from clearance.results.result import Record
 from clearance.scene.scene import Scene
-from clearance.studies.pairs import amount, from_centre
+from tests.oracles.pairs import amount, from_centre
 
 STATE = ("x", "y", "theta", "vx", "vy", "omega", "ax", "ay", "alpha")
 

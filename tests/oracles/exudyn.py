@@ -17,14 +17,16 @@ from clearance.elements.body import Body, ground
 from clearance.laws.film import film_torques
 from clearance.laws.law import DataLaw
 
-EXUDYN_STEPS = (1000, 4000, 16_000, 64_000)  # a turn
+STEPS = (1000, 4000, 16_000, 64_000)  # a turn
 SPECTRAL_RADIUS = 0.9
 
 
 class Exudyn:
-    """Built once per solution (Exudyn keeps its state); `steps` steps a turn instead of a
-    tolerance.
+    """A peer of `clearance work-precision`, built anew for each solution, for Exudyn keeps its
+    state; a step over a turn stands for the tolerance.
     """
+
+    rtols = tuple(1.0 / steps for steps in STEPS)
 
     def __init__(self, problem: Problem):
         import exudyn
@@ -42,19 +44,14 @@ class Exudyn:
                 "gets films by formula only: a table looked up in Python would be no fair rival"
             )
         self.exu = exudyn
-        self(problem=problem, steps=200, end=problem.until / 100.0)
 
-    def __call__(
-        self, steps: int, problem: Problem | None = None, end: float | None = None
-    ) -> Solution:
-        self.problem = problem or self.problem
-        end = end or self.problem.until
-        share = (self.problem.scene.turn or self.problem.until) / steps
-        intervals = self.problem.times.size - 1
-        count = max(math.ceil(end / share / intervals), 1) * intervals
-        model = _Model(self.exu, self.problem)
+    def __call__(self, problem: Problem, rtol: float) -> Solution:
+        step = rtol * (problem.scene.turn or problem.until)
+        intervals = problem.times.size - 1
+        count = max(math.ceil(problem.until / step / intervals), 1) * intervals
+        model = _Model(self.exu, problem)
         began = time.thread_time()
-        model.solve(end, count)
+        model.solve(problem.until, count)
         seconds = time.thread_time() - began
         return Solution(model.states(count // intervals), seconds, count, 0)
 

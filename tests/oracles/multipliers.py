@@ -1,7 +1,7 @@
 """Inverse dynamics by Lagrange multipliers: all bodies at once, in absolute planar coordinates, all
 samples together.
 
-With the motion and the notation of studies/pairs.py, the balance of all bodies is
+With the motion and the notation of pairs.py, the balance of all bodies is
 
     J^T lambda = M q'' - F - G^T s
 
@@ -26,9 +26,9 @@ from clearance.elements.friction_joint import FrictionJoint
 from clearance.laws.law import BoundLaw
 from clearance.mechanism.assembly import assemble
 from clearance.scene.scene import Scene
-from clearance.studies.pairs import Geometry, Pairs, amount, from_centre, solve
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import evaluated
+from tests.oracles.pairs import Geometry, Pairs, amount, from_centre, solve
 
 #: samples solved at once: more only take memory
 BLOCK = 2048

@@ -1,0 +1,1 @@
+"""Answers by other ways and other people's codes, which only check ours."""
