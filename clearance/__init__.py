@@ -28,6 +28,7 @@ from clearance.film.online import conserving_film, fast_film, fem_film
 from clearance.film.pad_law import pad_film as pad_table
 from clearance.film.tabulated import table_film
 from clearance.laws.materials import HeatBalance, Lubricant, Material, steel
+from clearance.results.accessors import ACCESSORS
 from clearance.results.run_warning import RunWarning
 from clearance.scene.joint_options import JointOptions
 from clearance.scene.law_names import crank_drive, joint_friction_law, one_of
@@ -41,7 +42,7 @@ if TYPE_CHECKING:  # for editors, what _LAZY has
     from clearance.scene.catalogue import load_case as load_case
 
     from clearance.motions.chaos import statistics as statistics
-    from clearance.commands.plot import plot as plot
+    from clearance.postprocess.pictures import plot as plot
     from clearance.metrics.assumptions import assumptions as assumptions
     from clearance.film.solvers import solve_film as solve_film
     from clearance.motions.inverse import inverse_dynamics as inverse_dynamics
@@ -102,11 +103,17 @@ _LAZY = {
     "sampled": "clearance.sweeping.points",
     "scatter": "clearance.sweeping.chance",
     "open_scatter": "clearance.sweeping.scatter",
-    "plot": "clearance.commands.plot",
+    "plot": "clearance.postprocess.pictures",
     "report": "clearance.postprocess.report",
     "view": "clearance.postprocess.view",
     "again": "clearance.run.again",
     "compare": "clearance.postprocess.measured",
+}
+
+ACCESSORS |= {
+    "plot": "clearance.postprocess.pictures:Pictures",
+    "report": "clearance.postprocess.report:report",
+    "view": "clearance.postprocess.view:view",
 }
 
 __all__ = [

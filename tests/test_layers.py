@@ -113,8 +113,13 @@ def nodes(path):
     return tuple(statements(ast.parse(path.read_text())))
 
 
+#: a module of ours, or a folder of such modules, that is imported by a string
+BY_STRING = re.compile(r"""import_module\(\s*f?["'](clearance[\w.]*\w)""")
+
+
 def imports(path):
     """Modules that a file imports, with those that it takes from packages."""
+    yield from BY_STRING.findall(path.read_text())
     for node in nodes(path):
         if isinstance(node, ast.Import):
             yield from (a.name for a in node.names)
@@ -157,6 +162,7 @@ def own_imports(path):
     """Modules of ours that a module needs, those of its functions too; a package whose module is
     named is not one of them.
     """
+    yield from map(ours, BY_STRING.findall(path.read_text()))
     for node in nodes(path):
         names = [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
         for name in names:
@@ -184,6 +190,17 @@ def test_no_imports_in_a_circle():
     needs = {name_of(p): set(filter(None, own_imports(p))) & NAMES for p in MODULES}
     assert len(needs["clearance.run.run"]) > 10
     assert [c for module in list(needs) if (c := circle(needs, module))] == []
+
+
+def test_what_draws_results_is_named_at_the_top_only():
+    """Results name nothing above them: the top enters what draws them."""
+    from clearance.results.accessors import ACCESSORS
+
+    assert set(ACCESSORS) == {"plot", "report", "view"}
+    named = [n for n in ACCESSORS.values() for p in MODULES if n in p.read_text()]
+    assert sorted(named) == sorted(ACCESSORS.values())
+    top = (ROOT / "clearance" / "__init__.py").read_text()
+    assert all(name in top for name in named)
 
 
 def test_no_kind_of_joint_outside_its_file():
@@ -230,6 +247,7 @@ def test_laws_import_only_math():
 FILES = {"clearance.results.result", "clearance.results.reading", "clearance.results.extremes"}
 FILES |= {"clearance.wearing.records"}
 FILES |= {"clearance.metrics.metrics", "clearance.sweeping.definition", "clearance.sweeping.index"}
+FILES |= {"clearance.sweeping.scatter"}
 FILES |= {"clearance.identify.records", "clearance.identify.fit"}
 #: units and checks of measured data
 FILES |= {"clearance.values.checks", "clearance.values.units", "clearance.files.texts"}

@@ -10,9 +10,9 @@ import sys
 import h5py
 import numpy as np
 import pytest
+from clearance.postprocess import pictures
 
 import clearance as cl
-from clearance.commands import plot
 from clearance.laws.joint_friction import joint_coulomb
 from tests.seeds import few_of
 from tests.test_cli import run
@@ -65,7 +65,9 @@ def size(path) -> int:
     return len(content)
 
 
-@pytest.mark.parametrize("kind", sorted(set(plot.OF_RUNS) - {"pressure", "measured", "tornado"}))
+@pytest.mark.parametrize(
+    "kind", sorted(set(pictures.OF_RUNS) - {"pressure", "measured", "tornado"})
+)
 @pytest.mark.parametrize("picture", few_of(["undrawn", "drawn"], 1))
 def test_pictures_of_a_run(kind, picture, folder, tmp_path, capsys, request):
     if picture == "undrawn":
@@ -83,7 +85,7 @@ def test_pictures_of_a_run(kind, picture, folder, tmp_path, capsys, request):
     assert size(path) > (8000 if picture == "drawn" else 0)
 
 
-@pytest.mark.parametrize("kind", sorted(set(plot.OF_SWEEPS) - {"scatter"}))
+@pytest.mark.parametrize("kind", sorted(set(pictures.OF_SWEEPS) - {"scatter"}))
 @pytest.mark.parametrize("picture", few_of(["undrawn", "drawn"], 1))
 def test_pictures_of_a_sweep(kind, picture, folder, tmp_path, capsys, request):
     if picture == "undrawn":

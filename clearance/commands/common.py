@@ -7,9 +7,9 @@ import math
 import sys
 import textwrap
 import time
-from collections.abc import Iterable
 from pathlib import Path
 
+from clearance.files.texts import listed as listed
 from clearance.files.texts import shortened
 from clearance.values import checks
 from clearance.values.checks import meant
@@ -206,13 +206,6 @@ def scene_of(options):
         scene = case.scene(**values)
     scene.origin["command"] = getattr(options, "line", "")
     return case, values, scene
-
-
-def listed(text: str | Iterable[str] | None) -> list[str] | None:
-    """The parts of a comma list, where one is given; from Python it may be a list already."""
-    if text is not None and not isinstance(text, str):
-        return list(text)
-    return text and [part.strip() for part in text.split(",") if part.strip()]
 
 
 def channel_patterns(text: str | None) -> list[str] | None:

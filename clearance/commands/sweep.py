@@ -222,7 +222,7 @@ def run(options) -> int:
             options, failure, FAILED, **{n: v for n, v in document.items() if n != "status"}
         )
     if options.plot:
-        from clearance.commands.plot import usual
+        from clearance.postprocess.pictures import usual
 
         with quiet(options):
             document["plot"] = str(usual(result.folder))

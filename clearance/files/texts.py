@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -107,6 +107,13 @@ def shortened(message: str) -> str:
         return text if len(text) <= LONG else f"{text[:SHOWN]}... ({len(text)} letters)"
 
     return QUOTED.sub(brief_of, message)
+
+
+def listed(text: str | Iterable[str] | None) -> list[str] | None:
+    """The parts of a comma list, where one is given; from Python it may be a list already."""
+    if text is not None and not isinstance(text, str):
+        return list(text)
+    return text and [part.strip() for part in text.split(",") if part.strip()]
 
 
 def digest(path: Path) -> str:

@@ -30,6 +30,7 @@ import h5py
 import numpy as np
 
 from clearance.files.locks import Lock
+from clearance.results.accessors import Drawn
 from clearance.results.errors import Error, Errors, ExtremeErrors
 from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.results.hdf5_image import CHECK, readable
@@ -311,27 +312,6 @@ class Channels:
 
     def __repr__(self) -> str:
         return f"<channels of {self._group}: {', '.join(self._record.names(self._group))}>"
-
-
-class Drawn:
-    """Pictures and pages of a run or a sweep, drawn by code that is imported when it is called."""
-
-    @property
-    def plot(self):
-        """Pictures, as `clearance plot` has them: `run.plot.orbit("B")`,
-        `sweep.plot.map("period")`.
-        """
-        return importlib.import_module("clearance.commands.plot").Pictures(self)
-
-    def view(self, output: str | Path | None = None, **options) -> Path:
-        """Write a page that moves, as `cl.view` does; options and errors are its."""
-        return importlib.import_module("clearance.postprocess.view").view(self, output, **options)
-
-    def report(self, output: str | Path, **options) -> Path:
-        """Write a page that needs nothing else, as `cl.report` does; options and errors are its."""
-        return importlib.import_module("clearance.postprocess.report").report(
-            self, output, **options
-        )
 
 
 class Record(Drawn, ABC):

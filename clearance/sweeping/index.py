@@ -16,8 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance.results.accessors import Drawn
 from clearance.results.reading import Damaged, NewerFormat, open_checked
-from clearance.results.result import Drawn, Result, Table, extra, open_result, save_tables
+from clearance.results.result import Result, Table, extra, open_result, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Block, Outcome
