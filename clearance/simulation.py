@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from clearance.accuracy.companion import Pair, Statement, add_errors, reason_without
-from clearance.accuracy.request import Answer, Ladder, Request, names
+from clearance.accuracy.request import Outcome, Request, ToleranceSearch, names
 from clearance.elements.regimes import hole_warning
 from clearance.machine.announce import announced
 from clearance.machine.callback import Callback
@@ -22,7 +22,7 @@ from clearance.results.errors import AUTO, asks
 from clearance.results.result import MemoryResult, Record, Result, temporary_file
 from clearance.results.run_warning import warn
 from clearance.results.short_file import ShortFile
-from clearance.results.stream import Stream, Unwritable, chosen
+from clearance.results.stream import Stream, Unwritable, matching
 from clearance.run import pressure_fields as fields
 from clearance.run.checkpoint import PartsSink, opened_in
 from clearance.run.interrupts import DeferredSignals
@@ -148,8 +148,8 @@ def simulate(
     run = prepared(opened=() if checkpoint is None else opened_in(path))
     if sensing:
         sensing.check(run)
-    chosen(run.mechanism.layout.channels, channels)
-    for warning in foreseen(run.mechanism) + dear(run.mechanism):
+    matching(run.mechanism.layout.channels, channels)
+    for warning in hole_warnings(run.mechanism) + cost_warnings(run.mechanism):
         LOG.warning(warning)
     while True:
         run.options |= _options(output, error, settle)
@@ -220,7 +220,7 @@ def _affordable(output: Output, mechanism: Mechanism, demand: Demand) -> None:
     """Raise ValueError where a run and its file are too large; checkpoints are joined, which takes
     the room twice.
     """
-    columns = 1 + len(chosen(mechanism.layout.channels, output.channels))
+    columns = 1 + len(matching(mechanism.layout.channels, output.channels))
     runs = 1 if output.checkpoint is None else 2
     demand = replace(demand, columns=columns, compressed=output.compression > 0, runs=runs)
     affordable(demand, output.path)
@@ -319,7 +319,7 @@ def answer(
     SimulationError, and KeyboardInterrupt, with the best run so far stored in the file.
     """
     request.check(names(run, partial(metrics, settle=settle)))
-    ladder = Ladder(run, request, settle, progress=progress)
+    ladder = ToleranceSearch(run, request, settle, progress=progress)
     try:
         best = ladder.climb()
     except KeyboardInterrupt as stopped:
@@ -338,7 +338,7 @@ def answer(
 
 
 def _handed_on(
-    reached: Answer, output: Output, more: Callable[[Sink], None] | None = None
+    reached: Outcome, output: Output, more: Callable[[Sink], None] | None = None
 ) -> Result:
     """The file of an answer."""
 
@@ -420,14 +420,14 @@ def _left(sink, path) -> str:
     return f"{path or 'a file'} was not written" if sink is None else sink.left
 
 
-def foreseen(mechanism: Mechanism) -> list[str]:
+def hole_warnings(mechanism: Mechanism) -> list[str]:
     """Force holes that the mechanism's inertia may meet, before anything runs."""
     inertia = sum(b.mass for b in mechanism.scene.bodies) * mechanism.acceleration
     joints = mechanism.scene.clearance_joints
     return [*filter(None, (hole_warning(j, mechanism.frequency, inertia) for j in joints))]
 
 
-def dear(mechanism: Mechanism) -> list[str]:
+def cost_warnings(mechanism: Mechanism) -> list[str]:
     """The cost of films that are solved as the run goes, from the time of one solution."""
     costs, turn = [], mechanism.scene.turn
     for joint in (j for j, s in mechanism.sources.items() if isinstance(s, Callback)):

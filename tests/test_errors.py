@@ -10,7 +10,7 @@ import pytest
 
 import clearance as cl
 from clearance.accuracy import companion
-from clearance.accuracy.request import Ladder, Request, names, printed
+from clearance.accuracy.request import Request, ToleranceSearch, names, printed
 from clearance.cli import main
 from clearance.commands.accuracy import prefixed, with_error
 from clearance.metrics.metrics import metrics
@@ -312,7 +312,7 @@ def test_a_companion_that_fails(feeder, monkeypatch):
     def failing(run, start, rtol, times=0.0, longer=1.0, least=0.0):
         asked.append(rtol)
         if rtol > least:
-            raise companion.Parted(f"the companion at rtol {rtol:g} failed")
+            raise companion.CompanionFailed(f"the companion at rtol {rtol:g} failed")
         return plain(run, start, rtol, times, longer)
 
     monkeypatch.setattr(companion, "companion", lambda *a, **b: failing(*a, **b, least=1e-6))
@@ -470,7 +470,7 @@ def test_an_interrupted_request_keeps_its_best_run(feeder, tmp_path, monkeypatch
     """The second run of the ladder is interrupted: the first one's file is there, with its
     errors.
     """
-    plain, begun = Ladder._attempt, []
+    plain, begun = ToleranceSearch._attempt, []
 
     def attempt(self, rtol):
         begun.append(rtol)
@@ -478,8 +478,10 @@ def test_an_interrupted_request_keeps_its_best_run(feeder, tmp_path, monkeypatch
             raise KeyboardInterrupt
         return plain(self, rtol)
 
-    monkeypatch.setattr(Ladder, "_attempt", attempt)
-    monkeypatch.setattr(Ladder, "_verdict", lambda *_: setattr(_[0], "past", [(1.0, 10.0)]))
+    monkeypatch.setattr(ToleranceSearch, "_attempt", attempt)
+    monkeypatch.setattr(
+        ToleranceSearch, "_verdict", lambda *_: setattr(_[0], "past", [(1.0, 10.0)])
+    )
     with pytest.raises(KeyboardInterrupt) as request:
         cl.simulate(feeder, turns=0.1, error=1e-3, path=tmp_path / "run.h5", **SAMPLES)
     assert "best run so far is stored" in request.value.__notes__[0]

@@ -9,7 +9,7 @@ import pytest
 import clearance as cl
 from clearance.laws.law import FilmJoint
 from clearance.mechanism.build import build
-from clearance.simulation import foreseen
+from clearance.simulation import hole_warnings
 from clearance.tracing.trace import is_zero
 from tests.benchmarks.ranges import examined
 from tests.random_scenes import draw, tags
@@ -203,4 +203,4 @@ def test_scars_have_other_units_too(seed):
 def test_films_without_a_pressure_at_their_rim_have_no_hole_check(seed):
     """A film that is solved may have no pressure below the wall; none is taken there."""
     mechanism = build(draw(seed).scene)
-    assert all("force hole" in warning for warning in foreseen(mechanism))
+    assert all("force hole" in warning for warning in hole_warnings(mechanism))

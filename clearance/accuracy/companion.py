@@ -80,7 +80,7 @@ Numbers = dict[str, np.ndarray]
 Summed = Callable[[Record], dict[str, Metric]]
 
 
-class Parted(RuntimeError):
+class CompanionFailed(RuntimeError):
     """A companion did not come to its end; the message states why."""
 
 
@@ -133,7 +133,7 @@ def companion(
     run are made here at the same times.
 
     times: by how many times their errors film tables are stronger. longer: longest step over that
-    of the run. Raises Parted where it fails.
+    of the run. Raises CompanionFailed where it fails.
     """
     mechanism = strengthened(start.mechanism, times)
     other = Run(mechanism, run.span, replace(run.solver, rtol=rtol))
@@ -149,11 +149,11 @@ def companion(
         other.observers.append(ChangesAgain(changes, strengthen))
     record, failure = other.remembered(run.attributes())
     if failure is not None:
-        raise Parted(f"the companion at rtol {rtol:g} failed {failure}")
+        raise CompanionFailed(f"the companion at rtol {rtol:g} failed {failure}")
     return record
 
 
-def beside_at(rtol: float) -> float:
+def companion_rtol(rtol: float) -> float:
     """Tolerance of the companion of a run: ten times its own, or a tenth where that is too much."""
     return LOOSER * rtol if LOOSER * rtol <= LOOSEST else rtol / LOOSER
 
@@ -161,12 +161,12 @@ def beside_at(rtol: float) -> float:
 def beside(run: Run, start: Start) -> tuple[float, MemoryRecord]:
     """A companion at ten times the tolerance, or where there is none at a tenth, and its tolerance.
 
-    Raises Parted.
+    Raises CompanionFailed.
     """
-    rtol, tighter = beside_at(run.solver.rtol), run.solver.rtol / LOOSER
+    rtol, tighter = companion_rtol(run.solver.rtol), run.solver.rtol / LOOSER
     try:
         return rtol, companion(run, start, rtol)
-    except Parted:
+    except CompanionFailed:
         if rtol == tighter:
             raise
         return tighter, companion(run, start, tighter)
@@ -185,13 +185,8 @@ def tables(mechanism: Mechanism) -> dict[ClearanceJoint, Tabulated]:
     return {j: s for j, s in mechanism.sources.items() if isinstance(s, Tabulated)}
 
 
-def stronger(mechanism: Mechanism) -> float:
+def film_factor(sources: Iterable[Tabulated]) -> float:
     """Times of their own errors by which film tables are made stronger; 0 without a table."""
-    return times_of(tables(mechanism).values())
-
-
-def times_of(sources: Iterable[Tabulated]) -> float:
-    """As `stronger`, for these tables."""
     largest = max((t.error for t in sources), default=0.0)
     return max(STRONGER / largest, 1.0) if largest > 0.0 else 0.0
 
@@ -227,13 +222,13 @@ class Pair:
 
 
 def paired(run: Run, start: Start, main: Record) -> Pair:
-    """A run that has come to its end beside its companions. Raises Parted where one fails."""
+    """A run that has ended beside its companions. Raises CompanionFailed where one fails."""
     rtol, other = beside(run, start)
     longer = LONGER if step_alike(main, other) else 1.0
     if longer > 1.0:
         other = companion(run, start, rtol, longer=longer)
     other.scene = main.scene  # read once
-    if not (times := stronger(start.mechanism)):
+    if not (times := film_factor(tables(start.mechanism).values())):
         return Pair(main, other, (run.solver.rtol, rtol))
     film = companion(run, start, rtol, times, longer)
     film.scene = main.scene
@@ -427,7 +422,7 @@ class Statement:
         try:
             with self._record(sink) as record:
                 errors = stated(self.pair(record), summed, self.settle, size)
-        except Parted as reason:
+        except CompanionFailed as reason:
             errors = Errors(reason=str(reason))
         except KeyboardInterrupt as request:
             request.add_note(f"{sink.left}, without stated errors")

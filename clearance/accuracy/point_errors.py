@@ -2,8 +2,15 @@
 and film table.
 """
 
-from clearance.accuracy.companion import Parted, Start, paired, reason_without, size_of, stated
-from clearance.accuracy.request import Ladder, Request
+from clearance.accuracy.companion import (
+    CompanionFailed,
+    Start,
+    paired,
+    reason_without,
+    size_of,
+    stated,
+)
+from clearance.accuracy.request import Request, ToleranceSearch
 from clearance.metrics.metrics import Metric
 from clearance.results.errors import Errors, asks
 from clearance.results.memory import MemoryRecord
@@ -31,7 +38,7 @@ class Stating:
         """
         if self.request is None:
             return self.run.record(keeper)
-        answer = Ladder(self.run, self.request, self.settle, summed).climb()
+        answer = ToleranceSearch(self.run, self.request, self.settle, summed).climb()
         self.errors, keeper.run = answer.errors, answer.attempt.run
         answer.attempt.memory.replay(keeper)
         return answer.cannot or None
@@ -44,7 +51,7 @@ class Stating:
             try:
                 pair = paired(self.run, self.start, record)
                 self.errors = stated(pair, summed, self.settle, size_of(self.run.mechanism))
-            except Parted as reason:
+            except CompanionFailed as reason:
                 self.left_out = str(reason)
         errors = self.errors or {}
         return {

@@ -20,15 +20,16 @@ from clearance.accuracy.companion import (
     LOOSER,
     LOOSEST,
     MEMORY,
+    CompanionFailed,
     Pair,
-    Parted,
     Start,
     Summed,
     companion,
+    film_factor,
     size_of,
     stated,
     step_alike,
-    stronger,
+    tables,
 )
 from clearance.metrics.metrics import metrics
 from clearance.results.errors import TRAJECTORY, Error, Errors, share
@@ -153,7 +154,7 @@ class Attempt:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Outcome:
     """Outcome of a request: the run, its errors beside the requested ones, and the reason where
     these were not reached.
     """
@@ -163,7 +164,7 @@ class Answer:
     cannot: str
 
 
-class Ladder:
+class ToleranceSearch:
     """Runs at falling tolerances until the stated errors are small enough.
 
     run: made and not begun, at any tolerance; settle: turns left out of the metrics; summed:
@@ -195,7 +196,7 @@ class Ladder:
         # tolerances, and the worst of stated over requested errors
         self.past: list[tuple[float, float]] = []
 
-    def climb(self) -> Answer:
+    def climb(self) -> Outcome:
         """The answer."""
         if self.run.mechanism.layout.remembering:
             return self._unstated(self._attempt(self.run.solver.rtol), MEMORY)
@@ -207,7 +208,7 @@ class Ladder:
                 return self._unstated(tight, f"the run at rtol {rtol:g} failed {tight.failure}")
             try:
                 errors = self._errors(tight, rtol, loose)
-            except Parted as reason:
+            except CompanionFailed as reason:
                 return self._unstated(tight, str(reason))
             verdict = self._verdict(errors, rtol)
             if verdict is not None and self._films_again(loose):
@@ -215,7 +216,7 @@ class Ladder:
                 errors = self._with_films(errors)
                 verdict = self._verdict(errors, rtol)
             cannot = verdict or ""
-            self.best = Answer(
+            self.best = Outcome(
                 tight, replace(errors, asked=dict(self.request.asked), cannot=cannot), cannot
             )
             if verdict is not None:
@@ -237,13 +238,16 @@ class Ladder:
             try:
                 self.runs.append(tolerance)
                 second = companion(self.run, self.start, tolerance)
-                if self.request.films and (times := stronger(self.run.mechanism)):
+                if self.request.films and (times := self._film_factor()):
                     strong = companion(self.run, self.start, tolerance, times)
                     self.film, self.film_rtol = (second, strong, times), tolerance
                 return tolerance, second
-            except Parted:
+            except CompanionFailed:
                 self.film = None
         return None
+
+    def _film_factor(self) -> float:
+        return film_factor(tables(self.run.mechanism).values())
 
     def _films_again(self, loose: tuple[float, MemoryRecord] | None) -> bool:
         """Make the films' part again, at the tolerance of the last companion; False where it stays.
@@ -253,10 +257,10 @@ class Ladder:
         """
         if self.film is None or loose is None or loose[0] >= self.film_rtol:
             return False
-        times = stronger(self.run.mechanism)
+        times = self._film_factor()
         try:
             self.film = loose[1], companion(self.run, self.start, loose[0], times), times
-        except Parted:  # the part of the first companion stands
+        except CompanionFailed:  # the part of the first companion stands
             return False
         self.film_rtol = loose[0]
         return True
@@ -341,9 +345,9 @@ class Ladder:
         before = [w for r, w in self.past if r >= rtol * 10.0**DECADES * (1.0 - 1e-9)]
         return rtol <= LOST and bool(before) and worst > before[-1] / FLOOR
 
-    def _unstated(self, attempt: Attempt, reason: str) -> Answer:
+    def _unstated(self, attempt: Attempt, reason: str) -> Outcome:
         """A run whose errors cannot be stated, and why."""
-        return Answer(attempt, Errors(reason=reason), reason)
+        return Outcome(attempt, Errors(reason=reason), reason)
 
 
 def relative(part: float, error: Error, name: str) -> float:

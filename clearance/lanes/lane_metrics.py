@@ -2,7 +2,7 @@
 
 One point is run the ordinary way; it gives the metrics, their units and texts. Those of
 all others are made from what lanes keep: extremes in each turn, sums and tracks of samples. Other
-metrics, and runs that do not end with a complete turn, are `Unsuited`.
+metrics, and runs that do not end with a complete turn, are `NotForLanes`.
 """
 
 import math
@@ -16,6 +16,7 @@ from clearance.accuracy.companion import SAFETY, differences, spreads
 from clearance.accuracy.point_errors import Stating, is_period
 from clearance.elements.regimes import FLATTENING, FULL_FILM, PIEZOVISCOUS, regime
 from clearance.lanes.group import Answers, Points
+from clearance.lanes.point_numbers import NotForLanes
 from clearance.lanes.watch import Quantity, Reduction, Watch
 from clearance.metrics.metrics import ROUNDING, Metric, Window, periodicity
 from clearance.metrics.of_points import of_point
@@ -25,10 +26,6 @@ from clearance.run.diagnosis import doubtful
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.run import Run
 from clearance.stepping import status
-
-
-class Unsuited(Exception):
-    """The reason for which points cannot run in lanes."""
 
 
 @dataclass
@@ -88,18 +85,18 @@ class Wanted:
         )
 
 
-class Summing:
+class LaneMetrics:
     """Outputs that are looked at in runs of one structure, and metrics made of them.
 
     run: of one point, not begun: it is run here; settle: turns left out of the metrics; error: that
     is to be stated, as of `simulate`.
-    first: its metrics; stated: their errors. Raises Unsuited.
+    first: its metrics; stated: their errors. Raises NotForLanes.
     """
 
     def __init__(self, run: Run, settle: float | None, error: float | str | dict | None = None):
         stating = Stating(run, error, settle)
         if stating.request is not None:
-            raise Unsuited("a requested error chooses the tolerance of each point")
+            raise NotForLanes("a requested error chooses the tolerance of each point")
         self.mechanism, self.solver, self.span, self.settle = (
             run.mechanism,
             run.solver,
@@ -108,7 +105,7 @@ class Summing:
         )
         sink = Memory(run.mechanism.layout.channels, run.attributes())
         if failure := run.record(sink):
-            raise Unsuited(f"its first point fails: {failure}")
+            raise NotForLanes(f"its first point fails: {failure}")
         self.record: MemoryRecord = sink.record
         self.ideal = ideal_motion(run.mechanism.scene, run.span, self.record.scene)
         self.first = of_point(self.record, self.settle, self.ideal)
@@ -141,20 +138,20 @@ class Summing:
         window = Window.of(self.record, self.settle)
         turn, until = self.mechanism.scene.turn, self.span.until
         if window is None or not turn or window.turns is None or self.record.uneven:
-            raise Unsuited("no drive turns at a constant speed")
+            raise NotForLanes("no drive turns at a constant speed")
         before = window.begin / turn
         self.past = round(before)  # turns before the window
         on_turn = abs(before - self.past) < ROUNDING
         if not on_turn or window.end < until * (1.0 - ROUNDING) or window.turns < 1.0 - ROUNDING:
-            raise Unsuited("the run does not end with the whole turns that its metrics are about")
+            raise NotForLanes("the run does not end with the whole turns of its metrics")
         self.window, self.turns = window, window.turns
 
     def _state(self, stating: Stating) -> dict[str, Metric]:
-        """Stated errors of the first point. Raises Unsuited where there are none."""
+        """Stated errors of the first point. Raises NotForLanes where there are none."""
         summed = partial(of_point, settle=self.settle, ideal=self.ideal)
         stated = stating.columns(self.record, self.first, summed)
         if stating.left_out:
-            raise Unsuited(f"no stated errors: {stating.left_out}")
+            raise NotForLanes(f"no stated errors: {stating.left_out}")
         return stated
 
     # --- outputs that are looked at
@@ -198,7 +195,7 @@ class Summing:
     def _want_contact(self, joint) -> None:
         """Share of the time in contact of a joint whose contact sets in gradually."""
         if (path := f"joints/{joint.name}/contact_force") not in self.mechanism.layout.output:
-            raise Unsuited(f"joint {joint.name} touches at several places")
+            raise NotForLanes(f"joint {joint.name} touches at several places")
         c = self.wanted.channel(path)
         self.wanted.mean(
             f"{joint.name} contact", lambda p, row, given, constants: p.flag(p.above(row[c], 0.0))
@@ -253,11 +250,11 @@ class Summing:
     def metrics(self, answers: Answers, points: Points) -> dict[str, np.ndarray]:
         """Metrics of the points by name, as the first point has them.
 
-        Raises Unsuited for others.
+        Raises NotForLanes for others.
         """
         made = {name: values for part in self._parts(answers, points) for name, values in part}
         if missing := [name for name in self.first if name not in made]:
-            raise Unsuited(f"metric {missing[0]} is not made in lanes")
+            raise NotForLanes(f"metric {missing[0]} is not made in lanes")
         return {name: made[name] for name in self.first}
 
     def errors(
@@ -429,7 +426,7 @@ class Tracked:
 
     uneven, complete = False, True
 
-    def __init__(self, summing: Summing, tracks: dict, points: Points, place: int):
+    def __init__(self, summing: LaneMetrics, tracks: dict, points: Points, place: int):
         self.tracks, self.clearances = tracks, summing.record.clearances
         self.turn, until = float(points.turn[place]), points.until[place]
         samples = summing.span.samples

@@ -5,7 +5,7 @@ their starts belongs to one of three kinds. It is the same everywhere, or the sc
 (values/columns.py) gives it, or it follows from one parameter and is prepared at each value. All
 else is put together from these by the formulas of the ordinary way. The numbers must be those
 prepared: bit for bit, or within a share of them. Where they are not, the points are run one by one
-(`Irregular`).
+(`NotForLanes`).
 """
 
 import itertools
@@ -28,8 +28,8 @@ OF_ALL = 8  # of so many points one, at most
 SCANNED = 0.5  # share of the points that may be prepared to scan a parameter
 
 
-class Irregular(Exception):
-    """The numbers of this sweep do not follow from its parameters one by one."""
+class NotForLanes(Exception):
+    """The reason for which points of a sweep cannot share a memory or run in lanes."""
 
 
 @dataclass(frozen=True)
@@ -90,13 +90,13 @@ def start_of(run: Run) -> Start:
     )
 
 
-class Spread:
+class PointNumbers:
     """Starts of points as arrays.
 
     scene: gives the scene of swept values; prepared: gives the run of them, not begun; columns:
         values of the swept numbers by name, (points,); share: of a number that it may be off; base:
         a point to begin with, default in the middle; one_table: all points have the same tables.
-    run: of the base. Raises Irregular.
+    run: of the base. Raises NotForLanes.
     """
 
     def __init__(
@@ -122,13 +122,13 @@ class Spread:
         given = {n: np.array([trial[n] for trial in trials], dtype=float) for n in columns}
         self._classify(given, rows)
         if not self._same(self.vectors(given), rows).all():
-            raise Irregular("its numbers depend on several parameters at once")
+            raise NotForLanes("its numbers depend on several parameters at once")
 
     def _tried(self, values: dict) -> Run:
         try:
             return self.prepared(values)
         except (ValueError, TypeError, OSError) as error:
-            raise Irregular(str(error)) from error
+            raise NotForLanes(str(error)) from error
 
     def _corners(self) -> list[dict]:
         """Outermost values of all parameters together."""
@@ -166,7 +166,7 @@ class Spread:
         run = self._tried(trial)
         if (kind := self._kind(run)) != self.kind:
             many = "film tables" if kind[:2] == self.kind[:2] else "structures"
-            raise Irregular(f"its points have several {many}")
+            raise NotForLanes(f"its points have several {many}")
         return start_of(run).vector
 
     def _same(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -187,11 +187,11 @@ class Spread:
         for j in np.flatnonzero(varying & ~formed):
             name = next((n for n, v in given.items() if _follows(v, rows[:, j])), None)
             if name is None:
-                raise Irregular(self._not_from_parameters())
+                raise NotForLanes(self._not_from_parameters())
             following[name].append(j)
         needed = sum(len(self.values[n]) for n, places in following.items() if places)
         if needed > max(SCANNED * len(next(iter(self.columns.values()))), 1.0):
-            raise Irregular("a number that follows from a parameter has too many values")
+            raise NotForLanes("a number that follows from a parameter has too many values")
         self.following = {
             n: (places, self._scan(n)[:, places]) for n, places in following.items() if places
         }

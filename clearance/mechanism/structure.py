@@ -97,7 +97,7 @@ class Structure:
             self.compiled[role] = self._made(role)
         return self.compiled[role]
 
-    def hasten(self) -> None:
+    def fuse_stages(self) -> None:
         """Compile what only many steps pay for."""
         if kernels.takes_moments(self.programs["rhs"]):
             self.kernel("moments")

@@ -67,10 +67,10 @@ def means(record: Record, first: int = TRANSIENT) -> dict[str, Mean]:
     return {name: mean(s.values) for name, s in series.items() if len(s.values) >= FEWEST}
 
 
-Found = Iterator[tuple[str, np.ndarray, str, str]]
+Numbers = Iterator[tuple[str, np.ndarray, str, str]]
 
 
-def _bodies(record: Record, edges: np.ndarray) -> Found:
+def _bodies(record: Record, edges: np.ndarray) -> Numbers:
     for body, direction in guides(record.scene).items():
         axis, share = along(direction)
         values = _sizes(record, f"bodies/{body}/a{axis}", edges)
@@ -93,12 +93,12 @@ def _paths(record: Record) -> Iterator[tuple[str, str, str, str]]:
                 )
 
 
-def _drives(record: Record, edges: np.ndarray) -> Found:
+def _drives(record: Record, edges: np.ndarray) -> Numbers:
     for path, name, units, words in _paths(record):
         yield f"{name}_peak", _sizes(record, path, edges), units, f"largest {words}"
 
 
-def _efforts(record: Record, edges: np.ndarray) -> Found:
+def _efforts(record: Record, edges: np.ndarray) -> Numbers:
     turns = len(edges) - 1
     place, inside = placed(record.time, edges)
     counts = np.bincount(place[inside], minlength=turns)
@@ -120,20 +120,20 @@ def _mean_squares(record: Record, path: str, edges: np.ndarray) -> np.ndarray | 
     return None if amounts is None else amounts / np.diff(edges)
 
 
-def _forces(record: Record, edges: np.ndarray) -> Found:
+def _forces(record: Record, edges: np.ndarray) -> Numbers:
     for name in record.names("joints"):
         force = _peaks(record, f"joints/{name}/force_max", edges)
         if force is not None:
             yield f"joint_{name}_force_peak", force, "N", f"largest force in joint {name} in a turn"
 
 
-def _contacts(record: Record, edges: np.ndarray) -> Found:
+def _contacts(record: Record, edges: np.ndarray) -> Numbers:
     for joint in record.scene["joints"]:
         if joint["name"] in record.clearances and joint["contact"]:
             yield from _touches(record, joint["name"], edges)
 
 
-def _touches(record: Record, name: str, edges: np.ndarray) -> Found:
+def _touches(record: Record, name: str, edges: np.ndarray) -> Numbers:
     gap = _peaks(record, f"joints/{name}/gap_min", edges)
     if gap is not None:
         deepest = np.maximum(-gap, 0.0)
@@ -158,7 +158,7 @@ def _touches(record: Record, name: str, edges: np.ndarray) -> Found:
     yield f"joint_{name}_impacts_per_turn", count, "1", f"contacts begun in a turn of joint {name}"
 
 
-def _energy(record: Record, edges: np.ndarray) -> Found:
+def _energy(record: Record, edges: np.ndarray) -> Numbers:
     if "energy/dissipated" in record:
         values = np.diff(np.interp(edges, record.time, record.values("energy/dissipated")))
         yield "dissipated_per_turn", values, "J", "energy taken out in a turn"

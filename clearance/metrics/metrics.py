@@ -204,7 +204,7 @@ def _lagrange(places: np.ndarray, at: np.ndarray) -> np.ndarray:
     return shares
 
 
-Found = Iterator[tuple]  # name, value, units, text, and of extremes their time [s]
+Numbers = Iterator[tuple]  # name, value, units, text, and of extremes their time [s]
 
 
 def metrics(
@@ -250,7 +250,7 @@ def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:
     return {name: metric for name, metric in all_of_it.items() if metric.time is not None}
 
 
-def sliders(record: Record, window: Window, ideal: dict) -> Found:
+def sliders(record: Record, window: Window, ideal: dict) -> Numbers:
     """Motion of bodies on guides, and its distance from that with ideal joints."""
     for body, (dx, dy) in guides(record.scene).items():
         x, y, ax, ay = (
@@ -285,7 +285,7 @@ def sliders(record: Record, window: Window, ideal: dict) -> Found:
             yield f"{body}_acceleration_deviation_rms", beyond, "m/s2", text
 
 
-def drives(record: Record, window: Window) -> Found:
+def drives(record: Record, window: Window) -> Numbers:
     for drive in record.names("drives"):
         for quantity, units in (("torque", "N m"), ("force", "N")):
             if f"drives/{drive}/{quantity}" not in record:
@@ -299,7 +299,7 @@ def drives(record: Record, window: Window) -> Found:
             yield f"{name}_rms", rms, units, f"root mean square {what}"
 
 
-def joints(record: Record, window: Window) -> Found:
+def joints(record: Record, window: Window) -> Numbers:
     """Forces in all joints; how near, how hard and how often surfaces come in clearance joints."""
     events, clearances = record.events, record.clearances
     for name in record.names("joints"):
@@ -333,7 +333,7 @@ def joints(record: Record, window: Window) -> Found:
                 yield from _slide(record, window, joint, contacts)
 
 
-def _gap(record: Record, window: Window, joint: dict) -> Found:
+def _gap(record: Record, window: Window, joint: dict) -> Numbers:
     name, clearance, roughness = joint["name"], joint["clearance"], joint.get("roughness")
     smallest = record.extreme(f"joints/{name}/gap_min", *window.bounds(record))
     gap, time = smallest.value, smallest.time
@@ -352,7 +352,7 @@ def _gap(record: Record, window: Window, joint: dict) -> Found:
         yield f"joint_{name}_film_thickness_ratio_min", least, "1", text, time
 
 
-def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
+def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Numbers:
     """Time in contact and impacts; contact that sets in gradually is read off the samples.
 
     contacts: columns of the joint's rows of the events; `begun` states which begin in the window.
@@ -379,7 +379,7 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Fou
     yield f"joint_{name}_impact_speed_max", fastest, "m/s", f"largest impact speed of joint {name}"
 
 
-def _wear(record: Record, window: Window, name: str) -> Found:
+def _wear(record: Record, window: Window, name: str) -> Numbers:
     """Volumes worn off, and what a law of wear by the force alone leaves out."""
     count, rate, when = window.per()
     for surface in SURFACES:
@@ -404,7 +404,7 @@ def _at_ends(record: Record, window: Window, path: str) -> np.ndarray:
     return cubic(record.time, record.values(path), ends)
 
 
-def _slide(record: Record, window: Window, joint: dict, contacts: dict) -> Found:
+def _slide(record: Record, window: Window, joint: dict, contacts: dict) -> Numbers:
     """Contacts of each corner of a block in its guide, shares of time in each mode, nearness to a
     jam.
     """
@@ -455,7 +455,7 @@ def modes_of(record: Record, joint: str, begin: float, end: float) -> tuple[np.n
     return edges, count + ((walls[-1.0] > 0) & (walls[1.0] > 0))
 
 
-def _jam(record: Record, window: Window, joint: dict) -> Found:
+def _jam(record: Record, window: Window, joint: dict) -> Numbers:
     """mu d / a of a block that touches across, d: arm of the push P along the guide, which its
     normal forces N balance.
 
@@ -502,7 +502,7 @@ def _touches(joint: dict) -> bool:
     return getattr(getattr(sys.modules.get(module), name, None), "first_touch", False)
 
 
-def dissipation(record: Record, window: Window) -> Found:
+def dissipation(record: Record, window: Window) -> Numbers:
     count, rate, when = window.per()
     name, units = ("dissipated_per_turn", "J") if rate == "per_turn" else ("dissipated_power", "W")
     parts = {
@@ -515,7 +515,7 @@ def dissipation(record: Record, window: Window) -> Found:
             yield metric, (end - begin) / count, units, f"energy taken out {when} {who}"
 
 
-def periodicity(record: Record, window: Window) -> Found:
+def periodicity(record: Record, window: Window) -> Numbers:
     """After how many turns the journals come back.
 
     Impacts recur only where samples do: a turn should be an integer number of samples. Else values

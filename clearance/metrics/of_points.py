@@ -22,7 +22,7 @@ import numpy as np
 
 from clearance.metrics import statistics as series
 from clearance.metrics.by_turn import ROUNDING, Series, by_turn, placed
-from clearance.metrics.metrics import Found, Metric, Window, metrics
+from clearance.metrics.metrics import Metric, Numbers, Window, metrics
 from clearance.results.extremes import guides
 from clearance.results.result import Record
 
@@ -61,7 +61,7 @@ def is_dry(scene: dict) -> bool:
     return any(j.get("contact") and not j.get("film") for j in scene["joints"])
 
 
-def statistics(by_name: dict[str, Series], beside: dict[str, Metric]) -> Found:
+def statistics(by_name: dict[str, Series], beside: dict[str, Metric]) -> Numbers:
     """Means of peaks, their intervals and quantiles; intervals of the rates that stand beside
     them.
     """

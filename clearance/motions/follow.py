@@ -21,7 +21,7 @@ from clearance.motions.maps import NotPeriodic
 from clearance.motions.steady import tolerance_of
 from clearance.results.extremes import along, guides
 from clearance.results.result import replacing, save_tables
-from clearance.results.stream import chosen
+from clearance.results.stream import matching
 from clearance.run.inputs import accept, differences, of_case
 from clearance.scene.catalogue import AnyCase, case_with
 from clearance.values import checks
@@ -392,7 +392,7 @@ def _channels(mechanism: Mechanism, patterns: list[str] | None) -> dict[str, str
     """
     scene, channels = mechanism.scene, mechanism.layout.channels
     if patterns is not None:
-        return {channels[i].path: channels[i].units for i in chosen(channels, patterns)}
+        return {channels[i].path: channels[i].units for i in matching(channels, patterns)}
     wanted = [f"joints/{j.name}/eccentricity_ratio" for j in scene.clearance_joints[:1]]
     wanted += [f"bodies/{b}/v{along(d)[0]}" for b, d in guides(scene.description()).items()]
     return {c.path: c.units for c in channels if c.path in wanted}

@@ -64,7 +64,7 @@ def _recorded(solver: Explicit, times, rows, failure, wall: float, path) -> Reco
         sink = Stream(Path(path), channels, attributes, expected=times.size)
     writer = Recorder(channels, sink)
     for joint in solver.scene.joints:
-        writer.know(f"joints/{joint.name}", **joint.facts)
+        writer.add_facts(f"joints/{joint.name}", **joint.facts)
     try:
         writer.samples(times, rows)
     except Unwritable:

@@ -17,7 +17,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from clearance.accuracy.companion import LOOSER, LOOSEST, Pair, Parted, strengthened, stronger
+from clearance.accuracy.companion import (
+    LOOSER,
+    LOOSEST,
+    CompanionFailed,
+    Pair,
+    film_factor,
+    strengthened,
+    tables,
+)
 from clearance.accuracy.horizon import NotSolved
 from clearance.motions.maps import Motion, NotPeriodic, Section
 from clearance.motions.shooting import Fixed
@@ -32,11 +40,11 @@ Orbiting = Callable[[Section, Fixed], Run]
 def paired(section: Section, fixed: Fixed, orbiting: Orbiting, main: Record) -> Pair:
     """A periodic motion beside its companions.
 
-    orbiting: the run over one period; main: its record. Raises Parted where a companion fails.
+    orbiting: the run over one period; main: its record. Raises CompanionFailed.
     """
     rtol = section.motion.rtol
     looser = min(LOOSER * rtol, LOOSEST)
-    times = stronger(section.motion.mechanism)
+    times = film_factor(tables(section.motion.mechanism).values())
     other = _orbit(section, fixed, orbiting, looser)
     film = _orbit(section, fixed, orbiting, looser, times) if times else None
     return Pair(main, other, (rtol, looser), film, times or 1.0)
@@ -52,11 +60,11 @@ def _orbit(
         other = _again(section, rtol, times)
         run = orbiting(other, _moved(other, fixed))
     except (NotPeriodic, NotSolved, np.linalg.LinAlgError) as reason:
-        raise Parted(f"the companion at rtol {rtol:g} failed: {reason}") from None
+        raise CompanionFailed(f"the companion at rtol {rtol:g} failed: {reason}") from None
     run.take_mechanism(strengthened(run.mechanism, times))
     record, failure = run.remembered()
     if failure is not None:
-        raise Parted(f"the companion at rtol {rtol:g} failed {failure}")
+        raise CompanionFailed(f"the companion at rtol {rtol:g} failed {failure}")
     return record
 
 

@@ -119,7 +119,7 @@ class Recorder:
     def flush(self) -> None:
         self.sink.flush()
 
-    def know(self, group: str, **facts) -> None:
+    def add_facts(self, group: str, **facts) -> None:
         """Attributes of a group, such as what a joint's film table errs by."""
         self.facts.setdefault(group, {}).update(facts)
 
@@ -130,12 +130,12 @@ class Recorder:
         """
         group = f"joints/{joint.name}"
         result = regime(joint, pressure, gap)
-        self.know(
+        self.add_facts(
             group, **{name: value for name, value in vars(result).items() if value is not None}
         )
         means = {f"{group}/membership_{s}": f"share_{s}" for s in ("full_film", "mixed", "dry")}
         means[f"{group}/asperity_share"] = "mean_asperity_share"
-        self.know(
+        self.add_facts(
             group,
             **{
                 n: self.totals[self.place[p]] / self.rows
@@ -173,9 +173,9 @@ class Recorder:
             ranges = Ranges(self.low, self.high, extremes, integrals)
             for name, fact in JOINT_EXTREMES.items():
                 self._know_extremes(extremes, name, fact)
-            self.know("energy", turned_over=self.energy_scale())
+            self.add_facts("energy", turned_over=self.energy_scale())
             if self.balance is not None:
-                self.know("energy", largest_residual=self.ledger.largest)
+                self.add_facts("energy", largest_residual=self.ledger.largest)
         self.sink.close(status, solver, warnings, self.facts, ranges)
 
     def _know_extremes(self, extremes: Extremes | None, quantity: str, fact: str) -> None:
@@ -184,4 +184,4 @@ class Recorder:
             if f"{group}/{quantity}" in extremes and (
                 extreme := extremes.of(f"{group}/{quantity}")
             ):
-                self.know(group, **{fact: extreme.value, f"{fact}_time": extreme.time})
+                self.add_facts(group, **{fact: extreme.value, f"{fact}_time": extreme.time})

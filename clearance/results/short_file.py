@@ -30,11 +30,11 @@ from clearance.results.stream import (
     ImageSink,
     Stream,
     Unwritable,
-    chosen,
     closing,
     filters,
     fits_path,
     lock_of,
+    matching,
     opening,
     ranged,
     spots,
@@ -72,7 +72,7 @@ class ShortFile(Memory):
         logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
         super().__init__(channels, attributes, logs)
         self.given, self.remembering = None if path is None else Path(path), remembering
-        self.kept = chosen(channels, keep)
+        self.kept = matching(channels, keep)
         self.options = channels, attributes, keep, compression, expected
         self.rows_in_chunk = min(max(expected, 1), CHUNK)
         self.lock = None

@@ -45,7 +45,7 @@ CLOSING, CLOSING_COLUMN = 2**18, 2**12
 OPENING_COLUMN = 2**12  # bytes of the header of an empty column, with its share of the groups
 
 
-def chosen(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
+def matching(channels: Sequence, patterns: Sequence[str] | None) -> list[int]:
     """Places of the channels whose path a pattern fits: "joints/B/*", "bodies/slider/ax", "energy";
     None: all.
 
@@ -134,7 +134,7 @@ class Stream:
             raise ValueError(f"result file {self.path} is a directory; give the name of a file")
         check_replaceable(self.path)
         check_result(self.path)
-        self.channels, self.kept = channels, chosen(channels, keep)
+        self.channels, self.kept = channels, matching(channels, keep)
         self.logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
         self.layout = filters(compression) | {"chunks": (min(max(expected, 1), CHUNK),)}
         self.path.parent.mkdir(parents=True, exist_ok=True)

@@ -264,7 +264,7 @@ class Run:
         self._begin_anew()
         return True
 
-    def _hasten(self) -> None:
+    def _use_fused_stages(self) -> None:
         """Take the kernel that only a structure of many steps pays for; no bit changes."""
         method, alone = self.method.rpartition(", ")[2], not self.links["together"].size
         if alone and method in STAGED and self.mechanism.structure.together:
@@ -451,7 +451,7 @@ class Run:
         if code == status.STIFF:
             self._become_implicit()
             return status.RUNNING
-        self._hasten()
+        self._use_fused_stages()
         tried = int(state.steps + state.rejected) - tried
         if code == status.RUNNING and self._crawls(tried, state.time - since):
             code = status.CRAWLING
@@ -545,7 +545,7 @@ class Run:
         )
         watching = [recording, observers.Interrupts(check)]
         for joint in self.mechanism.scene.joints:
-            recording.recorder.know(f"joints/{joint.name}", **joint.facts)
+            recording.recorder.add_facts(f"joints/{joint.name}", **joint.facts)
         if progress is not None:
             watching.append(observers.Progress(progress))
         if checkpoint is not None:
@@ -596,20 +596,20 @@ class Run:
         recorder.impacts(self.labels(), self.open_contacts(), "open_contact")
         summary = self._summary(wall) | {"energy_residual_share": recorder.residual_share()}
         for joint, source in self.mechanism.sources.items():
-            recorder.know(f"joints/{joint.name}", **source.facts())
+            recorder.add_facts(f"joints/{joint.name}", **source.facts())
         if self.wearing is not None:
-            self.wearing.know(recorder)
+            self.wearing.add_facts(recorder)
         if self.changes:
             times, changes = zip(*self.changes, strict=True)
-            recorder.know(
+            recorder.add_facts(
                 "changes",
                 times=np.array(times),
                 numbers=[json.dumps(c, sort_keys=True) for c in changes],
             )
         for group, facts in self.facts.items():
-            recorder.know(group, **facts)
+            recorder.add_facts(group, **facts)
         here = self.mechanism, state.y, state.work, state.time, state.turned[:, 0]
-        recorder.know("state", **end_state(*here))
+        recorder.add_facts("state", **end_state(*here))
         warnings = recording.diagnosis.warnings() if self.warned else []
         recorder.close(finished, summary, warnings, self.extremes, self.integrals)
 

@@ -247,7 +247,7 @@ class Wearing(Observer):
             self.turns[name].append(sums.finish(exact))
         self.before = {path: float(y[i]) for path, i in self.place.items()}
 
-    def know(self, recorder) -> None:
+    def add_facts(self, recorder) -> None:
         """Hand the wear of the run to a record, joint by joint."""
         if self.period is None:
             self.finish()
@@ -261,4 +261,4 @@ class Wearing(Observer):
                 "rubbing": sum(t.rubbing for t in turns),
                 "bins_error": max((t.error for t in turns), default=0.0),
             }
-            recorder.know(f"joints/{name}/wear", **facts)
+            recorder.add_facts(f"joints/{name}/wear", **facts)

@@ -11,7 +11,7 @@ from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.structure import Structure
 from clearance.run.options import choose_method, kernel_roles
 from clearance.scene.scene import Scene
-from clearance.simulation import foreseen
+from clearance.simulation import hole_warnings
 from clearance.tracing.function import Opaque
 
 PARTS = (*SLOTS, "lubricant", "roughness", "heat")
@@ -47,7 +47,9 @@ def explain(scene: Scene) -> dict:
 
 def scene_warnings(mechanism: Mechanism) -> list[str]:
     """Warnings of laws about their joints, and force holes, before anything runs."""
-    return [doubt for j in mechanism.scene.joints for doubt in j.doubts()] + foreseen(mechanism)
+    return [doubt for j in mechanism.scene.joints for doubt in j.doubts()] + hole_warnings(
+        mechanism
+    )
 
 
 def _states(mechanism: Mechanism) -> list[str]:

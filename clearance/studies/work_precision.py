@@ -128,7 +128,7 @@ def work_precision(
         raise ValueError(
             "a film with a memory makes no initial value problem that solvers could share"
         )
-    problem.mechanism.structure.hasten()
+    problem.mechanism.structure.fuse_stages()
     problem.own(problem.reference_methods[0], 1e-3, max_steps=STEP_LIMIT)
     shared = time.perf_counter() - began
     remarks.append(f"kernels and time loop: {shared:.2g} s; all solvers share the right-hand side")

@@ -3,7 +3,7 @@
 The numbers of their starts come as arrays (lanes/point_numbers.py). One point is run the ordinary
 way, and what its metrics look at is noted: the others have no other outputs. They take the same
 steps by the same loop, and their metrics come from the same functions: they are those of the
-ordinary way bit for bit. Some points are `Apart` and run the ordinary way. They fail, carry a
+ordinary way bit for bit. Some points are `RunAlone` and run the ordinary way. They fail, carry a
 warning, need more than their family has, or end for another reason than the family's joints.
 """
 
@@ -25,7 +25,7 @@ from clearance.elements.regimes import (
     oedometric_modulus,
     regime,
 )
-from clearance.lanes.point_numbers import Irregular, Spread, leaves_of
+from clearance.lanes.point_numbers import NotForLanes, PointNumbers, leaves_of
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, acceleration_of, energy_of
 from clearance.metrics.metrics import Metric
@@ -47,7 +47,7 @@ MOST = 4_000_000  # numbers of a run's output that a family keeps
 JUDGED = ("energy/", "/mode", "/sliding_speed", "/friction")
 
 
-class Apart(Exception):
+class RunAlone(Exception):
     """This point must be run the ordinary way."""
 
 
@@ -112,7 +112,7 @@ class Ended:
 
 
 @dataclass(frozen=True)
-class Found:
+class PointMetrics:
     """Numbers of one point: metrics by name, their units and texts, warnings, steps, seconds in the
     compiled loop, digest of its structure.
     """
@@ -126,7 +126,7 @@ class Found:
 
 
 class Family:
-    """Runs of one structure in one memory. Raises Irregular where they cannot be had.
+    """Runs of one structure in one memory. Raises NotForLanes where they cannot be had.
 
     scene: gives the scene of swept values; columns: all values of the swept numbers by name;
         options: of the runs, as of `prepare`; settle: as of `of_point`.
@@ -147,7 +147,7 @@ class Family:
             self.judged.append(_limits(run))
             return run
 
-        self.spread = Spread(scene, noted, columns)
+        self.spread = PointNumbers(scene, noted, columns)
         first = self.spread.run
         _check(first, self.turns)
         self.alike = all(shared == self.judged[0][0] for shared, _ in self.judged)
@@ -199,7 +199,7 @@ class Family:
                 leaves.append(place)
         varying = self.spread.varying("leaves")
         if self.spread.moves:
-            raise Irregular("the ideal motion depends on what is swept")
+            raise NotForLanes("the ideal motion depends on what is swept")
         self.leaves = [(i, _container(self.scene, leaves[i]), leaves[i][-1]) for i in varying]
 
     def _looked_at(self, record: MemoryRecord) -> set[str]:
@@ -209,12 +209,12 @@ class Family:
         return noted.looked
 
     # --- points
-    def found(self, columns: dict[str, np.ndarray]) -> list[Found | None]:
+    def found(self, columns: dict[str, np.ndarray]) -> list[PointMetrics | None]:
         """Numbers of points, from their swept numbers; None for those that must be run the ordinary
         way.
         """
         has = self.spread.has(columns)
-        points: list[Found | None] = [None] * has.size
+        points: list[PointMetrics | None] = [None] * has.size
         if not has.any():
             return points
         starts = self.spread.starts({n: column[has] for n, column in columns.items()})
@@ -225,8 +225,8 @@ class Family:
                 points[i] = self._point(start, values)
         return points
 
-    def _point(self, start: dict[str, np.ndarray], values: dict[str, float]) -> Found:
-        """Run a point. Raises Apart, and what a law raises."""
+    def _point(self, start: dict[str, np.ndarray], values: dict[str, float]) -> PointMetrics:
+        """Run a point. Raises RunAlone, and what a law raises."""
         run, state = self.run, self.run.state
         self._begin(start)
         began = time.perf_counter()
@@ -235,13 +235,13 @@ class Family:
         times, rows, impacts, log = (np.concatenate(p) for p in zip(*pieces, strict=True))
         self._check_ledger(pieces[0][3], log, rows)
         if not np.isfinite(rows).all():
-            raise Apart
+            raise RunAlone
         extremes, events = run.watched.extremes(state), self._events(impacts)
         output = times, rows, events, extremes, run.integrals
         record = Part(self.groups, self.channels, self.scene, *output)
         metrics = {name: m.value for name, m in self._metrics(record).items()}
         warnings = self._warnings(extremes, (times[-1], rows[-1]), values)
-        return Found(metrics, self.known, warnings, int(state.steps), loop, self.digest)
+        return PointMetrics(metrics, self.known, warnings, int(state.steps), loop, self.digest)
 
     def _begin(self, start: dict[str, np.ndarray]) -> None:
         """Put the run to the start of a point."""
@@ -287,11 +287,11 @@ class Family:
             )
             state.rows_filled = state.impacts_filled = state.log_filled = 0
         if code != status.DONE:
-            raise Apart
+            raise RunAlone
         return pieces
 
     def _check_ledger(self, first: np.ndarray, log: np.ndarray, rows: np.ndarray) -> None:
-        """Raise Apart unless the energy ledger closes for certain.
+        """Raise RunAlone unless the energy ledger closes for certain.
 
         No stretch of a run that is judged turns over less than the range of the kinetic energy in
         the first piece.
@@ -304,7 +304,7 @@ class Family:
         moved = max(moved, np.abs(residual - start).max())
         doubt = doubtful(self.run.solver.rtol)
         if not (np.isfinite(log).all() and moved <= doubt * turned):
-            raise Apart
+            raise RunAlone
 
     def _events(self, impacts: np.ndarray) -> dict[str, np.ndarray]:
         """Contacts as a record has them: those that are over, then those that the end cuts off."""
@@ -367,32 +367,32 @@ def _limits(run: Run) -> tuple[tuple, dict[str, float]]:
 
 
 def _check(run: Run, turns: float | None) -> None:
-    """Raise Irregular for runs that cannot share a memory."""
+    """Raise NotForLanes for runs that cannot share a memory."""
     mechanism, layout = run.mechanism, run.mechanism.layout
     if (
         any(isinstance(source, Callback) for source in mechanism.sources.values())
         or layout.remembering
     ):
-        raise Irregular("a film is solved as the run goes or remembers")
+        raise NotForLanes("a film is solved as the run goes or remembers")
     if (turns is None) == (mechanism.scene.turn is not None):
-        raise Irregular("its runs are not so many turns long")
+        raise NotForLanes("its runs are not so many turns long")
     if layout.followed:
-        raise Irregular("its joints wear")
+        raise NotForLanes("its joints wear")
     if not mechanism.size:
-        raise Irregular("nothing is free to move")
+        raise NotForLanes("nothing is free to move")
     if mechanism.structure.forced:
-        raise Irregular("friction without clearance is judged run by run")
+        raise NotForLanes("friction without clearance is judged run by run")
     if mechanism.scene.kinks:
-        raise Irregular("a law of time has a kink")
+        raise NotForLanes("a law of time has a kink")
     if run.span.samples * len(layout.channels) > MOST:
-        raise Irregular("its runs are too long")
+        raise NotForLanes("its runs are too long")
 
 
 def _recorded(run: Run) -> MemoryRecord:
     """A run as it is recorded the ordinary way."""
     sink = Memory(run.mechanism.layout.channels, run.attributes())
     if (failure := run.record(sink)) is not None:
-        raise Irregular(f"its middle point fails: {failure}")
+        raise NotForLanes(f"its middle point fails: {failure}")
     return sink.record
 
 

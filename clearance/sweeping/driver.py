@@ -20,7 +20,7 @@ from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.of_points import of_point
 from clearance.results.errors import asks
 from clearance.results.result import locked, open_result
-from clearance.results.stream import LISTED, chosen, filters
+from clearance.results.stream import LISTED, filters, matching
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.inputs import (
     accept,
@@ -298,7 +298,7 @@ def _affordable(definition: Definition, folder: Path, mechanism: Mechanism, dema
     """
     channels, count = mechanism.layout.channels, len(definition.points)
     if definition.files:
-        columns = 1 + len(chosen(channels, definition.keep))
+        columns = 1 + len(matching(channels, definition.keep))
         missing = count - sum(1 for _ in (folder / "runs").glob("*.h5"))
         compressed = definition.compression > 0
         demand = replace(demand, columns=columns, compressed=compressed, runs=max(missing, 0))
@@ -319,7 +319,7 @@ def _try_first(definition: Definition, demanded: Callable | None) -> None:
             run = prepare(
                 case.scene(**definition.values(index)), demanded, **definition.run_options
             )
-            chosen(run.mechanism.layout.channels, definition.keep or None)
+            matching(run.mechanism.layout.channels, definition.keep or None)
             _check_settle(definition, run)
             # compiled here, once
             ideal = ideal_motion(

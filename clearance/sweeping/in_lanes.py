@@ -2,7 +2,7 @@
 
 The points differ in numbers, which come as arrays (lanes/point_numbers.py); their metrics come from
 what lanes keep (lanes/lane_metrics.py). Where a scene, an option or a metric does not suit lanes,
-the points run the ordinary way, and `Unsuited` gives the reason. So is a point that fails or whose
+the points run the ordinary way, and `NotForLanes` gives the reason. So do points that fail or whose
 energy does not add up.
 """
 
@@ -14,12 +14,12 @@ from dataclasses import replace
 import numpy as np
 
 from clearance import lanes
-from clearance.accuracy.companion import beside_at, times_of
+from clearance.accuracy.companion import companion_rtol, film_factor
 from clearance.film.lookup import Tabulated
 from clearance.lanes.code import chosen_width, natural_width
 from clearance.lanes.group import Answers, Group, Points
-from clearance.lanes.lane_metrics import Summing, Unsuited
-from clearance.lanes.point_numbers import Irregular, Spread
+from clearance.lanes.lane_metrics import LaneMetrics
+from clearance.lanes.point_numbers import NotForLanes, PointNumbers
 from clearance.lanes.possible import possible
 from clearance.mechanism.build import acceleration_of, tables_of
 from clearance.run.options import Span, longest_step
@@ -56,7 +56,7 @@ class Together:
     scene: gives the scene of swept values; columns: all values of the swept numbers by name;
         options: of the runs, as of `prepare`, their length in turns; settle: turns left out of the
         metrics; error: that is to be stated, as of `simulate`.
-    first: place of the point that is run the ordinary way too. Raises Unsuited or Irregular.
+    first: place of the point that is run the ordinary way too. Raises NotForLanes.
     """
 
     def __init__(
@@ -80,13 +80,13 @@ class Together:
 
         run = prepare(scene(first), **options)
         if reason := lanes.impossible(run.mechanism, run.method):
-            raise Unsuited(reason)
-        self.summing = Summing(run, settle, error)
+            raise NotForLanes(reason)
+        self.summing = LaneMetrics(run, settle, error)
         self.spread = self._spread(prepared, first)
         films = [list(map(id, run.mechanism.sources.values())) for _, run in tried]
         self.several = any(tables != films[0] for tables in films)
         if self.summing.ideal and self.spread.moves:
-            raise Unsuited("the ideal motion depends on what is swept")
+            raise NotForLanes("the ideal motion depends on what is swept")
         self.run = self.spread.run
         self.mechanism = self.run.mechanism
         varying, count = self.spread.varying("numbers"), len(self.mechanism.layout.parameters)
@@ -104,15 +104,17 @@ class Together:
         )
         self._compare(tried)
 
-    def _spread(self, prepared: Callable[[dict], Run], first: dict[str, float]) -> Spread:
+    def _spread(self, prepared: Callable[[dict], Run], first: dict[str, float]) -> PointNumbers:
         """Starts of all points: bit for bit those of single runs where the sweep has them so.
 
         Steps follow the last bits of a start, and bits within a share would depend on `first`.
         """
         try:
-            return Spread(self.scene_of, prepared, self.columns, 0.0, first, one_table=False)
-        except Irregular:
-            return Spread(self.scene_of, prepared, self.columns, EXACT, first, one_table=False)
+            return PointNumbers(self.scene_of, prepared, self.columns, 0.0, first, one_table=False)
+        except NotForLanes:
+            return PointNumbers(
+                self.scene_of, prepared, self.columns, EXACT, first, one_table=False
+            )
 
     # --- numbers of points
     def points(
@@ -233,7 +235,7 @@ class Together:
                 points.films[name][row] = points.scale[k]
 
     def _compare(self, tried: list[tuple[dict, Run]]) -> None:
-        """Compare the numbers of runs with those of points. Raises Unsuited where they differ."""
+        """Compare numbers of runs with those of points. Raises NotForLanes where they differ."""
         names = self.columns
         points = self.points({n: np.array([values[n] for values, _ in tried]) for n in names})
         head, n = len(points.par), self.group.shape.states
@@ -257,7 +259,7 @@ class Together:
             for what, (one, other) in pairs.items():
                 one, other = np.asarray(one), np.asarray(other)
                 if one.shape != other.shape or (np.abs(one - other) > SAME * np.abs(one)).any():
-                    raise Unsuited(f"the {what} of its points do not follow from its parameters")
+                    raise NotForLanes(f"the {what} of its points do not follow from its parameters")
 
     # --- results
     @property
@@ -276,7 +278,7 @@ class Together:
         """Stated errors of points that have run, see accuracy/companion.py; not a number where a
         companion fails.
         """
-        rtol = beside_at(self.run.solver.rtol)
+        rtol = companion_rtol(self.run.solver.rtol)
         points = self.points(columns, rtol)
         other = film = self.answers(points, threads)
         good, times = other.status == status.DONE, np.ones(len(points.until))
@@ -290,7 +292,7 @@ class Together:
 
 def _strengthened(tables: list) -> tuple[float, np.ndarray]:
     """Times of their errors by which film tables are made stronger, and their numbers then."""
-    times = times_of(t for t in tables if isinstance(t, Tabulated))
+    times = film_factor(t for t in tables if isinstance(t, Tabulated))
     parts = [
         t.stronger(1.0 + times * t.error) if isinstance(t, Tabulated) and times else t.numbers
         for t in tables
@@ -324,7 +326,7 @@ class Lanes:
             try:
                 for begin in range(0, len(indices), together.block):
                     yield self._run(together, indices[begin : begin + together.block], threads)
-            except Unsuited as error:
+            except NotForLanes as error:
                 self._left(str(error), len(indices))
 
     def suited(self, pending: Sequence[int]) -> list[int]:
@@ -386,7 +388,7 @@ class Lanes:
                 self.definition.settle,
                 self.definition.options.get("error"),
             )
-        except (Unsuited, Irregular) as error:
+        except NotForLanes as error:
             return str(error)
         except (ValueError, TypeError) as error:  # an impossible scene
             return f"their numbers are not worked out together ({error})"

@@ -13,7 +13,7 @@ import numpy as np
 
 from clearance.accuracy.by_differences import Sensing
 from clearance.accuracy.point_errors import Stating
-from clearance.lanes.point_numbers import Irregular
+from clearance.lanes.point_numbers import NotForLanes
 from clearance.lanes.possible import possible
 from clearance.metrics.metrics import Metric, own
 from clearance.metrics.of_points import of_point
@@ -29,7 +29,7 @@ from clearance.scene.scene import Scene
 from clearance.scene.user_module import module_of, place_in, words_of
 from clearance.simulation import prepare, reopened
 from clearance.sweeping import definition as definitions
-from clearance.sweeping.batch import Family, Found
+from clearance.sweeping.batch import Family, PointMetrics
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.index import checked
 from clearance.sweeping.journal import DONE, FAILED, LEFT, LOST, WAITING, Outcome
@@ -314,7 +314,7 @@ def _together(
     return {i: _outcome(definition, i, point, wall) for i, point in points.items()}, alone
 
 
-def _outcome(definition: Definition, index: int, results: Found, wall: float) -> Outcome:
+def _outcome(definition: Definition, index: int, results: PointMetrics, wall: float) -> Outcome:
     files = files_named(definition.values(index).values())
     modules = _modules(definition.path, definition.source, definition.own)
     return Outcome(
@@ -364,7 +364,7 @@ def _new_family(definition: Definition, kind: tuple) -> Family | str:
     columns = {n: v[good] for n, v in columns.items()}
     try:
         return Family(scene, columns, options, definition.settle)
-    except Irregular as error:
+    except NotForLanes as error:
         return str(error)
     except Exception as error:  # noqa: BLE001
         # a sweep goes on, whatever a user's scene or law does

@@ -21,8 +21,16 @@ from clearance.postprocess.study_pictures import stated_against_true
 from publishing import publish, require
 
 import clearance as cl
-from clearance.accuracy.companion import THROUGHOUT, Pair, Parted, Start, companion, size_of, stated
-from clearance.accuracy.request import Ladder, Request, printed
+from clearance.accuracy.companion import (
+    THROUGHOUT,
+    CompanionFailed,
+    Pair,
+    Start,
+    companion,
+    size_of,
+    stated,
+)
+from clearance.accuracy.request import Request, ToleranceSearch, printed
 from clearance.metrics.metrics import metrics
 from clearance.results.memory import MemoryRecord
 from clearance.run.run import Run
@@ -182,7 +190,7 @@ class Scene:
             with Cpu() as cpu:
                 self.records[k] = companion(self.run, self.start, 10.0**-k)
             self.cpu[k] = cpu.seconds
-        except Parted as reason:
+        except CompanionFailed as reason:
             print("  ", reason, file=sys.stderr)
 
     def errors(self, k: int, other: int):
@@ -278,7 +286,7 @@ class Asked:
 def requests(one: Scene) -> Iterator[Asked]:
     """Requests of one scene."""
     for eps in ASKED:
-        ladder = Ladder(one.run, Request.of({"integration": eps}), one.settle)
+        ladder = ToleranceSearch(one.run, Request.of({"integration": eps}), one.settle)
         with Cpu() as cpu:
             answer = ladder.climb()
         sufficient = [

@@ -25,7 +25,7 @@ from clearance.machine.callback import KEEP, SLOPES, VALUE, Callback, answered
 from clearance.mechanism.build import build
 from clearance.run.options import Span
 from clearance.run.run import Run
-from clearance.simulation import dear
+from clearance.simulation import cost_warnings
 from tests.seeds import few_of
 
 C = 1e-4
@@ -424,7 +424,7 @@ class TestCost:
     def test_stumble_20_seconds_a_turn_where_there_are_turns(self, film):
         """One digit of each time; the film of the run itself is not touched."""
         mechanism = build(cl.load_case("slider_crank", model="lubricated", film=film, mesh="16x2"))
-        (message,) = dear(mechanism)
+        (message,) = cost_warnings(mechanism)
         times = r"goes, (\S+) s of CPU each time, about (\S+) s a turn"
         each, turn = re.search(times, message).groups()
         assert 0.0 < 100.0 * float(each) < float(turn)

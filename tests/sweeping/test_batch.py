@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.lanes.point_numbers import Irregular, Spread
+from clearance.lanes.point_numbers import NotForLanes, PointNumbers
 from clearance.metrics.of_points import of_point
 from clearance.results.memory import Memory
 from clearance.run.ideal_motion import ideal_motion
@@ -124,10 +124,10 @@ def test_numbers_of_several_parameters(mass, reason, tmp_path):
         return prepare(scene(values), until=0.1)
 
     if reason:
-        with pytest.raises(Irregular, match=reason):
-            Spread(scene, prepared, swept)
+        with pytest.raises(NotForLanes, match=reason):
+            PointNumbers(scene, prepared, swept)
         return
-    spread = Spread(scene, prepared, swept)
+    spread = PointNumbers(scene, prepared, swept)
     starts = spread.starts({name: column[7:8] for name, column in swept.items()})
     run = prepared({name: column[7].item() for name, column in swept.items()})
     numbers = len(run.mechanism.layout.parameters)

@@ -11,8 +11,8 @@ import clearance as cl
 from clearance.elements.regimes import FULL_FILM
 from clearance.lanes import watch
 from clearance.lanes.code import natural_width
-from clearance.lanes.lane_metrics import Summing, Unsuited
-from clearance.lanes.point_numbers import Irregular, Spread
+from clearance.lanes.lane_metrics import LaneMetrics
+from clearance.lanes.point_numbers import NotForLanes, PointNumbers
 from clearance.scene.catalogue import find_case
 from clearance.simulation import prepare
 from clearance.sweeping.in_lanes import FEWEST, Together
@@ -134,7 +134,7 @@ def test_first_point(name, turns):
     shares = []
     for place in (0, 4):
         values = {n: v[place].item() for n, v in columns.items()}
-        true = Summing(prepare(scene(values), turns=turns, rtol=1e-10), None).first
+        true = LaneMetrics(prepare(scene(values), turns=turns, rtol=1e-10), None).first
         for name, error in errors.items():
             metric = true[name.removesuffix("_error")].value
             off = abs(metrics[name.removesuffix("_error")][place] - metric)
@@ -265,13 +265,13 @@ def test_numbers_that_jump_are_noticed():
         viscosity = 0.04 if values["speed"] > 59.0 and values["clearance"] == odd else 0.05
         return case.scene(**FEEDER, viscosity=viscosity, **values)
 
-    with pytest.raises(Irregular, match="several parameters"):
+    with pytest.raises(NotForLanes, match="several parameters"):
         Together(scene, swept(), {"turns": 2.0}, None)
 
 
 def test_left_to_the_ordinary_way():
     case = find_case("slider_crank")
-    with pytest.raises(Unsuited, match="dop853"):
+    with pytest.raises(NotForLanes, match="dop853"):
         Together(lambda values: case.scene(model="dry", **values), swept(), {"turns": 2.0}, None)
 
 
@@ -325,7 +325,7 @@ def test_requested_errors_are_left_to_the_ordinary_way():
     def scene(values):
         return case.scene(**FEEDER, **values)
 
-    with pytest.raises(Unsuited, match="tolerance of each point"):
+    with pytest.raises(NotForLanes, match="tolerance of each point"):
         Together(scene, swept(), {"turns": 2.0}, None, 1e-3)
 
 
@@ -399,8 +399,8 @@ def test_the_reason_of_one_parameter():
     def prepared(values):
         return prepare(scene(values), turns=1.0)
 
-    with pytest.raises(Irregular, match="does not come from speed by arithmetic"):
-        Spread(scene, prepared, {"speed": np.linspace(60.0, 120.0, 30)})
+    with pytest.raises(NotForLanes, match="does not come from speed by arithmetic"):
+        PointNumbers(scene, prepared, {"speed": np.linspace(60.0, 120.0, 30)})
 
 
 class TestColumn:
