@@ -14,12 +14,14 @@ from pathlib import Path
 from clearance.accuracy.companion import Pair, Statement, add_errors, reason_without
 from clearance.accuracy.request import Outcome, Request, ToleranceSearch, names
 from clearance.elements.regimes import hole_warning
+from clearance.files.replacing import temporary_file
 from clearance.machine.announce import announced
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.metrics import metrics
 from clearance.results.errors import AUTO, asks
-from clearance.results.result import MemoryResult, Record, Result, temporary_file
+from clearance.results.record import Record
+from clearance.results.result import MemoryResult, Result
 from clearance.results.run_warning import warn
 from clearance.results.short_file import ShortFile
 from clearance.results.stream import Stream, Unwritable, matching

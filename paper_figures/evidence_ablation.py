@@ -19,7 +19,7 @@ from clearance.paper_figures import workshop
 from clearance.postprocess.figures import finish, sheet, stroke
 
 import clearance as cl
-from clearance.results.result import save_tables
+from clearance.results.tables import save_tables
 from clearance.studies import ablation
 
 PARAMETERS = {"model": "mixed", "joints": "B,C,E"}

@@ -23,7 +23,7 @@ from clearance.paper_figures import workshop
 from clearance.postprocess.figures import finish, marker, plain_decades, sheet, stroke
 
 import clearance as cl
-from clearance.results.result import save_tables
+from clearance.results.tables import save_tables
 
 
 def draw(work: workshop.Workshop) -> None:

@@ -26,7 +26,8 @@ from clearance.postprocess.figures import save
 import clearance as cl
 from clearance.files.locks import Lock
 from clearance.files.sources import digest_of_code
-from clearance.results.result import Record, Result
+from clearance.results.record import Record
+from clearance.results.result import Result
 from clearance.scene.catalogue import find_case
 from clearance.sweeping.index import Sweep
 from clearance.sweeping.points import Points

@@ -14,7 +14,7 @@ from clearance.postprocess.labels import headline
 from clearance.postprocess.plots import FLIGHT, STATES, touched
 
 from clearance.metrics.metrics import CORNERS, MODES
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 #: types of joints that a lens shows
 UNDER_A_LENS = ("ClearanceRevolute", "ClearancePrismatic")

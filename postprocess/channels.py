@@ -12,7 +12,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from clearance.results.result import Record, cubic, speed_of
+from clearance.results.record import Record, cubic, speed_of
 
 KINDS = ("bodies", "joints", "springs", "drives", "nodes")
 #: groups of channels that belong to the entire mechanism

@@ -14,7 +14,7 @@ from clearance.postprocess.channels import kept, name_of
 from clearance.postprocess.labels import headline
 
 from clearance.metrics.metrics import CORNERS
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 #: most joints on a page
 MOST_JOINTS = 3

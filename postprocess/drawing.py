@@ -10,7 +10,7 @@ from clearance.postprocess.figures import save, sheet
 from clearance.postprocess.labels import headline, shown_in
 
 from clearance.results.extremes import SLIDES
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 #: fills of the bodies, one after the other
 FILLS = ("#a6cee3", "#fdbf6f", "#b2df8a", "#cab2d6", "#fb9a99", "#e5c494", "#9ad6c8", "#d9d9d9")

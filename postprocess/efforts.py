@@ -12,7 +12,7 @@ from clearance.postprocess import figures
 from clearance.postprocess.channels import name_of
 from clearance.postprocess.labels import headline, rubbing_joints
 
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 #: curves that a panel has room for; of more, those that reach furthest are drawn
 MOST = 8

@@ -19,7 +19,7 @@ from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
-from clearance.results.result import replacing
+from clearance.files.replacing import replacing
 
 #: most points drawn per line; of longer records each bin's smallest and largest value is drawn, so
 #: no peak is lost

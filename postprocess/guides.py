@@ -8,7 +8,7 @@ from clearance.postprocess.figures import finish, save, sheet
 from clearance.postprocess.labels import headline
 
 from clearance.metrics.metrics import CORNERS, MODES, modes_of
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 #: colours of the modes
 COLOURS = dict(

@@ -11,7 +11,7 @@ from clearance.postprocess.channels import abscissa, expand, series
 from clearance.postprocess.labels import axis_label, headline, labels_of, several
 
 from clearance.results.reading import Damaged
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 MOST_PANELS, COLUMN = 12, 6
 #: samples up to which each is marked

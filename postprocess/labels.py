@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from clearance.postprocess import figures
 from clearance.postprocess.channels import name_of
 
-from clearance.results.result import Record, speed_of
+from clearance.results.record import Record, speed_of
 
 NO_BREAK = "\u00a0"
 #: characters of a title per inch of its figure

@@ -16,7 +16,7 @@ from clearance.postprocess.sections import bifurcation, section, section_times
 
 from clearance.metrics.metrics import FEWEST as TURNS
 from clearance.metrics.metrics import SETTLING
-from clearance.results.result import Record
+from clearance.results.record import Record
 from clearance.sweeping.index import Sweep
 
 #: metrics that a picture shows by itself, the first of each that the sweep has; force: of a

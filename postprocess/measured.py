@@ -14,7 +14,7 @@ from clearance.postprocess.channels import at, channel, name_of, turn_of
 from clearance.postprocess.labels import axis_label
 
 from clearance.files.texts import text_of
-from clearance.results.result import Record
+from clearance.results.record import Record
 from clearance.values.checks import meant
 from clearance.values.units import UNITS, quantity
 

@@ -21,7 +21,7 @@ from clearance.postprocess.shapes import Shapes
 
 from clearance.metrics.metrics import CORNERS, MODES, Window
 from clearance.results.reading import Damaged
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 #: most numbers of a channel, most contacts and most pressure fields of a joint that a page has
 NUMBERS, CONTACTS, FIELDS = 24_000, 20_000, 480

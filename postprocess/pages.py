@@ -17,8 +17,8 @@ from clearance.postprocess.figures import SUPERSCRIPTS
 from clearance.postprocess.labels import NO_BREAK, SHOWN_IN, shown_in
 from clearance.postprocess.policy import policy
 
+from clearance.files.replacing import replacing
 from clearance.results.reading import Damaged
-from clearance.results.result import replacing
 
 DASH, MINUS = "\u2013", "\u2212"
 #: significant digits of a number

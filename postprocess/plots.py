@@ -21,7 +21,8 @@ from clearance.postprocess.labels import title
 
 from clearance.metrics.metrics import Window
 from clearance.results.extremes import SLIDES, guides
-from clearance.results.result import Record, Result
+from clearance.results.record import Record
+from clearance.results.result import Result
 
 TIME = "time [s]"
 #: share of the samples, at either end of their range, that may be lone peaks

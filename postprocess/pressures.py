@@ -6,7 +6,7 @@ import numpy as np
 from clearance.postprocess.figures import COLOURS, degrees, levels, save, sheet
 from clearance.postprocess.labels import title
 
-from clearance.results.result import PressureFields, Record
+from clearance.results.record import PressureFields, Record
 
 #: most instants on a page, and of them beside each other
 MOST, COLUMNS = 9, 3

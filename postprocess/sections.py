@@ -18,7 +18,7 @@ from clearance.postprocess.channels import (
 from clearance.postprocess.labels import axis_label, headline, labels_of, several
 
 from clearance.metrics.statistics import mean
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 Pair = tuple[str, str]
 MOST_PERIOD = 16  # turns of a periodic motion

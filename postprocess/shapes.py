@@ -19,7 +19,7 @@ from clearance.postprocess.drawing import (
 )
 from clearance.postprocess.figures import hexadecimal
 
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 INSTANTS = 24  # poses over the run from which the place of a shape is derived
 AT_REST = 1e-6  # most motion of a shape in its body, over the size of the mechanism

@@ -11,7 +11,7 @@ from clearance.postprocess import figures
 from clearance.postprocess.channels import ON_SAMPLE, at, channel, kept, name_of, series
 from clearance.postprocess.labels import axis_label, headline, labels_of, several
 
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 WINDOWS = ("hann", "none")
 #: fewest samples of a spectrum

@@ -17,7 +17,9 @@ from clearance.postprocess.moving import Moving, of_all
 from clearance.postprocess.policy import policy
 from clearance.postprocess.view_map import of_sweep
 
-from clearance.results.result import Record, open_result, replacing
+from clearance.files.replacing import replacing
+from clearance.results.record import Record
+from clearance.results.result import open_result
 from clearance.sweeping.index import Sweep, open_sweep
 
 PAGE = Path(__file__).parent / "page"

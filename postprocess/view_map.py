@@ -7,7 +7,7 @@ from clearance.postprocess.maps import chosen_metrics
 from clearance.postprocess.moving import Moving, of_all, telling
 from clearance.postprocess.pages import number, scaled
 
-from clearance.results.result import Record
+from clearance.results.record import Record
 from clearance.sweeping.index import Sweep
 
 #: characters that the runs of a page have room for, and turns that it has of each run

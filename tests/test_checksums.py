@@ -18,7 +18,7 @@ from clearance.cli import main
 from clearance.files.texts import signed
 from clearance.results import hdf5_image, short_file
 from clearance.results.reading import Damaged, open_checked
-from clearance.results.result import image_of, in_memory
+from clearance.results.tables import image_of, in_memory
 from clearance.sweeping import definition
 from tests.benchmarks import damage
 from tests.seeds import few_of

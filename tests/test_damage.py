@@ -26,7 +26,8 @@ from clearance.files.texts import signed_document
 from clearance.identify.records import read
 from clearance.results import reading
 from clearance.results.reading import Damaged, crc_of
-from clearance.results.result import EVENT_TEXTS, save_tables
+from clearance.results.result import EVENT_TEXTS
+from clearance.results.tables import save_tables
 from clearance.scene import document
 from clearance.scene.catalogue import case_names
 from clearance.sweeping import definition, journal

@@ -138,6 +138,6 @@ def test_folders_show_what_was_documented_of_their_modules():
     from clearance.results import PressureFields, Record, open_result
 
     assert open_result is cl.open_result
-    assert {c.__module__ for c in (PressureFields, Record)} == {"clearance.results.result"}
+    assert {c.__module__ for c in (PressureFields, Record)} == {"clearance.results.record"}
     with pytest.raises(AttributeError, match=r"did you mean open_result\?"):
         importlib.import_module("clearance.results").open_resul  # noqa: B018

@@ -37,7 +37,8 @@ from clearance.metrics.metrics import Metric, Window, metrics, offsets
 from clearance.results.errors import AUTO, TRAJECTORY, Error, Errors, ExtremeErrors, geometric_mean
 from clearance.results.groups import error_groups
 from clearance.results.memory import MemoryRecord
-from clearance.results.result import Record, Result
+from clearance.results.record import Record
+from clearance.results.result import Result
 from clearance.run.observers import ChangesAgain
 from clearance.run.options import Output
 from clearance.run.run import Run

@@ -78,8 +78,8 @@ def run(options) -> int:
 
     Raises ValueError for unknown names.
     """
+    from clearance.files.replacing import locked
     from clearance.paper_figures import gallery, workshop
-    from clearance.results.result import locked
 
     names = _chosen(options.names, workshop.names())
     if not (options.names or options.measure or options.list):

@@ -20,7 +20,7 @@ from clearance.identify.models import AXES, LuGre, Model
 from clearance.identify.own import Own
 from clearance.identify.records import Series
 from clearance.results.reading import Entries, open_checked
-from clearance.results.result import save_tables
+from clearance.results.tables import save_tables
 from clearance.values.checks import positive
 
 FORMAT = "clearance-friction-fit"

@@ -35,9 +35,10 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance.files.replacing import replacing
 from clearance.files.texts import text_of
 from clearance.results.reading import Damaged, Reader, open_checked
-from clearance.results.result import provenance, replacing, save_tables
+from clearance.results.tables import provenance, save_tables
 from clearance.values.checks import identifier
 from clearance.values.units import UNITS as KNOWN_UNITS
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from clearance.laws.contact import oedometric_modulus
 from clearance.metrics.metrics import Window
-from clearance.results.result import Record
+from clearance.results.record import Record
 from clearance.values import checks
 
 YOUNG, DENSITY = 207e9, 7850.0  # Pa, kg/m3: steel, where a section is not given

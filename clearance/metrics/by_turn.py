@@ -19,7 +19,7 @@ import numpy as np
 
 from clearance.metrics.statistics import FEWEST, Mean, mean
 from clearance.results.extremes import along, guides
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 ROUNDING = 1e-9  # of a turn
 TRANSIENT = 1  # turns of a start-up

@@ -52,7 +52,7 @@ import numpy as np
 
 from clearance.elements.clearance_prismatic import CORNERS, MODES
 from clearance.results.extremes import BOTH, along, guides
-from clearance.results.result import Record, cubic
+from clearance.results.record import Record, cubic
 from clearance.values import checks
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back

@@ -24,7 +24,7 @@ from clearance.metrics import statistics as series
 from clearance.metrics.by_turn import ROUNDING, Series, by_turn, placed
 from clearance.metrics.metrics import Metric, Numbers, Window, metrics
 from clearance.results.extremes import guides
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 SHARES = (0.9, 0.99)  # quantiles of turn peaks
 PEAK = "_peak"

@@ -22,7 +22,7 @@ from clearance.elements import (
 from clearance.elements.body import Body, Point, ground
 from clearance.elements.load import Load
 from clearance.laws.law import BoundLaw
-from clearance.results.result import Record
+from clearance.results.record import Record
 from clearance.scene.scene import Scene
 
 

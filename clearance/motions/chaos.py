@@ -24,7 +24,7 @@ from clearance.metrics.by_turn import Series, by_turn
 from clearance.metrics.statistics import Mean, Quantile
 from clearance.motions.ensemble import FEWEST_TURNS, Ensemble
 from clearance.results.extremes import TURNS
-from clearance.results.result import Table, appending, save_tables, write_table
+from clearance.results.tables import Table, appending, save_tables, write_table
 from clearance.run.options import FINEST, Solver, Span
 from clearance.run.run import Run
 from clearance.scene.catalogue import AnyCase, load_case

@@ -14,14 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance.files.replacing import replacing
 from clearance.mechanism.build import Mechanism, build
 from clearance.motions import branch_file
 from clearance.motions.branch import DOUBLING, FOLD, LARGEST, LOCATED, POINTS, Follower, Point
 from clearance.motions.maps import NotPeriodic
 from clearance.motions.steady import tolerance_of
 from clearance.results.extremes import along, guides
-from clearance.results.result import replacing, save_tables
 from clearance.results.stream import matching
+from clearance.results.tables import save_tables
 from clearance.run.inputs import accept, differences, of_case
 from clearance.scene.catalogue import AnyCase, case_with
 from clearance.values import checks

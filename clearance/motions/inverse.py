@@ -8,8 +8,9 @@ import numpy as np
 
 from clearance.motions.prescribed import Explicit
 from clearance.results.memory import Memory
+from clearance.results.record import Record
 from clearance.results.recorder import Recorder
-from clearance.results.result import Record, Result
+from clearance.results.result import Result
 from clearance.results.stream import Stream, Unwritable
 from clearance.run.limits import Demand, affordable
 from clearance.run.options import span_of

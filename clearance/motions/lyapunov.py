@@ -19,7 +19,7 @@ import numpy as np
 from clearance.accuracy.horizon import NotSolved
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.statistics import standard_error
-from clearance.results.result import save_tables
+from clearance.results.tables import save_tables
 from clearance.run.limits import Demand, affordable
 from clearance.run.options import Solver, Span
 from clearance.run.run import Run

@@ -30,7 +30,7 @@ from clearance.accuracy.horizon import NotSolved
 from clearance.motions.maps import Motion, NotPeriodic, Section
 from clearance.motions.shooting import Fixed
 from clearance.results.memory import MemoryRecord
-from clearance.results.result import Record
+from clearance.results.record import Record
 from clearance.run.run import Run
 
 #: the run over one period of a motion, from its section and its fixed point

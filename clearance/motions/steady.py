@@ -13,7 +13,8 @@ from clearance.motions.maps import AtDeadCentre, Motion, NotPeriodic, Place, Sec
 from clearance.motions.periodic_errors import paired
 from clearance.motions.shooting import Fixed, newton, settled, slow_states
 from clearance.results.errors import AUTO
-from clearance.results.result import Record, Result
+from clearance.results.record import Record
+from clearance.results.result import Result
 from clearance.results.run_warning import warn
 from clearance.run.options import Output
 from clearance.run.run import Run

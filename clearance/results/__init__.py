@@ -4,5 +4,5 @@ from clearance.values.lazy import lazily
 
 __getattr__ = lazily(
     __name__,
-    {"PressureFields": "result", "Record": "result", "Result": "result", "open_result": "result"},
+    {"PressureFields": "record", "Record": "record", "Result": "result", "open_result": "result"},
 )

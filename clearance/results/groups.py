@@ -11,7 +11,7 @@ from clearance.results.errors import Errors
 from clearance.results.extremes import Extremes
 from clearance.results.integrals import Integrals
 from clearance.results.reading import checked
-from clearance.results.result import create_column
+from clearance.results.tables import create_column
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from clearance.results.extremes import Extreme, Extremes
 from clearance.results.integrals import Integrals
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 EVENT_COLUMNS = {
     "time": ("s", "start of the contact"),

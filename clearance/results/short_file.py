@@ -8,21 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from clearance.files.replacing import check_replaceable, replacing, temporary_file
 from clearance.results import hdf5_image
 from clearance.results.groups import Group
 from clearance.results.hdf5_image import Attributes, Image, Unknown
 from clearance.results.memory import SOLVER_COLUMNS, Memory, Ranges
 from clearance.results.reading import checked
-from clearance.results.result import (
-    DIMENSIONS,
-    EVENT_TEXTS,
-    MemoryResult,
-    Result,
-    check_replaceable,
-    check_result,
-    replacing,
-    temporary_file,
-)
+from clearance.results.result import DIMENSIONS, EVENT_TEXTS, MemoryResult, Result
 from clearance.results.stream import (
     CHUNK,
     FULL,
@@ -39,6 +31,7 @@ from clearance.results.stream import (
     ranged,
     spots,
 )
+from clearance.results.tables import check_result
 
 PATIENCE = 1.0  # seconds of wall time after which a run is no short one
 MOST_IMAGES = 8  # that a process keeps

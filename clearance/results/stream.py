@@ -16,23 +16,20 @@ import h5py
 import numpy as np
 
 from clearance.files.locks import Lock
+from clearance.files.replacing import check_replaceable, temporary_name
 from clearance.results.groups import Group, extremes_group, integrals_group
 from clearance.results.hdf5_image import CHECK
 from clearance.results.memory import CONTACT_KINDS, EVENT_COLUMNS, SOLVER_COLUMNS, Ranges
 from clearance.results.reading import ABOUT, FACT_UNITS, Reader, checked, column_check
-from clearance.results.result import (
-    DIMENSIONS,
-    EVENT_TEXTS,
+from clearance.results.result import DIMENSIONS, EVENT_TEXTS, Result
+from clearance.results.tables import (
     LIBVER,
-    Result,
     appending,
-    check_replaceable,
     check_result,
     compact_groups,
     image_of,
     in_memory,
     provenance,
-    temporary_name,
 )
 
 CHUNK = 2048  # rows

@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from clearance.files.locks import Lock, folder_at
+from clearance.files.replacing import check_replaceable, replacing
 from clearance.files.texts import document_of
 from clearance.results.reading import Damaged, arrays_of
-from clearance.results.result import Result, check_replaceable, replacing
+from clearance.results.result import Result
 from clearance.results.stream import Stream, Unwritable, add_groups, has_room, lock_of
 
 VERSION = 7

@@ -25,14 +25,9 @@ from clearance.film.bearing import Bearing, Groove
 from clearance.film.online import NEAREST
 from clearance.laws.film import thinning
 from clearance.results.groups import Group
-from clearance.results.result import (
-    FIELD_COLUMNS,
-    PATH_OF_FIELDS,
-    PressureFields,
-    Record,
-    Result,
-    appending,
-)
+from clearance.results.record import FIELD_COLUMNS, PressureFields, Record
+from clearance.results.result import PATH_OF_FIELDS, Result
+from clearance.results.tables import appending
 
 #: names of film laws whose pressure the Reynolds equation of a finite bearing gives
 FINITE = ("table", "table_ambient", "solved", "harmonic")

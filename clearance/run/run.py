@@ -16,8 +16,8 @@ from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, changed
 from clearance.mechanism.dead_centre import DeadCentre
 from clearance.results.memory import Memory, MemoryRecord
+from clearance.results.record import Record
 from clearance.results.recorder import Recorder
-from clearance.results.result import Record
 from clearance.results.stream import Unwritable
 from clearance.run import observers
 from clearance.run.checkpoint import restore

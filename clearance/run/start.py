@@ -12,7 +12,8 @@ import numpy as np
 from clearance.mechanism.assembly import rate_at
 from clearance.mechanism.build import TURN, Mechanism, build
 from clearance.mechanism.dead_centre import transferred
-from clearance.results.result import Record, open_result
+from clearance.results.record import Record
+from clearance.results.result import open_result
 from clearance.values.algebra import solve
 
 QUASI_STATIC = "quasi-static"

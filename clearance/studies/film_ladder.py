@@ -17,7 +17,7 @@ from clearance.film.tabulated import table_film
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint
 from clearance.machine.store import njit
 from clearance.mechanism.build import build
-from clearance.results.result import save_tables
+from clearance.results.tables import save_tables
 from clearance.run.options import Solver, Span
 from clearance.run.run import Run
 from clearance.scene import law_names

@@ -11,7 +11,9 @@ from clearance.film.lookup import looked_up
 from clearance.film.solvers import solve_film
 from clearance.film.table import TOP, Key, Table
 from clearance.film.table import table as film_table
-from clearance.results.result import PressureFields, Result, save_tables
+from clearance.results.record import PressureFields
+from clearance.results.result import Result
+from clearance.results.tables import save_tables
 from clearance.run.pressure_fields import bearing_of, motion, viscosities
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from clearance.mechanism.build import build
-from clearance.results.result import save_tables
+from clearance.results.tables import save_tables
 from clearance.run.options import Span
 from clearance.run.run import Run
 from clearance.scene.catalogue import Case

@@ -24,7 +24,8 @@ import numpy as np
 from clearance.elements import Drive, Prismatic, Revolute
 from clearance.elements.body import Body, ground
 from clearance.elements.joint import Joint
-from clearance.results.result import Result, save_tables
+from clearance.results.result import Result
+from clearance.results.tables import save_tables
 from clearance.run.interrupts import end_groups, follow_parent
 from clearance.scene.catalogue import find_case
 from clearance.scene.scene import Scene

@@ -20,7 +20,7 @@ from clearance.accuracy.companion import THROUGHOUT
 from clearance.accuracy.horizon import DISPLACEMENT, NotSolved, Problem, parting
 from clearance.metrics.by_turn import means
 from clearance.metrics.statistics import Mean
-from clearance.results.result import save_tables
+from clearance.results.tables import save_tables
 from clearance.run.limits import Demand, affordable
 from clearance.run.options import LARGEST_SHARE, METHODS, choose_method
 from clearance.scene.scene import Scene

@@ -16,10 +16,11 @@ import numpy as np
 
 from clearance.accuracy.request import Request, names
 from clearance.files.locks import folder_at, opener
+from clearance.files.replacing import locked
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.of_points import of_point
 from clearance.results.errors import asks
-from clearance.results.result import locked, open_result
+from clearance.results.result import open_result
 from clearance.results.stream import LISTED, filters, matching
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.inputs import (

@@ -18,7 +18,9 @@ import numpy as np
 
 from clearance.results.accessors import Drawn
 from clearance.results.reading import Damaged, NewerFormat, open_checked
-from clearance.results.result import Result, Table, extra, open_result, save_tables
+from clearance.results.record import extra
+from clearance.results.result import Result, open_result
+from clearance.results.tables import Table, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Block, Outcome

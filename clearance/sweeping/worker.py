@@ -18,7 +18,7 @@ from clearance.lanes.possible import possible
 from clearance.metrics.metrics import Metric, own
 from clearance.metrics.of_points import of_point
 from clearance.results.memory import Memory
-from clearance.results.result import Record
+from clearance.results.record import Record
 from clearance.results.short_file import ShortFile
 from clearance.results.stream import FULL
 from clearance.run.ideal_motion import ideal_motion

@@ -23,12 +23,12 @@ from pathlib import Path
 import numpy as np
 
 from clearance.files.locks import Lock, opener
+from clearance.files.replacing import replacing
 from clearance.files.texts import signed
 from clearance.laws.contact import layer_of
 from clearance.laws.outline import Outline, worn
 from clearance.mechanism.build import build
 from clearance.metrics.metrics import SURFACES, metrics
-from clearance.results.result import replacing
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.inputs import accept, differences, of_case
 from clearance.run.options import Output

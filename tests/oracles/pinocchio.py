@@ -11,7 +11,7 @@ import numpy as np
 
 from clearance.elements import Drive, Force, SpringDamper, Torque, TorsionSpring
 from clearance.elements.body import Body, Point, ground
-from clearance.results.result import Record
+from clearance.results.record import Record
 from clearance.scene.scene import Scene
 from tests.oracles.pairs import amount, from_centre
 

@@ -23,7 +23,7 @@ from clearance.paper_figures.operation_counts import (
 from clearance.mechanism.assembly import assemble
 from clearance.motions.inverse import inverse_dynamics
 from clearance.motions.prescribed import Explicit
-from clearance.results.result import Record
+from clearance.results.record import Record
 from clearance.scene.scene import Scene
 from tests.oracles import multipliers, pinocchio
 from tests.oracles.pairs import Geometry, Pairs

@@ -5,7 +5,7 @@ import json
 import numpy as np
 from clearance.postprocess import figures
 
-from clearance.results.result import Record
+from clearance.results.record import Record
 
 UNITS = {"x": "m", "vx": "m/s", "ax": "m/s2", "theta": "rad", "omega": "rad/s"}
 EVENTS = ("time", "impact_speed", "peak_force", "duration")

@@ -28,7 +28,7 @@ from clearance.identify.fit import fit
 from clearance.identify.models import model
 from clearance.metrics.metrics import metrics
 from clearance.results.reading import open_checked
-from clearance.results.result import save_tables
+from clearance.results.tables import save_tables
 from clearance.scene.catalogue import find_case
 from tests.oracles import pinocchio
 from tests.oracles.multipliers import inverse

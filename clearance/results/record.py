@@ -1,0 +1,497 @@
+"""A run by name: `run["slider"].ax`, `run.joint("B").force`, its extremes and means."""
+
+import importlib
+import json
+import math
+from abc import ABC, abstractmethod
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from clearance.results.accessors import Drawn
+from clearance.results.errors import Error, Errors
+from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
+from clearance.results.integrals import Integrals
+from clearance.results.run_warning import counted
+
+#: groups whose channels move along time
+MOVING = ("bodies", "joints", "springs", "drives", "nodes", "friction", "energy")
+#: groups that have a group for each part
+PARTS = ("bodies", "joints", "springs", "drives", "nodes")
+#: extremes that follow from the smallest gap [m]
+OF_GAP = {
+    "film_thickness_ratio_min": lambda gap, joint: gap / joint["roughness"],
+    "eccentricity_ratio_max": lambda gap, joint: 1.0 - gap / joint["clearance"],
+}
+#: group of a joint that holds sums of its wear
+WEAR = "wear"
+
+
+@dataclass(frozen=True)
+class PressureFields:
+    """Pressure fields of one joint, as arrays over instants, axial positions and angles; see
+    run/pressure_fields.py.
+    """
+
+    instant: np.ndarray
+    time: np.ndarray
+    axial: np.ndarray
+    angle: np.ndarray
+    pressure: np.ndarray
+    content: np.ndarray
+    line_of_centres: np.ndarray
+    eccentricity_ratio: np.ndarray
+
+
+#: datasets of a group of fields: units, what it is
+FIELD_COLUMNS = {
+    "instant": ("1", "place of the sample in /time"),
+    "axial": ("m", "axial position from the middle of the bearing"),
+    "angle": ("rad", "angle on the bearing from its body's own x axis"),
+    "time": ("s", "time of the field"),
+    "line_of_centres": ("rad", "angle of the thinnest film on the bearing"),
+    "eccentricity_ratio": ("1", "eccentricity over clearance"),
+    "pressure": ("Pa", "film pressure above ambient"),
+    "content": ("1", "share of the gap that holds oil"),
+}
+
+
+class Channels:
+    """The channels of one group as attributes: `.ax`, and `.force` for the pair of `.force_x` and
+    `.force_y`.
+    """
+
+    def __init__(self, record: "Record", group: str):
+        self._record, self._group = record, group
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        record, group = self.__dict__["_record"], self.__dict__["_group"]
+        names = record.names(group)
+        if name == "time":
+            return record.time
+        if name in names:
+            return record.values(f"{group}/{name}")
+        if f"{name}_x" in names:
+            return np.stack([record.values(f"{group}/{name}_{axis}") for axis in "xy"], axis=-1)
+        raise AttributeError(f"{group} has no channel {name!r}; it has {', '.join(names)}")
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._record.names(self._group)
+
+    def __dir__(self):
+        return [*super().__dir__(), *self._record.names(self._group)]
+
+    def __repr__(self) -> str:
+        return f"<channels of {self._group}: {', '.join(self._record.names(self._group))}>"
+
+
+class Record(Drawn, ABC):
+    """Results of a run by name: `run["slider"].ax`, `run.joint("B").force`, `run.energy.residual`.
+
+    Subclasses state where it is (in a file, in memory) by `attributes`, `solver`, `warnings`,
+    `events`, `located`, `names`, `values`, `facts` and `units`. `located`: extremes that were
+    located as the run went; None where only samples were seen. `integrals`: over time, likewise.
+    `errors`: stated errors of its metrics and channels, see errors.py.
+    """
+
+    attributes: dict
+    solver: dict
+    warnings: list[str]
+    events: dict[str, np.ndarray]
+    located: Extremes | None = None
+    integrals: Integrals | None = None
+    errors: Errors = Errors(reason="this run has none")
+
+    @abstractmethod
+    def names(self, group: str) -> tuple[str, ...]:
+        """Names in a group: the joints of "joints", the channels of "joints/B"; () where there is
+        none.
+        """
+
+    @abstractmethod
+    def values(self, path: str) -> np.ndarray:
+        """A channel by its path, such as "joints/B/gap". Raises KeyError for one that the run does
+        not have.
+        """
+
+    @abstractmethod
+    def facts(self, group: str) -> dict:
+        """Facts of a group: `facts("joints/B")["peak_force"]`."""
+
+    @abstractmethod
+    def units(self, path: str) -> str:
+        """SI units of a channel."""
+
+    def __contains__(self, path: str) -> bool:
+        group, _, name = path.rpartition("/")
+        return name in self.names(group)
+
+    def __repr__(self) -> str:
+        errors = f"errors of {count} numbers" if (count := len(self.errors)) else "errors not"
+        parts = f"{self._samples} samples", self.status, counted(self.warnings), f"{errors} stated"
+        return f"<Result {self._label}: {', '.join(parts)}>"
+
+    @property
+    def _label(self) -> str:
+        return f"of {self.attributes['case']}"
+
+    @property
+    def _samples(self) -> int:
+        return len(self.time)
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times of the samples [s], shape (samples,)."""
+        return self.values("time")
+
+    @property
+    def status(self) -> str:
+        """ "complete", or "partial: " and why the run ended early."""
+        return self.attributes["status"]
+
+    @property
+    def complete(self) -> bool:
+        """True where the run came to its end."""
+        return self.status == "complete"
+
+    @cached_property
+    def scene(self) -> dict:
+        """The scene's description, as plain data."""
+        return json.loads(self.attributes["scene"])
+
+    @cached_property
+    def turn(self) -> float | None:
+        """Time of one turn of the drive at its constant or nominal speed [s]; None where there is
+        none.
+        """
+        speed = None if self.turning is None else speed_of(self.turning)
+        return 2.0 * np.pi / abs(speed) if speed else None
+
+    @cached_property
+    def turning(self) -> dict | None:
+        """Description of the first drive that turns at a constant or nominal speed."""
+        drives = (d for d in self.scene["loads"] if d["type"] == "Drive")
+        return next((d for d in drives if speed_of(d) and _turns(d["target"])), None)
+
+    @cached_property
+    def _counted(self) -> np.ndarray | None:
+        """Most turns that a drive with a nominal speed has made up to each sample; None where time
+        counts them.
+        """
+        if self.turning is None or self.turning["speed"]:
+            return None
+        path = f"drives/{self.turning['name']}/turns"
+        return np.maximum.accumulate(self.values(path)) if path in self else None
+
+    @property
+    def uneven(self) -> bool:
+        """True where turns are counted by the angle of a finite drive, False where time counts
+        them.
+        """
+        return self._counted is not None
+
+    def turns_at(self, times: np.ndarray) -> np.ndarray:
+        """Turns of the drive from the start to times [s], by its angle; by the nominal speed where
+        that was not stored.
+
+        Raises ValueError where no drive has a constant or nominal speed.
+        """
+        self._need_turns()
+        if self._counted is None:
+            return times / self.turn
+        return np.interp(times, self.time, self._counted)
+
+    def time_at(self, turns: np.ndarray) -> np.ndarray:
+        """Times [s] at which the drive has first made so many turns: inverse of `turns_at`, by a
+        cubic through four samples where it turns one way. Beyond the ends they are those of the
+        ends. Raises ValueError as `turns_at`.
+        """
+        self._need_turns()
+        if self._counted is None:
+            return turns * self.turn
+        time, counted = self.time, self._counted
+        turns = np.clip(turns, counted[0], counted[-1])
+        ahead = np.concatenate([[True], np.diff(counted) > 0.0])
+        if not ahead.all():
+            return np.interp(turns, counted[ahead], time[ahead])
+        return np.clip(cubic(counted, time, turns), time[0], time[-1])
+
+    def _need_turns(self) -> None:
+        if self.turning is None:
+            raise ValueError("no drive turns at a constant or nominal speed; turns need one")
+
+    def described(self, joint: str) -> dict:
+        """Description of a joint, as plain data."""
+        return next(j for j in self.scene["joints"] if j["name"] == joint)
+
+    @property
+    def clearances(self) -> dict[str, float]:
+        """Radial clearance [m] of each clearance joint whose channels were stored."""
+        joints = {j["name"]: j.get("clearance") for j in self.scene["joints"]}
+        return {n: joints[n] for n in self.names("joints") if joints.get(n) is not None}
+
+    def range(self, path: str) -> tuple[float, float]:
+        """Smallest and largest sample of a channel, such as "joints/B/gap"."""
+        values = self.values(path)
+        return float(values.min()), float(values.max())
+
+    def extreme(self, name: str, begin: float = 0.0, end: float = math.inf) -> Extreme:
+        """Smallest or largest value of a quantity between two times [s], and its time.
+
+        name: path of a channel, or of a vector for its size, and the end: "joints/B/gap_min",
+            "joints/B/force_max". Located to the tolerance of the run, one in each of its stretches
+            (turns, mostly). These are gaps, film pressures and forces of joints, friction of joints
+            without clearance, efforts of drives and accelerations along guides. Elsewhere, and in
+            stretches that the times cut, they are those of the samples.
+        Raises KeyError for a channel the run does not have, ValueError where nothing lies between.
+        """
+        name = str(name).strip("/")
+        path, _, which = name.rpartition("_")
+        if which not in ("min", "max") or path.partition("/")[0] not in MOVING:
+            raise KeyError(
+                f"{name!r}: the name of an extreme is the path of a channel and _min or _max"
+            )
+        if not begin <= end:
+            raise ValueError(
+                f"extreme {name}: begin must not lie after end, got {begin!r} and {end!r}"
+            )
+        located = self._located_extreme(name, begin, end)
+        parts = [(begin, end)]
+        if located is not None and self.located is not None:
+            parts = self._cut(self.located, begin, end)
+        seen = []
+        if located is None or path in self or f"{path}_x" in self:
+            seen = [self._of_samples(path, which, *part) for part in parts]
+        if (outermost := better(name, [*seen, located])) is None:
+            raise ValueError(f"extreme {name}: the run has nothing between {begin:g} and {end:g} s")
+        return outermost
+
+    def _cut(self, located: Extremes, begin: float, end: float) -> list[tuple[float, float]]:
+        """Parts between two times [s] whose samples count beside located extremes.
+
+        Samples stand between the steps. A stiff film magnifies the errors of states there.
+        """
+        last = self._times[-1] if self._times.size else math.inf
+        return located.cut(begin, math.inf if end >= last * (1.0 - ROUNDING) else end)
+
+    def mean_square(self, path: str, begin: float, end: float) -> float | None:
+        """Mean over time of the square of a channel, or of a vector, between two times [s]."""
+        return self._mean(f"{path}_square", begin, end)
+
+    def share_above_zero(self, path: str, begin: float, end: float) -> float | None:
+        """Share of the time between two times [s] in which a channel is positive."""
+        return self._mean(f"{path}_positive", begin, end)
+
+    def _mean(self, name: str, begin: float, end: float) -> float | None:
+        """Mean of an integrand from the integrals of the run; beside its parts from the samples.
+
+        None where the run has no integral of it there. Squares and times are never negative, but
+        cubics through samples may be.
+        """
+        integrals = self.integrals
+        if integrals is None or name not in integrals.cumulated:
+            return None
+        first, last = integrals.inside(begin, end)
+        if first == last:
+            return None
+        total = integrals.cumulated[name][last] - integrals.cumulated[name][first]
+        for one, other in ((begin, integrals.edges[first]), (integrals.edges[last], end)):
+            if other - one > ROUNDING * integrals.edges[1]:
+                total += self._integral_of_samples(name, one, other)
+        return max(float(total), 0.0) / (end - begin)
+
+    def _integral_of_samples(self, name: str, begin: float, end: float) -> float:
+        """Integral of an integrand between two times [s], by Simpson's rule on cubics through
+        samples.
+        """
+        path, _, form = name.rpartition("_")
+        time, values = self.time, self.sizes(path)
+        values = values**2 if form == "square" else np.asarray(values > 0.0, dtype=float)
+        inside = time[(time > begin) & (time < end)]
+        edges = np.concatenate([[begin], inside, [end]])
+        middles = 0.5 * (edges[1:] + edges[:-1])
+        at_edges, at_middles = (cubic(time, values, places) for places in (edges, middles))
+        sums = at_edges[:-1] + 4.0 * at_middles + at_edges[1:]
+        return float((np.diff(edges) * sums).sum()) / 6.0
+
+    def error(self, name: str, begin: float = 0.0, end: float = math.inf) -> Error:
+        """The extreme of this name between two times [s], as `extreme` has it, with its stated
+        error.
+
+        The error is the largest of those of the stretches that lie there. Where a sample lies
+        beyond them, it is at least that of its channel. Raises KeyError where none is stated.
+        """
+        errors, located = self.errors, self.located
+        if errors.extremes is None or located is None or name not in located:
+            raise KeyError(
+                f"no stated error of {name!r}: {errors.reason or 'it is no located extreme'}"
+            )
+        inside, column = located.inside(begin, end, located.columns[name]), located.columns[name]
+        value, units = self.extreme(name, begin, end).value, located.units[column]
+        parts = errors.extremes.stated, errors.extremes.film
+        stated, film = (float(part[inside, column].max(initial=0.0)) for part in parts)
+        searched = located.of(name, begin, end)
+        if searched is None or value != searched.value:
+            stated = max(stated, self._error_of_samples(name.rpartition("_")[0]))
+        return Error(value, stated, units, film=film)
+
+    def _error_of_samples(self, path: str) -> float:
+        """Stated error of the samples of a channel, or of the sizes of a vector's."""
+        shares = self.errors.channels
+        paths = [path] if path in self else [f"{path}_x", f"{path}_y"]
+        return math.hypot(*(shares[p] * float(np.ptp(self.values(p))) for p in paths))
+
+    def _located_extreme(self, name: str, begin: float, end: float) -> Extreme | None:
+        """A located extreme; of the ratios of a gap, that of the gap."""
+        if self.located is None or name in self.located:
+            return None if self.located is None else self.located.of(name, begin, end)
+        group, _, quantity = name.rpartition("/")
+        if quantity not in OF_GAP or f"{group}/gap_min" not in self.located:
+            return None
+        gap = self.located.of(f"{group}/gap_min", begin, end)
+        joint = self.described(group.partition("/")[2])
+        return gap and Extreme(OF_GAP[quantity](gap.value, joint), gap.time)
+
+    def _of_samples(self, path: str, which: str, begin: float, end: float) -> Extreme | None:
+        inside = self._between(begin, end)
+        values = self.sizes(path)[inside]
+        if not values.size:
+            return None
+        i = int(values.argmin() if which == "min" else values.argmax())
+        return Extreme(float(values[i]), float(self._times[inside][i]))
+
+    @cached_property
+    def _times(self) -> np.ndarray:
+        """Times of the samples, read once."""
+        return self.time
+
+    def sizes(self, path: str) -> np.ndarray:
+        """Samples of a channel, or sizes of a vector's."""
+        if path in self or f"{path}_x" not in self:
+            return self.values(path)
+        return np.hypot(self.values(f"{path}_x"), self.values(f"{path}_y"))
+
+    def extremes(self, path: str, begin: float = 0.0, end: float = math.inf) -> tuple[float, float]:
+        """Smallest and largest value of a channel between two times [s], as `extreme` gives
+        them.
+        """
+        return self.extreme(f"{path}_min", begin, end).value, self.extreme(
+            f"{path}_max", begin, end
+        ).value
+
+    def _between(self, begin: float, end: float) -> slice:
+        """Samples between two times [s]."""
+        first = np.searchsorted(self._times, begin * (1.0 - ROUNDING))
+        last = np.searchsorted(self._times, end * (1.0 + ROUNDING), side="right")
+        return slice(int(first), int(last))
+
+    def _channels(self, kind: str, name: str) -> Channels:
+        if name not in self.names(kind):
+            raise KeyError(
+                f"no {name!r} among {kind}; there are: {', '.join(self.names(kind)) or 'none'}"
+            )
+        return Channels(self, f"{kind}/{name}")
+
+    def __getitem__(self, body: str) -> Channels:
+        return self._channels("bodies", body)
+
+    def joint(self, name: str) -> Channels:
+        """Channels of a joint: `joint("B").eccentricity`, `.force`. Raises KeyError for a joint
+        there is not.
+        """
+        return self._channels("joints", name)
+
+    def drive(self, name: str) -> Channels:
+        """Channels of a drive: `drive("crank").torque`, `.power`. Raises KeyError for a drive there
+        is not.
+        """
+        return self._channels("drives", name)
+
+    def node(self, name: str) -> Channels:
+        """Channels of a thermal node: `node("housing").temperature`. Raises KeyError for a node
+        there is not.
+        """
+        return self._channels("nodes", name)
+
+    def pressure_fields(self, joint: str) -> PressureFields | None:
+        """Pressure fields of a joint's film; None where none was requested of the run."""
+        return None
+
+    @cached_property
+    def dataset(self):
+        """Channels along time as an xarray Dataset, by the names of the command line:
+        `dataset["slider.ax"]`.
+
+        Names that two parts share are full paths, as "joints/B/force_x". Coordinates: time [s],
+        and turns of the drive where one turns. Raises ImportError where xarray is not installed.
+        """
+        xarray = extra("xarray")
+        groups = [f"{kind}/{n}" for kind in PARTS for n in self.names(kind)] + [
+            "energy",
+            "friction",
+        ]
+        paths = [f"{group}/{name}" for group in groups for name in self.names(group)]
+        short = {path: ".".join(path.split("/")[-2:]) for path in paths}
+        shared = Counter(short.values())
+        names = {path: short[path] if shared[short[path]] == 1 else path for path in paths}
+        columns = {names[path]: ("time", self.values(path), self._about(path)) for path in paths}
+        along = {"time": ("time", self.time, {"units": "s"})}
+        if self.turning is not None:
+            along["turns"] = "time", self.turns_at(self.time), {"units": "1"}
+        about = {
+            n: v
+            for n, v in self.attributes.items()
+            if n in ("case", "status", "parameters", "created")
+        }
+        return xarray.Dataset(columns, along, about)
+
+    def _about(self, path: str) -> dict[str, str]:
+        """Attributes of a channel in a dataset."""
+        return {"units": self.units(path)}
+
+    @property
+    def energy(self) -> Channels:
+        """The energy ledger [J]: kinetic, potential, input, dissipated, residual; where it was
+        stored.
+        """
+        return Channels(self, "energy")
+
+
+def cubic(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Values of y(x) at points by a cubic through the four samples around each, or through fewer
+    where there are.
+    """
+    count, at = min(4, len(x)), np.asarray(at, dtype=float)
+    first = np.clip(np.searchsorted(x, at, side="right") - count // 2, 0, len(x) - count)
+    return lagrange([x[first + i] for i in range(count)], [y[first + i] for i in range(count)], at)
+
+
+def lagrange(nodes: list[np.ndarray], values: list[np.ndarray], at: np.ndarray) -> np.ndarray:
+    """The polynomial through values at nodes, a list of arrays like `at` each."""
+    total = np.zeros_like(at)
+    for i, node in enumerate(nodes):
+        others = [(at - other) / (node - other) for j, other in enumerate(nodes) if j != i]
+        total += np.prod(others, axis=0) * values[i]
+    return total
+
+
+def speed_of(drive: dict) -> float | None:
+    """Constant or nominal speed of a drive, from its description."""
+    return drive.get("speed") or drive.get("nominal")
+
+
+def _turns(target: str | dict) -> bool:
+    """True where a drive turns its target, the name of a body or a joint, rather than pushing a
+    slide.
+    """
+    return isinstance(target, str) or target["type"] not in SLIDES
+
+
+def extra(package: str):
+    """A package of the extra xarray. Raises ImportError stating how it is installed."""
+    try:
+        return importlib.import_module(package)
+    except ImportError:
+        raise ImportError(f"{package} is not installed: pip install 'clearance[xarray]'") from None
