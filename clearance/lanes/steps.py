@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from clearance.lanes.rows import Entry, Piece, Rows
 from clearance.stepping import status
 from clearance.stepping.loop import (
-    DOMAIN_LEFT,
     DOUBTED,
     EARLIEST,
     FILM_ERROR,
@@ -28,7 +27,6 @@ from clearance.stepping.loop import (
 GOOD_RATE = 0.03
 # phases of a lane
 IDLE, START, PREPARE, ITERATE, FINISH, ARRIVED = range(6)
-INACCURATE, UNSOLVED = 1, 2  # reasons of a refusal, beside DOMAIN_LEFT
 
 
 @dataclass(frozen=True)
@@ -155,8 +153,8 @@ def proposed(piece: Piece):
     clock = piece.largest(piece.size(t), end * EARLIEST) * SMALLEST
     stuck = piece.both(piece.none(piece.above(h, clock)), piece.above(left, h))
     refusal = piece.one("refusal")
-    left_film = piece.above(refusal, DOMAIN_LEFT - 0.5)
-    unsolved = piece.above(refusal, UNSOLVED - 0.5)
+    left_film = piece.above(refusal, status.OUT_OF_FILM - 0.5)
+    unsolved = piece.above(refusal, status.NO_NUMBERS - 0.5)
     reason = piece.choose(unsolved, float(status.NOT_FINITE), float(status.STEP_TOO_SMALL))
     reason = piece.choose(left_film, float(status.FILM_LEFT), reason)
     return h, piece.choose(stuck, reason, 0.0)
@@ -229,9 +227,9 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
 
 def reason(piece: Piece, trial: Trial, accurate, usable):
     """Number of the reason of a refusal."""
-    unsolved = piece.choose(trial.finite, float(INACCURATE), float(UNSOLVED))
-    value = piece.choose(accurate, float(UNSOLVED), unsolved)
-    return piece.choose(usable, float(DOMAIN_LEFT), value)
+    unsolved = piece.choose(trial.finite, float(status.TOO_LONG), float(status.NO_NUMBERS))
+    value = piece.choose(accurate, float(status.NO_NUMBERS), unsolved)
+    return piece.choose(usable, float(status.OUT_OF_FILM), value)
 
 
 def refused(piece: Piece, h, trial: Trial, accurate, usable, order: float):

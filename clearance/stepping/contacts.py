@@ -7,6 +7,7 @@ scene has contacts: others do not compile this module.
 
 import math
 
+from clearance.stepping import status
 from clearance.stepping.locating import FREE, contact_peak, touch
 from clearance.stepping.state import (
     IMPACT_SPEED,
@@ -171,12 +172,11 @@ def nudge(s, t, shift):
 def aligned(s, t, h, event, theta):
     """Make the step again so that it ends on the event.
 
-    Returns (its size, whether the event is at its end).
+    Returns (its status, its size, whether the event is at its end).
 
     The size is that of the step made last, moved by no more than `nudge` can: clock and state never
-    part. It is 0 where the event is at the very start, negative where the step failed. Newton's
-    method on the penetration at the end, or bisection where that leaves the bracket. A step that
-    does not reach the event, as at a graze, ends without one.
+    part. Newton's method on the penetration at the end, or bisection where that leaves the bracket.
+    A step that does not reach the event, as at a graze, ends without one.
     """
     wanted = beyond(s, event)
     size, low, high, passed = theta * h, 0.0, h, False
@@ -184,14 +184,14 @@ def aligned(s, t, h, event, theta):
     for _ in range(ALIGNMENTS):
         invalidate(s)
         if size <= RESOLVED * max(abs(t), h):
-            return 0.0, True
-        if attempt(s, t, size) != 0 or s.error > 1.0:
-            return -size, False
+            return status.AT_START, size, True
+        if attempt(s, t, size) != status.MADE or s.error > 1.0:
+            return status.MISSED, size, False
         made = size
         s.events(t + size, s.y_new, s.par, s.work, s.after)
         value, rate = wanted * depth_of(s.after, event), wanted * rate_of(s.after, event)
         if abs(value) <= 1e-2 * s.band[event]:
-            return size, True
+            return status.CUT, size, True
         if value > 0.0:
             high, passed = size, True
         else:
@@ -199,13 +199,13 @@ def aligned(s, t, h, event, theta):
         shift = -value / rate if rate > 0.0 else math.inf
         if abs(shift) < min(1e-6, 1e-3 * s.rtol) * size:
             nudge(s, t + size, shift)
-            return size + shift, True
+            return status.CUT, size + shift, True
         if not low < size + shift < high:
             if not passed or high - low <= RESOLVED * max(abs(t), h):
-                return size, value > 0.0
+                return status.CUT, size, value > 0.0
             shift = 0.5 * (low + high) - size
         size += shift
-    return made, value > 0.0
+    return status.CUT, made, value > 0.0
 
 
 @shared
@@ -234,24 +234,25 @@ def crosses(s, joint, values):
 
 @compiled(STEP_SIGNATURE)
 def meet(address, t, h):
-    """Look for the first start or end of a contact inside the step just made; 1 where there is one.
+    """Look for the first start or end of a contact inside the step just made: a status.
 
-    The step is then made again: `made` is its size [s], `met` the spot whose first touch or last
-    it ends on, or -1.
+    Where there is one, the step is made again: `made` is its size [s], `met` the spot whose first
+    touch or last it ends on, or -1.
     """
     s = state_at(address)
     if not near_contact(s, h):
-        return 0
+        return status.NO_EVENT
     interpolate(s, t, h)
     event, theta = first_event(s, t, h)
     touches = event >= 0 and s.contacts[event, KIND] == CONTACT
     if event < 0 or not touches and theta * h <= RESOLVED * max(abs(t), h):
-        return 0
-    s.made, reached = aligned(s, t, h, event, theta)
+        return status.NO_EVENT
+    outcome, s.made, reached = aligned(s, t, h, event, theta)
     s.met = event if reached and touches else -1
-    if s.made == 0.0 and not touches:  # a shorter step ends before it
-        s.made = -theta * h
-    return 1
+    if outcome == status.AT_START and not touches:  # a shorter step ends before it
+        s.made = theta * h
+        return status.MISSED
+    return outcome
 
 
 @compiled(STEP_SIGNATURE)

@@ -4,7 +4,7 @@ of order 7.
 
 import math
 
-from clearance.stepping import tableaus
+from clearance.stepping import status, tableaus
 from clearance.stepping.state import state_at
 from clearance.stepping.types import STEP_SIGNATURE, compiled, pasted
 
@@ -86,7 +86,7 @@ def step(address, t, h):
     finite = math.isfinite(s.error) and math.isfinite(high)
     for i in range(size):
         finite = finite and math.isfinite(y_new[i]) and math.isfinite(f_new[i])
-    return 0 if finite else 1
+    return status.MADE if finite else status.TOO_LONG
 
 
 @compiled(STEP_SIGNATURE)

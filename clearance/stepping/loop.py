@@ -39,7 +39,6 @@ SQUEEZE = 0.05  # smallest part of a film that a step may leave
 FILM_ERROR = 0.05
 RESOLVED = 1e-11  # share of a film's rate that no error need be below: rounding takes some 1e-15
 FORGET = 0.3  # what of a film's damping is remembered from one step to the next
-DOMAIN_LEFT = 3  # refusal of a step that takes a journal out of its film
 BAND = 1e-13  # dead band of a touch, share of the lengths in its penetration
 # step over time that still advances the clock; the layer a film forms at the start needs short ones
 SMALLEST = 4e-16
@@ -187,7 +186,7 @@ def refuse(s, t, h):
             ):
                 fall = depth_of(s.before, j) - depth_of(s.after, j)
                 factor = min(max(factor, 0.9 * depth_of(s.before, j) / fall), 0.9)
-    shrink(s, h, factor, 1)
+    shrink(s, h, factor, status.TOO_LONG)
 
 
 @shared
@@ -206,9 +205,9 @@ def grow(s, h):
     wanted = min(GROW, max(SHRINK, wanted))
     if s.newton_rate > 0.0:
         wanted = min(wanted, max(0.5, GOOD_RATE / s.newton_rate))
-    if s.last_refusal > 0:
+    if s.last_refusal != status.MADE:
         wanted = min(wanted, 1.0)
-    s.last_refusal = s.refusals = 0
+    s.last_refusal, s.refusals = status.MADE, 0
     s.last_step, s.last_error = h, max(error, 1e-2)
     s.step_size = h if 1.0 <= wanted <= 1.2 else h * wanted
 
@@ -393,36 +392,38 @@ def advance(s):
     h = proposed(s, t)
     if h <= unresolved(s, t) and s.end - t > h:
         refusal = s.last_refusal
-        if refusal == DOMAIN_LEFT:
+        if refusal == status.OUT_OF_FILM:
             return status.FILM_LEFT
-        return status.NOT_FINITE if refusal == 2 else status.STEP_TOO_SMALL
+        return status.NOT_FINITE if refusal == status.NO_NUMBERS else status.STEP_TOO_SMALL
     code = attempt(s, t, h)
-    if code != 0:
+    if code != status.MADE:
         shrink(s, h, NEWTON_FAILED, code)
         return status.RUNNING
     if s.error > 1.0:
         refuse(s, t, h)
         return status.RUNNING
-    cut, proposal = False, h
+    met, proposal = status.NO_EVENT, h
     if s.contacts.shape[0] > 0:
         s.events(t, s.y, s.par, s.work, s.before)
         s.events(t + h, s.y_new, s.par, s.work, s.after)
         s.failed_joint = outside(s)
         if s.failed_joint >= 0:
             invalidate(s)
-            shrink(s, h, SHRINK, DOMAIN_LEFT)
+            shrink(s, h, SHRINK, status.OUT_OF_FILM)
             return status.RUNNING
-        cut = s.touchable > 0 and s.meet(s.address, t, h) == 1
+        if s.touchable > 0:
+            met = s.meet(s.address, t, h)
+    if met == status.MISSED:
+        shrink(s, s.made, 0.5, status.TOO_LONG)
+        return status.RUNNING
+    if met == status.AT_START:
+        s.events(t, s.y, s.par, s.work, s.after)
+        change_phase(s, t)
+        s.flips += 1
+        return status.STEP_TOO_SMALL if s.flips > FLIP_LIMIT else status.RUNNING
+    cut = met == status.CUT
     if cut:
         h = s.made
-        if h < 0.0:
-            shrink(s, -h, 0.5, 1)
-            return status.RUNNING
-        if h == 0.0:
-            s.events(t, s.y, s.par, s.work, s.after)
-            change_phase(s, t)
-            s.flips += 1
-            return status.STEP_TOO_SMALL if s.flips > FLIP_LIMIT else status.RUNNING
     if not accept(s, t, h, cut):
         invalidate(s)
         return status.RUNNING

@@ -15,6 +15,7 @@ afterwards.
 import math
 
 from clearance.machine.numba_record import constant
+from clearance.stepping import status
 from clearance.stepping.linear import factor, rate_matrix, solve
 from clearance.stepping.tableaus import Collocation
 from clearance.stepping.types import MOMENTS, inline
@@ -177,14 +178,14 @@ def newton(k, run, t, h, y, par, work, m, complexes, n):
         run.evaluations += stages
         norm = math.sqrt(correct(k, m, complexes, h, p, n) / (stages * n))
         if not math.isfinite(norm):
-            return 2, 1.0
+            return status.NO_NUMBERS, 1.0
         if iteration > 0:
             rate = norm / old if old > 0.0 else 0.0
             left = norm
             for _ in range(ITERATIONS - 1 - iteration):
                 left *= rate
             if rate >= 1.0 or left > tolerance * (1.0 - rate):
-                return 1, rate
+                return status.TOO_LONG, rate
             factor_of_rate = rate / (1.0 - rate)
         for s in range(stages):
             for i in range(p, n):
@@ -197,9 +198,9 @@ def newton(k, run, t, h, y, par, work, m, complexes, n):
             run.convergence = factor_of_rate
             run.newton_rate = rate
             run.effort = SAFETY * (2 * ITERATIONS + 1) / (2 * ITERATIONS + 1 + iteration)
-            return 0, rate
+            return status.MADE, rate
         old = norm
-    return 1, rate
+    return status.TOO_LONG, rate
 
 
 @inline
@@ -300,7 +301,7 @@ def advance(k, run, t, h):
     weight = m[4 * stages + WEIGHT]
     for i in range(n):
         weight[i] = 1.0 / (run.rtol * (scale[i] + abs(y[i])))
-    answer, rate = 1, 1.0
+    answer, rate = status.TOO_LONG, 1.0
     for _attempt in range(2):
         fresh = run.jacobian_state != 1
         if fresh:
@@ -311,10 +312,10 @@ def advance(k, run, t, h):
             factorise(k, run, vector, m, complexes, h, n)
         predict(k, run, m, h, y, n)
         answer, rate = newton(k, run, t, h, y, par, work, m, complexes, n)
-        if answer == 0 or fresh:
+        if answer == status.MADE or fresh:
             break
         run.jacobian_state = 0
-    if answer != 0:
+    if answer != status.MADE:
         # far ahead the last polynomial is worse than nearer
         if h <= run.last_h:
             run.has_predictor = 0
@@ -324,11 +325,11 @@ def advance(k, run, t, h):
     run.error = error
     if error > 1.0 or not math.isfinite(error):
         run.lu_state = 0
-        return 0 if math.isfinite(error) else 2
+        return status.MADE if math.isfinite(error) else status.NO_NUMBERS
     if size > n and run.evaluate_ledger > 0:
         if not solved(k, run, t, h, y, par, work, m, n):
             run.lu_state, run.convergence = 0, 1.0
-            return 1
+            return status.TOO_LONG
         ledger(k, h, y, m, n)
     for i in range(size):
         y_new[i] = y[i] + m[stages - 1, i]
@@ -340,8 +341,8 @@ def advance(k, run, t, h):
         run.jacobian_state = 0
     for i in range(size):
         if not math.isfinite(y_new[i]) or not math.isfinite(f_new[i]):
-            return 2
-    return 0
+            return status.NO_NUMBERS
+    return status.MADE
 
 
 @inline

@@ -11,7 +11,7 @@ Source: G. Steinebach, Construction of Rosenbrock-Wanner method Rodas5P, BIT Num
 
 import math
 
-from clearance.stepping import tableaus
+from clearance.stepping import status, tableaus
 from clearance.stepping.linear import factor, rate_matrix, solve
 from clearance.stepping.state import state_at
 from clearance.stepping.types import STEP_SIGNATURE, compiled, inline
@@ -152,9 +152,9 @@ def step(address, t, h):
         total += (m[STAGES - 1, i] / (s.rtol * (scale[i] + max(abs(y[i]), abs(y_new[i]))))) ** 2
     s.error = math.sqrt(total / n)
     if not math.isfinite(s.error):
-        return 2
+        return status.NO_NUMBERS
     if s.error > 1.0:
-        return 0
+        return status.MADE
     s.jacobian_state = 0
     for i in range(n, size):
         y_new[i] = y[i]
@@ -165,8 +165,8 @@ def step(address, t, h):
     rhs(t + h, y_new, par, work, f_new)
     for i in range(size):
         if not math.isfinite(y_new[i]) or not math.isfinite(f_new[i]):
-            return 2
-    return 0
+            return status.NO_NUMBERS
+    return status.MADE
 
 
 @compiled(STEP_SIGNATURE)

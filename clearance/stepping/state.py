@@ -76,7 +76,7 @@ FLOATS = (
     "convergence",  # of Newton's method: rate / (1 - rate) of its last step
     "newton_rate",  # of convergence
     "effort",  # safety factor of the next step, from the iterations of the last
-    "made",  # the step that ends on a contact's start or end [s]; 0: at once, negative: it failed
+    "made",  # the step made again to end on a contact's start or end [s]
     "stiffness",  # step times the largest eigenvalue felt
     "gain",  # g of the factors of the last step [1/s]
 )
@@ -298,9 +298,7 @@ def copy(source, target):
 # --- one step and its dense output
 @inline
 def attempt(s, t, h):
-    """One step of the method from the present state; 0 if it worked (its error may still be too
-    large).
-    """
+    """One step of the method from the present state: its status."""
     s.interpolated = s.factors = 0
     return s.step(s.address, t, h)
 

@@ -1,4 +1,4 @@
-"""Status codes of steppers, and a sentence for each."""
+"""Status codes: of a run with a sentence for each, of a trial step, of a look for contacts."""
 
 RUNNING = 0  # the call's budget is spent or a buffer is full: call again
 DONE = 1
@@ -10,6 +10,18 @@ LEDGER_BROKEN = 6
 DEAD_CENTRE = 8  # a loop that can be opened came to its dead centre
 CRAWLING = 9  # so many of its steps would be needed that it will not end
 STIFF = 7  # an explicit method is held up by stability; an implicit one may go on
+
+# of a trial step
+MADE = 0  # its error may still be too large
+TOO_LONG = 1  # its error is too large, or its equations could not be solved
+NO_NUMBERS = 2  # it gives no finite numbers
+OUT_OF_FILM = 3  # it takes a journal out of its film
+
+# of a look for the start or end of a contact inside a step
+NO_EVENT = 0
+CUT = 1  # the step was made again, and ends on it
+AT_START = 2  # it is where the step begins
+MISSED = 3  # the step that should end on it failed
 
 MESSAGES = {
     STEP_TOO_SMALL: (
