@@ -19,12 +19,14 @@ class ClearanceJoint(Joint):
     lubricant: Lubricant | None = None
 
     @property
+    def first_touch(self) -> bool:
+        """True where contact begins with a touch; in most transitions it sets in gradually."""
+        return self.transition is None or self.transition.law.first_touch
+
+    @property
     def impacts(self) -> bool:
-        """True where contact starts with a first touch; in most transitions it sets in
-        gradually.
-        """
-        gradual = self.transition is not None and not self.transition.law.first_touch
-        return self.contact is not None and not gradual
+        """True where there is contact that begins with a touch."""
+        return self.contact is not None and self.first_touch
 
     @property
     def viscosity(self) -> float | None:

@@ -44,7 +44,6 @@ units, text)}` adds to them; `run` reads like a result.
 """
 
 import math
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -359,7 +358,7 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Num
     """
     name, begin = joint["name"], contacts["time"]
     share, text = f"joint_{name}_contact_fraction", f"share of the time in contact of joint {name}"
-    if not _touches(joint) and not begin.size:
+    if not begin.size and not record.begins_with_touch(name):
         path = f"joints/{name}/contact_force"
         part = record.share_above_zero(path, window.begin, window.end)
         if part is None:
@@ -437,7 +436,7 @@ def modes_of(record: Record, joint: str, begin: float, end: float) -> tuple[np.n
     Their edges (pieces + 1,) [s] and modes (pieces,), places in MODES; from its contacts, or from
     the samples where contact sets in gradually.
     """
-    if not _touches(record.described(joint)):
+    if not record.begins_with_touch(joint):
         time, mode = record.time, record.values(f"joints/{joint}/mode")
         middles = 0.5 * (time[1:] + time[:-1])
         edges = np.unique(np.clip(np.concatenate([[begin, end], middles]), begin, end))
@@ -492,14 +491,6 @@ def _carried(record: Record, joint: dict) -> np.ndarray:
         else [""]
     )
     return np.max([record.values(path + end) for end in ends], axis=0)
-
-
-def _touches(joint: dict) -> bool:
-    """True where contact of a joint begins with a touch, as a row of the events."""
-    if joint.get("transition") is None:
-        return True
-    module, _, name = joint["transition"]["law"].partition(":")
-    return getattr(getattr(sys.modules.get(module), name, None), "first_touch", False)
 
 
 def dissipation(record: Record, window: Window) -> Numbers:

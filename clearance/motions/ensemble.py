@@ -149,7 +149,7 @@ class _Latest(Observer):
 
     def __init__(self, mechanism: Mechanism):
         self.channels = mechanism.layout.channels
-        self.about = {"scene": mechanism.scene.to_json()}
+        self.about = mechanism.scene.provenance
         self.output: list[tuple[np.ndarray, np.ndarray]] = []
         self.touches: list[tuple[list[str], np.ndarray]] = []
 

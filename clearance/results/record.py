@@ -16,6 +16,8 @@ from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, bett
 from clearance.results.integrals import Integrals
 from clearance.results.run_warning import counted
 
+#: the transition of before 0.3 with which contact begins with a touch
+FIRST_TOUCH = "clearance.laws.transition:flores_hybrid"
 #: groups whose channels move along time
 MOVING = ("bodies", "joints", "springs", "drives", "nodes", "friction", "energy")
 #: groups that have a group for each part
@@ -225,6 +227,16 @@ class Record(Drawn, ABC):
     def described(self, joint: str) -> dict:
         """Description of a joint, as plain data."""
         return next(j for j in self.scene["joints"] if j["name"] == joint)
+
+    def begins_with_touch(self, joint: str) -> bool:
+        """True where contact of a joint begins with a touch, as a row of the events.
+
+        Files of before 0.3 have it from the law, where that is one of ours.
+        """
+        if (touching := self.attributes.get("first_touch")) is not None:
+            return json.dumps(joint) in str(touching)
+        law = self.described(joint).get("transition")
+        return law is None or law["law"] == FIRST_TOUCH
 
     @property
     def clearances(self) -> dict[str, float]:

@@ -151,13 +151,20 @@ class Scene:
 
     @property
     def provenance(self) -> dict[str, str]:
-        """Attributes of result files: case, parameters that were given (JSON), entire scene (JSON).
+        """Attributes of result files: case, parameters that were given (JSON), entire scene (JSON),
+        joints whose contact begins with a touch (JSON).
 
         Of a case also its file and the defaults of the other parameters (JSON), of a command its
         line.
         """
         given = json.dumps(self.parameters, default=str, sort_keys=True)
-        return {"case": self.name, "parameters": given, "scene": self.to_json(), **self.origin}
+        about = {"case": self.name, "parameters": given, "scene": self.to_json()}
+        return about | {"first_touch": self.first_touch} | self.origin
+
+    @property
+    def first_touch(self) -> str:
+        """JSON of the names of joints whose contact begins with a touch, a row of the events."""
+        return json.dumps([j.name for j in self.clearance_joints if j.first_touch])
 
     def rebuilt(
         self,

@@ -69,13 +69,12 @@ class Noted(MemoryRecord):
 class Part(MemoryRecord):
     """A run in memory with the channels that its metrics read."""
 
-    attributes = {"status": "complete"}
-
     def __init__(
         self,
         groups: dict,
         channels: dict,
         scene: dict,
+        attributes: dict,
         times,
         rows,
         events: dict,
@@ -86,6 +85,7 @@ class Part(MemoryRecord):
             _groups=groups, _channels_by_path=channels, scene=scene, _times=times, _rows=rows
         )
         self.events, self.located, self.integrals = events, located, integrals
+        self.attributes = attributes
 
 
 class Ended:
@@ -194,6 +194,7 @@ class Family:
     def _describe(self, mechanism: Mechanism) -> None:
         """The description of a scene whose varying numbers can be set, and their places."""
         self.scene, leaves = _open(mechanism.scene.description()), []
+        self.attributes = {"status": "complete", "first_touch": mechanism.scene.first_touch}
         for place, value in leaves_of(self.scene):
             if type(value) is float:
                 leaves.append(place)
@@ -238,7 +239,7 @@ class Family:
             raise RunAlone
         extremes, events = run.watched.extremes(state), self._events(impacts)
         output = times, rows, events, extremes, run.integrals
-        record = Part(self.groups, self.channels, self.scene, *output)
+        record = Part(self.groups, self.channels, self.scene, self.attributes, *output)
         metrics = {name: m.value for name, m in self._metrics(record).items()}
         warnings = self._warnings(extremes, (times[-1], rows[-1]), values)
         return PointMetrics(metrics, self.known, warnings, int(state.steps), loop, self.digest)

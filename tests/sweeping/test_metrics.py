@@ -3,8 +3,11 @@ made-up records.
 """
 
 import dataclasses
+import importlib
 import json
 import math
+import subprocess
+import sys
 from fractions import Fraction
 from itertools import pairwise
 
@@ -363,6 +366,50 @@ def test_a_film_whose_contact_begins_with_a_touch_has_impacts(begin):
     )
     assert actual["joint_C_impacts_per_turn"] == len(begin) / 2.0
     assert actual["joint_C_contact_fraction"] == pytest.approx(0.01 * len(begin) / 2.0, rel=1e-12)
+
+
+BLEND = """
+import clearance as cl
+
+
+@cl.transition
+def blend(gap, joint, tolerance):
+    beyond = min(max(-gap / (tolerance * joint.clearance), 0.0), 1.0)
+    film_gap = max(gap, 1e-3 * joint.clearance)
+    return 1.0 - beyond, film_gap, 1.0, beyond, -gap, 1.0, 0.0, 0.0
+
+
+blend.first_touch = {}
+"""
+METRICS = """
+import json, sys, clearance as cl
+from clearance.metrics.metrics import metrics
+with cl.open_result(sys.argv[1]) as result:
+    print(json.dumps({n: m.value for n, m in metrics(result).items()}))
+"""
+
+
+@pytest.mark.parametrize("touching", [True, False])
+def test_a_file_states_whose_contact_begins_with_a_touch(touching, tmp_path, monkeypatch):
+    """A process that never imports the user's transition reads the metrics of one that ran it."""
+    module = f"blend_{touching}"
+    (tmp_path / f"{module}.py").write_text(BLEND.format(touching))
+    monkeypatch.syspath_prepend(tmp_path)
+    blend = importlib.import_module(module).blend(tolerance=0.05)
+    scene = cl.load_case("slider_crank", model="mixed", film="harmonic", viscosity=0.4)
+    scene = scene.rebuilt(
+        element=lambda e: (
+            dataclasses.replace(e, transition=blend, asperity=None)
+            if getattr(e, "transition", None)
+            else e
+        )
+    )
+    with cl.simulate(scene, turns=1.5, path=tmp_path / "run.h5") as result:
+        here = {name: metric.value for name, metric in metrics(result).items()}
+    command = [sys.executable, "-W", "ignore", "-c", METRICS, str(tmp_path / "run.h5")]
+    elsewhere = subprocess.run(command, capture_output=True, text=True, cwd="/", check=True)
+    assert json.loads(elsewhere.stdout) == here
+    assert (here.get("joint_C_impacts_per_turn") == 0.0) == touching
 
 
 def test_without_a_turn_rates_are_per_second():
