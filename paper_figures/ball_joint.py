@@ -307,7 +307,3 @@ def preview(say) -> studies.Study:
 def _keep(work: workshop.Workshop, name: str, fit) -> None:
     """The fit's own file among the results."""
     work.study(lambda folder: fit.save(folder / f"{name}.h5"), model=name, seed=0)
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -77,7 +77,3 @@ def draw(work: workshop.Workshop) -> None:
         work.study(lambda folder, f=f, file=file: f.fit.save(folder / file), coefficients=f.name)
     work.keep(picture(rows))
     work.text(variants.coefficient_table(rows))
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

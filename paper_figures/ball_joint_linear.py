@@ -100,7 +100,3 @@ def draw(work: workshop.Workshop) -> None:
     result = fit(bench(), "lugre3d", starts=work.less(5, 1))
     work.study(lambda folder: result.save(folder / "lugre3d.h5"), model="lugre3d", seed=0)
     work.keep(picture(result, work.less(40, 10)))
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -71,7 +71,3 @@ def draw(work: workshop.Workshop) -> None:
         )
     work.keep(picture(rows))
     work.text(variants.load_table(rows))
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -69,7 +69,3 @@ def _diagram(work: workshop.Workshop, points, fixed: dict, parameter: str) -> No
         channels=CHANNELS,
         suffix=parameter,
     )
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

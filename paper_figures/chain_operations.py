@@ -187,7 +187,3 @@ def growth(counts):
     axes.set_xlim(right=joints[-1] + 0.12 * (joints[-1] - joints[0]))
     finish(axes, "operations a sample [-]", "joints of a serial chain [-]")
     return figure
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -101,7 +101,3 @@ def _save(rows, folder):
                 np.array([r.ranges[name][i] for r in rows]),
             )
     return save_tables(folder / "ablation.h5", "clearance-ablation", {}, {"parts": ({}, columns)})
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

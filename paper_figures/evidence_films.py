@@ -35,7 +35,3 @@ def draw(work: workshop.Workshop) -> None:
         work.drawing(film_pictures.convergence, meshes, suffix="convergence")
         work.text(film_ladder.convergence_table(meshes), suffix="convergence")
         work.study(lambda folder: film_ladder.save_convergence(meshes, folder), slenderness=1.0)
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

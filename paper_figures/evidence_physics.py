@@ -43,7 +43,3 @@ def draw(work: workshop.Workshop) -> None:
     work.study(
         lambda folder: physics.save(study, folder), case="six_bar_feeder", parameters=parameters
     )
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -37,7 +37,3 @@ def draw(work: workshop.Workshop) -> None:
             f"{len(faults)} cells of the matrix fail, the first: {faults[0].row}, "
             f"{faults[0].column}"
         )
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

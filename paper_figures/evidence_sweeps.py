@@ -99,7 +99,3 @@ def _save(measured: dict, folder):
         "wall": ("s", "wall time", np.array(list(measured.values()))),
     }
     return save_tables(folder / "sweeps.h5", "clearance-scaling", {}, {"sweeps": ({}, columns)})
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -43,7 +43,3 @@ def draw(work: workshop.Workshop) -> None:
             case=case,
             parameters=parameters,
         )
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -36,7 +36,3 @@ def draw(work: workshop.Workshop) -> None:
     results = swept(work, {}, clearance=[1e-3 * c for c in sizes])
     work.keep(influence(results, sizes, "radial clearance [mm]", CLAIM, log=True), "sweep")
     work.table(*rows(results, sizes, "mm", CLEARANCES), "sweep", "Nearest points of the sweep.")
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -106,7 +106,3 @@ def numbers(runs: dict) -> tuple[list[str], list[list]]:
             ]
         )
     return heads, rows
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -120,7 +120,3 @@ def numbers(run) -> list[float]:
     means = [100.0 * float(w.mean()) for w in weights]
     share = 100.0 * float(joint.asperity_share[now].mean())
     return [float(ratio.min()), float(ratio.mean()), *means, 100.0 * float(weights[2].max()), share]
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -208,7 +208,3 @@ def numbers(run, name: str) -> list:
         share,
         lost,
     ]
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -354,7 +354,3 @@ def numbers(run) -> list:
         shared,
         rebound,
     ]
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

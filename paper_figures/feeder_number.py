@@ -152,7 +152,3 @@ def numbers(runs: dict, ideal) -> tuple[list[str], list[list]]:
         moments = [by_turns(torque, turns), rms(torque)]
         rows.append([title, of_turn(dx, turns), *accelerations, *moments, count, float(lost)])
     return heads, rows
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

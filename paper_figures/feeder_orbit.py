@@ -144,7 +144,3 @@ def parts(colours: dict, state: np.ndarray):
         here[:-1] |= here[1:]
         if here.any():
             yield name, colour, here
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -177,7 +177,3 @@ def spread(run) -> list:
     values = points(run)
     x, v, *journal = values.std(axis=0)
     return [len(values), float(1e6 * x), float(1e3 * v), float(np.hypot(*journal))]
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

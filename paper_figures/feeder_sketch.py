@@ -43,7 +43,3 @@ def kinematics(run):
     panels[-1].set_xlabel("crank angle from the start [deg]")
     panels[-1].set_xticks(range(0, 361, 45))
     return figure
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

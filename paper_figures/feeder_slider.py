@@ -289,7 +289,3 @@ def by_turns(values: np.ndarray, turns: int) -> str:
 
 def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

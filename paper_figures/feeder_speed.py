@@ -215,7 +215,3 @@ def rows(
                 [name, f"{at[i]:.3g}", *("-" if c is None else float(c[i]) for c in columns)]
             )
     return heads, table
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

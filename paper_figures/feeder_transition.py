@@ -277,7 +277,3 @@ def spread(forces: np.ndarray, places: list) -> str:
         )
     text += f". Three shapes of the memberships part by {shapes:.2g} % at most."
     return f"{text} Crosses: warned of a force hole."
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

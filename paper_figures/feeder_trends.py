@@ -174,7 +174,3 @@ def growth(mixed: dict, ideal: dict):
     say(figure, verdicts(mixed, ideal))
     legend_below(figure, panels[0])
     return figure
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

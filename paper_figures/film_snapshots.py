@@ -55,7 +55,3 @@ def _row(shot) -> list[float]:
         100.0 * (shot.recorded / load - 1.0),
         shot.solution.peak_pressure / 1e6,
     ]
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

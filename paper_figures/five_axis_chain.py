@@ -138,7 +138,3 @@ def peaks(work: workshop.Workshop, runs: dict, other) -> None:
         "friction is proportional to "
     )
     work.table(heads, rows, remarks=f"{remarks}the assumed lengths of the pins.")
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

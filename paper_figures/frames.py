@@ -139,7 +139,3 @@ def picture():
 
 def draw(work: workshop.Workshop) -> None:
     work.keep(picture())
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -208,7 +208,3 @@ def _moved(place, rate, end: float = 16.0 * np.pi):
     rates = np.broadcast_to(rate(time), time.shape)
     friction = [-law(float(z), float(v), 1.0)[1] for z, v in zip(solution.y[0], rates, strict=True)]
     return time, np.broadcast_to(place(time), time.shape), rates, np.array(friction)
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -350,7 +350,3 @@ def peaks(work: workshop.Workshop, runs: dict) -> None:
         "radius (assumed)."
     )
     work.table(heads, rows, remarks=remarks)
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -45,7 +45,3 @@ def draw(work: workshop.Workshop) -> None:
             for n in SPEEDS
         ]
         work.drawing(poincare, runs, settle=settle)
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -54,7 +54,3 @@ def numbers(work: workshop.Workshop, run) -> None:
         rows,
         remarks="The state is that of the largest membership.",
     )
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

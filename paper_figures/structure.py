@@ -338,7 +338,3 @@ def picture(counts: Counter):
 
 def draw(work: workshop.Workshop) -> None:
     work.keep(picture(counted()))
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -110,7 +110,3 @@ def _trend(swept, metric: str) -> list:
         " and ".join("met" if t > GROWS else "not met" for t in trends) if metric == IMPACTS else ""
     )
     return [text, units, *spread, *trends, met]
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -130,7 +130,3 @@ def numbers(work: workshop.Workshop, runs: dict) -> None:
 def _peaks(time: np.ndarray, torque: np.ndarray) -> list[float]:
     most = int(torque.argmax())
     return [float(v) for v in (torque[0], torque[-1], torque[most], time[most])]
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -51,7 +51,3 @@ def picture(life: cl.Life):
     figures.finish(outline, "depth at the end [µm]", "angle of the bearing [deg]")
     figure.suptitle("six_bar_feeder, dry joint B")
     return figure
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

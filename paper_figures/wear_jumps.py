@@ -116,7 +116,3 @@ def lived(work, kind: str, jump: float, turns: float, depth: float, start: float
     spent = time.process_time() - began
     error = abs(float(life.depth("B")[-1][0]) / depth - 1.0)
     return [kind, jump, error, spent, len(life.stages), float(life.error[-1]) / depth]
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -100,7 +100,3 @@ def table(life: cl.Life) -> tuple:
         len(life.stages),
     ]
     return (*heads, *more), [[float(v) for v in row]]
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -106,7 +106,3 @@ def picture(rows: list, life: cl.Life):
     other.set_ylabel("film thickness ratio [-]")
     figures.legend_above(ageing, other)
     return figure
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

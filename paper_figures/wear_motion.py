@@ -107,7 +107,3 @@ def picture(rows: list, sections: list):
         section.plot(np.full(len(cut), depth), cut, ".", ms=4, color="C0")
     figures.finish(section, "slider acceleration once a turn [m/s²]", "depth over clearance [-]")
     return figure
-
-
-if __name__ == "__main__":
-    workshop.main(__file__)

@@ -2,9 +2,10 @@
 notes.
 
 A script is a module of this folder with a docstring (its title, then a paragraph for each of
-`PARTS`) and a function `draw(work)`. The function requests results from `work` and hands it the
-drawing. Results lie under `DIR/results`, or in a folder given. They are used again as long as the
-scene, the options, the case and the sources of the physics are the same.
+`PARTS`) and a function `draw(work)`, which `clearance figures NAME` calls. The function requests
+results from `work` and hands it the drawing. Results lie under `DIR/results`, or in a folder given.
+They are used again as long as the scene, the options, the case and the code of the physics are the
+same.
 """
 
 import ast
@@ -15,7 +16,6 @@ import json
 import logging
 import os
 import shutil
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -94,15 +94,6 @@ def about(name: str) -> tuple[str, dict[str, str]]:
             f"paper_figures/{name}.py: no group {parts['Group']!r}; there are {groups}"
         )
     return title.rstrip("."), parts
-
-
-def main(file: str) -> None:
-    """Draw the one figure of a script that is called by itself; options as those of `clearance
-    figures`.
-    """
-    from clearance.cli import main
-
-    raise SystemExit(main(["figures", Path(file).stem, *sys.argv[1:]]))
 
 
 class Workshop:

@@ -192,6 +192,11 @@ def test_no_imports_in_a_circle():
     assert [c for module in list(needs) if (c := circle(needs, module))] == []
 
 
+def test_nothing_calls_the_command_line():
+    """Only the entry point imports it: a figure alone is `clearance figures NAME`."""
+    assert [p for p in MODULES if "clearance.cli" in {*imports(p)}] == []
+
+
 def test_what_draws_results_is_named_at_the_top_only():
     """Results name nothing above them: the top enters what draws them."""
     from clearance.results.accessors import ACCESSORS

@@ -2,7 +2,8 @@
 with.
 
 The family and this subpackage have one name in `clearance`, so that both `@cl.film` and
-`cl.film.table` are right.
+`cl.film.table` are right. Therefore the class of this module has a call. The folder keeps its name,
+for result files name laws by it.
 """
 
 import sys
