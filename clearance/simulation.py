@@ -15,7 +15,6 @@ from clearance.accuracy.companion import Pair, Statement, add_errors, reason_wit
 from clearance.accuracy.request import Outcome, Request, ToleranceSearch, names
 from clearance.elements.regimes import hole_warning
 from clearance.files.replacing import temporary_file
-from clearance.machine.announce import announced
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, build
 from clearance.metrics.metrics import metrics
@@ -33,6 +32,7 @@ from clearance.run.options import SAMPLES_PER_TURN, Output, Solver, longest_step
 from clearance.run.run import Run
 from clearance.run.start import opened_by
 from clearance.scene.scene import Scene
+from clearance.stepping.announce import announced
 
 LOG = logging.getLogger("clearance")
 SHORT = 1_000_000  # largest count of numbers of a run that is held in memory until its end

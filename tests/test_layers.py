@@ -51,7 +51,7 @@ ONLY_IN = {
         "clearance.machine.numba_passes",
         "clearance.machine.numba_record",
         "clearance.stepping.types",
-        "clearance.machine.announce",
+        "clearance.stepping.announce",
         "clearance.studies.peers",
     },
     "skfem": {"clearance.film.fem"},

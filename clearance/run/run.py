@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from clearance.machine import store
-from clearance.machine.announce import announced
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, changed
 from clearance.mechanism.dead_centre import DeadCentre
@@ -35,6 +34,7 @@ from clearance.run.options import (
 from clearance.run.outputs import Watched
 from clearance.run.start import end_state, state_from
 from clearance.stepping import status
+from clearance.stepping.announce import announced
 from clearance.stepping.state import (
     CLEARANCE,
     CONTACTS,
