@@ -392,6 +392,13 @@ def test_bad_lyapunov(arguments, line, capsys):
 
 
 # --- from Python
+def test_pictures_have_their_path_of_before():
+    """It is a documented one."""
+    from clearance.commands.plot import Pictures
+
+    assert Pictures is pictures.Pictures
+
+
 def test_pictures_of_a_result(folder, tmp_path):
     """A figure that notebooks show, or a file; the first argument is what the kind shows."""
     with cl.open_result(folder / "dry.h5") as run:

@@ -20,7 +20,7 @@ class ClearanceJoint(Joint):
 
     @property
     def first_touch(self) -> bool:
-        """True where contact begins with a touch; in most transitions it sets in gradually."""
+        """True where contact begins with a touch; with most transitions it sets in gradually."""
         return self.transition is None or self.transition.law.first_touch
 
     @property

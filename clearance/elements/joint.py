@@ -89,6 +89,11 @@ class Joint(Element):
         return self.free[0] if one and not self.soft else None
 
     @property
+    def first_touch(self) -> bool:
+        """True where contact begins with a touch, and not gradually."""
+        return True
+
+    @property
     def impacts(self) -> bool:
         """True where its contact starts with a first touch."""
         return any(spot.kind == CONTACT for spot in self.spots())
