@@ -1,3 +1,3 @@
-"""The version of this package; pyproject.toml reads it here."""
+"""The version of the package, which pyproject.toml reads here."""
 
 VERSION = "0.3.0.dev0"

@@ -1,4 +1,8 @@
-"""Tests. One thread of linear algebra for each worker: more would wait for each other."""
+"""Tests, with published numbers (`validation/`), complete runs (`regression/`), other ways to an
+answer (`oracles/`) and costs (`benchmarks/`).
+
+One thread of linear algebra for each worker: more would wait for each other.
+"""
 
 import os
 

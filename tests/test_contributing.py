@@ -201,7 +201,8 @@ def test_the_law_is_new():
 
 
 def test_the_page_stays_short():
-    assert len(TEXT.split()) <= 1600
+    prose = re.sub(r"<!-- street -->.*<!-- street:end -->", "", TEXT, flags=re.DOTALL)
+    assert len(prose.split()) <= 1400  # the table is made: a row for each folder
     assert max(map(len, TEXT.splitlines())) <= 160
     assert len(FENCED.findall(TEXT)) == 6
     assert len(LINE.findall(TEXT)) == 4

@@ -122,6 +122,15 @@ def test_commands_are_understood(path):
             cli.parser().parse_args(words)
 
 
+def test_contributing_has_the_sentences_of_all_folders(pages):
+    """As `python docs/street.py` writes them."""
+    import street
+
+    text = street.PAGE.read_text()
+    assert street.renewed(text) == text
+    assert text.count(street.BEGIN) == text.count(street.END) == 1
+
+
 def test_the_guide_has_the_fields_of_every_element(pages):
     """As `python docs/fields.py` writes them; every element of a scene file is among them."""
     import fields

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections import Counter
+from pathlib import Path
 
 import pytest
 from clearance.paper_figures import gallery, structure, workshop
@@ -317,25 +317,31 @@ def test_an_interrupt_ends_all_that_draws_and_what_was_done_is_noted(tmp_path, m
     assert not is_running(child)
 
 
-def test_the_structure_has_a_box_for_each_module_and_no_arrow_leads_back():
-    """All arrows go to the right, or upright in one direction, and pass no box on their way."""
-    counts = structure.counted()  # refuses a module without a box
+def test_each_folder_has_its_place_in_the_street():
+    """All folders and modules of the package, with a sentence each."""
+    top = Path(cl.__file__).parent
+    inside = {p.name for p in top.iterdir() if (p / "__init__.py").exists()}
+    inside |= {p.stem for p in top.glob("*.py")} - {"__init__"}
+    names = [name for stretch in structure.STREET.values() for name in stretch]
+    assert sorted(names) == sorted(inside | set(workshop.BESIDE))
+    assert all(len(structure.sentence(structure.files(name)[0])) > 20 for name in names)
+
+
+def test_no_arrow_of_the_structure_leads_back():
+    """Each folder imports earlier ones; folders of the last stretch each other."""
+    counts = structure.counted()
     assert sum(counts.values()) > 300
-    ways = structure.paths(Counter({e: n for e, n in counts.items() if "shared" not in e}))
-    for (a, b), points in ways.items():
-        assert (b, a) not in ways
-        assert structure.BOXES[a].column <= structure.BOXES[b].column
-        passed = [
-            (box, y)
-            for box in structure.BOXES.values()
-            for x, y in points[1:-1]
-            if abs(x - box.middle) < 1.0
-        ]
-        assert all(not box.edges[0] < y < box.edges[1] for box, y in passed)
-    assert not [a for a, b in counts if b == "shared"]
+    *way, last = structure.STREET.values()
+    order = [name for stretch in way for name in stretch]
+    assert [(a, b) for a, b in counts if a in last and b not in last] == []
+    inner = [(a, b) for a, b in counts if a in order and b in order]
+    assert [edge for edge in inner if order.index(edge[0]) > order.index(edge[1])] == []
 
 
-def test_a_module_without_a_box_is_refused():
-    assert structure.box_of("run.diagnosis") == structure.box_of("simulation") == "run"
-    with pytest.raises(ValueError, match="module clearance.something falls into no box"):
-        structure.box_of("something")
+def test_the_structure_shows_a_number_for_each_pair_of_stretches():
+    """All imports between stretches are in the picture, none within one."""
+    counts = structure.counted()
+    stretch = {name: names for names in structure.STREET.values() for name in names}
+    wanted = sum(n for (a, b), n in counts.items() if stretch[a] is not stretch[b])
+    texts = [t.get_text() for t in structure.picture(counts).axes[0].texts]
+    assert sum(int(t) for t in texts if t.isdigit()) == wanted

@@ -10,37 +10,15 @@ import tomllib
 from functools import cache
 from pathlib import Path
 
+from clearance.paper_figures.structure import STREET
+
 from tests.benchmarks.words import statements
 
 ROOT = Path(__file__).parent.parent
-#: folders in the order of a scene's way; a module may import its own folder and those before it
-STREET = [
-    "version",
-    "values",
-    "files",
-    "machine",
-    "laws",
-    "film",
-    "elements",
-    "scene",
-    "tracing",
-    "mechanism",
-    "stepping",
-    "results",
-    "metrics",
-    "run",
-    "accuracy",
-    "simulation",
-    "motions",
-    "wearing",
-    "lanes",
-    "sweeping",
-    "identify",
-    "studies",
-]
+*WAY, PEOPLE = STREET.values()
 LAYERS = [
-    *([f"clearance.{name}"] for name in STREET),
-    ["clearance", "clearance.cli", "clearance.commands", "cases", "postprocess", "paper_figures"],
+    *([f"clearance.{name}"] for names in WAY for name in names),
+    ["clearance", *(f"clearance.{name}" for name in PEOPLE), *PEOPLE],
 ]
 #: folders beside the package that are installed into it
 BESIDE = ("cases", "postprocess", "paper_figures")
@@ -156,6 +134,14 @@ def test_no_module_imports_a_higher_layer():
     }
     assert len(edges) > len(MODULES)  # imports are seen at all
     assert [edge for edge in sorted(edges) if layer(edge[1]) > layer(edge[0])] == []
+
+
+def test_figures_of_sources_serve_nobody_else():
+    """Only the command that draws them imports them."""
+    users = {name_of(path) for path in MODULES for wanted in imports(path) if "paper_fig" in wanted}
+    assert {user for user in users if not user.startswith("paper_figures.")} == {
+        "clearance.commands.figures"
+    }
 
 
 def own_imports(path):

@@ -1,1 +1,1 @@
-"""Commands that need a file of their own: their options, and what they print."""
+"""One command a file: its options, and what it prints."""
