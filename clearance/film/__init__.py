@@ -1,7 +1,6 @@
-"""Films of the Reynolds equation; called, it is the family `film`, to decorate a film law of yours
-with.
+"""Reynolds equation: solvers, force tables, films solved during a run.
 
-The family and this subpackage have one name in `clearance`, so that both `@cl.film` and
+Called, it is the family `film`, to decorate a film law of yours with. Family and subpackage have one name in `clearance`, so that both `@cl.film` and
 `cl.film.table` are right. Therefore the class of this module has a call. The folder keeps its name,
 for result files name laws by it.
 """
