@@ -1,8 +1,8 @@
 """Reynolds equation: solvers, force tables, films solved during a run.
 
-Called, it is the family `film`, to decorate a film law of yours with. Family and subpackage have one name in `clearance`, so that both `@cl.film` and
-`cl.film.table` are right. Therefore the class of this module has a call. The folder keeps its name,
-for result files name laws by it.
+Called, it is the family `film`, to decorate a film law of yours with. Family and subpackage have
+one name in `clearance`, so that both `@cl.film` and `cl.film.table` are right. Therefore the class
+of this module has a call. The folder keeps its name, for result files name laws by it.
 """
 
 import sys
