@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from clearance.accuracy.companion import Pair, Statement, add_errors, reason_without
-from clearance.accuracy.request import Outcome, Request, ToleranceSearch, names
 from clearance.elements.regimes import hole_warning
 from clearance.files.replacing import temporary_file
 from clearance.machine.callback import Callback
@@ -24,8 +24,6 @@ from clearance.results.result import MemoryResult, Result
 from clearance.results.run_warning import warn
 from clearance.results.short_file import ShortFile
 from clearance.results.stream import Stream, Unwritable, matching
-from clearance.run import pressure_fields as fields
-from clearance.run.checkpoint import PartsSink, opened_in
 from clearance.run.interrupts import DeferredSignals
 from clearance.run.limits import Demand, affordable
 from clearance.run.options import SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
@@ -34,11 +32,14 @@ from clearance.run.start import opened_by
 from clearance.scene.scene import Scene
 from clearance.stepping.announce import announced
 
+if TYPE_CHECKING:  # what few runs need
+    from clearance.accuracy.request import Outcome, Request
+    from clearance.run.checkpoint import PartsSink
+
+    Sink = Stream | PartsSink | ShortFile
+
 LOG = logging.getLogger("clearance")
 SHORT = 1_000_000  # largest count of numbers of a run that is held in memory until its end
-
-
-Sink = Stream | PartsSink | ShortFile
 
 
 class SimulationError(RuntimeError):
@@ -130,7 +131,9 @@ def simulate(
     request = _request(error, checkpoint)
     output = Output(path, channels, compression, checkpoint, pressure_fields)
     if pressure_fields is not None:
-        fields.check(scene.description(), pressure_fields, channels)
+        from clearance.run.pressure_fields import check
+
+        check(scene.description(), pressure_fields, channels)
     prepared = partial(
         prepare,
         scene,
@@ -147,7 +150,7 @@ def simulate(
         start=start,
     )
     sensing = None if sensitivity is None else _sensing(scene, sensitivity, prepared, settle)
-    run = prepared(opened=() if checkpoint is None else opened_in(path))
+    run = prepared(opened=_opened(path, checkpoint))
     if sensing:
         sensing.check(run)
     matching(run.mechanism.layout.channels, channels)
@@ -196,10 +199,21 @@ def _sensing(scene: Scene, given, prepared: partial, settle: float | None):
     return Sensing(scene, given, partial(prepare, **options), settle)
 
 
-def _request(error: str | float | Mapping | None, checkpoint: float | None) -> Request | None:
+def _opened(path: str | Path | None, checkpoint: float | None) -> tuple[str, ...]:
+    """Joints whose loops a run with checkpoints has opened before."""
+    if checkpoint is None:
+        return ()
+    from clearance.run.checkpoint import opened_in
+
+    return opened_in(path)
+
+
+def _request(error: str | float | Mapping | None, checkpoint: float | None) -> "Request | None":
     """The request for an error; None where none is requested. Raises ValueError."""
     if not asks(error):
         return None
+    from clearance.accuracy.request import Request
+
     if checkpoint is not None:
         raise ValueError(
             "checkpoint and a requested error do not go together: its runs are stored in memory"
@@ -286,7 +300,7 @@ def write(
     error: str | None = None,
     settle: float | None = None,
     pair: Callable[[Record], Pair] | None = None,
-    more: Callable[[Sink], None] | None = None,
+    more: "Callable[[Sink], None] | None" = None,
 ) -> Result:
     """Run to the end, streaming into the file; a signal and a full disk end it early, the file
     stored.
@@ -310,16 +324,18 @@ def write(
 def answer(
     run: Run,
     output: Output,
-    request: Request,
+    request: "Request",
     settle: float | None,
     progress: Callable[[float], None] | None,
-    more: Callable[[Sink], None] | None = None,
+    more: "Callable[[Sink], None] | None" = None,
 ) -> Result:
     """The run that a request leads to, in its file; more: adds to the finished file.
 
     Raises ValueError for names that the run does not have, before anything runs. Raises NotReached,
     SimulationError, and KeyboardInterrupt, with the best run so far stored in the file.
     """
+    from clearance.accuracy.request import ToleranceSearch, names
+
     request.check(names(run, partial(metrics, settle=settle)))
     ladder = ToleranceSearch(run, request, settle, progress=progress)
     try:
@@ -340,7 +356,7 @@ def answer(
 
 
 def _handed_on(
-    reached: Outcome, output: Output, more: Callable[[Sink], None] | None = None
+    reached: "Outcome", output: Output, more: "Callable[[Sink], None] | None" = None
 ) -> Result:
     """The file of an answer."""
 
@@ -355,7 +371,7 @@ def _placed(
     run: Run,
     output: Output,
     record: Callable[..., str | None],
-    adds: Sequence[Callable[[Sink], None] | None],
+    adds: "Sequence[Callable[[Sink], None] | None]",
     reason: str,
     remembering: bool = False,
 ) -> Result:
@@ -386,7 +402,9 @@ def _placed(
             error.add_note(_left(sink, output.path))
         raise
     if output.pressure_fields is not None and failure is None:
-        fields.keep(sink.path, output.pressure_fields)
+        from clearance.run.pressure_fields import keep
+
+        keep(sink.path, output.pressure_fields)
     result = sink.result()
     if output.path is None and not isinstance(result, MemoryResult):
         weakref.finalize(result, shutil.rmtree, result.path.parent, ignore_errors=True)
@@ -397,7 +415,7 @@ def _placed(
     return result
 
 
-def _sink(run: Run, output: Output, reason: str, remembering: bool) -> Sink:
+def _sink(run: Run, output: Output, reason: str, remembering: bool) -> "Sink":
     """Sink of a run's output: in memory where it is short, with checkpoints on request.
 
     reason: why no errors are stated; remembering: the sink has the run as a record in the end.
@@ -411,6 +429,8 @@ def _sink(run: Run, output: Output, reason: str, remembering: bool) -> Sink:
     options = path, outputs, attributes, channels, compression
     if output.checkpoint is not None:
         chosen_output = {"channels": channels and list(channels), "compression": compression}
+        from clearance.run.checkpoint import PartsSink
+
         return PartsSink(*options, run.identity() | chosen_output)
     if remembering or numbers <= SHORT:
         return ShortFile(*options, run.span.samples, remembering=remembering)

@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 import shutil
+import time
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,8 @@ from clearance.files.texts import document_of
 from clearance.results.reading import Damaged, arrays_of
 from clearance.results.result import Result
 from clearance.results.stream import Stream, Unwritable, add_groups, has_room, lock_of
+from clearance.run.observers import Observer, Recording
+from clearance.stepping import status
 
 VERSION = 7
 STATE = "state.npz"
@@ -245,6 +248,21 @@ def load(path: Path) -> dict | None:
         raise ValueError(f"checkpoint {error}; remove {path.parent} to start anew") from None
 
 
+class Checkpoints(Observer):
+    """Cuts a checkpoint when so many seconds of wall time have passed since the last."""
+
+    def __init__(self, sink: PartsSink, recording: Recording, every: float):
+        self.sink, self.recording, self.every = sink, recording, every
+        self.last = time.perf_counter()
+
+    def piece(self, run, code):
+        """Cut one when it is time."""
+        if code == status.RUNNING and time.perf_counter() - self.last > self.every:
+            self.sink.cut(state_of(run, self.recording))
+            self.last = time.perf_counter()
+        return code
+
+
 def state_of(run, recording) -> dict:
     """All that the run goes on with: its state, its stepper, its changes; the record so far."""
     recorder = recording.recorder
@@ -298,8 +316,8 @@ def _take_up(run, recording, state: dict) -> None:
         except (ImportError, AttributeError):
             raise ValueError(f"its method is {method}") from None
     run.method, run.reason = str(state["method"]), str(state["reason"])
-    for time, changes in document_of(str(state["changes"]), "its changes", list):
-        run.rebuild(time, changes)
+    for moment, changes in document_of(str(state["changes"]), "its changes", list):
+        run.rebuild(moment, changes)
     _check(state, state_of(run, recording))
     run.state.memory[...] = state["memory"]
     if np.isnan(run.state.y).any():

@@ -4,14 +4,12 @@ Records, diagnosis, progress, checkpoints and wear are observers.
 """
 
 import math
-import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from clearance.machine.callback import Callback
 from clearance.results.recorder import Recorder
-from clearance.run.checkpoint import PartsSink, state_of
 from clearance.run.diagnosis import Diagnosis
 from clearance.stepping import status
 from clearance.values import checks
@@ -195,19 +193,4 @@ class Progress(Observer):
     def piece(self, run, code):
         """Report."""
         self.report(run.state.time / run.span.until)
-        return code
-
-
-class Checkpoints(Observer):
-    """Cuts a checkpoint when so many seconds of wall time have passed since the last."""
-
-    def __init__(self, sink: PartsSink, recording: Recording, every: float):
-        self.sink, self.recording, self.every = sink, recording, every
-        self.last = time.perf_counter()
-
-    def piece(self, run, code):
-        """Cut one when it is time."""
-        if code == status.RUNNING and time.perf_counter() - self.last > self.every:
-            self.sink.cut(state_of(run, self.recording))
-            self.last = time.perf_counter()
         return code

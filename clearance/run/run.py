@@ -19,7 +19,6 @@ from clearance.results.record import Record
 from clearance.results.recorder import Recorder
 from clearance.results.stream import Unwritable
 from clearance.run import observers
-from clearance.run.checkpoint import restore
 from clearance.run.interrupts import DeferredSignals, ended
 from clearance.run.options import (
     FINEST,
@@ -549,10 +548,12 @@ class Run:
         if progress is not None:
             watching.append(observers.Progress(progress))
         if checkpoint is not None:
+            from clearance.run.checkpoint import Checkpoints, restore
+
             if (before := sink.begin()) is not None:
                 restore(self, recording, sink, before)
                 LOG.info("going on from t = %.6g s", self.state.time)
-            watching.append(observers.Checkpoints(sink, recording, checkpoint))
+            watching.append(Checkpoints(sink, recording, checkpoint))
         self.observers[:0] = watching
         began, failure = clock.perf_counter(), None
         try:
