@@ -40,6 +40,7 @@ from clearance.commands.common import DONE, FAILED, WRONG, complain
 from clearance.files.texts import shortened
 from clearance.results.run_warning import RunWarning
 from clearance.run import interrupts
+from clearance.values.checks import meant
 from clearance.version import VERSION
 
 #: objects made between two searches for cycles among them; what imports and traces make stays, and
@@ -76,6 +77,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str):
         """Print the error and exit."""
+        if choice := re.search(r"invalid choice: '(.*)' \(choose from (.*)\)", message):
+            message += meant(choice[1], re.findall(r"[\w-]+", choice[2]))
         message = shortened(message)
         if "--json" in sys.argv:
             print(json.dumps({"status": "wrong input", "message": message}))

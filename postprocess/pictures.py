@@ -93,6 +93,9 @@ class Pictures:
     def __call__(self, **options):
         return plot(self._source, **options)
 
+    def __repr__(self) -> str:
+        return f"<pictures of {self._source!r}: {', '.join(self._kinds)}>"
+
     def __getattr__(self, kind: str):
         if kind.startswith("_") or kind not in self._kinds:
             answer = f"{meant(kind, self._kinds)}; there are {', '.join(self._kinds)}"

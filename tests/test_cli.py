@@ -16,7 +16,7 @@ import pytest
 
 import clearance as cl
 from clearance import cli
-from clearance.results import result as results
+from clearance.results.tables import provenance
 from tests.seeds import few_of
 
 OWN = Path(__file__).parent / "own_mechanisms"
@@ -503,6 +503,17 @@ def test_R10_more_starts_than_can_end():
         fit(None, "curve", starts=99999999999999999999)
 
 
+@pytest.mark.parametrize("command", ["run", "sweep", "scatter", "wear", "identify", "figures"])
+def test_a_slip_in_a_command_is_answered(command, capsys):
+    """Two letters that change places, at each place of each command where they differ."""
+    for i in range(len(command) - 1):
+        slip = command[:i] + command[i + 1] + command[i] + command[i + 2 :]
+        if slip != command:
+            with pytest.raises(SystemExit):
+                cli.main([slip])
+            assert f"did you mean {command}?" in capsys.readouterr().err
+
+
 def test_the_version_is_one(capsys):
     """Command line, package and result files state the version of pyproject.toml, which is that of
     the changelog.
@@ -520,4 +531,4 @@ def test_the_version_is_one(capsys):
     assert document["tool"]["setuptools"]["dynamic"]["version"] == {
         "attr": "clearance.version.VERSION"
     }
-    assert results.provenance()["version_clearance"] == cl.__version__
+    assert provenance()["version_clearance"] == cl.__version__

@@ -179,6 +179,7 @@ def test_what_no_joint_can_determine_is_named():
         (lambda b: cl.Revolute(cl.ground, b, frictoin=None), "Revolute .*did you mean friction"),
         (lambda b: cl.ClearanceRevolute(cl.ground, b, clearence=1.0), "did you mean clearance"),
         (lambda b: cl.Drive(b, sped=1.0), "did you mean speed"),
+        (lambda b: cl.Drive(b, start_speed=1.0), "did you mean speed_start"),
         (lambda b: cl.Scene(gravty=(0, 0)), "did you mean gravity"),
         (lambda b: cl.Lubricant(viscosty=1.0), "did you mean viscosity"),
         (lambda b: cl.Bearing(radios=1.0), "did you mean radius"),

@@ -412,6 +412,7 @@ def test_pictures_of_a_result(folder, tmp_path):
         assert len(run.plot().axes) == len(cl.plot(run, "overview").axes)
         assert {"orbit", "history", "animation"} <= set(dir(run.plot))
         assert "map" not in dir(run.plot)
+        assert repr(run.plot).startswith(f"<pictures of {run!r}: ")
 
 
 def test_pictures_of_a_result_without_a_file(tmp_path):

@@ -256,6 +256,9 @@ class Scatter:
     ):
         self.sweep, self.spread, self.n, self.limits = swept, spread, n, limits
 
+    def __repr__(self) -> str:
+        return f"<scatter of {', '.join(self.spread)}: {self.sweep!r}>"
+
     @property
     def folder(self) -> Path:
         """The directory."""

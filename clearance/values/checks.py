@@ -13,9 +13,12 @@ ROUNDING = 1e-15  # by which the length of a direction may be off
 
 
 def meant(name: str, names: Iterable[str]) -> str:
-    """ " (did you mean ...?)" where a known name is close, in capitals or not; else nothing."""
-    plain = {k.lower(): k for k in names}
-    close = difflib.get_close_matches(str(name).lower(), plain, 1)
+    """ " (did you mean ...?)" where a known name is close or has the same words, in capitals or
+    not; else nothing.
+    """
+    plain, name = {k.lower(): k for k in names}, str(name).lower()
+    close = [k for k in plain if sorted(k.split("_")) == sorted(name.split("_"))]
+    close += difflib.get_close_matches(name, plain, 1)
     return f" (did you mean {plain[close[0]]}?)" if close else ""
 
 

@@ -268,6 +268,9 @@ def test_the_command(tmp_path, capsys):
     assert gap["limit"] == pytest.approx(1e-5, rel=1e-12)
     assert 0.0 <= gap["beyond"]["low"] <= gap["beyond"]["high"] <= 1.0
     assert (tmp_path / "out" / "scatter.png").stat().st_size > 10_000
+    assert repr(open_scatter(tmp_path / "out")) == (
+        f"<scatter of clearance, viscosity: {cl.open_sweep(tmp_path / 'out')!r}>"
+    )
     left, right, *_ = scatter(open_scatter(tmp_path / "out"), metrics=["joint_C_gap_min"]).axes
     assert left.get_xlabel() == "smallest gap of joint C, negative in contact [mm]"
     median = gap["quantiles"]["0.5"]["value"]
