@@ -75,14 +75,14 @@ class Start:
     measured: tuple[Joint, ...]
     relative: dict[tuple, tuple[float, float]]
 
-    def value(self, place: tuple) -> tuple[float, float]:
+    def value(self, coordinate: tuple) -> tuple[float, float]:
         """Value and rate of a coordinate: of a body ("x", "y", "angle"), or a relative one of a
         joint.
         """
-        part, what = place
-        if what not in ABSOLUTE:
-            return self.relative[place]
-        i = ABSOLUTE.index(what)
+        part, axis = coordinate
+        if axis not in ABSOLUTE:
+            return self.relative[coordinate]
+        i = ABSOLUTE.index(axis)
         return self.pose[part][i], self.velocity[part][i]
 
     def coordinate(self, target: Body | Joint) -> float:
@@ -98,7 +98,7 @@ class Start:
             self.size,
             self.farthest,
             tuple(new[j] for j in self.measured),
-            {(new[j], what): value for (j, what), value in self.relative.items()},
+            {(new[j], axis): value for (j, axis), value in self.relative.items()},
         )
 
 
@@ -126,7 +126,7 @@ def assemble(scene: Scene, numbers: Numbers | None = None) -> Start:
     values, rates = position.values, (position.rates * system.requested()).sum(axis=1).tolist()
     relative = dict(zip(system.geometry.places, zip(values, rates, strict=True), strict=True))
     poses, velocities = (
-        {b: tuple(q[place]) for b, place in system.pose.items()} | {ground: (0.0, 0.0, 0.0)}
+        {b: tuple(q[span]) for b, span in system.pose.items()} | {ground: (0.0, 0.0, 0.0)}
         for q in (values[-position.q.size :], rates[-position.q.size :])
     )
     lengths = system.size, system.farthest
@@ -194,7 +194,7 @@ class _System:
 
     def measure(self, places: Collection[int]) -> None:
         """Have the joints at these places of the scene measured, in this order."""
-        self.measured = [self.scene.joints[place] for place in places]
+        self.measured = [self.scene.joints[index] for index in places]
         self.joints = [j for j in self.scene.joints if j not in self.measured]
 
     # --- rough start
@@ -202,13 +202,13 @@ class _System:
         """Body angles as given; positions as given, or along the joints from the ground."""
         q = np.zeros(self.geometry.size)
         placed = {ground}
-        given = {
+        angles = {
             d.target: d.start
             for d in self.drives
             if d.start is not None and isinstance(d.target, Body)
         }
         for body in self.scene.bodies:
-            q[self.pose[body]][2] = given.get(body, body.angle)
+            q[self.pose[body]][2] = angles.get(body, body.angle)
             if body.position is not None:
                 self._set_origin(q, body, body.position)
                 placed.add(body)
@@ -256,8 +256,8 @@ class _System:
         nearby, pushing = self.generic_position(q), [d for d in self.drives if not d.prescribes]
         driven = [place_of(d.target) for d in pushing if d not in self.start]
         free = [c.place for c in closed_plan(self.scene, tuple(self.measured)).free]
-        for place in dict.fromkeys([*driven, *free]):
-            self.held.append(_Row(f"start of {place[0].name}", place, self._value(q, place)))
+        for key in dict.fromkeys([*driven, *free]):
+            self.held.append(_Row(f"start of {key[0].name}", key, self._value(q, key)))
             if pushing and np.linalg.matrix_rank(matrix := self.equations(nearby)[2]) < len(matrix):
                 self.held.pop()
 
@@ -270,8 +270,8 @@ class _System:
         dx, dy = _turned(angle, point.x - point.body.com[0], point.y - point.body.com[1])
         return x + dx, y + dy
 
-    def _value(self, q, place: tuple) -> float:
-        return self.geometry.value(q, place)
+    def _value(self, q, coordinate: tuple) -> float:
+        return self.geometry.value(q, coordinate)
 
     # --- equations
     def equations(self, q, starting: bool = True):
@@ -302,11 +302,11 @@ class _System:
         are zero.
         """
         starts: dict = {s.name: (s.start, s.start_rate) for s in joint.states()}
-        coordinates = ((what, getattr(joint, what)) for what in RELATIVE)
+        coordinates = ((axis, getattr(joint, axis)) for axis in RELATIVE)
         return [
-            _Row(joint.label(), (joint, what), *starts.get(one.state, (0.0, None)))
-            for what, one in coordinates
-            if one is not FREE
+            _Row(joint.label(), (joint, axis), *starts.get(source.state, (0.0, None)))
+            for axis, source in coordinates
+            if source is not FREE
         ]
 
     # --- closing
@@ -389,7 +389,7 @@ class _System:
         circle.
         """
         for joint in self.measured:
-            e = math.hypot(*(self._value(q, (joint, what)) for what in RELATIVE[:2]))
+            e = math.hypot(*(self._value(q, (joint, axis)) for axis in RELATIVE[:2]))
             reach = joint.film_reach if joint.outline is None else None
             if reach is not None and e >= reach:
                 raise ValueError(
@@ -449,8 +449,8 @@ class _System:
         rank = int((values > share * values[0]).sum())
         if rank == len(labels):
             return [], scaled.shape[1] - rank
-        left = np.linalg.svd(scaled)[0]
-        guilty = np.abs(left[:, rank:]).max(axis=1) > GUILTY
+        vectors = np.linalg.svd(scaled)[0]
+        guilty = np.abs(vectors[:, rank:]).max(axis=1) > GUILTY
         names = list(dict.fromkeys(n for n, g in zip(labels, guilty, strict=True) if g))
         joints = [n for n in labels if n.startswith("joint")]
         alone = scaled[: len(joints)]
@@ -479,7 +479,7 @@ class _System:
         """Rates that bodies have of their own, by their places in q."""
         rates = {b: (*(b.velocity or (None, None)), b.angular_velocity) for b in self.pose}
         places = (
-            (place.start + i, v) for b, place in self.pose.items() for i, v in enumerate(rates[b])
+            (span.start + i, v) for b, span in self.pose.items() for i, v in enumerate(rates[b])
         )
         return {i: v for i, v in places if v is not None}
 
@@ -496,13 +496,13 @@ class _System:
         relative to the one that carries it. Rates of angles count times the size, which matters
         where given ones contradict each other.
         """
-        rows, given = self._moving(), list(self._given_rates())
+        rows, indices = self._moving(), list(self._given_rates())
         size = self._lengths()
-        count = len(rows) + len(given)
+        count = len(rows) + len(indices)
         requested = [i for i in range(count) if i >= len(rows) or rows[i].rate is not None]
         wanted = np.eye(count)[:, requested]
         closed = slopes[[self.geometry.place[row.place] for row in rows]], wanted[: len(rows)]
-        stages = closed, (np.diag(size)[given], size[given, None] * wanted[len(rows) :])
+        stages = closed, (np.diag(size)[indices], size[indices, None] * wanted[len(rows) :])
         rate, free = np.zeros((size.size, len(requested))), np.diag(1.0 / size)
         for matrix, right in chain(stages, self._resting(slopes)):
             if not free.shape[1]:
@@ -522,8 +522,8 @@ class _System:
         for attachment in (a for group in groups for a in group.attachments):
             for c in (c for c in attachment.coordinates if c.source == "free"):
                 turning = c.turns and attachment.joint is not None
-                place = (attachment.joint, TURN) if turning else c.place
-                yield slopes[[self.geometry.place[place]]], 0.0
+                coordinate = (attachment.joint, TURN) if turning else c.place
+                yield slopes[[self.geometry.place[coordinate]]], 0.0
 
 
 def _turned(angle: float, x: float, y: float) -> tuple[float, float]:

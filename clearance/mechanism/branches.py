@@ -107,9 +107,9 @@ def long_branches(plan: Plan) -> list[Attachment]:
     needed: set[Body] = set()
     hanging = []
     for group in reversed(plan.groups):
-        (first, *more) = group.attachments
+        (first, *others) = group.attachments
         if (
-            more
+            others
             or group.closures
             or first.joint is None
             or len(first.coordinates) != 1
@@ -121,8 +121,8 @@ def long_branches(plan: Plan) -> list[Attachment]:
         else:
             hanging.append(first)
     depth: dict[Body, int] = {}
-    for one in reversed(hanging):
-        depth[one.body] = depth.get(one.parent, 0) + (one.coordinates[0].source == "free")
+    for branch in reversed(hanging):
+        depth[branch.body] = depth.get(branch.parent, 0) + (branch.coordinates[0].source == "free")
     return hanging if max(depth.values(), default=0) >= LONG else []
 
 
@@ -135,13 +135,13 @@ def folded(dynamics, wrench: dict, driven: dict) -> Folded:
         {b: _diagonal(dynamics.inertia(b)) for b in bodies},
         {b: wrench.get(b, ZERO) for b in bodies},
     )
-    for one in long_branches(dynamics.plan):
-        columns = [Rates(k, {one.parent: unit}).carried(one) for unit in UNITS]
-        rest = Rates(k, {}, dynamics.velocities, driven).carried(one)
-        (coordinate,) = one.coordinates
+    for branch in long_branches(dynamics.plan):
+        columns = [Rates(k, {branch.parent: unit}).carried(branch) for unit in UNITS]
+        rest = Rates(k, {}, dynamics.velocities, driven).carried(branch)
+        (coordinate,) = branch.coordinates
         free = coordinate.source == "free"
-        axis = Rates(k, second={coordinate.place: 1.0}).carried(one) if free else None
-        result.add(Link(one, columns, rest, axis))
+        axis = Rates(k, second={coordinate.place: 1.0}).carried(branch) if free else None
+        result.add(Link(branch, columns, rest, axis))
     return result
 
 

@@ -108,8 +108,8 @@ class Mechanism:
         finite, par = [d for d in self.scene.drives if d.nominal], self.layout.parameters
         row = self.outputs(0.0, y, work) if finite else ()
         for drive in finite:
-            made = math.floor(row[self.layout.output[f"{drive.key}/turns"]] + ROUNDING)
-            self.par[par[f"{drive.key}/start"]] += math.copysign(TURN, drive.nominal) * made
+            turns = math.floor(row[self.layout.output[f"{drive.key}/turns"]] + ROUNDING)
+            self.par[par[f"{drive.key}/start"]] += math.copysign(TURN, drive.nominal) * turns
 
     def blend(self) -> None:
         """Give spots without a first touch a typical speed instead of that of their impact."""
@@ -196,8 +196,8 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     """
     numbers = Numbers(scene)
     start = assemble(scene, numbers)
-    more = [j for j in scene.soft_joints if j.name in opened and j not in start.measured]
-    start = replace(start, measured=(*start.measured, *more))
+    extra = [j for j in scene.soft_joints if j.name in opened and j not in start.measured]
+    start = replace(start, measured=(*start.measured, *extra))
     plan, cut, way = _plans(scene, numbers, start.measured)
     for group in (*plan.groups, *cut.groups):
         check_reach(group, start.size)
@@ -214,7 +214,7 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     sources = _sources(scene)
     par = _parameters(structure, _values(scene, structure, plan, numbers, start), sources)
     y0 = _state(scene, plan, start, structure.layout)
-    work, opened = _work(scene, structure, start), (j.name for j in more)
+    work, opened = _work(scene, structure, start), (j.name for j in extra)
     mechanism = Mechanism(
         scene, structure, plan, start, par, y0, work, _films(sources), tuple(opened)
     )
@@ -225,10 +225,10 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
 def _shared(memory: dict, key: tuple, make: Callable):
     """The entry of a memory, made where it has none; a full one loses its oldest."""
     if key not in memory:
-        made = make()
+        entry = make()
         if len(memory) >= MOST_STRUCTURES:
             del memory[next(iter(memory))]
-        memory[key] = made
+        memory[key] = entry
     return memory[key]
 
 
@@ -278,8 +278,8 @@ def changed(mechanism: Mechanism, changes: dict[str, float], time: float = 0.0) 
         )
     values = list(mechanism.par[: len(layout.parameters)])
     old, new = np.array(before.values), np.array(numbers.values)
-    for place in np.flatnonzero((old != new) & ~np.isnan(new)):
-        values[place] = numbers.values[place]
+    for index in np.flatnonzero((old != new) & ~np.isnan(new)):
+        values[index] = numbers.values[index]
     for drive in (d for d in scene.drives if d.prescribes and d.motion is None):
         start, speed = (numbers.index[f"{drive.key}/{name}"] for name in ("start", "speed"))
         values[start] += (old[speed] - new[speed]) * time
@@ -304,12 +304,12 @@ def _parameters(structure: Structure, values: list[float], sources: dict) -> np.
     return np.concatenate([par, *data])
 
 
-def place_named(scene: Scene, what: str, name: str) -> tuple:
+def place_named(scene: Scene, axis: str, name: str) -> tuple:
     """The place of a coordinate that a step carries on, from its name and that of its body or
     joint.
     """
-    parts = scene.bodies if what in ABSOLUTE else scene.joints
-    return next(p for p in parts if p.name == name), what
+    parts = scene.bodies if axis in ABSOLUTE else scene.joints
+    return next(p for p in parts if p.name == name), axis
 
 
 def _check_friction(scene: Scene, structure: Structure) -> None:
@@ -380,9 +380,9 @@ def _state(scene: Scene, plan: Plan, start: Start, layout: Layout) -> np.ndarray
     values = {c.key: start.value(c.place) for c in plan.free}
     for element in scene.elements:
         values |= {f"{element.key}/{s.name}": (s.start, s.start_rate) for s in element.states()}
-    for name, place in layout.state.items():
+    for name, index in layout.state.items():
         rate = name.startswith("rate of ")
-        y[place] = values[name.removeprefix("rate of ")][rate]
+        y[index] = values[name.removeprefix("rate of ")][rate]
     return y
 
 
@@ -395,6 +395,6 @@ def _work(scene: Scene, structure: Structure, start: Start) -> np.ndarray:
     speeds = [spot.speed for _, spot in scene.spots]
     work[: len(speeds)] = speeds
     work[layout.carried_places] = [
-        start.value(place_named(scene, *one))[0] for one in layout.carried
+        start.value(place_named(scene, *pair))[0] for pair in layout.carried
     ]
     return work

@@ -41,5 +41,5 @@ def content(value: object, positions: dict[str, int]) -> Hashable:
     if isinstance(value, Mapping):
         return kind, tuple((inner(k), inner(v)) for k, v in value.items())
     if is_dataclass(value) and not isinstance(value, type):
-        return kind, tuple(inner(getattr(value, one.name)) for one in fields(value))
+        return kind, tuple(inner(getattr(value, field.name)) for field in fields(value))
     return kind, value

@@ -66,8 +66,8 @@ class Outputs:
         number = self.mechanism.plan.groups.index(group)
         matrix = Propagation(self.kinematics, self.mechanism.plan).matrix(number, group)
         size = self.mechanism.start.size  # makes an equation of angles one of lengths
-        closed = [what for joint in group.closures for what in RELATIVE if what not in joint.free]
-        lengths = [size if what == TURN else 1.0 for what in closed]
+        closed = [axis for joint in group.closures for axis in RELATIVE if axis not in joint.free]
+        lengths = [size if axis == TURN else 1.0 for axis in closed]
         cells = np.zeros((len(self.rows), len(matrix), len(matrix)))
         for i, row in enumerate(matrix):
             for j, value in enumerate(row):
@@ -81,30 +81,30 @@ class Outputs:
         return np.where(np.isfinite(sizes), sizes, np.inf)
 
     # --- coordinates
-    def coordinate(self, place: tuple) -> tuple[np.ndarray, np.ndarray]:
+    def coordinate(self, key: tuple) -> tuple[np.ndarray, np.ndarray]:
         """A coordinate and its rate: of a body, or a relative one of a joint."""
-        part, what = place
-        if what in RATES:
-            name = "theta" if what == "angle" else what
-            return self.column(f"{part.key}/{name}"), self.column(f"{part.key}/{RATES[what]}")
-        jet = Rates(self.kinematics, real=self.velocities).measured(part, {})[what]
-        return (self.kinematics.turn(part) if what == TURN else jet.v), jet.d
+        part, axis = key
+        if axis in RATES:
+            name = "theta" if axis == "angle" else axis
+            return self.column(f"{part.key}/{name}"), self.column(f"{part.key}/{RATES[axis]}")
+        jet = Rates(self.kinematics, real=self.velocities).measured(part, {})[axis]
+        return (self.kinematics.turn(part) if axis == TURN else jet.v), jet.d
 
-    def offset(self, place: tuple) -> tuple[np.ndarray, np.ndarray]:
+    def offset(self, key: tuple) -> tuple[np.ndarray, np.ndarray]:
         """A relative coordinate that is a state of its joint, less the joint's number, and its
         rate.
         """
-        joint, what = place
-        value, rate = self.coordinate(place)
-        if what == TURN:
+        joint, axis = key
+        value, rate = self.coordinate(key)
+        if axis == TURN:
             return each(math.atan2, *wrong_turn(self.kinematics, joint)), rate
-        return value - self.kinematics.given(joint, what)[0], rate
+        return value - self.kinematics.given(joint, axis)[0], rate
 
     @cached_property
     def states(self) -> np.ndarray:
         """Independent coordinates, then their rates, (rows, states)."""
         columns = [self.coordinate(c.place) for c in self.mechanism.plan.free]
-        soft = [(j, what) for j in self.mechanism.eccentric for what, _ in j.soft_coordinates]
+        soft = [(j, axis) for j in self.mechanism.eccentric for axis, _ in j.soft_coordinates]
         columns += map(self.offset, soft)
         values = [value for value, _ in columns] + [rate for _, rate in columns]
         return np.array(values).T.reshape(len(self.rows), len(values))
@@ -113,7 +113,7 @@ class Outputs:
     def carried(self) -> np.ndarray:
         """Coordinates that steps carry on, (rows, carried)."""
         carried = self.mechanism.layout.carried
-        values = [self.coordinate(place_named(self.mechanism.scene, *one))[0] for one in carried]
+        values = [self.coordinate(place_named(self.mechanism.scene, *pair))[0] for pair in carried]
         return np.array(values).T.reshape(len(self.rows), len(carried))
 
 
@@ -144,11 +144,11 @@ class Motion:
         i = np.clip(np.searchsorted(self.times, times) - 1, 0, max(len(self.times) - 2, 0))
         h = (self.times[1:] - self.times[:-1])[i]
         s = ((times - self.times[i]) / h)[:, None]
-        one, two, p = self.numbers[i], self.numbers[i + 1], self.mechanism.layout.size
-        numbers = (1.0 - s) * one + s * two
+        first, second, p = self.numbers[i], self.numbers[i + 1], self.mechanism.layout.size
+        numbers = (1.0 - s) * first + s * second
         rates, bend = self.mechanism.layout.rates, s * (1.0 - s)
-        slope = (two[:, :p] - one[:, :p]) / h[:, None]
-        pull = (1.0 - s) * (one[:, rates] - slope) - s * (two[:, rates] - slope)
+        slope = (second[:, :p] - first[:, :p]) / h[:, None]
+        pull = (1.0 - s) * (first[:, rates] - slope) - s * (second[:, rates] - slope)
         numbers[:, :p] += bend * h[:, None] * pull
         return Motion(self.mechanism, self.work, times, numbers)
 
@@ -181,8 +181,8 @@ def soft_joints(plan: Plan, group: Group) -> tuple[str, ...]:
     carried = {a.body: a for g in plan.groups for a in g.attachments}
     joints = [*group.closures, *(a.joint for a in group.attachments)]
     for closure in group.closures:
-        one, two = (_way(carried, body) for body in closure.bodies())
-        joints += [j for j in one + two if (j in one) != (j in two)]
+        first, second = (_way(carried, body) for body in closure.bodies())
+        joints += [j for j in first + second if (j in first) != (j in second)]
     return tuple(dict.fromkeys(j.name for j in joints if j is not None and j.soft))
 
 
@@ -237,8 +237,8 @@ def transferred(
     """A state of one mechanism, of which `row` is the outputs, in the coordinates of another of the
     same scene. Its states without the ledger, what steps carry on, and angles of `Layout.wrapped`.
     """
-    place, paths = before.layout.output, [c.path for c in after.layout.channels]
-    outputs = Outputs(after, np.array([[row[place[p]] if p in place else np.nan for p in paths]]))
+    index, paths = before.layout.output, [c.path for c in after.layout.channels]
+    outputs = Outputs(after, np.array([[row[index[p]] if p in index else np.nan for p in paths]]))
     states, places = after.y0[: after.size].copy(), before.layout.state
     states[: after.layout.rates.stop] = outputs.states[0]
     for name in after.layout.first_order:

@@ -95,9 +95,9 @@ class Dynamics:
             for i, column in active:
                 load[i] = load[i] + product(column, net)
                 weighted = times(inertia, column)
-                for j, other in active:
+                for j, row in active:
                     if j <= i:
-                        mass_matrix[i, j] = mass_matrix.get((i, j), 0.0) + product(weighted, other)
+                        mass_matrix[i, j] = mass_matrix.get((i, j), 0.0) + product(weighted, row)
         self.trace.section = "independent accelerations"
         speeds = solve_blocks(self.trace, mass_matrix, load)
         result = {ground: ZERO}
@@ -130,13 +130,13 @@ class Dynamics:
             for body in self.scene.bodies
         }
 
-    def second_rate(self, place: tuple, acceleration: dict):
+    def second_rate(self, coordinate: tuple, acceleration: dict):
         """Second rate of a coordinate by its place: of a body, or a relative one of a joint."""
-        part, what = place
-        if what in ABSOLUTE:
-            return acceleration[part][ABSOLUTE.index(what)]
+        part, axis = coordinate
+        if axis in ABSOLUTE:
+            return acceleration[part][ABSOLUTE.index(axis)]
         rates = Rates(self.kinematics, acceleration, self.velocities)
-        return rates.measured(part, rates.given(part))[what].a
+        return rates.measured(part, rates.given(part))[axis].a
 
     # --- reactions
     def reactions(self, work: Work, acceleration: dict) -> Reactions:
@@ -182,7 +182,7 @@ class Dynamics:
         ]
         multipliers = iter(self.propagation.transposed(index, group, loads))
         for joint in group.closures:
-            mine = {what: next(multipliers) for what in RELATIVE if what not in joint.free}
+            mine = {axis: next(multipliers) for axis in RELATIVE if axis not in joint.free}
             result.forces[joint] = self._closing_force(joint, mine, rest)
 
     def _closing_force(self, joint, multipliers: dict, rest: Work) -> tuple:
@@ -246,10 +246,10 @@ def solve_blocks(trace: Trace, matrix: dict, right: list) -> list:
     lower, inverse = _factors(matrix, len(right))
     solution = _backwards(lower, inverse, right)
 
-    def tangents(given: list) -> list:
-        entries, sides = dict(zip(matrix, given, strict=False)), given[len(matrix) :]
+    def tangents(inputs: list) -> list:
+        entries, sides = dict(zip(matrix, inputs, strict=False)), inputs[len(matrix) :]
         rows: list[dict] = [{} for _ in right]
-        for column in sorted({c for t in given for c in t}):
+        for column in sorted({c for t in inputs for c in t}):
             change = [side.get(column, 0.0) for side in sides]
             for (i, j), slope in entries.items():
                 d = slope.get(column, 0.0)

@@ -32,14 +32,14 @@ class Geometry:
     """
 
     def __init__(self, scene: Scene, values: list[float], traced: tuple):
-        relative = [(j, what) for j in scene.joints for what in RELATIVE]
-        absolute = [(b, what) for b in scene.bodies for what in ABSOLUTE]
+        relative = [(j, axis) for j in scene.joints for axis in RELATIVE]
+        absolute = [(b, axis) for b in scene.bodies for axis in ABSOLUTE]
         self.count, self.size = len(relative), len(absolute)
         self.places = [*relative, *absolute]
-        self.place = {place: i for i, place in enumerate(self.places)}
+        self.place = {coordinate: i for i, coordinate in enumerate(self.places)}
         self.function, self.rows, self.columns, read = traced
         self.values, self.read = values, tuple(values[i] for i in read)
-        self.angles = [i for i, (_, what) in enumerate(absolute) if what == "angle"]
+        self.angles = [i for i, (_, axis) in enumerate(absolute) if axis == "angle"]
 
     def pose(self, body: Body) -> slice:
         """Places of a body's x, y and angle in q."""
@@ -64,9 +64,9 @@ class Geometry:
         slopes[self.count :] = np.eye(self.size)
         return [*out[: self.count], *q], slopes
 
-    def value(self, q: Sequence[float], place: tuple) -> float:
+    def value(self, q: Sequence[float], coordinate: tuple) -> float:
         """Value of one coordinate."""
-        return self(q)[0][self.place[place]]
+        return self(q)[0][self.place[coordinate]]
 
 
 def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.ndarray, list[int]]:
@@ -76,9 +76,9 @@ def _trace(scene: Scene, numbers: Numbers) -> tuple[Callable, np.ndarray, np.nda
     function = Function("geometry")
     q = {body: [function.argument() for _ in ABSOLUTE] for body in scene.bodies}
     free = {name: function.argument() for name in numbers.index}
-    given = numbers.constants | free
+    parameters = numbers.constants | free
     trace = function.trace
-    k = Kinematics(trace, given.__getitem__, {}, {})
+    k = Kinematics(trace, parameters.__getitem__, {}, {})
     k.poses |= {
         body: Pose(x, y, trace.cos(angle), trace.sin(angle), angle)
         for body, (x, y, angle) in q.items()

@@ -160,12 +160,12 @@ def coupled(friction: Function, size: int) -> Function:
     """
 
     def build(trace, arguments):
-        arms, given = _split(arguments, size)
+        arms, inputs = _split(arguments, size)
         *z, count, contraction, closed, _, _ = trace.call(
             Loop("rub_fixed_point", _fixed_point(friction, size)),
-            [1.0, *[0.0] * (size + 5), *arms, *given],
+            [1.0, *[0.0] * (size + 5), *arms, *inputs],
         )
-        *other, _, _, more, finished = trace.call(
+        *state, _, _, corrections, finished = trace.call(
             Loop("rub_continuation", _continuation(friction, size)),
             [
                 trace.negation(trace.truth(closed)),
@@ -175,12 +175,12 @@ def coupled(friction: Function, size: int) -> Function:
                 float(PATIENCE),
                 0.0,
                 *arms,
-                *given,
+                *inputs,
             ],
         )
-        other = [trace.select(finished, v, math.nan) for v in (*other, more, contraction)]
+        state = [trace.select(finished, v, math.nan) for v in (*state, corrections, contraction)]
         return [
-            trace.select(closed, a, b) for a, b in zip((*z, count, contraction), other, strict=True)
+            trace.select(closed, a, b) for a, b in zip((*z, count, contraction), state, strict=True)
         ]
 
     return Function.of("rub_coupled", len(friction.arguments), build)
@@ -203,8 +203,8 @@ def _fixed_point(friction: Function, size: int) -> Function:
     """
 
     def build(trace, arguments):
-        z, (count, contraction, _, before, last), arms, given = _split(arguments, size, 5, size)
-        new = trace.call(friction, [*z, *given])
+        z, (count, contraction, _, before, last), arms, inputs = _split(arguments, size, 5, size)
+        new = trace.call(friction, [*z, *inputs])
         change = _forces(trace, [a - b for a, b in zip(new, z, strict=True)], arms)
         sum_of_all = _forces(trace, new, arms)
         closed = trace.compare("le", change, TOLERANCE * sum_of_all)
@@ -240,11 +240,11 @@ def _continuation(friction: Function, size: int) -> Function:
     """
 
     def build(trace, arguments):
-        z, (share, stride, count, _), arms, given = _split(arguments, size, 4, size)
+        z, (share, stride, count, _), arms, inputs = _split(arguments, size, 4, size)
         goal = trace.select(trace.compare("lt", share + stride, 1.0), share + stride, 1.0)
-        *new, made, closed = trace.call(
+        *new, corrections, closed = trace.call(
             Loop("rub_corrections", _correction(friction, size)),
-            [1.0, *z, 0.0, 0.0, goal, *arms, *given],
+            [1.0, *z, 0.0, 0.0, goal, *arms, *inputs],
         )
         moved = _forces(trace, [a - b for a, b in zip(new, z, strict=True)], arms)
         far = trace.compare("gt", moved, FURTHEST * _forces(trace, new, arms))
@@ -259,7 +259,7 @@ def _continuation(friction: Function, size: int) -> Function:
             *z,
             trace.select(closed, goal, share),
             stride,
-            count + made,
+            count + corrections,
             trace.numeric(finished),
         ]
 
@@ -270,8 +270,8 @@ def _correction(friction: Function, size: int) -> Function:
     """One of Newton's corrections for a share of the friction: state z, corrections, closed."""
 
     def build(trace, arguments):
-        z, (count, _, goal), arms, given = _split(arguments, size, 3, size)
-        values = trace.call(friction.slopes(tuple(range(size))), [*z, *given])
+        z, (count, _, goal), arms, inputs = _split(arguments, size, 3, size)
+        values = trace.call(friction.slopes(tuple(range(size))), [*z, *inputs])
         rows = [
             [float(i == j) - goal * values[size + i * size + j] for j in range(size)]
             for i in range(size)

@@ -75,29 +75,29 @@ class Kinematics:
         pose, (x, y) = self.poses[getattr(joint, side).body], self.arm(joint, side)
         return pose.x + x, pose.y + y
 
-    def given(self, joint: Joint, what: str) -> Vector:
+    def given(self, joint: Joint, axis: str) -> Vector:
         """Value and rate of a relative coordinate that the joint does not leave free."""
-        one = getattr(joint, what)
-        value = self.number(f"{joint.key}/{one.number}") if one.number else 0.0
-        offset, rate = self.state.get((joint, one.state), (0.0, 0.0))
+        source = getattr(joint, axis)
+        value = self.number(f"{joint.key}/{source.number}") if source.number else 0.0
+        offset, rate = self.state.get((joint, source.state), (0.0, 0.0))
         return value + offset, rate
 
-    def free(self, joint: Joint, what: str, real: dict) -> Vector:
+    def free(self, joint: Joint, axis: str, real: dict) -> Vector:
         """Value and rate of a coordinate that a joint leaves free: of the plan, or measured."""
-        place = joint, what
-        if place not in self.coordinate:
-            self.coordinate[place] = Rates(self).measured(joint, {})[what].v
+        key = joint, axis
+        if key not in self.coordinate:
+            self.coordinate[key] = Rates(self).measured(joint, {})[axis].v
         if not real:
-            return self.coordinate[place], 0.0
-        if place not in self.rate:
+            return self.coordinate[key], 0.0
+        if key not in self.rate:
             rates = Rates(self, real=real)
-            self.rate[place] = rates.measured(joint, rates.given(joint))[what].d
-        return self.coordinate[place], self.rate[place]
+            self.rate[key] = rates.measured(joint, rates.given(joint))[axis].d
+        return self.coordinate[key], self.rate[key]
 
     def pin(self, joint, side: str) -> Vector:
         """Place of a hinge's pin by the other side: r_b = r_a + e."""
         x, y = self.joint_point(joint, "a" if side == "b" else "b")
-        ex, ey = (self.given(joint, what)[0] for what in (ALONG, ACROSS))
+        ex, ey = (self.given(joint, axis)[0] for axis in (ALONG, ACROSS))
         return (x + ex, y + ey) if side == "b" else (x - ex, y - ey)
 
     def local_axis(self, joint: Joint) -> Vector:
@@ -186,8 +186,8 @@ class Kinematics:
         """
         body, joint = attachment.body, attachment.joint
         along, across = (
-            self.given(joint, what)[0] if value is None else value
-            for what, value in ((ALONG, along), (ACROSS, across))
+            self.given(joint, axis)[0] if value is None else value
+            for axis, value in ((ALONG, along), (ACROSS, across))
         )
         side, sign = joint.side(body), joint.sign(body)
         x, y = self.joint_point(joint, "a" if side == "b" else "b")
@@ -206,9 +206,9 @@ class Kinematics:
         pose = self.poses[body]
         return pose.angle if pose.angle is not None else self.trace.atan2(pose.sine, pose.cosine)
 
-    def remember(self, what: str, name: str) -> Value:
+    def remember(self, axis: str, name: str) -> Value:
         """The last accepted value of a coordinate; its present value must follow in self.values."""
-        self.remembered.append((what, name))
+        self.remembered.append((axis, name))
         return self.memory(len(self.remembered) - 1)
 
     def whole_angle(self, body: Body) -> Value:
@@ -242,10 +242,10 @@ class Columns:
     @cached_property
     def fields(self) -> dict[tuple, dict]:
         """The field of each coordinate's unit rate."""
-        return {place: self.propagation.field({place: 1.0}) for place in self.values}
+        return {coordinate: self.propagation.field({coordinate: 1.0}) for coordinate in self.values}
 
     def _inputs(self, body: Body) -> list:
-        return [self.values[place] for place in self.moving[body]]
+        return [self.values[coordinate] for coordinate in self.moving[body]]
 
     def poses(self) -> None:
         """Differentiate all poses by columns."""
@@ -264,23 +264,23 @@ class Columns:
             list(vector), [*self._inputs(body), *local], partial(self._turned, body, vector)
         )
 
-    def _moved(self, body: Body, given: list) -> list:
-        return [self._rate(body, axis, given) for axis in (0, 1)]
+    def _moved(self, body: Body, tangents: list) -> list:
+        return [self._rate(body, axis, tangents) for axis in (0, 1)]
 
-    def _turned(self, body: Body, vector: Vector, given: list) -> list:
+    def _turned(self, body: Body, vector: Vector, tangents: list) -> list:
         """w x v, and the change in the body's frame, turned."""
-        spin = self._rate(body, 2, given)
-        dx, dy = given[-2:]
+        spin = self._rate(body, 2, tangents)
+        dx, dy = tangents[-2:]
         x, y, pose = {}, {}, self.k.poses[body]
         for column in sorted({*spin, *dx, *dy}):
             w, step = spin.get(column, 0.0), pose.turned(dx.get(column, 0.0), dy.get(column, 0.0))
             x[column], y[column] = step[0] - w * vector[1], step[1] + w * vector[0]
         return [x, y]
 
-    def _rate(self, body: Body, axis: int, given: list) -> dict:
+    def _rate(self, body: Body, axis: int, tangents: list) -> dict:
         """One component of a body's columns, times the tangents of the coordinates."""
-        factors = [self.fields[place][body][axis] for place in self.moving[body]]
-        pairs = [(t, f) for t, f in zip(given, factors, strict=False) if not is_zero(f)]
+        factors = [self.fields[coordinate][body][axis] for coordinate in self.moving[body]]
+        pairs = [(t, f) for t, f in zip(tangents, factors, strict=False) if not is_zero(f)]
         columns = sorted({c for t, _ in pairs for c in t})
         return {c: self.k.trace.sum(f * t[c] for t, f in pairs if c in t) for c in columns}
 

@@ -58,9 +58,9 @@ class Layout:
         )
         return replace(
             self,
-            **{one: tuple(map(renamed, getattr(self, one))) for one in paths},
-            carried=tuple((what, renamed(name)) for what, name in self.carried),
-            parameters={renamed(name): place for name, place in self.parameters.items()},
+            **{attribute: tuple(map(renamed, getattr(self, attribute))) for attribute in paths},
+            carried=tuple((axis, renamed(name)) for axis, name in self.carried),
+            parameters={renamed(name): index for name, index in self.parameters.items()},
             channels=tuple(
                 replace(c, path=renamed(c.path), long_name=renamed(c.long_name))
                 for c in self.channels

@@ -23,13 +23,13 @@ def solve(trace: Trace, matrix: list[list], right: list) -> list:
         return [right[0] / matrix[0][0]]
     solution = _solved(trace, matrix, right)
 
-    def tangents(given: list) -> list:
+    def tangents(inputs: list) -> list:
         """A dx = db - dA x."""
         rows: list[dict] = [{} for _ in range(size)]
-        for column in sorted({c for t in given for c in t}):
-            change = [given[size * size + i].get(column, 0.0) for i in range(size)]
+        for column in sorted({c for t in inputs for c in t}):
+            change = [inputs[size * size + i].get(column, 0.0) for i in range(size)]
             for i, j in itertools.product(range(size), range(size)):
-                change[i] = change[i] - given[i * size + j].get(column, 0.0) * solution[j]
+                change[i] = change[i] - inputs[i * size + j].get(column, 0.0) * solution[j]
             for row, value in zip(rows, _solved(trace, matrix, change), strict=True):
                 row[column] = value
         return rows
@@ -91,8 +91,8 @@ def newton(residual: Function, size: int, tolerance: float, limit: int) -> Funct
     """
 
     def step(trace, arguments):
-        z, (count, _), given = arguments[:size], arguments[size : size + 2], arguments[size + 2 :]
-        values = trace.call(residual.slopes(tuple(range(size))), [*z, *given])
+        z, (count, _), inputs = arguments[:size], arguments[size : size + 2], arguments[size + 2 :]
+        values = trace.call(residual.slopes(tuple(range(size))), [*z, *inputs])
         rows = [values[size + i * size :][:size] for i in range(size)]
         change = solve(trace, rows, values[:size])
         miss = trace.sum(trace.function("fabs", d) for d in change)
@@ -112,9 +112,9 @@ def newton(residual: Function, size: int, tolerance: float, limit: int) -> Funct
 
 
 def implicit(
-    trace: Trace, residual: Function, solution: list, given: list, tangents: list[dict]
+    trace: Trace, residual: Function, solution: list, inputs: list, tangents: list[dict]
 ) -> list[dict]:
-    """Tangents of the solution of residual(solution, given) = 0 from those of what is given: J_z
+    """Tangents of the solution of residual(solution, inputs) = 0 from those of the inputs: J_z
     dz = -J_x dx.
     """
     size = len(solution)
@@ -124,7 +124,7 @@ def implicit(
     for column in sorted({c for i in active for c in tangents[i]}):
         directions = [tangents[i].get(column, 0.0) for i in active]
         for result, value in zip(
-            results, trace.call(along, [*solution, *given, *directions]), strict=True
+            results, trace.call(along, [*solution, *inputs, *directions]), strict=True
         ):
             result[column] = value
     return results
@@ -279,7 +279,7 @@ def _reach(k, attachment, pin):
 
 def _shift(k, pin, first):
     """Offset to add to the second body's pin so that it coincides with the first body's."""
-    x, y = (k.given(pin, what)[0] for what in (ALONG, ACROSS))
+    x, y = (k.given(pin, axis)[0] for axis in (ALONG, ACROSS))
     return (-x, -y) if first is pin.a.body else (x, y)
 
 
@@ -325,7 +325,7 @@ def _residuals(k, group, inside: SubTrace, unknowns: list) -> list:
     """The loop equations of a group, on the inside."""
     value = inside.value
     places = [c.place for a in group.attachments for c in a.coordinates]
-    coordinate = {place: value(k.coordinate[place]) for place in places if place in k.coordinate}
+    coordinate = {key: value(k.coordinate[key]) for key in places if key in k.coordinate}
     coordinate |= {c.place: v for c, v in zip(group.unknowns, unknowns, strict=True)}
     joints = [*(a.joint for a in group.attachments), *group.closures]
     state = {key: (value(offset), 0.0) for key, (offset, _) in k.state.items() if key[0] in joints}
@@ -350,9 +350,9 @@ def closing_errors(k, joint) -> list:
         ACROSS: across,
         TURN: None if TURN in joint.free else wrong_turn(k, joint)[0],
     }
-    state = {what: k.state[joint, name][0] for what, name in joint.soft_coordinates if what != TURN}
+    state = {axis: k.state[joint, name][0] for axis, name in joint.soft_coordinates if axis != TURN}
     return [
-        error - state.get(what, 0.0) for what, error in errors.items() if what not in joint.free
+        error - state.get(axis, 0.0) for axis, error in errors.items() if axis not in joint.free
     ]
 
 

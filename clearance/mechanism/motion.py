@@ -134,11 +134,11 @@ class Motion:
     def _measure(self, joint: Joint) -> None:
         """Take a joint's states from its bodies, less its numbers; a turn is in (-pi, pi]."""
         jets, states = self.real.measured(joint, {}), {}
-        for what, name in joint.soft_coordinates:
-            value = jets[what].v - self.k.given(joint, what)[0]
-            if what == TURN:
+        for axis, name in joint.soft_coordinates:
+            value = jets[axis].v - self.k.given(joint, axis)[0]
+            if axis == TURN:
                 value = self.trace.atan2(*wrong_turn(self.k, joint))
-            states[joint, name] = value, jets[what].d
+            states[joint, name] = value, jets[axis].d
         self.k.state |= states
 
     def impact_speed(self, element, spot: int = 0) -> Value:

@@ -68,29 +68,29 @@ def _structure(scene: Scene) -> tuple:
 def _plain(kind: type) -> list[tuple[Field, bool]]:
     """Fields of an element beside its name; True: the package declares it a number or a law."""
     return [
-        (one, ours(kind) and not {"number", "law"}.isdisjoint(one.metadata))
-        for one in fields_of(kind)
-        if one.name != "name"
+        (field, ours(kind) and not {"number", "law"}.isdisjoint(field.metadata))
+        for field in fields_of(kind)
+        if field.name != "name"
     ]
 
 
 def _element(element: Element, positions: dict[str, int]) -> Iterator[Hashable]:
     """All of an element that its numbers and its name leave open."""
-    for one, declared in _plain(type(element)):
-        value = getattr(element, one.name)
-        if declared or _in_vector(element, one, value):
+    for field, declared in _plain(type(element)):
+        value = getattr(element, field.name)
+        if declared or _in_vector(element, field, value):
             yield _of_structure(value, positions)
         else:
-            yield _content(element, one.name, value, positions)
+            yield _content(element, field.name, value, positions)
 
 
-def _in_vector(element: Element, one: Field, value: object) -> bool:
+def _in_vector(element: Element, field: Field, value: object) -> bool:
     """True for a field whose numbers are parameters."""
     if isinstance(value, BoundLaw | Point) or value is None:
         return True
     if ours(type(element)):
         return is_dataclass(value)
-    return element.has_parameter(one) and one.name not in _read(type(element))
+    return element.has_parameter(field) and field.name not in _read(type(element))
 
 
 @cache
@@ -121,9 +121,9 @@ def _of_user(method: object) -> bool:
 def _content(element: Element, name: str, value: object, positions: dict[str, int]) -> Hashable:
     """A plain field of an element. Raises TypeError, which names them."""
     try:
-        made = content(value, positions)
-        hash(made)
-        return made
+        key = content(value, positions)
+        hash(key)
+        return key
     except TypeError:
         raise TypeError(
             f"{element.label()}: {name} of type {type(value).__name__} cannot be told from other "
@@ -133,9 +133,9 @@ def _content(element: Element, name: str, value: object, positions: dict[str, in
 
 def _shape(part: object, positions: dict[str, int]) -> Iterator[Hashable]:
     """All of a field with fields that its numbers and its name leave open."""
-    for one in fields_of(type(part)):
-        if one.name != "name":
-            yield _of_structure(getattr(part, one.name), positions)
+    for field in fields_of(type(part)):
+        if field.name != "name":
+            yield _of_structure(getattr(part, field.name), positions)
 
 
 def _of_structure(value: object, positions: dict[str, int]) -> Hashable:

@@ -99,9 +99,9 @@ class Rates:
         return tuple(map(Jet, self.k.local(element, side)))
 
     def seen_from(
-        self, joint: Joint, vector: tuple[Jet, Jet], given: dict[str, Jet]
+        self, joint: Joint, vector: tuple[Jet, Jet], fixed: dict[str, Jet]
     ) -> tuple[Jet, Jet]:
-        """Components of a vector along and across a joint's axis; given: those that the joint
+        """Components of a vector along and across a joint's axis; fixed: those that the joint
         gives.
         """
         dx, dy = self.k.axis(joint, joint.a.body)
@@ -111,14 +111,14 @@ class Rates:
             [combine(getattr(x, n), getattr(y, n)) for n in "vda"]
             for combine in (lambda a, b: dx * a + dy * b, lambda a, b: dx * b - dy * a)
         )
-        lx, ly = given.get(ALONG, Jet(along[0])).v, given.get(ACROSS, Jet(across[0])).v
+        lx, ly = fixed.get(ALONG, Jet(along[0])).v, fixed.get(ACROSS, Jet(across[0])).v
         jx, jy = (
             Jet(lx, along[1], along[2] + alpha * ly),
             Jet(ly, across[1], across[2] - alpha * lx),
         )
         if not is_zero(w):
-            jx.d = given[ALONG].d if ALONG in given else along[1] + w * ly
-            jy.d = given[ACROSS].d if ACROSS in given else across[1] - w * lx
+            jx.d = fixed[ALONG].d if ALONG in fixed else along[1] + w * ly
+            jy.d = fixed[ACROSS].d if ACROSS in fixed else across[1] - w * lx
             jx.a = jx.a + (w * across[1] + w * jy.d)
             jy.a = jy.a - (w * along[1] + w * jx.d)
         return jx, jy
@@ -127,24 +127,24 @@ class Rates:
     def given(self, joint: Joint) -> dict[str, Jet]:
         """The relative coordinates that a joint does not leave free."""
         result = {}
-        for what in RELATIVE:
-            if getattr(joint, what) is not FREE:
-                value, rate = self.k.given(joint, what)
-                result[what] = Jet(
-                    value, rate if self.real else 0.0, self.second.get((joint, what), 0.0)
+        for axis in RELATIVE:
+            if getattr(joint, axis) is not FREE:
+                value, rate = self.k.given(joint, axis)
+                result[axis] = Jet(
+                    value, rate if self.real else 0.0, self.second.get((joint, axis), 0.0)
                 )
         return result
 
-    def measured(self, joint: Joint, given: dict[str, Jet]) -> dict[str, Jet]:
+    def measured(self, joint: Joint, fixed: dict[str, Jet]) -> dict[str, Jet]:
         """Relative coordinates from points and angles of both bodies; the turn has rates only.
 
-        given: of a joint that is closed, which shortens the rates.
+        fixed: of a joint that is closed, which shortens the rates.
         """
         (ax, ay), (bx, by) = (
             self.point(p.body, self.local(joint, s)) for s, p in (("a", joint.a), ("b", joint.b))
         )
         gap = bx - ax, by - ay
-        along, across = self.seen_from(joint, gap, given) if joint.turns else gap
+        along, across = self.seen_from(joint, gap, fixed) if joint.turns else gap
         return {
             ALONG: along,
             ACROSS: across,
@@ -152,12 +152,12 @@ class Rates:
         }
 
     def residual(self, joint: Joint) -> list[Jet]:
-        """Rates of what closes a joint: measured minus given, of each coordinate that is not
+        """Rates of what closes a joint: measured minus fixed, of each coordinate that is not
         free.
         """
-        given = self.given(joint)
-        measured = self.measured(joint, given)
-        return [measured[what] - value for what, value in given.items()]
+        fixed = self.given(joint)
+        measured = self.measured(joint, fixed)
+        return [measured[axis] - value for axis, value in fixed.items()]
 
     def carried(self, attachment) -> Twist:
         """Twist of an attached body from its parent's and its coordinates' rates; the field takes
@@ -184,15 +184,15 @@ class Rates:
         local = {end: [self.local(joint, end)] for end in "ab"}
         if joint.turns:
             local["a"].append(self.step(joint, jets))
-        other = "a" if side == "b" else "b"
-        (px, py), (qx, qy) = self.point(parent, *local[other]), self.vector(body, *local[side])
+        opposite = "a" if side == "b" else "b"
+        (px, py), (qx, qy) = self.point(parent, *local[opposite]), self.vector(body, *local[side])
         if not joint.turns:
             px, py = px + jets[ALONG].times(sign), py + jets[ACROSS].times(sign)
         return px.a - qx.a, py.a - qy.a, turn
 
     def relative(self, joint: Joint) -> dict[str, Jet]:
         """All relative coordinates; the turn has rates only, where it is free."""
-        return self.given(joint) | {what: self._free(joint, what) for what in joint.free}
+        return self.given(joint) | {axis: self._free(joint, axis) for axis in joint.free}
 
     def step(self, joint: Joint, jets: dict[str, Jet]) -> tuple[Jet, Jet]:
         """From point a to point b, in the frame of body a."""
@@ -200,10 +200,10 @@ class Rates:
         along, across = jets[ALONG], jets[ACROSS]
         return along.times(dx) - across.times(dy), along.times(dy) + across.times(dx)
 
-    def _free(self, joint: Joint, what: str) -> Jet:
+    def _free(self, joint: Joint, axis: str) -> Jet:
         """A free coordinate of a joint along the way."""
-        second = self.second.get((joint, what), 0.0)
-        if what == TURN:
+        second = self.second.get((joint, axis), 0.0)
+        if axis == TURN:
             return Jet(0.0, 0.0, second)
-        value, rate = self.k.free(joint, what, self.real)
+        value, rate = self.k.free(joint, axis, self.real)
         return Jet(value, rate, second)

@@ -51,9 +51,9 @@ class Sharing:
             if len(self.held[body]) < COORDINATES:
                 self._move(body, moving)
                 return
-            for other in self.held[body]:
-                new = [b for b in self._left(other) if b not in moving]
-                moving |= dict.fromkeys(new, (other, body))
+            for candidate in self.held[body]:
+                new = [b for b in self._left(candidate) if b not in moving]
+                moving |= dict.fromkeys(new, (candidate, body))
                 waiting += new
 
     def _move(self, body: Hashable, moving: dict) -> None:
@@ -81,11 +81,11 @@ class Sharing:
     def _around(self, body: Hashable, most: int) -> set | None:
         """The smallest determined set with this body; None for none of so many bodies at most."""
         reached, waiting = {body}, [body]
-        for one in waiting:
+        for member in waiting:
             self.visits += 1
-            if len(self.held[one]) < COORDINATES or len(reached) > most:
+            if len(self.held[member]) < COORDINATES or len(reached) > most:
                 return None
-            new = {b for e in self.held[one] for b in self._left(e)} - reached
+            new = {b for e in self.held[member] for b in self._left(e)} - reached
             reached |= new
             waiting += new
         return reached

@@ -36,15 +36,15 @@ def reactions_across(scene, arms, loads: dict) -> dict:
     while end := _end(loads, open_joints):
         body, joint = end
         open_joints.remove(joint)
-        sign, other = (1.0, joint.a.body) if body is joint.b.body else (-1.0, joint.b.body)
+        sign, neighbour = (1.0, joint.a.body) if body is joint.b.body else (-1.0, joint.b.body)
         (ax, ay), (bx, by) = arms(joint)
         (x, y), (ox, oy) = ((bx, by), (ax, ay)) if sign > 0 else ((ax, ay), (bx, by))
         force, mx, my = loads.pop(body)
         mx, my = mx - y * force, my + x * force  # about the joint's point
         reactions[joint] = (-sign * force, -sign * mx, -sign * my)
-        if other is not ground:
-            old = loads[other]
-            loads[other] = (old[0] + force, old[1] + mx + oy * force, old[2] + my - ox * force)
+        if neighbour is not ground:
+            old = loads[neighbour]
+            loads[neighbour] = (old[0] + force, old[1] + mx + oy * force, old[2] + my - ox * force)
     for body, load in loads.items():
         if _acts(load):
             _refuse(body, [j for j in open_joints if body in j.bodies()])

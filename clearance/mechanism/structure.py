@@ -115,11 +115,11 @@ class Structure:
         program = self.programs["observe"]
         observe = replace(program, outputs={k: program.outputs[i] for k, i in enumerate(places)})
         layout = replace(self.layout, channels=tuple(self.layout.channels[i] for i in places))
-        other = replace(self, programs=self.programs | {"observe": observe}, layout=layout)
-        vars(other)["compiled"] = Compiled(
+        structure = replace(self, programs=self.programs | {"observe": observe}, layout=layout)
+        vars(structure)["compiled"] = Compiled(
             {r: k for r, k in self.compiled.items() if r != "observe"}
         )
-        return other
+        return structure
 
     @property
     def together(self) -> bool:
@@ -176,11 +176,11 @@ class Tracing:
         self.calls = Calls(self.trace, self.number)
         free = [c.place for c in plan.free]
         soft = [j for j in scene.soft_joints if j not in measured]
-        self.places = free + [(j, what) for j in soft for what, _ in j.soft_coordinates]
+        self.places = free + [(j, axis) for j in soft for axis, _ in j.soft_coordinates]
         self.names = [c.key for c in plan.free] + [
             f"{j.key}/{name}" for j in soft for _, name in j.soft_coordinates
         ]
-        self.soft = {(j, name): (j, what) for j in soft for what, name in j.soft_coordinates}
+        self.soft = {(j, name): (j, axis) for j in soft for axis, name in j.soft_coordinates}
         self.first_order = [(e, s.name) for e in scene.elements for s in e.states() if s.order == 1]
         self.spots = scene.spots
         self._trace()
@@ -228,8 +228,8 @@ class Tracing:
     # --- mechanics
     def _trace(self) -> None:
         trace, size = self.trace, len(self.places)
-        position = {place: trace.load(f"y[{i}]") for i, place in enumerate(self.places)}
-        rate = {place: trace.load(f"y[{size + i}]") for i, place in enumerate(self.places)}
+        position = {c: trace.load(f"y[{i}]") for i, c in enumerate(self.places)}
+        rate = {c: trace.load(f"y[{size + i}]") for i, c in enumerate(self.places)}
         self.motion = self._moving(position, rate)
         dynamics = Dynamics(self.scene, self.motion, self.cut)
         applied, driven = dynamics.applied(), self._driven(self.cut, 2)
@@ -237,7 +237,7 @@ class Tracing:
         self.work = dynamics.with_friction(applied, self.friction.efforts)
         self.acceleration, self.motion.reactions = dynamics.solution(self.work, driven)
         trace.section = "state"
-        second = [dynamics.second_rate(place, self.acceleration) for place in self.places]
+        second = [dynamics.second_rate(coordinate, self.acceleration) for coordinate in self.places]
         states = {s: {i: 1.0} for i, s in enumerate((*position.values(), *rate.values()))}
         slopes = trace.tangent(self.friction.rates.values(), states)
         self.forced = {
@@ -253,7 +253,7 @@ class Tracing:
         self.state_rate = [
             *rate.values(),
             *second,
-            *(self.work.rates[place] for place in self.first_order),
+            *(self.work.rates[key] for key in self.first_order),
         ]
         self.states = len(self.state_rate)
         losses = self.work.losses if self.ledger else {}
@@ -271,14 +271,14 @@ class Tracing:
     def _moving(self, position: dict, rate: dict) -> Motion:
         """Poses and velocities from coordinates and their rates, by place."""
         trace, time = self.trace, self.trace.load("t")
-        state = {key: (position[place], rate[place]) for key, place in self.soft.items()}
+        state = {key: (position[c], rate[c]) for key, c in self.soft.items()}
         first = len(self.spots)
         self.kinematics = k = Kinematics(
             trace, self.number, dict(position), state, lambda i: trace.load(f"work[{first + i}]")
         )
         first_order = {
-            place: trace.load(f"y[{i}]")
-            for i, place in enumerate(self.first_order, len(position) + len(rate))
+            pair: trace.load(f"y[{i}]")
+            for i, pair in enumerate(self.first_order, len(position) + len(rate))
         }
         speeds: dict = {}
         for i, (element, _) in enumerate(self.spots):
@@ -289,9 +289,7 @@ class Tracing:
         k.coordinate |= self._driven(self.plan, 0)
         k.place(self.plan)
         places = {c.place for g in self.plan.groups for c in g.given} | set(position)
-        values = {
-            place: value for place, value in (position | k.coordinate).items() if place in places
-        }
+        values = {c: value for c, value in (position | k.coordinate).items() if c in places}
         k.columns = Columns(k, self.plan, values)
         k.columns.poses()
         trace.section = "velocities"
@@ -397,8 +395,8 @@ class Tracing:
                 ("ay", "m/s2", a[1], "acceleration y of the centre of mass"),
                 ("alpha", "rad/s2", a[2], "angular acceleration"),
             )
-            for name, units, value, what in rows:
-                yield f"bodies/{body.name}/{name}", units, f"{body.name}: {what}", value
+            for name, units, value, text in rows:
+                yield f"bodies/{body.name}/{name}", units, f"{body.name}: {text}", value
 
     def _element_channels(self):
         for element in self.scene.elements:
@@ -426,18 +424,18 @@ class Tracing:
         yield "energy/kinetic", "J", "kinetic energy", work.kinetic
         yield "energy/potential", "J", "potential energy of gravity and springs", work.potential
         if self.ledger:
-            given, lost = (
+            supplied, lost = (
                 self.trace.load(f"y[{self.states}]"),
                 self.trace.sum(self.dissipated.values()),
             )
-            yield "energy/input", "J", "work done by drives and loads", given
+            yield "energy/input", "J", "work done by drives and loads", supplied
             yield (
                 "energy/dissipated",
                 "J",
                 "work taken out by joints and dampers (contact: stored and lost)",
                 lost,
             )
-            balance = work.kinetic + work.potential - given + lost
+            balance = work.kinetic + work.potential - supplied + lost
             yield (
                 "energy/residual",
                 "J",

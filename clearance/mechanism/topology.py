@@ -193,9 +193,9 @@ class _Planner:
         used = {a.joint for g in plan.groups for a in g.attachments} | {
             j for g in plan.groups for j in g.closures
         }
-        if left := [j for j in self.joints if j not in used]:
+        if unused := [j for j in self.joints if j not in used]:
             raise ValueError(
-                f"{left[0].label()}: no order of solution has a place for it beside joints that "
+                f"{unused[0].label()}: no order of solution has a place for it beside joints that "
                 f"leave two coordinates "
                 "free; drive a body, or give one of them a sliding block of its own"
             )
@@ -243,12 +243,12 @@ class _Planner:
         )
 
     def _ordered(self, tree: list, bodies: frozenset) -> tuple[Attachment, ...]:
-        placed, attachments, left = set(self.known), [], list(tree)
-        while left:
-            joint = next((j for j in left if set(j.bodies()) & placed), None)
+        placed, attachments, pending = set(self.known), [], list(tree)
+        while pending:
+            joint = next((j for j in pending if set(j.bodies()) & placed), None)
             if joint is None:
                 break
-            left.remove(joint)
+            pending.remove(joint)
             body, parent = (
                 joint.bodies() if joint.bodies()[0] not in placed else joint.bodies()[::-1]
             )
@@ -271,8 +271,8 @@ class _Planner:
         if drive is not None:
             return (Coordinate("drive", body, joint.free[0], joint, drive),)
         return tuple(
-            self._angle(body, source) if what == TURN else Coordinate(source, body, what, joint)
-            for what in joint.free
+            self._angle(body, source) if axis == TURN else Coordinate(source, body, axis, joint)
+            for axis in joint.free
         )
 
     def _angle(self, body: Body, source: str) -> Coordinate:
@@ -333,8 +333,8 @@ class _Planner:
             attachments = (Attachment(body, parent, joint, coordinates),)
             return Group(attachments, closures, self._form(attachments, closures))
         body = self._unknown()[0]
-        place = Coordinate("free", body, "x"), Coordinate("free", body, "y")
-        return Group((Attachment(body, ground, None, (*place, self._angle(body, "free"))),))
+        origin = Coordinate("free", body, "x"), Coordinate("free", body, "y")
+        return Group((Attachment(body, ground, None, (*origin, self._angle(body, "free"))),))
 
 
 def _own_point(joint, body: Body):
