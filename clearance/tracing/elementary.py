@@ -222,10 +222,10 @@ class Functions:
         value = k * LN2[0] - ((half - (s * (half + rest) + k * LN2[1])) - f)
         return value, self.between(SMALLEST, x, LARGEST)
 
-    def _raised(self, x: Number, more: Number | float) -> Number:
-        """e^(x + more), for a very small `more`."""
+    def _raised(self, x: Number, addend: Number | float) -> Number:
+        """e^(x + addend), for a very small `addend`."""
         near, count = self.rounded(x * (1.0 / math.log(2.0)))
-        r = self.fma(near, -LN2[1], self.fma(near, -LN2[0], x)) + more
+        r = self.fma(near, -LN2[1], self.fma(near, -LN2[0], x)) + addend
         bits = self.build.shl(self.build.add(count, self.integers(1023)), self.integers(52))
         return self.polynomial(r, EXPONENTIAL) * self.from_bits(bits)
 
@@ -245,10 +245,10 @@ class Functions:
         high = first + 2.0 * s
         low = (2.0 * s - (high - first)) + (2.0 * less + rest + k * LN2[1])
         exponent = y * high
-        more = self.fma(y, high, -exponent) + y * low
+        remainder = self.fma(y, high, -exponent) + y * low
         ordinary = self.between(SMALLEST, x, LARGEST)
         ordinary = self.build.and_(ordinary, self.compare("<", self.size(exponent), LARGEST_POWER))
-        return self._raised(exponent, more), ordinary
+        return self._raised(exponent, remainder), ordinary
 
     def atan2(self, y: Number, x: Number):
         up, along = self.size(y), self.size(x)

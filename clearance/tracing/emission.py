@@ -102,8 +102,8 @@ def _collect(function, collected: dict) -> None:
     inner = [function.step] if isinstance(function, Loop) else []
     if isinstance(function, Function):
         inner = [node.args[0] for node in live(function.outputs) if node.op == "call"]
-    for one in inner:
-        _collect(one, collected)
+    for callee in inner:
+        _collect(callee, collected)
     collected.setdefault(function)
 
 
@@ -252,5 +252,5 @@ def derive_text(slots: dict[Scalar, int]) -> str:
     """Source of the function that fills the derived parameters in."""
     writer = Writer([])
     lines = writer.lines(scheduled(slots))
-    lines += [f"    par[{place}] = {text(node)}" for node, place in slots.items()]
+    lines += [f"    par[{slot}] = {text(node)}" for node, slot in slots.items()]
     return "\n".join(["def derive(par):", *lines, "    return par\n"])

@@ -63,16 +63,16 @@ class Function(Differentiable):
         return len(self.outputs)
 
     def _differentiated(self, active: tuple[int, ...]) -> "Function":
-        made = Function(f"{self.name}_d", self.trace, self.arguments)
-        made.values_of = self
+        result = Function(f"{self.name}_d", self.trace, self.arguments)
+        result.values_of = self
         rows = self.trace.tangent(
             self.outputs, {self.arguments[a]: {i: 1.0} for i, a in enumerate(active)}
         )
-        made.outputs = [
+        result.outputs = [
             *self.outputs,
             *(row.get(i, 0.0) for row in rows for i in range(len(active))),
         ]
-        return made
+        return result
 
     @property
     def operations(self) -> int:
@@ -150,8 +150,8 @@ class Loop(Differentiable):
 
         def build(trace, arguments):
             start = [float(i + 1 == a) for i in range(count) for a in active]
-            begun, given = arguments[: 1 + count], arguments[1 + count :]
-            return trace.call(Loop(f"{self.name}_d", wide), [*begun, *start, *given])
+            begun, constants = arguments[: 1 + count], arguments[1 + count :]
+            return trace.call(Loop(f"{self.name}_d", wide), [*begun, *start, *constants])
 
         return Function.of(f"{self.name}_d", 1 + size, build)
 
@@ -268,27 +268,27 @@ class Expansion:
         """Outputs of another trace on this one."""
         return self._copied(outputs, self.trace, {})
 
-    def _copied(self, outputs: list, trace: Trace, made: dict) -> list:
-        outer, nodes = trace.section, live(outputs, made.__contains__)
+    def _copied(self, outputs: list, trace: Trace, copies: dict) -> list:
+        outer, nodes = trace.section, live(outputs, copies.__contains__)
         calls = [n for n in nodes if n.op == "call"]
         wider = {(n.args[0].values_of, *n.args[1:]): n for n in calls}  # returns these values too
         for node in nodes:
-            if node in made:
+            if node in copies:
                 continue
             trace.section = node.section or outer
-            args = [made[a] if isinstance(a, Scalar) else a for a in node.args]
+            args = [copies[a] if isinstance(a, Scalar) else a for a in node.args]
             if node.op == "item":
-                made[node] = args[0][args[1]]
+                copies[node] = args[0][args[1]]
             elif node.op == "call":
                 same = [node]
                 while same[-1].args in wider:
                     same.append(wider[same[-1].args])
                 values = self._called(self.function(same[-1].args[0]), args[1:], trace)
-                made |= dict.fromkeys(same, values)
+                copies |= dict.fromkeys(same, values)
             else:
-                made[node] = trace.operation(node.op, *args)
+                copies[node] = trace.operation(node.op, *args)
         trace.section = outer
-        return [made[o] if isinstance(o, Scalar) else o for o in outputs]
+        return [copies[o] if isinstance(o, Scalar) else o for o in outputs]
 
     def _called(self, function, args: list, trace: Trace) -> list:
         if not (isinstance(function, Function) and function.short):
@@ -308,12 +308,12 @@ class Expansion:
             return function
         if function not in self._functions:
             if isinstance(function, Loop):
-                made = Loop(function.name, self.function(function.step))
+                result = Loop(function.name, self.function(function.step))
             else:
-                made = Function(function.name)
-                arguments = [made.argument() for _ in function.arguments]
+                result = Function(function.name)
+                arguments = [result.argument() for _ in function.arguments]
                 leaves = dict(zip(function.arguments, arguments, strict=True))
-                made.outputs = self._copied(function.outputs, made.trace, leaves)
-            made.values_of = function.values_of and self.function(function.values_of)
-            self._functions[function] = made
+                result.outputs = self._copied(function.outputs, result.trace, leaves)
+            result.values_of = function.values_of and self.function(function.values_of)
+            self._functions[function] = result
         return self._functions[function]

@@ -50,8 +50,8 @@ def _remainder(trace: Trace, a, b):
     if is_number(a) and is_number(b):
         return defined(operator.mod, a, b)
     rest = trace.binary("fmod", a, b)
-    other = trace.both(trace.compare("ne", rest, 0.0), trace.compare("lt", trace.mul(rest, b), 0.0))
-    return trace.select(other, trace.add(rest, b), rest)
+    flip = trace.both(trace.compare("ne", rest, 0.0), trace.compare("lt", trace.mul(rest, b), 0.0))
+    return trace.select(flip, trace.add(rest, b), rest)
 
 
 def _quotient(trace: Trace, a, b):
@@ -77,8 +77,8 @@ def _or(trace: Trace, a, b):
 def _extreme(name: str) -> Callable:
     def extreme(trace: Trace, value, *others):
         value, *others = (value, *others) if others else value
-        for other in others:
-            value = trace.select(trace.compare(name, other, value), other, value)
+        for rival in others:
+            value = trace.select(trace.compare(name, rival, value), rival, value)
         return value
 
     return extreme
@@ -129,24 +129,24 @@ def traced(function: Callable, shape: tuple = ()) -> Function | Opaque:
     shape: of each argument "number", "data" (the parameter vector) or a named tuple type; default:
     numbers. Raises ValueError naming the function for what is not allowed in one.
     """
-    made = Function(_name(function))
-    execution = Execution(made.trace, function, {})
+    result = Function(_name(function))
+    execution = Execution(result.trace, function, {})
     shape = shape or ("number",) * len(execution.arguments)
     arguments = []
     for kind in shape:
         if kind == "data":
             arguments.append(DATA)
         elif kind == "number":
-            arguments.append(made.argument())
+            arguments.append(result.argument())
         else:
-            arguments.append(kind(*(made.argument() for _ in kind._fields)))
+            arguments.append(kind(*(result.argument() for _ in kind._fields)))
     try:
-        made.outputs = list(execution.returned(arguments))
+        result.outputs = list(execution.returned(arguments))
     except Untraceable as reason:
         return _opaque(function, shape, str(reason))
     except (TypeError, AttributeError, IndexError, KeyError, ArithmeticError) as reason:
         raise ValueError(f"law {function.__name__} cannot be read: {reason}") from reason
-    return made
+    return result
 
 
 def _opaque(function: Callable, shape: tuple, reason: str) -> Opaque:
@@ -222,7 +222,7 @@ def fingerprint(function: Callable) -> tuple:
 def names_in(code: CodeType) -> list[str]:
     """Names of globals and attributes that code reads, with those of functions inside it."""
     inside = [c for c in code.co_consts if isinstance(c, CodeType)]
-    return [*code.co_names, *(name for one in inside for name in names_in(one))]
+    return [*code.co_names, *(name for nested in inside for name in names_in(nested))]
 
 
 def _is_array(value) -> bool:
@@ -309,8 +309,8 @@ class Execution:
     def returned(self, arguments: list) -> tuple:
         """The values that the function returns."""
         exits: list[Exit] = []
-        given = dict(zip(self.arguments, arguments, strict=True))
-        end = self.block(self.tree.body, given, exits)
+        variables = dict(zip(self.arguments, arguments, strict=True))
+        end = self.block(self.tree.body, variables, exits)
         if end is not None or not exits:
             raise ValueError(f"law {self.name} can end without returning a value")
         values = [e.payload for e in exits]
@@ -324,8 +324,8 @@ class Execution:
         """Values of the first exit that is taken; one of them is."""
         *before, last = exits
         values = last.payload
-        for one in reversed(before):
-            values = self.select(one.condition, one.payload, values)
+        for way in reversed(before):
+            values = self.select(way.condition, way.payload, values)
         return values
 
     def select(self, condition, a, b):
@@ -372,8 +372,8 @@ class Execution:
         if isinstance(target, ast.Name):
             variables[target.id] = value
         elif _fits(target, value):
-            for part, one in zip(target.elts, value, strict=True):
-                self._bind(part, one, variables)
+            for part, element in zip(target.elts, value, strict=True):
+                self._bind(part, element, variables)
         else:
             raise self.unreadable(target)
 
@@ -421,18 +421,18 @@ class Execution:
             return self._counted(node, passes, variables)
         if not isinstance(passes, tuple | range):
             raise self.unreadable(node)
-        left: list[Exit] = []  # ways out of the loop
+        ways: list[Exit] = []  # ways out of the loop
         for value in passes:
             inside: list[Exit] = []
             variables = dict(variables)
             self._bind(node.target, value, variables)
             end = self.block(node.body, variables, inside)
             variables, inside = self._gathered("continue", end, inside)
-            left += inside
+            ways += inside
             if variables is None:
                 break
-        variables, left = self._gathered("break", variables, left)
-        exits += left
+        variables, ways = self._gathered("break", variables, ways)
+        exits += ways
         return variables
 
     def _counted(self, node, counted: Counted, variables: dict) -> dict:
@@ -455,15 +455,15 @@ class Execution:
     def _gathered(self, kind: str, end: dict | None, exits: list[Exit]) -> tuple:
         """The variables where exits of a kind have joined, and the other exits."""
         joined, others, gone = [], [], False
-        for one in exits:
-            if one.kind == kind:
-                joined.append(one)
-                gone = self.trace.either(gone, one.condition)
+        for way in exits:
+            if way.kind == kind:
+                joined.append(way)
+                gone = self.trace.either(gone, way.condition)
             else:
-                alone = self.trace.both(one.condition, self.trace.negation(gone))
-                others.append(Exit(one.kind, alone, one.payload))
-        for one in reversed(joined):
-            end = self._merged(one.condition, one.payload, end)
+                alone = self.trace.both(way.condition, self.trace.negation(gone))
+                others.append(Exit(way.kind, alone, way.payload))
+        for way in reversed(joined):
+            end = self._merged(way.condition, way.payload, end)
         return end, others
 
     def _while(self, node, variables, exits):
@@ -480,13 +480,13 @@ class Execution:
         inside: list[Exit] = []
         begun = {n: _mapped(v, step.value) for n, v in variables.items() if n not in state} | state
         end = inner.block(node.body, begun, inside)
-        end, left = inner._gathered("continue", end, inside)
-        if any(e.kind == "return" for e in left):
+        end, ways = inner._gathered("continue", end, inside)
+        if any(e.kind == "return" for e in ways):
             raise Untraceable("it returns from inside a loop that ends by a condition")
         again = False if end is None else inner.condition(node.test, end)
-        for one in left:
-            again = inner.trace.both(again, inner.trace.negation(one.condition))
-        end, _ = inner._gathered("break", end, left)
+        for way in ways:
+            again = inner.trace.both(again, inner.trace.negation(way.condition))
+        end, _ = inner._gathered("break", end, ways)
         step.outputs = [again, *(inner.trace.number(_number(end, n)) for n in names)]
         start = [_number(variables, n) for n in names]
         loop = Loop(f"{_name(self.function)}_loop", step)
@@ -599,13 +599,13 @@ class Execution:
         return values[0] if single else values
 
     def _traced(self, function: Callable, arguments: list) -> tuple[Function, bool]:
-        made = Function(_name(function))
-        inner = Execution(made.trace, function, self.helpers, (*self.callers, self.function))
-        made.outputs = list(
-            inner.returned([_mapped(a, lambda v: made.argument()) for a in arguments])
+        body = Function(_name(function))
+        inner = Execution(body.trace, function, self.helpers, (*self.callers, self.function))
+        body.outputs = list(
+            inner.returned([_mapped(a, lambda v: body.argument()) for a in arguments])
         )
         returned = [n.value for n in ast.walk(inner.tree) if isinstance(n, ast.Return)]
-        return made, len(made.outputs) == 1 and not any(isinstance(v, ast.Tuple) for v in returned)
+        return body, len(body.outputs) == 1 and not any(isinstance(v, ast.Tuple) for v in returned)
 
 
 def _passes(*bounds) -> range | Counted:

@@ -70,8 +70,8 @@ class Lowering:
         if program.columns:
             self.fill_columns(program)
             return
-        for place, value in sorted(program.outputs.items()):
-            self.builder.store(self.value(value), self.place(program.target, place), align=8)
+        for index, value in sorted(program.outputs.items()):
+            self.builder.store(self.value(value), self.place(program.target, index), align=8)
 
     def fill_columns(self, program: Program) -> None:
         """A matrix, column by column: each is the derivative along a unit vector."""
@@ -85,8 +85,8 @@ class Lowering:
             build.store(self.constant(1.0), self.place("dy", column), align=8)
             self.run(program.column)
             for row, value in sorted(program.outputs.items()):
-                place = build.add(column, ir.Constant(INT64, row * count))
-                build.store(self.value(value), self.place(program.target, place), align=8)
+                index = build.add(column, ir.Constant(INT64, row * count))
+                build.store(self.value(value), self.place(program.target, index), align=8)
             build.store(self.constant(0.0), self.place("dy", column), align=8)
 
     def calls(self, function: Function, args: list[ir.Value]) -> list[ir.Value]:
@@ -208,20 +208,20 @@ class Lowering:
             return self.lane_by_lane(op, args)
         name = f"clearance_{op}"
         if name not in self.module.globals:
-            made = ir.Function(
+            definition = ir.Function(
                 self.module, ir.FunctionType(self.kind, len(args) * [self.kind]), name
             )
-            made.linkage = "internal"
-            builder = ir.IRBuilder(made.append_basic_block())
+            definition.linkage = "internal"
+            builder = ir.IRBuilder(definition.append_basic_block())
             inner = type(self)(builder, {}, None, {}, self.width)
-            builder.ret(Functions(inner)(op, made.args))
+            builder.ret(Functions(inner)(op, definition.args))
         return self.builder.call(self.module.globals[name], args)
 
     def lane_by_lane(self, op: str, args: list[ir.Value]) -> ir.Value:
         """A function of the C library."""
         name = f"llvm.{op}.f64" if op in LIBRARY else op
         return self.lanes(
-            lambda *one: self.builder.call(self.external(name, DOUBLE, len(one)), one), args
+            lambda *lane: self.builder.call(self.external(name, DOUBLE, len(lane)), lane), args
         )
 
     @property
@@ -245,17 +245,17 @@ class Lowering:
         key = "integer", value
         if key not in self.values:
             if value.op in INDEXING and value not in self.slots and all(map(_is_whole, value.args)):
-                made = getattr(self.builder, value.op)(*map(self.integer, value.args))
+                index = getattr(self.builder, value.op)(*map(self.integer, value.args))
             else:
-                made = self.builder.fptosi(
+                index = self.builder.fptosi(
                     self.value(value), self.splat(ir.Constant(INT64, 0)).type
                 )
-            self.values[key] = made
+            self.values[key] = index
         return self.values[key]
 
     def lanes(self, function: Callable, args: list[ir.Value]) -> ir.Value:
         """A function of single numbers, lane by lane."""
-        values = self.together(lambda *one: [function(*one)], args, 1)
+        values = self.together(lambda *numbers: [function(*numbers)], args, 1)
         return self.builder.extract_value(values, 0)
 
     def external(self, name: str, kind: ir.Type, count: int) -> ir.Function:
@@ -289,14 +289,14 @@ class Lowering:
             self.structure(function.count), [POINTER, POINTER, *[self.kind] * count]
         )
         name = f"clearance_{len(self.module.globals)}_{function.name}"
-        made = ir.Function(self.module, kind, name)
-        made.linkage = "internal"
-        arrays = {"par": made.args[0], "data": made.args[1]}
-        builder = ir.IRBuilder(made.append_basic_block())
+        definition = ir.Function(self.module, kind, name)
+        definition.linkage = "internal"
+        arrays = {"par": definition.args[0], "data": definition.args[1]}
+        builder = ir.IRBuilder(definition.append_basic_block())
         inner = type(self)(builder, arrays, None, self.addresses, self.width)
         inner.functions = self.functions
-        (inner.repeat if isinstance(function, Loop) else inner.body)(function, made.args[2:])
-        self.functions[function] = made
+        (inner.repeat if isinstance(function, Loop) else inner.body)(function, definition.args[2:])
+        self.functions[function] = definition
 
     def body(self, function, args: list) -> None:
         self.returned(self.inside(function, args))
@@ -317,13 +317,13 @@ class Lowering:
         """A loop until no lane goes on; a lane that is done keeps its state."""
         build, begun = self.builder, self.builder.block
         first, *args = args
-        given, enter = args[loop.count :], self.holds(first)
+        constants, enter = args[loop.count :], self.holds(first)
         with build.if_then(self.any(enter)):
             before, again = build.block, build.append_basic_block("again")
             build.branch(again)
             build.position_at_end(again)
             phis = active, *state = [build.phi(a.type) for a in (enter, *args[: loop.count])]
-            goes_on, *new = (self.number(v) for v in self.inside(loop.step, [*state, *given]))
+            goes_on, *new = (self.number(v) for v in self.inside(loop.step, [*state, *constants]))
             goes_on = build.and_(active, self.holds(goes_on))
             new = [build.select(active, n, s) for n, s in zip(new, state, strict=True)]
             for phi, start, onward in zip(phis, (enter, *args), (goes_on, *new), strict=False):
@@ -336,12 +336,12 @@ class Lowering:
         self.returned([self.joined(value, done, start, begun) for value, start in pairs])
 
     def joined(
-        self, value: ir.Value, behind: ir.Block, other: ir.Value, begun: ir.Block
+        self, value: ir.Value, behind: ir.Block, start: ir.Value, begun: ir.Block
     ) -> ir.Value:
         """A value of a side that was entered, and another one where it was not."""
         phi = self.builder.phi(value.type)
         phi.add_incoming(value, behind)
-        phi.add_incoming(other, begun)
+        phi.add_incoming(start, begun)
         return phi
 
     def holds(self, value: ir.Value) -> ir.Value:
@@ -379,34 +379,34 @@ class Lowering:
         """Values that the answerer of a block puts there."""
         build = self.builder
 
-        def one(start, *numbers):
+        def single(start, *numbers):
             block = build.gep(self.arrays["data"], [build.fptosi(start, INT64)])
             self.stored(
                 block, range(1, 2 + len(numbers)), [ir.Constant(DOUBLE, answer.wanted), *numbers]
             )
-            place = build.fptosi(build.load(block), INT64)
-            pointer = self.pointer(place, DOUBLE, [INT64])
+            address = build.fptosi(build.load(block), INT64)
+            pointer = self.pointer(address, DOUBLE, [INT64])
             zero = build.call(pointer, [build.ptrtoint(block, INT64)])
             if answer.keep:
                 return [zero] * answer.count
             return [build.load(build.gep(block, [ir.Constant(INT64, k)])) for k in answer.places]
 
-        return self.together(one, args, answer.count)
+        return self.together(single, args, answer.count)
 
-    def pointer(self, place: ir.Value, returned: ir.Type, arguments: list[ir.Type]) -> ir.Value:
-        return self.builder.inttoptr(place, ir.FunctionType(returned, arguments).as_pointer())
+    def pointer(self, address: ir.Value, returned: ir.Type, arguments: list[ir.Type]) -> ir.Value:
+        return self.builder.inttoptr(address, ir.FunctionType(returned, arguments).as_pointer())
 
     def stored(self, pointer: ir.Value, places, numbers) -> None:
-        for place, number in zip(places, numbers, strict=True):
-            self.builder.store(number, self.builder.gep(pointer, [ir.Constant(INT64, place)]))
+        for index, number in zip(places, numbers, strict=True):
+            self.builder.store(number, self.builder.gep(pointer, [ir.Constant(INT64, index)]))
 
-    def together(self, one: Callable, args: list[ir.Value], count: int) -> ir.Value:
+    def together(self, function: Callable, args: list[ir.Value], count: int) -> ir.Value:
         """The values of a function of single numbers, lane by lane, as one structure."""
         build, result = self.builder, ir.Constant(self.structure(count), ir.Undefined)
         for i in range(self.width):
             lane = ir.Constant(ir.IntType(32), i)
             numbers = args if self.width == 1 else [build.extract_element(a, lane) for a in args]
-            for k, value in enumerate(one(*numbers)):
+            for k, value in enumerate(function(*numbers)):
                 if self.width > 1:
                     value = build.insert_element(build.extract_value(result, k), value, lane)
                 result = build.insert_value(result, value, k)

@@ -25,11 +25,11 @@ def linear(value) -> tuple[dict, float]:
         terms, constant = linear(value.args[0])
         if value.op == "neg":
             return {t: -c for t, c in terms.items()}, -constant
-        more, other = linear(value.args[1])
+        added, addend = linear(value.args[1])
         terms = dict(terms)
-        for term, factor in more.items():
+        for term, factor in added.items():
             terms[term] = terms.get(term, 0.0) + sign * factor
-        return terms, constant + sign * other
+        return terms, constant + sign * addend
     if value.op == "mul" and not isinstance(value.args[1], Scalar):
         terms, constant = linear(value.args[0])
         return {t: c * value.args[1] for t, c in terms.items()}, constant * value.args[1]
@@ -70,7 +70,7 @@ class Lanes(Lowering):
             terms, constant = linear(node.args[0])
             groups.setdefault(frozenset(terms.items()), []).append((constant, node))
         for group in groups.values():
-            self._cut(sorted(group, key=lambda one: (one[0], one[1].index)))
+            self._cut(sorted(group, key=lambda pair: (pair[0], pair[1].index)))
 
     def _cut(self, group: list[tuple[float, Scalar]]) -> None:
         """Rows of a group, each no longer than a piece."""
@@ -91,18 +91,18 @@ class Lanes(Lowering):
         if node in self.values:
             return self.values[node]
         if self.fused and node.op in ("add", "sub") and node not in self.slots:
-            for product, other in (node.args, node.args[::-1]):
+            for product, addend in (node.args, node.args[::-1]):
                 if (
                     isinstance(product, Scalar)
                     and product.op == "mul"
                     and product not in self.slots
                 ):
-                    return self.sum(node, product, other)
+                    return self.sum(node, product, addend)
         return super().operation(node)
 
-    def sum(self, node: Scalar, product: Scalar, other) -> ir.Value:
+    def sum(self, node: Scalar, product: Scalar, addend) -> ir.Value:
         """A sum or difference of a product and another number, rounded once."""
-        (a, b), c = map(self.value, product.args), self.value(other)
+        (a, b), c = map(self.value, product.args), self.value(addend)
         if node.op == "sub" and node.args[0] is product:
             c = self.builder.fneg(c)
         elif node.op == "sub":
@@ -137,14 +137,14 @@ class Lanes(Lowering):
         index = build.select(build.fcmp_ordered(">", index, least), index, least)
         places = build.fptosi(index, ir.VectorType(INT32, width))
         lanes = (build.extract_element(places, ir.Constant(INT32, lane)) for lane in range(width))
-        return [build.sub(build.sext(one, INT64), ir.Constant(INT64, shift)) for one in lanes]
+        return [build.sub(build.sext(row, INT64), ir.Constant(INT64, shift)) for row in lanes]
 
     def _columns(self, places: list[ir.Value], offset: int) -> list[ir.Value]:
         """Neighbours in the table, from so many places behind on: a vector of lanes for each."""
         build, pieces, size = self.builder, [], self.piece
         kind = ir.VectorType(DOUBLE, size).as_pointer()
-        for place in places:
-            pointer = build.gep(self.arrays["data"], [build.add(place, ir.Constant(INT64, offset))])
+        for index in places:
+            pointer = build.gep(self.arrays["data"], [build.add(index, ir.Constant(INT64, offset))])
             pieces.append(build.load(build.bitcast(pointer, kind), align=8))
         while size < self.width:
             half, size = len(pieces) // 2, 2 * size
@@ -184,7 +184,7 @@ class Moments(Lanes):
     def load(self, array: str, index: int) -> ir.Value:
         if array not in self.SHARED:
             return super().load(array, index + 1 if array == "y" else index)
-        place = self.builder.gep(self.arrays[array], [ir.Constant(INT64, index)])
+        pointer = self.builder.gep(self.arrays[array], [ir.Constant(INT64, index)])
         nothing, first = ir.Constant(self.kind, ir.Undefined), ir.Constant(INT32, 0)
-        one = self.builder.insert_element(nothing, self.builder.load(place), first)
-        return self._shuffled(one, nothing, [0] * self.width)
+        vector = self.builder.insert_element(nothing, self.builder.load(pointer), first)
+        return self._shuffled(vector, nothing, [0] * self.width)

@@ -66,8 +66,8 @@ def scheduled(
     outputs = [o for o in outputs if o not in given]
     nodes = [n for n in live(outputs, lambda node: cut(node) or node in given) if n not in given]
     paths = _paths(nodes, outputs, cut)
-    steps, left = _Ordered(paths, cut, given).block((), nodes)
-    assert not left
+    steps, remaining = _Ordered(paths, cut, given).block((), nodes)
+    assert not remaining
     return steps
 
 
@@ -120,9 +120,9 @@ def _common(a: Path, b: Path) -> Path:
 
 
 class _Ordered:
-    def __init__(self, paths: dict[Scalar, Path], cut: Callable, given: Collection[Scalar]):
+    def __init__(self, paths: dict[Scalar, Path], cut: Callable, computed: Collection[Scalar]):
         self.paths, self.cut = paths, cut
-        self.done: set[Scalar] = set(given)
+        self.done: set[Scalar] = set(computed)
 
     def block(self, prefix: Path, members: list[Scalar]) -> tuple[list, list[Scalar]]:
         """Steps of the members, whose paths begin with the prefix, and the members that no step

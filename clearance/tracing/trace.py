@@ -393,10 +393,10 @@ class Trace:
             if node in seeds:
                 slopes[node] = dict(seeds[node])
             elif node in self.rules:
-                rule, place, sign = self.rules[node]
+                rule, index, sign = self.rules[node]
                 if rule not in pulled:
                     pulled[rule] = rule.of([of(a) for a in rule.inputs])
-                slopes[node] = {c: v if sign > 0.0 else -v for c, v in pulled[rule][place].items()}
+                slopes[node] = {c: v if sign > 0.0 else -v for c, v in pulled[rule][index].items()}
             elif node.op == "call":
                 args = node.args[1:]
                 if any(of(a) for a in args):
