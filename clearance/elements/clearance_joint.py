@@ -50,17 +50,17 @@ class ClearanceJoint(Joint):
             return []
         return [State(name, "m", law.law.size(law.values), order=1) for name in names]
 
-    def rub(self, m, w, sliding, normal, bristles="bristle_deflection", place=""):
+    def rub(self, m, w, sliding, normal, bristles="bristle_deflection", suffix=""):
         """Friction force [N] at a contact, from the sliding speed [m/s] and the normal force [N].
 
-        bristles: name of their state, where the law has some; place: of the contact, in words.
+        bristles: name of their state, where the law has some; suffix: names the contact.
         """
         if self.friction.law.family is not bristle:
             return m.law(self, "friction", [sliding, normal])[0]
         deflection = m.state(self, bristles).v
         rate, force = m.law(self, "friction", [deflection, sliding, normal])
         w.rate(self, bristles, rate)
-        text = f"deflection of the friction law's bristles{place}"
+        text = f"deflection of the friction law's bristles{suffix}"
         w.show(self, bristles, "m", text, deflection)
         return force
 

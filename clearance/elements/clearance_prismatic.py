@@ -322,8 +322,8 @@ class Block:
     def _rub(self, name: str, sliding, normal):
         if self.joint.friction is None:
             return 0.0
-        bristles, place = f"bristle_deflection_{name}", f" at corner {name}"
-        force = self.joint.rub(self.m, self.w, sliding, normal, bristles, place)
+        bristles, suffix = f"bristle_deflection_{name}", f" at corner {name}"
+        force = self.joint.rub(self.m, self.w, sliding, normal, bristles, suffix)
         self.friction = self.friction + force
         return force
 

@@ -193,8 +193,8 @@ class ClearanceRevolute(ClearanceJoint):
             have = "greenwood_tripp and greenwood_williamson have one"
             raise ValueError(f"{law} needs a pressure at each gap, an attribute `pressure`; {have}")
         if self.transition is not None and self.transition.law.name != "load_sharing":
-            other = self.transition.law.name
-            raise ValueError(f"{law} needs the transition load_sharing, got {other}")
+            name = self.transition.law.name
+            raise ValueError(f"{law} needs the transition load_sharing, got {name}")
         if self.roughness is not None and self.clearance > FINEST * self.roughness:
             least = f"{self.clearance / FINEST:.3g} m (clearance / {FINEST:g})"
             raise ValueError(f"{law} needs a roughness from {least} on, got {self.roughness:g} m")

@@ -49,13 +49,13 @@ def _wrong(element: Element, reason: str) -> ValueError:
 
 
 def _check_hash(element: Element) -> None:
-    for one in fields(element):
+    for field in fields(element):
         try:
-            hash(getattr(element, one.name) if type(element).__eq__ is not object.__eq__ else 0)
+            hash(getattr(element, field.name) if type(element).__eq__ is not object.__eq__ else 0)
         except TypeError as reason:
             raise TypeError(
-                f"{element.label()}: {one.name} has no hash ({reason}), got "
-                f"{getattr(element, one.name)!r}; take a tuple, or dataclass(..., eq=False)"
+                f"{element.label()}: {field.name} has no hash ({reason}), got "
+                f"{getattr(element, field.name)!r}; take a tuple, or dataclass(..., eq=False)"
             ) from None
 
 
@@ -82,11 +82,11 @@ def _check_state(element: Element, state: State) -> None:
 
 def _check_coordinates(joint: Joint, states: set[str]) -> None:
     """Relative coordinates are free or constrained by states and numbers that the joint has."""
-    for what in RELATIVE:
-        value = getattr(joint, what)
+    for axis in RELATIVE:
+        value = getattr(joint, axis)
         if value is not FREE and not isinstance(value, Known):
-            raise TypeError(f"{joint.label()}: {what} must be FREE or Known(...), got {value!r}")
-    bound = [getattr(joint, what) for what in RELATIVE if getattr(joint, what) is not FREE]
+            raise TypeError(f"{joint.label()}: {axis} must be FREE or Known(...), got {value!r}")
+    bound = [getattr(joint, axis) for axis in RELATIVE if getattr(joint, axis) is not FREE]
     numbers = {f.name for f in fields(joint) if joint.has_parameter(f)}
     _check_names(joint, "number", [k.number for k in bound if k.number], numbers)
     _check_names(joint, "state", [k.state for k in bound if k.state], states)
@@ -95,10 +95,10 @@ def _check_coordinates(joint: Joint, states: set[str]) -> None:
         raise _wrong(joint, f"state {name}: order 2 needs a coordinate Known(state={name!r})")
 
 
-def _check_names(joint: Joint, kind: str, names: Iterable[str], given: set[str]) -> None:
+def _check_names(joint: Joint, kind: str, names: Iterable[str], valid: set[str]) -> None:
     for name in names:
-        if name not in given:
-            answer = f"{checks.meant(name, given)}; it has {', '.join(sorted(given)) or 'none'}"
+        if name not in valid:
+            answer = f"{checks.meant(name, valid)}; it has {', '.join(sorted(valid)) or 'none'}"
             raise _wrong(joint, f"Known({kind}={name!r}) is no {kind} of it{answer}")
 
 
@@ -122,15 +122,15 @@ def check_work(element: Element, work) -> None:
     if ours(type(element)):
         return
     states = {s.name for s in element.states() if s.order == 1}
-    rates = {name for one, name in work.rates if one is element}
+    rates = {name for owner, name in work.rates if owner is element}
     if missing := states - rates:
         name = min(missing)
         raise _wrong(element, f"act gives state {name!r} no rate: w.rate(self, {name!r}, ...)")
     if foreign := rates - states:
         raise _wrong(element, f"act gives a rate to {min(foreign)!r}, no state of order 1 of it")
-    given, spots = len(work.spots.get(element, ())), element.spots()
-    if given != len(spots):
-        raise _wrong(element, f"act gives {given} w.spot, but spots() has {len(spots)}")
+    count, spots = len(work.spots.get(element, ())), element.spots()
+    if count != len(spots):
+        raise _wrong(element, f"act gives {count} w.spot, but spots() has {len(spots)}")
 
 
 def check_outputs(element: Element, outputs: Iterable[tuple], is_value: Callable) -> list[tuple]:

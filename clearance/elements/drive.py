@@ -60,11 +60,11 @@ class Drive(Load):
                 f"Drive: target must be a body, a Revolute or a Prismatic joint, got {target!r}"
             )
         super().__post_init__()
-        given = [n for n in ("speed", "motion", "torque", "force") if getattr(self, n) is not None]
-        if len(given) != 1:
+        modes = [n for n in ("speed", "motion", "torque", "force") if getattr(self, n) is not None]
+        if len(modes) != 1:
             raise ValueError(
                 f"{self.label()}: give exactly one of speed, motion, torque, force; got "
-                f"{given or 'none'}"
+                f"{modes or 'none'}"
             )
         wrong = "torque" if self.slides else "force"
         if getattr(self, wrong) is not None:
@@ -80,8 +80,8 @@ class Drive(Load):
         if self.nominal is None:
             return
         if self.slides or self.speed is not None:
-            other = "that slides" if self.slides else "with a constant speed"
-            reason = f"a drive {other} takes no nominal speed"
+            kind = "that slides" if self.slides else "with a constant speed"
+            reason = f"a drive {kind} takes no nominal speed"
             raise ValueError(f"{self.label()}: nominal={self.nominal!r}: {reason}")
         if self.nominal == 0.0:
             raise ValueError(f"{self.label()}: nominal must not be 0; leave it out instead")

@@ -75,7 +75,7 @@ class Element(Described):
 
     def bodies(self) -> tuple[Body, ...]:
         """The bodies it acts on: those among its fields, and those of its points."""
-        values = [getattr(self, one.name) for one in fields_of(type(self))]
+        values = [getattr(self, field.name) for field in fields_of(type(self))]
         parts = [value.body if isinstance(value, Point) else value for value in values]
         return tuple(part for part in parts if isinstance(part, Body))
 
@@ -86,19 +86,19 @@ class Element(Described):
     # --- fields
     def _check_fields(self) -> None:
         """Check all points, materials, numbers and laws, as their fields declare them."""
-        for one in fields(self):
-            value = getattr(self, one.name)
-            if one.type in (Point, "Point"):
-                self._set(one.name, as_point(self.label(), value))
-            if one.type in (Material, "Material") and not isinstance(value, Material):
-                raise TypeError(f"{self.label()}: {one.name} must be a Material, got {value!r}")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.type in (Point, "Point"):
+                self._set(field.name, as_point(self.label(), value))
+            if field.type in (Material, "Material") and not isinstance(value, Material):
+                raise TypeError(f"{self.label()}: {field.name} must be a Material, got {value!r}")
         super()._check_fields()
 
     def numbers(self) -> Iterator[Row]:
-        for one in fields_of(type(self)):
-            value = getattr(self, one.name)
+        for field in fields_of(type(self)):
+            value = getattr(self, field.name)
             if isinstance(value, Point):
-                yield from value.numbers(f"{self.key}/{one.name}")
+                yield from value.numbers(f"{self.key}/{field.name}")
         yield from super().numbers()
 
     @property

@@ -63,11 +63,11 @@ class Joint(Element):
 
     def __post_init__(self):
         kind = type(self).__name__
-        given = [
+        names = [
             p.body.name if isinstance(p, Point) else getattr(p, "name", "?")
             for p in (self.a, self.b)
         ]
-        name = self.name if self.name is not None else "-".join(given)
+        name = self.name if self.name is not None else "-".join(names)
         self._set("name", checks.identifier(f"{kind} name", name))
         self._check_fields()
         if self.a.body is self.b.body:
@@ -85,8 +85,8 @@ class Joint(Element):
         """The coordinate that a drive moves: the only free one, a turn or a displacement along the
         axis.
         """
-        one = self.free == (TURN,) or self.free == (ALONG,) and self.turns
-        return self.free[0] if one and not self.soft else None
+        single = self.free == (TURN,) or self.free == (ALONG,) and self.turns
+        return self.free[0] if single and not self.soft else None
 
     @property
     def first_touch(self) -> bool:
@@ -114,13 +114,13 @@ class Joint(Element):
     @property
     def free(self) -> tuple[str, ...]:
         """Names of the relative coordinates that it leaves free."""
-        return tuple(what for what in RELATIVE if getattr(self, what) is FREE)
+        return tuple(axis for axis in RELATIVE if getattr(self, axis) is FREE)
 
     @property
     def soft_coordinates(self) -> list[tuple[str, str]]:
         """Relative coordinates that are states, with the names of these."""
-        coordinates = [(what, getattr(self, what)) for what in RELATIVE]
-        return [(what, one.state) for what, one in coordinates if one is not FREE and one.state]
+        coordinates = [(axis, getattr(self, axis)) for axis in RELATIVE]
+        return [(axis, k.state) for axis, k in coordinates if k is not FREE and k.state]
 
     @property
     def soft(self) -> bool:
@@ -217,8 +217,8 @@ class Joint(Element):
 
     def _check_laws(self) -> None:
         """Laws that cannot stand in this joint."""
-        for one in fields(self):
-            value = getattr(self, one.name)
+        for field in fields(self):
+            value = getattr(self, field.name)
             demand = value.law.demand if isinstance(value, BoundLaw) else None
-            if demand and (missing := demand(self.seen_by(one.name), value.parameters)):
-                raise ValueError(f"{self.label()}: {one.name} {value.law.name} {missing}")
+            if demand and (missing := demand(self.seen_by(field.name), value.parameters)):
+                raise ValueError(f"{self.label()}: {field.name} {value.law.name} {missing}")

@@ -70,9 +70,9 @@ class Number:
             yield f"{name}/{part}", number, self.fold
 
 
-def number(text: str, check: Callable = checks.finite, default=MISSING, **more) -> Field:
-    """A field that is a number. Its description names the unit; `more`: see Number."""
-    return field(default=default, metadata={"number": Number(text, check, **more)})
+def number(text: str, check: Callable = checks.finite, default=MISSING, **options) -> Field:
+    """A field that is a number. Its description names the unit; `options`: see Number."""
+    return field(default=default, metadata={"number": Number(text, check, **options)})
 
 
 def law(text: str, *families: Family) -> Field:
@@ -97,22 +97,22 @@ class Described:
 
     def _check_fields(self) -> None:
         """Check numbers and laws, as their fields declare them."""
-        for one in fields(self):
-            value, label = getattr(self, one.name), f"{self.label()}: {one.name}"
-            spec = one.metadata.get("number")
-            if "law" in one.metadata:
-                self._set(one.name, bound(label, value, *one.metadata["law"]))
-            elif spec is not None and (value is not None or one.default is not None):
-                self._set(one.name, spec.checked(label, value))
+        for entry in fields(self):
+            value, label = getattr(self, entry.name), f"{self.label()}: {entry.name}"
+            spec = entry.metadata.get("number")
+            if "law" in entry.metadata:
+                self._set(entry.name, bound(label, value, *entry.metadata["law"]))
+            elif spec is not None and (value is not None or entry.default is not None):
+                self._set(entry.name, spec.checked(label, value))
 
     def doubts(self) -> list[str]:
         """Warnings about its numbers, and about those of its oil and material."""
         texts, slides = [], getattr(self, "slides", False)
-        for one in fields_of(type(self)):
-            value, spec = getattr(self, one.name), one.metadata.get("number")
+        for entry in fields_of(type(self)):
+            value, spec = getattr(self, entry.name), entry.metadata.get("number")
             if spec is not None and spec.usual:
                 unit = slides and len(spec.units) - 1
-                texts.append(spec.doubt(f"{self.label()}: {one.name}", value, unit))
+                texts.append(spec.doubt(f"{self.label()}: {entry.name}", value, unit))
             elif isinstance(value, Record):
                 texts += value.doubts()
         return [t for t in texts if t]
@@ -120,17 +120,17 @@ class Described:
     def numbers(self) -> Iterator[Row]:
         """All numbers of the kernel: name, value, values that are folded into the code."""
         key = self.key
-        for one in fields_of(type(self)):
-            value, name = getattr(self, one.name), f"{key}/{one.name}"
-            spec = one.metadata.get("number")
+        for entry in fields_of(type(self)):
+            value, name = getattr(self, entry.name), f"{key}/{entry.name}"
+            spec = entry.metadata.get("number")
             if isinstance(value, BoundLaw):
                 yield from ((f"{name}/{p}", v, NEVER) for p, v in value.values.items())
             elif spec is not None and value is not None and self._is_parameter(spec):
                 yield from spec.rows(name, value)
 
-    def has_parameter(self, one: Field) -> bool:
+    def has_parameter(self, entry: Field) -> bool:
         """True where a field's number is one of the kernel."""
-        spec = one.metadata.get("number")
+        spec = entry.metadata.get("number")
         return spec is not None and self._is_parameter(spec)
 
     def _is_parameter(self, spec: Number) -> bool:

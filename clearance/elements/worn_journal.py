@@ -37,15 +37,15 @@ class WornJournal(Journal):
         """
         super()._polar(trace, x, y)
         m, joint = self.m, self.joint
-        pose, other = m.pose(joint.a.body), m.pose(joint.b.body)
+        pose, journal = m.pose(joint.a.body), m.pose(joint.b.body)
         spin_a, spin_b = self.spins
         ex, ey = pose.cosine * x.v + pose.sine * y.v, pose.cosine * y.v - pose.sine * x.v
         vx, vy = pose.cosine * x.d + pose.sine * y.d, pose.cosine * y.d - pose.sine * x.d
         self.turn = 0.0
         if joint.journal_wears:
-            across = pose.cosine * other.sine - pose.sine * other.cosine
+            across = pose.cosine * journal.sine - pose.sine * journal.cosine
             self.turn = trace.binary(
-                "atan2", across, pose.cosine * other.cosine + pose.sine * other.sine
+                "atan2", across, pose.cosine * journal.cosine + pose.sine * journal.sine
             )
         self.place = [ex, ey, self.turn]
         self.motion = vx + spin_a * ey, vy - spin_a * ex, spin_b - spin_a
@@ -117,10 +117,10 @@ class WornJournal(Journal):
         size = trace.sqrt(fx * fx + fy * fy + 1e-300)
         vx, vy, spin = self.motion
         rate = -(fx * vx + fy * vy + moment * spin) / size  # of the elastic energy over the force
-        given = {n: m.number(joint, f"contact/{n}") for n in joint.contact.law.parameters}
-        (damping,) = m.function(hysteresis, [rate, speed, given["damping"], given["grazing_speed"]])
-        stiffness = share.contact * touching * given["layer_modulus"] * damping
-        scale = stiffness * given["length"] * given["radius"]
+        par = {n: m.number(joint, f"contact/{n}") for n in joint.contact.law.parameters}
+        (damping,) = m.function(hysteresis, [rate, speed, par["damping"], par["grazing_speed"]])
+        stiffness = share.contact * touching * par["layer_modulus"] * damping
+        scale = stiffness * par["length"] * par["radius"]
         (radial,) = m.law(joint, "contact", [depth, self.outward, speed])
         radial = share.contact * radial
         self.contact_force = trace.select(self.worn, scale * size, radial)
