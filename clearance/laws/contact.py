@@ -210,16 +210,16 @@ def by_restitution(check: Check) -> Callable[[Callable[[float], float]], Law]:
 
         def doubt(joint, parameters):
             wanted = parameters["restitution"]
-            given = delivered_restitution(damping(wanted))
-            other = f"{made.name} delivers a restitution of {given:.2f} where {wanted:.2f} is set"
-            return other if abs(given - wanted) > 0.05 else None
+            actual = delivered_restitution(damping(wanted))
+            text = f"{result.name} delivers a restitution of {actual:.2f} where {wanted:.2f} is set"
+            return text if abs(actual - wanted) > 0.05 else None
 
         force.__name__, force.__doc__ = damping.__name__, damping.__doc__
-        made = contact(
+        result = contact(
             stiffness=STIFFNESS, restitution=check, exponent=positive, grazing_speed=positive
         )(force)
-        made.doubts(doubt)
-        return made
+        result.doubts(doubt)
+        return result
 
     return law
 

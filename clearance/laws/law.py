@@ -72,12 +72,12 @@ class _Signed:
     def __get__(self, law: "Law | None", kind: type) -> inspect.Signature:
         if law is None:  # the class has that of its constructor
             raise AttributeError("__signature__")
-        given = {
+        pairs = {
             n: None if isinstance(law.checks.get(n), OfJoint) else law.parameters[n]
             for n in law.given
         }
         named = inspect.Parameter.KEYWORD_ONLY
-        return inspect.Signature([inspect.Parameter(n, named, default=d) for n, d in given.items()])
+        return inspect.Signature([inspect.Parameter(n, named, default=d) for n, d in pairs.items()])
 
 
 class Law:
@@ -230,7 +230,7 @@ class DataLaw(Law):
         self.keep: Callable | None = None
         del self.parameters["data"]
         self.given = [n for n in self.given if n not in ("data", "start")]
-        self.checks = checks | {"start": Derived(lambda given: 0.0)}
+        self.checks = checks | {"start": Derived(lambda values: 0.0)}
 
     def bind(self, settings: dict, **values) -> "BoundLaw":
         """The law with its settings and parameters."""
@@ -271,8 +271,8 @@ class BoundLaw:
 
         Raises TypeError for a parameter that does not exist.
         """
-        given = [n for n in self.law.given if n not in self.of_joint]
-        numbers = {n: self.values[n] for n in given if self.values[n] is not None}
+        names = [n for n in self.law.given if n not in self.of_joint]
+        numbers = {n: self.values[n] for n in names if self.values[n] is not None}
         if isinstance(self.law, DataLaw):
             return self.law.bind(dict(self.settings), **(numbers | changes))
         return self.law(**(numbers | changes))
@@ -284,14 +284,14 @@ class BoundLaw:
             ClearanceRevolute.
         Raises ValueError for a parameter that the joint cannot determine.
         """
-        left = tuple(n for n, v in self.values.items() if v is None or n in self.of_joint)
-        if not left:
+        rest = tuple(n for n, v in self.values.items() if v is None or n in self.of_joint)
+        if not rest:
             return self
-        given = self.values | dict.fromkeys(left)
-        made = {name: self.law.checks[name].function(joint, given) for name in left}
-        if missing := [name for name, value in made.items() if value is None]:
+        values = self.values | dict.fromkeys(rest)
+        values |= {name: self.law.checks[name].function(joint, values) for name in rest}
+        if missing := [name for name in rest if values[name] is None]:
             raise ValueError(f"{missing[0]} is missing: give it to the law or to the joint")
-        return pulls_never(BoundLaw(self.law, tuple((given | made).values()), self.settings, left))
+        return pulls_never(BoundLaw(self.law, tuple(values.values()), self.settings, rest))
 
     def source(self, facts: FilmJoint | PadFace):
         """Data of a law in a joint with these numbers: an object with `numbers`, a flat array."""
@@ -337,8 +337,8 @@ class BoundLaw:
         return BoundLaw(self.law.of_numbers, numbers)(*state)
 
     def __repr__(self) -> str:
-        given = ", ".join(f"{k}={_brief(v)}" for k, v in self.parameters.items())
-        return f"{self.law.name}({given})"
+        arguments = ", ".join(f"{k}={_brief(v)}" for k, v in self.parameters.items())
+        return f"{self.law.name}({arguments})"
 
 
 #: penetrations [m], their rates and impact speeds [m/s] at which contacts are looked at
@@ -360,17 +360,17 @@ def pulls_never(law: BoundLaw) -> BoundLaw:
         return law
     for depth, rate, impact in product(DEPTHS, RATES, IMPACTS):
         force = _force(law, depth, rate, impact)
-        place = f"at a penetration of {depth:g} m and its rate {rate:g} m/s"
+        state = f"at a penetration of {depth:g} m and its rate {rate:g} m/s"
         if depth <= 0.0 and force != force:
             rule = "outside contact a power of the negative penetration is no number; "
             rule += "max(penetration, 0.0) cuts it"
-            raise ValueError(f"contact {law.law.name}: no value {place}: {rule}")
+            raise ValueError(f"contact {law.law.name}: no value {state}: {rule}")
         if depth <= 0.0 and force != 0.0:
             rule = "it is called outside contact too, and must return 0.0 there"
-            raise ValueError(f"contact {law.law.name}: {force:g} N {place}: {rule}")
+            raise ValueError(f"contact {law.law.name}: {force:g} N {state}: {rule}")
         if force < 0.0:
             rule = "a contact never pulls; max(..., 0.0) cuts its force"
-            raise ValueError(f"contact {law.law.name}: {force:g} N {place}: {rule}")
+            raise ValueError(f"contact {law.law.name}: {force:g} N {state}: {rule}")
     return law
 
 

@@ -17,10 +17,10 @@ class Record:
     kind = ""
 
     def __post_init__(self):
-        for one in fields(self):
-            if unit := one.metadata.get("unit"):
-                value = labelled(f"{self.kind}: {one.name}", getattr(self, one.name), (unit,))
-                object.__setattr__(self, one.name, value)
+        for entry in fields(self):
+            if unit := entry.metadata.get("unit"):
+                value = labelled(f"{self.kind}: {entry.name}", getattr(self, entry.name), (unit,))
+                object.__setattr__(self, entry.name, value)
 
     def doubts(self) -> list[str]:
         """Warnings about its numbers."""

@@ -210,11 +210,11 @@ def cell_force(b, r, k, c, d, s):
 def cell_stiffness(c, d, s):
     """Integrals of cos^2, cos sin, sin^2, cos, sin over a cell."""
     if s[0] >= 2.0:
-        more = ALONG[0] - ALONG[1]
+        excess = ALONG[0] - ALONG[1]
         return (
-            ALONG[1] + more * c * c,
-            more * c * d,
-            ALONG[1] + more * d * d,
+            ALONG[1] + excess * c * c,
+            excess * c * d,
+            ALONG[1] + excess * d * d,
             EVEN[0] * c,
             EVEN[0] * d,
         )
@@ -458,8 +458,8 @@ def pieces(depths: np.ndarray) -> np.ndarray:
         rows.append((-1.0, node, 0.5, 0.5 * (here + beyond), (beyond - here) / STEP))
     for node, some in parts.items():
         for low, high, (a, b, c) in some:
-            for place, weight in GAUSS:
-                u = low + place * (high - low)
+            for point, weight in GAUSS:
+                u = low + point * (high - low)
                 depth, rise = a + u * (b + u * c), (b + 2.0 * u * c) / STEP
                 rows.append((weight * (high - low), node, u, depth, rise))
     table = np.zeros((len(GAUSS) * MOST_PARTS + MOST_CELLS, PIECE))

@@ -316,9 +316,9 @@ def fuzzy_table(
     return _fuzzy_table.bind({"points": tuple(rows)}, **thresholds, datum=datum, squeeze=squeeze)
 
 
-def _point(place: int, row: Sequence[float]) -> tuple[float, ...]:
+def _point(index: int, row: Sequence[float]) -> tuple[float, ...]:
     """A checked point of a table of memberships."""
-    label = f"fuzzy_table: point {place}"
+    label = f"fuzzy_table: point {index}"
     if isinstance(row, str) or not hasattr(row, "__len__") or len(row) != 4:
         raise ValueError(
             f"{label} must be (film thickness ratio, full film, mixed, dry), got {row!r}"

@@ -70,9 +70,9 @@ def moment_and_slope(ratio, row):
         return 0.0, 0.0
     if ratio <= LEAST:
         return VALUES[row, 0] + (ratio - LEAST) * SLOPES[row, 0], SLOPES[row, 0]
-    place = (ratio - LEAST) * PARTS
-    k = min(int(place), VALUES.shape[1] - 2)
-    t = place - k
+    position = (ratio - LEAST) * PARTS
+    k = min(int(position), VALUES.shape[1] - 2)
+    t = position - k
     a, b = VALUES[row, k], VALUES[row, k + 1]
     rise, fall = SLOPES[row, k] / PARTS, SLOPES[row, k + 1] / PARTS
     bend = 3.0 * (b - a) - 2.0 * rise - fall
@@ -154,9 +154,9 @@ pressed.slopes = pressed_slopes
 def pressures(gaps: np.ndarray, roughness: float, strength: float, row: int) -> np.ndarray:
     """Pressure of the asperities [Pa] at gaps [m]."""
     ratios = np.maximum(gaps / roughness, LEAST)
-    place = np.minimum((ratios - LEAST) * PARTS, len(RATIOS) - 1.0)
-    k = np.minimum(place.astype(int), len(RATIOS) - 2)
-    t = place - k
+    position = np.minimum((ratios - LEAST) * PARTS, len(RATIOS) - 1.0)
+    k = np.minimum(position.astype(int), len(RATIOS) - 2)
+    t = position - k
     a, b = VALUES[row, k], VALUES[row, k + 1]
     rise, fall = SLOPES[row, k] / PARTS, SLOPES[row, k + 1] / PARTS
     bend, twist = 3.0 * (b - a) - 2.0 * rise - fall, rise + fall - 2.0 * (b - a)

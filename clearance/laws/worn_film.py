@@ -63,10 +63,10 @@ def beside(data, start, piece, angle, clearance):
     h, rise, fall, bend = data[at + 5] / clearance, data[at + 6] / clearance, 0.0, 0.0
     if data[start] != 0.0:
         before, t = turned(angle - u * STEP)
-        place = start + 2 + LINE + (node + before) % NODES
-        h += four(data, place, cubic(t)) / clearance
-        fall = four(data, place, cubic_slope(t)) / clearance
-        bend = four(data, place, cubic_bend(t)) / clearance
+        index = start + 2 + LINE + (node + before) % NODES
+        h += four(data, index, cubic(t)) / clearance
+        fall = four(data, index, cubic_slope(t)) / clearance
+        bend = four(data, index, cubic_bend(t)) / clearance
     return share, c, s, h, rise, fall, bend
 
 
