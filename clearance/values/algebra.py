@@ -13,7 +13,7 @@ import numpy as np
 
 def each(function: Callable[..., float], *numbers: np.ndarray) -> np.ndarray:
     """A function of `math` of each number of an array, or of several arrays of one shape."""
-    values = list(map(function, *(np.ravel(one).tolist() for one in numbers)))
+    values = list(map(function, *(np.ravel(array).tolist() for array in numbers)))
     return np.array(values, float).reshape(np.shape(numbers[0]))
 
 

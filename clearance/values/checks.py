@@ -26,14 +26,14 @@ def answers(cls: type) -> type:
     """Decorate a class: a TypeError for an argument that it does not have lists those that it
     has, one for missing arguments names them.
     """
-    made = cls.__init__
+    original = cls.__init__
     kinds = [
-        p for p in inspect.signature(made).parameters.values() if p.kind is not p.VAR_POSITIONAL
+        p for p in inspect.signature(original).parameters.values() if p.kind is not p.VAR_POSITIONAL
     ]
     names = [p.name for p in kinds][1:]
     needed = [p.name for p in kinds if p.default is p.empty][1:]
 
-    @functools.wraps(made)
+    @functools.wraps(original)
     def __init__(self, *values, **named):
         for name in named:
             if name not in names:
@@ -42,7 +42,7 @@ def answers(cls: type) -> type:
         if missing := [n for n in needed if n not in named and n not in names[: len(values)]]:
             label = " ".join([cls.__name__, *filter(None, [named.get("name")])])
             raise TypeError(f"{label} needs {', '.join(missing)}")
-        made(self, *values, **named)
+        original(self, *values, **named)
 
     cls.__init__ = __init__
     return cls

@@ -30,8 +30,8 @@ def each(function: Callable, *numbers: float) -> float:
         return function(*numbers)
     import numpy as np
 
-    made = np.frompyfunc(function, len(numbers), 1)(*map(values_of, numbers))
-    return Column(made.astype(float))
+    column = np.frompyfunc(function, len(numbers), 1)(*map(values_of, numbers))
+    return Column(column.astype(float))
 
 
 def _arithmetic(function: Callable, turned: bool = False) -> Callable:

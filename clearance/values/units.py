@@ -105,11 +105,11 @@ def shown(value: object, units: str) -> str:
     if not isinstance(value, int | float) or isinstance(value, bool):
         return str(value)
     text = f"{value:g} {units}" if units not in ("-", "1", "?") else f"{value:g}"
-    scaled = [(value / UNITS[other][1], other) for other in READ_AS.get(units, ())]
+    scaled = [(value / UNITS[unit][1], unit) for unit in READ_AS.get(units, ())]
     if not value or not scaled:
         return text
-    number, other = next((pair for pair in scaled if abs(pair[0]) >= 0.1), scaled[-1])
-    return f"{text} ({number:.4g} {other})"
+    number, unit = next((pair for pair in scaled if abs(pair[0]) >= 0.1), scaled[-1])
+    return f"{text} ({number:.4g} {unit})"
 
 
 def quantity(text: str, units: str | None = None) -> float:
