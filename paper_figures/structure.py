@@ -68,7 +68,7 @@ def counted() -> Counter[tuple[str, str]]:
 def picture(counts: Counter):
     """A box for each stretch with its folders, an arrow for all imports from one to another."""
     figure = sheet(11.8, 5.2)
-    axes = figure.add_axes((0, 0, 1, 1))
+    axes = figure.add_subplot()
     stretch = {name: i for i, names in enumerate(STREET.values()) for name in names}
     between = Counter()
     for (wanted, name), count in counts.items():
@@ -110,7 +110,7 @@ def draw_arrow(axes, a: int, b: int, count: int) -> None:
     style |= {"color": COLOURS[a], "lw": 0, "alpha": 0.7, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", (end, FOOT), (start, FOOT), arrowprops=style)
     top = FOOT + BEND * (end - start) + width / 144 + 0.02
-    axes.text((start + end) / 2, top, count, size=7, ha="center", zorder=3)
+    axes.text((start + end) / 2, top, count, size=7, ha="center", zorder=4)
 
 
 def draw(work: workshop.Workshop) -> None:
