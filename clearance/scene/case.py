@@ -34,18 +34,18 @@ class Parameter:
     units: str
     text: str
 
-    def value(self, given: str) -> object:
+    def value(self, text: str) -> object:
         """A value from the command line, such as 300rpm, 0.1mm or dry; or the default's word, such
         as auto.
         """
-        if isinstance(self.default, str) and given.strip() == self.default:
+        if isinstance(self.default, str) and text.strip() == self.default:
             return self.default
         try:
             if self.kind is bool:
-                return _SWITCH[given.strip().lower()]
-            return given if self.kind is str else self._number(quantity(given, self.units))
+                return _SWITCH[text.strip().lower()]
+            return text if self.kind is str else self._number(quantity(text, self.units))
         except KeyError:
-            raise ValueError(f"{self.name}: {given!r} is neither true nor false") from None
+            raise ValueError(f"{self.name}: {text!r} is neither true nor false") from None
         except ValueError as error:
             raise ValueError(f"{self.name}: {error}") from None
 

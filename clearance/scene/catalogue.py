@@ -160,21 +160,21 @@ def _parameters(function: Callable[..., Scene]) -> dict[str, Parameter]:
     for p in inspect.signature(function).parameters.values():
         if dataclasses.is_dataclass(p.default):
             shared = _parameters(type(p.default))
-            made = [
-                dataclasses.replace(one, default=getattr(p.default, name), **lines.get(name, {}))
-                for name, one in shared.items()
+            of_argument = [
+                dataclasses.replace(new, default=getattr(p.default, name), **lines.get(name, {}))
+                for name, new in shared.items()
             ]
         else:
             texts = {"units": "?", "text": ""} | lines.get(p.name, {})
-            made = [Parameter(p.name, _kind(p), p.default, **texts)]
-        for one in made:
-            if one.name in parameters:
+            of_argument = [Parameter(p.name, _kind(p), p.default, **texts)]
+        for new in of_argument:
+            if new.name in parameters:
                 raise ValueError(
-                    f"scene(): its arguments {arguments[one.name]!r} and {p.name!r} both give the "
-                    f"parameter {one.name!r}, for the fields of a dataclass are parameters too; "
-                    f"rename or leave out the argument {one.name!r}"
+                    f"scene(): its arguments {arguments[new.name]!r} and {p.name!r} both give the "
+                    f"parameter {new.name!r}, for the fields of a dataclass are parameters too; "
+                    f"rename or leave out the argument {new.name!r}"
                 )
-            parameters[one.name], arguments[one.name] = one, p.name
+            parameters[new.name], arguments[new.name] = new, p.name
     return parameters
 
 
@@ -244,8 +244,8 @@ def case_with(
     """A case, and the values of the parameters that do not vary: of a scene also those that its
     case was given.
     """
-    given = case.parameters if isinstance(case, Scene) and case.case is not None else {}
-    return find_case(case), {n: v for n, v in given.items() if n not in varied} | dict(fixed or {})
+    values = case.parameters if isinstance(case, Scene) and case.case is not None else {}
+    return find_case(case), {n: v for n, v in values.items() if n not in varied} | dict(fixed or {})
 
 
 def load_case(name: AnyCase, **values) -> Scene:

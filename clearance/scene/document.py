@@ -71,17 +71,17 @@ class Misplaced(ValueError):
 
 
 @contextmanager
-def at(*place: str, complete: bool = False) -> Iterator[None]:
+def at(*names: str, complete: bool = False) -> Iterator[None]:
     """Add a place to errors from inside; `whole`: it is one from the outermost table on."""
     try:
         yield
     except Misplaced as error:
         if error.whole:
             raise
-        raise Misplaced((*place, *error.place), error.text, complete) from error
+        raise Misplaced((*names, *error.place), error.text, complete) from error
     except (ValueError, TypeError, KeyError, ImportError) as error:
         text = str(error.args[0]) if error.args else str(error)
-        raise Misplaced(place, text, complete) from error
+        raise Misplaced(names, text, complete) from error
 
 
 # --- from a scene
@@ -93,8 +93,8 @@ def plain(value: object) -> object:
     if isinstance(value, Body):
         return value.name
     if isinstance(value, Point):
-        place = {"x": value.x, "y": value.y} | ({"z": value.z} if value.z else {})
-        return {"body": value.body.name, "point": value.name, **place}
+        coordinates = {"x": value.x, "y": value.y} | ({"z": value.z} if value.z else {})
+        return {"body": value.body.name, "point": value.name, **coordinates}
     if is_dataclass(value):
         numbers = {f.name: plain(getattr(value, f.name)) for f in fields(value)}
         return {"type": type(value).__name__} | numbers
@@ -174,15 +174,15 @@ def law_in(module: types.ModuleType, name: str) -> Law:
     return laws[name]
 
 
-def bound_to(law: Law | Callable, given: dict) -> BoundLaw:
+def bound_to(law: Law | Callable, values: dict) -> BoundLaw:
     """A law with its parameters, and the settings of a law that reads numbers made for its
     joint.
     """
-    given = {name: _setting(law, value) for name, value in given.items()}
+    values = {name: _setting(law, value) for name, value in values.items()}
     if not isinstance(law, DataLaw):
-        return law(**given)
-    settings = {n: v for n, v in given.items() if n not in law.given}
-    return law.bind(settings, **{n: v for n, v in given.items() if n in law.given})
+        return law(**values)
+    settings = {n: v for n, v in values.items() if n not in law.given}
+    return law.bind(settings, **{n: v for n, v in values.items() if n in law.given})
 
 
 def _setting(law: Law | Callable, value: object) -> object:
@@ -240,8 +240,8 @@ class Parts:
         if not isinstance(value, Mapping):
             raise ValueError(f'expected a point as "crank.A" or [x, y], got {value!r}')
         _check_names(f"a point {dict(value)}", value, POINT, ("body",))
-        body, place = self.body(value["body"]), [amount(value.get(n, 0.0), ("m",)) for n in "xyz"]
-        return Point(body, value["point"], *place) if "point" in value else body.at(*place)
+        body, xyz = self.body(value["body"]), [amount(value.get(n, 0.0), ("m",)) for n in "xyz"]
+        return Point(body, value["point"], *xyz) if "point" in value else body.at(*xyz)
 
     # --- elements
     def element(self, section: str, name: str) -> Element:
@@ -336,12 +336,12 @@ class Parts:
             raise ValueError(f'expected a law as {{ law = "hertz", ... }}, got {value!r}')
         with at("law"):
             law = self.law_of(value["law"], field)
-        given = {}
+        parameters = {}
         for name, number in value.items():
             if name != "law":
                 with at(name):
-                    given[name] = _parameter(number, _unit_of(law, name))
-        return bound_to(law, given)
+                    parameters[name] = _parameter(number, _unit_of(law, name))
+        return bound_to(law, parameters)
 
 
 def _unit_of(law: object, name: str) -> str | None:
@@ -365,7 +365,7 @@ def _points(value: object) -> object:
     """Points of a body, by name."""
     if not isinstance(value, Mapping):
         return value
-    return {name: amount(place, ("m",)) for name, place in value.items()}
+    return {name: amount(coordinates, ("m",)) for name, coordinates in value.items()}
 
 
 def is_needed(field: Field) -> bool:
@@ -402,8 +402,8 @@ def check(document: object) -> None:
         for row in rows:
             kinds = _hints(Body) if section == "bodies" else _hints_of(row)
             for name in (n for n in row if not _fits(row[n], kinds.get(n, object), names)):
-                place = section, row["name"], name
-                raise Misplaced(place, f"it cannot be {brief(row[name])}")
+                path = section, row["name"], name
+                raise Misplaced(path, f"it cannot be {brief(row[name])}")
             if section != "bodies" and not isinstance(row.get("type"), str):
                 raise Misplaced((section, row["name"]), "it must have a type")
 
@@ -439,7 +439,7 @@ def _fits(value: object, hint: object, names: Collection[str]) -> bool:
     """True for plain data of a field of this kind; names: those of the bodies."""
     kind, inner = _parts_of(hint)
     if kind in (types.UnionType, typing.Union):
-        return any(_fits(value, one, names) for one in inner)
+        return any(_fits(value, part, names) for part in inner)
     if kind is float:
         return _is_number(value)
     if kind is Body:
@@ -449,7 +449,7 @@ def _fits(value: object, hint: object, names: Collection[str]) -> bool:
     if not isinstance(value, Mapping):
         return kind is object or isinstance(value, kind)
     if kind is Mapping:
-        return all(_fits(one, inner[1], names) for one in value.values())
+        return all(_fits(part, inner[1], names) for part in value.values())
     if kind is BoundLaw:
         return isinstance(value.get("law"), str)
     if not is_dataclass(kind):
@@ -457,7 +457,7 @@ def _fits(value: object, hint: object, names: Collection[str]) -> bool:
     hints = POINT if kind is Point else _hints(KINDS.get(str(value.get("type")), kind))
     needed = {"body", "x", "y"} if kind is Point else {"type"}
     return needed <= value.keys() and all(
-        _fits(one, hints.get(name, object), names) for name, one in value.items()
+        _fits(part, hints.get(name, object), names) for name, part in value.items()
     )
 
 
@@ -481,10 +481,10 @@ def read(document: Mapping) -> list[Element]:
         return law_in(module_of(module, texts), name)
 
     parts = Parts(bodies, tables, law)
-    made = [parts.element(*key) for key in tables]
-    for element in made:
+    parsed = [parts.element(*key) for key in tables]
+    for element in parsed:
         _leave_to_joint(element)
-    return made
+    return parsed
 
 
 def _without_zeros(row: Mapping) -> dict:
@@ -503,8 +503,8 @@ def _leave_to_joint(element: Element) -> None:
         if isinstance(law, BoundLaw):
             surfaces = element.seen_by(field.name)
             names = [n for n, check in law.law.checks.items() if isinstance(check, OfJoint)]
-            left = tuple(n for n in names if _of_joint(law, n, surfaces) == law.values[n])
-            element._set(field.name, replace(law, of_joint=left))
+            of_joint = tuple(n for n in names if _of_joint(law, n, surfaces) == law.values[n])
+            element._set(field.name, replace(law, of_joint=of_joint))
 
 
 def _of_joint(law: BoundLaw, name: str, surfaces) -> float | None:

@@ -229,10 +229,10 @@ def _name(law: laws.BoundLaw | None) -> str:
 
 def _thresholds(law: laws.BoundLaw | None) -> str | None:
     """Thresholds as a text; None for a transition without."""
-    given = {} if law is None else law.parameters
-    if not {"dry", "mixed", "full"} <= set(given):
+    parameters = {} if law is None else law.parameters
+    if not {"dry", "mixed", "full"} <= set(parameters):
         return None
-    return ",".join(f"{given[n]:g}" for n in ("dry", "mixed", "full"))
+    return ",".join(f"{parameters[n]:g}" for n in ("dry", "mixed", "full"))
 
 
 def resolved(values: Mapping[str, object], joints: Collection[Joint]) -> dict[str, object]:

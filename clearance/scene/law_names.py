@@ -204,8 +204,8 @@ def _replaced(law: laws.BoundLaw, changes: dict[str, float]) -> laws.BoundLaw:
 
 def joint_names(joints: str | Collection[str], candidates: Collection[str]) -> tuple[str, ...]:
     """Names from a comma list such as "B,C,E" or from a collection of names."""
-    given = joints.split(",") if isinstance(joints, str) else joints
-    names = tuple(n.strip() for n in given if n.strip())
+    texts = joints.split(",") if isinstance(joints, str) else joints
+    names = tuple(n.strip() for n in texts if n.strip())
     for name in names:
         one_of("joints", name, tuple(candidates))
     if len(set(names)) != len(names):
@@ -286,9 +286,9 @@ def joint_friction_law(
 
 def thresholds_of(text: str | Collection[float]) -> tuple[float, ...]:
     """Three growing film thickness ratios from "0.4,1,3" or from numbers."""
-    given = text.split(",") if isinstance(text, str) else text
+    values = text.split(",") if isinstance(text, str) else text
     try:
-        numbers = tuple(float(t) for t in given)
+        numbers = tuple(float(t) for t in values)
     except ValueError:
         raise ValueError(
             f"thresholds must be three numbers such as 0.4,1,3, got {text!r}"

@@ -36,40 +36,40 @@ class Varied:
 Wanted = str | Iterable[str] | Mapping[str, float | str | None]
 
 
-def wanted(given: Wanted) -> dict[str, float | str | None]:
+def wanted(names: Wanted) -> dict[str, float | str | None]:
     """Sizes by parameter, None for its value, from any of the forms: "speed,load=1N" has one size.
 
     Raises ValueError.
     """
-    if not given:
-        raise ValueError(f"sensitivity {given!r}: give at least one parameter, such as clearance")
-    if isinstance(given, Mapping):
-        return dict(given)
+    if not names:
+        raise ValueError(f"sensitivity {names!r}: give at least one parameter, such as clearance")
+    if isinstance(names, Mapping):
+        return dict(names)
     sizes: dict[str, float | str | None] = {}
-    for text in given.split(",") if isinstance(given, str) else given:
+    for text in names.split(",") if isinstance(names, str) else names:
         name, equals, size = (part.strip() for part in text.partition("="))
         if not name or name in sizes:
             problem = f"{name} is requested twice" if name else "a name is missing"
-            raise ValueError(f"sensitivity {given!r}: {problem}")
+            raise ValueError(f"sensitivity {names!r}: {problem}")
         sizes[name] = size if equals else None
     return sizes
 
 
 def varied(scene: Scene, name: str, size: float | str | None = None) -> Varied:
     """A parameter of a scene. Raises ValueError for one that is no number, or 0 without a size."""
-    value, units, made = _of_case(scene, name) if _in_case(scene, name) else number_of(scene, name)
+    value, units, make = _of_case(scene, name) if _in_case(scene, name) else number_of(scene, name)
     if not value and size is None:
         raise ValueError(
             f"sensitivity to {name}: its value is 0, which gives no width of the difference; "
             f"give the size that counts, as {name}=1e-3"
         )
     if size is None:
-        return Varied(name, value, abs(value), units, made)
+        return Varied(name, value, abs(value), units, make)
     try:
         number = quantity(size, units) if isinstance(size, str) else size
     except ValueError as error:
         raise ValueError(f"size of {name}: {error}") from None
-    return Varied(name, value, checks.positive(f"size of {name}", number), units, made)
+    return Varied(name, value, checks.positive(f"size of {name}", number), units, make)
 
 
 def _in_case(scene: Scene, name: str) -> bool:
@@ -85,13 +85,13 @@ def _in_case(scene: Scene, name: str) -> bool:
 
 def _of_case(scene: Scene, name: str) -> tuple[float, str, Callable[[float], Scene]]:
     """Value, units and scenes of a parameter of the case."""
-    case, given = scene.case, scene.parameters
+    case, arguments = scene.case, scene.parameters
     parameter = case.parameters[name]
     automatic = json.loads(scene.origin["resolved"])
-    value = automatic.get(name, given.get(name, parameter.default))
+    value = automatic.get(name, arguments.get(name, parameter.default))
     if isinstance(value, bool | str) or not isinstance(value, int | float) or parameter.kind is int:
         raise ValueError(f"sensitivity to {name}: {value!r} is no number that can vary")
-    return float(value), parameter.units, lambda v: case.scene(**given | {name: v})
+    return float(value), parameter.units, lambda v: case.scene(**arguments | {name: v})
 
 
 def number_of(scene: Scene, name: str) -> tuple[float, str, Callable[[float], Scene]]:
@@ -99,13 +99,13 @@ def number_of(scene: Scene, name: str) -> tuple[float, str, Callable[[float], Sc
     part = next((p for p in scene.parts if name.startswith(f"{p.key}/")), None)
     if part is None:
         scene.replaced({name: 0.0})
-    what, _, parameter = name.removeprefix(f"{part.key}/").partition("/")
-    value = getattr(part, what, None)
+    attribute, _, parameter = name.removeprefix(f"{part.key}/").partition("/")
+    value = getattr(part, attribute, None)
     text = next(
         (
             f.metadata["number"].text
             for f in fields(part)
-            if f.name == what and "number" in f.metadata
+            if f.name == attribute and "number" in f.metadata
         ),
         "",
     )

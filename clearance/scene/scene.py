@@ -63,10 +63,10 @@ class Scene:
         _check_names("body", self.bodies)
         _check_names("joint", self.joints)
         _check_names("load", self.loads)
-        for part, what, other in ((p, *c) for p in parts for c in p.companions().items()):
-            if other not in parts:
+        for part, role, companion in ((p, *c) for p in parts for c in p.companions().items()):
+            if companion not in parts:
                 raise ValueError(
-                    f"{part.label()}: its {what}, {other.label()}, is not in the scene"
+                    f"{part.label()}: its {role}, {companion.label()}, is not in the scene"
                 )
         self._check_connected()
 
@@ -130,7 +130,7 @@ class Scene:
         """Times [s] at which slopes of laws of time jump, in their order."""
         values = [getattr(e, f.name) for e in self.elements for f in fields(e)]
         laws = [(v.law.kinks, v.values) for v in values if isinstance(v, BoundLaw)]
-        return sorted({t for kinks, given in laws if kinks for t in kinks(given) if t > 0.0})
+        return sorted({t for kinks, numbers in laws if kinks for t in kinks(numbers) if t > 0.0})
 
     @property
     def turn(self) -> float | None:
@@ -157,8 +157,8 @@ class Scene:
         Of a case also its file and the defaults of the other parameters (JSON), of a command its
         line.
         """
-        given = json.dumps(self.parameters, default=str, sort_keys=True)
-        about = {"case": self.name, "parameters": given, "scene": self.to_json()}
+        parameters = json.dumps(self.parameters, default=str, sort_keys=True)
+        about = {"case": self.name, "parameters": parameters, "scene": self.to_json()}
         return about | {"first_touch": self.first_touch} | self.origin
 
     @property
@@ -176,20 +176,20 @@ class Scene:
         """The scene with every body and element passed through a function; elements follow to the
         new ones.
         """
-        made: dict = {b: body(b) for b in self.bodies} | {ground: ground}
+        copies: dict = {b: body(b) for b in self.bodies} | {ground: ground}
 
         def followed(value):
             if isinstance(value, Body):
-                return made[value]
+                return copies[value]
             if not is_dataclass(value) or isinstance(value, BoundLaw):
                 return value
-            if isinstance(value, Element) and value in made:
-                return made[value]
+            if isinstance(value, Element) and value in copies:
+                return copies[value]
             parts = {f.name: followed(getattr(value, f.name)) for f in fields(value)}
             new = replace(value, **parts)
-            return made.setdefault(value, element(new)) if isinstance(value, Element) else new
+            return copies.setdefault(value, element(new)) if isinstance(value, Element) else new
 
-        elements = [followed(one) for one in self.elements]
+        elements = [followed(part) for part in self.elements]
         scene = Scene(
             *elements, gravity=self.gravity if gravity is None else gravity, name=self.name
         )
@@ -205,10 +205,10 @@ class Scene:
         determines, such as the stiffness of its contact, follows. Raises ValueError for a name that
         the scene does not have.
         """
-        left = dict(changes)
-        scene = self.rebuilt(body=lambda b: _changed(b, left), element=lambda e: _changed(e, left))
-        if left:
-            name = next(iter(left))
+        rest = dict(changes)
+        scene = self.rebuilt(body=lambda b: _changed(b, rest), element=lambda e: _changed(e, rest))
+        if rest:
+            name = next(iter(rest))
             raise ValueError(f"{name!r} {self._no_number(name)}")
         return scene
 
@@ -291,8 +291,8 @@ def _changed(part: Part, changes: dict[str, float]) -> Part:
 def _changeable(part: Body | Element) -> list[str]:
     """Names of a part's numbers, and of its laws' parameters, that can change."""
     names = []
-    for one in fields(part):
-        name, value = f"{part.key}/{one.name}", getattr(part, one.name)
+    for field in fields(part):
+        name, value = f"{part.key}/{field.name}", getattr(part, field.name)
         if isinstance(value, BoundLaw):
             names += [f"{name}/{parameter}" for parameter in value.law.given]
         elif isinstance(value, int | float) and not isinstance(value, bool):

@@ -102,9 +102,9 @@ def scene_file(path: Path) -> Case:
     )
 
 
-def _scene(path: Path, text: str, document: Mapping, parameters: Mapping, **given) -> Scene:
+def _scene(path: Path, text: str, document: Mapping, parameters: Mapping, **arguments) -> Scene:
     """The scene of a file for values of its parameters."""
-    values = {name: p.default for name, p in parameters.items()} | given
+    values = {name: p.default for name, p in parameters.items()} | arguments
     units = {name: p.units for name, p in parameters.items() if p.units in SI}
     parts = {n: part for n, part in document.items() if n != "parameters"}
     try:
@@ -169,17 +169,17 @@ def _head(document: Mapping) -> dict[str, Parameter]:
     with at("name"):
         identifier("name", document.get("name", "scene"))
     parameters = {}
-    for name, given in document.get("parameters", {}).items():
+    for name, entry in document.get("parameters", {}).items():
         with at("parameters", name):
-            parameters[name] = _parameter(name, given)
+            parameters[name] = _parameter(name, entry)
     return parameters
 
 
-def _parameter(name: str, given: object) -> Parameter:
+def _parameter(name: str, entry: object) -> Parameter:
     """A parameter from its value, or from a table of value, unit and text."""
     if not name.isidentifier():
         raise ValueError(f"the name of a parameter has letters, digits and _, got {name!r}")
-    table = given if isinstance(given, Mapping) else {"value": given}
+    table = entry if isinstance(entry, Mapping) else {"value": entry}
     for key in table:
         if key not in OF_PARAMETERS:
             answer = f"{meant(key, OF_PARAMETERS)}; it has {', '.join(OF_PARAMETERS)}"
@@ -208,20 +208,20 @@ def _measured(value: object) -> tuple[object, str]:
 
 # --- formulas
 def _filled(
-    value: object, values: Mapping[str, object], units: Mapping[str, str], *place: str
+    value: object, values: Mapping[str, object], units: Mapping[str, str], *names: str
 ) -> object:
     """A part of a document with its formulas worked out."""
     if isinstance(value, Mapping):
         filled = {}
         for name, part in value.items():
-            with at(*place):
+            with at(*names):
                 filled[name] = _filled(part, values, units, name)
         return filled
     if isinstance(value, list):
-        return [_filled(part, values, units, *place) for part in value]
+        return [_filled(part, values, units, *names) for part in value]
     if not isinstance(value, str) or "$" not in value:
         return value
-    with at(*place):
+    with at(*names):
         return formula(value, values, units)
 
 
@@ -308,40 +308,40 @@ def laws_for(field: Field | None) -> dict[str, Law | Callable]:
 # --- places of errors
 def _placed(path: Path, text: str, document: Mapping, error: Misplaced) -> ValueError:
     """An error with file, line and field."""
-    place, words = error.place, error.text
-    if len(place) == 2:
-        words = words.removeprefix(f"{place[0]} {place[1]}: ").removeprefix(f"{place[1]}: ")
-    table, read = _part(document, place), SIGNATURE.sub("", words)
+    names, words = error.place, error.text
+    if len(names) == 2:
+        words = words.removeprefix(f"{names[0]} {names[1]}: ").removeprefix(f"{names[1]}: ")
+    table, read = _part(document, names), SIGNATURE.sub("", words)
     if isinstance(table, Mapping):  # the field that the message names first
         places = {m.start(): n for n in table if (m := re.search(rf"\b{re.escape(n)}\b", read))}
-        place = (*place, places[min(places)]) if places else place
-    value = _part(document, place)
+        names = (*names, places[min(places)]) if places else names
+    value = _part(document, names)
     formed = f', from "{value}"' if isinstance(value, str) and "$" in value else ""
-    return ValueError(f"{path}:{_line(text, place)}: {'.'.join(place)}: {words}{formed}")
+    return ValueError(f"{path}:{_line(text, names)}: {'.'.join(names)}: {words}{formed}")
 
 
-def _part(document: object, place: tuple[str, ...]) -> object:
+def _part(document: object, names: tuple[str, ...]) -> object:
     """Entry at a place; None where there is none."""
-    for name in place:
+    for name in names:
         document = document.get(name) if isinstance(document, Mapping) else None
     return document
 
 
-def _line(text: str, place: tuple[str, ...]) -> int:
+def _line(text: str, names: tuple[str, ...]) -> int:
     """The line at which what stands at a place begins, or the innermost table around it that is
     there.
     """
     lines = text.splitlines()
     document = tomllib.loads(text)
-    while place and _part(document, place) is None:
-        place = place[:-1]
+    while names and _part(document, names) is None:
+        names = names[:-1]
     begin = 0
     for end in range(1, len(lines) + 1):
         try:
             part = tomllib.loads("\n".join(lines[:end]))
         except tomllib.TOMLDecodeError:  # inside a value of several lines
             continue
-        if _part(part, place) is not None:
+        if _part(part, names) is not None:
             return begin + 1
         begin = end
     return 1

@@ -130,8 +130,8 @@ def module_of(path: str | Path, kind: str, label: str) -> ModuleType:
 
     Raises ValueError, beginning with the label, for whatever the file raises.
     """
-    place = str(Path(path).resolve())
-    with explained(lambda error: ValueError(f"{label}: {located(error, place)}")):
+    file = str(Path(path).resolve())
+    with explained(lambda error: ValueError(f"{label}: {located(error, file)}")):
         return executed(Path(path), kind)
 
 

@@ -67,8 +67,8 @@ class _Writer:
 
     def _function(self) -> str:
         """The line that begins the function, and its docstring."""
-        given = [self._parameter(p) for p in self.case.parameters.values()]
-        head = _call("def scene", ["*", *given] if given else [], len(" -> cl.Scene:"))
+        parameters = [self._parameter(p) for p in self.case.parameters.values()]
+        head = _call("def scene", ["*", *parameters] if parameters else [], len(" -> cl.Scene:"))
         texts = [
             f"    {p.name}: {p.text} [{p.units}]".rstrip() for p in self.case.parameters.values()
         ]
@@ -78,8 +78,8 @@ class _Writer:
         return f"{head} -> cl.Scene:\n{doc}"
 
     def _parameter(self, p: Parameter) -> str:
-        given = self.document["parameters"][p.name]
-        value = given["value"] if isinstance(given, Mapping) else given
+        entry = self.document["parameters"][p.name]
+        value = entry["value"] if isinstance(entry, Mapping) else entry
         text = self._number(value) if p.kind is float else repr(value)
         return f"{p.name}: {p.kind.__name__} = {text}"
 
@@ -103,8 +103,8 @@ class _Writer:
         lines = []
         for section, kind in SHARED.items():
             for name, table in self.document.get(section, {}).items():
-                given = ([f'"{name}"'] if kind is Material else []) + self._fields(kind, table)
-                lines.append(_call(f"{self._variable(section, name)} = cl.{kind.__name__}", given))
+                texts = ([f'"{name}"'] if kind is Material else []) + self._fields(kind, table)
+                lines.append(_call(f"{self._variable(section, name)} = cl.{kind.__name__}", texts))
         return lines
 
     def _scene(self) -> list[str]:
@@ -127,9 +127,9 @@ class _Writer:
         """Arguments of a constructor."""
         by_name, hints = {f.name: f for f in fields(kind)}, typing.get_type_hints(kind)
         texts = []
-        for place, (name, value) in zip([*by_name, *table], table.items(), strict=False):
+        for positional, (name, value) in zip([*by_name, *table], table.items(), strict=False):
             text = self._value(by_name[name], hints[name], value)
-            texts.append(text if name == place and name in FIRST else f"{name}={text}")
+            texts.append(text if name == positional and name in FIRST else f"{name}={text}")
         return texts
 
     def _value(self, field: Field, hint: object, value: object) -> str:
@@ -172,8 +172,8 @@ class _Writer:
         if isinstance(value, list):
             return f"cl.ground.at{self._number(value)}"
         if isinstance(value, Mapping):
-            place = [value.get(axis, 0) for axis in "xyz" if axis in value or axis != "z"]
-            return f"{self._body(value['body'])}.at{self._number(place)}"
+            coordinates = [value.get(axis, 0) for axis in "xyz" if axis in value or axis != "z"]
+            return f"{self._body(value['body'])}.at{self._number(coordinates)}"
         name, _, point = value.partition(".")
         return f'{self._body(name)}["{point}"]' if point else self._body(name)
 
@@ -210,14 +210,14 @@ class _Writer:
             raise ValueError(f"law {name!r} has no Python form here; write it by hand")
         if name == NONE:
             return "None"
-        given = [f"{n}={self._number(v)}" for n, v in table.items() if n != "law"]
-        return _call(f"cl.films.{name}" if name in names.__all__ else f"cl.{name}", given)
+        arguments = [f"{n}={self._number(v)}" for n, v in table.items() if n != "law"]
+        return _call(f"cl.films.{name}" if name in names.__all__ else f"cl.{name}", arguments)
 
 
-def _call(name: str, arguments: list[str], more: int = 8) -> str:
-    """A call on one line, or with an argument a line; more: what else the line has."""
+def _call(name: str, arguments: list[str], extra: int = 8) -> str:
+    """A call on one line, or with an argument a line; extra: width of what else it has."""
     text = f"{name}({', '.join(arguments)})"
-    if len(text) <= WIDTH - more and "\n" not in text:
+    if len(text) <= WIDTH - extra and "\n" not in text:
         return text
     inner = ",\n".join(arguments).replace("\n", "\n    ")
     return f"{name}(\n    {inner},\n)"

@@ -87,13 +87,13 @@ def _key(name: str) -> str:
 
 
 def _point(point: Point) -> str:
-    body, place = point.body, (point.x, point.y, point.z)
-    if point.name == "origin" and not any(place) and "origin" not in body.points:
+    body, coordinates = point.body, (point.x, point.y, point.z)
+    if point.name == "origin" and not any(coordinates) and "origin" not in body.points:
         return json.dumps(body.name)
     if point.name in body.points and "." not in point.name and body[point.name] == point:
         return json.dumps(f"{body.name}.{point.name}")
-    if body is ground and ground.at(*place) == point:
-        return _value(place if point.z else place[:2])
+    if body is ground and ground.at(*coordinates) == point:
+        return _value(coordinates if point.z else coordinates[:2])
     return _table({name: _value(value) for name, value in plain(point).items()})
 
 
@@ -108,16 +108,16 @@ def _law(law: BoundLaw, field) -> str:
         reason = by_hand(law.law.name)
         raise ValueError(f"{law.law.name} is a law of {law.law.__module__}: {reason}")
     numbers = {n: v for n, v in law.parameters.items() if n not in law.of_joint}
-    for name, one in laws_for(field).items():
-        if one is law.law:
+    for name, candidate in laws_for(field).items():
+        if candidate is law.law:
             usual = law.law.parameters
             return _spelled(name, {n: v for n, v in numbers.items() if v != usual[n]})
     for name, make in laws_for(field).items():
         if isinstance(make, Law):
             continue
         usual = {n: p.default for n, p in inspect.signature(make).parameters.items()}
-        given = {n: v for n, v in numbers.items() if n in usual and v != usual[n]}
-        for parameters in (given, {n: v for n, v in given.items() if v is not False}):
+        changed = {n: v for n, v in numbers.items() if n in usual and v != usual[n]}
+        for parameters in (changed, {n: v for n, v in changed.items() if v is not False}):
             if _makes(make, parameters, law):
                 return _spelled(name, parameters)
     raise ValueError(f"{law!r} has no name in scene files")
