@@ -27,9 +27,9 @@ class Group:
     along: Mapping[str, tuple[str, ...]]
     attributes: Mapping[str, object] = field(default_factory=dict)
 
-    def write(self, file: h5py.File, place: str) -> None:
+    def write(self, file: h5py.File, path: str) -> None:
         """Add it to a file, whose group may be there already."""
-        group = file.require_group(place) if place else file
+        group = file.require_group(path) if path else file
         for name, values in self.columns.items():
             create_column(group, name, values, *self.about[name])
         for name, scales in self.along.items():
@@ -39,9 +39,9 @@ class Group:
                 group[name].make_scale(name)
         group.attrs.update(checked(self.attributes))
 
-    def joined(self, other: "Group") -> "Group":
+    def joined(self, group: "Group") -> "Group":
         """Both in one."""
-        return Group(*({**one, **vars(other)[name]} for name, one in vars(self).items()))
+        return Group(*({**entries, **vars(group)[name]} for name, entries in vars(self).items()))
 
 
 #: the table of located extremes: name of a column -> (units, what it is)

@@ -89,8 +89,7 @@ def lookup3(data: bytes) -> int:
             for turn in (4, 6, 8, 16, 19, 4):
                 x, y, z = y, (z + y) & WORD, (x - z & WORD) ^ _turned(z, turn)
         x, y, z = (
-            (one + two) & WORD
-            for one, two in zip((x, y, z), (*words[i : i + 3], 0, 0), strict=False)
+            (a + b) & WORD for a, b in zip((x, y, z), (*words[i : i + 3], 0, 0), strict=False)
         )
     x, y, z = z, y, x
     for turn in (14, 11, 25, 16, 4, 14, 24):
@@ -117,19 +116,19 @@ class Header:
     varying: tuple[str, ...]
 
 
-def header(data: bytes | mmap.mmap, place: int) -> Header:
+def header(data: bytes | mmap.mmap, address: int) -> Header:
     """The object header at a place of a file.
 
     Raises Unknown for one of another version, and for attributes that stand elsewhere.
     """
-    if data[place : place + 5] != b"OHDR\x02":
-        raise Unknown(f"no object header of version 2 at {place}")
-    flags, begin = data[place + 5], place + 6
+    if data[address : address + 5] != b"OHDR\x02":
+        raise Unknown(f"no object header of version 2 at {address}")
+    flags, begin = data[address + 5], address + 6
     begin += 16 * bool(flags & TIMES) + 4 * bool(flags & PHASES)
     width = 1 << (flags & 3)
     size = int.from_bytes(data[begin : begin + width], "little")
     blocks, attributes, varying, extent = [], {}, [], 0
-    waiting = [(place, begin + width, begin + width + size)]
+    waiting = [(address, begin + width, begin + width + size)]
     while waiting:
         first, begin, end = waiting.pop()
         blocks.append((first, end))
@@ -146,16 +145,16 @@ def header(data: bytes | mmap.mmap, place: int) -> Header:
             elif kind == ABOUT:
                 at = body + 2 + 2 * (data[body + 1] & 1)
                 if data[at : at + 8] != NOWHERE:
-                    raise Unknown(f"attributes beside the header at {place}")
+                    raise Unknown(f"attributes beside the header at {address}")
     return Header(tuple(blocks), extent, attributes, tuple(varying))
 
 
-def heaps(data: bytes | mmap.mmap, place: int) -> set[int]:
+def heaps(data: bytes | mmap.mmap, address: int) -> set[int]:
     """Places of the heaps that hold texts of attributes of the object header at a place.
 
     Raises Unknown as `header` does.
     """
-    head = header(data, place)
+    head = header(data, address)
     values = (head.attributes[name] for name in head.varying)
     references = b"".join(data[begin : begin + length] for begin, length in values)
     return {heap for length, heap, _ in REFERENCE.iter_unpack(references) if length}
@@ -218,13 +217,13 @@ class Image:
             raise Unknown("no superblock of version 2")
         blocks: list[tuple[int, int]] = [(0, SUPERBLOCK - 4)]
         places, dtypes, tables = {}, {}, {}
-        for place, values in attributes.items():
-            item = file[place] if place else file
+        for group, values in attributes.items():
+            item = file[group] if group else file
             head = header(data, h5py.h5o.get_info(item.id).addr)
             if missing := values.keys() - head.attributes.keys():
-                raise Unknown(f"/{place}: {missing} do not stand in its header")
-            places[place] = {name: head.attributes[name] for name in values}
-            dtypes[place] = {name: _dtype(item.attrs.get_id(name)) for name in values}
+                raise Unknown(f"/{group}: {missing} do not stand in its header")
+            places[group] = {name: head.attributes[name] for name in values}
+            dtypes[group] = {name: _dtype(item.attrs.get_id(name)) for name in values}
             blocks += head.blocks
         for path in columns:
             data_set = file[path]
@@ -233,9 +232,9 @@ class Image:
             blocks += head.blocks
         texts = [
             data[begin : begin + length]
-            for place, inside in places.items()
+            for group, inside in places.items()
             for name, (begin, length) in inside.items()
-            if dtypes[place][name] is None
+            if dtypes[group][name] is None
         ]
         data = _without(data, b"".join(texts))
         return cls(data, tables, places, dtypes, np.unique(np.array(blocks), axis=0))
@@ -244,8 +243,8 @@ class Image:
         """The file with other numbers and texts; all of the same names, kinds and shapes."""
         texts = _Texts(len(self.data))
         out = bytearray(self.data)
-        for place, values in attributes.items():
-            dtypes, places = self.dtypes[place], self.attributes[place]
+        for group, values in attributes.items():
+            dtypes, places = self.dtypes[group], self.attributes[group]
             for name, value in values.items():
                 begin, length = places[name]
                 dtype = dtypes[name]
@@ -275,12 +274,12 @@ class Image:
         _, fletcher = _checksums()
         room, file = column.rows * values[:1].nbytes, np.frombuffer(out, np.uint8)
         stored = values.reshape(-1).view(np.uint8)
-        for i, place in enumerate(column.chunks):
+        for i, address in enumerate(column.chunks):
             part = stored[i * room : (i + 1) * room]
-            file[place : place + part.nbytes] = part
-            file[place + part.nbytes : place + room] = 0
-            check = fletcher(file[place:].ctypes.data, room)
-            struct.pack_into("<I", out, place + room, check)
+            file[address : address + part.nbytes] = part
+            file[address + part.nbytes : address + room] = 0
+            check = fletcher(file[address:].ctypes.data, room)
+            struct.pack_into("<I", out, address + room, check)
 
     def _check(self, out: bytearray) -> None:
         """The checksums of all headers."""
@@ -294,10 +293,10 @@ def _without(data: bytes, references: bytes) -> bytes:
     """Data with zeros in place of some texts: no file from an image has those of another run."""
     out = bytearray(data)
     for length, heap, number in REFERENCE.iter_unpack(references):
-        place = heap + 16
-        while length and (object_ := struct.unpack_from("<HHIQ", data, place))[0] != number:
-            place += 16 + object_[3] + -object_[3] % 8
-        out[place + 16 : place + 16 + length] = bytes(length)
+        address = heap + 16
+        while length and (object_ := struct.unpack_from("<HHIQ", data, address))[0] != number:
+            address += 16 + object_[3] + -object_[3] % 8
+        out[address + 16 : address + 16 + length] = bytes(length)
     return bytes(out)
 
 
@@ -320,7 +319,7 @@ def _column(data: h5py.Dataset, head: Header) -> Column:
         return Column(head.extent, check, (), 1, data.dtype, True)
     chunks: list[tuple] = []  # place in the column, and in the file
     data.id.chunk_iter(lambda chunk: chunks.append((chunk.chunk_offset, chunk.byte_offset)))
-    places = tuple(place for _, place in sorted(chunks))
+    places = tuple(address for _, address in sorted(chunks))
     fixed = data.compression is not None
     if not fixed and not (data.fletcher32 or not chunks):
         raise Unknown(f"{data.name} has no checksum")
@@ -330,9 +329,9 @@ def _column(data: h5py.Dataset, head: Header) -> Column:
 class _Texts:
     """Texts of attributes, which stand in a heap behind the rest of a file."""
 
-    def __init__(self, place: int):
-        self.aside = -place % 8
-        self.place, self.objects = place + self.aside, []
+    def __init__(self, address: int):
+        self.aside = -address % 8
+        self.place, self.objects = address + self.aside, []
 
     def references(self, texts: str | list[str]) -> bytes:
         """Length, heap and number of each of them."""
@@ -361,8 +360,8 @@ def likeness(attributes: Attributes, growing: Columns, tables: Columns, rows: in
     growing: columns with so many rows in a chunk; tables: columns of one chunk each.
     """
     kinds = tuple(
-        (place, tuple((name, *_kind(value)) for name, value in values.items()))
-        for place, values in attributes.items()
+        (group, tuple((name, *_kind(value)) for name, value in values.items()))
+        for group, values in attributes.items()
     )
     lengths = tuple((path, -(-len(values) // rows)) for path, values in growing.items())
     shapes = tuple(

@@ -170,10 +170,10 @@ class MemoryRecord(Record):
             outermost = self.located.outermost(begin, end)
             self._between_times[begin, end] = self._cut(self.located, begin, end), *outermost
         cut, values, times = self._between_times[begin, end]
-        place = self.located.columns[name]
-        if cut or not math.isfinite(values[place]):
+        column = self.located.columns[name]
+        if cut or not math.isfinite(values[column]):
             return super().extreme(name, begin, end)
-        return Extreme(float(values[place]), float(times[place]))
+        return Extreme(float(values[column]), float(times[column]))
 
     def facts(self, group: str) -> dict:
         return self._facts.get(group, {})

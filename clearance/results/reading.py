@@ -185,17 +185,17 @@ class Entries(dict):
 
 
 @contextmanager
-def _reading(path: Path, place: str) -> Iterator[None]:
+def _reading(path: Path, key: str) -> Iterator[None]:
     """HDF5 reports damage by errors of many kinds."""
     try:
         yield
     except Damaged:
         raise
     except MemoryError as error:
-        raise Damaged(f"{path}: /{place} does not fit into memory: {error}") from None
+        raise Damaged(f"{path}: /{key} does not fit into memory: {error}") from None
     except Exception as error:
         reason = error.args[0] if isinstance(error, KeyError) else error
-        raise Damaged(f"{path}: /{place} cannot be read, the file is damaged: {reason}") from None
+        raise Damaged(f"{path}: /{key} cannot be read, the file is damaged: {reason}") from None
 
 
 def arrays_of(path: Path) -> dict[str, np.ndarray]:
@@ -220,45 +220,45 @@ class Reader:
     def __init__(self, path: Path, file: h5py.File, looked: set[int] | None = None):
         self.path, self.file, self.looked = path, file, looked
 
-    def has(self, place: str) -> bool:
+    def has(self, key: str) -> bool:
         """There is a dataset or group of this name; the root is ""."""
         self._check_open()
-        with _reading(self.path, place):
-            return self._leads_somewhere(place)
+        with _reading(self.path, key):
+            return self._leads_somewhere(key)
 
-    def _leads_somewhere(self, place: str) -> bool:
+    def _leads_somewhere(self, key: str) -> bool:
         """There is such a place in the file itself.
 
         Raises Damaged for a link: it may lead to another file, or to a pipe without an end.
         """
         links, path = self.file.id.links, b""
-        for name in place.encode().split(b"/") if place else ():
+        for name in key.encode().split(b"/") if key else ():
             path += b"/" + name
             if not links.exists(path):
                 return False
             if links.get_info(path).type != h5py.h5l.TYPE_HARD:
-                raise Damaged(f"{self.path}: /{place} points to another file")
+                raise Damaged(f"{self.path}: /{key} points to another file")
         return True
 
     def _check_open(self) -> None:
         if not self.file:
             raise ValueError(f"{self.path} has been closed")
 
-    def item(self, place: str = "") -> h5py.Group | h5py.Dataset:
+    def item(self, key: str = "") -> h5py.Group | h5py.Dataset:
         """A dataset or group. Raises Missing where there is none of this name."""
         self._check_open()
-        with _reading(self.path, place):
-            if not self._leads_somewhere(place):
-                raise Missing(f"{self.path} has no /{place}")
-            return self.file[place] if place else self.file
+        with _reading(self.path, key):
+            if not self._leads_somewhere(key):
+                raise Missing(f"{self.path} has no /{key}")
+            return self.file[key] if key else self.file
 
-    def names(self, place: str = "") -> tuple[str, ...]:
+    def names(self, key: str = "") -> tuple[str, ...]:
         """Names in a group; none where the group is missing."""
         try:
-            group = self.item(place)
+            group = self.item(key)
         except Missing:
             return ()
-        with _reading(self.path, place):
+        with _reading(self.path, key):
             return tuple(group) if isinstance(group, h5py.Group) else ()
 
     def columns(self) -> list[str]:
@@ -268,74 +268,70 @@ class Reader:
             self.file.visit(names.append)
         return [name for name in names if isinstance(self.item(name), h5py.Dataset)]
 
-    def shape(self, place: str) -> tuple[int, ...]:
+    def shape(self, key: str) -> tuple[int, ...]:
         """Shape of a column."""
-        return self._data(place).shape
+        return self._data(key).shape
 
-    def _data(self, place: str) -> h5py.Dataset:
-        item = self.item(place)
-        with _reading(self.path, place):
+    def _data(self, key: str) -> h5py.Dataset:
+        item = self.item(key)
+        with _reading(self.path, key):
             column = isinstance(item, h5py.Dataset)
             if column and (item.is_virtual or item.external):
-                raise Damaged(f"{self.path}: /{place} points to another file")
+                raise Damaged(f"{self.path}: /{key} points to another file")
             if not column or item.shape is None:
-                raise Damaged(f"{self.path}: /{place} is no column")
+                raise Damaged(f"{self.path}: /{key} is no column")
         return item
 
-    def column(self, place: str, samples: int | None = None) -> np.ndarray:
+    def column(self, key: str, samples: int | None = None) -> np.ndarray:
         """All of a column, of numbers or of texts. samples: length of a row, where it is known: a
         longer one may unpack to more than there is.
         """
-        data = self._data(place)
+        data = self._data(key)
         if samples is not None and data.ndim == 1 and len(data) != samples:
-            raise Damaged(f"{self.path}: /{place} has {len(data)} values, /time has {samples}")
-        with _reading(self.path, place):
+            raise Damaged(f"{self.path}: /{key} has {len(data)} values, /time has {samples}")
+        with _reading(self.path, key):
             if data.nbytes > PACKED * data.id.get_storage_size():
                 raise Damaged(
-                    f"{self.path}: /{place} claims {data.size} values, more than the file holds"
+                    f"{self.path}: /{key} claims {data.size} values, more than the file holds"
                 )
             if data.nbytes > SMALL and data.nbytes > (free := _free_memory()):
                 raise Damaged(
-                    f"{self.path}: /{place} has {data.nbytes:.3g} bytes, more than the {free:.3g} "
+                    f"{self.path}: /{key} has {data.nbytes:.3g} bytes, more than the {free:.3g} "
                     "that are free"
                 )
             texts = h5py.check_string_dtype(data.dtype)
             if data.dtype.kind == "O":
                 self._check_all_heaps()
             if not texts and data.dtype.kind not in "biuf":
-                raise Damaged(
-                    f"{self.path}: /{place} holds {data.dtype}, neither numbers nor texts"
-                )
+                raise Damaged(f"{self.path}: /{key} holds {data.dtype}, neither numbers nor texts")
             check = _checksums(data, CHECK)
             if not _is_complete(data, check is not None):
-                raise Damaged(f"{self.path}: /{place} lacks pieces")
+                raise Damaged(f"{self.path}: /{key} lacks pieces")
             raw = np.ascontiguousarray(data[()])
             if check is not None and check[1] != zlib.crc32(raw):
-                raise Damaged(
-                    f"{self.path}: /{place} is not what was written: its checksum differs"
-                )
+                raise Damaged(f"{self.path}: /{key} is not what was written: its checksum differs")
             return _texts(data, raw) if texts else raw.reshape(data.shape)
 
-    def attribute(self, place: str, name: str):
+    def attribute(self, key: str, name: str):
         """An attribute of a group or dataset; one of a known name is what it must be."""
-        return self._attribute(self._holder(place), place, name)
+        return self._attribute(self._holder(key), key, name)
 
-    def _holder(self, place: str) -> h5py.Group | h5py.Dataset:
+    def _holder(self, key: str) -> h5py.Group | h5py.Dataset:
         """A group or dataset whose texts can be read."""
-        holder = self.item(place)
-        with _reading(self.path, place):
+        holder = self.item(key)
+        with _reading(self.path, key):
             if self.looked is not None:
                 self._check_heaps(h5py.h5o.get_info(holder.id).addr)
         return holder
 
-    def _attribute(self, holder: h5py.Group | h5py.Dataset, place: str, name: str):
-        with _reading(self.path, place):
+    def _attribute(self, holder: h5py.Group | h5py.Dataset, key: str, name: str):
+        with _reading(self.path, key):
             if name not in holder.attrs:
-                raise Damaged(f"{self.path}: /{place} has no attribute {name!r}")
+                raise Damaged(f"{self.path}: /{key} has no attribute {name!r}")
             value = holder.attrs[name]
             fits = self._fits(holder, name, value)
-        where = f"{self.path}: /{place}: attribute {name}"
-        kind = NUMBER if place == "metrics" else KINDS.get(name)
+        where = f"{self.path}: /{key}: attribute {name}"
+        kind = NUMBER if key == "metrics" else KINDS.get(name)
         if isinstance(value, str) and not _is(TEXT, value):
             raise Damaged(f"{where} is no UTF-8 text")
         if kind is not None and not _is(kind, value):
@@ -344,25 +340,25 @@ class Reader:
             raise Damaged(f"{where} is not what was written: its checksum differs")
         return value
 
-    def _check_heaps(self, place: int) -> None:
+    def _check_heaps(self, address: int) -> None:
         """HDF5 never comes back from a heap of texts with an entry of no length.
 
         Raises Damaged where a header has texts in such a heap.
         """
-        if self.looked is None or place in self.looked:
+        if self.looked is None or address in self.looked:
             return
         with (
             open(self.path, "rb") as file,
             mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content,
         ):
             try:
-                begins = heaps(content, place)
+                begins = heaps(content, address)
             except Unknown:
                 self._check_all_heaps()
                 return
             for begin in begins - self.looked:
                 self._check_heap(content, begin, len(content))
-        self.looked |= {place, *begins}
+        self.looked |= {address, *begins}
 
     def _check_heap(self, content: bytes | mmap.mmap, begin: int, size: int, before: int = 0):
         if _is_broken(content, begin, size):
@@ -395,18 +391,18 @@ class Reader:
             return True
         return (isinstance(texts, str) or _all_texts(texts)) and check[0] == crc_of(texts)
 
-    def attributes(self, place: str = "") -> Entries:
+    def attributes(self, key: str = "") -> Entries:
         """All attributes of a group or dataset, without checksums."""
-        holder = self._holder(place)
-        with _reading(self.path, place):
+        holder = self._holder(key)
+        with _reading(self.path, key):
             names = [n for n in holder.attrs if n != CHECK and not n.endswith(BESIDE)]
         return Entries(
-            f"{self.path}: /{place}", ((n, self._attribute(holder, place, n)) for n in names)
+            f"{self.path}: /{key}", ((n, self._attribute(holder, key, n)) for n in names)
         )
 
-    def document(self, place: str, name: str, kind: type = dict) -> dict | list:
+    def document(self, key: str, name: str, kind: type = dict) -> dict | list:
         """An attribute that is a JSON object, or a JSON array where `kind` is list."""
-        where, text = f"{self.path}: attribute {name}", self.attribute(place, name)
+        where, text = f"{self.path}: attribute {name}", self.attribute(key, name)
         if not isinstance(text, str):
             raise Damaged(f"{where} must be {TEXT}, got {text!r:.80}")
         try:
@@ -456,20 +452,20 @@ def open_checked(path: Path, kind: str, form: str, version: int) -> Reader:
     return reader
 
 
-def _is_broken(content: bytes | mmap.mmap, place: int, most: int) -> bool:
+def _is_broken(content: bytes | mmap.mmap, address: int, most: int) -> bool:
     """Entries of a heap do not follow one another; False where no heap is. most: of its bytes."""
-    if place + 16 > len(content):
+    if address + 16 > len(content):
         return False
-    (size,) = struct.unpack_from("<Q", content, place + 8)
-    if not HEAP <= size <= most - place:
+    (size,) = struct.unpack_from("<Q", content, address + 8)
+    if not HEAP <= size <= most - address:
         return False
-    end, place = place + size, place + 16
-    while place + 16 <= min(end, len(content)):
-        number, _, _, length = struct.unpack_from("<HHIQ", content, place)
+    end, address = address + size, address + 16
+    while address + 16 <= min(end, len(content)):
+        number, _, _, length = struct.unpack_from("<HHIQ", content, address)
         step = 16 + length + -length % 8 if number else length  # what is free counts its head
-        if not 0 < step <= end - place:
+        if not 0 < step <= end - address:
             return True
-        place += step
+        address += step
     return False
 
 

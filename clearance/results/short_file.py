@@ -117,13 +117,13 @@ class ShortFile(Memory):
         """Add groups to a run that has ended."""
         if self.stream is not None:
             self.stream.add(groups)
-        for place, group in groups.items():
-            before = self.groups.get(place)
-            self.groups[place] = group if before is None else before.joined(group)
+        for path, group in groups.items():
+            before = self.groups.get(path)
+            self.groups[path] = group if before is None else before.joined(group)
 
-    def has_room(self, more: int) -> bool:
+    def has_room(self, extra: int) -> bool:
         """True where the disk has room for more bytes in the file of a run that has ended."""
-        return self.stream is None or self.stream.has_room(more)
+        return self.stream is None or self.stream.has_room(extra)
 
     @property
     def written(self) -> tuple[int, int]:
@@ -218,15 +218,15 @@ class ShortFile(Memory):
         status, solver, warnings, facts, ranges = self.ended
         attributes = closing(status, solver, warnings, facts)
         groups = self.groups_at_end(ranges)
-        for place, group in groups.items():
+        for path, group in groups.items():
             if group.attributes:
-                attributes[place] = attributes.get(place, {}) | checked(group.attributes)
+                attributes[path] = attributes.get(path, {}) | checked(group.attributes)
         attributes[""] = self.about | attributes[""]
         if ranges is not None:
             attributes |= {self.channels[i].path: {"actual_range": ranges.of(i)} for i in self.kept}
         tables = {
-            f"{place}/{name}": values
-            for place, group in groups.items()
+            f"{path}/{name}": values
+            for path, group in groups.items()
             for name, values in group.columns.items()
         }
         return attributes, self._growing(), tables
@@ -234,8 +234,8 @@ class ShortFile(Memory):
     def groups_at_end(self, ranges: Ranges | None) -> dict[str, Group]:
         """Groups of the file: located extremes, and what has been added."""
         groups = ranged(ranges)
-        for place, group in self.groups.items():
-            groups[place] = groups[place].joined(group) if place in groups else group
+        for path, group in self.groups.items():
+            groups[path] = groups[path].joined(group) if path in groups else group
         return groups
 
     def _growing(self) -> dict[str, np.ndarray]:

@@ -285,25 +285,25 @@ class Stream:
                 group["time"] = scale
         texts = {"joint": spots(self.channels), "kind": CONTACT_KINDS}
         for group, columns in (("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS)):
-            made = {
-                n: self._dataset(f"{group}/{n}", units, what)
-                for n, (units, what) in columns.items()
+            datasets = {
+                n: self._dataset(f"{group}/{n}", units, text)
+                for n, (units, text) in columns.items()
             }
             if group == "events":
-                made |= {
-                    n: self._texts(f"events/{n}", what, texts[n]) for n, what in EVENT_TEXTS.items()
+                datasets |= {
+                    n: self._texts(f"events/{n}", text, texts[n]) for n, text in EVENT_TEXTS.items()
                 }
-            self._along(group, list(made.values()))
+            self._along(group, list(datasets.values()))
 
-    def _dataset(self, path: str, units: str, what: str, dtype=np.float64):
+    def _dataset(self, path: str, units: str, long_name: str, dtype=np.float64):
         data = self.file.create_dataset(path, (0,), dtype, maxshape=(None,), **self.layout)
-        data.attrs["units"], data.attrs["long_name"] = units, what
+        data.attrs["units"], data.attrs["long_name"] = units, long_name
         return data
 
-    def _texts(self, path: str, what: str, longest_of: Sequence[str]):
+    def _texts(self, path: str, long_name: str, longest_of: Sequence[str]):
         """A column of texts of one length, for checksums do not cover others."""
         length = max([1, *(len(text.encode()) for text in longest_of)])
-        data = self._dataset(path, "1", what, h5py.string_dtype("utf-8", length))
+        data = self._dataset(path, "1", long_name, h5py.string_dtype("utf-8", length))
         data.attrs["_Encoding"] = "utf-8"  # for xarray
         return data
 
@@ -363,10 +363,10 @@ class Stream:
         """All columns of the run: along time, of contacts and of steps."""
         return [self.time, *self.columns, *(d for t in self.tables.values() for d in t.values())]
 
-    def join(self, other: Reader) -> None:
+    def join(self, reader: Reader) -> None:
         """Append the columns of another file of the same run. Raises Damaged as readers do."""
         for column in self._all_columns():
-            values = other.column(column.name.lstrip("/"))
+            values = reader.column(column.name.lstrip("/"))
             self._append(
                 [column], [np.char.encode(values, "utf-8") if values.dtype.kind == "U" else values]
             )
@@ -387,8 +387,8 @@ class Stream:
             return
         with self._writing():
             compact_groups(self.file, facts)
-            for place, given in closing(status, solver, warnings, facts).items():
-                set_attributes(self.file[place or "/"], given)
+            for path, attributes in closing(status, solver, warnings, facts).items():
+                set_attributes(self.file[path or "/"], attributes)
             for group, table in self.tables.items():
                 self.file[f"{group}/{DIMENSIONS[group]}"].resize(table["time"].shape)
             for column in self._all_columns():
@@ -397,8 +397,8 @@ class Stream:
             if ranges is not None:
                 for i, column in zip(self.kept, self.columns, strict=True):
                     column.attrs["actual_range"] = ranges.of(i)
-            for place, group in (*ranged(ranges).items(), *groups.items()):
-                group.write(self.file, place)
+            for path, group in (*ranged(ranges).items(), *groups.items()):
+                group.write(self.file, path)
         self._place()
 
     def add(self, groups: Mapping[str, Group]) -> None:
@@ -412,23 +412,23 @@ class Stream:
         """The finished file."""
         return Result(self.path)
 
-    def has_room(self, more: int) -> bool:
+    def has_room(self, extra: int) -> bool:
         """True where the disk has room for another copy of the finished file with more bytes in
         it.
         """
-        return has_room(self.path, more)
+        return has_room(self.path, extra)
 
 
 def add_groups(path: Path, groups: Mapping[str, Group]) -> None:
     """Add groups to a finished file, which stays as it was until all are written."""
     with appending(path) as file:
-        for place, group in groups.items():
-            group.write(file, place)
+        for name, group in groups.items():
+            group.write(file, name)
 
 
-def has_room(path: Path, more: int) -> bool:
+def has_room(path: Path, extra: int) -> bool:
     """True where the disk has room for another copy of a file with more bytes in it."""
-    return shutil.disk_usage(path.parent).free >= os.path.getsize(path) + more
+    return shutil.disk_usage(path.parent).free >= os.path.getsize(path) + extra
 
 
 def opening(attributes: dict) -> dict:
@@ -438,7 +438,7 @@ def opening(attributes: dict) -> dict:
 
 def closing(status: str, solver: dict, warnings: list[str], facts: dict) -> dict[str, dict]:
     """Attributes that the end of a run adds to a file and its groups; the status last."""
-    groups = {group: given | _units(group, given) for group, given in facts.items()}
+    groups = {group: values | _units(group, values) for group, values in facts.items()}
     ended = {"warnings": list(warnings), "status": status}
     return {n: checked(a) for n, a in ({"solver": solver} | groups | {"": ended}).items()}
 
@@ -453,9 +453,9 @@ def ranged(ranges: Ranges | None) -> dict[str, Group]:
     return groups
 
 
-def set_attributes(holder: h5py.Group, given: Mapping[str, object]) -> None:
+def set_attributes(holder: h5py.Group, attributes: Mapping[str, object]) -> None:
     """Attributes of a group; a list of texts has that kind also when it is empty."""
-    for name, value in given.items():
+    for name, value in attributes.items():
         if name == "warnings":
             holder.attrs.create(name, value, dtype=h5py.string_dtype(), shape=(len(value),))
         else:

@@ -94,12 +94,12 @@ def save_tables(
     return path
 
 
-def write_table(file: h5py.File, place: str, about: dict, columns: Table) -> None:
+def write_table(file: h5py.File, path: str, about: dict, columns: Table) -> None:
     """Add a group with its attributes and columns."""
-    group = file.create_group(place, track_order=True)
+    group = file.create_group(path, track_order=True)
     group.attrs.update(checked(about))
-    for column, (units, what, values) in columns.items():
-        create_column(group, column, np.asarray(values), units, what)
+    for column, (units, text, values) in columns.items():
+        create_column(group, column, np.asarray(values), units, text)
 
 
 def create_column(
@@ -143,9 +143,9 @@ def compact_groups(file: h5py.File, paths: Iterable[str]) -> None:
     properties.set_attr_phase_change(COMPACT, 0)
     for path in dict.fromkeys(paths):
         parts = path.split("/")
-        for place in ("/".join(parts[:i]) for i in range(1, len(parts) + 1)):
-            if place and place not in file:
-                h5py.h5g.create(file.id, place.encode(), gcpl=properties)
+        for group in ("/".join(parts[:i]) for i in range(1, len(parts) + 1)):
+            if group and group not in file:
+                h5py.h5g.create(file.id, group.encode(), gcpl=properties)
 
 
 def image_of(file: h5py.File) -> bytes:
