@@ -62,15 +62,15 @@ def versions(result: Result) -> dict[str, str]:
     return {n: str(v) for n, v in result.attributes.items() if n.startswith("version_")}
 
 
-def differences(one: Result, other: Result) -> dict[str, float]:
+def differences(first: Result, second: Result) -> dict[str, float]:
     """Columns that are not the same to the last bit, with their largest relative difference."""
     largest: dict[str, float] = {}
     without = {f"{group}/{name}" for group, name in DIMENSIONS.items()}
-    for path in one.reader.columns():
+    for path in first.reader.columns():
         if path in without or path.partition("/")[0] not in COMPARED:
             continue
-        before = one.reader.column(path)
-        now = other.reader.column(path) if other.reader.has(path) else None
+        before = first.reader.column(path)
+        now = second.reader.column(path) if second.reader.has(path) else None
         if now is None or before.shape != now.shape:
             largest[path] = np.inf
         elif before.tobytes() != now.tobytes():

@@ -99,8 +99,8 @@ class PartsSink:
         except (OSError, ValueError) as error:
             raise ValueError(f"{error}: remove {self.folder} to start anew") from None
 
-    def _compare(self, other: dict) -> None:
-        different = [n for n in self.identity if other.get(n) != self.identity[n]]
+    def _compare(self, stored: dict) -> None:
+        different = [n for n in self.identity if stored.get(n) != self.identity[n]]
         if different:
             raise ValueError(
                 f"{self.folder} holds checkpoints of another run (other {', '.join(different)}): "
@@ -162,9 +162,9 @@ class PartsSink:
         """The finished file."""
         return Result(self.path)
 
-    def has_room(self, more: int) -> bool:
+    def has_room(self, extra: int) -> bool:
         """True where the disk has room for another copy of the finished file with more in it."""
-        return has_room(self.path, more)
+        return has_room(self.path, extra)
 
     def _joined(self) -> Stream:
         """All stretches in one file, not closed yet.

@@ -58,7 +58,7 @@ class Diagnosis:
     def remember(self, log: np.ndarray) -> None:
         """Take in steps; those from before the stretch of the ledger under way are forgotten."""
         begun = self.recorder.ledger.begin if self.recorder.ledger else 0.0
-        self.latest = [one for one in self.latest[-PIECES:] if one[-1, 0] >= begun]
+        self.latest = [piece for piece in self.latest[-PIECES:] if piece[-1, 0] >= begun]
         if len(log) and self.run.state.sizes["logged"]:
             self.latest.append(log.copy())
 
@@ -179,9 +179,9 @@ class Diagnosis:
         touching = [j for j in mechanism.scene.clearance_joints if j.contact is not None]
         if not touching or not self.run.outputs or not self.run.state.started:
             return ""
-        row, place = self.run.outputs_here(), mechanism.layout.output
+        row, output = self.run.outputs_here(), mechanism.layout.output
         for joint in touching:
-            depth, (size, name) = -row[place[f"{joint.key}/gap"]], joint.solid
+            depth, (size, name) = -row[output[f"{joint.key}/gap"]], joint.solid
             if depth > max(clearances * joint.clearance, size):
                 also = f" and {clearances:g} clearances" if clearances else ""
                 return (

@@ -83,11 +83,11 @@ def _kinematics(scene: dict, steady: bool) -> tuple:
     return bodies, joints, drives
 
 
-def moves(place: tuple) -> bool:
+def moves(path: tuple) -> bool:
     """True where the ideal motion depends on a number of a scene's description, the speed of a
     drive left out.
     """
-    part, _, field, *_ = (*place, None, None)
+    part, _, field, *_ = (*path, None, None)
     numbers = {
         "bodies": ("points", "com", "angle", "position"),
         "joints": ("a", "b", "axis", "angle"),
@@ -103,9 +103,9 @@ def _moving(scene: Scene, rate: float) -> Scene:
     slower = [dataclasses.replace(d, speed=d.speed / rate) if d.speed else d for d in ideal.drives]
     parts = [*ideal.joints, *slower]
     for part in parts:
-        for other in part.companions().values():
-            if all(other is not one for one in parts):
-                parts.append(other)
+        for companion in part.companions().values():
+            if all(companion is not p for p in parts):
+                parts.append(companion)
     return Scene(*parts, name=scene.name)
 
 
@@ -120,9 +120,9 @@ def _motion(scene: Scene, rate: float, span: Span, slides: dict) -> dict | None:
     _, rows, code = run.trajectory()
     if code != codes.DONE or not np.isfinite(rows).all():  # ideal joints cannot go all the way
         return None
-    place = {c.path: i for i, c in enumerate(mechanism.layout.channels)}
+    column = {c.path: i for i, c in enumerate(mechanism.layout.channels)}
     motion = {}
     for body, (dx, dy) in slides.items():
-        x, y, ax, ay = (rows[:, place[f"bodies/{body}/{n}"]] for n in ("x", "y", "ax", "ay"))
+        x, y, ax, ay = (rows[:, column[f"bodies/{body}/{n}"]] for n in ("x", "y", "ax", "ay"))
         motion[body] = (x * dx + y * dy, ax * dx + ay * dy)
     return motion

@@ -103,8 +103,8 @@ def common_differences(before: dict, now: dict) -> list[str]:
         differences.append(f"clearance {before.get('version')}, here {now['version']}")
     if before.get("source") != now.get("source"):
         differences.append("the case file has been changed")
-    one, two = before.get("modules", {}), now.get("modules", {})
-    changed = [n for n in sorted({*one, *two}) if one.get(n) != two.get(n)]
+    old, new = before.get("modules", {}), now.get("modules", {})
+    changed = [n for n in sorted({*old, *new}) if old.get(n) != new.get(n)]
     differences += [f"the imported module {n} has been changed" for n in changed]
     there = now.get("files", {})
     return differences + [
@@ -123,15 +123,15 @@ def point_differences(
     )
     if before.get("numbers") == now["numbers"]:
         return differences
-    one, two = (numbers(text) if before_scene else {} for text in (before_scene, scene))
-    changed = [n for n in dict.fromkeys([*one, *two]) if one.get(n) != two.get(n)]
+    old, new = (numbers(text) if before_scene else {} for text in (before_scene, scene))
+    changed = [n for n in dict.fromkeys([*old, *new]) if old.get(n) != new.get(n)]
     if not changed:
         return [*differences, "the scene's numbers have been changed"]
     first = changed[0]
-    more = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
+    rest = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
     return [
         *differences,
-        f"{first} was {one.get(first, 'not there')}, is now {two.get(first, 'not there')}{more}",
+        f"{first} was {old.get(first, 'not there')}, is now {new.get(first, 'not there')}{rest}",
     ]
 
 
@@ -147,8 +147,8 @@ def accept(words: str, changed: Iterable[str], accept_changes: bool) -> str:
     """
     sentence = f"{words}, and since then: {'; '.join(changed)}"
     if not accept_changes:
-        more = "with --accept-changes (accept_changes=True) the rest is run all the same"
-        raise ValueError(f"{sentence}. Give another directory; {more}")
+        advice = "with --accept-changes (accept_changes=True) the rest is run all the same"
+        raise ValueError(f"{sentence}. Give another directory; {advice}")
     LOG.warning("%s; what is there stays", sentence)
     return f"{sentence}; what is there stays"
 
@@ -226,7 +226,7 @@ def _distributed(folder: str) -> set[str]:
     """Modules of the distributions that are installed in a folder, such as that of PYTHONPATH."""
     files = [
         line.partition(",")[0]
-        for one in importlib.metadata.distributions(path=[folder])
-        for line in (one.read_text("RECORD") or "").splitlines()
+        for distribution in importlib.metadata.distributions(path=[folder])
+        for line in (distribution.read_text("RECORD") or "").splitlines()
     ]
     return {Path(file).parts[0].removesuffix(".py") for file in files if file}

@@ -33,7 +33,7 @@ class Watched:
 
     def __init__(self, mechanism: Mechanism, until: float, outputs: bool):
         scene, channels = mechanism.scene, mechanism.layout.channels if outputs else ()
-        place = mechanism.layout.output if outputs else {}
+        index = mechanism.layout.output if outputs else {}
         guided = guides(scene.description()) if channels else {}
         self.quantities = followed(
             channels, tuple(f"bodies/{b}/a{along(d)[0]}" for b, d in guided.items())
@@ -45,19 +45,19 @@ class Watched:
         for i, (element, spot) in enumerate(mechanism.spots):
             if spot.kind == CONTACT and channels:
                 self.contacts[i] = len(self.rows)
-                self.rows.append((place[spot.path(element, "contact_force")], False, 1.0, i))
-                self.rows.append((place[spot.path(element, "gap")], False, -1.0, i))
+                self.rows.append((index[spot.path(element, "contact_force")], False, 1.0, i))
+                self.rows.append((index[spot.path(element, "gap")], False, -1.0, i))
         self.angles = [
-            (i, place[c.path.replace("theta", "omega")])
+            (i, index[c.path.replace("theta", "omega")])
             for i, c in enumerate(channels)
             if c.wrapped
         ]
         self.rubbing = [
-            (place[f"{j.key}/friction"], place[f"{j.key}/power_loss"], j)
+            (index[f"{j.key}/friction"], index[f"{j.key}/power_loss"], j)
             for j in (scene.rubbing_joints if channels else ())
             if j.friction.law.layer is not None
         ]
-        self.ledger = [place[p] for p in LEDGER] if place.keys() >= set(LEDGER) else []
+        self.ledger = [index[p] for p in LEDGER] if index.keys() >= set(LEDGER) else []
         self.length = stretch_length(until, scene.turn)
         self.parts = parts(stretches(until, self.length))
         self.any = bool(channels)

@@ -164,11 +164,11 @@ def solved(record: Record, joint: dict, places: np.ndarray) -> PressureFields:
     angle = np.arange(AROUND) * (TURN / AROUND)
     axial = np.linspace(-0.5, 0.5, ALONG) * joint["length"]
     (pressure, content), film = np.zeros((2, len(places), ALONG, AROUND)), None
-    for i, place in enumerate(places):
-        if film is None or oil[place] != film.bearing.viscosity:
-            film = MovingFilm(bearing_of(joint, oil[place]), MESH)
-        eps, *rates = states[place]
-        theta = (angle - lines[place] + math.pi) % TURN
+    for i, sample in enumerate(places):
+        if film is None or oil[sample] != film.bearing.viscosity:
+            film = MovingFilm(bearing_of(joint, oil[sample]), MESH)
+        eps, *rates = states[sample]
+        theta = (angle - lines[sample] + math.pi) % TURN
         pressure[i], content[i] = film.fields_at(theta, axial, (min(eps, NEAREST), *rates))
     times, ratios = record.time[places], states[places, 0]
     return PressureFields(places, times, axial, angle, pressure, content, lines[places], ratios)
@@ -186,12 +186,12 @@ def keep(path, per_turn: int) -> None:
             _write(file, PATH_OF_FIELDS.format(name), fields)
 
 
-def _write(file, place: str, fields: PressureFields) -> None:
+def _write(file, path: str, fields: PressureFields) -> None:
     """Add the group of a joint's fields."""
     along = dict.fromkeys(FIELD_COLUMNS, SCALES[:1]) | dict.fromkeys(SCALES, ())
     along |= dict.fromkeys(OVER_ALL, SCALES)
     solver = f"finite elements, {MESH[0]}x{MESH[1]} cells, from the motion in this file"
     columns = {name: getattr(fields, name) for name in FIELD_COLUMNS}
-    Group(columns, FIELD_COLUMNS, along, {"solver": solver}).write(file, place)
+    Group(columns, FIELD_COLUMNS, along, {"solver": solver}).write(file, path)
     for name in OVER_ALL:
-        file[f"{place}/{name}"].attrs["coordinates"] = "time"
+        file[f"{path}/{name}"].attrs["coordinates"] = "time"

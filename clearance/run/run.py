@@ -160,15 +160,15 @@ class Run:
         mechanism.turn(begin.turns)
         mechanism.count_from(state.y, state.work)
 
-    def place(self, place) -> None:
+    def place(self, start) -> None:
         """Begin in a state amidst a motion, see `periodic.maps.Place`."""
         state = self.state
-        self.mechanism.turn(place.turns)
-        state.y[: place.y.size] = place.y
-        state.work[self.mechanism.layout.carried_places] = place.carried
-        for i in np.flatnonzero(place.touching):
-            state.contacts[i, TOUCHING], state.contacts[i, SINCE] = 1.0, state.time - place.ages[i]
-            state.contacts[i, IMPACT_SPEED] = state.work[i] = place.speeds[i]
+        self.mechanism.turn(start.turns)
+        state.y[: start.y.size] = start.y
+        state.work[self.mechanism.layout.carried_places] = start.carried
+        for i in np.flatnonzero(start.touching):
+            state.contacts[i, TOUCHING], state.contacts[i, SINCE] = 1.0, state.time - start.ages[i]
+            state.contacts[i, IMPACT_SPEED] = state.work[i] = start.speeds[i]
 
     def take(self, method: str) -> None:
         """Use a stepper: its functions, the kernels it needs, its scratch."""
@@ -306,7 +306,7 @@ class Run:
         damping times rate, wrong by much more.
         """
         mechanism, state = self.mechanism, self.state
-        films = {j: place for j, place in mechanism.offsets.items() if j.film is not None}
+        films = {j: offsets for j, offsets in mechanism.offsets.items() if j.film is not None}
         if not films:
             return
         pull = mechanism.acceleration
@@ -315,8 +315,8 @@ class Run:
         rest = self._rest()
         before, after = np.zeros_like(rest), np.zeros_like(rest)
         rhs(0.0, rest, mechanism.par, state.work, before)
-        for joint, place in films.items():
-            own_rates = range(rates.start, rates.stop)[place]
+        for joint, offsets in films.items():
+            own_rates = range(rates.start, rates.stop)[offsets]
             for k in own_rates:
                 # tilts have other units
                 moved, share = rest.copy(), mechanism.scale[k] / mechanism.scale[own_rates[0]]
@@ -326,7 +326,7 @@ class Run:
                 if damping * scale[k] > pull * share:
                     scale[k] = pull * share / damping
             row = state.contacts[[e for e, _ in mechanism.spots].index(joint)]
-            row[RATE_X], row[RATE_Y] = scale[rates][place]
+            row[RATE_X], row[RATE_Y] = scale[rates][offsets]
 
     def _rest(self) -> np.ndarray:
         """The start without rates in clearances, and centred there, unless that takes a journal
@@ -334,11 +334,11 @@ class Run:
         """
         mechanism, rates = self.mechanism, self.mechanism.layout.rates
         rest = mechanism.y0.copy()
-        for place in mechanism.offsets.values():
-            rest[rates][place] = 0.0
+        for offsets in mechanism.offsets.values():
+            rest[rates][offsets] = 0.0
         centred = rest.copy()
-        for place in mechanism.offsets.values():
-            centred[place] = 0.0
+        for offsets in mechanism.offsets.values():
+            centred[offsets] = 0.0
         if films := [j for j in mechanism.start.measured if j.film is not None]:
             row = mechanism.outputs(0.0, centred, self.state.work)
             gaps = [row[mechanism.layout.output[f"{j.key}/gap"]] for j in films]
@@ -370,9 +370,9 @@ class Run:
 
     def offsets(self, joint) -> dict[str, float]:
         """Coordinates in a joint's clearance, by name."""
-        place = self.mechanism.layout.state
+        index = self.mechanism.layout.state
         return {
-            name: self.state.y[place[f"{joint.key}/{name}"]] for _, name in joint.soft_coordinates
+            name: self.state.y[index[f"{joint.key}/{name}"]] for _, name in joint.soft_coordinates
         }
 
     # --- changes on the way

@@ -127,18 +127,18 @@ def _state_in(mechanism: Mechanism, start: Record | Beginning | str | Path) -> B
     record = _record(start)
     name = Path(record.path).name if hasattr(record, "path") else "another run"
     end = _end_of(record, name)
-    names, given = mechanism.layout.names, [str(n) for n in end["names"]]
-    if missing := sorted(set(names) - set(given)):
+    names, stored = mechanism.layout.names, [str(n) for n in end["names"]]
+    if missing := sorted(set(names) - set(stored)):
         raise ValueError(
             f"start: {name} has other states than this scene: it has no {', '.join(missing)}"
         )
-    if more := sorted(set(given) - set(names)):
+    if extra := sorted(set(stored) - set(names)):
         raise ValueError(
-            f"start: {name} has other states than this scene, which has no {', '.join(more)}"
+            f"start: {name} has other states than this scene, which has no {', '.join(extra)}"
         )
     turns = _turns_made(mechanism, name, end)
-    values = dict(zip(given, np.asarray(end["values"], dtype=float), strict=True))
-    before = dict(zip(given, np.asarray(end["sizes"], dtype=float), strict=True))
+    values = dict(zip(stored, np.asarray(end["values"], dtype=float), strict=True))
+    before = dict(zip(stored, np.asarray(end["sizes"], dtype=float), strict=True))
     for state, size in zip(names, _own_sizes(mechanism), strict=True):
         values[state] *= size / before[state]
     carried = np.asarray(end["carried"], dtype=float)
@@ -263,7 +263,7 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
     if not mechanism.places:
         raise ValueError('start: "quasi-static" is for scenes with clearance joints')
     y, size, sizes = mechanism.y0.copy(), mechanism.size, _own_sizes(mechanism)
-    offsets = [np.arange(size)[place] for place in mechanism.offsets.values()]
+    offsets = [np.arange(size)[part] for part in mechanism.offsets.values()]
     places = np.concatenate(offsets)
     rates = mechanism.layout.rates.start + places
     y[rates] = 0.0
@@ -276,15 +276,15 @@ def quasi_static(mechanism: Mechanism) -> np.ndarray:
     for _ in range(ITERATIONS):
         rhs(0.0, y, mechanism.par, work, rate)
         pull = rate[rates]
-        left = float(np.abs(pull).max())
-        if left <= enough:
+        largest = float(np.abs(pull).max())
+        if largest <= enough:
             return y[:size]
         jacobian(0.0, y, mechanism.par, work, slope)
         stiffness = slope.reshape(size, size)[np.ix_(rates, places)]
         if not (np.isfinite(pull).all() and np.isfinite(stiffness).all()):
             break
-        step *= min(max(last / left, 0.5), 10.0) if math.isfinite(last) else 1.0
-        last = left
+        step *= min(max(last / largest, 0.5), 10.0) if math.isfinite(last) else 1.0
+        last = largest
         move = np.zeros(y.size)
         move[places] = solve(np.eye(places.size) / step - stiffness, pull)
         y += move * min(_share_of_room(y[at] / sizes[at], move[at] / sizes[at]) for at in offsets)
@@ -306,16 +306,16 @@ def _moved(pulls: dict) -> str:
     return f"{text}; a film alone carries where its journal turns or slides, and up to its wall"
 
 
-def _share_of_room(place: np.ndarray, move: np.ndarray) -> float:
+def _share_of_room(offset: np.ndarray, move: np.ndarray) -> float:
     """Share of a joint's move, halved until it goes no further outward than a part of the room
     left.
 
-    place, move: offsets over their natural sizes. Along the wall it may go further than across.
+    offset, move: offsets over their natural sizes. Along the wall it may go further than across.
     """
-    before, share = math.hypot(*place), 1.0
+    before, share = math.hypot(*offset), 1.0
     room = ROOM * max(1.0 - before, THINNEST)
     for _ in range(HALVINGS):
-        if math.hypot(*(place + share * move)) - before <= room:
+        if math.hypot(*(offset + share * move)) - before <= room:
             break
         share *= 0.5
     return share

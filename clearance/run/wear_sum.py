@@ -56,8 +56,8 @@ class Sums:
         self.laws = {body: getattr(self.joint, slot) for slot, body in BODIES.items()}
         self.laws = {body: law for body, law in self.laws.items() if law is not None}
         self.linear = {body: is_linear(law) for body, law in self.laws.items()}
-        given = self.joint.outline.parameters
-        self.outline = {body: np.array(given[body]) for body in BODIES.values()}
+        parameters = self.joint.outline.parameters
+        self.outline = {body: np.array(parameters[body]) for body in BODIES.values()}
         self.solids = solids_of(self.joint)
         self.start()
 
@@ -161,11 +161,11 @@ def _at_deepest(overlap: np.ndarray, pressure: np.ndarray) -> np.ndarray:
     u = np.clip(-0.5 * slope / bend, -1.0, 1.0)
     cell = (middle + u * (slope + u * bend)).argmax(axis=1)
     places = np.arange(len(overlap))
-    place = 2 * cell + 1 + u[places, cell]
-    node = np.floor(place).astype(int)
+    coordinate = 2 * cell + 1 + u[places, cell]
+    node = np.floor(coordinate).astype(int)
     shared = np.zeros_like(overlap)
-    shared[places, node % NODES] = (node + 1 - place) * pressure
-    shared[places, (node + 1) % NODES] = (place - node) * pressure
+    shared[places, node % NODES] = (node + 1 - coordinate) * pressure
+    shared[places, (node + 1) % NODES] = (coordinate - node) * pressure
     return shared
 
 
@@ -196,9 +196,9 @@ def sampled(rows: np.ndarray) -> np.ndarray:
         return np.zeros((0, len(PATH)))
     passed = np.cumsum(share)
     part = passed[-1] / PARTS
-    place = np.searchsorted(passed, part * (np.arange(PARTS) + 0.5))
-    path = rows[place, : len(PATH)]
-    path[:, 3:5] *= (part / share[place])[:, None]
+    index = np.searchsorted(passed, part * (np.arange(PARTS) + 0.5))
+    path = rows[index, : len(PATH)]
+    path[:, 3:5] *= (part / share[index])[:, None]
     return path
 
 
