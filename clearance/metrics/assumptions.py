@@ -87,7 +87,7 @@ def assumptions(
     bending = sorted(bending, key=lambda a: -a.value)
     contacts = (_contact(record, window, joint) for joint in record.scene["joints"])
     liners = (_liner(record, joint) for joint in record.scene["joints"])
-    return [*bending, *(one for part in (*liners, *contacts) for one in part)]
+    return [*bending, *(estimate for part in (*liners, *contacts) for estimate in part)]
 
 
 def second_moment(section: tuple[float, ...]) -> float:
@@ -186,15 +186,15 @@ def _liner(record: Record, joint: dict) -> Iterator[Assumption]:
         return
     material, layer = joint["material"], joint["layer"] or 0.5 * joint["radius"]
     modulus = oedometric_modulus(material["young"], min(material["poisson"], 0.49))
-    given = pressure * layer / modulus
-    share = given / gap
+    depth = pressure * layer / modulus
+    share = depth / gap
     text = (
         f"joint {joint['name']}: {1e-6 * pressure:.3g} MPa press {1e3 * layer:.2g} mm of "
         f"{material['name']} in by "
-        f"{1e6 * given:.2g} um, {100.0 * share:.2g} % of the thinnest film; 1 % takes a layer of "
+        f"{1e6 * depth:.2g} um, {100.0 * share:.2g} % of the thinnest film; 1 % takes a layer of "
         f"{1e-9 * pressure / (SHARE * gap):.2g} GPa/m"
     )
-    yield Assumption("liner", joint["name"], float(given), "m", float(share), text, LINER)
+    yield Assumption("liner", joint["name"], float(depth), "m", float(share), text, LINER)
 
 
 # --- contacts

@@ -100,12 +100,12 @@ def _drives(record: Record, edges: np.ndarray) -> Numbers:
 
 def _efforts(record: Record, edges: np.ndarray) -> Numbers:
     turns = len(edges) - 1
-    place, inside = placed(record.time, edges)
-    counts = np.bincount(place[inside], minlength=turns)
+    turn, inside = placed(record.time, edges)
+    counts = np.bincount(turn[inside], minlength=turns)
     for path, name, units, words in _paths(record) if counts.all() else ():
         means = _mean_squares(record, path, edges)
         if means is None:
-            means = np.bincount(place[inside], record.values(path)[inside] ** 2, turns) / counts
+            means = np.bincount(turn[inside], record.values(path)[inside] ** 2, turns) / counts
         yield f"{name}_rms", np.sqrt(means), units, f"root mean square {words}"
 
 
@@ -145,16 +145,16 @@ def _touches(record: Record, name: str, edges: np.ndarray) -> Numbers:
         )
     events = record.events
     mine = np.array([str(spot).partition("/")[0] == name for spot in events["joint"]], bool)
-    speed, (place, inside) = events["impact_speed"][mine], placed(events["time"][mine], edges)
+    speed, (turn, inside) = events["impact_speed"][mine], placed(events["time"][mine], edges)
     fastest = np.zeros(len(edges) - 1)
-    np.maximum.at(fastest, place[inside], speed[inside])
+    np.maximum.at(fastest, turn[inside], speed[inside])
     yield (
         f"joint_{name}_impact_speed_peak",
         fastest,
         "m/s",
         f"largest impact speed of joint {name} in a turn",
     )
-    count = np.bincount(place[inside], minlength=len(edges) - 1).astype(float)
+    count = np.bincount(turn[inside], minlength=len(edges) - 1).astype(float)
     yield f"joint_{name}_impacts_per_turn", count, "1", f"contacts begun in a turn of joint {name}"
 
 
@@ -180,8 +180,8 @@ def _peaks(record: Record, name: str, edges: np.ndarray) -> np.ndarray | None:
             return located.values[first : first + len(edges) - 1, located.columns[name]]
     sign, best = -1.0 if name.endswith("_min") else 1.0, np.full(len(edges) - 1, -np.inf)
     for times, values in _seen(record, name):
-        place, inside = placed(times, edges)
-        np.maximum.at(best, place[inside], sign * values[inside])
+        turn, inside = placed(times, edges)
+        np.maximum.at(best, turn[inside], sign * values[inside])
     return sign * best if np.isfinite(best).all() else None
 
 
@@ -189,8 +189,8 @@ def placed(times: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray
     """The turn that each time lies in, and which lie in one at all; edges belong to the turn that
     they begin.
     """
-    place = np.digitize(times, edges - ROUNDING * (edges[1] - edges[0])) - 1
-    return place, (place >= 0) & (place < len(edges) - 1)
+    turn = np.digitize(times, edges - ROUNDING * (edges[1] - edges[0])) - 1
+    return turn, (turn >= 0) & (turn < len(edges) - 1)
 
 
 def _seen(record: Record, name: str) -> Iterator[tuple[np.ndarray, np.ndarray]]:

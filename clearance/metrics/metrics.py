@@ -198,8 +198,8 @@ def _lagrange(places: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Shares of four values, (n, 4), in their cubic at (n,)."""
     shares = np.ones_like(places)
     for k in range(4):
-        for other in {0, 1, 2, 3} - {k}:
-            shares[:, k] *= (at - places[:, other]) / (places[:, k] - places[:, other])
+        for j in {0, 1, 2, 3} - {k}:
+            shares[:, k] *= (at - places[:, j]) / (places[:, k] - places[:, j])
     return shares
 
 
@@ -276,8 +276,8 @@ def sliders(record: Record, window: Window, ideal: dict) -> Numbers:
             high[1],
         )
         if body in ideal:
-            place, rate = (values[window.samples] for values in ideal[body])
-            far, beyond = np.abs(x * dx + y * dy - place).max(), window.rms(a - rate)
+            position, rate = (values[window.samples] for values in ideal[body])
+            far, beyond = np.abs(x * dx + y * dy - position).max(), window.rms(a - rate)
             text = f"largest distance of {body} from where ideal joints have it"
             yield f"{body}_position_deviation_max", far, "m", text
             text = f"root mean square of what {body} accelerates beyond ideal joints"
@@ -291,11 +291,11 @@ def drives(record: Record, window: Window) -> Numbers:
                 continue
             path = f"drives/{drive}/{quantity}"
             low, high = (record.extreme(f"{path}_{end}", *window.bounds(record)) for end in BOTH)
-            name, what = f"drive_{drive}_{quantity}", f"{quantity} of drive {drive}"
-            yield f"{name}_min", low.value, units, f"smallest {what}", low.time
-            yield f"{name}_max", high.value, units, f"largest {what}", high.time
+            name, text = f"drive_{drive}_{quantity}", f"{quantity} of drive {drive}"
+            yield f"{name}_min", low.value, units, f"smallest {text}", low.time
+            yield f"{name}_max", high.value, units, f"largest {text}", high.time
             rms = math.sqrt(window.mean_square(record, path))
-            yield f"{name}_rms", rms, units, f"root mean square {what}"
+            yield f"{name}_rms", rms, units, f"root mean square {text}"
 
 
 def joints(record: Record, window: Window) -> Numbers:
@@ -609,16 +609,16 @@ def own(function: Callable, record: Record) -> dict[str, Metric]:
 
     Raises ValueError for one that gives neither a number nor numbers by name.
     """
-    given = function(record)
+    returned = function(record)
     name = getattr(function, "__name__", "metric")
-    if hasattr(given, "__float__") or isinstance(given, tuple):
-        given = {name: given}
-    if not isinstance(given, dict):
+    if hasattr(returned, "__float__") or isinstance(returned, tuple):
+        returned = {name: returned}
+    if not isinstance(returned, dict):
         raise ValueError(
-            f"metric {name}: expected a number or a dictionary of numbers, got {given!r}"
+            f"metric {name}: expected a number or a dictionary of numbers, got {returned!r}"
         )
     values = {}
-    for key, entry in given.items():
+    for key, entry in returned.items():
         checks.identifier(f"metric {name}: its name", key)
         value, units, text = (
             entry if isinstance(entry, tuple) and len(entry) == 3 else (entry, "?", key)

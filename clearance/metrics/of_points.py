@@ -65,64 +65,64 @@ def statistics(by_name: dict[str, Series], beside: dict[str, Metric]) -> Numbers
     """Means of peaks, their intervals and quantiles; intervals of the rates that stand beside
     them.
     """
-    for name, one in by_name.items():
-        interval = series.mean(one.values) if one.values.size >= series.FEWEST else None
+    for name, data in by_name.items():
+        interval = series.mean(data.values) if data.values.size >= series.FEWEST else None
         if name.endswith(PEAK):
-            yield f"{name}_mean", _mean(one), one.units, _words(one)
+            yield f"{name}_mean", _mean(data), data.units, _words(data)
             if interval:
-                text = f"half of the 95 % interval of the {_words(one)}"
-                yield f"{name}_mean_half_width", interval.half_width, one.units, text
-            yield from _quantiles(name, one)
+                text = f"half of the 95 % interval of the {_words(data)}"
+                yield f"{name}_mean_half_width", interval.half_width, data.units, text
+            yield from _quantiles(name, data)
         elif interval and name in beside:
-            half = _of_rms(one) if name.endswith("_rms") else interval.half_width
+            half = _of_rms(data) if name.endswith("_rms") else interval.half_width
             yield (
                 f"{name}_half_width",
                 half,
-                one.units,
+                data.units,
                 f"half of the 95 % interval: {beside[name].text}",
             )
 
 
-def _quantiles(name: str, one: Series) -> Iterator[tuple]:
+def _quantiles(name: str, data: Series) -> Iterator[tuple]:
     for share in SHARES:
-        if series.told(one.values.size, share):
+        if series.told(data.values.size, share):
             text = (
                 f"exceeded in one turn of {round(1.0 / (1.0 - share))}: "
-                f"{one.text.removesuffix(' in a turn')}"
+                f"{data.text.removesuffix(' in a turn')}"
             )
             yield (
                 f"{name}_q{round(100 * share)}",
-                float(np.quantile(one.values, share)),
-                one.units,
+                float(np.quantile(data.values, share)),
+                data.units,
                 text,
             )
 
 
-def _of_rms(one: Series) -> float:
+def _of_rms(data: Series) -> float:
     """Half width of a root mean square over turns, from that of the mean square."""
-    square = series.mean(one.values**2)
+    square = series.mean(data.values**2)
     return 0.5 * square.half_width / math.sqrt(square.value) if square.value > 0.0 else 0.0
 
 
-def _mean(one: Series) -> float:
-    return float(one.values.mean())
+def _mean(data: Series) -> float:
+    return float(data.values.mean())
 
 
-def _words(one: Series) -> str:
-    return f"mean over turns of the {one.text.removesuffix(' in a turn')}"
+def _words(data: Series) -> str:
+    return f"mean over turns of the {data.text.removesuffix(' in a turn')}"
 
 
 def deviations(record: Record, first: float, last: float, ideal: dict) -> dict[str, Series]:
     """Largest distance of each sliding body from where ideal joints have it, turn by turn."""
     count = math.floor(last - first)
     edges = np.asarray(record.time_at(first + np.arange(count + 1)), float)
-    (place, inside), by_name = placed(record.time, edges), {}
+    (turn, inside), by_name = placed(record.time, edges), {}
     for body, (dx, dy) in guides(record.scene).items():
         if body not in ideal:
             continue
         x, y = (record.values(f"bodies/{body}/{axis}") for axis in "xy")
         far, largest = np.abs(x * dx + y * dy - ideal[body][0]), np.zeros(count)
-        np.maximum.at(largest, place[inside], far[inside])
+        np.maximum.at(largest, turn[inside], far[inside])
         text = f"largest distance of {body} from where ideal joints have it in a turn"
         by_name[f"{body}_position_deviation_peak"] = Series(largest, "m", text)
     return by_name

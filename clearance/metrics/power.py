@@ -34,10 +34,10 @@ class _Motion(NamedTuple):
     velocity: np.ndarray
     spin: np.ndarray
 
-    def at(self, place: np.ndarray) -> "_Motion":
+    def at(self, point: np.ndarray) -> "_Motion":
         """Of the point of the same body that is at this place."""
-        velocity = self.velocity + 1j * self.spin * (place - self.place)
-        return self._replace(place=place, velocity=velocity)
+        velocity = self.velocity + 1j * self.spin * (point - self.place)
+        return self._replace(place=point, velocity=velocity)
 
 
 def power_residual(scene: Scene, record: Record) -> np.ndarray:

@@ -203,10 +203,10 @@ def _independent(beyond: np.ndarray, share: float) -> float:
 
 def _ranked(ranked: np.ndarray, share: float) -> float:
     """The value of a share of the ranks; nan where it lies beyond the outermost."""
-    place = share * (ranked.size + 1.0) - 1.0
-    if not 0.0 <= place <= ranked.size - 1.0:
+    rank = share * (ranked.size + 1.0) - 1.0
+    if not 0.0 <= rank <= ranked.size - 1.0:
         return math.nan
-    return float(np.interp(place, np.arange(ranked.size), ranked))
+    return float(np.interp(rank, np.arange(ranked.size), ranked))
 
 
 def told(count: int, share: float) -> bool:
@@ -312,7 +312,7 @@ def _together(sections: np.ndarray, finest: float) -> list[list[int]]:
     return groups
 
 
-def apart(one: np.ndarray, other: np.ndarray, finest: float = 0.0) -> bool:
+def apart(first: np.ndarray, second: np.ndarray, finest: float = 0.0) -> bool:
     """True where two runs are different motions by their sections, (values, numbers).
 
     A section is one point a turn: a motion that repeats itself is a few points or a curve, a
@@ -321,17 +321,17 @@ def apart(one: np.ndarray, other: np.ndarray, finest: float = 0.0) -> bool:
     them never comes within AWAY times that. Distances up to the share `finest` are none. Neither is
     one to a run that still comes nearer.
     """
-    return _aside(one, other, finest) or _aside(other, one, finest)
+    return _aside(first, second, finest) or _aside(second, first, finest)
 
 
-def _aside(one: np.ndarray, other: np.ndarray, finest: float) -> bool:
+def _aside(first: np.ndarray, second: np.ndarray, finest: float) -> bool:
     """As `apart`, by how one repeats itself."""
-    half, size = len(one) // 2, np.abs(np.concatenate([one, other])).max(axis=0)
-    early, late = one[:half], one[half:]
+    half, size = len(first) // 2, np.abs(np.concatenate([first, second])).max(axis=0)
+    early, late = first[:half], first[half:]
     repeats = [nearest(late[:, [k]], early[:, [k]]).max() for k in range(size.size)]
     unit = np.maximum(repeats, max(finest, EXACT) * size) + (size == 0.0)
     repeat = nearest(late / unit, early / unit).max()
-    away = nearest(other / unit, one / unit)
+    away = nearest(second / unit, first / unit)
     quarters = np.array([np.median(part) for part in np.array_split(away, 4)])
     comes = (np.diff(quarters) < 0.0).all() and quarters[-1] < NEARER * quarters[0]
     return bool(away.min() > max(AWAY * repeat, 1.0) and not comes)
