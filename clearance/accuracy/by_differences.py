@@ -68,24 +68,24 @@ class Sensing:
     def __init__(
         self,
         scene: Scene,
-        given: Wanted,
+        parameters: Wanted,
         prepared: Prepared,
         settle: float | None = None,
         summed: Summed | None = None,
     ):
         self.scene, self.prepared = scene, prepared
         self.summed = summed or (lambda _, record: metrics(record, settle))
-        self.parameters = [varied(scene, name, size) for name, size in wanted(given).items()]
-        for one in self.parameters:
-            for place in PLACES:
-                self.scene_at(one, place)
+        self.parameters = [varied(scene, name, size) for name, size in wanted(parameters).items()]
+        for number in self.parameters:
+            for offset in PLACES:
+                self.scene_at(number, offset)
 
-    def scene_at(self, one: Varied, place: int) -> Scene:
+    def scene_at(self, p: Varied, offset: int) -> Scene:
         """The scene with a parameter so many widths away. Raises ValueError."""
         try:
-            return one.scene(one.value + place * WIDTH * one.size)
+            return p.scene(p.value + offset * WIDTH * p.size)
         except ValueError as error:
-            raise ValueError(f"sensitivity to {one.name}, beside {one.value:g}: {error}") from None
+            raise ValueError(f"sensitivity to {p.name}, beside {p.value:g}: {error}") from None
 
     def check(self, run: Run) -> None:
         """Raise ValueError for a run that has no sensitivities, before it begins."""
@@ -99,17 +99,17 @@ class Sensing:
         if np.array_equal(fine.ends, loose.ends):
             loose = Steps(self, run, LOOSER, method, LONGER)
         rows = {}
-        for one in self.parameters:
-            values, others = fine.around(one, PLACES), loose.around(one, (-1, 1))
-            rows |= {(name, one.name): s for name, s in differences(one, values, others)}
-        keys = [(m, one.name) for m in dict.fromkeys(m for m, _ in rows) for one in self.parameters]
+        for number in self.parameters:
+            values, others = fine.around(number, PLACES), loose.around(number, (-1, 1))
+            rows |= {(name, number.name): s for name, s in differences(number, values, others)}
+        keys = [(m, p.name) for m in dict.fromkeys(m for m, _ in rows) for p in self.parameters]
         return Sensitivities({key: rows[key] for key in keys if key in rows})
 
     def add(self, run: Run, sink) -> None:
         """Add the sensitivities of a run to the record of its sink; where there are none it states
         why.
         """
-        names = ", ".join(one.name for one in self.parameters)
+        names = ", ".join(number.name for number in self.parameters)
         runs = 3 + (len(PLACES) + 1) * len(self.parameters)
         LOG.info("sensitivities to %s: %d more runs", names, runs)
         try:
@@ -173,23 +173,23 @@ class Steps:
             opened=run.mechanism.opened,
         )
 
-    def around(self, one: Varied, places: tuple[int, ...]) -> dict[int, dict[str, Metric]]:
+    def around(self, number: Varied, places: tuple[int, ...]) -> dict[int, dict[str, Metric]]:
         """Metrics by place, in widths. Raises Impossible."""
         while True:
             try:
-                return {place: self._metrics(one, place) for place in places}
+                return {offset: self._metrics(number, offset) for offset in places}
             except Refused as reason:
                 if self.halvings == HALVINGS:
-                    raise Impossible(f"with another {one.name} {reason} fails") from None
+                    raise Impossible(f"with another {number.name} {reason} fails") from None
                 self.ends, self.halvings = halved(self.ends), self.halvings + 1
 
-    def _metrics(self, one: Varied, place: int) -> dict[str, Metric]:
-        if place == 0 and self.halvings in self.middle:
+    def _metrics(self, number: Varied, offset: int) -> dict[str, Metric]:
+        if offset == 0 and self.halvings in self.middle:
             return self.middle[self.halvings]
-        run = self.prepared(self.sensing.scene_at(one, place))
+        run = self.prepared(self.sensing.scene_at(number, offset))
         replay = Replay(run, self.ends, self.span.until)
         sums = self.sensing.summed(replay, recorded(replay))
-        if place == 0:
+        if offset == 0:
             self.middle[self.halvings] = sums
         return sums
 
@@ -203,16 +203,16 @@ def recorded(run: Run) -> MemoryRecord:
 
 
 def differences(
-    one: Varied, values: dict[int, dict[str, Metric]], others: dict[int, dict[str, Metric]]
+    number: Varied, values: dict[int, dict[str, Metric]], others: dict[int, dict[str, Metric]]
 ) -> Iterator[tuple[str, Sensitivity]]:
     """Sensitivities by metric. values: of places in widths; others: at the looser tolerance."""
-    d, rows = WIDTH * one.size, {}
+    d, rows = WIDTH * number.size, {}
     for name, metric in values[0].items():
         if name.endswith(COUNTS) or any(part in name for part in COUNTED):
             continue
         if not all(name in sums for sums in (*values.values(), *others.values())):
             continue
-        m = {place: sums[name].value for place, sums in values.items()}
+        m = {offset: sums[name].value for offset, sums in values.items()}
         looser = (others[1][name].value - others[-1][name].value) / (2.0 * d)
         if np.isfinite([*m.values(), looser]).all():
             slope, twice = (m[1] - m[-1]) / (2.0 * d), (m[2] - m[-2]) / (4.0 * d)
@@ -223,7 +223,7 @@ def differences(
     g = float(geometric_mean(shares))
     for name, (metric, slope, apart, local) in rows.items():
         error = SAFETY * max(apart, g * abs(slope)) + local
-        parts = metric.value, metric.units, one.size, one.units
+        parts = metric.value, metric.units, number.size, number.units
         yield name, Sensitivity(slope, error, *parts)
 
 

@@ -137,18 +137,18 @@ def companion(
     of the run. Raises CompanionFailed where it fails.
     """
     mechanism = strengthened(start.mechanism, times)
-    other = Run(mechanism, run.span, replace(run.solver, rtol=rtol))
-    other.warned = False  # they are those of the run
+    second = Run(mechanism, run.span, replace(run.solver, rtol=rtol))
+    second.warned = False  # they are those of the run
     # nothing is integrated: other steps show how well extremes are located
-    other.state.longest_step *= longer if run.mechanism.size else 1.0 / LONGER
-    other.state.y[:], other.state.work[:] = start.y, start.work
+    second.state.longest_step *= longer if run.mechanism.size else 1.0 / LONGER
+    second.state.y[:], second.state.work[:] = start.y, start.work
     if changes := run.changes[start.changes :]:
 
-        def strengthen(other: Run) -> None:
-            other.take_mechanism(strengthened(other.mechanism, times))
+        def strengthen(second: Run) -> None:
+            second.take_mechanism(strengthened(second.mechanism, times))
 
-        other.observers.append(ChangesAgain(changes, strengthen))
-    record, failure = other.remembered(run.attributes())
+        second.observers.append(ChangesAgain(changes, strengthen))
+    record, failure = second.remembered(run.attributes())
     if failure is not None:
         raise CompanionFailed(f"the companion at rtol {rtol:g} failed {failure}")
     return record
@@ -173,12 +173,12 @@ def beside(run: Run, start: Start) -> tuple[float, MemoryRecord]:
         return tighter, companion(run, start, tighter)
 
 
-def step_alike(one: Record, other: Record) -> bool:
+def step_alike(first: Record, second: Record) -> bool:
     """True for runs of about as many steps: hardly any was shortened by the tolerance, and their
     difference shows too little of their errors.
     """
-    steps = float(one.solver["steps"])
-    return abs(float(other.solver["steps"]) - steps) <= ALIKE * steps
+    steps = float(first.solver["steps"])
+    return abs(float(second.solver["steps"]) - steps) <= ALIKE * steps
 
 
 def tables(mechanism: Mechanism) -> dict[ClearanceJoint, Tabulated]:
@@ -224,16 +224,16 @@ class Pair:
 
 def paired(run: Run, start: Start, main: Record) -> Pair:
     """A run that has ended beside its companions. Raises CompanionFailed where one fails."""
-    rtol, other = beside(run, start)
-    longer = LONGER if step_alike(main, other) else 1.0
+    rtol, second = beside(run, start)
+    longer = LONGER if step_alike(main, second) else 1.0
     if longer > 1.0:
-        other = companion(run, start, rtol, longer=longer)
-    other.scene = main.scene  # read once
+        second = companion(run, start, rtol, longer=longer)
+    second.scene = main.scene  # read once
     if not (times := film_factor(tables(start.mechanism).values())):
-        return Pair(main, other, (run.solver.rtol, rtol))
+        return Pair(main, second, (run.solver.rtol, rtol))
     film = companion(run, start, rtol, times, longer)
     film.scene = main.scene
-    return Pair(main, other, (run.solver.rtol, rtol), film, times)
+    return Pair(main, second, (run.solver.rtol, rtol), film, times)
 
 
 def stated(
@@ -277,7 +277,7 @@ def _numbers(
     values = {n: [p[n].value for p in parts] for n in parts[0] if all(n in p for p in parts)}
     units = {name: metric.units for name, metric in parts[0].items()}
     located, outer = pair.run.located, [_outermost(record, begin, end) for record in records]
-    values |= {n: [one[n] for one in outer] for n in located.names}
+    values |= {n: [row[n] for row in outer] for n in located.names}
     units |= dict(zip(located.names, located.units, strict=True))
     return {n: np.array(v) for n, v in values.items() if np.isfinite(v).all()}, units
 
@@ -304,8 +304,8 @@ def spreads(numbers: Numbers) -> dict[str, np.ndarray]:
     """
     shares: dict[str, list] = {EXTREME: [], MEAN: [], COUNT: []}
     with np.errstate(divide="ignore", invalid="ignore"):
-        for name, (value, other, film) in numbers.items():
-            share = np.abs(value - other) / np.abs(value)
+        for name, (value, second, film) in numbers.items():
+            share = np.abs(value - second) / np.abs(value)
             shares[kind_of(name)].append(np.where(np.isfinite(film), share, np.nan))
     return {kind: geometric_mean(shares[kind]) for kind in (EXTREME, MEAN)}
 
@@ -317,22 +317,22 @@ def differences(
 
     g: of `spreads`; times: by how many times their errors films are stronger.
     """
-    made = {}
+    errors = {}
     with np.errstate(invalid="ignore"):
-        for name, (value, other, film) in numbers.items():
+        for name, (value, second, film) in numbers.items():
             common = g.get(kind_of(name), 0.0) * np.abs(value)
-            made[name] = np.maximum(np.abs(value - other), common), np.abs(film - other) / times
-    return made
+            errors[name] = np.maximum(np.abs(value - second), common), np.abs(film - second) / times
+    return errors
 
 
 def extremes(pair: Pair, g: float, safety: float) -> ExtremeErrors:
     """Stated errors of the located extremes, stretch by stretch."""
     value = pair.run.located.values
-    other = _fitted(pair.other.located.values, len(value))
-    film = other if pair.film is None else _fitted(pair.film.located.values, len(value))
+    second = _fitted(pair.other.located.values, len(value))
+    film = second if pair.film is None else _fitted(pair.film.located.values, len(value))
     with np.errstate(invalid="ignore"):  # stretches that were not reached hold infinite values
-        bound = safety * np.maximum(np.abs(value - other), g * np.abs(value))
-        off = np.abs(film - other) / pair.times
+        bound = safety * np.maximum(np.abs(value - second), g * np.abs(value))
+        off = np.abs(film - second) / pair.times
     return ExtremeErrors(
         np.where(np.isfinite(bound), bound, 0.0), np.where(np.isfinite(off), off, 0.0)
     )
@@ -360,15 +360,15 @@ def _fitted(values: np.ndarray, count: int) -> np.ndarray:
     return np.concatenate([values, missing])[:count]
 
 
-def channels(one: Record, other: Record) -> dict[str, float]:
+def channels(first: Record, second: Record) -> dict[str, float]:
     """Largest difference at a sample over the range, of each channel."""
     columns: dict[str, float] = {}
     # in memory: nothing but channels; the residual is an error itself
-    left = [path for path in paths(other) if path != "energy/residual"]
-    several = max(TOGETHER // one.time.size, 1)
-    for begin in range(0, len(left), several):
-        some = left[begin : begin + several]
-        a, b = (np.stack([record.values(path) for path in some]) for record in (one, other))
+    names = [path for path in paths(second) if path != "energy/residual"]
+    several = max(TOGETHER // first.time.size, 1)
+    for begin in range(0, len(names), several):
+        some = names[begin : begin + several]
+        a, b = (np.stack([record.values(path) for path in some]) for record in (first, second))
         low, high = a.min(axis=1), a.max(axis=1)
         size = np.maximum(high - low, ROUNDING * np.maximum(-low, high))
         apart = np.abs(a - b).max(axis=1) / np.where(size > 0.0, size, np.inf)

@@ -54,12 +54,12 @@ class Replay(Run):
         state = self.state
         refused, loop = state.rejected, address(self.loop.run, LOOP)
         code = along(loop, state.address, self.ends, self.made)
-        made = int(self.made[0])
+        count = int(self.made[0])
         if state.rejected > refused:
-            raise Refused(f"step {made} to t = {self.ends[made]:.9g} s")
+            raise Refused(f"step {count} to t = {self.ends[count]:.9g} s")
         self._hand_over()
         if code in (status.RUNNING, status.DONE):
-            return status.DONE if made == len(self.ends) else status.RUNNING
+            return status.DONE if count == len(self.ends) else status.RUNNING
         return code
 
 
