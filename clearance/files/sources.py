@@ -51,8 +51,8 @@ def _tell(node: object, words: list[str]) -> None:
     Docstrings are left out, and empty fields and texts: versions of Python differ in these.
     """
     if isinstance(node, list):
-        for one in node:
-            _tell(one, words)
+        for item in node:
+            _tell(item, words)
         words.append("]")
     elif isinstance(node, ast.AST):
         words.append(type(node).__name__)
@@ -71,5 +71,5 @@ def _content(node: ast.AST, name: str) -> object:
     if name == "body" and isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False):
         return value[1:]
     if isinstance(node, ast.JoinedStr):
-        return [one for one in value if getattr(one, "value", None) != ""]
+        return [part for part in value if getattr(part, "value", None) != ""]
     return value

@@ -34,16 +34,16 @@ def text_of(path: str | Path) -> str:
 
 
 @contextmanager
-def shallow(place: object) -> Iterator[None]:
+def shallow(source: object) -> Iterator[None]:
     """Within it, what is nested deeper than Python can follow raises ValueError with its place."""
     try:
         yield
     except (RecursionError, MemoryError):  # Python's parser reports the latter
-        raise ValueError(f"{place} is nested too deep, or too long") from None
+        raise ValueError(f"{source} is nested too deep, or too long") from None
 
 
 def document_of(
-    text: str | bytes, place: object, kind: type = dict, hook: Callable | None = None
+    text: str | bytes, source: object, kind: type = dict, hook: Callable | None = None
 ) -> dict | list:
     """A JSON document: an object, or an array where `kind` is list. hook: makes the objects in it.
 
@@ -52,11 +52,11 @@ def document_of(
     try:
         document = json.loads(text, object_hook=hook)
     except RecursionError:
-        raise ValueError(f"{place} is no JSON of ours: it is nested too deep") from None
+        raise ValueError(f"{source} is no JSON of ours: it is nested too deep") from None
     except ValueError as error:
-        raise ValueError(f"{place} is no JSON: {error}") from None
+        raise ValueError(f"{source} is no JSON: {error}") from None
     if not isinstance(document, kind):
-        raise ValueError(f"{place} is no JSON {'object' if kind is dict else 'array'}")
+        raise ValueError(f"{source} is no JSON {'object' if kind is dict else 'array'}")
     return document
 
 
@@ -65,15 +65,15 @@ def signed(document: dict, indent: int | None = None) -> str:
     return json.dumps(document | {CHECK: _check_of(document)}, indent=indent)
 
 
-def signed_document(text: str | bytes, place: object) -> dict:
+def signed_document(text: str | bytes, source: object) -> dict:
     """The object that `signed` wrote; older texts have no checksum.
 
     Raises ValueError with the place for what is none, or was changed since.
     """
-    document = document_of(text, place)
+    document = document_of(text, source)
     check = document.pop(CHECK, None)
     if check is not None and check != _check_of(document):
-        raise ValueError(f"{place} is not what was written: its checksum differs")
+        raise ValueError(f"{source} is not what was written: its checksum differs")
     return document
 
 
