@@ -158,12 +158,12 @@ def simulate(
         LOG.warning(warning)
     while True:
         run.options |= _options(output, error, settle)
-        more = partial(sensing.add, run) if sensing else None
+        extra = partial(sensing.add, run) if sensing else None
         try:
             if request is not None:
-                result = answer(run, output, request, settle, progress, more)
+                result = answer(run, output, request, settle, progress, extra)
             else:
-                result = write(run, output, progress, error, settle, more=more)
+                result = write(run, output, progress, error, settle, extra=extra)
             warn(result.warnings)
             return result
         except SimulationError as failed:  # not `error`: it is needed again
@@ -191,12 +191,12 @@ def reopened(run: Run, prepared: Callable[..., Run], failure: str) -> tuple[Run 
     return again, failure
 
 
-def _sensing(scene: Scene, given, prepared: partial, settle: float | None):
+def _sensing(scene: Scene, parameters, prepared: partial, settle: float | None):
     """Sensitivities of the run of a scene, from runs of the same options. Raises ValueError."""
     from clearance.accuracy.by_differences import Sensing
 
     options = {n: prepared.keywords[n] for n in ("energy", "max_step", "start")}
-    return Sensing(scene, given, partial(prepare, **options), settle)
+    return Sensing(scene, parameters, partial(prepare, **options), settle)
 
 
 def _opened(path: str | Path | None, checkpoint: float | None) -> tuple[str, ...]:
@@ -300,14 +300,14 @@ def write(
     error: str | None = None,
     settle: float | None = None,
     pair: Callable[[Record], Pair] | None = None,
-    more: "Callable[[Sink], None] | None" = None,
+    extra: "Callable[[Sink], None] | None" = None,
 ) -> Result:
     """Run to the end, streaming into the file; a signal and a full disk end it early, the file
     stored.
 
     error: "auto" and "state" state the errors of its numbers, as `simulate` does; settle: turns
         left out of those. What an observer changes is changed in the second run too. pair: puts
-        companions beside the record, where the run from the same start is none. more: adds to the
+        companions beside the record, where the run from the same start is none. extra: adds to the
         finished file.
     Raises SimulationError, and KeyboardInterrupt with a note that states what is stored.
     """
@@ -317,7 +317,7 @@ def write(
     def record(sink, check: Callable[[], None]) -> str | None:
         return run.record(sink, progress, output.checkpoint, check)
 
-    adds = statement and statement.add, more
+    adds = statement and statement.add, extra
     return _placed(run, output, record, adds, reason, remembering=statement is not None)
 
 
@@ -327,9 +327,9 @@ def answer(
     request: "Request",
     settle: float | None,
     progress: Callable[[float], None] | None,
-    more: "Callable[[Sink], None] | None" = None,
+    extra: "Callable[[Sink], None] | None" = None,
 ) -> Result:
-    """The run that a request leads to, in its file; more: adds to the finished file.
+    """The run that a request leads to, in its file; extra: adds to the finished file.
 
     Raises ValueError for names that the run does not have, before anything runs. Raises NotReached,
     SimulationError, and KeyboardInterrupt, with the best run so far stored in the file.
@@ -346,7 +346,7 @@ def answer(
             stopped.add_note(f"the best run so far is stored in {output.path}")
         raise
     run.dead_centre = best.attempt.run.dead_centre
-    result = _handed_on(best, output, more)
+    result = _handed_on(best, output, extra)
     if best.attempt.failure is not None:
         raise SimulationError(f"an error of {request} cannot be reached: {best.cannot}", result)
     if best.cannot:
@@ -356,14 +356,14 @@ def answer(
 
 
 def _handed_on(
-    reached: "Outcome", output: Output, more: "Callable[[Sink], None] | None" = None
+    reached: "Outcome", output: Output, extra: "Callable[[Sink], None] | None" = None
 ) -> Result:
     """The file of an answer."""
 
     def record(sink, check: Callable[[], None]) -> None:
         reached.attempt.memory.replay(sink)
 
-    adds = partial(add_errors, reached.errors), more
+    adds = partial(add_errors, reached.errors), extra
     return _placed(reached.attempt.run, output, record, adds, "")
 
 
