@@ -175,11 +175,11 @@ class Follower:
         if np.any(section.motion.held & section.motion.remembers):
             raise Family("a contact lasts for the entire period")
         contacts, duration = section.contacts, section.duration
-        place = section.place(unknowns[:-1], self.like)
-        derivative, spread = section.central(place, unknowns[:-1] + change)
+        passage = section.place(unknowns[:-1], self.like)
+        derivative, spread = section.central(passage, unknowns[:-1] + change)
         matrix = self._with_parameter(derivative, unknowns, change)
         tangent = null_vector(matrix, along)
-        outputs = self.shown = aligned(section.outputs(place, self.channels), self.shown)
+        outputs = self.shown = aligned(section.outputs(passage, self.channels), self.shown)
         return Point(
             value,
             self.turns,
@@ -189,7 +189,7 @@ class Follower:
             contacts,
             outputs,
             self.phase,
-            place,
+            passage,
             tangent,
             matrix,
             kind,
@@ -240,13 +240,13 @@ class Follower:
             or abs(point.slope) < STEEP
         ):
             return point
-        phase, place = calmest(section, point.place)
+        phase, passage = calmest(section, point.place)
         if phase == self.phase:
             return point
         self.sections.clear()
-        self.phase, self.like = phase, place
+        self.phase, self.like = phase, passage
         section = self.section(point.value)
-        unknowns = np.append(section.vector(place), self._share(point.value))
+        unknowns = np.append(section.vector(passage), self._share(point.value))
         along = np.zeros(unknowns.size)
         along[-1] = point.slope
         point = self._point(unknowns, along)
@@ -262,37 +262,37 @@ class Follower:
         """
         values, vectors = np.linalg.eig(point.matrix[:, :-1] + np.eye(len(point.matrix)))
         way = vectors[:, np.abs(values + 1.0).argmin()].real
-        other = self._standing(point, 2 * point.period)
-        base, along = other.unknowns(point), np.append(way / np.linalg.norm(way), 0.0)
+        follower = self._standing(point, 2 * point.period)
+        base, along = follower.unknowns(point), np.append(way / np.linalg.norm(way), 0.0)
         for length in AWAY:
             guess = base + length * along
             try:
-                matrix = other.matrix(guess, other.change(guess))
-                first, _ = other._corrected(guess, along, matrix)
-                other.halves = other._halves(first)
+                matrix = follower.matrix(guess, follower.change(guess))
+                first, _ = follower._corrected(guess, along, matrix)
+                follower.halves = follower._halves(first)
             except (NotPeriodic, NotSolved, np.linalg.LinAlgError):
                 continue
-            if np.linalg.norm(other.halves) > length:  # about twice the way
-                return other, first
+            if np.linalg.norm(follower.halves) > length:  # about twice the way
+                return follower, first
         raise NotPeriodic(f"no motion of twice the period was met at {self._text(point)}")
 
     def again(self, point: Point) -> tuple["Follower", Point]:
         """A follower that goes on from a point of a file, and that point with its derivative."""
         drives = self.section(point.value).motion.made.size  # old files have no turns of them
-        place = replace(point.place, turns=np.resize(point.place.turns, drives))
-        point = replace(point, place=place)
-        other = self._standing(point, point.period)
-        other.halves = other._halves(point) if point.branch else None
-        unknowns = other.unknowns(point)
-        return other, replace(point, matrix=other.matrix(unknowns, other.change(unknowns)))
+        passage = replace(point.place, turns=np.resize(point.place.turns, drives))
+        point = replace(point, place=passage)
+        follower = self._standing(point, point.period)
+        follower.halves = follower._halves(point) if point.branch else None
+        unknowns = follower.unknowns(point)
+        return follower, replace(point, matrix=follower.matrix(unknowns, follower.change(unknowns)))
 
     def _standing(self, point: Point, turns: int) -> "Follower":
         """Another follower at a point, with the section of that, and a number of turns."""
-        other = copy(self)
-        other.turns, other.phase, other.like = turns, point.phase, point.place
-        other.sections, other.halves, other.reason = {}, None, ""
-        other.shown = point.outputs
-        return other
+        follower = copy(self)
+        follower.turns, follower.phase, follower.like = turns, point.phase, point.place
+        follower.sections, follower.halves, follower.reason = {}, None, ""
+        follower.shown = point.outputs
+        return follower
 
     def _halves(self, point: Point) -> np.ndarray:
         """Difference between the passage half a period later and that of a point [natural sizes];

@@ -44,8 +44,8 @@ def asked(folder: Path) -> tuple[dict, str, list[dict]] | None:
     if not (folder / FILE).exists():
         return None
     with opened(folder) as reader:
-        made = reader.document("", "made", list) if "made" in reader.attributes() else []
-        return dict(reader.document("", "request")), reader.attribute("", "ended"), made
+        inputs = reader.document("", "made", list) if "made" in reader.attributes() else []
+        return dict(reader.document("", "request")), reader.attribute("", "ended"), inputs
 
 
 def points(folder: Path) -> list[Point]:

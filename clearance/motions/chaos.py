@@ -159,14 +159,14 @@ class Statistics:
         asked, got = f"+- {100.0 * self.asked[name]:.3g} % requested", f"+- {100.0 * share:.2g} %"
         if self.reached:
             return f"{asked}, {got} reached for {name} {over}"
-        more = (
+        reason = (
             f"needs about {_rounded(self.needed)} turns"
             if self.needed
             else "no number of turns is enough"
         )
         if self.needed and self.needed <= self.turns:
-            more = "not confirmed by a second look"
-        return f"{asked}, only {got} for {name} {over}: {more}"
+            reason = "not confirmed by a second look"
+        return f"{asked}, only {got} for {name} {over}: {reason}"
 
     def lines(self) -> list[str]:
         """A table of all quantities, and what it is made of."""
@@ -432,12 +432,12 @@ def asked_of(
 def _motions(
     runner: Ensemble, cut: int, asked: dict[str, float], finest: float = 0.0
 ) -> tuple[Motion, ...]:
-    left = {n: v[:, cut:] for n, v in runner.values.items()}
+    rest = {n: v[:, cut:] for n, v in runner.values.items()}
     # energies of films are differences near zero, counts of contacts jump
-    turns = np.stack([v for n, v in left.items() if n.endswith(PEAKS)], axis=-1)
-    groups = series.motions([left[n] for n in asked], min(asked.values()), finest, turns)
+    turns = np.stack([v for n, v in rest.items() if n.endswith(PEAKS)], axis=-1)
+    groups = series.motions([rest[n] for n in asked], min(asked.values()), finest, turns)
     return tuple(
-        Motion(tuple(group), {n: statistic(v[group], n, runner.about[n]) for n, v in left.items()})
+        Motion(tuple(group), {n: statistic(v[group], n, runner.about[n]) for n, v in rest.items()})
         for group in groups
     )
 
@@ -462,15 +462,15 @@ def _checked(result: Statistics, mechanism: Mechanism, method: str, seed: int) -
     cut = min(result.left_out, turns // 2)
     differences = {}
     for name in result.asked:
-        one = series.mean(result.values[name][:, result.left_out :])
-        two = series.mean(ensemble.values[name][:, cut:])
-        differences[name] = _apart(one, two, result.rtol)
+        coarse = series.mean(result.values[name][:, result.left_out :])
+        fine = series.mean(ensemble.values[name][:, cut:])
+        differences[name] = _apart(coarse, fine, result.rtol)
     return replace(result, check=Check(rtol, starts * turns, differences))
 
 
-def _apart(one: Mean, two: Mean, rtol: float) -> float:
+def _apart(first: Mean, second: Mean, rtol: float) -> float:
     """Difference of two means in joint standard errors; beside them stands the error of the
     integration.
     """
-    error = math.hypot(one.error, two.error, REGULAR * rtol * one.value)
-    return abs(one.value - two.value) / error if error > 0.0 else 0.0
+    error = math.hypot(first.error, second.error, REGULAR * rtol * first.value)
+    return abs(first.value - second.value) / error if error > 0.0 else 0.0

@@ -69,11 +69,11 @@ class Ensemble:
 def somewhere(mechanism: Mechanism, rng: np.random.Generator) -> np.ndarray:
     """A start with the journals anywhere in a part of their clearances, evenly."""
     y = mechanism.y0.copy()
-    for joint, place in mechanism.offsets.items():
+    for joint, states in mechanism.offsets.items():
         count = len(joint.soft_coordinates)
         direction = rng.normal(size=count)
         radius = SPREAD * rng.random() ** (1.0 / count)
-        y[place] = mechanism.scale[place] * radius * direction / np.linalg.norm(direction)
+        y[states] = mechanism.scale[states] * radius * direction / np.linalg.norm(direction)
     return y
 
 
@@ -129,8 +129,8 @@ class Turning:
         if not (about := by_turn(record, self.turns)):
             return  # no turn is complete
         self.about = about
-        for name, one in self.about.items():
-            self.pieces.setdefault(name, []).append(one.values)
+        for name, quantity in self.about.items():
+            self.pieces.setdefault(name, []).append(quantity.values)
         self.turns += len(next(iter(self.about.values())).values)
         self.latest.forget(float(record.time_at(np.array([self.turns]))[0]))
 

@@ -80,11 +80,11 @@ class Branch:
             if high - low <= least:
                 continue
             here = [stable for a, b, stable in parts if a <= low and high <= b]
-            one = (low, high, len(here), sum(here))
-            if stretches and stretches[-1][1] == low and stretches[-1][2:] == one[2:]:
-                stretches[-1] = (stretches[-1][0], *one[1:])
+            stretch = (low, high, len(here), sum(here))
+            if stretches and stretches[-1][1] == low and stretches[-1][2:] == stretch[2:]:
+                stretches[-1] = (stretches[-1][0], *stretch[1:])
             elif len(here) > 1:
-                stretches.append(one)
+                stretches.append(stretch)
         return stretches
 
     def _parts(self) -> Iterator[tuple[float, float, bool]]:
@@ -292,7 +292,7 @@ def _met(
         met.pop()
     if not met or reason != INTERRUPTED and sum(p.branch == met[-1].branch for p in met) >= most:
         return [], []
-    changed = dict.fromkeys(c for one in inputs or [{}] for c in differences(one, now))
+    changed = dict.fromkeys(c for entry in inputs or [{}] for c in differences(entry, now))
     if changed:
         accept(f"{folder} has {len(met)} points", changed, accept_changes)
     return met, inputs

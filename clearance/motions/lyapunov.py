@@ -249,11 +249,11 @@ class _Companion(_Motion):
 
         Not while only one of the two is in a contact that both are about to have or have had.
         """
-        mine, other, joints = self.run.state, motion.run.state, self.touching.size
-        apart = mine.y - other.y
-        lasted = other.time - other.contacts[:, SINCE]
+        mine, theirs, joints = self.run.state, motion.run.state, self.touching.size
+        apart = mine.y - theirs.y
+        lasted = theirs.time - theirs.contacts[:, SINCE]
         both = self.touching & motion.touching & (lasted < self.lasting)
-        memory = np.where(both, mine.work[:joints] - other.work[:joints], 0.0)
+        memory = np.where(both, mine.work[:joints] - theirs.work[:joints], 0.0)
         d = math.sqrt(np.sum((apart / self.scale) ** 2) + np.sum((memory / self.speeds) ** 2))
         if not 0.0 < d < math.inf:
             raise NotSolved(
@@ -262,9 +262,9 @@ class _Companion(_Motion):
         grown, self.last = math.log(d / self.last), d
         if np.array_equal(self.touching, motion.touching) or d > FAR:
             factor = self.distance / d
-            mine.contacts[:] = other.contacts
-            mine.work[:joints] = other.work[:joints] + factor * memory
-            self._restart(other.y + factor * apart)
+            mine.contacts[:] = theirs.contacts
+            mine.work[:joints] = theirs.work[:joints] + factor * memory
+            self._restart(theirs.y + factor * apart)
             self.last = self.distance
         return grown
 

@@ -126,23 +126,23 @@ class Motion:
         still = np.zeros(spots, dtype=bool), np.full(spots, FREE), np.zeros(spots)
         return Place(y, carried, *still, turns)
 
-    def moved(self, place: Place, y: np.ndarray, speeds: np.ndarray | None = None) -> Place:
+    def moved(self, state: Place, y: np.ndarray, speeds: np.ndarray | None = None) -> Place:
         """A place with other states and remembered speeds."""
-        return replace(place, y=y, speeds=place.speeds if speeds is None else speeds)
+        return replace(state, y=y, speeds=state.speeds if speeds is None else speeds)
 
     # --- advancing
-    def go(self, place: Place, begin: float, end: float) -> Place:
+    def go(self, start: Place, begin: float, end: float) -> Place:
         """The place at the time `end` of the motion that is in another one at `begin` [s].
 
         Raises NotSolved where the motion cannot be continued.
         """
-        self._begin(place, begin)
+        self._begin(start, begin)
         self._advance(end)
         return self.here()
 
-    def stops(self, place: Place, begin: float, ends) -> list[Place]:
+    def stops(self, start: Place, begin: float, ends) -> list[Place]:
         """The places at several times, one after another."""
-        self._begin(place, begin)
+        self._begin(start, begin)
         places = []
         for end in ends:
             self._advance(float(end))
@@ -170,12 +170,12 @@ class Motion:
         finally:
             self.limit = limit
 
-    def _begin(self, place: Place, time: float) -> None:
+    def _begin(self, start: Place, time: float) -> None:
         state = self.run.state
         np.copyto(state.memory, self.fresh)
         state.time, state.begin, state.step_limit = time, time, self.limit
-        self.run.place(place)
-        self.begun, self.turns = time, place.turns
+        self.run.place(start)
+        self.begun, self.turns = time, start.turns
 
     def _advance(self, end: float) -> None:
         state, before, method = self.run.state, self.run.state.time, self.run.method
@@ -211,9 +211,9 @@ class Motion:
         ages = np.where(touching, state.time - state.contacts[:, SINCE], 0.0)
         return Place(state.y.copy(), carried, touching, speeds, ages, self.turns)
 
-    def later(self, place: Place, turns: int) -> Place:
+    def later(self, state: Place, turns: int) -> Place:
         """A place as seen from so many turns later: its drives have made them before."""
-        return replace(place, turns=place.turns + turns * self.made)
+        return replace(state, turns=state.turns + turns * self.made)
 
     @property
     def held(self) -> np.ndarray:
@@ -221,14 +221,14 @@ class Motion:
         contacts = self.run.state.contacts
         return (contacts[:, TOUCHING] > 0.0) & (contacts[:, SINCE] < self.begun)
 
-    def rates(self, time: float, place: Place) -> np.ndarray:
+    def rates(self, time: float, state: Place) -> np.ndarray:
         """Rates of the states."""
-        mechanism, rates = self.mechanism, np.zeros(place.y.size)
-        mechanism.kernel("rhs")(time, place.y, mechanism.par, self.work(place), rates)
+        mechanism, rates = self.mechanism, np.zeros(state.y.size)
+        mechanism.kernel("rhs")(time, state.y, mechanism.par, self.work(state), rates)
         return rates
 
     def alike(
-        self, place: Place, winding: np.ndarray, angles: np.ndarray, turns: np.ndarray
+        self, state: Place, winding: np.ndarray, angles: np.ndarray, turns: np.ndarray
     ) -> bool:
         """True where so many full turns of the angles at `winding` in the state and of the drives,
         in either sense, leave the forces as they are: they turn together, or no spring, tooth or
@@ -240,9 +240,9 @@ class Motion:
         if any(key) and key not in self.same:
 
             def rates(share: float, moved: np.ndarray | float = 0.0, times: int = 0) -> np.ndarray:
-                y = place.y.copy()
+                y = state.y.copy()
                 y[winding] += moved
-                there = replace(place, y=y, turns=place.turns + times * turns)
+                there = replace(state, y=y, turns=state.turns + times * turns)
                 return self.rates(share * self.turn, there)
 
             def same(share: float) -> bool:
@@ -254,20 +254,20 @@ class Motion:
                 moved = (rates(share, n * TURN * angles, n) for n in (-1, 1))
                 return all(np.abs(there - base).max() <= allowed for there in moved)
 
-            little = ROUNDED * np.spacing(TURN + np.abs(place.y[winding]))
+            little = ROUNDED * np.spacing(TURN + np.abs(state.y[winding]))
             self.same[key] = all(map(same, PROBED))
         return self.same.get(key, True)
 
-    def work(self, place: Place) -> np.ndarray:
+    def work(self, state: Place) -> np.ndarray:
         """Work vector of the kernels there, whose drives stand as they do there."""
         mechanism, work = self.mechanism, np.append(self.mechanism.work0, 0.0)
-        mechanism.turn(place.turns)
+        mechanism.turn(state.turns)
         mine = np.flatnonzero(self.run.state.contacts[:, KIND] == CONTACT)
-        work[mine] = place.speeds[mine]
-        work[mechanism.layout.carried_places] = place.carried
+        work[mine] = state.speeds[mine]
+        work[mechanism.layout.carried_places] = state.carried
         return work
 
-    def gap(self, time: float, place: Place) -> float:
+    def gap(self, time: float, state: Place) -> float:
         """Smallest gap over its size [-] of the spots that may touch; infinite where there is
         none.
         """
@@ -276,7 +276,7 @@ class Motion:
         if not mine.size:
             return math.inf
         inside = np.zeros(SPOT_VALUES * len(mechanism.spots))
-        mechanism.kernel("events")(time, place.y, mechanism.par, self.work(place), inside)
+        mechanism.kernel("events")(time, state.y, mechanism.par, self.work(state), inside)
         reach = np.array([spot.reach for _, spot in mechanism.spots])
         return float((-inside[::SPOT_VALUES] / reach)[mine].min())
 
@@ -303,7 +303,7 @@ def _turns_made(mechanism: Mechanism, period: float) -> np.ndarray:
     return np.array([round((after[n] - before[n]) / TURN) for n in names], dtype=int)
 
 
-def _repeats(mechanism: Mechanism, period: float, made: np.ndarray) -> bool:
+def _repeats(mechanism: Mechanism, period: float, turns: np.ndarray) -> bool:
     """True where the forces come back after the period, but for full turns of drives; False where
     time is not in them at all.
 
@@ -313,7 +313,7 @@ def _repeats(mechanism: Mechanism, period: float, made: np.ndarray) -> bool:
     y, out = mechanism.y0 + 0.01 * mechanism.scale, np.zeros(mechanism.size)
 
     def rates(share: float, periods: int) -> np.ndarray:
-        mechanism.turn(-periods * made)
+        mechanism.turn(-periods * turns)
         rhs((share + periods) * period, y.copy(), mechanism.par, work.copy(), out)
         return out.copy()
 
@@ -327,7 +327,7 @@ def _repeats(mechanism: Mechanism, period: float, made: np.ndarray) -> bool:
     if len(base) == len(PROBED) and np.ptp(values, axis=0).max() == 0.0:
         return False
     later = [np.abs(rates(s, n) - there).max() for n in LATER for s, there in base.items()]
-    mechanism.turn(0 * made)
+    mechanism.turn(0 * turns)
     if not max(later) <= EQUAL * size:
         raise ValueError(
             f"the forces do not come back after {period:.6g} s: they differ by "
@@ -363,17 +363,17 @@ class Section:
         self.duration, self.contacts = turns * motion.turn, 0
 
     # --- coordinates in the section
-    def spots(self, place: Place) -> np.ndarray:
+    def spots(self, passage: Place) -> np.ndarray:
         """Spots whose remembered speed is a coordinate here."""
-        return np.flatnonzero(place.touching & self.motion.remembers)
+        return np.flatnonzero(passage.touching & self.motion.remembers)
 
-    def vector(self, place: Place) -> np.ndarray:
-        """Coordinates of a place in natural sizes: states, then remembered speeds."""
-        spots = self.spots(place)
+    def vector(self, passage: Place) -> np.ndarray:
+        """Coordinates of a passage in natural sizes: states, then remembered speeds."""
+        spots = self.spots(passage)
         return np.concatenate(
             [
-                place.y[self.states] / self.scale[self.states],
-                place.speeds[spots] / self._speeds[spots],
+                passage.y[self.states] / self.scale[self.states],
+                passage.speeds[spots] / self._speeds[spots],
             ]
         )
 
@@ -390,7 +390,7 @@ class Section:
         return mechanism.frequency * np.array([spot.reach for _, spot in mechanism.spots])
 
     # --- the map
-    def next(self, place: Place) -> Place:
+    def next(self, passage: Place) -> Place:
         """The next passage. duration [s] and contacts are those of the way. Angles of bodies and
         drives go back by full turns where the forces are the same then: not those of a wheel that
         winds its spring.
@@ -398,31 +398,31 @@ class Section:
         before = self.motion.run.contact_count
         if self.angle is None:
             period = self.motion.turn
-            end = self.motion.go(place, self.phase * period, (self.phase + self.turns) * period)
+            end = self.motion.go(passage, self.phase * period, (self.phase + self.turns) * period)
             end = self.motion.later(end, self.turns)
         else:
-            end = self._crossed(place)
+            end = self._crossed(passage)
         self.contacts = self.motion.run.contact_count - before
-        return self._wound(end, place) or end
+        return self._wound(end, passage) or end
 
-    def at_start(self, place: Place) -> Place:
-        """Place, at the beginning of a period, of the motion that passes here."""
+    def at_start(self, passage: Place) -> Place:
+        """Place, at the beginning of a period, of the motion with this passage."""
         if self.angle is not None or self.phase == 0.0:
-            return place
+            return passage
         turn = self.motion.turn
-        end = self.motion.later(self.motion.go(place, self.phase * turn, turn), 1)
-        return self._wound(end, place) or end
+        end = self.motion.later(self.motion.go(passage, self.phase * turn, turn), 1)
+        return self._wound(end, passage) or end
 
-    def _wound(self, place: Place, like: Place) -> Place | None:
+    def _wound(self, passage: Place, like: Place) -> Place | None:
         """A place with its angles and drives as near to those of another as full turns bring them;
         None where the forces are others then.
         """
-        turns = np.rint((place.y - like.y)[self.winding] / TURN).astype(int)
-        if not self.motion.alike(like, self.winding, turns, place.turns - like.turns):
+        turns = np.rint((passage.y - like.y)[self.winding] / TURN).astype(int)
+        if not self.motion.alike(like, self.winding, turns, passage.turns - like.turns):
             return None
-        y = place.y.copy()
+        y = passage.y.copy()
         y[self.winding] -= TURN * turns
-        return replace(place, y=y, turns=like.turns)
+        return replace(passage, y=y, turns=like.turns)
 
     def between(self, before: Place, after: Place) -> np.ndarray:
         """Difference between the states of two passages [natural sizes]; infinite where bodies or
@@ -433,24 +433,24 @@ class Section:
             return np.full(self.states.size, math.inf)
         return (end.y - before.y)[self.states] / self.scale[self.states]
 
-    def _crossed(self, place: Place) -> Place:
+    def _crossed(self, passage: Place) -> Place:
         """The passage of an autonomous motion through the same angle, after full turns."""
         motion, i = self.motion, self.angle
         rate = motion.mechanism.layout.rates.start + i
-        motion._begin(place, 0.0)
+        motion._begin(passage, 0.0)
         way = self.turns * self.way
         state = motion.run.state
         for _ in range(TRIES):
-            left, speed = place.y[i] + way - state.y[i], state.y[rate]
-            if abs(left) < LEFT:
-                return self._straight(left / speed)
+            remaining, speed = passage.y[i] + way - state.y[i], state.y[rate]
+            if abs(remaining) < LEFT:
+                return self._straight(remaining / speed)
             step = motion.turn / CHUNK
-            if left * speed > 0.0:
-                step = min(step, left / speed)
+            if remaining * speed > 0.0:
+                step = min(step, remaining / speed)
             before = state.memory.copy()
             motion._advance(state.time + step)
             state = motion.run.state
-            while (place.y[i] + way - state.y[i]) * way < -LEFT * abs(way):
+            while (passage.y[i] + way - state.y[i]) * way < -LEFT * abs(way):
                 np.copyto(state.memory, before)
                 step *= 0.5
                 motion._advance(state.time + step)
@@ -465,9 +465,9 @@ class Section:
         self.duration = float(state.time) + time
         return self.motion.moved(here, here.y + time * self.motion.rates(float(state.time), here))
 
-    def outputs(self, place: Place, channels: list[str]) -> np.ndarray:
+    def outputs(self, passage: Place, channels: list[str]) -> np.ndarray:
         """Values of channels where each turn begins, (turns, channels)."""
-        motion, here, rows = self.motion, self.at_start(place), []
+        motion, here, rows = self.motion, self.at_start(passage), []
         columns = [motion.mechanism.layout.output[c] for c in channels]
         for turn in range(self.turns if columns else 0):
             if turn:
@@ -476,23 +476,23 @@ class Section:
             rows.append(motion.mechanism.outputs(turn * motion.turn, here.y, work)[columns])
         return np.array(rows).reshape(len(rows), len(columns))
 
-    def change(self, place: Place) -> tuple[np.ndarray, Place]:
+    def change(self, passage: Place) -> tuple[np.ndarray, Place]:
         """Difference between the next passage and this one, in natural sizes, and the next one.
 
         Raises NotPeriodic where other joints are in contact there.
         """
-        end = self.next(place)
-        if not np.array_equal(self.spots(end), self.spots(place)):
+        end = self.next(passage)
+        if not np.array_equal(self.spots(end), self.spots(passage)):
             raise NotPeriodic("other joints are in contact one period later")
-        if not np.array_equal(end.turns, place.turns):
+        if not np.array_equal(end.turns, passage.turns):
             raise NotPeriodic("springs or teeth are wound up by turns in a period")
-        return self.vector(end) - self.vector(place), end
+        return self.vector(end) - self.vector(passage), end
 
-    def apart(self, place: Place) -> np.ndarray:
+    def apart(self, passage: Place) -> np.ndarray:
         """Difference between the states of the next passage and these [natural sizes]."""
-        return self.between(place, self.next(place))
+        return self.between(passage, self.next(passage))
 
-    def central(self, place: Place, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def central(self, passage: Place, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivative of the map by central differences, and half of what forward ones have more
         than backward ones.
 
@@ -501,23 +501,23 @@ class Section:
         """
         step = self.motion.rtol ** (1.0 / 3.0)
         try:
-            ahead, behind = (self.derivative(place, image, s) for s in (step, -step))
+            ahead, behind = (self.derivative(passage, image, s) for s in (step, -step))
         except NotPeriodic:
             step = math.sqrt(self.motion.rtol)
-            ahead, behind = (self.derivative(place, image, s) for s in (step, -step))
+            ahead, behind = (self.derivative(passage, image, s) for s in (step, -step))
         return 0.5 * (ahead + behind), 0.5 * (ahead - behind)
 
-    def derivative(self, place: Place, image: np.ndarray, step: float | None = None) -> np.ndarray:
+    def derivative(self, start: Place, image: np.ndarray, step: float | None = None) -> np.ndarray:
         """Derivative of the map by one-sided differences; image: coordinates of the next passage.
 
         step: increment, negative for backward ones (default: root of the local tolerance).
         """
-        base, step = self.vector(place), step or math.sqrt(self.motion.rtol)
+        base, step = self.vector(start), step or math.sqrt(self.motion.rtol)
         columns, way = [], (self.duration, self.contacts)
         for i in range(base.size):
             moved = base.copy()
             moved[i] += step
-            change, _ = self.change(self.place(moved, place))
+            change, _ = self.change(self.place(moved, start))
             columns.append((change + moved - image) / step)
         self.duration, self.contacts = way  # of the passage itself, not of its neighbours
         return np.stack(columns, axis=1)

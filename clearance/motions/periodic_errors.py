@@ -45,9 +45,9 @@ def paired(section: Section, fixed: Fixed, orbiting: Orbiting, main: Record) -> 
     rtol = section.motion.rtol
     looser = min(LOOSER * rtol, LOOSEST)
     times = film_factor(tables(section.motion.mechanism).values())
-    other = _orbit(section, fixed, orbiting, looser)
+    companion = _orbit(section, fixed, orbiting, looser)
     film = _orbit(section, fixed, orbiting, looser, times) if times else None
-    return Pair(main, other, (rtol, looser), film, times or 1.0)
+    return Pair(main, companion, (rtol, looser), film, times or 1.0)
 
 
 def _orbit(
@@ -57,8 +57,8 @@ def _orbit(
     many times their errors.
     """
     try:
-        other = _again(section, rtol, times)
-        run = orbiting(other, _moved(other, fixed))
+        companion = _again(section, rtol, times)
+        run = orbiting(companion, _moved(companion, fixed))
     except (NotPeriodic, NotSolved, np.linalg.LinAlgError) as reason:
         raise CompanionFailed(f"the companion at rtol {rtol:g} failed: {reason}") from None
     run.take_mechanism(strengthened(run.mechanism, times))
@@ -73,8 +73,8 @@ def _again(section: Section, rtol: float, times: float) -> Section:
     motion = section.motion
     mechanism = strengthened(motion.mechanism, times)
     turn = None if motion.autonomous else motion.turn
-    other = Motion(motion.scene, rtol, motion.run.method, turn, mechanism)
-    return Section(other, section.turns, section.phase)
+    companion = Motion(motion.scene, rtol, motion.run.method, turn, mechanism)
+    return Section(companion, section.turns, section.phase)
 
 
 def _moved(section: Section, fixed: Fixed) -> Fixed:

@@ -65,12 +65,12 @@ class Explicit:
         """Columns of positions, speeds and accelerations, in turn, of the bodies that close
         loops.
         """
-        place = {c.path: i for i, c in enumerate(self.channels)}
+        column = {c.path: i for i, c in enumerate(self.channels)}
         closing = [
             a.body.name for g in self.mechanism.plan.groups if g.closures for a in g.attachments
         ]
         names = [f"bodies/{b}/{n}" for b in closing for x in "xy" for n in (x, "v" + x, "a" + x)]
-        return np.array([place[n] for n in names], np.int64)
+        return np.array([column[n] for n in names], np.int64)
 
     def _why(self, times: np.ndarray, rows: np.ndarray, work: np.ndarray, done: int) -> str:
         if np.isfinite(rows[done]).all():

@@ -59,8 +59,8 @@ def multipliers(derivative: np.ndarray, spread: np.ndarray) -> tuple[np.ndarray,
     return values, np.abs((lefts @ spread) * vectors.T).sum(axis=1)
 
 
-def newton(section: Section, place: Place, tolerance: float) -> Fixed:
-    """The fixed point near a place: (P'(y) - 1) dy = y - P(y), until dy is below the tolerance
+def newton(section: Section, passage: Place, tolerance: float) -> Fixed:
+    """The fixed point near a passage: (P'(y) - 1) dy = y - P(y), until dy is below the tolerance
     [natural sizes]. That step is taken too, so that what is left is far below the error of the
     integration.
 
@@ -69,23 +69,23 @@ def newton(section: Section, place: Place, tolerance: float) -> Fixed:
     NotSolved where the first one cannot.
     """
     derivative, last = None, np.inf
-    change, _ = section.change(place)
+    change, _ = section.change(passage)
     with section.motion.trials():
         for _ in range(ROUNDS + 1):
-            base = section.vector(place)
+            base = section.vector(passage)
             if derivative is None:
-                derivative = section.derivative(place, base + change)
+                derivative = section.derivative(passage, base + change)
             step = _solved(np.eye(base.size) - derivative, change)
             length = float(np.abs(step).max())
             if last < tolerance:
-                both = section.central(place, base + change)
-                return Fixed(place, *both, float(np.abs(change).max()), length)
+                both = section.central(passage, base + change)
+                return Fixed(passage, *both, float(np.abs(change).max()), length)
             if length > 2.0 * last and length > LIMIT:
                 break
             if length > max(STRAIGHT * last, tolerance):
                 derivative = None
-            place = section.place(base + step * (LIMIT / max(length, LIMIT)), place)
-            change, _ = section.change(place)
+            passage = section.place(base + step * (LIMIT / max(length, LIMIT)), passage)
+            change, _ = section.change(passage)
             last = length
     raise NotPeriodic(
         f"Newton's method stays {last:.2g} of the natural sizes away from a periodic motion"
@@ -112,9 +112,9 @@ def slow_states(section: Section) -> list[int]:
 
 
 def settled(
-    section: Section, place: Place, slow: list[int], tolerance: float, report=lambda text: None
+    section: Section, passage: Place, slow: list[int], tolerance: float, report=lambda text: None
 ) -> Place:
-    """A place whose slow states come back, the fast ones carried along.
+    """A passage whose slow states come back, the fast ones carried along.
 
     g(z) = z(end) - z(start) of the second of two periods that both begin with the slow states z;
     Broyden's method on g, which is the secant method for one slow state, from a derivative by
@@ -122,7 +122,7 @@ def settled(
     tolerance [natural sizes].
     Raises NotPeriodic where it does not converge.
     """
-    here = place
+    here = passage
 
     def change(z: np.ndarray) -> np.ndarray:
         nonlocal here
@@ -132,7 +132,7 @@ def settled(
             here = section.next(section.place(vector, here))
         return section.vector(here)[slow] - z
 
-    z = section.vector(place)[slow]
+    z = section.vector(passage)[slow]
     g = change(z)
     slope = np.zeros((z.size, z.size))
     with section.motion.trials():

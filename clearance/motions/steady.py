@@ -175,11 +175,11 @@ class Search:
         self.waited, self.slow, self.far, self.reason = 0, (), 0.0, ""
         self.passages: list[Place] = []
 
-    def solved(self, place: Place) -> tuple[Section, Fixed]:
+    def solved(self, start: Place) -> tuple[Section, Fixed]:
         """A section and its fixed point.
         Raises NotPeriodic where there is none within the turns allowed.
         """
-        section, self.passages = Section(self.motion), [place]
+        section, self.passages = Section(self.motion), [start]
         slow = slow_states(section)
         while self.waited < self.most:
             turns = self._wait(section, slow)
@@ -233,19 +233,19 @@ class Search:
 
     def _closed(self, section: Section, slow: list[int], turns: int) -> tuple[Section, Fixed]:
         """Solved from where the motion stands."""
-        place, tolerance = self.passages[-1], self.tolerance
+        passage, tolerance = self.passages[-1], self.tolerance
         if slow:
-            before = section.vector(place)[slow]
-            place = settled(section, place, slow, tolerance, self.report)
+            before = section.vector(passage)[slow]
+            passage = settled(section, passage, slow, tolerance, self.report)
             names = section.motion.mechanism.layout.names
             self.slow = tuple(names[section.states[i]] for i in slow)
-            self.far = float(np.abs(section.vector(place)[slow] - before).max())
-        section, place = self._best_section(section, place, turns)
+            self.far = float(np.abs(section.vector(passage)[slow] - before).max())
+        section, passage = self._best_section(section, passage, turns)
         self.report(f"solving for a motion of {numbered(turns)}")
-        section.next(place)
+        section.next(passage)
         if any(self.motion.held & self.motion.remembers):
             raise Family(self._held())
-        section, fixed = self._shortest(section, newton(section, place, tolerance))
+        section, fixed = self._shortest(section, newton(section, passage, tolerance))
         if (largest := abs(fixed.multipliers[0])) >= 1.0:
             raise NotPeriodic(
                 f"a motion of {numbered(turns)} was met that is unstable (multiplier of size "
@@ -279,13 +279,13 @@ class Search:
             "its own; a law without impact speed, such as hertz, has one"
         )
 
-    def _best_section(self, section: Section, place: Place, turns: int) -> tuple[Section, Place]:
+    def _best_section(self, section: Section, passage: Place, turns: int) -> tuple[Section, Place]:
         """A section away from the ends of contacts, and where the motion stands there."""
         motion = self.motion
         if motion.autonomous or not np.any(motion.remembers):
-            return Section(motion, turns, section.phase), place
-        phase, place = calmest(section, place)
-        return Section(motion, turns, phase), place
+            return Section(motion, turns, section.phase), passage
+        phase, passage = calmest(section, passage)
+        return Section(motion, turns, phase), passage
 
     def _failure(self, section: Section) -> str:
         """The reason why no periodic motion was reached."""
@@ -309,14 +309,14 @@ def numbered(turns: int) -> str:
     return f"{turns} turn" if turns == 1 else f"{turns} turns"
 
 
-def calmest(section: Section, place: Place) -> tuple[float, Place]:
+def calmest(section: Section, passage: Place) -> tuple[float, Place]:
     """The phase of the next turn that lies furthest from the beginnings and ends of contacts, with
     the state there. It is the middle of a long free flight, else of the longest stretch in the same
     contacts.
     """
     motion = section.motion
     times = motion.turn * (section.phase + np.arange(1, PHASES + 1) / PHASES)
-    places = motion.stops(place, section.phase * motion.turn, times)
+    places = motion.stops(passage, section.phase * motion.turn, times)
     stretches = [(len(same), same) for same in _stretches([section.spots(p) for p in places])]
     flights = [
         s for s in stretches if s[0] >= LONG * PHASES and not section.spots(places[s[1][0]]).size
@@ -359,10 +359,10 @@ def _orbiting(samples: int, section: Section, fixed: Fixed) -> Run:
 
 def _facts(fixed: Fixed, facts: dict, slow: tuple[str, ...]) -> dict:
     """Attributes of /steady."""
-    given = {name: value for name, value in facts.items() if value is not None}
+    attributes = {name: value for name, value in facts.items() if value is not None}
     parts = {
         "multipliers_real": fixed.multipliers.real,
         "multipliers_imaginary": fixed.multipliers.imag,
         "multipliers_error": fixed.errors,
     }
-    return given | parts | {"slow": ", ".join(slow)}
+    return attributes | parts | {"slow": ", ".join(slow)}
