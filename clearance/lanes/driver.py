@@ -405,8 +405,8 @@ def asked(s, lane):
     number.
     """
     columns, width = 0, s.rows.shape[1]
-    for place in range(s.active):
-        i = s.searched[place]
+    for index in range(s.active):
+        i = s.searched[index]
         q = s.searches[i]
         if q[STAGE] == SUMMIT and columns < width:
             theta = summit(q, s.rows[s.at[VALUE] + i, lane])
@@ -484,8 +484,8 @@ def lead_on(s, lane):
         refine(s, lane)
     if s.rows[s.at[FOUND], lane] > 0.5:
         search(s, lane)
-    made = s.rows[s.at[STEPS], lane] + s.rows[s.at[REJECTED], lane]
-    if s.rows[s.at[PHASE], lane] == PREPARE and made >= s.limit:
+    trials = s.rows[s.at[STEPS], lane] + s.rows[s.at[REJECTED], lane]
+    if s.rows[s.at[PHASE], lane] == PREPARE and trials >= s.limit:
         s.rows[s.at[STATUS], lane] = status.TOO_MANY_STEPS
         s.rows[s.at[PHASE], lane] = ARRIVED
     if s.rows[s.at[PHASE], lane] == ARRIVED and not arrive(s, lane):

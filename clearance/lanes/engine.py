@@ -31,14 +31,14 @@ class PieceLowering(Lanes):
 
     def call(self, function, args: list[ir.Value]) -> ir.Value:
         """Values of a kernel, as one structure."""
-        build, made = self.builder, self.entries[function]
+        build, kernel = self.builder, self.entries[function]
         time, inputs, outputs = (self._room(n) for n in (1, len(args) - 1, function.count))
         self.arrays |= {"time": time, "inputs": inputs, "outputs": outputs}
         build.store(args[0], self.place("time", 0), align=8)
         for i, value in enumerate(args[1:]):
             build.store(self.number(value), self.place("inputs", i), align=8)
         arrays = self.arrays
-        build.call(made, [time, inputs, arrays["par"], arrays["work"], outputs, arrays["data"]])
+        build.call(kernel, [time, inputs, arrays["par"], arrays["work"], outputs, arrays["data"]])
         result = ir.Constant(self.structure(function.count), ir.Undefined)
         for i in range(function.count):
             result = build.insert_value(result, self.load("outputs", i), i)
@@ -60,12 +60,12 @@ class PieceLowering(Lanes):
         masks = [] if piece.on is None else [piece.on]
         self.run(scheduled([*piece.outputs.values(), *masks]))
         fence = self.external(f"llvm.arithmetic.fence.{self.suffix}", self.kind, 1)
-        for place, value in sorted(piece.outputs.items()):
+        for row, value in sorted(piece.outputs.items()):
             value = self.number(self.value(value))
             for on in masks:
-                value = self.builder.select(self.value(on), value, self.load("s", place))
+                value = self.builder.select(self.value(on), value, self.load("s", row))
                 value = self.builder.call(fence, [value])
-            self.builder.store(value, self.place("s", place), align=8)
+            self.builder.store(value, self.place("s", row), align=8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ def engine(
     }
     watch.look_first(pieces["start"], entries, watched)
     sampled = pieces["sample"].used(entries.samples)
-    module, made, shared = new_module(), {}, {}
+    module, calls, shared = new_module(), {}, {}
     places = {
         entries.rhs: ("rhs", dict(enumerate(range(shape.size)))),
         entries.films: ("events", dict(enumerate(SPOT_VALUES * spot for _, spot in shape.films))),
@@ -138,10 +138,10 @@ def engine(
     }
     for entry, (role, outputs) in places.items():
         narrow = kernels.narrowed(structure.programs[role], outputs)
-        made[entry] = kernels.write(module, entry.name, folding.program(narrow), width, shared)
-    made[entries.jacobian] = kernels.write(module, "jacobian", filled(jacobian, n), width, shared)
+        calls[entry] = kernels.write(module, entry.name, folding.program(narrow), width, shared)
+    calls[entries.jacobian] = kernels.write(module, "jacobian", filled(jacobian, n), width, shared)
     for name, piece in pieces.items():
-        write(module, f"piece_{name}", piece, rows, width, made)
+        write(module, f"piece_{name}", piece, rows, width, calls)
     step = [*rows.places("base"), *rows.places("polynomial")]
     sample = [*rows.places("sample_base"), *rows.places("sample_polynomial")]
     copy(module, "piece_hold", dict(zip(step, sample, strict=True)), width)
@@ -164,11 +164,11 @@ def copy(
     builder = ir.IRBuilder(function.append_basic_block())
     lane = ir.VectorType(DOUBLE, width)
     for source, target in places.items():
-        one, other = (
-            builder.gep(argument, [ir.Constant(INT64, place * width)])
-            for argument, place in zip(function.args, (source, target), strict=True)
+        origin, destination = (
+            builder.gep(argument, [ir.Constant(INT64, row * width)])
+            for argument, row in zip(function.args, (source, target), strict=True)
         )
-        value = builder.load(one)
+        value = builder.load(origin)
         if spread:
             value = builder.insert_element(ir.Constant(lane, ir.Undefined), value, INT64(0))
             value = builder.shuffle_vector(
@@ -176,8 +176,8 @@ def copy(
                 ir.Constant(lane, ir.Undefined),
                 ir.Constant(ir.VectorType(INT32, width), [0] * width),
             )
-            other = builder.bitcast(other, lane.as_pointer())
-        builder.store(value, other, align=8)
+            destination = builder.bitcast(destination, lane.as_pointer())
+        builder.store(value, destination, align=8)
     builder.ret_void()
 
 
@@ -189,7 +189,7 @@ def filled(jacobian, n: int):
     return type(jacobian)(jacobian.role, outputs, jacobian.slots)
 
 
-def write(module: ir.Module, name: str, piece: Piece, rows: Rows, width: int, made: dict) -> None:
+def write(module: ir.Module, name: str, piece: Piece, rows: Rows, width: int, calls: dict) -> None:
     """A piece as a function of the rows and of the tables."""
     function = begin(module, name, 2)
     builder = ir.IRBuilder(function.append_basic_block())
@@ -197,5 +197,5 @@ def write(module: ir.Module, name: str, piece: Piece, rows: Rows, width: int, ma
     arrays = {"s": state, "data": data}
     for part in ("par", "work"):
         arrays[part] = builder.gep(state, [ir.Constant(INT64, rows.first[part] * width)])
-    PieceLowering(builder, arrays, width, made).fill(piece)
+    PieceLowering(builder, arrays, width, calls).fill(piece)
     builder.ret_void()

@@ -21,8 +21,8 @@ class Known(Trace):
     def load(self, text: str):
         if not text.startswith("par["):
             return super().load(text)
-        place = int(text[4:-1])
-        return self.numbers[place] if place in self.numbers else super().load(f"point[{place}]")
+        index = int(text[4:-1])
+        return self.numbers[index] if index in self.numbers else super().load(f"point[{index}]")
 
     def lookup(self, index):
         if is_number(index) and int(index) in self.numbers:
@@ -45,13 +45,13 @@ class Folding(Expansion):
 
     def program(self, program: Program) -> Program:
         """A kernel with constants."""
-        for node, place in program.slots.items():
+        for node, slot in program.slots.items():
             loads = [n.args[0] for n in live([node]) if n.op == "load"]
             if all(int(text[4:-1]) in self.shared for text in loads):
-                self.numbers[place] = float(self.par[place])
+                self.numbers[slot] = float(self.par[slot])
         trace = Known(self.numbers)
-        made = {node: trace.load(f"par[{place}]") for node, place in program.slots.items()}
-        values = self._copied(list(program.outputs.values()), trace, made)
+        leaves = {node: trace.load(f"par[{slot}]") for node, slot in program.slots.items()}
+        values = self._copied(list(program.outputs.values()), trace, leaves)
         outputs = dict(zip(program.outputs, values, strict=True))
         return Program(program.role, outputs, {}, program.columns)
 
@@ -70,10 +70,10 @@ class Folding(Expansion):
 
     def _with(self, function: Function, constants: dict[int, float]) -> Function:
         """A function that has some of its arguments."""
-        made = Function(function.name, Known(self.numbers))
+        folded = Function(function.name, Known(self.numbers))
         leaves = {
-            argument: constants[i] if i in constants else made.argument()
+            argument: constants[i] if i in constants else folded.argument()
             for i, argument in enumerate(function.arguments)
         }
-        made.outputs = self._copied(function.outputs, made.trace, leaves)
-        return made
+        folded.outputs = self._copied(function.outputs, folded.trace, leaves)
+        return folded

@@ -158,7 +158,7 @@ class Group:
     def _where(self) -> np.ndarray:
         """Rows that points set, in the order of `_numbers`."""
         names = ["y", "scale", "par", "work", *NUMBERS, *(FILMS if self.shape.films else ())]
-        return integers(place for n in names for place in self.engine.rows.places(n))
+        return integers(row for n in names for row in self.engine.rows.places(n))
 
     def _placed(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """Tables with those of the points behind them, and parameters that point there."""

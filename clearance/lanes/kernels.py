@@ -12,7 +12,7 @@ ARRAYS = ("t", "y", "par", "work", "out", "data")
 
 def narrowed(program: Program, places: dict[int, int]) -> Program:
     """A kernel that fills only some places of its vector, which get other places."""
-    outputs = {i: program.outputs[place] for i, place in places.items()}
+    outputs = {i: program.outputs[index] for i, index in places.items()}
     return Program(program.role, outputs, program.slots, program.columns)
 
 

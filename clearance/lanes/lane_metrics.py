@@ -63,7 +63,7 @@ class Wanted:
         self.quantities[f"joints/{joint}/force_max"] = Quantity(c, True, 1.0)
         self.mean(
             f"{joint} force",
-            lambda p, row, given, constants: row[c] * row[c] + row[c + 1] * row[c + 1],
+            lambda p, row, ideal, constants: row[c] * row[c] + row[c + 1] * row[c + 1],
         )
 
     def mean(self, name: str, value: Callable) -> None:
@@ -73,7 +73,7 @@ class Wanted:
     def square(self, name: str, path: str) -> None:
         """Mean square of an output."""
         c = self.channel(path)
-        self.mean(name, lambda p, row, given, constants: row[c] * row[c])
+        self.mean(name, lambda p, row, ideal, constants: row[c] * row[c])
 
     def watch(self, given: int, extra: int) -> Watch:
         return Watch(
@@ -198,7 +198,7 @@ class LaneMetrics:
             raise NotForLanes(f"joint {joint.name} touches at several places")
         c = self.wanted.channel(path)
         self.wanted.mean(
-            f"{joint.name} contact", lambda p, row, given, constants: p.flag(p.above(row[c], 0.0))
+            f"{joint.name} contact", lambda p, row, ideal, constants: p.flag(p.above(row[c], 0.0))
         )
 
     def _want_slides(self) -> None:
@@ -212,11 +212,11 @@ class LaneMetrics:
                 continue
             x, y, ax, ay = (wanted.channel(f"bodies/{body}/{n}") for n in ("x", "y", "ax", "ay"))
 
-            def far(p, row, given, constants, x=x, y=y, dx=dx, dy=dy, k=2 * number):
-                return p.size(row[x] * dx + row[y] * dy - given[k])
+            def far(p, row, ideal, constants, x=x, y=y, dx=dx, dy=dy, k=2 * number):
+                return p.size(row[x] * dx + row[y] * dy - ideal[k])
 
-            def beyond(p, row, given, constants, ax=ax, ay=ay, dx=dx, dy=dy, k=2 * number + 1):
-                gap = row[ax] * dx + row[ay] * dy - given[k] * constants[0]
+            def beyond(p, row, ideal, constants, ax=ax, ay=ay, dx=dx, dy=dy, k=2 * number + 1):
+                gap = row[ax] * dx + row[ay] * dy - ideal[k] * constants[0]
                 return gap * gap
 
             wanted.reductions[f"{body} far"] = Reduction(far, mean=False)
@@ -252,10 +252,10 @@ class LaneMetrics:
 
         Raises NotForLanes for others.
         """
-        made = {name: values for part in self._parts(answers, points) for name, values in part}
-        if missing := [name for name in self.first if name not in made]:
+        by_name = {name: values for part in self._parts(answers, points) for name, values in part}
+        if missing := [name for name in self.first if name not in by_name]:
             raise NotForLanes(f"metric {missing[0]} is not made in lanes")
-        return {name: made[name] for name in self.first}
+        return {name: by_name[name] for name in self.first}
 
     def errors(
         self, answers: tuple[Answers, Answers, Answers], points: Points, times: float | np.ndarray
@@ -266,14 +266,14 @@ class LaneMetrics:
         answers: of the points, of their companions, and of those with films that are stronger by so
         many times the errors of their tables.
         """
-        parts = [self.metrics(one, points) | self._located(one) for one in answers]
+        parts = [self.metrics(answer, points) | self._located(answer) for answer in answers]
         numbers = {name: np.stack([part[name] for part in parts]) for name in parts[0]}
-        by, made = differences(numbers, spreads(numbers), times), {}
+        by, stated = differences(numbers, spreads(numbers), times), {}
         for name in self.first:
             if f"{name}_error" in self.stated:
                 integration, film = by[name]
-                made[f"{name}_error"] = SAFETY * integration + film
-        return made
+                stated[f"{name}_error"] = SAFETY * integration + film
+        return stated
 
     def stated_alike(self, values: dict, stated: dict) -> np.ndarray:
         """True for points whose metrics have errors where those of the first have."""
@@ -366,9 +366,9 @@ class LaneMetrics:
 
     def _of_periods(self, answers: Answers, points: Points):
         rows = []
-        for place, tracks in enumerate(answers.tracks):
+        for index, tracks in enumerate(answers.tracks):
             record = Tracked(
-                self, dict(zip(self.wanted.tracks, tracks, strict=True)), points, place
+                self, dict(zip(self.wanted.tracks, tracks, strict=True)), points, index
             )
             rows.append({name: value for name, value, *_ in periodicity(record, self.window)})
         for name in rows[0] if rows else ():
@@ -378,8 +378,8 @@ class LaneMetrics:
         """A number of a part of the scene at points with these parameters; one that is folded in is
         the same.
         """
-        place = self.mechanism.layout.parameters.get(f"{part.key}/{name}")
-        return np.full(par.shape[1], getattr(part, name)) if place is None else par[place]
+        row = self.mechanism.layout.parameters.get(f"{part.key}/{name}")
+        return np.full(par.shape[1], getattr(part, name)) if row is None else par[row]
 
     def warnings(self, answers: Answers, points: Points) -> np.ndarray:
         """Number of warnings of each run: those of the first point's joints, and of its own
@@ -426,14 +426,14 @@ class Tracked:
 
     uneven, complete = False, True
 
-    def __init__(self, summing: LaneMetrics, tracks: dict, points: Points, place: int):
+    def __init__(self, summing: LaneMetrics, tracks: dict, points: Points, index: int):
         self.tracks, self.clearances = tracks, summing.record.clearances
-        self.turn, until = float(points.turn[place]), points.until[place]
+        self.turn, until = float(points.turn[index]), points.until[index]
         samples = summing.span.samples
         self.time = np.arange(samples) * (until / (samples - 1))
         self.time[-1] = until
         sizes = {
-            j.name: float(summing.number(points.par, j, "clearance")[place])
+            j.name: float(summing.number(points.par, j, "clearance")[index])
             for j in summing.mechanism.scene.clearance_joints
         }
         self.joints = {

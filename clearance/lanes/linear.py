@@ -74,10 +74,10 @@ def factor(piece, a: list[list]) -> tuple[list[list], list]:
 
 def solve(piece, a: list[list], exchanges: list, b: list) -> list:
     """Solution with factors from `factor`."""
-    b, n, left = list(b), len(b), iter(exchanges)
+    b, n, flags = list(b), len(b), iter(exchanges)
     for k in range(n):
         for i in range(k + 1, n):
-            b[k], b[i] = swapped(piece, next(left), b[k], b[i])
+            b[k], b[i] = swapped(piece, next(flags), b[k], b[i])
     for i in range(1, n):
         for j in range(i):
             b[i] = b[i] - a[i][j] * b[j]

@@ -57,16 +57,16 @@ SCALARS = ("turn", "until", "frequency", "size", "mass")
 
 
 def leaves_of(description: object) -> Iterator[tuple[tuple, object]]:
-    """Place and value of each text and number of a scene's description."""
+    """Path and value of each text and number of a scene's description."""
     stack = [((), description)]
     while stack:
-        place, value = stack.pop()
+        path, value = stack.pop()
         if isinstance(value, dict):
-            stack += [((*place, key), entry) for key, entry in value.items()]
+            stack += [((*path, key), entry) for key, entry in value.items()]
         elif isinstance(value, list | tuple):
-            stack += [((*place, i), entry) for i, entry in enumerate(value)]
+            stack += [((*path, i), entry) for i, entry in enumerate(value)]
         else:
-            yield place, value
+            yield path, value
 
 
 def start_of(run: Run) -> Start:
@@ -119,9 +119,9 @@ class PointNumbers:
         self.sizes = [getattr(start_of(self.run), name).size for name in PARTS]
         trials = [*self._corners(), *self._between()]
         rows = np.array([self._row(trial) for trial in trials])
-        given = {n: np.array([trial[n] for trial in trials], dtype=float) for n in columns}
-        self._classify(given, rows)
-        if not self._same(self.vectors(given), rows).all():
+        swept = {n: np.array([trial[n] for trial in trials], dtype=float) for n in columns}
+        self._classify(swept, rows)
+        if not self._same(self.vectors(swept), rows).all():
             raise NotForLanes("its numbers depend on several parameters at once")
 
     def _tried(self, values: dict) -> Run:
@@ -148,7 +148,7 @@ class PointNumbers:
         """Parts that all runs must share: structure, tables, samples, texts of the scene."""
         mechanism, layout = run.mechanism, run.mechanism.layout
         described = leaves_of(mechanism.scene.description())
-        texts = [(place, type(v) if type(v) is float else v) for place, v in described]
+        texts = [(path, type(v) if type(v) is float else v) for path, v in described]
         films = mechanism.sources.values()
         tables = [id(source) if self.one_table else 0 for source in films]
         starts = mechanism.par[len(layout.parameters) + layout.derived :]
@@ -169,23 +169,23 @@ class PointNumbers:
             raise NotForLanes(f"its points have several {many}")
         return start_of(run).vector
 
-    def _same(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    def _same(self, values: np.ndarray, base: np.ndarray) -> np.ndarray:
         """True for numbers that are equal within the share."""
-        return (one == other) | (np.abs(one - other) <= self.share * np.abs(other))
+        return (values == base) | (np.abs(values - base) <= self.share * np.abs(base))
 
-    def _classify(self, given: dict[str, np.ndarray], rows: np.ndarray) -> None:
+    def _classify(self, swept: dict[str, np.ndarray], rows: np.ndarray) -> None:
         """Separate the numbers that are the same everywhere, those that the scene of columns gives,
         and those that follow from one parameter.
         """
         varying = ~self._same(self.fixed, rows).all(axis=0)
         try:
-            formed = varying & self._same(self._formed(given), rows).all(axis=0)
+            formed = varying & self._same(self._formed(swept), rows).all(axis=0)
         except (ValueError, TypeError):  # a scene that takes no columns
             formed = np.zeros_like(varying)
         self.formed = np.flatnonzero(formed)
         following: dict[str, list[int]] = {n: [] for n in self.columns}
         for j in np.flatnonzero(varying & ~formed):
-            name = next((n for n, v in given.items() if _follows(v, rows[:, j])), None)
+            name = next((n for n, v in swept.items() if _follows(v, rows[:, j])), None)
             if name is None:
                 raise NotForLanes(self._not_from_parameters())
             following[name].append(j)
@@ -253,7 +253,7 @@ class PointNumbers:
     def moves(self) -> bool:
         """True where ideal motions differ in more than the speed of one drive."""
         scene = self.run.mechanism.scene
-        leaves = [place for place, v in leaves_of(scene.description()) if type(v) is float]
+        leaves = [path for path, v in leaves_of(scene.description()) if type(v) is float]
         places = [leaves[i] for i in self.varying("leaves")]
         speeds = [p for p in places if p[0] == "loads" and p[-1] == "speed"]
         return any(map(moves, places)) or bool(speeds) and len(scene.drives) > 1
@@ -282,9 +282,9 @@ class PointNumbers:
         )
 
 
-def _follows(given: np.ndarray, values: np.ndarray) -> bool:
+def _follows(parameter: np.ndarray, values: np.ndarray) -> bool:
     """The values are the same wherever a parameter is."""
-    _, groups = np.unique(given, return_inverse=True)
+    _, groups = np.unique(parameter, return_inverse=True)
     first = np.zeros(groups.max() + 1)
     first[groups] = values
-    return bool(np.array_equal(first[groups], values)) and len(np.unique(groups)) < len(given)
+    return bool(np.array_equal(first[groups], values)) and len(np.unique(groups)) < len(parameter)

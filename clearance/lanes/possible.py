@@ -24,7 +24,7 @@ def possible(prepared: Callable[[dict], object], columns: dict[str, np.ndarray])
             for value in np.unique(columns[name][good])[::step]:
                 there = order[good[order] & (columns[name][order] == value)]
                 trials = dict.fromkeys(there[[len(there) // 2, 0, -1]].tolist())
-                if any(_works(prepared, columns, place) for place in trials):
+                if any(_works(prepared, columns, index) for index in trials):
                     break
                 good[there] = False
                 if 2 * good.sum() < good.size:
@@ -32,9 +32,9 @@ def possible(prepared: Callable[[dict], object], columns: dict[str, np.ndarray])
     return good
 
 
-def _works(prepared: Callable, columns: dict[str, np.ndarray], place: int) -> bool:
+def _works(prepared: Callable, columns: dict[str, np.ndarray], index: int) -> bool:
     try:
-        prepared({name: column[place].item() for name, column in columns.items()})
+        prepared({name: column[index].item() for name, column in columns.items()})
     except Exception:  # noqa: BLE001 - the ordinary way gives the reason
         return False
     return True

@@ -196,10 +196,10 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     norm, below, length = 0.0, h * (1.0 / K.real), h * h * (1.0 / abs(PAIR) ** 2)
     for i in range(size):
         rate = weight[p + i] * weight[p + i]
-        place = weight[i] * weight[i] if i < p else 0.0
-        norm = norm + (rate + place * below * below) * first[i] * first[i]
+        position = weight[i] * weight[i] if i < p else 0.0
+        norm = norm + (rate + position * below * below) * first[i] * first[i]
         both = second[i].real * second[i].real + second[i].imag * second[i].imag
-        norm = norm + (rate + place * length) * both
+        norm = norm + (rate + position * length) * both
     norm = piece.sqrt(norm * (1.0 / (STAGES * n)))
     corrections = [first, [v.real for v in second], [v.imag for v in second]]
     w = [[a + b for a, b in zip(x, c, strict=True)] for x, c in zip(w, corrections, strict=True)]
@@ -221,10 +221,10 @@ def judge(piece: Piece, norm, rtol) -> None:
     tolerance = piece.largest(2e-15 / rtol, NEWTON_TOLERANCE)
     later = piece.above(iteration, 0.5)
     rate = piece.choose(later, norm / piece.largest(old, 1e-300), 0.0)
-    left = float(ITERATIONS - 1) - iteration
+    rounds = float(ITERATIONS - 1) - iteration
     remaining, bound = 1.0, rate
-    for bit in (1.0, 2.0, 4.0, 8.0):  # rate to the power of the iterations left
-        half = left * (0.5 / bit)
+    for bit in (1.0, 2.0, 4.0, 8.0):  # rate to the power of the rounds left
+        half = rounds * (0.5 / bit)
         odd = piece.not_below(half - piece.trace.function("floor", half), 0.5)
         remaining = piece.choose(odd, remaining * bound, remaining)
         bound = bound * bound

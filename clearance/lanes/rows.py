@@ -56,12 +56,12 @@ class Piece:
 
     def all(self, name: str) -> list:
         """All rows of a name as they were."""
-        return [self.trace.load(f"s[{place}]") for place in self.rows.places(name)]
+        return [self.trace.load(f"s[{row}]") for row in self.rows.places(name)]
 
     def set(self, name: str, *values) -> None:
         """Set the first rows of a name."""
-        for place, value in zip(self.rows.places(name), values, strict=False):
-            self.outputs[place] = value
+        for row, value in zip(self.rows.places(name), values, strict=False):
+            self.outputs[row] = value
 
     def set_one(self, name: str, i: int, value) -> None:
         """Set a row."""

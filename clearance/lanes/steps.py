@@ -95,15 +95,15 @@ def sizes_of_films(
     scale, sizes, rtol = piece.all("scale"), [], piece.one("rtol")
     for k, (first, _) in enumerate(shape.films):
         clearance, pull = piece.one("clearance", k), piece.one("pull", k)
-        left = piece.largest(-penetration[k], clearance * 1e-15)
+        gap = piece.largest(-penetration[k], clearance * 1e-15)
         sizes.append(piece.largest(damping[k] * FORGET, *diagonal[2 * k : 2 * k + 2]))
         for i, usual in enumerate((piece.one("rate_x", k), piece.one("rate_y", k))):
             offset = piece.size(y[first + i])
-            scale[first + i] = piece.smallest(clearance + offset, left * FILM_ERROR / rtol) - offset
-            place = shape.coordinates + first + i
-            rate, resistance = piece.size(y[place]), piece.largest(sizes[k], 1e-300)
+            scale[first + i] = piece.smallest(clearance + offset, gap * FILM_ERROR / rtol) - offset
+            index = shape.coordinates + first + i
+            rate, resistance = piece.size(y[index]), piece.largest(sizes[k], 1e-300)
             bound = piece.largest(pull * FILM_ERROR / (resistance * rtol), rate * RESOLVED / rtol)
-            scale[place] = piece.smallest(usual + rate, bound) - rate
+            scale[index] = piece.smallest(usual + rate, bound) - rate
     return scale, sizes
 
 
@@ -147,11 +147,11 @@ def proposed(piece: Piece):
     status is other than 0 where the step is too small.
     """
     t, end = piece.one("t"), piece.one("end")
-    h, left = piece.smallest(piece.one("step"), piece.one("longest")), end - t
-    half = piece.choose(piece.not_below(h * 1.9, left), left * 0.5, h)
-    h = piece.choose(piece.not_below(h * 1.0001, left), left, half)
+    h, remaining = piece.smallest(piece.one("step"), piece.one("longest")), end - t
+    half = piece.choose(piece.not_below(h * 1.9, remaining), remaining * 0.5, h)
+    h = piece.choose(piece.not_below(h * 1.0001, remaining), remaining, half)
     clock = piece.largest(piece.size(t), end * EARLIEST) * SMALLEST
-    stuck = piece.both(piece.none(piece.above(h, clock)), piece.above(left, h))
+    stuck = piece.both(piece.none(piece.above(h, clock)), piece.above(remaining, h))
     refusal = piece.one("refusal")
     left_film = piece.above(refusal, status.OUT_OF_FILM - 0.5)
     unsolved = piece.above(refusal, status.NO_NUMBERS - 0.5)
@@ -215,8 +215,8 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     keep("last_step", [h])
     keep("last_error", [piece.largest(error, 1e-2)])
     keep("steps", [piece.one("steps") + 1.0])
-    more = piece.one("rejected") + 1.0
-    piece.set("rejected", piece.choose(taken, piece.one("rejected"), more))
+    rejections = piece.one("rejected") + 1.0
+    piece.set("rejected", piece.choose(taken, piece.one("rejected"), rejections))
     piece.set("refusals", piece.choose(taken, 0.0, piece.one("refusals") + 1.0))
     piece.set("refusal", piece.choose(taken, 0.0, reason(piece, trial, accurate, usable)))
     piece.set("step", step)

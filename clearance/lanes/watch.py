@@ -34,7 +34,7 @@ class Quantity:
 class Reduction:
     """Mean over time of samples, or their largest value.
 
-    value(piece, outputs, given, own): traced, from the outputs, what is given for the sample, and
+    value(piece, outputs, ideal, own): traced, from the outputs, ideal motions at the sample, and
     the point's numbers. stepped: the mean is over the steps, see `integrate`; nothing is given.
     """
 
@@ -199,11 +199,11 @@ def sample(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
     y = [a + b for a, b in zip(piece.all("sample_base"), moved, strict=True)]
     y += piece.all("y")[shape.states :]
     row = piece.call(entries.samples, piece.one("sample_time"), y)
-    given, mine, share = piece.all("given"), piece.all("own"), piece.one("share")
+    ideal, mine, share = piece.all("given"), piece.all("own"), piece.one("share")
     for k, reduction in enumerate(watch.reductions):
         if reduction.stepped:
             continue
-        value, before = reduction.value(piece, row, given, mine), piece.one("sums", k)
+        value, before = reduction.value(piece, row, ideal, mine), piece.one("sums", k)
         after = before + share * value
         if not reduction.mean:
             larger = piece.largest(before, value)
