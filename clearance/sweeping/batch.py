@@ -182,10 +182,10 @@ class Family:
 
     def twin(self) -> "Family":
         """The same family with a memory of its own, for another thread."""
-        other = copy.copy(self)
-        other._describe(self.spread.run.mechanism)
-        other._take_memory()
-        return other
+        family = copy.copy(self)
+        family._describe(self.spread.run.mechanism)
+        family._take_memory()
+        return family
 
     def _metrics(self, record: MemoryRecord) -> dict[str, Metric]:
         """Metrics of a record of the scene that is described."""
@@ -195,9 +195,9 @@ class Family:
         """The description of a scene whose varying numbers can be set, and their places."""
         self.scene, leaves = _open(mechanism.scene.description()), []
         self.attributes = {"status": "complete", "first_touch": mechanism.scene.first_touch}
-        for place, value in leaves_of(self.scene):
+        for path, value in leaves_of(self.scene):
             if type(value) is float:
-                leaves.append(place)
+                leaves.append(path)
         varying = self.spread.varying("leaves")
         if self.spread.moves:
             raise NotForLanes("the ideal motion depends on what is swept")
@@ -402,10 +402,10 @@ def _watched(run: Run) -> set[str]:
     judged by.
     """
     channels = run.mechanism.layout.channels
-    places = {place for row in run.watched.rows for place in (row[0], row[0] + row[1])}
+    places = {index for row in run.watched.rows for index in (row[0], row[0] + row[1])}
     places |= {integrand.channel for integrand in run.watched.integrands}
     judged = {c.path for c in channels if any(part in c.path for part in JUDGED)}
-    return {channels[place].path for place in places} | judged
+    return {channels[index].path for index in places} | judged
 
 
 def _open(value: object) -> object:
@@ -415,8 +415,8 @@ def _open(value: object) -> object:
     return [_open(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
-def _container(description: object, place: tuple) -> object:
+def _container(description: object, path: tuple) -> object:
     """The list or dictionary that an entry stands in."""
-    for key in place[:-1]:
+    for key in path[:-1]:
         description = description[key]
     return description

@@ -85,7 +85,7 @@ class Definition:
         """Names of the swept numbers that are not integers."""
         columns = self.points.columns.items()
         return tuple(
-            n for n, v in columns if isinstance(v[0], float) and any(one != v[0] for one in v)
+            n for n, v in columns if isinstance(v[0], float) and any(value != v[0] for value in v)
         )
 
     def _common(self) -> dict:
@@ -119,10 +119,10 @@ class Definition:
             document | {"points": document["points"] | {"columns": columns}}, indent=1
         )
 
-    def differences(self, other: "Definition") -> list[str]:
+    def differences(self, definition: "Definition") -> list[str]:
         """Differences of another definition, in words."""
         differences = []
-        mine, theirs = json.loads(self.to_json()), json.loads(other.to_json())
+        mine, theirs = json.loads(self.to_json()), json.loads(definition.to_json())
         for document in (mine, theirs):  # a directory may be moved
             document["own"] = [
                 [reference.rpartition("/")[2], digest] for reference, digest in document["own"]
@@ -132,11 +132,11 @@ class Definition:
                 differences.append(f"{name} {brief(theirs[name])} instead of {brief(mine[name])}")
         if mine["source"] != theirs["source"] and mine["case"] == theirs["case"]:
             differences.append("the case file has been changed since")
-        one, two = self.points.columns, other.points.columns
-        for name in dict.fromkeys([*one, *two]):
-            if sorted(map(str, one.get(name, ()))) != sorted(map(str, two.get(name, ()))):
+        first, second = self.points.columns, definition.points.columns
+        for name in dict.fromkeys([*first, *second]):
+            if sorted(map(str, first.get(name, ()))) != sorted(map(str, second.get(name, ()))):
                 differences.append(
-                    f"{name} {_range(two.get(name))} instead of {_range(one.get(name))}"
+                    f"{name} {_range(second.get(name))} instead of {_range(first.get(name))}"
                 )
         if not differences and mine["points"] != theirs["points"]:
             differences.append("the order of its points")

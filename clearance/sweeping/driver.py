@@ -197,10 +197,10 @@ def _existing(folder: Path, definition: Definition) -> Definition | None:
         raise ValueError(f"{folder} is a file; give a directory")
     before = definitions.read(folder)
     if before is None and (
-        other := [n for n in ("journal.jsonl", "runs", "sweep.h5") if (folder / n).exists()]
+        entries := [n for n in ("journal.jsonl", "runs", "sweep.h5") if (folder / n).exists()]
     ):
         raise ValueError(
-            f"{folder} has {', '.join(other)} but no sweep.json; give another directory"
+            f"{folder} has {', '.join(entries)} but no sweep.json; give another directory"
         )
     if before is not None and (different := definition.differences(before)):
         raise ValueError(
@@ -640,7 +640,7 @@ class _Driver:
         seconds = time.perf_counter() - self.began
         total = len(self.definition.points)
         rate = self.ended / seconds if seconds > 0.0 else 0.0
-        left = (total - self.before - self.ended) / rate if rate > 0.0 else None
+        remaining = (total - self.before - self.ended) / rate if rate > 0.0 else None
         failed = self.counts[FAILED] + self.counts[LOST]
         return Progress(
             total,
@@ -650,7 +650,7 @@ class _Driver:
             running,
             seconds,
             rate,
-            left,
+            remaining,
             tuple(self.news),
         )
 

@@ -137,14 +137,14 @@ class Together:
             "rate_y": scale[[p + first + 1 for first, _ in shape.films]],
         }
         lengths = zip(until.tolist(), turn.tolist(), strict=True)
-        spans = ((Span(end, self.group.samples), one) for end, one in lengths)
+        spans = ((Span(end, self.group.samples), period) for end, period in lengths)
         points = Points(
             y=np.ascontiguousarray(start["state"].T),
             scale=scale,
             par=parameters,
             work=self._work(start["work"].T, reach, frequency),
             films=films,
-            longest=np.array([longest_step(mechanism, span, one) for span, one in spans]),
+            longest=np.array([longest_step(mechanism, span, period) for span, period in spans]),
             begin=self.summing.past * turn,
             until=until,
             turn=turn,
@@ -157,11 +157,11 @@ class Together:
 
     def _work(self, work: np.ndarray, reach: np.ndarray, frequency: np.ndarray) -> np.ndarray:
         """Work vectors, see Mechanism.blend, and one more number: (numbers, points)."""
-        made = np.vstack([work, np.zeros_like(frequency)])
+        vectors = np.vstack([work, np.zeros_like(frequency)])
         for i, (_, spot) in enumerate(self.mechanism.spots):
             if spot.kind == BLENDED:
-                made[i] = np.maximum(spot.speed, reach[i] * frequency)
-        return made
+                vectors[i] = np.maximum(spot.speed, reach[i] * frequency)
+        return vectors
 
     def _starts(self) -> list[int]:
         """Places of the parameters that point to tables."""
@@ -189,8 +189,8 @@ class Together:
         """Times of their errors by which the tables of points are made stronger, and the tables."""
         if not self.several:
             return _strengthened(tables_of(self.mechanism.scene))
-        made = [_strengthened(tables_of(scene)) for scene in self._scenes(columns)]
-        times, tables = zip(*made, strict=True)
+        pairs = [_strengthened(tables_of(scene)) for scene in self._scenes(columns)]
+        times, tables = zip(*pairs, strict=True)
         return np.array(times), np.array(tables)
 
     def _faster(self, par: np.ndarray) -> np.ndarray:
@@ -241,25 +241,25 @@ class Together:
         head, n = len(points.par), self.group.shape.states
         tables = points.tables if self.several else [self.mechanism.par[head:]] * len(tried)
         films = [i for _, i in self.group.shape.films]
-        for place, (_, run) in enumerate(tried):
+        for index, (_, run) in enumerate(tried):
             state = run.state
             pairs = {
-                "parameters": (run.mechanism.par[:head], points.par[:, place]),
-                "tables": (run.mechanism.par[head:], tables[place]),
-                "start": (state.y, points.y[:, place]),
-                "work": (state.work, points.work[:, place]),
-                "natural sizes": (state.scale[:n], points.scale[:, place]),
-                "length": (run.span.until, points.until[place]),
-                "longest step": (state.longest_step, points.longest[place]),
+                "parameters": (run.mechanism.par[:head], points.par[:, index]),
+                "tables": (run.mechanism.par[head:], tables[index]),
+                "start": (state.y, points.y[:, index]),
+                "work": (state.work, points.work[:, index]),
+                "natural sizes": (state.scale[:n], points.scale[:, index]),
+                "length": (run.span.until, points.until[index]),
+                "longest step": (state.longest_step, points.longest[index]),
             }
             pairs |= {
-                f"film {name}": (state.contacts[films, column], points.films[name][:, place])
+                f"film {name}": (state.contacts[films, column], points.films[name][:, index])
                 for name, column in FILMS.items()
             }
-            for what, (one, other) in pairs.items():
-                one, other = np.asarray(one), np.asarray(other)
-                if one.shape != other.shape or (np.abs(one - other) > SAME * np.abs(one)).any():
-                    raise NotForLanes(f"the {what} of its points do not follow from its parameters")
+            for text, (a, b) in pairs.items():
+                a, b = np.asarray(a), np.asarray(b)
+                if a.shape != b.shape or (np.abs(a - b) > SAME * np.abs(a)).any():
+                    raise NotForLanes(f"the {text} of its points do not follow from its parameters")
 
     # --- results
     @property
@@ -280,13 +280,13 @@ class Together:
         """
         rtol = companion_rtol(self.run.solver.rtol)
         points = self.points(columns, rtol)
-        other = film = self.answers(points, threads)
-        good, times = other.status == status.DONE, np.ones(len(points.until))
+        companions = film = self.answers(points, threads)
+        good, times = companions.status == status.DONE, np.ones(len(points.until))
         if tables_of(self.mechanism.scene):
             times, tables = self._stronger(columns)
             film = self.answers(self.points(columns, rtol, tables), threads)
             good &= film.status == status.DONE
-        stated = self.summing.errors((answers, other, film), points, times)
+        stated = self.summing.errors((answers, companions, film), points, times)
         return {name: np.where(good, values, np.nan) for name, values in stated.items()}
 
 
@@ -368,7 +368,7 @@ class Lanes:
 
     def _together(self, kind: tuple) -> Together | str:
         """All points of a kind; the reason where they do not suit."""
-        group = [index for index, one in enumerate(self.kinds) if one == kind]
+        group = [index for index, candidate in enumerate(self.kinds) if candidate == kind]
         if len(group) < FEWEST:
             return f"fewer than {FEWEST} of a kind"
         values, options = self.definition.values(group[0]), self.definition.run_options
@@ -397,10 +397,10 @@ class Lanes:
         """Outcomes of a block, those that are sound."""
         began = time.perf_counter()
         columns = {n: self.numbers[n][indices] for n in together.columns}
-        made = self._made(together, columns, indices, threads)
+        outcomes = self._made(together, columns, indices, threads)
         wall = (time.perf_counter() - began) / len(indices)
-        self.count += len(made)
-        return [replace(outcome, wall=wall, loop=wall, together=True) for outcome in made]
+        self.count += len(outcomes)
+        return [replace(outcome, wall=wall, loop=wall, together=True) for outcome in outcomes]
 
     def _made(
         self,
@@ -443,11 +443,11 @@ class Lanes:
         """Number of points that ran in lanes, and the reasons of the others."""
         if _off():
             return "lanes are off (CLEARANCE_LANES=0)"
-        left = "; ".join(f"{count}: {reason}" for reason, count in self.reasons.items())
+        others = "; ".join(f"{count}: {reason}" for reason, count in self.reasons.items())
         lanes = "no points in lanes"
         if self.count:
             lanes = f"{self.count} points in lanes, {natural_width()} at a time"
-        return f"{lanes}; the ordinary way for {left}" if left else lanes
+        return f"{lanes}; the ordinary way for {others}" if others else lanes
 
 
 def check_width() -> None:

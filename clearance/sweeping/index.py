@@ -267,7 +267,7 @@ def _from_index(folder: Path, definition: definitions.Definition) -> Numbers | N
             costs = {n: file.column(f"runs/{n}") for n in RUN_COLUMNS}
             metrics = {n: file.column(f"metrics/{n}") for n in names}
             described = {
-                n: tuple(file.attribute(f"metrics/{n}", what) for what in ("units", "long_name"))
+                n: tuple(file.attribute(f"metrics/{n}", key) for key in ("units", "long_name"))
                 for n in names
             }
             numbers = [*costs.values(), *metrics.values()]
@@ -306,17 +306,17 @@ def _from_journal(folder: Path, definition: definitions.Definition) -> Numbers |
     for entry, there, at in _placed(entries, definition):
         described |= entry.known
         if isinstance(entry, Outcome):
-            given = {n: np.array([v]) for n, v in entry.metrics.items()}
+            numbers = {n: np.array([v]) for n, v in entry.metrics.items()}
             spent = {n: np.array([getattr(entry, n)], float) for n in RUN_COLUMNS}
         else:
-            given, spent = entry.metrics, {n: entry.columns[n] for n in RUN_COLUMNS}
+            numbers, spent = entry.metrics, {n: entry.columns[n] for n in RUN_COLUMNS}
         status[at] = entry.status if isinstance(entry, Outcome) else DONE
         reason[at] = entry.reason if isinstance(entry, Outcome) else ""
         for name, values in spent.items():
             costs[name][at] = values[there]
         for values in metrics.values():  # of an earlier run of the point
             values[at] = np.nan
-        for name, values in given.items():
+        for name, values in numbers.items():
             metrics.setdefault(name, np.full(count, np.nan))[at] = values[there]
     return status.astype(str), reason.astype(str), costs, metrics, described
 
@@ -365,8 +365,8 @@ def _standing(entry: Outcome | tuple, point: int, definition: definitions.Defini
     """The outcome of an entry of the journal; of a block that of one of its points."""
     if isinstance(entry, Outcome):
         return entry
-    status, made = entry
-    return Outcome(point, definition.keys[point], status, made=made)
+    status, inputs = entry
+    return Outcome(point, definition.keys[point], status, made=inputs)
 
 
 def _from_outcomes(

@@ -153,10 +153,10 @@ class Journal:
         self.named.update(fresh)
         return fresh
 
-    def _take_back(self, place: int) -> None:
+    def _take_back(self, length: int) -> None:
         """Nothing of an incomplete line stays, neither in the file nor waiting to be written."""
         raw = self.file.detach()
-        raw.truncate(place)
+        raw.truncate(length)
         raw.close()
         self.file = open(self.path, "ab", opener=opener)  # noqa: SIM115 - closed by close()
 
@@ -187,13 +187,13 @@ def whole(path: Path) -> int:
     if not path.exists():
         return 0
     with open(path, "rb") as file:
-        place = file.seek(0, os.SEEK_END)
-        while place > 0:
-            begin = max(place - TAIL, 0)
+        end = file.seek(0, os.SEEK_END)
+        while end > 0:
+            begin = max(end - TAIL, 0)
             file.seek(begin)
-            if (last := file.read(place - begin).rfind(b"\n")) >= 0:
+            if (last := file.read(end - begin).rfind(b"\n")) >= 0:
                 return begin + last + 1
-            place = begin
+            end = begin
     return 0
 
 
@@ -241,14 +241,14 @@ def _block(document: dict) -> Block:
     block = document["block"]
     columns = {name: unpacked(block[name]) for name in COLUMNS}
     metrics = {str(name): unpacked(text) for name, text in block["metrics"].items()}
-    keys, made = [str(key) for key in block["key"]], document.get("made", {})
+    keys, inputs = [str(key) for key in block["key"]], document.get("made", {})
     described = {name: (str(u), str(t)) for name, (u, t) in document.get("known", {}).items()}
     if any(v.shape != (len(keys),) for v in (*columns.values(), *metrics.values())):
         raise ValueError
     counts = np.array([columns[name] for name in COUNTS])
-    if not isinstance(made, dict) or not (counts == np.floor(counts)).all() or (counts < 0).any():
+    if not isinstance(inputs, dict) or not (counts == np.floor(counts)).all() or (counts < 0).any():
         raise ValueError
-    return Block(keys, columns, metrics, described, made)
+    return Block(keys, columns, metrics, described, inputs)
 
 
 def _outcome(document: dict) -> Outcome:

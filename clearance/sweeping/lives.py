@@ -31,12 +31,12 @@ def planned(life: Mapping[str, object], options: Mapping[str, object]) -> dict[s
     options: those of the sweep, of which lives take rtol and samples_per_turn. Raises ValueError
     for what is none.
     """
-    if other := sorted(set(options) - {"rtol", "samples_per_turn"}):
-        raise ValueError(f"{other[0]} is no option of lives; their turns stand in life")
+    if extra := sorted(set(options) - {"rtol", "samples_per_turn"}):
+        raise ValueError(f"{extra[0]} is no option of lives; their turns stand in life")
     asked = {**options, **life}
     depth = asked.pop("depth", None)
-    if other := sorted(set(asked) - set(NAMES)):
-        raise ValueError(f"a life has no option {other[0]}; it has {', '.join((*NAMES, 'depth'))}")
+    if extra := sorted(set(asked) - set(NAMES)):
+        raise ValueError(f"a life has no option {extra[0]}; it has {', '.join((*NAMES, 'depth'))}")
     if "turns" not in asked:
         raise ValueError("a life needs turns, its length")
     asked["turns"] = checks.positive("turns", asked["turns"])
@@ -52,7 +52,7 @@ def folder_of(folder: Path, key: str) -> Path:
 
 
 def point(
-    life: Mapping[str, object], scene: Scene, folder: Path, index: int, key: str, made: dict
+    life: Mapping[str, object], scene: Scene, folder: Path, index: int, key: str, inputs: dict
 ) -> Outcome:
     """Outcome of the life of a point.
 
@@ -71,7 +71,7 @@ def point(
         metrics={n: float(m.value) for n, m in metrics.items()},
         known={n: (m.units, m.text) for n, m in metrics.items()},
         wall=time.perf_counter() - began,
-        made=made,
+        made=inputs,
     )
 
 
@@ -109,5 +109,5 @@ def turns_to(turns: np.ndarray, deep: np.ndarray, aim: float) -> float:
     beyond = np.flatnonzero(deep >= aim)
     if not len(beyond) or beyond[0] == 0:
         return math.nan
-    place = slice(beyond[0] - 1, beyond[0] + 1)
-    return float(np.interp(aim, deep[place], turns[place]))
+    bracket = slice(beyond[0] - 1, beyond[0] + 1)
+    return float(np.interp(aim, deep[bracket], turns[bracket]))

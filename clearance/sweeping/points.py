@@ -140,10 +140,10 @@ ONE = Points({}, ())
 MOST = 1_000_000  # values of a range, and points of a sweep
 
 
-def _values(name: str, given: object, distinct: bool = True) -> tuple:
-    if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray):
-        given = (given,)
-    values = tuple(v.item() if isinstance(v, np.generic) else v for v in given)
+def _values(name: str, entries: object, distinct: bool = True) -> tuple:
+    if isinstance(entries, str) or not isinstance(entries, Sequence | np.ndarray):
+        entries = (entries,)
+    values = tuple(v.item() if isinstance(v, np.generic) else v for v in entries)
     if not values:
         raise ValueError(f"{name}: the range is empty; give at least one value")
     for value in values:
@@ -163,8 +163,8 @@ def grid(**values) -> Points:
     Raises ValueError for an empty range, a value that stands twice or is not finite.
     """
     points = ONE
-    for name, given in values.items():
-        axis = _values(name, given)
+    for name, entries in values.items():
+        axis = _values(name, entries)
         points = points * Points({name: axis}, (((name,), len(axis)),))
     return points
 
@@ -176,7 +176,7 @@ def zipped(**values) -> Points:
     """
     if not values:
         raise ValueError("zipped: give lists of at least one value")
-    columns = {n: _values(n, given, distinct=False) for n, given in values.items()}
+    columns = {n: _values(n, entries, distinct=False) for n, entries in values.items()}
     lengths = {n: len(v) for n, v in columns.items()}
     if len(set(lengths.values())) > 1:
         raise ValueError(
@@ -205,7 +205,7 @@ def sampled(count: int, *, kind: str = "latin", seed: int = 0, **ranges) -> Poin
         raise ValueError(f"count must be a positive whole number, got {count!r}")
     if not ranges:
         raise ValueError("sampled: give at least one range, such as speed=(20.0, 40.0)")
-    box = {name: _Range.of(name, given) for name, given in ranges.items()}
+    box = {name: _Range.of(name, bounds) for name, bounds in ranges.items()}
     random = np.random.default_rng(seed)
     unit = (
         qmc.LatinHypercube(len(box), rng=random).random(count)
@@ -226,26 +226,26 @@ class _Range:
     choice: tuple = ()
 
     @classmethod
-    def of(cls, name: str, given) -> "_Range":
-        if isinstance(given, list | np.ndarray):
-            return cls(choice=_values(name, given))
+    def of(cls, name: str, bounds) -> "_Range":
+        if isinstance(bounds, list | np.ndarray):
+            return cls(choice=_values(name, bounds))
         if (
-            not isinstance(given, tuple)
-            or len(given) not in (2, 3)
-            or (len(given) == 3 and given[2] != "log")
+            not isinstance(bounds, tuple)
+            or len(bounds) not in (2, 3)
+            or (len(bounds) == 3 and bounds[2] != "log")
         ):
             raise ValueError(
                 f'{name}: expected (low, high) or (low, high, "log") or a list to draw from, got '
-                f"{given!r}"
+                f"{bounds!r}"
             )
-        low, high = checks.finite(name, given[0]), checks.finite(name, given[1])
+        low, high = checks.finite(name, bounds[0]), checks.finite(name, bounds[1])
         if not low < high:
             raise ValueError(f"{name}: the range from {low:g} to {high:g} is empty")
-        if len(given) == 3 and low <= 0.0:
+        if len(bounds) == 3 and low <= 0.0:
             raise ValueError(
                 f"{name}: a logarithmic range must be positive, got {low:g} to {high:g}"
             )
-        return cls(low, high, len(given) == 3)
+        return cls(low, high, len(bounds) == 3)
 
     def __call__(self, share: float):
         if self.choice:

@@ -66,21 +66,21 @@ class Distribution:
             raise ValueError(
                 f"{self.kind} has the numbers {', '.join(names)}; got {len(self.numbers)}"
             )
-        given = {
+        numbers = {
             n: checks.finite(f"{self.kind}: {n}", v)
             for n, v in zip(names, self.numbers, strict=True)
         }
-        if given.get("deviation", 1.0) <= 0.0:
+        if numbers.get("deviation", 1.0) <= 0.0:
             raise ValueError(
-                f"{self.kind}: the deviation must be positive, got {given['deviation']!r}"
+                f"{self.kind}: the deviation must be positive, got {numbers['deviation']!r}"
             )
-        if given.get("factor", 2.0) <= 1.0 or given.get("median", 1.0) <= 0.0:
+        if numbers.get("factor", 2.0) <= 1.0 or numbers.get("median", 1.0) <= 0.0:
             raise ValueError(
                 f"{self.kind}: the median must be positive and the factor above 1, got {self}"
             )
-        if not given.get("low", 0.0) < given.get("high", 1.0):
+        if not numbers.get("low", 0.0) < numbers.get("high", 1.0):
             raise ValueError(f"{self.kind}: low must be below high, got {self}")
-        if "mode" in given and not given["low"] <= given["mode"] <= given["high"]:
+        if "mode" in numbers and not numbers["low"] <= numbers["mode"] <= numbers["high"]:
             raise ValueError(f"{self.kind}: the mode must lie between low and high, got {self}")
 
     def __str__(self) -> str:

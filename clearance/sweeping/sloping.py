@@ -16,7 +16,7 @@ KEPT = ("energy", "max_step")
 
 def sensing_of(definition: Definition, scene: Scene) -> Sensing | None:
     """Sensitivities of a point, None where none are requested. Raises ValueError."""
-    if (given := definition.options.get("sensitivity")) is None:
+    if (request := definition.options.get("sensitivity")) is None:
         return None
     options_of_all = {n: v for n, v in definition.options.items() if n in KEPT}
 
@@ -27,7 +27,7 @@ def sensing_of(definition: Definition, scene: Scene) -> Sensing | None:
         ideal = ideal_motion(run.mechanism.scene, run.span, record.scene)
         return of_point(record, definition.settle, ideal)
 
-    return Sensing(scene, given, prepared, definition.settle, summed)
+    return Sensing(scene, request, prepared, definition.settle, summed)
 
 
 def columns(sensing: Sensing, run: Run) -> tuple[dict[str, Metric], str]:

@@ -97,11 +97,11 @@ class _Process:
     """
 
     def __init__(self, context, folder: str, stamp: str):
-        self.pipe, other = context.Pipe()
-        self.process = context.Process(target=_serve, args=(other, folder, stamp), daemon=True)
+        self.pipe, remote = context.Pipe()
+        self.process = context.Process(target=_serve, args=(remote, folder, stamp), daemon=True)
         with _surroundings():
             self.process.start()
-        other.close()
+        remote.close()
         self.hand: deque[tuple[int, ...]] = deque()
 
     def give(self, block: tuple[int, ...]) -> None:

@@ -56,7 +56,7 @@ class Keeper(ShortFile):
         definition: Definition,
         key: str,
         path: Path | None,
-        made: dict,
+        inputs: dict,
         stating: Stating,
         sensing: Sensing | None = None,
     ):
@@ -65,7 +65,7 @@ class Keeper(ShortFile):
             run,
             definition,
             key,
-            made,
+            inputs,
             stating,
         )
         stored = definition.keep, definition.compression, run.span.samples
@@ -238,8 +238,8 @@ def run_lanes(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome
     """Run some points in lanes, see `run_point`. Those that fail there or carry a warning run
     alone.
     """
-    made = {o.index: o for block in _lanes(folder, stamp).outcomes(indices, 1) for o in block}
-    return [made.get(i) or run_point(folder, stamp, i) for i in indices]
+    outcomes = {o.index: o for block in _lanes(folder, stamp).outcomes(indices, 1) for o in block}
+    return [outcomes.get(i) or run_point(folder, stamp, i) for i in indices]
 
 
 @lru_cache(maxsize=2)
@@ -271,8 +271,8 @@ class Shared:
     def run(self, indices: tuple[int, ...], twins: dict[tuple, Family | str]) -> list[Outcome]:
         """Run points in the memory of a thread; those that cannot are left, with the reason."""
         together, alone = _together(self.definition, indices, partial(self._twin, twins))
-        left = {"status": WAITING, "reason": LEFT, "alone": alone}
-        return [together.get(i) or Outcome(i, "", **left) for i in indices]
+        fields = {"status": WAITING, "reason": LEFT, "alone": alone}
+        return [together.get(i) or Outcome(i, "", **fields) for i in indices]
 
     def _twin(self, twins: dict[tuple, Family | str], kind: tuple) -> Family | str:
         if kind not in twins:
