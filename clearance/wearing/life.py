@@ -238,10 +238,10 @@ class Driver:
         if path.exists():
             before = {"method": "auto"} | records.asked(self.folder)
             fixed = {*asked} - {"turns", "scene"}
-            other = [n for n in asked if n in fixed and before.get(n) != asked[n]]
-            if other:
+            settings = [n for n in asked if n in fixed and before.get(n) != asked[n]]
+            if settings:
                 raise ValueError(
-                    f"{self.folder} holds another life (other {', '.join(other)}); take another "
+                    f"{self.folder} holds another life (other {', '.join(settings)}); take another "
                     f"directory"
                 )
             self._compare(before["scene"], asked["scene"], accept_changes)
@@ -252,7 +252,7 @@ class Driver:
         """Stages of the journal and those to come must be of one physics; see `Driver`."""
         texts = json.dumps(before), json.dumps(scene)
         inputs = (entry.get("made", {}) for entry in self.journal)
-        changed = dict.fromkeys(c for one in inputs for c in differences(one, self.made, *texts))
+        changed = dict.fromkeys(c for old in inputs for c in differences(old, self.made, *texts))
         if changed and accept_changes is None:
             LOG.info("%s begins anew: %s", self.folder, "; ".join(changed))
             self.journal = []
@@ -262,14 +262,14 @@ class Driver:
     def _scene(self, outlines: dict[str, Worn]) -> Scene:
         """The scene on outlines."""
 
-        def element(one):
+        def element(part):
             if (
-                getattr(one, "name", None) not in self.joints
-                or one.key != self.joints[one.name].key
+                getattr(part, "name", None) not in self.joints
+                or part.key != self.joints[part.name].key
             ):
-                return one
-            depths = outlines[one.name]
-            return replace(one, outline=worn(bearing=depths.bearing, journal=depths.journal))
+                return part
+            depths = outlines[part.name]
+            return replace(part, outline=worn(bearing=depths.bearing, journal=depths.journal))
 
         return self.scene.rebuilt(element=element)
 
@@ -317,10 +317,10 @@ class Driver:
         """Put journals that touched at the end of the stage before where the new outline carries
         the same force.
         """
-        row, place = run.outputs_here(), run.mechanism.layout.output
+        row, column = run.outputs_here(), run.mechanism.layout.output
         old = self._arrays(before)
         for joint in (j for j in run.mechanism.places if j.name in self.joints):
-            turn = [_angle_of(body, row, place) for body in joint.bodies()]
+            turn = [_angle_of(body, row, column) for body in joint.bodies()]
             first = run.mechanism.places[joint]
             x, y = run.state.y[first : first + 2]
             cos, sin = math.cos(turn[0]), math.sin(turn[0])
@@ -356,13 +356,13 @@ class Driver:
         """Outlines after a jump, its turns (of the joint whose depth grows fastest), and the error
         of the replay.
         """
-        made, most = {}, self.most
+        jumps, most = {}, self.most
         for name in sorted(self.joints, key=lambda n: -measured[n].fastest):
-            made[name] = self._over(name, outlines[name], measured[name], turns, most)
-            turns = made[name][1]
-        for name in (n for n, (_, done, _) in made.items() if done > turns):
-            made[name] = self._over(name, outlines[name], measured[name], turns, math.inf)
-        return {n: made[n][0] for n in self.joints}, turns, max(m[2] for m in made.values())
+            jumps[name] = self._over(name, outlines[name], measured[name], turns, most)
+            turns = jumps[name][1]
+        for name in (n for n, (_, done, _) in jumps.items() if done > turns):
+            jumps[name] = self._over(name, outlines[name], measured[name], turns, math.inf)
+        return {n: jumps[n][0] for n in self.joints}, turns, max(m[2] for m in jumps.values())
 
     def _over(
         self, name: str, outline: Worn, measured: Measured, turns: float, most: float
@@ -422,9 +422,9 @@ class Driver:
         while turns < self.plan.turns:
             self.done = turns / self.plan.turns
             self.progress(self.done, f"stage {stage} is done")
-            left = self.plan.turns - turns
+            rest = self.plan.turns - turns
             new, done, off = self.jump(
-                outlines, measured, max(LEAST, min(size, left, self.plan.jump_turns or left))
+                outlines, measured, max(LEAST, min(size, rest, self.plan.jump_turns or rest))
             )
             self._check_walls(new, turns + done)
             after, values = self.stage(stage + 1, new)
@@ -455,17 +455,17 @@ class Driver:
         for text in (text for joint in self.joints.values() for text in joint.doubts()):
             LOG.warning("%s", text)
         measured, values = self.stage(0, outlines)
-        for name, one in measured.items():
+        for name, of_joint in measured.items():
             if (
                 self.plan.jump == "replay"
-                and not len(one.path)
-                and any(r.any() for r in one.rate.values())
+                and not len(of_joint.path)
+                and any(r.any() for r in of_joint.rate.values())
             ):
                 raise ValueError(
                     f"joint {name}: its law of wear is not linear in the pressure; take jump=linear"
                 )
-            self._check_turn(name, one)
-            if not any(rate.any() for rate in one.rate.values()):
+            self._check_turn(name, of_joint)
+            if not any(rate.any() for rate in of_joint.rate.values()):
                 LOG.warning("joint %s: nothing wears; its solids do not touch in a turn", name)
         self._keep(0, outlines, measured, 0.0, 0.0, self.plan.turns * FIRST, values)
         return measured
@@ -502,8 +502,8 @@ class Driver:
         empty = np.zeros((0, 6))
         numbers = {n: Outline(None, j.outline.parameters).numbers for n, j in self.joints.items()}
         return {
-            n: Worn.of(made, empty, self.joints[n].wear_journal is not None)
-            for n, made in numbers.items()
+            n: Worn.of(outline, empty, self.joints[n].wear_journal is not None)
+            for n, outline in numbers.items()
         }
 
     def _measured(self, stage: int) -> dict[str, Measured]:
@@ -521,10 +521,10 @@ class Driver:
     ) -> None:
         """A stage is over: its arrays, then its line in the journal."""
         arrays = {}
-        for name, one in measured.items():
+        for name, of_joint in measured.items():
             arrays |= {f"{name}/{s}": d for s, d in _depths(outlines[name]).items()}
-            arrays |= {f"{name}/{s}/turn": rate for s, rate in one.rate.items()}
-            arrays[f"{name}/path"] = one.path
+            arrays |= {f"{name}/{s}/turn": rate for s, rate in of_joint.rate.items()}
+            arrays[f"{name}/path"] = of_joint.path
         path = self.folder / f"stage-{stage:04d}.npz"
         with replacing(path) as temporary, open(temporary, "xb") as file:
             np.savez_compressed(file, **arrays)
@@ -591,10 +591,10 @@ def _check_law(joint) -> None:
             )
 
 
-def _angle_of(body, row: np.ndarray, place: dict[str, int]) -> float:
+def _angle_of(body, row: np.ndarray, column: dict[str, int]) -> float:
     """Angle of a body at a row of outputs."""
     path = f"{body.key}/theta"
-    return float(row[place[path]]) if path in place else 0.0
+    return float(row[column[path]]) if path in column else 0.0
 
 
 def _depths(outline: Worn) -> dict[str, np.ndarray]:
@@ -603,7 +603,7 @@ def _depths(outline: Worn) -> dict[str, np.ndarray]:
 
 def _spread(depths: list[np.ndarray]) -> float:
     """Standard error of the mean of depths, largest over the angle, over the largest mean."""
-    smooth = np.array([smoothed(one) for one in depths])
+    smooth = np.array([smoothed(depth) for depth in depths])
     largest = float(smooth.mean(axis=0).max())
     error = float(smooth.std(axis=0, ddof=1).max()) / math.sqrt(len(depths))
     return error / largest if largest > 0.0 else 0.0
@@ -611,7 +611,7 @@ def _spread(depths: list[np.ndarray]) -> float:
 
 def _chance(before: dict[str, Measured], after: dict[str, Measured]) -> float:
     """Largest difference of two stages' wear of a turn by chance."""
-    return CHANCE * max(math.hypot(before[n].spread, one.spread) for n, one in after.items())
+    return CHANCE * max(math.hypot(before[n].spread, later.spread) for n, later in after.items())
 
 
 def _missed(
@@ -621,8 +621,8 @@ def _missed(
     share, most = 0.0, 0.0
     for name, begin in before.items():
         for surface, depth in _depths(begin).items():
-            one, other = (smoothed(_depths(w[name])[surface] - depth) for w in (jumped, instead))
-            apart, deepest = float(np.abs(one - other).max()), max(one.max(), other.max())
+            first, second = (smoothed(_depths(w[name])[surface] - depth) for w in (jumped, instead))
+            apart, deepest = float(np.abs(first - second).max()), max(first.max(), second.max())
             share = max(share, apart / deepest if apart > 0.0 else 0.0)
             most = max(most, apart)
     return share, most

@@ -40,8 +40,8 @@ def moved(
         force_x, force_y, load, *_ = carried(x, y, angle, joint, old, 0.0, solids)
         if load <= LIGHT * solids.strength:
             return x, y
-        place = rest_rough(force_x, force_y, angle, joint, new, 1.0, 0.0, solids, x, y)
-        return place[:2] if math.isfinite(place[2]) else (x, y)
+        position = rest_rough(force_x, force_y, angle, joint, new, 1.0, 0.0, solids, x, y)
+        return position[:2] if math.isfinite(position[2]) else (x, y)
     force_x, force_y, load, _ = touching(x, y, angle, joint, old, 0.0)
     if load <= 0.0:
         return x, y

@@ -58,14 +58,14 @@ def stages(folder: Path, joints: list[str]) -> list[dict]:
     return read
 
 
-def _stage(line: bytes, place: str) -> dict:
-    entry = signed_document(line, place)
+def _stage(line: bytes, where: str) -> dict:
+    entry = signed_document(line, where)
     try:
         check_kinds(entry, STAGE)
         if not _numbers(entry["metrics"]) or not _described(entry.get("known", {})):
             raise ValueError("its metrics must be numbers, with units and texts")
     except ValueError as error:
-        raise ValueError(f"{place} is no stage of a life: {error}") from None
+        raise ValueError(f"{where} is no stage of a life: {error}") from None
     return entry
 
 
@@ -198,8 +198,8 @@ class Life:
         """
         size = self.asked["joints"][joint]
         force_x, force_y, _, over, _, _ = self.load_path(joint).T
-        given = (np.hypot(force_x, force_y) * over).sum() / size["radius"] * self.turns
-        wanted = given / (size["length"] * size["clearance"])
+        wear = (np.hypot(force_x, force_y) * over).sum() / size["radius"] * self.turns
+        wanted = wear / (size["length"] * size["clearance"])
         return size["clearance"] * (1.0 / np.cos([_angle(w) for w in wanted]) - 1.0)
 
     def table(self) -> list[dict]:

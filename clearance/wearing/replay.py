@@ -76,10 +76,10 @@ def rest(force_x, force_y, angle, joint, data, scale, x, y):
         slope, low, high, share = rx * dx + ry * dy, 0.0, 1.0, 1.0
         for _ in range(30):
             f = touching_slopes(x + share * dx, y + share * dy, angle, joint, data, 0.0)
-            left = (force_x / scale - f[0]) * dx + (force_y / scale - f[1]) * dy
-            if f[2] <= 0.0 or left > ENOUGH * slope:
+            residual = (force_x / scale - f[0]) * dx + (force_y / scale - f[1]) * dy
+            if f[2] <= 0.0 or residual > ENOUGH * slope:
                 high = share
-            elif left < -ENOUGH * slope and high < 1.0:
+            elif residual < -ENOUGH * slope and high < 1.0:
                 low = share
             else:
                 break
@@ -105,9 +105,9 @@ def put_both(data, node, before, behind, over, p):
     if over[0] > 0.0:
         put(data, 1, node, over[0] * p)
     if over[1] > 0.0:
-        other = (node + before) % NODES
-        put(data, 1 + LINE, other, (1.0 - behind) * over[1] * p)
-        put(data, 1 + LINE, (other + 1) % NODES, behind * over[1] * p)
+        journal_node = (node + before) % NODES
+        put(data, 1 + LINE, journal_node, (1.0 - behind) * over[1] * p)
+        put(data, 1 + LINE, (journal_node + 1) % NODES, behind * over[1] * p)
 
 
 def wear_off(x, y, angle, joint, data, stiffness, over, load, area, pressure):
@@ -127,9 +127,9 @@ def wear_off(x, y, angle, joint, data, stiffness, over, load, area, pressure):
         total += pressure[k]
     if area * total <= SEEN * load:
         _, cos, sin, _ = deepest(x, y, angle, joint, data, 0.0)
-        place = math.atan2(sin, cos) / STEP
-        node = math.floor(place)
-        behind_node, p = place - node, load / area
+        coordinate = math.atan2(sin, cos) / STEP
+        node = math.floor(coordinate)
+        behind_node, p = coordinate - node, load / area
         put_both(data, int(node) % NODES, before, behind, over, (1.0 - behind_node) * p)
         put_both(data, int(node + 1) % NODES, before, behind, over, behind_node * p)
         return
@@ -140,12 +140,12 @@ def wear_off(x, y, angle, joint, data, stiffness, over, load, area, pressure):
             put_both(data, node, before, behind, over, p)
 
 
-def replay(path, turns, data, stiffness, surface, place, pressure, volumes):
+def replay(path, turns, data, stiffness, surface, rests, pressure, volumes):
     """Replay a load path with `turns` times its wear; data and places of rest go on in place.
 
     False where it fails.
 
-    path: rows of `wear_sum.PATH`; surface: R L [m2]; place: (x, y) of each row; volumes: worn off
+    path: rows of `wear_sum.PATH`; surface: R L [m2]; rests: (x, y) of each row; volumes: worn off
         both, added to.
     """
     for q in range(path.shape[0]):
@@ -154,11 +154,11 @@ def replay(path, turns, data, stiffness, surface, place, pressure, volumes):
         joint = FilmJoint(0.0, path[q, 5], 0.0, 0.0, 0.0)
         force_x, force_y, angle = path[q, 0], path[q, 1], path[q, 2]
         x, y, load = rest(
-            force_x, force_y, angle, joint, data, soft * surface, place[q, 0], place[q, 1]
+            force_x, force_y, angle, joint, data, soft * surface, rests[q, 0], rests[q, 1]
         )
         if not math.isfinite(load):
             return False
-        place[q, 0], place[q, 1] = x, y
+        rests[q, 0], rests[q, 1] = x, y
         wear_off(x, y, angle, joint, data, soft, over, load, surface * STEP, pressure)
         volumes[0] += over[0] * load
         volumes[1] += over[1] * load

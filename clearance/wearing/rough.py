@@ -88,8 +88,8 @@ def rest_rough(force_x, force_y, angle, joint: FilmJoint, data, area, yielding, 
         slope = rx * dx + ry * dy
         for _ in range(30):
             f = carried(x + dx, y + dy, angle, joint, data, yielding, solids)
-            left = (force_x / area - f[0]) * dx + (force_y / area - f[1]) * dy
-            if left <= ENOUGH * slope:
+            residual = (force_x / area - f[0]) * dx + (force_y / area - f[1]) * dy
+            if residual <= ENOUGH * slope:
                 break
             dx, dy, slope = 0.5 * dx, 0.5 * dy, 0.5 * slope
         x, y = x + dx, y + dy
@@ -107,7 +107,7 @@ def wear_rough(x, y, angle, joint: FilmJoint, data, over, solids, pressure):
         put_both(data, (first + k) % NODES, before, behind, over, pressure[k])
 
 
-def replay_rough(path, turns, data, solids: Rough, surface, place, pressure, volumes):
+def replay_rough(path, turns, data, solids: Rough, surface, rests, pressure, volumes):
     """Replay a load path as `wearing.replay.replay` does, with asperities; False where it fails."""
     area = surface * STEP
     for q in range(path.shape[0]):
@@ -122,12 +122,12 @@ def replay_rough(path, turns, data, solids: Rough, surface, place, pressure, vol
             area,
             over[0] + over[1],
             solids,
-            place[q, 0],
-            place[q, 1],
+            rests[q, 0],
+            rests[q, 1],
         )
         if not math.isfinite(load):
             return False
-        place[q, 0], place[q, 1] = x, y
+        rests[q, 0], rests[q, 1] = x, y
         wear_rough(x, y, path[q, 2], joint, data, over, solids, pressure)
         volumes[0] += over[0] * load
         volumes[1] += over[1] * load
