@@ -252,11 +252,11 @@ class Passes:
             slopes = self.slopes[rows].reshape(*shape, -1)
             self.model.sensitivities(packed, trial, axes, self.torque[rows].reshape(shape), slopes)
             if not abs(self.torque[rows]).max() < HUGE:
-                given = ", ".join(
+                text = ", ".join(
                     f"{p.name} {v:.4g}" for p, v in zip(self.model.parameters, values, strict=True)
                 )
                 raise ValueError(
-                    f"trial {trial.name!r}: the modelled torque is beyond all numbers at {given}"
+                    f"trial {trial.name!r}: the modelled torque is beyond all numbers at {text}"
                 )
         self.evaluations += 1
         compressed = triangle(self.slopes[:, : values.size], self.torque - self.measured)
@@ -343,8 +343,8 @@ def shifted(
     sizes = np.linalg.norm(columns, axis=0)
     sizes[sizes == 0.0] = 1.0
     step, *_ = np.linalg.lstsq(columns / sizes, errors, ROUNDING)
-    left = errors - columns @ (step / sizes)
-    covariance, *_ = spread(columns, 0.5 * float(left @ left), samples)
+    residuals = errors - columns @ (step / sizes)
+    covariance, *_ = spread(columns, 0.5 * float(residuals @ residuals), samples)
     return float(step[-1] / sizes[-1]), math.sqrt(covariance[-1, -1]), step[:-1] / sizes[:-1]
 
 

@@ -139,16 +139,16 @@ class Fit:
             for n in ("static", "kinetic", "stiffness", "damping", "viscous")
         }
         speed = self.values[f"{axis}_stribeck_speed"]
-        more = {"stribeck_rate": speed, "exponent": self.model.exponent}
+        options = {"stribeck_rate": speed, "exponent": self.model.exponent}
         if self.model.load == "fixed":
-            return joint_lugre(**numbers, **more)
+            return joint_lugre(**numbers, **options)
         if arm is None:
             raise ValueError(
                 "law: the torque follows the preload: give arm [m], by which the preload makes the "
                 "load"
             )
         load = self.model.preload * positive("law: arm", arm)
-        return joint_lugre_loaded(**{n: v / load for n, v in numbers.items()}, **more)
+        return joint_lugre_loaded(**{n: v / load for n, v in numbers.items()}, **options)
 
     def save(self, path: str | Path) -> Path:
         """All of it as HDF5 (format clearance-friction-fit), for `open_fit`."""
@@ -396,13 +396,13 @@ def _correlated(model: Model, values: dict[str, float], trials: Sequence) -> dic
 def _check(trial) -> None:
     if not any(trial.measured):
         raise ValueError(f"trial {trial.name!r} has no measured axis")
-    for what, array in (
+    for quantity, array in (
         ("rate", trial.rate),
         ("torque", np.where(trial.measured, trial.torque, 0.0)),
     ):
         for row, axis in np.argwhere(~np.isfinite(array))[:1]:
             raise ValueError(
-                f"trial {trial.name!r}: {what}_{AXES[axis]} is {array[row, axis]} in row {row}"
+                f"trial {trial.name!r}: {quantity}_{AXES[axis]} is {array[row, axis]} in row {row}"
             )
     if (way := float(abs(trial.rate).sum()) * trial.step) < STILL:
         raise ValueError(

@@ -198,13 +198,13 @@ def relaxed_slopes(z, w, k, dt):
     """
     x = k * dt
     gone = -math.expm1(-x)
-    left = 1.0 - gone
+    remaining = 1.0 - gone
     if x < SMALL:
         by_k = -dt * dt * (0.5 - x * (1.0 / 3.0 - x * (0.125 - x * (1.0 / 30.0 - x / 144.0))))
     else:
-        by_k = (dt * left - gone / k) / k
+        by_k = (dt * remaining - gone / k) / k
     reach = gone / k if x > TINY else dt * (1.0 - 0.5 * x)
-    return z * left + w * reach, w * by_k - dt * left * z, left
+    return z * remaining + w * reach, w * by_k - dt * remaining * z, remaining
 
 
 @compiled
@@ -344,9 +344,9 @@ def sensitivities(layout, values, rate, dt, axes, state, moved, torque, slopes):
             for i in axes:
                 if w[i] != 0.0 or state[i] != 0.0:
                     k, stiffness, _, _ = coefficients(layout, values, i, w, e)
-                    state[i], by_k, left = relaxed_slopes(state[i], w[i], k, step_length)
+                    state[i], by_k, remaining = relaxed_slopes(state[i], w[i], k, step_length)
                     for p in range(moved.shape[1]):
-                        moved[i, p] *= left
+                        moved[i, p] *= remaining
                     add_relaxation(layout, values, i, w, e, k, stiffness, by_k, moved[i])
         w = (rate[n, 0], rate[n, 1], rate[n, 2])
         e = envelopes(layout, values, w)

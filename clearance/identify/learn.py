@@ -98,18 +98,18 @@ def step(layout, weights, state, rate, dt, torque):
     """One step [s] of constant rate (3,): moves the state, writes the torque (3,) [N m] that the
     last interval gave.
     """
-    left, mean = dt, np.empty(3)
-    while state[SINCE] + left >= layout.interval * (1.0 - 1e-9):
+    remaining, mean = dt, np.empty(3)
+    while state[SINCE] + remaining >= layout.interval * (1.0 - 1e-9):
         part = layout.interval - state[SINCE]
         for axis in range(3):
             mean[axis] = (state[TURNED + axis] + rate[axis] * part) / layout.interval
             state[TURNED + axis] = 0.0
         advance(layout, weights, state, mean)
         state[SINCE] = 0.0
-        left = max(left - part, 0.0)
-    state[SINCE] += left
+        remaining = max(remaining - part, 0.0)
+    state[SINCE] += remaining
     for axis in range(3):
-        state[TURNED + axis] += rate[axis] * left
+        state[TURNED + axis] += rate[axis] * remaining
         torque[axis] = state[HELD + axis]
 
 
@@ -387,9 +387,9 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
     @eqx.filter_jit
     def epoch(network, state, batches):
         begin = _begins(network, windows)
-        other = _mean_square(network, begin[held], *(d[held] for d in data))
+        held_error = _mean_square(network, begin[held], *(d[held] for d in data))
         (network, state, _), errors = jax.lax.scan(learn, (network, state, begin), batches)
-        return network, state, errors.mean(), other
+        return network, state, errors.mean(), held_error
 
     network = best = _network(model, jax.random.PRNGKey(seed))
     state, losses, others = adam.init(eqx.filter(network, eqx.is_array)), [], []
@@ -401,9 +401,9 @@ def _train(model: LSTM, windows: Windows, seed: int, progress: Callable[[float],
             [random.permutation(training)[:used] for _ in range(PASSES)]
         ).reshape(-1, size)
         before = network
-        network, state, error, other = epoch(network, state, batches)
+        network, state, error, held_error = epoch(network, state, batches)
         losses.append(float(error))
-        others.append(float(other))
+        others.append(float(held_error))
         if others[-1] == min(others):
             best = before
         progress(len(losses) / model.epochs)

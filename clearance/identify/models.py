@@ -97,8 +97,8 @@ def delayed(trial, lag: float) -> np.ndarray:
 
     Before the record it is that of the first sample: records should begin at rest.
     """
-    place = np.arange(FINER * (trial.samples - 1) + 1) / FINER - lag / trial.step
-    columns = (np.interp(place, np.arange(trial.samples), column) for column in trial.rate.T)
+    position = np.arange(FINER * (trial.samples - 1) + 1) / FINER - lag / trial.step
+    columns = (np.interp(position, np.arange(trial.samples), column) for column in trial.rate.T)
     return np.ascontiguousarray(np.stack(list(columns), axis=1))
 
 
@@ -139,10 +139,10 @@ class Model:
             for p in parameters
         )
 
-    def _check_names(self, given, names: Sequence[str], what: str) -> None:
-        if unknown := [n for n in given if n not in names]:
+    def _check_names(self, parameters, names: Sequence[str], subject: str) -> None:
+        if unknown := [n for n in parameters if n not in names]:
             raise ValueError(
-                f"{what}: {self.name} has no parameter {unknown[0]!r}; it has {', '.join(names)}"
+                f"{subject}: {self.name} has no parameter {unknown[0]!r}; it has {', '.join(names)}"
             )
 
     def array(self, values: Values) -> np.ndarray:
@@ -553,9 +553,9 @@ class Curve(Model):
         for axis in range(3):
             m = np.clip(np.searchsorted(knots, speed[:, axis]) - 1, 0, len(knots) - 2)
             share = np.clip((speed[:, axis] - knots[m]) / (knots[m + 1] - knots[m]), 0.0, 1.0)
-            place = self.layout.places[axis, TORQUE] + m
-            hats[rows, axis, place] = share * sign[:, axis]
-            hats[rows, axis, np.where(m > 0, place - 1, -1)] = (1.0 - share) * sign[:, axis]
+            index = self.layout.places[axis, TORQUE] + m
+            hats[rows, axis, index] = share * sign[:, axis]
+            hats[rows, axis, np.where(m > 0, index - 1, -1)] = (1.0 - share) * sign[:, axis]
         return hats[:, :, :-1]
 
     def passive_rate(self, values: Values) -> float:

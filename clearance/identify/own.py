@@ -94,8 +94,8 @@ class Own(Model):
     def with_bounds(self, bounds: Mapping[str, tuple[float, float]]) -> "Own":
         """The same with other bounds of some parameters."""
         self._check_names(bounds, [p.name for p in self.given], "bounds")
-        given = (p.within(bounds[p.name], -math.inf) if p.name in bounds else p for p in self.given)
-        return replace(self, given=tuple(given))
+        bound = (p.within(bounds[p.name], -math.inf) if p.name in bounds else p for p in self.given)
+        return replace(self, given=tuple(bound))
 
     def with_lag(self) -> "Own":
         """The same with a lag [s] of the torque.
@@ -206,15 +206,15 @@ def model(
     if isinstance(function, Law):
         _check_parameters(name, function.given, function.needed, parameters)
         driven = _Driven(function, held, positive(f"model {name}: arm", arm))
-        given = [
+        renamed = [
             replace(p, name=f"{g}_{n}") for g in dict.fromkeys(GROUPS) for n, p in fitted.items()
         ]
-        return Own(driven, tuple(given), {}, difference, name, function)
+        return Own(driven, tuple(renamed), {}, difference, name, function)
     arguments = list(inspect.signature(function).parameters.values())[1:]
     needed = [a.name for a in arguments if a.default is a.empty]
     _check_parameters(name, [a.name for a in arguments], needed, parameters)
-    given = tuple(replace(p, name=n) for n, p in fitted.items())
-    return Own(_with(function, held), given, predicts, difference, name)
+    renamed = tuple(replace(p, name=n) for n, p in fitted.items())
+    return Own(_with(function, held), renamed, predicts, difference, name)
 
 
 def _finer(trial: Trial, lag: float) -> Trial:
@@ -245,13 +245,13 @@ def _with(function: Callable, held: dict) -> Callable:
     return called
 
 
-def _check_parameters(name: str, names: list[str], needed: list[str], given: Mapping) -> None:
-    if unknown := [n for n in given if n not in names]:
+def _check_parameters(name: str, names: list[str], needed: list[str], parameters: Mapping) -> None:
+    if unknown := [n for n in parameters if n not in names]:
         hint = meant(unknown[0], names)
         raise ValueError(
             f"model {name} has no parameter {unknown[0]!r}{hint}; it has {', '.join(names)}"
         )
-    if missing := [n for n in needed if n not in given]:
+    if missing := [n for n in needed if n not in parameters]:
         raise ValueError(
             f"model {name}: give {missing[0]} as between(low, high, units), or as a number"
         )

@@ -295,31 +295,31 @@ def check_units(
     in degrees pass: they look like large ones in radians.
     """
     for trial in measurement.trials:
-        place = f"trial {trial.name!r}"
+        prefix = f"trial {trial.name!r}"
         if trial.step > LONGEST_STEP:
             raise ValueError(
-                f"{place}, column time: steps of {trial.step:g} s; is it in ms? "
+                f"{prefix}, column time: steps of {trial.step:g} s; is it in ms? "
                 f"{CALL.format('time_ms', 'ms')}"
             )
         for i, axis in enumerate(AXES):
             rate, angle = abs(trial.rate[:, i]), trial.angle[:, i]
             hint = f"is it in degrees? {CALL.format(f'rate_{axis}_deg_s', 'deg/s')}"
             if rate.max() > HIGHEST_RATE:
-                where = f"{place}, {row(trial.name)(int(rate.argmax()))}, column rate_{axis}"
+                where = f"{prefix}, {row(trial.name)(int(rate.argmax()))}, column rate_{axis}"
                 raise ValueError(
                     f"{where}: {rate.max():g} rad/s is more than {HIGHEST_RATE:g} rad/s; "
                     f"{hint}{TRUST}"
                 )
             widest = WIDEST_SPIN if axis == "z" else WIDEST_TILT
             if (swept := float(np.ptp(angle))) > widest:
-                where = f"{place}, {row(trial.name)(int(angle.argmax()))}, column rate_{axis}"
+                where = f"{prefix}, {row(trial.name)(int(angle.argmax()))}, column rate_{axis}"
                 raise ValueError(
                     f"{where}: it turns through {swept:.4g} rad, more than {widest:.4g} rad; "
                     f"{hint}{TRUST}"
                 )
             if trial.measured[i] and rate.any() and not np.ptp(trial.torque[:, i]):
                 raise ValueError(
-                    f"{place}, column torque_{axis}: {trial.torque[0, i]:g} N m in all rows; "
+                    f"{prefix}, column torque_{axis}: {trial.torque[0, i]:g} N m in all rows; "
                     f"nothing measured?"
                 )
     peaks = [abs(t.torque).max() for t in measurement.trials]
@@ -458,11 +458,11 @@ def _hdf5_trial(file: Reader, name: str, about: dict) -> Trial:
         for c in ([q] if q == "time" else [f"{q}_{a}" for a in AXES])
         if c in present
     ):
-        place, where = f"trials/{name}/{column}", f"trial {name!r}, column {column}"
-        units, expected = file.attributes(place).get("units", ""), UNITS[column.partition("_")[0]]
+        path, where = f"trials/{name}/{column}", f"trial {name!r}, column {column}"
+        units, expected = file.attributes(path).get("units", ""), UNITS[column.partition("_")[0]]
         if units not in expected:
             raise ValueError(f"{where}: its units must be {' or '.join(expected)}, got {units!r}")
-        values = file.column(place)
+        values = file.column(path)
         if values.ndim != 1 or values.dtype.kind not in "iuf":
             raise ValueError(
                 f"{where} must be one row of numbers, got {values.dtype} of shape {values.shape}"
@@ -480,11 +480,11 @@ def _hdf5_series(file: Reader, name: str, about: dict, predicts: Mapping[str, st
     """A trial of all rows of numbers in a group."""
     columns, units = {}, {}
     for column in file.names(f"trials/{name}"):
-        place = f"trials/{name}/{column}"
-        values = file.column(place)
+        path = f"trials/{name}/{column}"
+        values = file.column(path)
         if values.ndim != 1 or values.dtype.kind not in "iuf":
             continue
-        units[column], factor = _si(file.attributes(place).get("units", ""))
+        units[column], factor = _si(file.attributes(path).get("units", ""))
         columns[column] = np.asarray(values, float) * factor
     lengths = {c: len(v) for c, v in columns.items()}
     if len(set(lengths.values())) > 1:
@@ -519,12 +519,12 @@ def _read_csv(
             raise ValueError(f"line {line}: {len(row)} cells under a header of {len(names)}")
     table = dict(zip(names, zip(*cells, strict=True), strict=True))
     facts, by_trial = _csv_facts(t for t in lines if t.startswith("#"))
-    left = [n for n in names if n not in columns and n not in ("trial", *LABELS)]
+    unused = [n for n in names if n not in columns and n not in ("trial", *LABELS)]
     trials = [
         _csv_trial(name, part, table, columns, numbers, by_trial, rows, predicts)
         for name, part in _parts(path, table, numbers)
     ]
-    return Measurement(tuple(trials), facts | ({"columns_left_aside": left} if left else {}))
+    return Measurement(tuple(trials), facts | ({"columns_left_aside": unused} if unused else {}))
 
 
 def _csv_cells(texts: list[str], mark: str, numbers: Sequence[int]) -> list[list[str]]:
@@ -722,16 +722,16 @@ def _write_csv(path: Path, measurement: Measurement) -> Path:
     series = isinstance(measurement.trials[0], Series)
     names = ["time", *(f"{q}_{a}" for q in ("rate", "torque") for a in AXES)]
     names = list(_columns(measurement.trials[0])) if series else names
-    given = [label for label in LABELS if hasattr(measurement.trials[0], label)]
+    present = [label for label in LABELS if hasattr(measurement.trials[0], label)]
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {k} = {v}\n" for k, v in measurement.facts.items())
         file.writelines(
             f"# {t.name}.{k} = {v}\n" for t in measurement.trials for k, v in t.facts.items()
         )
         out = csv.writer(file)
-        out.writerow(["trial", *given, *names])
+        out.writerow(["trial", *present, *names])
         for t in measurement.trials:
-            labels, columns = [t.name, *(getattr(t, label) for label in given)], _columns(t)
+            labels, columns = [t.name, *(getattr(t, label) for label in present)], _columns(t)
             cells = [
                 map(repr, columns[n].tolist()) if n in columns else [""] * t.samples for n in names
             ]
