@@ -12,18 +12,18 @@ loop_at = caller(LOOP)
 
 
 @compiled(int64(int64, int64, VECTOR, INTEGERS), arrays=True)
-def along(loop, address, ends, made):
+def along(loop, address, ends, count):
     """Make the steps that end at given times [s] until a buffer is full, or all; a status code.
 
-    loop: address of the compiled loop; address: of the run's state; made: one number, the steps so
+    loop: address of the compiled loop; address: of the run's state; count: one number, the steps so
     far. A step that is refused, or that the loop does not make, is the last.
     """
     s, run, code = state_at(address), loop_at(loop), status.RUNNING
-    while code == status.RUNNING and made[0] < ends.size:
+    while code == status.RUNNING and count[0] < ends.size:
         steps, refused = s.steps, s.rejected
-        s.end, s.step_size = ends[made[0]], math.inf
+        s.end, s.step_size = ends[count[0]], math.inf
         code = run(address, 1)
         if s.rejected > refused or s.steps == steps:
             return code
-        made[0] += 1
+        count[0] += 1
     return code

@@ -180,14 +180,14 @@ def aligned(s, t, h, event, theta):
     """
     wanted = beyond(s, event)
     size, low, high, passed = theta * h, 0.0, h, False
-    made, value = 0.0, 0.0
+    last, value = 0.0, 0.0
     for _ in range(ALIGNMENTS):
         invalidate(s)
         if size <= RESOLVED * max(abs(t), h):
             return status.AT_START, size, True
         if attempt(s, t, size) != status.MADE or s.error > 1.0:
             return status.MISSED, size, False
-        made = size
+        last = size
         s.events(t + size, s.y_new, s.par, s.work, s.after)
         value, rate = wanted * depth_of(s.after, event), wanted * rate_of(s.after, event)
         if abs(value) <= 1e-2 * s.band[event]:
@@ -205,7 +205,7 @@ def aligned(s, t, h, event, theta):
                 return status.CUT, size, value > 0.0
             shift = 0.5 * (low + high) - size
         size += shift
-    return status.CUT, made, value > 0.0
+    return status.CUT, last, value > 0.0
 
 
 @shared

@@ -55,10 +55,10 @@ GAUSS, OUTER, CENTRAL = 0.6**0.5, 5.0 / 9.0, 8.0 / 9.0
 def square(s, row, k):
     """Square of a channel in a row of outputs, or of the length of a vector."""
     source = int(s.integrals[SOURCE, k])
-    value, other = row[source], 0.0
+    value, second = row[source], 0.0
     if s.integrals[FORM, k] == PAIR:
-        other = row[source + 1]
-    return value * value + other * other
+        second = row[source + 1]
+    return value * value + second * second
 
 
 @inline
@@ -82,14 +82,14 @@ def take(s, row, at):
 def weigh(s, begin, end):
     """Integrals of the products of Newton's polynomial, by Gauss's rule."""
     middle, half = 0.5 * (begin + end), 0.5 * (end - begin)
-    one, two, three = half * OUTER, half * CENTRAL, half * OUTER
+    first, second, third = half * OUTER, half * CENTRAL, half * OUTER
     for j in range(NODES - 1):
-        s.nodes[MOMENT, j] = one + two + three
-        place = s.nodes[PLACE, j]
-        one *= middle - half * GAUSS - place
-        two *= middle - place
-        three *= middle + half * GAUSS - place
-    s.nodes[MOMENT, NODES - 1] = one + two + three
+        s.nodes[MOMENT, j] = first + second + third
+        node = s.nodes[PLACE, j]
+        first *= middle - half * GAUSS - node
+        second *= middle - node
+        third *= middle + half * GAUSS - node
+    s.nodes[MOMENT, NODES - 1] = first + second + third
 
 
 @shared
@@ -166,8 +166,8 @@ def add_times(s, t, h, low, high, inner):
             begin = low if i == 0 else low + (high - low) * INNER[inner - 1, i - 1]
             end = high if i == inner else low + (high - low) * INNER[inner - 1, i]
             if before != after:
-                place = changing(s, t, h, k, begin, end, before)
-                begin, end = (begin, place) if before > 0.0 else (place, end)
+                theta = changing(s, t, h, k, begin, end, before)
+                begin, end = (begin, theta) if before > 0.0 else (theta, end)
             if before + after > 0.0:
                 add_time(s, k, t + begin * h, t + end * h)
         s.integrals[TOUCHED, k] = s.integrals[TOUCHED + LAST, k]

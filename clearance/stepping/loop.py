@@ -107,7 +107,7 @@ def weigh_films(s, values):
         contact = s.contacts[j]
         if contact[COORDINATE] < 0.0 or contact[PULL] == 0.0:
             continue
-        first, left = (
+        first, gap = (
             int(contact[COORDINATE]),
             max(-depth_of(values, j), 1e-15 * contact[CLEARANCE]),
         )
@@ -116,7 +116,7 @@ def weigh_films(s, values):
             i = first + k
             size = abs(s.y[i])
             if contact[KIND] == FILM:
-                s.scale[i] = min(contact[CLEARANCE] + size, FILM_ERROR * left / rtol) - size
+                s.scale[i] = min(contact[CLEARANCE] + size, FILM_ERROR * gap / rtol) - size
             contact[DAMPING] = max(contact[DAMPING], abs(s.jacobian_rows[(p + i) * n + p + i]))
         bound = FILM_ERROR * contact[PULL] / (max(contact[DAMPING], 1e-300) * rtol)
         for k in range(2):
@@ -151,10 +151,10 @@ def first_step(s, t):
 @inline
 def proposed(s, t):
     """The next step, stretched or halved so that the run does not end in a sliver."""
-    h, left = min(s.step_size, s.longest_step), s.end - t
-    if 1.0001 * h >= left:
-        return left
-    return 0.5 * left if 1.9 * h >= left else h
+    h, remaining = min(s.step_size, s.longest_step), s.end - t
+    if 1.0001 * h >= remaining:
+        return remaining
+    return 0.5 * remaining if 1.9 * h >= remaining else h
 
 
 @shared

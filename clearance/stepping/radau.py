@@ -181,10 +181,10 @@ def newton(k, run, t, h, y, par, work, m, complexes, n):
             return status.NO_NUMBERS, 1.0
         if iteration > 0:
             rate = norm / old if old > 0.0 else 0.0
-            left = norm
+            predicted = norm
             for _ in range(ITERATIONS - 1 - iteration):
-                left *= rate
-            if rate >= 1.0 or left > tolerance * (1.0 - rate):
+                predicted *= rate
+            if rate >= 1.0 or predicted > tolerance * (1.0 - rate):
                 return status.TOO_LONG, rate
             factor_of_rate = rate / (1.0 - rate)
         for s in range(stages):
@@ -247,8 +247,8 @@ def solved(k, run, t, h, y, par, work, m, n):
     """
     rates(k, run, t, h, y, par, work, m, n)
     run.evaluations += k.c.size
-    left = correct_real(k, m, h, run.coordinates, n) / (k.c.size * n)
-    return left < SOLVED * SOLVED
+    residual = correct_real(k, m, h, run.coordinates, n) / (k.c.size * n)
+    return residual < SOLVED * SOLVED
 
 
 @inline

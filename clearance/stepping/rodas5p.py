@@ -85,13 +85,13 @@ def stages(rhs, t, h, y, f, par, work, vector, m, p, n):
 def dense_output(y, y_new, dense, m, n):
     """Rows of the nested form."""
     for i in range(n):
-        one, two, three = 0.0, 0.0, 0.0
+        first, second, third = 0.0, 0.0, 0.0
         for j in range(STAGES):
-            one += H[0, j] * m[j, i]
-            two += H[1, j] * m[j, i]
-            three += H[2, j] * m[j, i]
-        dense[0, i], dense[1, i], dense[2, i] = y[i], y_new[i] - y[i], one
-        dense[3, i], dense[4, i] = two + three, -three
+            first += H[0, j] * m[j, i]
+            second += H[1, j] * m[j, i]
+            third += H[2, j] * m[j, i]
+        dense[0, i], dense[1, i], dense[2, i] = y[i], y_new[i] - y[i], first
+        dense[3, i], dense[4, i] = second + third, -third
         dense[5, i] = dense[6, i] = dense[7, i] = 0.0
 
 

@@ -252,12 +252,12 @@ class State:
         """The same numbers and arrays; those that change their size, and output that is in use
         nowhere, all zero.
         """
-        other = State(**self.sizes | sizes)
+        state = State(**self.sizes | sizes)
         empty = [n for filled, names in BUFFERS.items() if not getattr(self, filled) for n in names]
-        for name in other.memory.dtype.names:
-            if name not in empty and other.memory[name].shape == self.memory[name].shape:
-                other.memory[name] = self.memory[name]
-        return other
+        for name in state.memory.dtype.names:
+            if name not in empty and state.memory[name].shape == self.memory[name].shape:
+                state.memory[name] = self.memory[name]
+        return state
 
     def restore(self, image: bytes) -> None:
         """Numbers and arrays as they were when `memory.tobytes()` gave this."""
