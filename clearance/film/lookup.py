@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 #: alpha
 HEAD = 11
 TOP = 6.2  # largest y of the nodes
+ALONE = (1.0,)  # weights over tau of a table without it
 
 
 @dataclass(frozen=True)
@@ -83,13 +84,12 @@ def patch(data, at, line, step, p, w):
 
 
 def block(data, at, plane, line, step, p, w, q):
-    """Sum of four patches of coefficients."""
-    return (
-        p[0] * patch(data, at, line, step, w, q)
-        + p[1] * patch(data, at + plane, line, step, w, q)
-        + p[2] * patch(data, at + 2 * plane, line, step, w, q)
-        + p[3] * patch(data, at + 3 * plane, line, step, w, q)
-    )
+    """Sum of patches of coefficients, one a layer."""
+    total = 0.0
+    for weight in q:
+        total += weight * patch(data, at, plane, line, p, w)
+        at += step
+    return total
 
 
 def continued(p, y, per_y, last):
@@ -101,57 +101,43 @@ def continued(p, y, per_y, last):
     return p[0], p1, p[2], p3
 
 
-def looked_up(data, start, y, angle):
-    """The three splines (w_r + A cos, w_t - A sin, K) at y = -ln(1 - eps) and alpha' in [0, pi]."""
-    last, per_y = int(data[start + 1]) - 2, data[start + 2]
+def looked_up(data, start, y, angle, taus=()):
+    """A and the three splines (w_r + A cos, w_t - A sin, K) at y = -ln(1 - eps), alpha' in [0, pi]
+    and tau in [0, 1].
+
+    taus: of a table with layers over tau, one tau; else none.
+    """
+    last, per_y, layers, k, q = int(data[start + 1]) - 2, data[start + 2], 1, 0, ALONE
     i, t = cell(y * per_y, last)
     j, u = cell(angle * data[start + 3], last)
+    size = data[start]
+    for tau in taus:
+        layers = int(data[start + 4]) + 2
+        k, v = cell(tau * (layers - 3.0), layers - 4)
+        q = splines(v)
+        size = row(data, start + HEAD + k, 1, q)
     p, w = splines(t), splines(u)
     f = continued(p, y, per_y, last)
-    line = 3 * (last + 4)
-    at = start + HEAD + 1 + i * line + 3 * j
-    return (
-        patch(data, at, line, 3, f, w),
-        patch(data, at + 1, line, 3, f, w),
-        patch(data, at + 2, line, 3, p, w),
-    )
-
-
-def looked_up_flow(data, start, y, angle):
-    """The spline of the side flow, q, at y and alpha in [0, pi]."""
-    last = int(data[start + 7]) - 2
-    i, t = cell(y * data[start + 8], last)
-    j, u = cell(angle * data[start + 9], last)
-    at = start + int(data[start + 6]) + i * (last + 4) + j
-    return patch(data, at, last + 4, 1, splines(t), splines(u))
-
-
-def looked_up_ambient(data, start, y, angle, tau):
-    """A and the three splines (w_r + A cos, w_t - A sin, K) at y, alpha' and tau in [0, 1]."""
-    last, per_y, roof = int(data[start + 1]) - 2, data[start + 2], int(data[start + 4]) - 2
-    i, t = cell(y * per_y, last)
-    j, u = cell(angle * data[start + 3], last)
-    k, v = cell(tau * (roof + 1.0), roof)
-    p, w, q = splines(t), splines(u), splines(v)
-    f = continued(p, y, per_y, last)
-    line = 3 * (roof + 4)
+    line = 3 * layers
     plane = line * (last + 4)
-    at = start + HEAD + roof + 4 + i * plane + j * line + 3 * k
+    at = start + HEAD + layers + i * plane + j * line + 3 * k
     return (
-        row(data, start + HEAD + k, 1, q),
+        size,
         block(data, at, plane, line, 3, f, w, q),
         block(data, at + 1, plane, line, 3, f, w, q),
         block(data, at + 2, plane, line, 3, p, w, q),
     )
 
 
-def looked_up_flow_ambient(data, start, y, angle, tau):
-    """The spline of the side flow, q, at y, alpha and tau."""
-    last, roof = int(data[start + 7]) - 2, int(data[start + 10]) - 2
+def looked_up_flow(data, start, y, angle, taus=()):
+    """The spline of the side flow, q, at y, alpha in [0, pi] and tau, as in `looked_up`."""
+    last, layers, k, q = int(data[start + 7]) - 2, 1, 0, ALONE
     i, t = cell(y * data[start + 8], last)
     j, u = cell(angle * data[start + 9], last)
-    k, v = cell(tau * (roof + 1.0), roof)
-    line = roof + 4
-    plane = line * (last + 4)
-    at = start + int(data[start + 6]) + i * plane + j * line + k
-    return block(data, at, plane, line, 1, splines(t), splines(u), splines(v))
+    for tau in taus:
+        layers = int(data[start + 10]) + 2
+        k, v = cell(tau * (layers - 3.0), layers - 4)
+        q = splines(v)
+    plane = layers * (last + 4)
+    at = start + int(data[start + 6]) + i * plane + j * layers + k
+    return block(data, at, plane, layers, 1, splines(t), splines(u), q)

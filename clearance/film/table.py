@@ -41,15 +41,7 @@ from clearance.files import sealed
 from clearance.files.sources import digest_of_code
 from clearance.film import bands, lookup
 from clearance.film.bearing import check_mesh, check_nodes
-from clearance.film.lookup import (
-    HEAD,
-    TOP,
-    Tabulated,
-    looked_up,
-    looked_up_ambient,
-    looked_up_flow,
-    looked_up_flow_ambient,
-)
+from clearance.film.lookup import HEAD, TOP, Tabulated, looked_up, looked_up_flow
 from clearance.machine import store
 from clearance.values import checks
 from clearance.values.algebra import each, solve
@@ -341,12 +333,9 @@ def _errors(key: Key, numbers: np.ndarray) -> tuple[float, ...]:
         s = math.sqrt(1.0 - eps * eps)
         radial, tangential, shear = scaled_film(key, y, angle, tau, mesh)
         flow = scaled_flow(key, y, angle, tau, FLOW_CHECK)
-        if key.layers > 1:
-            size, *w = looked_up_ambient(numbers, 0, y, angle, tau)
-            leaves = looked_up_flow_ambient(numbers, 0, y, angle, tau)
-        else:
-            size, *w = numbers[0], *looked_up(numbers, 0, y, angle)
-            leaves = looked_up_flow(numbers, 0, y, angle)
+        taus = (tau,) if key.layers > 1 else ()
+        size, *w = looked_up(numbers, 0, y, angle, taus)
+        leaves = looked_up_flow(numbers, 0, y, angle, taus)
         off = w[0] - size * math.cos(angle) - radial, w[1] + size * math.sin(angle) - tangential
         error = math.hypot(off[0], off[1] * s) / math.hypot(radial, tangential * s)
         errors_here.append((error, abs(w[2] / shear - 1.0), abs(leaves / flow - 1.0)))

@@ -3,13 +3,7 @@
 import math
 
 from clearance.film.bearing import CAVITATIONS, Bearing, check_mesh, check_nodes
-from clearance.film.lookup import (
-    TOP,
-    looked_up,
-    looked_up_ambient,
-    looked_up_flow,
-    looked_up_flow_ambient,
-)
+from clearance.film.lookup import TOP, looked_up, looked_up_flow
 from clearance.laws.film import REST, SIDE_FLOW, WALL
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
 from clearance.values import checks
@@ -18,21 +12,24 @@ LAST = 1.0 - math.exp(-TOP)  # eccentricity ratio of the last nodes, 0.998
 LAYERS = 25  # nodes over tau
 
 
-def answering(eps, radial_rate, across):
-    """Eccentricity ratio that a film answers at: its own, but no more than LAST where the journal
-    recedes straight.
+def answering(eccentricity_ratio, radial_rate, entrainment):
+    """Eccentricity ratio that a film answers at, and v_t: its own, but no more than LAST where the
+    journal recedes straight.
 
     As alpha' nears 180 degrees (between 165 and 177) the film near the contact carries nothing. The
     force is that of the oil around it, which stays as it is. An error of the table in the first
     part is amplified by s^-3.
     """
+    eps = min(eccentricity_ratio, 1.0)
+    turning = 0.5 * eps * entrainment
     if eps <= LAST or radial_rate >= 0.0:
-        return eps
+        return eps, turning
+    across = math.sqrt(max(1.0 - eps * eps, WALL)) * turning
     x = min(
         max((0.268 - math.sqrt(across * across + REST * REST) / (REST - radial_rate)) / 0.216, 0.0),
         1.0,
     )
-    return eps - x * x * (3.0 - 2.0 * x) * (eps - LAST)
+    return eps - x * x * (3.0 - 2.0 * x) * (eps - LAST), turning
 
 
 def polar(radial_rate, turning):
@@ -50,27 +47,28 @@ def logarithm(eps):
 
 
 def scaled_motion(eps, radial_rate, turning):
-    """s^2, s, s v_t and its size (never quite 0), |V'|, y and alpha' of a motion; finite at contact
-    too.
-    """
+    """y, alpha', |V'|, s^2, s, s v_t and its size (never quite 0); finite at contact too."""
     gap = max(1.0 - eps * eps, WALL)
     root = math.sqrt(gap)
     across = root * turning
     speed, angle, width = polar(radial_rate, across)
-    return gap, root, across, width, speed, logarithm(eps), angle
+    return logarithm(eps), angle, speed, gap, root, across, width
 
 
-def film_force(joint, radial_rate, motion, size, splines):
-    """Force on the journal and shear.
-
-    motion: s^2, s, s v_t, its size, |V'|; size: A; splines: w_r + A cos, w_t - A sin, K.
-    """
-    gap, root, across, width, speed = motion
-    rest_radial, rest_tangential, shear = splines
+def film_force(joint, radial_rate, motion, size, values):
+    """Force on the journal and shear. size: A; values: A again, w_r + A cos, w_t - A sin, K."""
+    _, _, speed, gap, root, across, width = motion
+    _, rest_radial, rest_tangential, shear = values
     scale = joint.viscosity * joint.length * joint.radius**3 / (joint.clearance**2 * gap)
     radial = (speed * rest_radial - size * radial_rate) * scale / root
     tangential = (speed * rest_tangential * across / width + size * across) * scale
     return radial, tangential, shear / root
+
+
+def tau_of(joint, ambient, speed, gap):
+    """S / (S + 3). gap: s^2."""
+    still = ambient * joint.clearance**2 * gap * gap / (3.0 * joint.viscosity * joint.radius**2)
+    return still / (still + speed)
 
 
 def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
@@ -85,12 +83,11 @@ def table(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
     table is within 1e-3 of the Reynolds equation where the journal closes in. Rigid, aligned,
     isoviscous, cavitating at ambient pressure.
     """
-    eps = min(eccentricity_ratio, 1.0)
-    turning = 0.5 * eps * entrainment
-    eps = answering(eps, radial_rate, math.sqrt(max(1.0 - eps * eps, WALL)) * turning)
-    gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, turning)
-    first, motion = int(start), (gap, root, across, width, speed)
-    return film_force(joint, radial_rate, motion, data[first], looked_up(data, first, y, angle))
+    eps, turning = answering(eccentricity_ratio, radial_rate, entrainment)
+    motion = scaled_motion(eps, radial_rate, turning)
+    values = looked_up(data, int(start), motion[0], motion[1])
+    # a number of the table: one that a call returns would have slopes
+    return film_force(joint, radial_rate, motion, data[int(start)], values)
 
 
 def side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, start):
@@ -112,15 +109,11 @@ def table_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, sta
 
     Linear in the velocities about rest, where the film does not cavitate.
     """
-    eps = min(eccentricity_ratio, 1.0)
-    turning = 0.5 * eps * entrainment
-    eps = answering(eps, radial_rate, math.sqrt(max(1.0 - eps * eps, WALL)) * turning)
-    gap, root, across, width, speed, y, angle = scaled_motion(eps, radial_rate, turning)
-    still = ambient * joint.clearance**2 * gap * gap / (3.0 * joint.viscosity * joint.radius**2)
-    tau = still / (still + speed)
-    size, rest_radial, rest_tangential, shear = looked_up_ambient(data, int(start), y, angle, tau)
-    motion, splines = (gap, root, across, width, speed), (rest_radial, rest_tangential, shear)
-    return film_force(joint, radial_rate, motion, size, splines)
+    eps, turning = answering(eccentricity_ratio, radial_rate, entrainment)
+    motion = scaled_motion(eps, radial_rate, turning)
+    tau = tau_of(joint, ambient, motion[2], motion[3])
+    values = looked_up(data, int(start), motion[0], motion[1], (tau,))
+    return film_force(joint, radial_rate, motion, values[0], values)
 
 
 def side_flow_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data, start, ambient):
@@ -129,9 +122,8 @@ def side_flow_ambient(eccentricity_ratio, radial_rate, entrainment, joint, data,
     """
     eps = min(eccentricity_ratio, 1.0)
     speed, angle, _ = polar(radial_rate, 0.5 * eps * entrainment)
-    still = ambient * joint.clearance**2 / (3.0 * joint.viscosity * joint.radius**2)
-    tau = still / (still + speed)
-    flow = looked_up_flow_ambient(data, int(start), logarithm(eps), angle, tau)
+    tau = tau_of(joint, ambient, speed, 1.0)
+    flow = looked_up_flow(data, int(start), logarithm(eps), angle, (tau,))
     return joint.clearance * joint.radius * joint.length * speed * flow
 
 

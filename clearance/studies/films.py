@@ -44,9 +44,9 @@ def force_map(bearing: Bearing, nodes: int = 33) -> tuple[dict, Table]:
         for j, a in enumerate(angle):
             scaled = math.atan2(s * math.sin(a), math.cos(a))
             speed = math.hypot(math.cos(a), s * math.sin(a))
-            rest_r, rest_t, wet = looked_up(table.numbers, 0, height, scaled)
-            radial = speed * (rest_r - table.numbers[0] * math.cos(scaled)) / s**3
-            tangential = speed * (rest_t + table.numbers[0] * math.sin(scaled)) / s**2
+            still, rest_r, rest_t, wet = looked_up(table.numbers, 0, height, scaled)
+            radial = speed * (rest_r - still * math.cos(scaled)) / s**3
+            tangential = speed * (rest_t + still * math.sin(scaled)) / s**2
             size[i, j] = math.hypot(radial, tangential)
             against = math.atan2(tangential, -radial) - a
             direction[i, j] = (against + math.pi) % (2.0 * math.pi) - math.pi

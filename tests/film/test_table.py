@@ -227,7 +227,7 @@ class TestAgainstTheSolver:
             flow = tables.scaled_flow(key, y, angle, 0.0, (256, 12))
             errors.append(
                 [
-                    lookup.looked_up(actual.numbers, 0, y, angle)[2] / shear - 1.0,
+                    lookup.looked_up(actual.numbers, 0, y, angle)[3] / shear - 1.0,
                     lookup.looked_up_flow(actual.numbers, 0, y, angle) / flow - 1.0,
                 ]
             )
