@@ -18,8 +18,8 @@ import math
 
 import numpy as np
 
+from clearance.film.banded import Factors, backward, compiled, factorise
 from clearance.film.bearing import CONTACT, Bearing, FilmSolution, check_mesh, check_state
-from clearance.machine.store import njit
 
 LEAST_AROUND, LEAST_ALONG = 24, 3  # cells of the coarsest grid that serves for extrapolation
 # linear systems of one active set; counted where even those were too few
@@ -37,25 +37,25 @@ WET, DRY, GIVEN, CUT = range(4)
 REYNOLDS, GUMBEL, FULL = range(3)  # cavitation
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def flow_factor(ratio):
     """Patir and Cheng's phi_p of isotropic surfaces, as in laws/asperity.py."""
     return 1.0 - 0.9 * math.exp(-0.56 * max(ratio, 0.5))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def contact_factor(ratio):
     """Wu and Zheng's phi_c, as in laws/asperity.py."""
     return 1.0 - 0.5 * math.erfc(ratio / math.sqrt(2.0))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def angle_of(g, s):
     """theta of a place g, s = sqrt((1 - k) / (1 + k)); for 1 / s, g of an angle theta."""
     return 2.0 * math.atan2(math.sin(0.5 * g), s * math.cos(0.5 * g))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def place_of(mean, s, even):
     """g in [0, pi] where (1 - even) g + even theta(g) is `mean`.
 
@@ -71,7 +71,7 @@ def place_of(mean, s, even):
     return g
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def angles(count, clustering, first, even):
     """theta and g of the nodes, from the groove at theta = first on, in growing order.
 
@@ -90,7 +90,7 @@ def angles(count, clustering, first, even):
     return theta, places
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def around(places, eps, clustering, thickness):
     """Integrals of a grid (7, count). First 1 / integral of 1/(phi H^3) to the next node. Then,
     over each cell, those of phi H^3, cos, sin, 12 psi cos, -12 psi sin, 1/H.
@@ -125,7 +125,7 @@ def around(places, eps, clustering, thickness):
     return cells
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def along(count, axial, eps):
     """zeta of the nodes from the middle on (the end, 1/2, is not one), cell widths, conductances to
     the next node.
@@ -146,7 +146,7 @@ def along(count, axial, eps):
     return zeta, width, link
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def long_minimum(cells, source):
     """Column where the periodic infinitely long full film has its smallest pressure."""
     count = source.size
@@ -164,7 +164,7 @@ def long_minimum(cells, source):
     return place
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def order(count, cut):
     """Block of each column and the reach of its couplings in blocks: cut at a column of known
     pressure, or folded.
@@ -179,34 +179,7 @@ def order(count, cut):
     return block, 2
 
 
-@njit(cache=True, error_model="numpy")
-def factor_and_solve(band, x, reach):
-    """Cholesky of a band matrix (a_ij at [i, j - i], upper half) in place, and the solution in x.
-
-    Both have room for `reach` rows of zeros at the end. Rows are taken from rows: no sum depends on
-    the width of the processor's registers.
-    """
-    count = x.size - reach
-    for p in range(count):
-        scale = 1.0 / math.sqrt(band[p, 0])
-        for k in range(reach + 1):
-            band[p, k] *= scale
-        x[p] *= scale
-        here = x[p]
-        for k in range(1, reach + 1):
-            x[p + k] -= here * band[p, k]
-            share = band[p, k]
-            if share != 0.0:
-                for m in range(k, reach + 1):
-                    band[p + k, m - k] -= share * band[p, m]
-    for p in range(count - 1, -1, -1):
-        total = x[p]
-        for k in range(1, reach + 1):
-            total -= band[p, k] * x[p + k]
-        x[p] = total / band[p, 0]
-
-
-@njit(cache=True, error_model="numpy")
+@compiled
 def assemble(band, x, cells, width, link, source, pressure, state, block):
     """Matrix and right-hand side of the wet nodes; any other keeps its pressure."""
     count, rows = state.shape
@@ -216,9 +189,9 @@ def assemble(band, x, cells, width, link, source, pressure, state, block):
         for k in range(rows):
             i = block[j] * rows + k
             if state[j, k] != WET:
-                band[i, 0], x[i] = 1.0, pressure[j, k]
+                band[i, 0], x[i, 0] = 1.0, pressure[j, k]
                 continue
-            x[i] = -source[j] * width[k]
+            x[i, 0] = -source[j] * width[k]
             for other, row, weight in (
                 (after, k, cells[CONDUCTANCE, j] * width[k]),
                 (before, k, cells[CONDUCTANCE, before] * width[k]),
@@ -229,12 +202,12 @@ def assemble(band, x, cells, width, link, source, pressure, state, block):
                 if row < 0 or row == rows:
                     continue
                 if state[other, row] != WET:
-                    x[i] += weight * pressure[other, row]
+                    x[i, 0] += weight * pressure[other, row]
                 elif block[other] * rows + row > i:
                     band[i, block[other] * rows + row - i] -= weight
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def surplus(cells, width, link, source, pressure, j, k):
     """Flow that a dry node would have to push out; negative where the node fills."""
     count, rows = pressure.shape
@@ -248,7 +221,7 @@ def surplus(cells, width, link, source, pressure, j, k):
     return total + cells[CUBE, j] * link[k] * (p - (pressure[j, k + 1] if k < rows - 1 else 0.0))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def settle(cells, width, link, source, lowest, pressure, state, cut):
     """Primal-dual active set for P >= lowest, started from `state`.
 
@@ -257,14 +230,15 @@ def settle(cells, width, link, source, lowest, pressure, state, cut):
     count, rows = state.shape
     block, blocks = order(count, cut)
     reach = blocks * rows
-    size = count * rows + reach
-    band, x = np.empty((size, reach + 1)), np.empty(size)
+    size = count * rows
+    band, x = np.empty((size, reach + 1)), np.empty((size + reach, 1))
     for done in range(1, MOST_CHANGES):
         assemble(band, x, cells, width, link, source, pressure, state, block)
-        factor_and_solve(band, x, reach)
+        factorise(Factors(band, x, np.ones((1, 1))))  # the right-hand side as a border
+        backward(Factors(band, x, np.ones((0, 0))), x[:, 0])
         for j in range(count):
             for k in range(rows):
-                pressure[j, k] = x[block[j] * rows + k]
+                pressure[j, k] = x[block[j] * rows + k, 0]
         changes = 0
         for j in range(count):
             for k in range(rows):
@@ -283,7 +257,7 @@ def settle(cells, width, link, source, lowest, pressure, state, cut):
     return UNSETTLED
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def measures(cells, width, link, source, lowest, pressure, state):
     """W_r, W_t, integral of 1/H over the wet area, side flow out of both ends [1/s]."""
     count, rows = state.shape
@@ -303,15 +277,14 @@ def measures(cells, width, link, source, lowest, pressure, state):
             integrals[3] += max(
                 cells[CUBE, j] * link[last] * pressure[j, last] - source[j] * end, 0.0
             )
-        integrals[0] += cells[COS, j] * total
-        integrals[1] += cells[SIN, j] * total
-        integrals[2] += cells[SHEAR, j] * wet
-    integrals[:3] *= 2.0
+        integrals[0] += 2.0 * cells[COS, j] * total
+        integrals[1] += 2.0 * cells[SIN, j] * total
+        integrals[2] += 2.0 * cells[SHEAR, j] * wet
     integrals[3] /= 6.0
     return integrals
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def mark(theta, zeta, grooves, pressure, state):
     """Nodes inside grooves (rows: angle, width, length, P) are given; a line takes the column
     nearest to it.
@@ -331,26 +304,30 @@ def mark(theta, zeta, grooves, pressure, state):
                         state[j, k], pressure[j, k] = GIVEN, grooves[g, 3]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def full_groove(state):
     """The last column whose pressure is given over its full length, or -1."""
     cut = -1
     for j in range(state.shape[0]):
-        if (state[j] == GIVEN).all():
+        given = 0
+        for k in range(state.shape[1]):
+            given += state[j, k] == GIVEN
+        if given == state.shape[1]:
             cut = j
     return cut
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def start(cells, source, lowest, pressure, state, coarse):
     """A first guess of the cavity, from a coarser grid or from the sign of the source; the column
     of the cut, or -1.
     """
     count, rows = state.shape
-    cut = full_groove(state)
+    cut, supplied = full_groove(state), False
     for j in range(count):
         for k in range(rows):
             if state[j, k] == GIVEN:
+                supplied = True
                 continue
             if coarse.size == 1:
                 dry = source[j] > 0.0
@@ -359,14 +336,14 @@ def start(cells, source, lowest, pressure, state, coarse):
                 dry = guess in (DRY, CUT)
             if dry:
                 state[j, k], pressure[j, k] = DRY, lowest
-    if cut < 0 and lowest == 0.0 and not (state == GIVEN).any():
+    if cut < 0 and lowest == 0.0 and not supplied:
         cut = long_minimum(cells, source)
         for k in range(rows):
             state[cut, k], pressure[cut, k] = CUT, lowest
     return cut
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def on_grid(
     count,
     rows,
@@ -411,13 +388,13 @@ def on_grid(
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def opening_of(vr, vt):
     """Opening of the gap by a motion: degrees of its direction beyond 100, at least 0."""
     return max(math.degrees(math.atan2(abs(vt), vr)) - 100.0, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def clustering_of(eps, vr, vt):
     """Eccentricity of the grid's map: the film's own, less where the gap opens and the pressure
     lies beside it.
@@ -426,7 +403,7 @@ def clustering_of(eps, vr, vt):
     return eps * (1.0 - 0.005 * opening if opening <= 50.0 else 0.75 - (opening - 50.0) / 120.0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def film(count, rows, eps, axial, vr, vt, lowest, thickness, cavitation, grooves, even=EVEN):
     """A film on a nest of grids, coarse to fine, extrapolated from the last two where there are
     two.
@@ -514,6 +491,7 @@ class FastFilm:
             b.thickness,
             CODES[b.cavitation],
             self._grooves,
+            EVEN,
         )
         check_settled(solved[1])
         return solved

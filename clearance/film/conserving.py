@@ -33,6 +33,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clearance.film.banded import compiled, factorise_lu, substitute_lu
 from clearance.film.bearing import Bearing, Groove, check_mesh
 from clearance.machine.store import njit
 from clearance.values import checks
@@ -53,7 +54,6 @@ NOISE = 1e-10  # of the sliding speed: a pressure that counts as none
 # shortest time since the last moment, in units of the time in which the motion changes the film
 INSTANT = 1e-9
 
-compiled = njit(cache=True, error_model="numpy")
 inlined = njit(error_model="numpy", forceinline=True)
 
 
@@ -287,45 +287,6 @@ def assemble(kind, p, content, old, base, growth, flow, face, cell, place, matri
 
 
 @compiled
-def factor(matrix):
-    """LU factors of a band matrix in place, without pivoting."""
-    n, w = matrix.shape[0], matrix.shape[1] // 2
-    for k in range(n):
-        last = min(w, n - 1 - k)
-        inverse = 1.0 / matrix[k, w]
-        above = matrix[k, w + 1 : w + 1 + last]
-        for d in range(1, last + 1):
-            ratio = matrix[k + d, w - d]
-            if ratio != 0.0:
-                ratio *= inverse
-                matrix[k + d, w - d] = ratio
-                row = matrix[k + d, w - d + 1 : w - d + 1 + last]
-                for j in range(last):
-                    row[j] -= ratio * above[j]
-
-
-@compiled
-def substitute(matrix, rest):
-    """Solve with the factors for every column of rest (n, m), in place."""
-    (n, many), w = rest.shape, matrix.shape[1] // 2
-    for i in range(n):
-        for d in range(min(w, i), 0, -1):
-            ratio = matrix[i, w - d]
-            if ratio != 0.0:
-                for m in range(many):
-                    rest[i, m] -= ratio * rest[i - d, m]
-    for i in range(n - 1, -1, -1):
-        for d in range(1, min(w, n - 1 - i) + 1):
-            ratio = matrix[i, w + d]
-            if ratio != 0.0:
-                for m in range(many):
-                    rest[i, m] -= ratio * rest[i + d, m]
-        inverse = 1.0 / matrix[i, w]
-        for m in range(many):
-            rest[i, m] *= inverse
-
-
-@compiled
 def move(kind, p, content, flow, cell, place, rest):
     """Take the step in `rest`. Returns the largest change of P over the largest P.
 
@@ -389,8 +350,8 @@ def step(kind, p, content, old, base, growth, flow, face, cell, place, matrix, r
     them (0).
     """
     assemble(kind, p, content, old, base, growth, flow, face, cell, place, matrix, rest)
-    factor(matrix)
-    substitute(matrix, rest)
+    factorise_lu(matrix)
+    substitute_lu(matrix, rest)
     change = move(kind, p, content, flow, cell, place, rest)
     return switch(kind, p, content, share, NOISE * abs(flow[0])), change
 
@@ -524,7 +485,8 @@ def gather(kind, p, content, lowest, flow, cell, ring, place, sizes, scales, rig
                     out[2, 1 + m] += 2.0 * wet * v[SHEAR + 1 + m]
                     out[3, 1 + m] += leak * v[AXIAL + 1 + m] * fall
     for row in range(4):
-        out[row] *= scales[row]
+        for m in range(6):
+            out[row, m] *= scales[row]
 
 
 @compiled
@@ -539,7 +501,7 @@ def respond(motion, material, state, last, flow, grid, shape, work, right, scale
     count = settle(motion, material, state, last, flow, grid, shape, work)
     if count > 0:
         by_motion(kind, p, content, last[0], flow, face, cell, ring, place, worn, shape, right)
-        substitute(matrix, right)
+        substitute_lu(matrix, right)
         gather(kind, p, content, material[1], flow, cell, ring, place, shape, scales, right, out)
     return count
 

@@ -44,6 +44,7 @@ from collections import namedtuple
 
 import numpy as np
 
+from clearance.film.banded import Factors, compiled, factorise, substitute
 from clearance.film.bands import contact_factor
 from clearance.film.bearing import (
     DOUBTFUL,
@@ -54,7 +55,6 @@ from clearance.film.bearing import (
     coarseness,
 )
 from clearance.film.fem import TURN, mass_and_stiffness, quadratic_line, supplied, tensor_lines
-from clearance.machine.store import njit
 
 WIDTH = 0.25  # of the rupture: its pressure is that at sqrt(2 WIDTH) nodes from a sharp one
 # where the length, not the spacing, bounds the width of the rupture: (R / L)^2 d^2 over 1 / SHORT
@@ -84,11 +84,9 @@ Grid = namedtuple(
 #: of one motion. Integrals of phi H^3 by cell and pair of shapes: of slopes, of values. By column:
 #: source, s+, |s|, delta, integrals of cos, sin and 1/H.
 Terms = namedtuple("Terms", "along across source positive size delta cos sin shear")
-#: of Newton's matrix: upper band of all columns but the last, their couplings with it, its block
-Factors = namedtuple("Factors", "band border corner")
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def softplus(x):
     """ln(1 + exp(x))."""
     if x.real > 0.0:
@@ -96,7 +94,7 @@ def softplus(x):
     return np.log(1.0 + np.exp(x))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def flow_factors(gap, thickness):
     """phi and psi at a gap H (laws/asperity.py), complex ones too."""
     one = 0.0 * gap + 1.0
@@ -108,7 +106,7 @@ def flow_factors(gap, thickness):
     return phi, contact_factor(ratio.real) + slope * (ratio - ratio.real)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def terms_of(state, grid):
     """The Terms of a motion (eps, v_r, w); of complex numbers where it is complex."""
     eps, vr, vt = state[0], state[1], 0.5 * state[0] * state[2]
@@ -149,7 +147,7 @@ def terms_of(state, grid):
     return Terms(along, across, source, positive, size, delta, cos, sin, shear)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def flows(pressure, terms, grid):
     """A P: what flows out of each node."""
     columns, rows = pressure.shape
@@ -171,13 +169,13 @@ def flows(pressure, terms, grid):
     return flow
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def dryness(pressure, terms, grid, j, k):
     """g of a node: 0 where it is wet, 1 in the cavity."""
     return softplus(SHIFT - (pressure[j, k] - grid.lowest) / terms.delta[j])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def imbalance(pressure, terms, grid):
     """A P - b - lambda."""
     flow = flows(pressure, terms, grid)
@@ -191,7 +189,7 @@ def imbalance(pressure, terms, grid):
     return flow
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def seen(pressure, terms, grid):
     """The pressure as the outputs have it, and the wet share of each node; an end is as wet as what
     is beside it.
@@ -213,7 +211,7 @@ def seen(pressure, terms, grid):
     return shown, wet
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def measures(pressure, terms, grid):
     """W_r, W_t, integral of 1/H over the wet area, side flow."""
     shown, wet = seen(pressure, terms, grid)
@@ -233,7 +231,7 @@ def measures(pressure, terms, grid):
     return integrals
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def assemble(factors, pressure, terms, grid):
     """Newton's matrix.
 
@@ -280,77 +278,13 @@ def assemble(factors, pressure, terms, grid):
                 corner[k, k] += value
 
 
-@njit(cache=True, error_model="numpy")
-def factorise(factors):
-    """Cholesky factors in place: rows of the upper one."""
-    band, border, corner = factors
-    count, reach, inner = band.shape[0], band.shape[1] - 1, corner.shape[0]
-    for p in range(count):
-        scale = 1.0 / math.sqrt(band[p, 0])
-        for k in range(reach + 1):
-            band[p, k] *= scale
-        for k in range(inner):
-            border[p, k] *= scale
-        for i in range(1, min(reach, count - 1 - p) + 1):  # nan stands beyond the last row, too
-            share = band[p, i]
-            if share == 0.0:
-                continue
-            for k in range(i, reach + 1):
-                band[p + i, k - i] -= share * band[p, k]
-            for k in range(inner):
-                border[p + i, k] -= share * border[p, k]
-        for i in range(inner):
-            share = border[p, i]
-            for k in range(inner):
-                corner[i, k] -= share * border[p, k]
-    for p in range(inner):
-        scale = 1.0 / math.sqrt(corner[p, p])
-        for k in range(p, inner):
-            corner[p, k] *= scale
-        for i in range(p + 1, inner):
-            for k in range(i, inner):
-                corner[i, k] -= corner[p, i] * corner[p, k]
-
-
-@njit(cache=True, error_model="numpy")
-def substitute(factors, x):
-    """Solve in place; x in the order of the factors, with room for a row of the band before the
-    last column.
-    """
-    band, border, corner = factors
-    count, reach, inner = band.shape[0], band.shape[1] - 1, corner.shape[0]
-    last = count + reach
-    for p in range(count):
-        here = x[p] / band[p, 0]
-        x[p] = here
-        for k in range(1, reach + 1):
-            x[p + k] -= band[p, k] * here
-        for k in range(inner):
-            x[last + k] -= border[p, k] * here
-    for p in range(inner):
-        x[last + p] /= corner[p, p]
-        for k in range(p + 1, inner):
-            x[last + k] -= corner[p, k] * x[last + p]
-    for p in range(inner - 1, -1, -1):
-        for k in range(p + 1, inner):
-            x[last + p] -= corner[p, k] * x[last + k]
-        x[last + p] /= corner[p, p]
-    for p in range(count - 1, -1, -1):
-        near, far = x[p], 0.0  # two sums at once
-        for k in range(1, reach + 1):
-            near -= band[p, k] * x[p + k]
-        for k in range(inner):
-            far -= border[p, k] * x[last + k]
-        x[p] = (near + far) / band[p, 0]
-
-
-@njit(cache=True, error_model="numpy")
-def correction(factors, field, grid):
-    """Pressures that the factors give for a field of imbalances."""
+@compiled
+def correct(change, factors, field, grid):
+    """Take the pressures that the factors give for a field of imbalances."""
     columns, inner = field.shape[0], field.shape[1] - 1
     last = (columns - 1) * inner
     reach = factors.band.shape[1] - 1
-    x, change = np.zeros(last + reach + inner), np.zeros(field.shape)
+    x = np.zeros(last + reach + inner)
     for j in range(columns):
         place = (j + 1) % columns * inner
         place += reach if place == last else 0
@@ -362,22 +296,21 @@ def correction(factors, field, grid):
         place += reach if place == last else 0
         for k in range(inner):
             change[j, k] = x[place + k]
-    return change
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def settle(pressure, terms, grid, factors, fresh):
     """Newton's method from `pressure`, in place, at first with old factors unless `fresh`.
 
     Corrections made and factorisations; no correction where it did not settle.
     """
-    before, systems = 0.0, 0
+    before, systems, step = 0.0, 0, np.zeros(pressure.shape)
     for made in range(1, MOST + 1):
         if fresh:
             assemble(factors, pressure, terms, grid)
             factorise(factors)
             systems += 1
-        step = correction(factors, imbalance(pressure, terms, grid), grid)
+        correct(step, factors, imbalance(pressure, terms, grid), grid)
         pressure -= step
         size = np.abs(step).max() / (np.abs(pressure).max() + 1e-300)
         if not size < 1e300:
@@ -391,23 +324,26 @@ def settle(pressure, terms, grid, factors, fresh):
     return 0, systems
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def slopes_of(state, pressure, terms, grid, factors):
     """Measures of a settled film and their slopes by eps, v_r and w, (4, 4); slopes of its
     pressure, (3, ...).
     """
     assemble(factors, pressure, terms, grid)
     factorise(factors)
-    slopes = np.zeros((4, 4))
-    slopes[:, 0] = measures(pressure, terms, grid)
-    responses = np.zeros((3, *pressure.shape))
+    slopes, responses = np.zeros((4, 4)), np.zeros((3, *pressure.shape))
+    values = measures(pressure, terms, grid)
+    for k in range(4):  # numba takes seconds for a row or column in place of its numbers
+        slopes[k, 0] = values[k]
     for i in range(3):
         moved = state + 0.0j
         moved[i] += STEP * 1.0j
         there = terms_of(moved, grid)
-        push = imbalance(pressure + 0.0j, there, grid).imag / STEP
-        responses[i] = -correction(factors, push, grid)
-        slopes[:, i + 1] = measures(pressure + STEP * 1.0j * responses[i], there, grid).imag / STEP
+        push = imbalance(pressure + 0.0j, there, grid).imag / -STEP
+        correct(responses[i], factors, push, grid)
+        moves = measures(pressure + STEP * 1.0j * responses[i], there, grid)
+        for k in range(4):
+            slopes[k, i + 1] = moves[k].imag / STEP
     return slopes, responses
 
 

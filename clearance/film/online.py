@@ -39,98 +39,24 @@ def solved_side_flow(eccentricity_ratio, radial_rate, entrainment, joint, data, 
     return answered(data, start, VALUE, (eccentricity_ratio, radial_rate, entrainment), 4)[3]
 
 
-def conserving(
-    eccentricity_x,
-    eccentricity_y,
-    rate_x,
-    rate_y,
-    spin,
-    angle,
-    lift,
-    lift_rate,
-    time,
-    joint,
-    data,
-    start,
-):
+def conserving(film_state, joint, data, start):
     """Film that conserves its oil, on the bearing [N, N, 1]: force on the journal along the
     bearing's axes, shear.
 
-    Jakobsson, Floberg and Olsson's film (film/conserving.py) a time `time` minus that of the last
-    accepted step after it. eccentricity over clearance and its rate [1/s] in the bearing's frame,
-    spin = omega_J - omega_B [rad/s]; angle of a worn journal; lift of the gap over clearance and
-    its rate [1/s].
+    Jakobsson, Floberg and Olsson's film (film/conserving.py) at the time of the state, after that
+    of the last accepted step.
     """
-    state = (
-        eccentricity_x,
-        eccentricity_y,
-        rate_x,
-        rate_y,
-        spin,
-        angle,
-        lift,
-        lift_rate,
-        time,
-    )
-    return answered(data, start, VALUE, state, 3)
+    return answered(data, start, VALUE, film_state, 3)
 
 
-def conserving_side_flow(
-    eccentricity_x,
-    eccentricity_y,
-    rate_x,
-    rate_y,
-    spin,
-    angle,
-    lift,
-    lift_rate,
-    time,
-    joint,
-    data,
-    start,
-):
+def conserving_side_flow(film_state, joint, data, start):
     """Oil that leaves the bearing at both ends [m3/s]."""
-    state = (
-        eccentricity_x,
-        eccentricity_y,
-        rate_x,
-        rate_y,
-        spin,
-        angle,
-        lift,
-        lift_rate,
-        time,
-    )
-    return answered(data, start, VALUE, state, 4)[3]
+    return answered(data, start, VALUE, film_state, 4)[3]
 
 
-def conserving_keep(
-    eccentricity_x,
-    eccentricity_y,
-    rate_x,
-    rate_y,
-    spin,
-    angle,
-    lift,
-    lift_rate,
-    time,
-    joint,
-    data,
-    start,
-):
+def conserving_keep(film_state, joint, data, start):
     """Remember this state as the last accepted one; returns its time [s]."""
-    state = (
-        eccentricity_x,
-        eccentricity_y,
-        rate_x,
-        rate_y,
-        spin,
-        angle,
-        lift,
-        lift_rate,
-        time,
-    )
-    return time + answered(data, start, KEEP, state, 1)[0]
+    return film_state.time + answered(data, start, KEEP, film_state, 1)[0]
 
 
 def _usual(solve: Callable[[float, float], object]) -> float:

@@ -10,26 +10,24 @@ pressure of both edges. Columns are uniform in ln H. Mirrored pads, (tau, theta)
 have the same load and opposite moments, so that half of the nodes over y are solved.
 """
 
-import logging
 import math
+import sys
 from dataclasses import dataclass
 
 import numpy as np
 
-from clearance.film import bands, lookup, pad_lookup, table
+from clearance.film import banded, bands, lookup, pad_lookup, table
+from clearance.film.banded import compiled
 from clearance.film.lookup import Tabulated
 from clearance.film.pad_lookup import HEAD, MESH, NODES, PARTS, TOP, looked_up
-from clearance.machine.store import njit
-from clearance.values import checks
 from clearance.values.algebra import solve
 
-LOG = logging.getLogger("clearance")
 LEVEL = 1e-3  # tau below which columns are uniform along the pad
 CHECKS = 60  # states at which a table is tested
 FINER = 2  # cells of the solver that tests it, over those of the one that made it
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def columns(count, tau):
     """Integrals of a grid as film/bands.py has them, of cells between the middles of columns."""
     places = np.linspace(-1.0, 1.0, count + 1)
@@ -53,14 +51,14 @@ def columns(count, tau):
     return cells
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def strip(left, right, tau):
     """Integral of 1/H."""
     h, after = 1.0 + tau * left, 1.0 + tau * right
     return math.log(after / h) / tau if tau > LEVEL else 2.0 * (right - left) / (h + after)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def add_half(cells, j, left, right, tau):
     """Integrals of one and of X, H^3 and 1/H over half a cell."""
     h, after, step = 1.0 + tau * left, 1.0 + tau * right, right - left
@@ -70,7 +68,7 @@ def add_half(cells, j, left, right, tau):
     cells[bands.SHEAR, j] += strip(left, right, tau)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def on_grid(count, rows, tau, axial, cosine, sine, coarse):
     """A film on one grid: integrals of P, of X P and of 1/H, linear systems solved, state."""
     cells = columns(count, tau)
@@ -84,7 +82,7 @@ def on_grid(count, rows, tau, axial, cosine, sine, coarse):
     return measures[:PARTS], solutions, state
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def film(count, rows, tau, axial, angle):
     """w, k, A of a pad on two grids, extrapolated, and the linear systems solved; tau >= 0."""
     cosine, sine = math.cos(angle), math.sin(angle)
@@ -119,24 +117,17 @@ class PadTable(Tabulated):
 
 
 @dataclass(frozen=True)
-class PadKey:
-    """Inputs of a table: slenderness B / 2a; nodes over y; mesh of the solver."""
+class PadKey(table.Inputs):
+    """Inputs of a pad's table: nodes over y; mesh of the solver."""
 
-    slenderness: float
     nodes: int = NODES
     mesh: tuple[int, int] = MESH
 
     made = PadTable
     blended = ("slenderness",)
-    axes = slice(0, HEAD)  # numbers that tables of one grid share
-
-    def __post_init__(self):
-        checks.positive("pad table: slenderness", self.slenderness)
-
-    @property
-    def axial(self) -> float:
-        """(a / B)^2."""
-        return 0.25 / self.slenderness**2
+    axes = slice(0, HEAD)
+    ratio = "a pad, B / 2a"
+    modules = sys.modules[__name__], table, banded, bands, lookup, pad_lookup
 
     @property
     def around(self) -> int:
@@ -148,14 +139,38 @@ class PadKey:
         """Count of numbers in the table."""
         return HEAD + PARTS * (self.nodes + 2) * (self.around + 3)
 
-    def name(self) -> str:
-        """Of the file: all of the key, and the code of what makes it and reads it."""
-        files = bands.__file__, lookup.__file__, pad_lookup.__file__
-        return table.name_of(self, __file__, *files)
+    def solved(self) -> np.ndarray:
+        """Solve half of the nodes, fit the splines."""
+        from tqdm import tqdm
 
-    def build(self) -> PadTable:
-        """Solve all nodes, fit the splines, measure the error at states between them."""
-        return build(self)
+        ys = np.linspace(0.0, TOP, self.nodes // 2 + 1)
+        angles = -math.pi + 2.0 * math.pi / self.around * np.arange(self.around)
+        bar = tqdm(ys, desc="film table", disable=None, leave=False)
+        half = np.array([[scaled_film(self, y, angle) for angle in angles] for y in bar])
+        mirrored = np.roll(half[:0:-1, ::-1], 1, axis=1) * np.array([1.0, -1.0, 1.0])
+        values = np.concatenate([mirrored, half])
+        over_y = table.spline(values.reshape(self.nodes, -1), "free", "free")
+        coefficients = periodic(over_y.reshape(self.nodes + 2, self.around, PARTS))
+        head = [
+            self.nodes,
+            (self.nodes - 1) / (2.0 * TOP),
+            self.around,
+            self.around / (2.0 * math.pi),
+        ]
+        return np.concatenate([head, coefficients.ravel()])
+
+    def errors(self, numbers: np.ndarray) -> tuple[float, ...]:
+        """The errors of a table, see `PadTable`, at states between the nodes."""
+        draw = np.random.default_rng(1)
+        errors = []
+        for _ in range(CHECKS):
+            y, angle = draw.uniform(-TOP, TOP), draw.uniform(-math.pi, math.pi)
+            size = scaled_film(self, y, math.pi)[0]
+            off = np.array(looked_up(numbers, 0, y, angle)) - scaled_film(self, y, angle, FINER)
+            wet = scaled_film(self, y, math.pi)[2]
+            errors.append((math.hypot(off[0], off[1]) / size, abs(off[2]) / wet))
+        force, shear = np.array(errors).T
+        return float(force.max()), float(np.median(force)), float(shear.max())
 
 
 def scaled_film(key: PadKey, y: float, angle: float, finer: int = 1) -> np.ndarray:
@@ -167,26 +182,6 @@ def scaled_film(key: PadKey, y: float, angle: float, finer: int = 1) -> np.ndarr
     return result * np.array([1.0, side, 1.0])
 
 
-def build(key: PadKey) -> PadTable:
-    """Solve all nodes, fit the splines, measure the error at states between them."""
-    from tqdm import tqdm
-
-    LOG.info("building the film table of a pad, B / 2a = %g (stored for later)", key.slenderness)
-    ys = np.linspace(0.0, TOP, key.nodes // 2 + 1)
-    angles = -math.pi + 2.0 * math.pi / key.around * np.arange(key.around)
-    bar = tqdm(ys, desc="film table", disable=None, leave=False)
-    half = np.array([[scaled_film(key, y, angle) for angle in angles] for y in bar])
-    mirrored = np.roll(half[:0:-1, ::-1], 1, axis=1) * np.array([1.0, -1.0, 1.0])
-    values = np.concatenate([mirrored, half])
-    over_y = table.spline(values.reshape(key.nodes, -1), "free", "free")
-    coefficients = periodic(over_y.reshape(key.nodes + 2, key.around, PARTS))
-    head = [key.nodes, (key.nodes - 1) / (2.0 * TOP), key.around, key.around / (2.0 * math.pi)]
-    numbers = np.concatenate([head, coefficients.ravel()])
-    if not np.isfinite(numbers).all():
-        raise RuntimeError(f"film table of {key}: the solver gave no finite force")
-    return PadTable(numbers, *_errors(key, numbers))
-
-
 def periodic(values: np.ndarray) -> np.ndarray:
     """Coefficients (m, n + 3, k) of periodic cubic B-splines through values (m, n, k)."""
     count = values.shape[1]
@@ -194,17 +189,3 @@ def periodic(values: np.ndarray) -> np.ndarray:
     inner = solve(matrix / 6.0, np.moveaxis(values, 1, 0).reshape(count, -1))
     inner = np.moveaxis(inner.reshape(count, len(values), -1), 0, 1)
     return np.concatenate([inner[:, -1:], inner, inner[:, :2]], axis=1)
-
-
-def _errors(key: PadKey, numbers: np.ndarray) -> tuple[float, ...]:
-    """The errors of a table, see `PadTable`, at states between the nodes."""
-    draw = np.random.default_rng(1)
-    errors = []
-    for _ in range(CHECKS):
-        y, angle = draw.uniform(-TOP, TOP), draw.uniform(-math.pi, math.pi)
-        size = scaled_film(key, y, math.pi)[0]
-        off = np.array(looked_up(numbers, 0, y, angle)) - scaled_film(key, y, angle, FINER)
-        wet = scaled_film(key, y, math.pi)[2]
-        errors.append((math.hypot(off[0], off[1]) / size, abs(off[2]) / wet))
-    force, shear = np.array(errors).T
-    return float(force.max()), float(np.median(force)), float(shear.max())

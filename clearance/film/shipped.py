@@ -27,7 +27,7 @@ def main() -> None:
     for old in set(tables.SHIPPED.glob("*.npz")) - set(made):
         old.unlink()
     for path, key in made.items():
-        tables._write(path, key, tables.build(key))
+        tables._write(path, key, key.build())
         print(f"{path.name}: L/D {key.slenderness:g}, {path.stat().st_size} bytes")
 
 

@@ -31,6 +31,7 @@ import io
 import json
 import logging
 import math
+import sys
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -39,7 +40,7 @@ import numpy as np
 
 from clearance.files import sealed
 from clearance.files.sources import digest_of_code
-from clearance.film import bands, lookup
+from clearance.film import banded, bands, lookup
 from clearance.film.bearing import check_mesh, check_nodes
 from clearance.film.lookup import HEAD, TOP, Tabulated, looked_up, looked_up_flow
 from clearance.machine import store
@@ -88,13 +89,51 @@ class Table(Tabulated):
 
 
 @dataclass(frozen=True)
-class Key:
-    """Inputs of a table. slenderness L/D; cavitation; thickness: clearance over roughness of the
-    flow factors, 0 for smooth surfaces. nodes over y and alpha'; layers over tau, 1 without ambient
-    pressure; mesh of the solver.
+class Inputs:
+    """Inputs of a table. slenderness: L/D of a bearing, B / 2a of a pad.
+
+    Each kind has the class of what is `made`, its `blended` inputs, the numbers that tables of one
+    grid share (`axes`), the `size` of all, and the modules that it is made by. `solved()` gives its
+    numbers, `errors(numbers)` how far they are from the film.
     """
 
     slenderness: float
+
+    def __post_init__(self):
+        checks.positive("film table: slenderness", self.slenderness)
+
+    @property
+    def axial(self) -> float:
+        """(R / L)^2 of a bearing, (a / B)^2 of a pad."""
+        return 0.25 / self.slenderness**2
+
+    def name(self) -> str:
+        """Of the file: all of the inputs, and the code of what makes it and reads it."""
+        code = digest_of_code(*(module.__file__ for module in self.modules))
+        content = json.dumps([vars(self), code])
+        return hashlib.sha256(content.encode()).hexdigest()[:24]
+
+    def build(self) -> Tabulated:
+        """Solve all nodes, fit the splines, measure the error at states between them."""
+        LOG.info(
+            "building the film table of %s = %g (stored for later runs)",
+            self.ratio,
+            self.slenderness,
+        )
+        numbers = self.solved()
+        if not np.isfinite(numbers).all():
+            raise RuntimeError(f"film table of {self}: the solver gave no finite force")
+        return self.made(numbers, *self.errors(numbers))
+
+
+@dataclass(frozen=True)
+class Key(Inputs):
+    """Inputs of a bearing's table.
+
+    cavitation; thickness: clearance over roughness of the flow factors, 0 for smooth surfaces.
+    nodes over y and alpha'; layers over tau, 1 without ambient pressure; mesh of the solver.
+    """
+
     cavitation: str = "reynolds"
     thickness: float = 0.0
     nodes: int = 33
@@ -103,10 +142,12 @@ class Key:
 
     made = Table
     blended = ("slenderness", "thickness")
-    axes = slice(1, HEAD)  # numbers that tables of one grid share
+    axes = slice(1, HEAD)
+    ratio = "L/D"
+    modules = sys.modules[__name__], banded, bands, lookup
 
     def __post_init__(self):
-        checks.positive("film table: slenderness", self.slenderness)
+        super().__post_init__()
         if self.cavitation not in bands.CODES:
             raise ValueError(
                 f"film table: cavitation must be one of {', '.join(bands.CODES)}; got "
@@ -114,10 +155,6 @@ class Key:
             )
         check_nodes("film table", self.nodes)
         check_mesh(self.mesh)
-
-    @property
-    def axial(self) -> float:
-        return 0.25 / self.slenderness**2
 
     @property
     def size(self) -> int:
@@ -136,19 +173,48 @@ class Key:
         """Layers of the side flow over tau."""
         return _half(self.layers) if self.layers > 1 else 1
 
-    def name(self) -> str:
-        """Of the file: all of the key, and the code of what makes it and reads it."""
-        return name_of(self, __file__, bands.__file__, lookup.__file__)
+    def solved(self) -> np.ndarray:
+        """Solve all nodes, fit the splines."""
+        from tqdm import tqdm
 
-    def build(self) -> Table:
-        """Solve all nodes, fit the splines, measure the error at states between them."""
-        return build(self)
+        rows = self.layers * self.nodes + self.flow_layers * self.flow_nodes
+        with tqdm(total=rows, desc="film table", disable=None, leave=False) as bar:
+            layers = [layer(self, tau, bar.update) for tau in taus(self.layers)]
+            flow = over_tau(
+                [flow_layer(self, tau, bar.update) for tau in taus(self.flow_layers)]
+            ).ravel()
+        sizes = np.array([size for size, _ in layers])
+        if self.layers > 1:
+            sizes = spline(sizes[:, None], "free", "free")[:, 0]
+        force = over_tau([coefficients for _, coefficients in layers]).ravel()
+        head = [
+            sizes[0],
+            *_axes(self.nodes, self.layers),
+            len(sizes),
+            HEAD + len(sizes) + len(force),
+        ]
+        return np.concatenate([head, _axes(self.flow_nodes, self.flow_layers), sizes, force, flow])
 
-
-def name_of(key, *paths: str) -> str:
-    """Digest of a key and of the code of the files that make its table and read it."""
-    content = json.dumps([vars(key), digest_of_code(*paths)])
-    return hashlib.sha256(content.encode()).hexdigest()[:24]
+    def errors(self, numbers: np.ndarray) -> tuple[float, ...]:
+        """The errors of a table, see `Table`, at states between the nodes."""
+        draw = np.random.default_rng(1)
+        errors_here = []
+        for first, last, top, mesh in CHECKED * CHECKS:
+            y, angle = draw.uniform(0.0, top), math.pi * draw.uniform(first, last)
+            tau = draw.uniform() if self.layers > 1 else 0.0
+            eps = -math.expm1(-y)
+            s = math.sqrt(1.0 - eps * eps)
+            radial, tangential, shear = scaled_film(self, y, angle, tau, mesh)
+            flow = scaled_flow(self, y, angle, tau, FLOW_CHECK)
+            taus = (tau,) if self.layers > 1 else ()
+            size, *w = looked_up(numbers, 0, y, angle, taus)
+            leaves = looked_up_flow(numbers, 0, y, angle, taus)
+            off = w[0] - size * math.cos(angle) - radial, w[1] + size * math.sin(angle) - tangential
+            error = math.hypot(off[0], off[1] * s) / math.hypot(radial, tangential * s)
+            errors_here.append((error, abs(w[2] / shear - 1.0), abs(leaves / flow - 1.0)))
+        force, shear, flow = np.array(errors_here).reshape(CHECKS, len(CHECKED), 3).T
+        errors = force[0].max(), np.median(force[:2]), shear.max(), flow.max(), force[1:].max()
+        return tuple(float(e) for e in errors)
 
 
 def _half(nodes: int) -> int:
@@ -293,55 +359,9 @@ def taus(layers: int) -> np.ndarray:
     return np.linspace(0.0, 1.0, layers) if layers > 1 else np.zeros(1)
 
 
-def build(key: Key) -> Table:
-    """Solve all nodes, fit the splines, measure the error at states between them."""
-    from tqdm import tqdm
-
-    LOG.info(
-        "building the film table of L/D = %g, %s (stored for later runs)",
-        key.slenderness,
-        key.cavitation,
-    )
-    rows = key.layers * key.nodes + key.flow_layers * key.flow_nodes
-    with tqdm(total=rows, desc="film table", disable=None, leave=False) as bar:
-        layers = [layer(key, tau, bar.update) for tau in taus(key.layers)]
-        flow = over_tau([flow_layer(key, tau, bar.update) for tau in taus(key.flow_layers)]).ravel()
-    sizes = np.array([size for size, _ in layers])
-    if key.layers > 1:
-        sizes = spline(sizes[:, None], "free", "free")[:, 0]
-    force = over_tau([coefficients for _, coefficients in layers]).ravel()
-    head = [sizes[0], *_axes(key.nodes, key.layers), len(sizes), HEAD + len(sizes) + len(force)]
-    numbers = np.concatenate([head, _axes(key.flow_nodes, key.flow_layers), sizes, force, flow])
-    if not np.isfinite(numbers).all():
-        raise RuntimeError(f"film table of {key}: the solver gave no finite force")
-    return Table(numbers, *_errors(key, numbers))
-
-
 def _axes(nodes: int, layers: int) -> list[float]:
     """Nodes over y and the angle, cells per y and per angle, nodes over tau."""
     return [nodes, (nodes - 1) / TOP, (nodes - 1) / math.pi, layers]
-
-
-def _errors(key: Key, numbers: np.ndarray) -> tuple[float, ...]:
-    """The errors of a table, see `Table`, at states between the nodes."""
-    draw = np.random.default_rng(1)
-    errors_here = []
-    for first, last, top, mesh in CHECKED * CHECKS:
-        y, angle = draw.uniform(0.0, top), math.pi * draw.uniform(first, last)
-        tau = draw.uniform() if key.layers > 1 else 0.0
-        eps = -math.expm1(-y)
-        s = math.sqrt(1.0 - eps * eps)
-        radial, tangential, shear = scaled_film(key, y, angle, tau, mesh)
-        flow = scaled_flow(key, y, angle, tau, FLOW_CHECK)
-        taus = (tau,) if key.layers > 1 else ()
-        size, *w = looked_up(numbers, 0, y, angle, taus)
-        leaves = looked_up_flow(numbers, 0, y, angle, taus)
-        off = w[0] - size * math.cos(angle) - radial, w[1] + size * math.sin(angle) - tangential
-        error = math.hypot(off[0], off[1] * s) / math.hypot(radial, tangential * s)
-        errors_here.append((error, abs(w[2] / shear - 1.0), abs(leaves / flow - 1.0)))
-    force, shear, flow = np.array(errors_here).reshape(CHECKS, len(CHECKED), 3).T
-    errors = force[0].max(), np.median(force[:2]), shear.max(), flow.max(), force[1:].max()
-    return tuple(float(e) for e in errors)
 
 
 # --- package and store

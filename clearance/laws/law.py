@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
+from typing import NamedTuple
 
 from clearance.values.checks import Check, finite, meant
 
@@ -21,8 +22,28 @@ FilmJoint = namedtuple("FilmJoint", "radius clearance length viscosity roughness
 
 #: what pad laws read of a face of a block: half length and width [m], viscosity [Pa s]
 PadFace = namedtuple("PadFace", "half_length width viscosity")
+
+
+class FilmState(NamedTuple):
+    """State of a film with a memory, in the bearing's frame: eccentricity over clearance and its
+    rate [1/s]; spin = omega_J - omega_B [rad/s]; angle of a worn journal against the bearing; lift
+    of the gap of worn outlines all around, by a transition, over clearance, and its rate [1/s];
+    time [s].
+    """
+
+    eccentricity_x: float
+    eccentricity_y: float
+    rate_x: float
+    rate_y: float
+    spin: float
+    angle: float
+    lift: float
+    lift_rate: float
+    time: float
+
+
 #: arguments that are named tuples
-TUPLES = {"joint": FilmJoint, "face": PadFace}
+TUPLES = {"joint": FilmJoint, "face": PadFace, "film_state": FilmState}
 
 
 class Derived:
@@ -330,10 +351,7 @@ class BoundLaw:
 
     def _of_data(self, *state):
         """As a law whose parameters are this joint's numbers."""
-        (facts,) = (
-            s for s, name in zip(state, self.law.family.state, strict=True) if name in TUPLES
-        )
-        numbers = (self.law.listed(facts, self.settings), 0.0, *self.numbers[1:])
+        numbers = (self.law.listed(state[-1], self.settings), 0.0, *self.numbers[1:])
         return BoundLaw(self.law.of_numbers, numbers)(*state)
 
     def __repr__(self) -> str:
@@ -405,24 +423,8 @@ film = Family("film", ("eccentricity_ratio", "radial_rate", "entrainment", "join
 #: area)
 wet_film = Family("film", film.state, 3)
 #: a film with a memory, in the bearing's frame: returns (force x, force y, integral of 1/H over the
-#: wetted area). angle: of a worn journal against the bearing; lift, lift_rate: of the gap of worn
-#: outlines all around, by a transition
-memory_film = Family(
-    "film",
-    (
-        "eccentricity_x",
-        "eccentricity_y",
-        "rate_x",
-        "rate_y",
-        "spin",
-        "angle",
-        "lift",
-        "lift_rate",
-        "time",
-        "joint",
-    ),
-    3,
-)
+#: wetted area)
+memory_film = Family("film", ("film_state", "joint"), 3)
 #: load that the asperities of the joint's surfaces carry [N]
 asperity = Family("asperity", ("film_thickness_ratio", "joint"), 1)
 #: how film and contact share a joint, from the nominal gap [m]: see laws/transition.py

@@ -26,7 +26,6 @@ from clearance.film import bands  # noqa: E402
 from clearance.film.bearing import Bearing  # noqa: E402
 from clearance.film.fem import FemFilm  # noqa: E402
 from clearance.film.table import Key  # noqa: E402
-from clearance.film.table import build as build_table  # noqa: E402
 from clearance.mechanism.build import build  # noqa: E402
 from clearance.run.options import Solver, Span  # noqa: E402
 from clearance.run.run import Run  # noqa: E402
@@ -257,7 +256,7 @@ def film_costs():
     table = film_ladder.law_rung("table 33x33", "table", cl.table_film(), states, wanted)
     elements = film_ladder.solver_rung("FEM 64x8", "fem", FemFilm(bearing, (64, 8)), states, wanted)
     began = time.process_time()
-    build_table(Key(1.0))
+    Key(1.0).build()
     built = time.process_time() - began
     case, steps = find_case("six_bar_feeder"), {}
     for name, law in (("pinkus_sternlicht", cl.pinkus_sternlicht()), ("table", cl.table_film())):

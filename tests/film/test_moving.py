@@ -7,10 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from clearance.film.banded import Factors, factorise
 from clearance.film.bands import FastFilm
 from clearance.film.bearing import Bearing, Groove
 from clearance.film.fem import FemFilm
-from clearance.film.moving import Factors, MovingFilm, error_of, factorise, mesh_for, softplus
+from clearance.film.moving import MovingFilm, error_of, mesh_for, softplus
 from tests.seeds import few_of
 
 OPTIONS = {"radius": 0.01, "clearance": 1e-4, "length": 0.02, "viscosity": 0.05}
