@@ -92,9 +92,9 @@ class Table(Tabulated):
 class Inputs:
     """Inputs of a table. slenderness: L/D of a bearing, B / 2a of a pad.
 
-    Each kind has the class of what is `made`, its `blended` inputs, the numbers that tables of one
-    grid share (`axes`), the `size` of all, and the modules that it is made by. `solved()` gives its
-    numbers, `errors(numbers)` how far they are from the film.
+    Each kind has `made`, the class of its tables, and the modules that make them. Tables stand
+    between others over `blended` inputs, and those of one grid share the numbers `axes`.
+    `solved()` gives the `size` numbers, `errors(numbers)` how far they are from the film.
     """
 
     slenderness: float

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
-from typing import NamedTuple
 
 from clearance.values.checks import Check, finite, meant
 
@@ -22,26 +21,13 @@ FilmJoint = namedtuple("FilmJoint", "radius clearance length viscosity roughness
 
 #: what pad laws read of a face of a block: half length and width [m], viscosity [Pa s]
 PadFace = namedtuple("PadFace", "half_length width viscosity")
-
-
-class FilmState(NamedTuple):
-    """State of a film with a memory, in the bearing's frame: eccentricity over clearance and its
-    rate [1/s]; spin = omega_J - omega_B [rad/s]; angle of a worn journal against the bearing; lift
-    of the gap of worn outlines all around, by a transition, over clearance, and its rate [1/s];
-    time [s].
-    """
-
-    eccentricity_x: float
-    eccentricity_y: float
-    rate_x: float
-    rate_y: float
-    spin: float
-    angle: float
-    lift: float
-    lift_rate: float
-    time: float
-
-
+#: state of a film with a memory, in the bearing's frame. Eccentricity over clearance and its rate
+#: [1/s]; spin = omega_J - omega_B [rad/s]; angle of a worn journal against the bearing. Lift of
+#: the gap of worn outlines all around, by a transition, over clearance, and its rate [1/s]; time
+FilmState = namedtuple(
+    "FilmState",
+    "eccentricity_x eccentricity_y rate_x rate_y spin angle lift lift_rate time",
+)
 #: arguments that are named tuples
 TUPLES = {"joint": FilmJoint, "face": PadFace, "film_state": FilmState}
 

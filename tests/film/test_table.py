@@ -654,7 +654,7 @@ class TestStore:
         built = tables.table(TINY)
         assert [p.name for p in store.glob("*.npz")] == [tables.path_of(TINY).name]
         assert not list(store.glob("*.tmp"))
-        monkeypatch.setattr(tables, "build", refuse)
+        monkeypatch.setattr(Key, "build", refuse)
         assert tables.table(TINY) is built
         tables.table.cache_clear()
         again = tables.table(TINY)
