@@ -164,8 +164,11 @@ def __getattr__(name: str):
 
 
 def __dir__() -> list[str]:
-    """Public names, those that are imported on first use too."""
-    return [*__all__, "__version__"]
+    """Names to choose from, those that are imported on first use too; laws are listed in
+    `clearance.laws` and `clearance.films`.
+    """
+    aside = {*laws.__all__, *(f"{n}_film" for n in films.__all__)}
+    return [*(n for n in __all__ if n not in aside), "__version__"]
 
 
 #: paths of before, and where these modules are now
