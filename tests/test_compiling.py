@@ -13,8 +13,9 @@ import pytest
 from numba.core.postproc import PostProcessor
 from numba.core.targetconfig import TargetConfig
 
-from clearance.machine import announce, store
+from clearance.machine import store
 from clearance.machine.numba_passes import Part, Whole
+from clearance.stepping import announce
 from clearance.stepping.types import TESTED
 
 
