@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import clearance as cl
+from clearance.files.sources import parsed
 from clearance.machine import store
 from clearance.mechanism import build as building
 from clearance.mechanism import structure
 from clearance.mechanism.build import build
 from clearance.stepping.types import MOMENTS
 from clearance.studies.explain import explain
-from clearance.tracing.interpreter import parsed
 from clearance.tracing.kernels import plain_kernel, takes_moments
 from tests import mechanisms as m
 from tests.seeds import few_of

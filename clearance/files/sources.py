@@ -10,12 +10,20 @@ import json
 import os
 from functools import cache
 from pathlib import Path
+from threading import RLock
 
 from clearance.files import sealed
 
 #: of the store: size [bytes], time [ns] and digest of each file; another form takes another number
 LEDGER = "clearance_sources_1.json"
+PARSING = RLock()  # Python 3.11 counts the depth of all syntax trees that threads make together
 DOCUMENTED = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def parsed(source: str | bytes, mode: str = "exec") -> ast.Module | ast.Expression:
+    """The syntax tree of a source, in any thread."""
+    with PARSING:
+        return ast.parse(source, mode=mode)
 
 
 @cache
@@ -41,7 +49,7 @@ def _entry(path: str, before: dict[str, list]) -> list:
     if path in before and before[path][:2] == stamp:
         return before[path]
     words: list[str] = []
-    _tell(ast.parse(Path(path).read_bytes()), words)
+    _tell(parsed(Path(path).read_bytes()), words)
     return [*stamp, hashlib.sha256(" ".join(words).encode()).hexdigest()]
 
 

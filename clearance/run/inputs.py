@@ -21,6 +21,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from itertools import accumulate
 from pathlib import Path
 
+from clearance.files.sources import parsed
 from clearance.files.texts import digest
 from clearance.mechanism.build import Mechanism
 from clearance.scene.case import Case
@@ -175,7 +176,7 @@ def _imported(path: Path, package: str) -> Iterator[str]:
     """Names that may be modules in the import statements of a file; a scene file has none."""
     if path.suffix != ".py":
         return
-    for node in ast.walk(ast.parse(path.read_bytes())):
+    for node in ast.walk(parsed(path.read_bytes())):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):

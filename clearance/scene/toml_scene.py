@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from clearance import laws
+from clearance.files.sources import parsed
 from clearance.files.texts import shallow, text_of
 from clearance.film import names as films
 from clearance.film.pad_law import pad_film
@@ -249,7 +250,7 @@ def formula(
     names = CONSTANTS | {f"given_{name}": value for name, value in values.items()}
     try:
         with shallow("the formula"):
-            value = _value(ast.parse(plain.strip(), mode="eval").body, names)
+            value = _value(parsed(plain.strip(), "eval").body, names)
         return value if isinstance(value, Column) else float(value)
     except (SyntaxError, TypeError):
         raise ValueError(f"cannot read the formula {text!r}") from None

@@ -17,10 +17,10 @@ from collections import namedtuple
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial, reduce
-from threading import RLock
 from types import CodeType, ModuleType
 from typing import ClassVar
 
+from clearance.files.sources import parsed
 from clearance.machine.callback import KEEP
 from clearance.tracing.function import Answer, Function, Loop, Opaque, SubTrace
 from clearance.tracing.trace import (
@@ -34,7 +34,6 @@ from clearance.tracing.trace import (
     is_number,
 )
 
-PARSING = RLock()  # Python 3.11 counts the depth of all syntax trees that threads make together
 UNSET = object()  # in place of a variable that a side has not set
 UNROLLED = 64  # passes of a loop over a range that are written out
 COUNTER, STOP = "<counter>", "<stop>"  # variables of a counted loop, by names that no law has
@@ -155,12 +154,6 @@ def _opaque(function: Callable, shape: tuple, reason: str) -> Opaque:
     return Opaque(
         function, shape, outputs_of(function), reason, slopes and _opaque(slopes, shape, reason)
     )
-
-
-def parsed(text: str) -> ast.Module:
-    """The syntax tree of a text, in any thread."""
-    with PARSING:
-        return ast.parse(text)
 
 
 def definition(function: Callable) -> ast.FunctionDef:

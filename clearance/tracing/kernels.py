@@ -8,11 +8,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from clearance.files.sources import parsed
 from clearance.machine import store
 from clearance.machine.callback import answered
 from clearance.tracing.emission import Program, called, function_text, kernel_text
 from clearance.tracing.function import Answer, Function, Opaque
-from clearance.tracing.interpreter import parsed
 
 #: functions that numpy and math call alike
 SAME = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "log1p", "expm1")
