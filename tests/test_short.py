@@ -161,3 +161,20 @@ def test_a_full_disk_keeps_what_fits(tmp_path, monkeypatch):
 def test_other_headers_are_refused():
     with pytest.raises(Unknown, match="no object header of version 2 at 3"):
         header(b"abcOHDR\x01", 3)
+
+
+@pytest.mark.parametrize("error", ["state", None])
+def test_a_log_of_steps_that_is_in_a_file_stays_in_no_memory(tmp_path, monkeypatch, error):
+    """Of a run that lasts, also where its samples are remembered for stated errors."""
+    monkeypatch.setattr(short_file, "PATIENCE", 0.0)
+    pieces, store = [], short_file.ShortFile.store
+
+    def stored(sink):
+        pieces.append({kind for kind, *_ in sink.pieces})
+        store(sink)
+
+    monkeypatch.setattr(short_file.ShortFile, "store", stored)
+    scene = cl.load_case("slider_crank", model="lubricated", film="pinkus_sternlicht")
+    with cl.simulate(scene, turns=2, path=tmp_path / "run.h5", error=error) as run:
+        assert run.values("solver/step").size == run.solver["steps"]
+    assert pieces == [{"rows"} if error else set()]

@@ -89,8 +89,12 @@ class ShortFile(Memory):
     def _take(self, kind: str, *piece) -> None:
         if self.stream is not None:
             getattr(self.stream, kind)(*piece)
-        if self.stream is None or self.remembering:
+        if self.stream is None or self._remembers(kind):
             super()._take(kind, *piece)
+
+    def _remembers(self, kind: str) -> bool:
+        """True for pieces that stay in memory beside the stream: no record has a log of steps."""
+        return self.remembering and kind != "steps"
 
     def flush(self) -> None:
         """Go on in a file once the run is no short one."""
@@ -104,8 +108,7 @@ class ShortFile(Memory):
         alone = self.lock is None or self.lock.held
         self.stream = Stream(self.path, *self.options, alone=alone)
         self.hand_on(self.stream)
-        if not self.remembering:
-            self.pieces.clear()
+        self.pieces = [piece for piece in self.pieces if self._remembers(piece[0])]
 
     def close(self, *ended) -> None:
         """The end of the run; its file comes with `store`, unless it is there already."""

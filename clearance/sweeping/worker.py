@@ -72,6 +72,7 @@ class Keeper(ShortFile):
         large = run.span.samples * len(channels) >= LARGE
         how = {"lasting": large and path is not None, "locked": False, "remembering": True}
         super().__init__(path, channels, attributes, *stored, **how)
+        self.logs &= path is not None  # the log of steps is for files
         self.sensing = sensing
         self.found: dict[str, Metric] = {}
         self.missing: list[str] = []  # metrics of the user's own that failed, and why
