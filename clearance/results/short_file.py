@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.files.replacing import check_replaceable, replacing, temporary_file
+from clearance.files.replacing import replacing, temporary_file
 from clearance.results import hdf5_image
 from clearance.results.groups import Group
 from clearance.results.hdf5_image import Attributes, Image, Unknown
@@ -22,6 +22,7 @@ from clearance.results.stream import (
     ImageSink,
     Stream,
     Unwritable,
+    check_name,
     closing,
     filters,
     fits_path,
@@ -31,7 +32,6 @@ from clearance.results.stream import (
     ranged,
     spots,
 )
-from clearance.results.tables import check_result
 
 PATIENCE = 1.0  # seconds of wall time after which a run is no short one
 MOST_IMAGES = 8  # that a process keeps
@@ -78,10 +78,7 @@ class ShortFile(Memory):
         self.lasting, self.began, self.stored = lasting, time.perf_counter(), False
 
     def _check_path(self, locked: bool) -> None:
-        if self.given.is_dir():
-            raise ValueError(f"result file {self.given} is a directory; give the name of a file")
-        check_replaceable(self.given)
-        check_result(self.given)
+        check_name(self.given)
         self.given.parent.mkdir(parents=True, exist_ok=True)
         if locked:
             self.lock = lock_of(self.given)

@@ -127,10 +127,7 @@ class Stream:
         alone: bool = False,
     ):
         self.path = Path(path)
-        if self.path.is_dir():
-            raise ValueError(f"result file {self.path} is a directory; give the name of a file")
-        check_replaceable(self.path)
-        check_result(self.path)
+        check_name(self.path)
         self.channels, self.kept = channels, matching(channels, keep)
         self.logs = keep is None or any(fits_path(STEP_LOG, p) for p in keep)
         self.layout = filters(compression) | {"chunks": (min(max(expected, 1), CHUNK),)}
@@ -509,6 +506,14 @@ def _units(group: str, facts: dict) -> dict[str, str]:
     """Units of what is known of a group in total, as NAME_units."""
     documented = group.partition("/")[0] in ("joints", "energy")
     return {f"{n}_units": FACT_UNITS[n] for n in facts if n in FACT_UNITS} if documented else {}
+
+
+def check_name(path: Path) -> None:
+    """A run may write a file of this name. Raises ValueError."""
+    if path.is_dir():
+        raise ValueError(f"result file {path} is a directory; give the name of a file")
+    check_replaceable(path)
+    check_result(path)
 
 
 def lock_of(path: Path) -> Lock:
