@@ -66,12 +66,12 @@ if TYPE_CHECKING:  # for editors, what _LAZY has
         simulate as simulate,
     )
     from clearance.sweeping.chance import scatter as scatter
-    from clearance.sweeping.driver import SweepError as SweepError, sweep as sweep
+    from clearance.sweeping.sweep import SweepError as SweepError, sweep as sweep
     from clearance.sweeping.index import Sweep as Sweep, open_sweep as open_sweep
     from clearance.sweeping.points import grid as grid, sampled as sampled, zipped as zipped
     from clearance.sweeping.scatter import open_scatter as open_scatter
     from clearance.wearing.life import wear as wear
-    from clearance.wearing.records import Life as Life
+    from clearance.wearing.life_record import Life as Life
     # isort: on
 
 __version__ = VERSION
@@ -90,10 +90,10 @@ _LAZY = {
     "NotPeriodic": "clearance.motions.maps",
     "worn": "clearance.laws.outline",
     "wear": "clearance.wearing.life",
-    "Life": "clearance.wearing.records",
+    "Life": "clearance.wearing.life_record",
     "solve_film": "clearance.film.solvers",
-    "sweep": "clearance.sweeping.driver",
-    "SweepError": "clearance.sweeping.driver",
+    "sweep": "clearance.sweeping.sweep",
+    "SweepError": "clearance.sweeping.sweep",
     "open_sweep": "clearance.sweeping.index",
     "follow": "clearance.motions.follow",
     "assumptions": "clearance.metrics.assumptions",

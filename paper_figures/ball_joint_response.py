@@ -29,7 +29,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from clearance.identify.kernels import DAMPING, STIFFNESS, TORQUE, VISCOUS
+from clearance.identify.lugre_kernel import DAMPING, STIFFNESS, TORQUE, VISCOUS
 from clearance.identify.models import LuGre, Values
 
 CYCLE = 2000  # steps of a cycle: the first harmonic of the law to some 1e-6

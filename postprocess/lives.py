@@ -10,7 +10,7 @@ from clearance.postprocess.channels import angle_at
 from clearance.postprocess.drawing import period
 
 from clearance.results.result import open_result
-from clearance.wearing.records import Life
+from clearance.wearing.life_record import Life
 
 ANGLE = np.deg2rad(np.arange(361))
 #: metrics that are drawn over the turns, where runs have them: end of the name, words, unit

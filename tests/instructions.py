@@ -21,7 +21,7 @@ import scipy.linalg  # noqa: F401  it loads its OpenBLAS
 from numba.core.codegen import JITCodeLibrary
 
 import clearance as cl
-from clearance.lanes import kernels
+from clearance.lanes import lane_kernels
 from clearance.lanes.code import Code, natural_width, new_module
 from clearance.machine import store
 from clearance.mechanism.build import build
@@ -55,7 +55,7 @@ def code() -> dict[str, list[str]]:
     mechanism, module = build(cl.load_case("double_pendulum")), new_module()
     mechanism.kernel("rhs")
     store.njit("float64(float64[::1])", fastmath=True)(squares)
-    kernels.write(module, "kernel", mechanism.structure.programs["rhs"], natural_width())
+    lane_kernels.write(module, "kernel", mechanism.structure.programs["rhs"], natural_width())
     Code(module)
     return {name: sorted({*WORD.findall(text)}) for name, text in texts.items()}
 

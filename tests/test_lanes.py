@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.lanes import code, kernels
+from clearance.lanes import code, lane_kernels
 from clearance.lanes.code import Code, callable_at, new_module
 from clearance.lanes.folding import Folding
 from clearance.mechanism.build import build
@@ -31,7 +31,7 @@ def test_kernels(name, width):
     for role in ("rhs", "observe", "events", "jacobian"):
         program, count = mechanism.structure.programs[role], sizes(mechanism)[role]
         module = new_module()
-        kernels.write(module, "kernel", program, width)
+        lane_kernels.write(module, "kernel", program, width)
         made = Code(module)
         together = np.zeros((count, width))
         arrays = (times, states.T.copy(), par, np.tile(work[:, None], width), together, data)
@@ -57,7 +57,7 @@ def test_machine_code_stays_in_the_store(tmp_path, monkeypatch):
     state = moved(mechanism, 1)
     for width in (4, 4, 2):
         module = new_module()
-        kernels.write(module, "kernel", mechanism.structure.programs["rhs"], width)
+        lane_kernels.write(module, "kernel", mechanism.structure.programs["rhs"], width)
         made, out = Code(module), np.zeros((sizes(mechanism)["rhs"], width))
         numbers = mechanism.par, np.append(mechanism.work0, 0.0)
         par, work = (np.tile(a[:, None], width) for a in numbers)
@@ -83,7 +83,7 @@ def test_shared_numbers(role):
     folding = Folding(mechanism.par, shared, list(range(tables, len(mechanism.par))))
     program, module = folding.program(structure.programs[role]), new_module()
     assert program.operations < structure.programs[role].operations
-    kernels.write(module, "kernel", program, width)
+    lane_kernels.write(module, "kernel", program, width)
     made, count = Code(module), sizes(mechanism)[role]
     pars = np.tile(mechanism.par, (width, 1))
     pars[:, varying] *= np.linspace(0.8, 1.5, width)

@@ -242,7 +242,7 @@ READERS = {
     "clearance.sweeping.definition",
     "clearance.sweeping.index",
     "clearance.sweeping.scatter",
-    "clearance.wearing.records",
+    "clearance.wearing.life_record",
     "clearance.identify.records",
     "clearance.identify.fit",
     "clearance.film.bearing",

@@ -19,11 +19,11 @@ PACKAGE = Path(cl.__file__).parent
 KEYS = """
 import json
 from clearance.film import bands, table, pad_table
-from clearance.identify import kernels
+from clearance.identify import lugre_kernel
 from clearance.laws.contact import flores
 from clearance.machine import store
 store.cached = store.Entry = lambda function, *arguments, **options: function
-from clearance.lanes import driver
+from clearance.lanes import queue
 from clearance.stepping import types
 
 def files(function):
@@ -38,11 +38,11 @@ print(json.dumps({
     "bearing": table.Key(1.0).name(),
     "pad": pad_table.PadKey(1.0).name(),
     "film": files(bands.film),
-    "identify": files(kernels.cell),
+    "identify": files(lugre_kernel.cell),
     "law": store._digest_of(flores.function),
     "kernel": store.digest_of("one"),
     "loop": types.DIGEST,
-    "driver": files_of(driver.run, driver.SOURCE),
+    "driver": files_of(queue.run, queue.SOURCE),
 }))
 """
 #: a file whose change renames a key, and all keys that it renames
@@ -60,7 +60,7 @@ CHANGES = {
     "machine/store.py": {"kernel"},
     "tracing/ir.py": {"kernel"},
     "machine/numba_passes.py": {"loop", "driver"},
-    "lanes/driver.py": {"driver"},
+    "lanes/queue.py": {"driver"},
     "lanes/steps.py": {"driver"},
 }
 

@@ -68,7 +68,7 @@ def run(options) -> int:
     """Run the points; exit status 1 where one failed or the sweep had to stop."""
     from clearance.scene.catalogue import find_case
     from clearance.sweeping.chance import scatter
-    from clearance.sweeping.driver import SweepError
+    from clearance.sweeping.sweep import SweepError
 
     with quiet(options):
         case = find_case(options.case)

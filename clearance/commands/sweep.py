@@ -172,7 +172,7 @@ def begin(options) -> "Progress":
 def run(options) -> int:
     """Run the sweep; exit status 1 where a point failed or the sweep had to stop."""
     from clearance.scene.catalogue import find_case
-    from clearance.sweeping.driver import SweepError, sweep
+    from clearance.sweeping.sweep import SweepError, sweep
 
     with quiet(options):
         case = find_case(options.case)

@@ -183,7 +183,7 @@ def points_of(options):
 def _many(options, points, fixed) -> int:
     """The lives of several points; exit status 1 where one fails."""
     from clearance.commands import sweep as command
-    from clearance.sweeping.driver import SweepError, sweep
+    from clearance.sweeping.sweep import SweepError, sweep
 
     began, options.quiet = time.perf_counter(), options.json
     shown, failure = command.Progress(options), None

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 from scipy.special import stdtrit
 
-from clearance.identify.kernels import PADDING
+from clearance.identify.lugre_kernel import PADDING
 from clearance.identify.models import Curve, LuGre, Model
 
 CONFIDENCE = 0.95

@@ -24,8 +24,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearance.identify import kernels
-from clearance.identify.kernels import DAMPING, PADDING, STIFFNESS, TORQUE, VISCOUS, Layout
+from clearance.identify import lugre_kernel
+from clearance.identify.lugre_kernel import DAMPING, PADDING, STIFFNESS, TORQUE, VISCOUS, Layout
 from clearance.values.checks import finite, meant, non_negative, positive
 
 Values = np.ndarray | Sequence[float] | Mapping[str, float]
@@ -213,7 +213,7 @@ class Model:
 @dataclass(frozen=True)
 class LuGre(Model):
     """LuGre friction of a ball joint, its axes coupled or not; equations, units and source in
-    identify/kernels.py.
+    identify/lugre_kernel.py.
 
     Per axis (tilt, spin): kinetic T_c, static T_s [N m] and stribeck_speed w_s [rad/s] of
     T = T_c + (T_s - T_c) exp(-(|w| / w_s)^exponent), stiffness sigma0 [N m/rad], damping sigma1,
@@ -222,7 +222,7 @@ class LuGre(Model):
     symmetric: both tilt axes have one set. knots [rad/s]: T, sigma0 and sigma1 are piecewise linear
         in |w| with values at these instead, level beyond them. network: T, sigma0 and sigma1 are
         functions of |w| from a network of so many tanh units. They share the units; they are
-        positive and bounded, see `kernels.network`. smoothing: what a factor of e between
+        positive and bounded, see `lugre_kernel.network`. smoothing: what a factor of e between
         neighbouring knots, or by a unit, costs a fit, as an NRMSE. static: the torque of steady
         sliding, without bristles; at rest it stays as it was. bounds: of parameters by name. |w|
         is the rate's norm where axes are coupled, else the axis' own.
@@ -248,7 +248,7 @@ class LuGre(Model):
     lag: bool = False
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
-    compiled = staticmethod(kernels.step)
+    compiled = staticmethod(lugre_kernel.step)
 
     def __post_init__(self):
         object.__setattr__(self, "knots", _checked_knots(self.knots, 2) if len(self.knots) else ())
@@ -397,7 +397,7 @@ class LuGre(Model):
         """The torque (n, 3) where it comes a time [s] later than by the model."""
         rate, dt, every = self._driving(packed, trial, later)
         torque = np.empty((len(rate), 3))
-        kernels.torques(self.layout, packed, rate, dt, np.zeros(3), torque)
+        lugre_kernel.torques(self.layout, packed, rate, dt, np.zeros(3), torque)
         return torque[::every] * self.level(packed, trial)
 
     def _driving(
@@ -438,7 +438,7 @@ class LuGre(Model):
         if self.lag:
             fine = tuple(np.empty((len(rate), *a.shape[1:])) for a in fine)
         state, moved = np.zeros(3), np.zeros((3, packed.size))
-        kernels.sensitivities(self.layout, packed, rate, dt, axes, state, moved, *fine)
+        lugre_kernel.sensitivities(self.layout, packed, rate, dt, axes, state, moved, *fine)
         if self.lag:
             torque[:], slopes[:] = (a[::every] for a in fine)
         if self.load != "fixed":
@@ -461,7 +461,7 @@ class LuGre(Model):
         """
         speeds = np.ascontiguousarray(speeds, float)
         values_of = np.empty((3, 4, speeds.size))
-        kernels.functions(self.layout, self.packed(values), speeds, values_of)
+        lugre_kernel.functions(self.layout, self.packed(values), speeds, values_of)
         return values_of
 
     def passive_rate(self, values: Values) -> float:
@@ -515,7 +515,7 @@ class Curve(Model):
 
     name: ClassVar[str] = "curve"
     linear: ClassVar[bool] = True
-    compiled = staticmethod(kernels.curve_step)
+    compiled = staticmethod(lugre_kernel.curve_step)
 
     def __post_init__(self):
         object.__setattr__(self, "knots", _checked_knots(self.knots, 1))

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import llvmlite.ir as ir
 import numpy as np
 
-from clearance.lanes import kernels, radau5, steps, watch
+from clearance.lanes import lane_kernels, steps, stiff_steps, watch
 from clearance.lanes.code import Code, begin, callable_at, new_module
-from clearance.lanes.driver import PIECES
 from clearance.lanes.folding import Folding
+from clearance.lanes.queue import PIECES
 from clearance.lanes.rows import Entry, Piece, Rows
 from clearance.lanes.steps import Entries, Shape
 from clearance.mechanism.structure import Structure
@@ -19,7 +19,7 @@ from clearance.tracing.ir import DOUBLE, INT64
 from clearance.tracing.lanes import Lanes
 from clearance.tracing.schedule import scheduled
 
-METHODS = {"radau5": radau5}
+METHODS = {"radau5": stiff_steps}
 
 
 class PieceLowering(Lanes):
@@ -137,9 +137,13 @@ def engine(
         entries.samples: ("observe", {i: channels[i] for i in sampled}),
     }
     for entry, (role, outputs) in places.items():
-        narrow = kernels.narrowed(structure.programs[role], outputs)
-        calls[entry] = kernels.write(module, entry.name, folding.program(narrow), width, shared)
-    calls[entries.jacobian] = kernels.write(module, "jacobian", filled(jacobian, n), width, shared)
+        narrow = lane_kernels.narrowed(structure.programs[role], outputs)
+        calls[entry] = lane_kernels.write(
+            module, entry.name, folding.program(narrow), width, shared
+        )
+    calls[entries.jacobian] = lane_kernels.write(
+        module, "jacobian", filled(jacobian, n), width, shared
+    )
     for name, piece in pieces.items():
         write(module, f"piece_{name}", piece, rows, width, calls)
     step = [*rows.places("base"), *rows.places("polynomial")]
@@ -149,7 +153,11 @@ def engine(
     code = Code(module)
     addresses = np.array([code.address(f"piece_{name}") for name in PIECES], dtype=np.int64)
     return Engine(
-        width, rows, code, addresses, callable_at(code.address("rhs"), len(kernels.ARRAYS))
+        width,
+        rows,
+        code,
+        addresses,
+        callable_at(code.address("rhs"), len(lane_kernels.ARRAYS)),
     )
 
 

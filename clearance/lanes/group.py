@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from clearance.lanes import driver
+from clearance.lanes import queue
 from clearance.lanes.code import natural_width
 from clearance.lanes.engine import METHODS, Engine, engine
 from clearance.lanes.folding import Folding
@@ -200,7 +200,7 @@ class Group:
         blank = np.zeros(rows.total)
         blank[list(rows.places("effort"))] = 0.9
         blank[list(rows.places("convergence"))] = 1.0
-        blank[list(rows.places("value"))] = -driver.NEVER
+        blank[list(rows.places("value"))] = -queue.NEVER
         return blank
 
     def run(self, points: Points, threads: int = 1, limit: int | None = None) -> Answers:
@@ -245,17 +245,17 @@ class Group:
         rows, width, states = self.engine.rows, self.width, self.shape.states
         common = [*rows.places("par"), *rows.places("work"), *rows.places("own")]
         common += rows.places("y")[states:]
-        memory = np.zeros((), driver.layout(width=width, quantities=len(self.watch.quantities)))
+        memory = np.zeros((), queue.layout(width=width, quantities=len(self.watch.quantities)))
         held = states + rows.counts["polynomial"]
         reductions = self.watch.reductions
-        means = integers(driver.STEPPED if r.stepped else r.mean for r in reductions)
+        means = integers(queue.STEPPED if r.stepped else r.mean for r in reductions)
         numbers = {"held": held, "quantities": len(self.watch.quantities), "limit": limit}
         for name, number in numbers.items():
             memory[name] = number
         sides = aligned(width * rows.total, width).reshape(width, rows.total, width)
         arrays = {
             "pieces": self.engine.pieces,
-            "at": integers(rows.first[name] for name in driver.ROWS),
+            "at": integers(rows.first[name] for name in queue.ROWS),
             "rows": aligned(rows.total, width),
             "sides": sides,
             "blank": self._blank(),
@@ -266,8 +266,8 @@ class Group:
         }
         parts = {name: memory[name] for name in memory.dtype.names if memory[name].ndim}
         record = SimpleNamespace(**shared, **arrays, **parts, memory=memory.ctypes.data)
-        words = packed(driver.LANES, record)
-        driver.run(words.ctypes.data)
+        words = packed(queue.LANES, record)
+        queue.run(words.ctypes.data)
 
     def _answers(self, results: np.ndarray, begun, extremes, tracks: np.ndarray) -> Answers:
         sums = len(self.watch.reductions)

@@ -22,7 +22,7 @@ from weakref import WeakValueDictionary
 from clearance.elements.declared import blamed, check_outputs, check_work
 from clearance.machine import store
 from clearance.mechanism.dynamics import Dynamics
-from clearance.mechanism.joint_friction import joint_friction
+from clearance.mechanism.friction_efforts import joint_friction
 from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
 from clearance.mechanism.layout import Channel, Layout
 from clearance.mechanism.marks import named

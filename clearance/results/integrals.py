@@ -1,6 +1,6 @@
 """Integrals over time of a run: squares of forces and efforts, and times in contact, part by part.
 
-The time loop sums them over its steps (stepping/integrals.py), so that they do not depend on the
+The time loop sums them over its steps (stepping/quadrature.py), so that they do not depend on the
 samples. A part is a twentieth of a stretch (see extremes.py), or all of it in runs of many turns.
 """
 

@@ -12,7 +12,7 @@ rates around rest.
 
 import math
 
-from clearance.stepping.integrals import add_interval, begin_integrals, end_interval
+from clearance.stepping.quadrature import add_interval, begin_integrals, end_interval
 from clearance.stepping.state import (
     CHANNEL,
     EARLIER,

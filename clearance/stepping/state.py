@@ -34,7 +34,7 @@ CUTS = 2 * SIDE + 1
 # columns of `peaks`, see locating.py
 CHANNEL, PAIRED, SIGN, JOINT, VALUE, WHEN, EARLIER, LAST, NEXT, MIDDLE, SEARCHED = range(11)
 PEAK_COLUMNS = 11
-# rows of `integrals`, see integrals.py: source and form of an integrand, its integral so far and
+# rows of `integrals`, see quadrature.py: source and form of an integrand, its integral so far and
 # over the last interval. Then its divided differences, or contacts at the places of the interval
 SOURCE, FORM, SUM, SUMMAND, DIFFERENCE = range(5)
 TOUCHED = DIFFERENCE
@@ -57,7 +57,7 @@ FLOATS = (
     "longest_step",  # [s]
     "sample_every",  # [s]
     "stretch",  # length of the stretches of a run that have extremes of their own [s]
-    "limit",  # of the error of an integral, over its mean, see integrals.py
+    "limit",  # of the error of an integral, over its mean, see quadrature.py
     "part",  # length of the parts of a run that have integrals of their own [s]
     "begin",  # of the run [s]
     "end",  # of this call of the loop, which may stand before that of the run [s]

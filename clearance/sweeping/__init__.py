@@ -2,5 +2,5 @@
 
 points.py makes the points, definition.py describes a sweep directory, journal.py stores outcomes,
 index.py reads them. worker.py runs one point, teams.py hands points to processes or to a cluster,
-driver.py joins all of it.
+sweep.py joins all of it.
 """

@@ -6,7 +6,6 @@ from pathlib import Path
 from clearance.accuracy.point_errors import Stating
 from clearance.scene.catalogue import AnyCase, find_case
 from clearance.simulation import prepare
-from clearance.sweeping.driver import OPTIONS, define, sweep
 from clearance.sweeping.points import grid
 from clearance.sweeping.scatter import (
     DISTRIBUTIONS,
@@ -16,6 +15,7 @@ from clearance.sweeping.scatter import (
     from_words,
     write,
 )
+from clearance.sweeping.sweep import OPTIONS, define, sweep
 from clearance.sweeping.worker import Keeper
 from clearance.values import checks
 from clearance.values.units import quantity

@@ -198,7 +198,7 @@ class Sweep(Drawn):
 
         Raises ValueError where the values fit no or several points, or it has not begun.
         """
-        from clearance.wearing.records import Life
+        from clearance.wearing.life_record import Life
 
         index = self._place(index, method, values)
         return Life(self.folder / "lives" / self.definition.keys[index])

@@ -19,7 +19,7 @@ from clearance.scene.scene import Scene
 from clearance.sweeping.journal import DONE, Outcome
 from clearance.values import checks
 from clearance.wearing.life import Driver, Plan, in_hand, wear
-from clearance.wearing.records import Life
+from clearance.wearing.life_record import Life
 
 NAMES = tuple(f.name for f in fields(Plan))
 DEFAULTS = {n: p.default for n, p in signature(wear).parameters.items() if n in NAMES}

@@ -37,9 +37,9 @@ from clearance.scene.catalogue import AnyCase, load_case
 from clearance.scene.scene import Scene
 from clearance.simulation import SimulationError, prepare, reopened, write
 from clearance.values import checks
-from clearance.wearing import records
+from clearance.wearing import life_record
+from clearance.wearing.life_record import Life
 from clearance.wearing.load_path import LoadPath, Worn, moved, smoothed
-from clearance.wearing.records import Life
 
 LOG = logging.getLogger("clearance")
 JUMPS = ("replay", "linear")
@@ -232,11 +232,11 @@ class Driver:
         asked = {**asdict(self.plan), "scene": scene, "joints": sizes}
         asked = json.loads(json.dumps(asked))
         path = self.folder / "life.json"
-        self.journal = records.stages(self.folder, list(self.joints)) if path.exists() else []
+        self.journal = life_record.stages(self.folder, list(self.joints)) if path.exists() else []
         mechanism = build(self._scene(self._unworn()))  # the structure that all stages have
         self.made = of_case(mechanism, case, self.scene.parameters.values())
         if path.exists():
-            before = {"method": "auto"} | records.asked(self.folder)
+            before = {"method": "auto"} | life_record.asked(self.folder)
             fixed = {*asked} - {"turns", "scene"}
             settings = [n for n in asked if n in fixed and before.get(n) != asked[n]]
             if settings:
@@ -333,7 +333,7 @@ class Driver:
 
     def _arrays(self, stage: int) -> dict[str, np.ndarray]:
         wears = {name: _wears(joint) for name, joint in self.joints.items()}
-        return records.arrays(self.folder, stage, wears)
+        return life_record.arrays(self.folder, stage, wears)
 
     def stage(self, stage: int, outlines: dict[str, Worn]) -> tuple[dict[str, Measured], dict]:
         """A run of as many turns as its scatter needs."""

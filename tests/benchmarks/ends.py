@@ -11,7 +11,6 @@ import ast
 import os
 import subprocess
 import sys
-from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -153,11 +152,18 @@ def class_run(root: Path) -> tuple[int, int]:
 
 
 def of_one_name(root: Path) -> int:
-    """Names that several files have; a command beside its folder and an element beside its law
-    count once.
+    """Names that several files have; a command beside its folder, and an element beside its law,
+    do not count.
     """
-    names = Counter(p.name for p in package(root) if p.name != "__init__.py")
-    return sum(count > 1 for count in names.values())
+    folders = {}
+    for path in package(root):
+        folders.setdefault(path.name, []).append(path.parent.name)
+    folders.pop("__init__.py", None)
+    several = {n: f for n, f in folders.items() if len(f) > 1}
+    return sum(
+        len(f) > 2 or ("commands" not in f and set(f) != {"elements", "laws"})
+        for f in several.values()
+    )
 
 
 def ends(root: Path) -> dict[str, str]:

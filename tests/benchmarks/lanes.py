@@ -22,8 +22,8 @@ import clearance as cl  # noqa: E402
 from clearance.lanes.code import natural_width  # noqa: E402
 from clearance.scene.catalogue import find_case  # noqa: E402
 from clearance.sweeping import definition as definitions  # noqa: E402
-from clearance.sweeping.driver import define  # noqa: E402
 from clearance.sweeping.in_lanes import Together  # noqa: E402
+from clearance.sweeping.sweep import define  # noqa: E402
 from clearance.sweeping.worker import run_point  # noqa: E402
 
 MARK = "<!-- lanes table -->"

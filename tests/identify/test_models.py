@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from clearance.identify import kernels, models
+from clearance.identify import lugre_kernel, models
 from clearance.identify.models import Curve, lugre1d, lugre3d
 from clearance.identify.records import Trial
 from clearance.machine.store import njit
@@ -218,8 +218,10 @@ def test_second_order_in_the_step_beside_lsoda(name, even, validated):
 
     def coefficients(w):
         packed, w = model.packed(values), tuple(w)
-        e = kernels.envelopes(model.layout, packed, w)
-        return np.array([kernels.coefficients(model.layout, packed, i, w, e) for i in range(3)]).T
+        e = lugre_kernel.envelopes(model.layout, packed, w)
+        return np.array(
+            [lugre_kernel.coefficients(model.layout, packed, i, w, e) for i in range(3)]
+        ).T
 
     def slope(t, z):
         return rate(t) - coefficients(rate(t))[0] * z
@@ -269,10 +271,10 @@ def test_the_step_and_its_slopes_in_extended_precision(z, w, power, logarithm):
         reach = (dt_ * np.exp(-x_) - gone / k_) / k_
     else:
         reach = -dt_ * dt_ * (0.5 - x_ / 3 + x_**2 / 8 - x_**3 / 30)
-    actual, by_k, left = kernels.relaxed_slopes(z, w, k, dt)
+    actual, by_k, left = lugre_kernel.relaxed_slopes(z, w, k, dt)
     size = abs(z) + abs(w) * dt
     assert abs(actual - wanted) <= 1e-13 * size
-    assert actual == pytest.approx(kernels.relaxed(z, w, k, dt), abs=1e-15 * size)
+    assert actual == pytest.approx(lugre_kernel.relaxed(z, w, k, dt), abs=1e-15 * size)
     assert abs(left - np.exp(-x_)) <= 1e-15
     assert abs(by_k - (w_ * reach - dt_ * np.exp(-x_) * z_)) <= 1e-10 * dt * size
 

@@ -15,10 +15,10 @@ from clearance.run.ideal_motion import ideal_motion
 from clearance.scene.catalogue import find_case
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
-from clearance.sweeping import driver, index, worker
+from clearance.sweeping import index, sweep, worker
 from clearance.sweeping.batch import Family
-from clearance.sweeping.driver import define
 from clearance.sweeping.journal import DONE, FAILED, LEFT, LOST, Journal, Outcome, read
+from clearance.sweeping.sweep import define
 
 OPTIONS = {"turns": 2.0, "samples_per_turn": 50, "rtol": 1e-5}
 FILM = {"model": "lubricated", "film": "pinkus_sternlicht"}
@@ -246,8 +246,8 @@ def test_threads_that_are_stopped(tmp_path, monkeypatch):
     """Stopped half-way, and on with one thread: the bits of two threads without a stop."""
     points = cl.grid(speed=np.linspace(20.0, 40.0, 10), clearance=np.geomspace(1e-4, 4e-4, 10))
     options = {"fixed": DRY, "channels": [], **OPTIONS}
-    monkeypatch.setattr(driver, "LOOK", 0.0)
-    monkeypatch.setattr(driver, "MOST_BLOCK", 8)
+    monkeypatch.setattr(sweep, "LOOK", 0.0)
+    monkeypatch.setattr(sweep, "MOST_BLOCK", 8)
 
     class Enough(Exception):
         pass

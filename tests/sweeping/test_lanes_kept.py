@@ -12,8 +12,8 @@ import pytest
 
 import clearance as cl
 from clearance.sweeping import in_lanes
-from clearance.sweeping.driver import SweepError
 from clearance.sweeping.journal import read
+from clearance.sweeping.sweep import SweepError
 from tests.sweeping.test_sweep import ended_whole, wait_for
 
 POINTS = cl.grid(speed=np.linspace(20.0, 60.0, 12), clearance=np.geomspace(3e-5, 4e-4, 8))

@@ -10,7 +10,7 @@ import pytest
 
 import clearance as cl
 from clearance.run import inputs
-from clearance.sweeping import driver, journal
+from clearance.sweeping import journal, sweep
 from clearance.sweeping.order import shuffled
 
 CASE = """
@@ -129,8 +129,8 @@ def test_R2_a_changed_file_of_one_point_among_many_is_refused(tmp_path):
     case.write_text(WEIGHED)
     for name in ("a", "b"):
         (tmp_path / f"{name}.txt").write_text("1.0")
-    count, odd = 40, 7  # more than driver.TRIED
-    assert odd not in shuffled(list(range(count)))[: driver.TRIED]
+    count, odd = 40, 7  # more than sweep.TRIED
+    assert odd not in shuffled(list(range(count)))[: sweep.TRIED]
     masses = [str(tmp_path / f"{'b' if i == odd else 'a'}.txt") for i in range(count)]
     points = cl.zipped(length=[0.1 + 0.01 * i for i in range(count)], mass=masses)
 
@@ -188,9 +188,9 @@ def test_R2_a_worker_that_runs_something_else_stops_the_sweep(begun, monkeypatch
     """A cluster's worker of another version: its point is not stored."""
     folder, go = begun
     now = inputs.common({}) | {"version": "0.0.1"}
-    monkeypatch.setattr(driver, "common", lambda modules, files: now | {"modules": modules})
+    monkeypatch.setattr(sweep, "common", lambda modules, files: now | {"modules": modules})
     with pytest.raises(
-        driver.SweepError,
+        sweep.SweepError,
         match=r"a worker runs something else than the driver: clearance .*here "
         r"0\.0\.1",
     ):

@@ -9,7 +9,7 @@ from clearance.postprocess import maps
 import clearance as cl
 from clearance import cli
 from clearance.commands.sweep import readable, summary
-from clearance.sweeping import driver
+from clearance.sweeping import sweep
 
 IDEAL = {"fixed": {"model": "ideal"}, "turns": 1.0, "samples_per_turn": 50, "workers": 1}
 POINTS = cl.grid(speed=[10.0, 20.0])
@@ -84,7 +84,7 @@ class Settled:
     def __new__(cls, swept):
         actual = cl.open_sweep(swept.folder)
         points = cl.grid(speed=[10.0, 20.0]) * cl.grid(clearance=[1e-4, 2e-4])
-        actual.definition = driver.replace(actual.definition, points=points)
+        actual.definition = sweep.replace(actual.definition, points=points)
         actual.count, actual.status = 4, np.array(["done"] * 4)
         actual.metrics = {
             "peak": np.array([1.0, 2.0, 3.0, 4.0]),

@@ -17,8 +17,8 @@ import pytest
 import clearance as cl
 from clearance.files.texts import signed_document
 from clearance.metrics.of_points import of_point
-from clearance.sweeping import driver
 from clearance.sweeping import index as indices
+from clearance.sweeping import sweep
 from tests.test_checkpoint import same
 
 CASE, OPTIONS = "slider_crank", {"turns": 2.0, "samples_per_turn": 50, "rtol": 1e-5}
@@ -44,8 +44,8 @@ def again(folder, **more):
 
 def test_a_sweep_ends_long_after_its_index_was_written(tmp_path, monkeypatch):
     """The index is due again at each report, also at the last one, when the journal is closed."""
-    monkeypatch.setattr(driver, "SAVE", -1.0)
-    monkeypatch.setattr(driver, "SHARE", 0.0)
+    monkeypatch.setattr(sweep, "SAVE", -1.0)
+    monkeypatch.setattr(sweep, "SHARE", 0.0)
     swept = cl.sweep(CASE, POINTS, tmp_path / "map", fixed=FIXED, workers=1, channels=[], **OPTIONS)
     assert swept.done.all()
 

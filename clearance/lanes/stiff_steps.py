@@ -6,7 +6,7 @@ the step. It is nearer to the stages than that of the step's begin, so Newton's 
 iterations and fails less often. Lanes iterate until enough of them are done.
 """
 
-from clearance.lanes.linear import Complex, factor, solve
+from clearance.lanes.elimination import Complex, factor, solve
 from clearance.lanes.rows import Piece, Rows
 from clearance.lanes.steps import (
     ARRIVED,
