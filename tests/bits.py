@@ -17,7 +17,7 @@ import numpy as np
 
 import clearance as cl
 from clearance.laws.outline import NODES, worn
-from tests.test_mixed_wear import rotor
+from tests.laws.test_mixed_wear import rotor
 
 #: what differs between two runs of the same: dates, seconds of the clock, places in the file
 PASSING = {"created", "created_crc32", "wall_s", "loop_s", "REFERENCE_LIST", "DIMENSION_LIST"}

@@ -38,7 +38,7 @@ from clearance.motions import branch_file
 from clearance.run.checkpoint import load, parts_folder
 from tests.benchmarks import kills
 from tests.benchmarks.publishing import RESULTS, put
-from tests.test_follow import CASE
+from tests.motions.test_follow import CASE
 
 LIMIT = 60.0  # seconds of a look
 COMMANDS = 0.25  # share of commands among the looks; readers have the others

@@ -31,14 +31,14 @@ MARK = "<!-- dependencies -->"
 TOOLS = ("pytest", "hypothesis", "xarray", "h5netcdf", "pandas")
 #: results, checksums, scenes, kernels, motions with known solutions, sweeps, pictures
 TESTS = (
-    "tests/test_results.py",
-    "tests/test_checksums.py",
-    "tests/test_scene.py",
-    "tests/test_kernels.py",
-    "tests/test_elementary.py",
+    "tests/results/test_results.py",
+    "tests/files/test_checksums.py",
+    "tests/scene/test_scene.py",
+    "tests/mechanism/test_kernels.py",
+    "tests/tracing/test_elementary.py",
     "tests/sweeping/test_points.py",
     "tests/sweeping/test_resumed.py",
-    "tests/test_plot_command.py",
+    "tests/commands/test_plot_command.py",
 )
 #: lowest: oldest releases call newer ones below them in ways that these no longer like
 WARNINGS = {"lowest": ["-W", "ignore::DeprecationWarning"], "highest": []}

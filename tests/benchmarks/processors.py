@@ -45,15 +45,15 @@ FUSING = ("avx", "fma", "f16c", "bmi", "amx", "vaes", "vpclmul", "gfni", "xop")
 LATER = ("sse3", "sse4", "ssse3", "popcnt", "crc32", "movbe", "lzcnt", "pclmul", "aes", "sha")
 #: files whose numbers are near last bits
 NEAR = (
-    "tests/test_chaos.py",
-    "tests/test_dead_centre.py",
-    "tests/test_elementary.py",
-    "tests/test_tableaus.py",
-    "tests/test_assembly.py",
-    "tests/test_lanes.py",
+    "tests/motions/test_chaos.py",
+    "tests/mechanism/test_dead_centre.py",
+    "tests/tracing/test_elementary.py",
+    "tests/stepping/test_tableaus.py",
+    "tests/mechanism/test_assembly.py",
+    "tests/lanes/test_lanes.py",
     "tests/sweeping/test_together.py",
     "tests/regression/test_regression.py",
-    "tests/test_figures.py",
+    "tests/paper_figures/test_figures.py",
 )
 #: settings that bring what the others do, for a shorter matrix
 FEW = ("AVX2", "SSE2", "one lane", "eight lanes")

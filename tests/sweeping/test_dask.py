@@ -11,8 +11,8 @@ import pytest
 
 import clearance as cl
 from clearance.sweeping import teams
+from tests.run.test_checkpoint import same
 from tests.sweeping.test_sweep import DRIVE, MANY, ended_whole, identical, wait_for
-from tests.test_checkpoint import same
 
 pytest.importorskip("distributed")
 

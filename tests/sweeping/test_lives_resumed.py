@@ -10,7 +10,7 @@ import pytest
 
 import clearance as cl
 from clearance.cli import main
-from tests.test_lives import CASE
+from tests.sweeping.test_lives import CASE
 
 pytestmark = pytest.mark.slow
 SIZE = ["--turns", "200", "--settle", "0", "--average", "1", "--jump-turns", "10", "--json"]

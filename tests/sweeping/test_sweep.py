@@ -19,7 +19,7 @@ from clearance.files.texts import signed_document
 from clearance.metrics.of_points import of_point
 from clearance.sweeping import index as indices
 from clearance.sweeping import sweep
-from tests.test_checkpoint import same
+from tests.run.test_checkpoint import same
 
 CASE, OPTIONS = "slider_crank", {"turns": 2.0, "samples_per_turn": 50, "rtol": 1e-5}
 FIXED = {"model": "lubricated", "film": "pinkus_sternlicht"}

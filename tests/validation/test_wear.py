@@ -16,7 +16,8 @@ from clearance.laws.worn_asperity import moment_and_slope, pressed, row_of
 from clearance.laws.worn_film import short_on_outlines
 from clearance.wearing.load_path import LoadPath, Worn
 from clearance.wearing.replay import rest
-from tests import test_life, test_mixed_wear, test_wear
+from tests.laws import test_mixed_wear, test_wear
+from tests.wearing import test_life
 
 CODE = {"source": "plain code of worn joints", "kind": "independent"}
 

@@ -1,0 +1,322 @@
+"""Data flows one way: no layer imports a higher one, and heavy packages stand only where they are
+used.
+"""
+
+import ast
+import re
+import subprocess
+import sys
+import tomllib
+from functools import cache
+from pathlib import Path
+
+from clearance.paper_figures.structure import STREET
+
+from tests.benchmarks.words import statements
+
+ROOT = Path(__file__).parents[2]
+*WAY, PEOPLE = STREET.values()
+LAYERS = [
+    *([f"clearance.{name}"] for names in WAY for name in names),
+    ["clearance", *(f"clearance.{name}" for name in PEOPLE), *PEOPLE],
+]
+#: folders beside the package that are installed into it
+BESIDE = ("cases", "postprocess", "paper_figures")
+MODULES = [p for folder in ("clearance", *BESIDE) for p in sorted((ROOT / folder).rglob("*.py"))]
+ONLY_IN = {
+    "numba": {
+        "clearance.machine.store",
+        "clearance.machine.numba_passes",
+        "clearance.machine.numba_record",
+        "clearance.stepping.types",
+        "clearance.stepping.announce",
+        "clearance.studies.peers",
+    },
+    "skfem": {"clearance.film.fem"},
+    "scipy": {
+        "clearance.metrics.statistics",
+        "clearance.studies.peers",
+        "clearance.film.fem",
+        "clearance.sweeping.points",
+        "clearance.sweeping.scatter",
+        "clearance.identify.differences",
+        "clearance.identify.estimation",
+        "paper_figures.feeder_models",
+        "paper_figures.friction_laws",
+        "paper_figures.sweep_map",
+    },
+    "distributed": {"clearance.sweeping.teams"},
+    "xarray": {"clearance.sweeping.index"},
+    "pandas": {"clearance.sweeping.index"},
+    # oracles of the tests only; nothing that is installed imports the tests
+    **dict.fromkeys(("pinocchio", "exudyn", "tests"), set()),
+    "matplotlib": {
+        "postprocess.figures",
+        "postprocess.study_pictures",
+        "postprocess.film_pictures",
+        "postprocess.sheets",
+        "paper_figures.frames",
+        "paper_figures.structure",
+    },
+    "h5py": {
+        "clearance.results.groups",
+        "clearance.results.hdf5_image",
+        "clearance.results.reading",
+        "clearance.results.tables",
+        "clearance.results.stream",
+    },
+    "jax": {"clearance.identify.learn"},
+    "optax": {"clearance.identify.learn"},
+    "equinox": {"clearance.identify.learn"},
+    "tqdm": {
+        "clearance.commands.common",
+        "clearance.commands.sweep",
+        "clearance.film.pad_table",
+        "clearance.film.table",
+    },
+}
+
+
+def name_of(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+NAMES = {name_of(path) for path in MODULES}
+
+
+@cache
+def nodes(path):
+    """Statements of a file, in order."""
+    return tuple(statements(ast.parse(path.read_text())))
+
+
+#: a module of ours, or a folder of such modules, that is imported by a string
+BY_STRING = re.compile(r"""import_module\(\s*f?["'](clearance[\w.]*\w)""")
+
+
+def imports(path):
+    """Modules that a file imports, with those that it takes from packages."""
+    yield from BY_STRING.findall(path.read_text())
+    for node in nodes(path):
+        if isinstance(node, ast.Import):
+            yield from (a.name for a in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (
+                f"{node.module}.{a.name}" for a in node.names if f"{node.module}.{a.name}" in NAMES
+            )
+
+
+def layer(module):
+    offenders = [
+        i
+        for i, names in enumerate(LAYERS)
+        for n in names
+        if module == n or module.startswith(n + ".")
+    ]
+    exact = [i for i, names in enumerate(LAYERS) if module in names]
+    return exact[0] if exact else min(offenders)
+
+
+def ours(wanted):
+    """Name in LAYERS of an imported module; None for other packages, and for clearance: its names
+    are of all layers.
+    """
+    if wanted.removeprefix("clearance.").split(".")[0] in BESIDE:
+        return wanted.removeprefix("clearance.")
+    return wanted if wanted.startswith("clearance.") else None
+
+
+def test_no_module_imports_a_higher_layer():
+    edges = {
+        (name_of(path), wanted) for path in MODULES for wanted in map(ours, imports(path)) if wanted
+    }
+    assert len(edges) > len(MODULES)  # imports are seen at all
+    assert [edge for edge in sorted(edges) if layer(edge[1]) > layer(edge[0])] == []
+
+
+def test_figures_of_sources_serve_nobody_else():
+    """Only the command that draws them imports them."""
+    users = {name_of(path) for path in MODULES for wanted in imports(path) if "paper_fig" in wanted}
+    assert {user for user in users if not user.startswith("paper_figures.")} == {
+        "clearance.commands.figures"
+    }
+
+
+def own_imports(path):
+    """Modules of ours that a module needs, those of its functions too; a package whose module is
+    named is not one of them.
+    """
+    yield from map(ours, BY_STRING.findall(path.read_text()))
+    for node in nodes(path):
+        names = [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
+        for name in names:
+            modules = {f"{name}.{a.name}" for a in node.names} & NAMES
+            yield from map(ours, [*modules, *([name] if len(modules) < len(node.names) else [])])
+
+
+def circle(needs, module, way=()):
+    """Modules that need each other, from one on; None where there are none."""
+    if module in way:
+        return [*way[way.index(module) :], module]
+    for other in sorted(needs.pop(module, ())):
+        if (round_trip := circle(needs, other, (*way, module))) is not None:
+            return round_trip
+    return None
+
+
+def test_a_circle_is_recognised():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}, "a") == ["b", "c", "b"]
+    assert circle({"a": {"b", "c"}, "b": {"c"}, "c": set()}, "a") is None
+
+
+def test_no_imports_in_a_circle():
+    """Nor between modules of one layer, nor inside functions."""
+    needs = {name_of(p): set(filter(None, own_imports(p))) & NAMES for p in MODULES}
+    assert len(needs["clearance.run.run"]) > 10
+    assert [c for module in list(needs) if (c := circle(needs, module))] == []
+
+
+def test_nothing_calls_the_command_line():
+    """Only the entry point imports it: a figure alone is `clearance figures NAME`."""
+    assert [p for p in MODULES if "clearance.cli" in {*imports(p)}] == []
+
+
+def test_what_draws_results_is_named_at_the_top_only():
+    """Results name nothing above them: the top enters what draws them."""
+    from clearance.results.accessors import ACCESSORS
+
+    assert set(ACCESSORS) == {"plot", "report", "view"}
+    named = [n for n in ACCESSORS.values() for p in MODULES if n in p.read_text()]
+    assert sorted(named) == sorted(ACCESSORS.values())
+    top = (ROOT / "clearance" / "__init__.py").read_text()
+    assert all(name in top for name in named)
+
+
+def test_no_kind_of_joint_outside_its_file():
+    """Others use properties of joints: no `isinstance` of a kind of joint."""
+    from clearance import elements
+
+    classes = {n: getattr(elements, n) for n in elements.__all__}
+    kinds = {n for n, c in classes.items() if issubclass(c, elements.joint.Joint)}
+    assert {"Revolute", "ClearancePrismatic", "PinSlot"} <= kinds
+    questions = re.compile(r"isinstance\((?:[^()]|\([^()]*\))*\)")
+    asked = {
+        (name_of(path), kind)
+        for path in MODULES
+        for question in questions.findall(path.read_text())
+        for kind in kinds & set(re.findall(r"\w+", question))
+    }
+    assert asked == set()
+
+
+def test_heavy_packages_stand_where_they_are_used():
+    packages = {
+        (name_of(path), wanted.split(".")[0]) for path in MODULES for wanted in imports(path)
+    }
+    heavy = sorted(pair for pair in packages if pair[1] in ONLY_IN)
+    assert heavy
+    assert [(module, package) for module, package in heavy if module not in ONLY_IN[package]] == []
+
+
+def test_laws_import_only_math():
+    for path in (ROOT / "clearance" / "laws").glob("*.py"):
+        assert {w for w in imports(path) if not w.startswith("clearance.")} <= {
+            "math",
+            "inspect",
+            "collections",
+            "collections.abc",
+            "dataclasses",
+            "functools",
+            "itertools",
+            "numpy",
+        }, path
+
+
+#: folders that pictures and pages take from
+READ = ("values", "files", "results", "metrics")
+#: beside them: what reads directories of sweeps and lives, measurements and fits; bearings of
+#: films; names of corners and modes, as files have them
+READERS = {
+    "clearance.sweeping.definition",
+    "clearance.sweeping.index",
+    "clearance.sweeping.scatter",
+    "clearance.wearing.life_record",
+    "clearance.identify.records",
+    "clearance.identify.fit",
+    "clearance.film.bearing",
+    "clearance.elements.clearance_prismatic",
+}
+
+
+def test_postprocess_knows_files_and_not_the_solver():
+    for path in (ROOT / "postprocess").glob("*.py"):
+        inside = {w for w in imports(path) if w.startswith("clearance.")}
+        others = {w for w in inside if w.split(".")[1] not in (*READ, "postprocess")}
+        assert others <= READERS, path
+
+
+FUNCTION = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def length(function):
+    """Statements of a function with those of its blocks, without the docstring."""
+    return sum(1 for _ in statements(function)) - bool(ast.get_docstring(function))
+
+
+def test_functions_stay_short():
+    """No function of more than 50 statements; how many lines they take is layout."""
+    functions = [(name_of(p), n) for p in MODULES for n in nodes(p) if isinstance(n, FUNCTION)]
+    assert len(functions) > len(MODULES)
+    assert [f"{module}.{node.name}" for module, node in functions if length(node) > 50] == []
+
+
+#: names of locals and parameters that would fit anything
+VAGUE = {"found", "own", "said", "known", "told", "kept", "whole"}
+FOLDERS = ("clearance", "cases", "postprocess", "paper_figures", "docs", "tests")
+
+
+def vague_names(code: str) -> list[str]:
+    """Vague names that the functions of a module bind; names of classes' fields are free."""
+    if not VAGUE & set(re.findall(r"\w+", code)):  # a look at the words is cheaper than a parse
+        return []
+    functions = (
+        f for f in ast.walk(ast.parse(code)) if isinstance(f, ast.FunctionDef | ast.Lambda)
+    )
+    nodes = [node for function in functions for node in ast.walk(function)]
+    stored = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    return sorted((stored | {n.arg for n in nodes if isinstance(n, ast.arg)}) & VAGUE)
+
+
+def test_vague_names_are_recognised():
+    code = "def f(own):\n    found, x = 1, known\n    return lambda told: [0 for said in x]"
+    assert vague_names(code) == ["found", "own", "said", "told"]
+
+
+def test_locals_are_named_after_what_they_are():
+    paths = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")]
+    assert len(paths) > len(MODULES)
+    named = {str(path.relative_to(ROOT)): vague_names(path.read_text()) for path in paths}
+    assert {path: names for path, names in named.items() if names} == {}
+
+
+def test_every_package_is_installed():
+    """A wheel has each folder that has modules."""
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    folders = {
+        name_of(path).rpartition(".")[0] or name_of(path)
+        for path in MODULES
+        if path.name != "__init__.py"
+    }
+    assert {f if f.startswith("clearance") else f"clearance.{f}" for f in folders} <= set(listed)
+
+
+def test_a_scene_is_described_without_numpy():
+    """Importing the package and making a case need neither numpy nor numba nor h5py."""
+    code = "import sys, clearance as cl; cl.load_case('six_bar_feeder'); print(*sys.modules)"
+    listed = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert "clearance.scene.scene" in listed.stdout.split()
+    assert not {"numpy", "numba", "h5py"} & set(listed.stdout.split())

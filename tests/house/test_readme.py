@@ -1,0 +1,183 @@
+"""The examples of README and guide run as printed; their links and pictures exist."""
+
+import itertools
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance import cli
+from clearance.commands.common import scene_of
+from clearance.laws.law import Law
+
+ROOT = Path(__file__).parents[2]
+BESIDE = ("benchmarks", "validation")
+PAGES = (
+    "README.md",
+    "clearance/GUIDE.md",
+    "CONTRIBUTING.md",
+    "paper_figures/README.md",
+    *(f"tests/{b}/README.md" for b in BESIDE),
+)
+TEXT = {page: (ROOT / page).read_text() for page in PAGES}
+README, GUIDE = (re.findall(r"```python\n(.*?)```", TEXT[page], re.DOTALL) for page in PAGES[:2])
+
+
+def test_python_example(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    example = next(b for b in README if "load_case" in b)
+    exec(compile(example, "README", "exec"), {})
+    assert (tmp_path / "run.h5").exists()
+    assert capsys.readouterr().out
+
+
+SWEEPS = [(README, "feeder_map", "["), (GUIDE, "map", "slider_acceleration_max")]
+
+
+@pytest.mark.parametrize(("blocks", "folder", "message"), SWEEPS)
+def test_sweep_examples(blocks, folder, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(next(b for b in blocks if "cl.sweep(" in b), "README", "exec"), {})
+    assert cl.open_sweep(tmp_path / folder).done.all()
+    assert message in capsys.readouterr().out
+
+
+def test_result_file_example(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(next(b for b in GUIDE if "open_datatree" in b), "README", "exec"), {})
+    out = capsys.readouterr().out
+    assert "0.0001 m" in out
+    assert "step_number" in out
+
+
+def test_example_of_numbers_that_change(tmp_path, monkeypatch, capsys):
+    """The clearance is 0.2 mm, 0.22 mm, 0.242 mm: eccentricity over its share of it."""
+    monkeypatch.chdir(tmp_path)
+    exec(compile(next(b for b in GUIDE if "run.every(" in b), "README", "exec"), {})
+    assert len(capsys.readouterr().out.splitlines()) == 3
+    result = cl.open_result(tmp_path / "worn.h5")
+    joint, turn = result.joint("C"), cl.load_case("slider_crank").turn
+    clearance = np.hypot(joint.eccentricity_x, joint.eccentricity_y) / joint.eccentricity_ratio
+    for n, wanted in enumerate((2e-4, 2.2e-4, 2.42e-4)):
+        inside = (result.time > (n + 0.1) * turn) & (result.time < (n + 0.9) * turn)
+        np.testing.assert_allclose(clearance[inside], wanted, rtol=1e-9)
+
+
+def test_joint_friction_example(capsys):
+    exec(compile(next(b for b in GUIDE if "inverse_dynamics(" in b), "README", "exec"), {})
+    assert capsys.readouterr().out
+
+
+def test_ball_joint_example(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(next(b for b in GUIDE if "identify.fit" in b), "README", "exec"), {})
+    assert "largest friction torque" in capsys.readouterr().out
+
+
+def test_own_mechanism(tmp_path, capsys):
+    path = tmp_path / "my_mechanism.py"
+    path.write_text(next(b for b in GUIDE if "def scene(" in b))
+    assert cli.main(["run", str(path), "--turns", "1", "-o", str(tmp_path / "r.h5"), "--json"]) == 0
+    assert cl.open_result(tmp_path / "r.h5").complete
+
+
+def test_own_law(tmp_path):
+    path = tmp_path / "own_law.py"
+    block = next(b for b in GUIDE if "@contact" in b)
+    path.write_text(
+        "import clearance as cl\n" + block + "\ndef scene():\n"
+        "    law = liner(stiffness=1e8, hardening=1e8, damping=200.0)\n"
+        "    return cl.Scene(cl.ClearanceRevolute(cl.ground, cl.Body('ball', 0.5, 1e-4), name='J', "
+        "radius=0.01,\n"
+        "        clearance=1e-4, contact=law))\n"
+    )
+    result = cl.simulate(cl.load_case(path), until=0.02)
+    assert (result.joint("J").contact_force >= 0.0).all()
+    assert len(result.events["time"]) > 0
+
+
+def test_first_command_is_the_main_job():
+    job = "clearance run six_bar_feeder -p model=mixed --turns 6 -o run.h5 --plot"
+    assert job in TEXT["README.md"]
+
+
+def test_one_cites_this_version():
+    assert f"version = {{{cl.__version__}}}" in TEXT["README.md"]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_and_pictures_exist(page):
+    links = re.findall(r"\]\(([^)#]+)(#[^)]*)?\)|src=\"(.*?)\"", TEXT[page])
+    for link in (a or b for a, _, b in links):
+        assert link.startswith("http") or ((ROOT / page).parent / link).exists(), link
+
+
+def commands(block):
+    """Words after `clearance` of each command of a shell block; files that it writes are left
+    out.
+    """
+    block = re.sub(r"(<<'END')\n.*?\nEND$", r"\1", block, flags=re.DOTALL | re.MULTILINE)
+    for line in block.splitlines():
+        lexer = shlex.shlex(line, posix=True, punctuation_chars=";&|")
+        lexer.whitespace_split = True
+        for end, words in itertools.groupby(lexer, lambda word: word in (";", "&&", "|", "do")):
+            actual = list(words)
+            if not end and actual[0].rpartition("/")[2] == "clearance":
+                yield actual[1:]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_commands_are_understood(page):
+    """Each printed `clearance ...` line has options that the command line has; cases and parameters
+    exist.
+    """
+    for block in re.findall(r"```sh\n(.*?)```", TEXT[page], re.DOTALL):
+        for words in commands(block.replace("${n}", "3000").replace("$n", "3000")):
+            options = cli.parser().parse_args(words)
+            named = options.command in ("run", "explain", "work-precision", "inverse", "lyapunov")
+            if named and not options.case.endswith((".py", ".toml", ".h5")):
+                scene_of(options)
+
+
+def test_law_families_are_all_named():
+    """The guide's table of laws has every law of the package."""
+    table = TEXT["clearance/GUIDE.md"].partition("| family |")[2].partition("\n\n")[0]
+    laws = [n for n in cl.__all__ if isinstance(getattr(cl, n), Law)]
+    assert len(laws) > 40
+    assert [n for n in laws if f"`{n}`" not in table] == []
+
+
+def test_elements_are_all_named():
+    """The guide's table of elements has every element of the package."""
+    table = TEXT["clearance/GUIDE.md"].partition("| element |")[2].partition("\n\n")[0]
+    assert [n for n in cl.elements.__all__ if f"`{n}`" not in table] == []
+
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def test_users21_printed_block(tmp_path, monkeypatch, capsys):
+    """The block of README is what the command prints: words, and numbers to 1e-5 or one in the last
+    digit, which a value on its edge changes. Stated errors are differences of two runs, whose steps
+    follow last bits: one of them may cancel by chance, so within a factor of thirty. The number
+    with the largest of them is left out.
+    """
+    monkeypatch.chdir(tmp_path)
+    block = next(b for b in re.findall(r"```text\n(.*?)```", TEXT["README.md"], re.DOTALL))
+    command, *lines = block.splitlines()
+    assert cli.main([*shlex.split(command.removeprefix("$ clearance ")), "-o", "run.h5"]) == 0
+    shown = {tuple(line.split()[:2]): line for line in capsys.readouterr().out.splitlines()}
+    for line in re.split(r"\n(?=  \w)", "\n".join(lines)):
+        texts = " ".join(line.split()), " ".join(shown[tuple(line.split()[:2])].split())
+        wanted, actual = (re.sub(r"\(\w*_\w*\)", "", text) for text in texts)
+        assert NUMBER.sub("#", wanted) == NUMBER.sub("#", actual)
+        before = NUMBER.split(wanted)
+        for words, *pair in zip(before, *map(NUMBER.findall, (wanted, actual)), strict=False):
+            stated = words.endswith("+- ") or wanted.startswith("error")
+            low, high = sorted(map(float, pair))
+            places = max(len(n.partition(".")[2]) for n in pair)
+            digit = 1.01 * 10.0**-places if places else 0.0  # the last one printed
+            assert high <= (30.0 if stated else 1.0 + 1e-5) * low + digit

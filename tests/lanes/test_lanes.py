@@ -1,0 +1,102 @@
+"""Runs side by side in vector registers: kernels against scalar ones, runs against the ordinary
+loop.
+"""
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.lanes import code, lane_kernels
+from clearance.lanes.code import Code, callable_at, new_module
+from clearance.lanes.folding import Folding
+from clearance.mechanism.build import build
+from tests.mechanism.test_kernels import SCENES, moved, sizes
+
+WIDTHS = (4, 8)
+FEEDER = cl.load_case("six_bar_feeder", model="lubricated")
+
+
+@pytest.mark.parametrize(("name", "width"), [("film", 4), ("newton", 4), ("feeder", 8)])
+def test_kernels(name, width):
+    """Each lane within 1e-11 of the largest of what its kernel fills (the Jacobian 1e-9), with
+    states of its own.
+    """
+    mechanism = build(FEEDER if name == "feeder" else SCENES[name]())
+    head = len(mechanism.layout.parameters) + mechanism.layout.derived
+    states = np.array([moved(mechanism, seed) for seed in range(width)])
+    times = np.random.default_rng(1).uniform(0.0, 0.1, width)
+    work = np.append(mechanism.work0, 0.0)
+    par = np.tile(mechanism.par[:head, None], width)
+    data = np.append(mechanism.par, np.zeros(8))
+    for role in ("rhs", "observe", "events", "jacobian"):
+        program, count = mechanism.structure.programs[role], sizes(mechanism)[role]
+        module = new_module()
+        lane_kernels.write(module, "kernel", program, width)
+        made = Code(module)
+        together = np.zeros((count, width))
+        arrays = (times, states.T.copy(), par, np.tile(work[:, None], width), together, data)
+        callable_at(made.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
+        for lane in range(width):
+            alone = np.zeros(count)
+            mechanism.kernel(role)(times[lane], states[lane], mechanism.par, work.copy(), alone)
+            allowed = (1e-9 if role == "jacobian" else 1e-11) * np.abs(alone).max()
+            np.testing.assert_allclose(together[:, lane], alone, rtol=1e-9, atol=allowed)
+
+
+def test_machine_code_stays_in_the_store(tmp_path, monkeypatch):
+    """The same module is compiled once, by whatever process; another one is compiled anew."""
+    monkeypatch.setenv("CLEARANCE_STORE", str(tmp_path))
+    compiled, original = [], code._object_code
+
+    def counted(text, *others):
+        compiled.append(text)
+        return original(text, *others)
+
+    monkeypatch.setattr(code, "_object_code", counted)
+    mechanism, results = build(SCENES["newton"]()), []
+    state = moved(mechanism, 1)
+    for width in (4, 4, 2):
+        module = new_module()
+        lane_kernels.write(module, "kernel", mechanism.structure.programs["rhs"], width)
+        made, out = Code(module), np.zeros((sizes(mechanism)["rhs"], width))
+        numbers = mechanism.par, np.append(mechanism.work0, 0.0)
+        par, work = (np.tile(a[:, None], width) for a in numbers)
+        y, data = np.tile(state[:, None], width), np.append(mechanism.par, np.zeros(8))
+        arrays = (np.zeros(width), y, par, work, out, data)
+        callable_at(made.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
+        results.append(out)
+    assert len(compiled) == 2
+    np.testing.assert_array_equal(results[0], results[1])
+    np.testing.assert_allclose(results[2], results[0][:, :2], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("role", ["rhs", "observe", "jacobian"])
+def test_shared_numbers(role):
+    """With constants for all but the clearance each lane is within 1e-11 of the largest of its
+    kernel (the Jacobian 1e-9), and there are fewer operations.
+    """
+    mechanism, width = build(FEEDER), 4
+    layout, structure = mechanism.layout, mechanism.structure
+    varying, given = layout.parameters["joints/B/clearance"], len(layout.parameters)
+    tables = given + layout.derived
+    shared = sorted(set(range(given)) - {varying})
+    folding = Folding(mechanism.par, shared, list(range(tables, len(mechanism.par))))
+    program, module = folding.program(structure.programs[role]), new_module()
+    assert program.operations < structure.programs[role].operations
+    lane_kernels.write(module, "kernel", program, width)
+    made, count = Code(module), sizes(mechanism)[role]
+    pars = np.tile(mechanism.par, (width, 1))
+    pars[:, varying] *= np.linspace(0.8, 1.5, width)
+    for par in pars:
+        structure.derive(par)
+    states = np.array([moved(mechanism, seed) for seed in range(width)])
+    times, work = np.linspace(0.0, 0.1, width), np.append(mechanism.work0, 0.0)
+    together, data = np.zeros((count, width)), np.append(mechanism.par, np.zeros(8))
+    columns = pars[:, :tables].T.copy()
+    arrays = (times, states.T.copy(), columns, np.tile(work[:, None], width), together, data)
+    callable_at(made.address("kernel"), 6)(*(a.ctypes.data for a in arrays))
+    for lane in range(width):
+        alone = np.zeros(count)
+        mechanism.kernel(role)(times[lane], states[lane], pars[lane], work.copy(), alone)
+        allowed = (1e-9 if role == "jacobian" else 1e-11) * np.abs(alone).max()
+        np.testing.assert_allclose(together[:, lane], alone, rtol=1e-9, atol=allowed)
