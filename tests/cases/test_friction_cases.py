@@ -174,10 +174,9 @@ class TestFiveAxisChain:
         """Position controllers over the forward dynamics, friction on: the same motion, the same
         torques.
 
-        A controller gives its torque for an error of torque / stiffness (1e-3 rad in all, 10 % for
-        what is left of the start-up, which fades within damping / stiffness = 0.1 s), and the
-        torque itself changes by what the error does to the motion, a few 1e-3 of it. Energy closes
-        to rtol = 1e-8 times a hundred steps.
+        A controller gives its torque for an error of torque / stiffness: 1e-3 rad in all. The
+        start-up fades within damping / stiffness = 0.1 s: 10 %. The error changes the torque by a
+        few 1e-3. Energy closes to rtol = 1e-8 times a hundred steps.
         """
         stiffness = 5e3
         scene = load_case("five_axis_chain", drive="torque", stiffness=stiffness)
@@ -347,7 +346,8 @@ class TestThreeLoopChain:
 
         An explicit integration of the plain kernel, rtol = 1e-8, no step beyond its stability.
         After the start-up the controller's error is torque / stiffness (5e-4 rad) and its torque
-        that of the prescribed motion, both to 1e-2: the error still grows with the torque. The
+        that of the prescribed motion, both to 1e-2. The error still
+        grows with the torque. The
         ledger's states are integrated along: 1e-9 of the energy.
         """
         given = {"where": "all", "pin_radius": 0.005}

@@ -18,8 +18,8 @@ FEEDER = cl.load_case("six_bar_feeder", model="lubricated")
 
 @pytest.mark.parametrize(("name", "width"), [("film", 4), ("newton", 4), ("feeder", 8)])
 def test_kernels(name, width):
-    """Each lane within 1e-11 of the largest of what its kernel fills (the Jacobian 1e-9), with
-    states of its own.
+    """Each lane has states of its own. It is within 1e-11 of the largest of what its kernel fills;
+    the Jacobian is within 1e-9.
     """
     mechanism = build(FEEDER if name == "feeder" else SCENES[name]())
     head = len(mechanism.layout.parameters) + mechanism.layout.derived
@@ -72,8 +72,8 @@ def test_machine_code_stays_in_the_store(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("role", ["rhs", "observe", "jacobian"])
 def test_shared_numbers(role):
-    """With constants for all but the clearance each lane is within 1e-11 of the largest of its
-    kernel (the Jacobian 1e-9), and there are fewer operations.
+    """Constants for all but the clearance: fewer operations. Each lane is within 1e-11 of the
+    largest of its kernel, the Jacobian within 1e-9.
     """
     mechanism, width = build(FEEDER), 4
     layout, structure = mechanism.layout, mechanism.structure

@@ -146,9 +146,9 @@ def test_each_part_is_as_accurate_as_the_run(kind, method):
     "friction", [None, cl.coulomb_tanh(coefficient=0.2, transition_speed=1e-2)]
 )
 def test_two_dry_joints_each_take_out_what_their_own_body_loses(friction):
-    """Two bodies bounce in bearings of their own, without gravity: in flight each joint has taken
-    out exactly the kinetic energy of its own body that is gone, 1e-8 at rtol 1e-10; and in flight
-    it takes out nothing at all.
+    """Two bodies bounce in bearings of their own, without gravity. In flight each joint has taken
+    out the kinetic energy of its own body that is gone, 1e-8 at rtol 1e-10. In flight it takes out
+    nothing.
     """
     scene = cl.Scene(
         free("hard", velocity=(0.3, 0.1), spin=40.0, law=bouncy(0.9), friction=friction),
@@ -229,9 +229,9 @@ def test_film_and_contact_side_by_side():
 
 
 def test_dampers_take_out_what_theory_says():
-    """Two wheels run down against torsion dampers, a slide against a damper with a spring: the
-    wheels' energies decay by exp(-2 d t / I), and the slide's loss is what is missing of kinetic
-    and spring energy; 1e-9 at rtol 1e-10.
+    """Two wheels run down against torsion dampers, a slide against a damper with a spring. The
+    wheels' energies decay by exp(-2 d t / I). The slide's loss is what is missing of kinetic and
+    spring energy; 1e-9 at rtol 1e-10.
     """
     (fast, hinge), (slow, other) = hinged("fast", 30.0), hinged("slow", 7.0, 5e-3, 0.3)
     block = cl.Body("block", 0.4, 1e-4, position=(0.0, 1.0), velocity=(2.0, 0.0))

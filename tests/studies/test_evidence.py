@@ -41,8 +41,8 @@ def quick(monkeypatch):
 
 class TestWorkPrecision:
     def test_every_solver_agrees_with_the_reference(self, quick):
-        """All own methods and scipy's on one right-hand side: global errors within 3000 times their
-        tolerance (the thin film magnifies local errors by about 100), and tighter is better.
+        """All own methods and scipy's on one right-hand side: tighter is better. Global errors are
+        within 3000 times their tolerance; the thin film magnifies local errors by about 100.
         """
         study = work_precision.work_precision("film", oil(), turns=0.5)
         assert study.doubt < 1e-9
@@ -144,7 +144,7 @@ def test_peers_solve_the_same_problem(name, validated):
 @pytest.mark.filterwarnings("ignore:SimulationSettings:DeprecationWarning")  # names of exudyn 1.9
 def test_exudyn_solves_the_same_scene(validated):
     """A complete multibody code with its own coordinates, joints and time steps: 1e-5 with 16,000
-    steps a turn, and 16 times less away than with 4,000, as a method of second order.
+    steps a turn. It is 16 times less away than with 4,000, as a method of second order.
     """
     pytest.importorskip("exudyn")
     scene = cl.load_case(
