@@ -6,9 +6,8 @@ metrics, and runs that do not end with a complete turn, are `NotForLanes`.
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import partial
+from itertools import chain
 
 import numpy as np
 
@@ -18,33 +17,48 @@ from clearance.elements.regimes import FLATTENING, FULL_FILM, PIEZOVISCOUS, regi
 from clearance.lanes.group import Answers, Points
 from clearance.lanes.point_numbers import NotForLanes
 from clearance.lanes.watch import Quantity, Reduction, Watch
-from clearance.metrics.metrics import ROUNDING, Metric, Window, periodicity
-from clearance.metrics.of_points import of_point
-from clearance.results.extremes import along, guides
+from clearance.metrics.by_turn import loads
+from clearance.metrics.metrics import (
+    ROUNDING,
+    Metric,
+    Numbers,
+    Reductions,
+    Window,
+    contact_fraction,
+    offsets,
+    periodicity,
+    reduced,
+)
+from clearance.metrics.of_points import of_point, peak_means
+from clearance.results.extremes import BOTH, Extreme
 from clearance.results.memory import Memory, MemoryRecord
+from clearance.results.record import Record
 from clearance.run.diagnosis import doubtful
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.run import Run
 from clearance.stepping import status
 
 
-@dataclass
-class Wanted:
-    """Quantities and reductions that metrics look at, with the outputs that they are made of, by
-    name.
+class Wanted(Reductions):
+    """Numbers of a run as lanes keep them: each that metrics ask for is looked at from then on.
+
+    record: of one point; ideal: its ideal motion, see `metrics`. The numbers that it gives are
+    ones.
     """
 
-    layout: object
-    channels: list[int] = field(default_factory=list)
-    quantities: dict[str, Quantity] = field(default_factory=dict)
-    reductions: dict[str, Reduction] = field(default_factory=dict)
-    tracks: dict[str, int] = field(default_factory=dict)
+    def __init__(self, record: Record, output: dict[str, int], ideal: dict):
+        super().__init__(record, (1.0, "per_turn", "in a turn"))
+        self.output, self.ideal = output, ideal
+        self.channels: list[int] = []
+        self.quantities: dict[str, Quantity] = {}
+        self.reductions: dict[str, Reduction] = {}
+        self.tracks: dict[str, int] = {}
 
     def channel(self, path: str, count: int = 1) -> int:
         """Place of an output among those looked at; count: of outputs that follow each other."""
-        return self.place(self.layout.output[path], count)
+        return self.index(self.output[path], count)
 
-    def place(self, first: int, count: int = 1) -> int:
+    def index(self, first: int, count: int = 1) -> int:
         """As `channel`, from the place among all outputs."""
         for i in range(len(self.channels) - count + 1):
             if self.channels[i : i + count] == list(range(first, first + count)):
@@ -52,28 +66,69 @@ class Wanted:
         self.channels += range(first, first + count)
         return len(self.channels) - count
 
-    def located(self, path: str, end: str, **options) -> None:
-        """An extreme of an output."""
-        sign = -1.0 if end == "min" else 1.0
-        self.quantities[f"{path}_{end}"] = Quantity(self.channel(path), False, sign, **options)
+    def paired(self, path: str) -> tuple[int, bool]:
+        """Channel of an output or of the first of a vector's two, and whether it is a vector."""
+        vector = path not in self.output
+        return self.channel(f"{path}_x" if vector else path, 1 + vector), vector
 
-    def force(self, joint: str) -> None:
-        """Largest and mean square force of a joint."""
-        c = self.channel(f"joints/{joint}/force_x", 2)
-        self.quantities[f"joints/{joint}/force_max"] = Quantity(c, True, 1.0)
-        self.mean(
-            f"{joint} force",
-            lambda p, row, ideal, constants: row[c] * row[c] + row[c + 1] * row[c + 1],
-        )
+    def located(self, name: str, **options) -> None:
+        """The extreme of an output."""
+        if name not in self.quantities:
+            path, _, end = name.rpartition("_")
+            sign = -1.0 if end == "min" else 1.0
+            self.quantities[name] = Quantity(*self.paired(path), sign, **options)
 
-    def mean(self, name: str, value: Callable) -> None:
-        """Mean over the steps."""
-        self.reductions[name] = Reduction(value, stepped=True)
+    def extreme(self, name: str) -> Extreme:
+        self.located(name)
+        return Extreme(1.0, 0.0)
 
-    def square(self, name: str, path: str) -> None:
-        """Mean square of an output."""
+    def by_turn(self, name: str) -> np.ndarray:
+        """An extreme in each turn."""
+        self.located(name)
+        return np.ones((1, 1))
+
+    def mean_square(self, path: str) -> float:
+        c, vector = self.paired(path)
+
+        def square(p, row, ideal, constants):
+            return row[c] * row[c] + row[c + 1] * row[c + 1] if vector else row[c] * row[c]
+
+        self.reductions[f"{path}_square"] = Reduction(square, stepped=True)
+        return 1.0
+
+    def increase(self, path: str) -> float:
+        return 1.0  # lanes keep all sums of energy
+
+    def deviation(self, body: str, direction: tuple[float, float]) -> tuple | None:
+        if body not in self.ideal:
+            return None
+        (dx, dy), k = direction, 2 * list(self.ideal).index(body)
+        x, y, ax, ay = (self.channel(f"bodies/{body}/{n}") for n in ("x", "y", "ax", "ay"))
+
+        def far(p, row, ideal, constants):
+            return p.size(row[x] * dx + row[y] * dy - ideal[k])
+
+        def beyond(p, row, ideal, constants):
+            gap = row[ax] * dx + row[ay] * dy - ideal[k + 1] * constants[0]
+            return gap * gap
+
+        self.reductions[f"{body} far"] = Reduction(far, mean=False)
+        self.reductions[f"{body} beyond"] = Reduction(beyond)
+        return 1.0, 1.0
+
+    def contact(self, joint: dict) -> Numbers:
+        """Share of the time in contact of a joint whose contact sets in gradually."""
+        if not joint["contact"]:
+            return
+        if (path := f"joints/{joint['name']}/contact_force") not in self.output:
+            raise NotForLanes(f"joint {joint['name']} touches at several places")
         c = self.channel(path)
-        self.mean(name, lambda p, row, ideal, constants: row[c] * row[c])
+
+        def touching(p, row, ideal, constants):
+            return p.flag(p.above(row[c], 0.0))
+
+        self.reductions[f"{joint['name']} contact"] = Reduction(touching, stepped=True)
+        yield contact_fraction(joint["name"], 1.0)
 
     def watch(self, given: int, extra: int) -> Watch:
         return Watch(
@@ -83,6 +138,53 @@ class Wanted:
             given,
             extra,
         )
+
+
+class LaneReductions(Reductions):
+    """Numbers of the windows of many runs: values (runs,), extremes of turns (runs, turns)."""
+
+    def __init__(self, lanes: "LaneMetrics", answers: Answers, points: Points):
+        super().__init__(lanes.record, lanes.window.per())
+        self.lanes, self.points = lanes, points
+        wanted, by_turn = lanes.wanted, np.moveaxis(answers.extremes[:, lanes.past :], -1, 0)
+        self.turns = dict(zip(wanted.quantities, by_turn, strict=True))
+        self.sums = dict(zip(wanted.reductions, answers.sums.T, strict=True))
+        # the first integral is what is put in
+        spent = (answers.ended - answers.begun)[:, 1:]
+        parts = zip(lanes.mechanism.layout.dissipated, spent.T, strict=True)
+        self.spent = {f"{key}/dissipated": values for key, values in parts}
+        self.spent["energy/dissipated"] = spent.sum(axis=1)
+
+    def described(self, joint: str) -> dict:
+        """Description of a joint, with the numbers of each run."""
+        part = next(j for j in self.lanes.mechanism.scene.joints if j.name == joint)
+        names = [n for n in ("clearance", "roughness") if getattr(part, n, None) is not None]
+        numbers = {n: self.lanes.number(self.points.par, part, n) for n in names}
+        return self.record.described(joint) | numbers
+
+    def extreme(self, name: str) -> Extreme:
+        turns = self.turns[name]
+        return Extreme(turns.min(axis=1) if name.endswith("_min") else turns.max(axis=1), None)
+
+    def by_turn(self, name: str) -> np.ndarray:
+        """An extreme in each turn: (runs, turns)."""
+        return self.turns[name]
+
+    def mean_square(self, path: str) -> np.ndarray:
+        return self.sums[f"{path}_square"]
+
+    def increase(self, path: str) -> np.ndarray:
+        return self.spent[path]
+
+    def deviation(self, body: str, direction: tuple[float, float]) -> tuple | None:
+        kinds = "far", "beyond"
+        return (
+            tuple(self.sums[f"{body} {n}"] for n in kinds) if f"{body} far" in self.sums else None
+        )
+
+    def contact(self, joint: dict) -> Numbers:
+        if (share := self.sums.get(f"{joint['name']} contact")) is not None:
+            yield contact_fraction(joint["name"], share)
 
 
 class LaneMetrics:
@@ -159,68 +261,27 @@ class LaneMetrics:
         """The extremes that stated errors compare, beside those of metrics."""
         for q in run.watched.quantities:
             if q.name not in self.wanted.quantities:
-                channel = self.wanted.place(q.channel, 1 + q.paired)
+                channel = self.wanted.index(q.channel, 1 + q.paired)
                 self.wanted.quantities[q.name] = Quantity(channel, q.paired, q.sign)
             self.located.append(q.name)
 
     def _want(self) -> None:
-        self.wanted = wanted = Wanted(self.mechanism.layout)
+        """Whatever warnings and metrics look at."""
         output = self.mechanism.layout.output
-        joints = [j for j in self.mechanism.scene.joints if f"joints/{j.name}/force_x" in output]
-        for joint in joints:
-            wanted.force(joint.name)
+        self.wanted = wanted = Wanted(self.record, output, self.ideal or {})
         for joint in self.mechanism.scene.clearance_joints:
-            if joint.contact is not None:
-                self._want_contact(joint)
-            wanted.located(f"joints/{joint.name}/gap", "min", always=True)
-            if f"joints/{joint.name}/film_pressure" in output:
-                wanted.located(f"joints/{joint.name}/film_pressure", "max", always=True)
-        for path in output:
-            kind, _, name = path.partition("/")[0], *path.rpartition("/")[1:]
-            if kind == "drives" and name in ("torque", "force"):
-                wanted.located(path, "min")
-                wanted.located(path, "max")
-                wanted.square(path, path)
-        self._want_slides()
-        for end in ("min", "max"):
-            for path in ("energy/kinetic", "energy/residual"):
-                if path in output:
-                    wanted.located(path, end, always=True, searched=False)
+            wanted.located(f"{joint.key}/gap_min", always=True)
+            if f"{joint.key}/film_pressure" in output:
+                wanted.located(f"{joint.key}/film_pressure_max", always=True)
+        for path in ("energy/kinetic", "energy/residual"):
+            for end in BOTH if path in output else ():
+                wanted.located(f"{path}_{end}", always=True, searched=False)
+        for _ in chain(*reduced(wanted)):
+            pass
+        loads(wanted)
         if self.turns >= 3.0:
-            for joint in self.mechanism.scene.clearance_joints:
-                for name in ("eccentricity_x", "eccentricity_y"):
-                    if (path := f"joints/{joint.name}/{name}") in output:
-                        wanted.tracks[path] = wanted.channel(path)
-
-    def _want_contact(self, joint) -> None:
-        """Share of the time in contact of a joint whose contact sets in gradually."""
-        if (path := f"joints/{joint.name}/contact_force") not in self.mechanism.layout.output:
-            raise NotForLanes(f"joint {joint.name} touches at several places")
-        c = self.wanted.channel(path)
-        self.wanted.mean(
-            f"{joint.name} contact", lambda p, row, ideal, constants: p.flag(p.above(row[c], 0.0))
-        )
-
-    def _want_slides(self) -> None:
-        """Motion of bodies along guides, and how far it is from that with ideal joints."""
-        wanted = self.wanted
-        for number, (body, (dx, dy)) in enumerate(guides(self.record.scene).items()):
-            path = f"bodies/{body}/a{along((dx, dy))[0]}"
-            wanted.located(path, "min")
-            wanted.located(path, "max")
-            if body not in (self.ideal or {}):
-                continue
-            x, y, ax, ay = (wanted.channel(f"bodies/{body}/{n}") for n in ("x", "y", "ax", "ay"))
-
-            def far(p, row, ideal, constants, x=x, y=y, dx=dx, dy=dy, k=2 * number):
-                return p.size(row[x] * dx + row[y] * dy - ideal[k])
-
-            def beyond(p, row, ideal, constants, ax=ax, ay=ay, dx=dx, dy=dy, k=2 * number + 1):
-                gap = row[ax] * dx + row[ay] * dy - ideal[k] * constants[0]
-                return gap * gap
-
-            wanted.reductions[f"{body} far"] = Reduction(far, mean=False)
-            wanted.reductions[f"{body} beyond"] = Reduction(beyond)
+            for path, _ in offsets(self.record):
+                wanted.tracks[path] = wanted.channel(path)
 
     # --- metrics
     def sound(self, answers: Answers, points: Points) -> np.ndarray:
@@ -252,7 +313,10 @@ class LaneMetrics:
 
         Raises NotForLanes for others.
         """
-        by_name = {name: values for part in self._parts(answers, points) for name, values in part}
+        seen = LaneReductions(self, answers, points)
+        periods = self._of_periods(answers, points) if self.wanted.tracks else ()
+        parts = *reduced(seen), periods, peak_means(loads(seen))
+        by_name = {name: values for part in parts for name, values, *_ in part}
         if missing := [name for name in self.first if name not in by_name]:
             raise NotForLanes(f"metric {missing[0]} is not made in lanes")
         return {name: by_name[name] for name in self.first}
@@ -284,85 +348,6 @@ class LaneMetrics:
     def _located(self, answers: Answers) -> dict[str, np.ndarray]:
         """Located extremes of the window that stated errors compare."""
         return {name: self._of_all(answers, name, self.past) for name in self.located}
-
-    def _parts(self, answers: Answers, points: Points):
-        by_turn = np.moveaxis(answers.extremes[:, self.past :], -1, 0)
-        turns = dict(zip(self.wanted.quantities, by_turn, strict=True))
-        extremes = {
-            name: values.min(axis=1) if name.endswith("_min") else values.max(axis=1)
-            for name, values in turns.items()
-        }
-        sums = dict(zip(self.wanted.reductions, answers.sums.T, strict=True))
-        yield self._of_slides(extremes, sums)
-        yield self._of_drives(extremes, sums)
-        yield self._of_joints(extremes, sums, points)
-        yield self._of_energies(answers)
-        if self.wanted.tracks:
-            yield self._of_periods(answers, points)
-        yield self._of_peaks(turns)
-
-    def _of_peaks(self, turns: dict):
-        """Means over turns of the largest sizes in each turn."""
-        for body, direction in guides(self.record.scene).items():
-            axis, share = along(direction)
-            sizes = _sizes(turns, f"bodies/{body}/a{axis}") / abs(share)
-            yield f"{body}_acceleration_peak_mean", sizes.mean(axis=1)
-        for path in [
-            n.removesuffix("_max") for n in turns if n.startswith("drives/") and n.endswith("_max")
-        ]:
-            _, drive, quantity = path.split("/")
-            yield f"drive_{drive}_{quantity}_peak_mean", _sizes(turns, path).mean(axis=1)
-        for joint in self.record.names("joints"):
-            if (name := f"joints/{joint}/force_max") in turns:
-                yield f"joint_{joint}_force_peak_mean", turns[name].mean(axis=1)
-
-    def _of_slides(self, extremes: dict, sums: dict):
-        for body, direction in guides(self.record.scene).items():
-            axis, share = along(direction)
-            ends = np.sort(
-                [extremes[f"bodies/{body}/a{axis}_{end}"] / share for end in ("min", "max")], axis=0
-            )
-            yield f"{body}_acceleration_min", ends[0]
-            yield f"{body}_acceleration_max", ends[1]
-            if f"{body} far" in sums:
-                yield f"{body}_position_deviation_max", sums[f"{body} far"]
-                yield f"{body}_acceleration_deviation_rms", np.sqrt(sums[f"{body} beyond"])
-
-    def _of_drives(self, extremes: dict, sums: dict):
-        for drive in self.record.names("drives"):
-            for quantity in ("torque", "force"):
-                if (path := f"drives/{drive}/{quantity}") in sums:
-                    yield f"drive_{drive}_{quantity}_min", extremes[f"{path}_min"]
-                    yield f"drive_{drive}_{quantity}_max", extremes[f"{path}_max"]
-                    yield f"drive_{drive}_{quantity}_rms", np.sqrt(sums[path])
-
-    def _of_joints(self, extremes: dict, sums: dict, points: Points):
-        for joint in self.record.names("joints"):
-            if f"{joint} force" in sums:
-                yield f"joint_{joint}_force_max", extremes[f"joints/{joint}/force_max"]
-                yield f"joint_{joint}_force_rms", np.sqrt(sums[f"{joint} force"])
-        for joint in self.mechanism.scene.clearance_joints:
-            if f"{joint.name} contact" in sums:
-                yield f"joint_{joint.name}_contact_fraction", sums[f"{joint.name} contact"]
-            gap = extremes[f"joints/{joint.name}/gap_min"]
-            yield f"joint_{joint.name}_gap_min", gap
-            yield (
-                f"joint_{joint.name}_eccentricity_ratio_max",
-                1.0 - gap / self.number(points.par, joint, "clearance"),
-            )
-            if getattr(joint, "roughness", None) is not None:
-                yield (
-                    f"joint_{joint.name}_film_thickness_ratio_min",
-                    gap / self.number(points.par, joint, "roughness"),
-                )
-
-    def _of_energies(self, answers: Answers):
-        """Energy taken out in a turn; the first integral is what is put in."""
-        spent = (answers.ended - answers.begun)[:, 1:] / self.turns
-        for key, values in zip(self.mechanism.layout.dissipated, spent.T, strict=True):
-            if key.startswith("joints/"):
-                yield f"joint_{key.removeprefix('joints/')}_dissipated_per_turn", values
-        yield "dissipated_per_turn", spent.sum(axis=1)
 
     def _of_periods(self, answers: Answers, points: Points):
         rows = []
@@ -414,11 +399,6 @@ class LaneMetrics:
         if joint.roughness is not None:
             counts += gap / self.number(points.par, joint, "roughness") < FULL_FILM
         return counts
-
-
-def _sizes(turns: dict, path: str) -> np.ndarray:
-    """Largest size of a quantity in each turn."""
-    return np.maximum(np.abs(turns[f"{path}_min"]), np.abs(turns[f"{path}_max"]))
 
 
 class Tracked:

@@ -17,13 +17,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearance.metrics.metrics import efforts
 from clearance.metrics.statistics import FEWEST, Mean, mean
-from clearance.results.extremes import along, guides
+from clearance.results.extremes import BOTH, along, guides
 from clearance.results.record import Record
 
 ROUNDING = 1e-9  # of a turn
 TRANSIENT = 1  # turns of a start-up
-EFFORTS = {"torque": "N m", "force": "N"}
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,11 @@ def by_turn(
     if count < 1:
         return {}
     edges = np.asarray(record.time_at(first + np.arange(count + 1)), float)
-    parts = (
-        (_bodies, _drives, _forces)
-        if forces
-        else (_bodies, _drives, _efforts, _forces, _contacts, _energy)
-    )
-    return {name: Series(*about) for part in parts for name, *about in part(record, edges)}
+    peaks = loads(Turns(record, edges))
+    if forces:
+        return peaks
+    parts = _efforts(record, edges), _contacts(record, edges), _energy(record, edges)
+    return peaks | {name: Series(*about) for part in parts for name, *about in part}
 
 
 def means(record: Record, first: int = TRANSIENT) -> dict[str, Mean]:
@@ -70,43 +69,50 @@ def means(record: Record, first: int = TRANSIENT) -> dict[str, Mean]:
 Numbers = Iterator[tuple[str, np.ndarray, str, str]]
 
 
-def _bodies(record: Record, edges: np.ndarray) -> Numbers:
-    for body, direction in guides(record.scene).items():
+class Turns:
+    """Largest and smallest values of a record in each of the turns between some edges [s]."""
+
+    def __init__(self, record: Record, edges: np.ndarray):
+        self.record, self.edges = record, edges
+        self.scene, self.names = record.scene, record.names
+
+    def __contains__(self, path: str) -> bool:
+        return path in self.record
+
+    def by_turn(self, name: str) -> np.ndarray | None:
+        """An extreme in each turn, see `_peaks`."""
+        return _peaks(self.record, name, self.edges)
+
+
+def loads(turns: Turns) -> dict[str, Series]:
+    """Largest accelerations, efforts and forces in each turn, by name."""
+    parts = _bodies(turns), _drives(turns), _forces(turns)
+    return {name: Series(*about) for part in parts for name, *about in part}
+
+
+def _bodies(turns: Turns) -> Numbers:
+    for body, direction in guides(turns.scene).items():
         axis, share = along(direction)
-        values = _sizes(record, f"bodies/{body}/a{axis}", edges)
+        values = _sizes(turns, f"bodies/{body}/a{axis}")
         if values is not None:
             text = f"largest acceleration of {body} in a turn"
             yield f"{body}_acceleration_peak", values / abs(share), "m/s2", text
 
 
-def _paths(record: Record) -> Iterator[tuple[str, str, str, str]]:
-    """Efforts of drives: path, name, units and words."""
-    for drive in record.names("drives"):
-        for quantity, units in EFFORTS.items():
-            path = f"drives/{drive}/{quantity}"
-            if path in record:
-                yield (
-                    path,
-                    f"drive_{drive}_{quantity}",
-                    units,
-                    f"{quantity} of drive {drive} in a turn",
-                )
-
-
-def _drives(record: Record, edges: np.ndarray) -> Numbers:
-    for path, name, units, words in _paths(record):
-        yield f"{name}_peak", _sizes(record, path, edges), units, f"largest {words}"
+def _drives(turns: Turns) -> Numbers:
+    for path, name, units, words in efforts(turns):
+        yield f"{name}_peak", _sizes(turns, path), units, f"largest {words} in a turn"
 
 
 def _efforts(record: Record, edges: np.ndarray) -> Numbers:
     turns = len(edges) - 1
     turn, inside = placed(record.time, edges)
     counts = np.bincount(turn[inside], minlength=turns)
-    for path, name, units, words in _paths(record) if counts.all() else ():
+    for path, name, units, words in efforts(record) if counts.all() else ():
         means = _mean_squares(record, path, edges)
         if means is None:
             means = np.bincount(turn[inside], record.values(path)[inside] ** 2, turns) / counts
-        yield f"{name}_rms", np.sqrt(means), units, f"root mean square {words}"
+        yield f"{name}_rms", np.sqrt(means), units, f"root mean square {words} in a turn"
 
 
 def _mean_squares(record: Record, path: str, edges: np.ndarray) -> np.ndarray | None:
@@ -120,9 +126,9 @@ def _mean_squares(record: Record, path: str, edges: np.ndarray) -> np.ndarray | 
     return None if amounts is None else amounts / np.diff(edges)
 
 
-def _forces(record: Record, edges: np.ndarray) -> Numbers:
-    for name in record.names("joints"):
-        force = _peaks(record, f"joints/{name}/force_max", edges)
+def _forces(turns: Turns) -> Numbers:
+    for name in turns.names("joints"):
+        force = turns.by_turn(f"joints/{name}/force_max")
         if force is not None:
             yield f"joint_{name}_force_peak", force, "N", f"largest force in joint {name} in a turn"
 
@@ -164,9 +170,9 @@ def _energy(record: Record, edges: np.ndarray) -> Numbers:
         yield "dissipated_per_turn", values, "J", "energy taken out in a turn"
 
 
-def _sizes(record: Record, path: str, edges: np.ndarray) -> np.ndarray | None:
+def _sizes(turns: Turns, path: str) -> np.ndarray | None:
     """Largest size of a channel in each turn."""
-    low, high = (_peaks(record, f"{path}_{end}", edges) for end in ("min", "max"))
+    low, high = (turns.by_turn(f"{path}_{end}") for end in BOTH)
     return None if low is None or high is None else np.maximum(np.abs(low), np.abs(high))
 
 

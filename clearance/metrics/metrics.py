@@ -44,20 +44,22 @@ units, text)}` adds to them; `run` reads like a result.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from clearance.elements.clearance_prismatic import CORNERS, MODES
 from clearance.results.extremes import BOTH, along, guides
-from clearance.results.record import Record, cubic
+from clearance.results.record import Extreme, Record, cubic
 from clearance.values import checks
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
 FEWEST = 3  # least number of turns that show a period
 SETTLING = 0.5  # change from turn to turn, last over first, below which a motion settles
 SURFACES = ("bearing", "journal")  # that wear
+EFFORTS = {"torque": "N m", "force": "N"}
 ROUNDING = 1e-9  # share of a run that rounding may take off a turn
 COARSE = 20  # samples a turn below which nothing is known between them
 GAUSS = 3.0**-0.5  # places of Gauss' rule of two points, which is exact for cubics
@@ -220,13 +222,7 @@ def metrics(
     window = Window.of(record, settle)
     if window is None:
         return {}
-    parts = (
-        sliders(record, window, ideal or {}),
-        drives(record, window),
-        joints(record, window),
-        dissipation(record, window),
-        periodicity(record, window),
-    )
+    parts = *reduced(OfRecord(record, window, ideal or {})), periodicity(record, window)
     return {name: Metric(float(value), *about) for part in parts for name, value, *about in part}
 
 
@@ -242,107 +238,160 @@ def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:
     )
     if before is None:
         return {}
-    parts = (sliders(record, before, {}), drives(record, before), joints(record, before))
+    *parts, _ = reduced(OfRecord(record, before, {}))
     all_of_it = {
         name: Metric(float(value), *about) for part in parts for name, value, *about in part
     }
     return {name: metric for name, metric in all_of_it.items() if metric.time is not None}
 
 
-def sliders(record: Record, window: Window, ideal: dict) -> Numbers:
-    """Motion of bodies on guides, and its distance from that with ideal joints."""
-    for body, (dx, dy) in guides(record.scene).items():
+class Reductions(ABC):
+    """Numbers of the window of one run, or of many, that metrics are made of.
+
+    Of many runs a number is an array over them. record: of the run, or of one of them; rates: as
+    `Window.per`.
+    """
+
+    def __init__(self, record: Record, rates: tuple[float, str, str]):
+        self.record, self.scene, self.rates = record, record.scene, rates
+
+    def names(self, group: str) -> Sequence[str]:
+        """As `Record.names`."""
+        return self.record.names(group)
+
+    def __contains__(self, path: str) -> bool:
+        return path in self.record
+
+    def described(self, joint: str) -> dict:
+        """As `Record.described`; of many runs some numbers are arrays."""
+        return self.record.described(joint)
+
+    @abstractmethod
+    def extreme(self, name: str) -> Extreme:
+        """As `Record.extreme`, in the window."""
+
+    @abstractmethod
+    def mean_square(self, path: str):
+        """Mean over time of the square of a channel, or of a vector."""
+
+    @abstractmethod
+    def increase(self, path: str):
+        """Growth of a sum from the window's begin to its end."""
+
+    @abstractmethod
+    def deviation(self, body: str, direction: tuple[float, float]) -> tuple | None:
+        """Largest distance of a body [m], and mean square distance of its acceleration
+        [(m/s2)^2], from those with ideal joints, along its guide; None where these are not known.
+        """
+
+    @abstractmethod
+    def contact(self, joint: dict) -> Numbers:
+        """Metrics of a joint in contact."""
+
+
+class OfRecord(Reductions):
+    """Numbers of the window of a record; ideal: see `metrics`."""
+
+    def __init__(self, record: Record, window: Window, ideal: dict):
+        super().__init__(record, window.per())
+        self.window, self.ideal = window, ideal
+
+    def extreme(self, name: str) -> Extreme:
+        return self.record.extreme(name, *self.window.bounds(self.record))
+
+    def mean_square(self, path: str) -> float:
+        return self.window.mean_square(self.record, path)
+
+    def increase(self, path: str) -> float:
+        ends = np.array([self.window.begin, self.window.end])
+        begin, end = cubic(self.record.time, self.record.values(path), ends)
+        return end - begin
+
+    def deviation(self, body: str, direction: tuple[float, float]) -> tuple | None:
+        if body not in self.ideal:
+            return None
         x, y, ax, ay = (
-            record.values(f"bodies/{body}/{n}")[window.samples] for n in ("x", "y", "ax", "ay")
+            self.record.values(f"bodies/{body}/{n}")[self.window.samples]
+            for n in ("x", "y", "ax", "ay")
         )
-        a = ax * dx + ay * dy
-        axis, share = along((dx, dy))
-        ends = [
-            record.extreme(f"bodies/{body}/a{axis}_{end}", *window.bounds(record)) for end in BOTH
-        ]
-        low, high = sorted((end.value / share, end.time) for end in ends)
-        yield (
-            f"{body}_acceleration_min",
-            low[0],
-            "m/s2",
-            f"smallest acceleration of {body} along its guide",
-            low[1],
-        )
-        yield (
-            f"{body}_acceleration_max",
-            high[0],
-            "m/s2",
-            f"largest acceleration of {body} along its guide",
-            high[1],
-        )
-        if body in ideal:
-            position, rate = (values[window.samples] for values in ideal[body])
-            far, beyond = np.abs(x * dx + y * dy - position).max(), window.rms(a - rate)
+        (dx, dy), (position, rate) = direction, (v[self.window.samples] for v in self.ideal[body])
+        beyond = ax * dx + ay * dy - rate
+        return np.abs(x * dx + y * dy - position).max(), self.window.mean(beyond * beyond)
+
+    def contact(self, joint: dict) -> Numbers:
+        events, name = self.record.events, joint["name"]
+        mine = [spot.partition("/")[0] == name for spot in events["joint"]]
+        contacts = {column: values[mine] for column, values in events.items()}
+        begin, end = self.window.begin, self.window.end
+        contacts["begun"] = (contacts["time"] >= begin) & (contacts["time"] < end)
+        if joint["contact"]:
+            yield from _contact(self.record, self.window, joint, contacts)
+            yield from _wear(self, name)
+        if f"joints/{name}/mode" in self.record:
+            yield from _slide(self.record, self.window, joint, contacts)
+
+
+def reduced(seen: Reductions) -> tuple[Numbers, ...]:
+    """Metrics made of reductions; the last are about energy."""
+    return sliders(seen), drives(seen), joints(seen), dissipation(seen)
+
+
+def sliders(seen: Reductions) -> Numbers:
+    """Motion of bodies on guides, and its distance from that with ideal joints."""
+    for body, direction in guides(seen.scene).items():
+        axis, share = along(direction)
+        ends = BOTH if share > 0.0 else BOTH[::-1]
+        for which, size, end in zip(BOTH, ("smallest", "largest"), ends, strict=True):
+            peak = seen.extreme(f"bodies/{body}/a{axis}_{end}")
+            text = f"{size} acceleration of {body} along its guide"
+            yield f"{body}_acceleration_{which}", peak.value / share, "m/s2", text, peak.time
+        if (deviation := seen.deviation(body, direction)) is not None:
+            far, beyond = deviation
             text = f"largest distance of {body} from where ideal joints have it"
             yield f"{body}_position_deviation_max", far, "m", text
             text = f"root mean square of what {body} accelerates beyond ideal joints"
-            yield f"{body}_acceleration_deviation_rms", beyond, "m/s2", text
+            yield f"{body}_acceleration_deviation_rms", np.sqrt(beyond), "m/s2", text
 
 
-def drives(record: Record, window: Window) -> Numbers:
-    for drive in record.names("drives"):
-        for quantity, units in (("torque", "N m"), ("force", "N")):
-            if f"drives/{drive}/{quantity}" not in record:
-                continue
-            path = f"drives/{drive}/{quantity}"
-            low, high = (record.extreme(f"{path}_{end}", *window.bounds(record)) for end in BOTH)
-            name, text = f"drive_{drive}_{quantity}", f"{quantity} of drive {drive}"
-            yield f"{name}_min", low.value, units, f"smallest {text}", low.time
-            yield f"{name}_max", high.value, units, f"largest {text}", high.time
-            rms = math.sqrt(window.mean_square(record, path))
-            yield f"{name}_rms", rms, units, f"root mean square {text}"
+def efforts(seen: Reductions) -> Iterator[tuple[str, str, str, str]]:
+    """Efforts of drives: path, name, units and words."""
+    for drive in seen.names("drives"):
+        for quantity, units in EFFORTS.items():
+            if (path := f"drives/{drive}/{quantity}") in seen:
+                yield path, f"drive_{drive}_{quantity}", units, f"{quantity} of drive {drive}"
 
 
-def joints(record: Record, window: Window) -> Numbers:
+def drives(seen: Reductions) -> Numbers:
+    """Efforts of drives."""
+    for path, name, units, text in efforts(seen):
+        for end, size in zip(BOTH, ("smallest", "largest"), strict=True):
+            peak = seen.extreme(f"{path}_{end}")
+            yield f"{name}_{end}", peak.value, units, f"{size} {text}", peak.time
+        rms = np.sqrt(seen.mean_square(path))
+        yield f"{name}_rms", rms, units, f"root mean square {text}"
+
+
+def joints(seen: Reductions) -> Numbers:
     """Forces in all joints; how near, how hard and how often surfaces come in clearance joints."""
-    events, clearances = record.events, record.clearances
-    for name in record.names("joints"):
-        if f"joints/{name}/force_x" not in record:
+    for name in seen.names("joints"):
+        if (path := f"joints/{name}/force") + "_x" not in seen:
             continue
-        peak, contacts = record.extreme(f"joints/{name}/force_max", *window.bounds(record)), None
-        if name in clearances:
-            mine = [spot.partition("/")[0] == name for spot in events["joint"]]
-            contacts = {column: values[mine] for column, values in events.items()}
-            contacts["begun"] = (contacts["time"] >= window.begin) & (contacts["time"] < window.end)
-        yield (
-            f"joint_{name}_force_max",
-            peak.value,
-            "N",
-            f"largest force in joint {name}",
-            peak.time,
-        )
-        yield (
-            f"joint_{name}_force_rms",
-            math.sqrt(window.mean_square(record, f"joints/{name}/force")),
-            "N",
-            f"root mean square force in joint {name}",
-        )
-        if contacts is not None:
-            joint = record.described(name)
-            yield from _gap(record, window, joint)
-            if joint["contact"]:
-                yield from _contact(record, window, joint, contacts)
-                yield from _wear(record, window, name)
-            if f"joints/{name}/mode" in record:
-                yield from _slide(record, window, joint, contacts)
+        peak, text = seen.extreme(f"{path}_max"), f"largest force in joint {name}"
+        yield f"joint_{name}_force_max", peak.value, "N", text, peak.time
+        rms, text = np.sqrt(seen.mean_square(path)), f"root mean square force in joint {name}"
+        yield f"joint_{name}_force_rms", rms, "N", text
+        joint = seen.described(name)
+        if joint.get("clearance") is not None:
+            yield from _gap(seen, joint)
+            yield from seen.contact(joint)
 
 
-def _gap(record: Record, window: Window, joint: dict) -> Numbers:
+def _gap(seen: Reductions, joint: dict) -> Numbers:
     name, clearance, roughness = joint["name"], joint["clearance"], joint.get("roughness")
-    smallest = record.extreme(f"joints/{name}/gap_min", *window.bounds(record))
+    smallest = seen.extreme(f"joints/{name}/gap_min")
     gap, time = smallest.value, smallest.time
-    yield (
-        f"joint_{name}_gap_min",
-        gap,
-        "m",
-        f"smallest gap of joint {name}, negative in contact",
-        time,
-    )
+    text = f"smallest gap of joint {name}, negative in contact"
+    yield f"joint_{name}_gap_min", gap, "m", text, time
     if "overlap" not in joint:
         ratio, text = 1.0 - gap / clearance, f"largest eccentricity over clearance of joint {name}"
         yield f"joint_{name}_eccentricity_ratio_max", ratio, "1", text, time
@@ -351,26 +400,31 @@ def _gap(record: Record, window: Window, joint: dict) -> Numbers:
         yield f"joint_{name}_film_thickness_ratio_min", least, "1", text, time
 
 
+def contact_fraction(name: str, share) -> tuple:
+    """The share of the time in contact of a joint, as a metric."""
+    text = f"share of the time in contact of joint {name}"
+    return f"joint_{name}_contact_fraction", share, "1", text
+
+
 def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Numbers:
     """Time in contact and impacts; contact that sets in gradually is read off the samples.
 
     contacts: columns of the joint's rows of the events; `begun` states which begin in the window.
     """
     name, begin = joint["name"], contacts["time"]
-    share, text = f"joint_{name}_contact_fraction", f"share of the time in contact of joint {name}"
     if not begin.size and not record.begins_with_touch(name):
         path = f"joints/{name}/contact_force"
         part = record.share_above_zero(path, window.begin, window.end)
         if part is None:
             part = window.mean(_carried(record, joint)[window.samples] > 0.0)
-        yield share, part, "1", text
+        yield contact_fraction(name, part)
         return
     end = np.minimum(begin + contacts["duration"], window.end)
     order = np.argsort(begin, kind="stable")  # contacts of several corners overlap
     begin, end = begin[order], end[order]
     before = np.maximum.accumulate(np.concatenate([[window.begin], end[:-1]])) if end.size else end
     touching = np.maximum(end - np.maximum(begin, before), 0.0).sum()
-    yield share, touching / (window.end - window.begin), "1", text
+    yield contact_fraction(name, touching / (window.end - window.begin))
     count, rate, when = window.per()
     number, units = contacts["begun"].sum() / count, "1" if rate == "per_turn" else "1/s"
     yield f"joint_{name}_impacts_{rate}", number, units, f"contacts begun {when} of joint {name}"
@@ -378,29 +432,22 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Num
     yield f"joint_{name}_impact_speed_max", fastest, "m/s", f"largest impact speed of joint {name}"
 
 
-def _wear(record: Record, window: Window, name: str) -> Numbers:
+def _wear(seen: OfRecord, name: str) -> Numbers:
     """Volumes worn off, and what a law of wear by the force alone leaves out."""
-    count, rate, when = window.per()
+    count, rate, when = seen.rates
     for surface in SURFACES:
         path = f"joints/{name}/wear_volume_{surface}"
-        if path in record:
-            begin, end = _at_ends(record, window, path)
+        if path in seen:
             text = f"volume worn off the {surface} of joint {name} {when}"
             units = "m3" if rate == "per_turn" else "m3/s"
-            yield f"joint_{name}_wear_{surface}_{rate}", (end - begin) / count, units, text
-    if f"joints/{name}/normal_load" in record and f"joints/{name}/asperity_force" not in record:
+            yield f"joint_{name}_wear_{surface}_{rate}", seen.increase(path) / count, units, text
+    if f"joints/{name}/normal_load" in seen and f"joints/{name}/asperity_force" not in seen:
         load, force = (
-            window.mean(record.values(f"joints/{name}/{column}")[window.samples])
+            seen.window.mean(seen.record.values(f"joints/{name}/{column}")[seen.window.samples])
             for column in ("normal_load", "contact_force")
         )
         text = f"mean normal load over mean contact force of joint {name}"
         yield f"joint_{name}_load_over_force", load / force if force > 0.0 else 1.0, "1", text
-
-
-def _at_ends(record: Record, window: Window, path: str) -> np.ndarray:
-    """Values of a sum at both ends of the window."""
-    ends = np.array([window.begin, window.end])
-    return cubic(record.time, record.values(path), ends)
 
 
 def _slide(record: Record, window: Window, joint: dict, contacts: dict) -> Numbers:
@@ -493,17 +540,17 @@ def _carried(record: Record, joint: dict) -> np.ndarray:
     return np.max([record.values(path + end) for end in ends], axis=0)
 
 
-def dissipation(record: Record, window: Window) -> Numbers:
-    count, rate, when = window.per()
+def dissipation(seen: Reductions) -> Numbers:
+    """Energy that joints take out, and all parts together."""
+    count, rate, when = seen.rates
     name, units = ("dissipated_per_turn", "J") if rate == "per_turn" else ("dissipated_power", "W")
     parts = {
         f"joint_{j}_{name}": (f"joints/{j}/dissipated", f"by joint {j}")
-        for j in record.names("joints")
+        for j in seen.names("joints")
     }
     for metric, (path, who) in (parts | {name: ("energy/dissipated", "in all")}).items():
-        if path in record:
-            begin, end = _at_ends(record, window, path)
-            yield metric, (end - begin) / count, units, f"energy taken out {when} {who}"
+        if path in seen:
+            yield metric, seen.increase(path) / count, units, f"energy taken out {when} {who}"
 
 
 def periodicity(record: Record, window: Window) -> Numbers:

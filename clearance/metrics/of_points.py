@@ -42,16 +42,20 @@ def of_point(
     begin = float(record.turns_at(window.begin))
     last = begin + window.turns + ROUNDING
     if not is_dry(record.scene):
-        peaks = by_turn(record, begin, last, forces=True)
-        return values | {
-            f"{n}_mean": Metric(_mean(s), s.units, _words(s)) for n, s in peaks.items()
-        }
+        means = peak_means(by_turn(record, begin, last, forces=True))
+        return values | {n: Metric(float(v), *about) for n, v, *about in means}
     by_name = by_turn(record, begin, last)
     if not by_name:
         return values
     by_name |= deviations(record, begin, last, ideal or {})
     numbers = {n: Metric(float(v), *about) for n, v, *about in statistics(by_name, values)}
     return numbers | {n: m for n, m in values.items() if m.time is None and not n.endswith("_max")}
+
+
+def peak_means(peaks: dict[str, Series]) -> Numbers:
+    """Means over turns; of many runs the values are (runs, turns)."""
+    for name, data in peaks.items():
+        yield f"{name}_mean", data.values.mean(axis=-1), data.units, _words(data)
 
 
 def is_dry(scene: dict) -> bool:

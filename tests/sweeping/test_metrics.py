@@ -303,7 +303,10 @@ def test_windows_side_by_side_share_out_contacts(parts, cut, data):
     record = shaker(4.0, events=contacts(begin, duration, names))
     first = dataclasses.replace(Window.of(record, 0.0), end=float(cut), turns=float(cut))
     second = Window.of(record, float(cut))
-    actual = [{n: v for n, v, *_ in defined.joints(record, w)} for w in (first, second)]
+    actual = [
+        {n: v for n, v, *_ in defined.joints(defined.OfRecord(record, w, {}))}
+        for w in (first, second)
+    ]
     totals = {
         "impacts_per_turn": names.count("C"),
         "contact_fraction": duration[np.array(names) == "C"].sum(),
