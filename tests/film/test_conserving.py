@@ -7,9 +7,21 @@ import math
 import numpy as np
 import pytest
 
-from clearance.film import conserving
+from clearance.film import oil_balance
 from clearance.film.bearing import Bearing, Groove
-from clearance.film.conserving import COND, DRAG, FIXED, FULL, GAP, SHEAR, VOLUME, MemoryFilm
+from clearance.film.conserving import MemoryFilm
+from clearance.film.control_volumes import (
+    COND,
+    DRAG,
+    FIXED,
+    FULL,
+    GAP,
+    SHEAR,
+    VOLUME,
+    Mesh,
+    State,
+    System,
+)
 from tests.seeds import few_of
 
 LINE = (Groove(angle=math.pi),)  # on the widest gap of a journal displaced along +x
@@ -35,25 +47,30 @@ class Strip:
         self.kind = np.full((n, 1), FULL)
         self.kind[[0, -1]] = FIXED
         self.p, self.content = np.full((n, 1), ends), np.ones((n, 1))
-        self.place = np.where(2 * column < n, 2 * column, 2 * (n - column) - 1)
-        self.flow = (drag, hold, hold, 0.0, 2.0, 1.0, 1.0, 0.0)
-        self.memory = (np.ones((n, 1)), np.zeros((n, 1)), np.zeros((n, 1)))
-        self.room = (np.zeros((n, 5)), np.zeros((n, 1)))
+        order = np.where(2 * column < n, 2 * column, 2 * (n - column) - 1)
+        unused = np.zeros((n, 4))
+        self.mesh = Mesh(
+            unused,
+            order,
+            unused,
+            *(1.0, 1.0, 1.0),  # a cell
+            weight=1.0,
+            mean=1.0,
+            soft=0.0,
+            lowest=0.0,
+            leak=2.0,
+            carried=1.0,
+        )
+        self.flow = oil_balance.Flow(drag, hold, hold, 0.0)
+        zeros = np.zeros((n, 1))
+        self.past = oil_balance.Past(np.ones((n, 1)), *np.zeros((2, n, 1)), zeros, zeros, False)
+        self.system = System(self.face, self.cell, np.zeros((n, 5)), np.zeros((n, 1)))
 
     def solve(self):
         for count in range(1, 100):
-            switched, _ = conserving.step(
-                self.kind,
-                self.p,
-                self.content,
-                *self.memory,
-                self.flow,
-                self.face,
-                self.cell,
-                self.place,
-                *self.room,
-                0.0,
-            )
+            state = State(self.kind, self.p, self.content)
+            film = self.past, self.flow, self.mesh, self.system
+            switched, _ = oil_balance.step(state, *film, 0.0)
             if switched == 0:
                 return count
         raise AssertionError("a strip did not settle")
@@ -162,7 +179,7 @@ class TestSqueezedPlates:
         """
         width, strip = 0.5 / cells, Strip(cells, 0.025, 0.0, 2.0 * steps)
         actual, was = np.empty(steps), self.gap(0.0)
-        old, _, growth = strip.memory
+        old, growth = strip.past.content, strip.past.growth
         for step in range(steps):
             old[:], before = strip.content, was
             was = self.gap((step + 1) / steps)

@@ -1,0 +1,152 @@
+"""Control volumes of the film with memory: its mesh, and what the gap makes of faces and cells.
+
+A face has a conductance and a gap, a cell an axial conductance, a volume and a shear integral, all
+with their derivatives. Equation and frame: `clearance.film.conserving`.
+"""
+
+import math
+from collections import namedtuple
+
+from clearance.machine.store import njit
+
+FULL, CAVITATED, FIXED = 0, 1, 2  # kinds of cell; pressure and content of a fixed one are given
+# in `face`: conductance and gap, each followed by d/d(ex, ey, this cell's P, the next cell's P);
+# at last the conductance by the drag
+COND, GAP, DRAG = 0, 5, 10
+AXIAL, VOLUME, SHEAR = 0, 4, 8  # in `cell`: each followed by d/d(ex, ey, this cell's P)
+LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
+
+#: of a bearing. ring: cos, sin of each cell's middle, cos, sin of the face behind it (n, 4). order:
+#: position of each column in the band (n,). worn: depths over c in the middle, at the face behind,
+#: their mean over the cell, and the journal's growth over the cell (n, 4). width, depth and area of
+#: a cell; weight: (R / L)^2; mean: of cos over a cell's width relative to its middle. soft:
+#: deflection per P [s]; lowest: P in a cavity. leak: conductance of the end over that between two
+#: cells; carried: 1 where the flow carries the content, 0 where it carries full gaps (the
+#: memoryless film)
+Mesh = namedtuple("Mesh", "ring order worn width depth area weight mean soft lowest leak carried")
+#: of a film: kind of its cells, p = P - lowest, content f, each (n, nz)
+State = namedtuple("State", "kind p content")
+#: of one Newton step: face (n, layers, 11), that between column i and the next; cell (n, layers,
+#: 12); matrix (n nz, 2 w + 1): row i holds a_ij at w + j - i; rest (n nz, 1), right-hand side
+System = namedtuple("System", "face cell matrix rest")
+
+#: nothing in these allocates: arrays need no counting
+inlined = njit(error_model="numpy", forceinline=True, _nrt=False)
+uncounted = njit(cache=True, error_model="numpy", no_cfunc_wrapper=True, _nrt=False)
+
+
+@inlined
+def floored(gap):
+    """A gap not below LOWEST_GAP, and whether it still changes."""
+    if gap > LOWEST_GAP:
+        return gap, 1.0
+    return LOWEST_GAP, 0.0
+
+
+@inlined
+def join(gaps, slopes, mesh, face):
+    """Conductance and gap of one face: exact for a one-dimensional film between the middles of its
+    two cells.
+
+    With the flow q = 6 spin H - H^3 P' constant between them, q = 6 spin gap - conductance (P_next
+    - P_this). Here conductance = 1 / I3, gap = I2 / I3 and I_k is the integral of H^-k (Simpson).
+    Both are multiplied by the cells' axial size. gaps, and their slopes: in the middle of this
+    cell, at the face, in the middle of the next cell.
+    """
+    width, depth = mesh.width, mesh.depth
+    (here, own_on), (mid, mid_on), (far, far_on) = (
+        floored(gaps[0]),
+        floored(gaps[1]),
+        floored(gaps[2]),
+    )
+    own_slope, mid_slope, far_slope = slopes
+    a, b, d = 1.0 / here, 1.0 / mid, 1.0 / far
+    third = width / 6.0 * (a * a * a + 4.0 * b * b * b + d * d * d)
+    second = width / 6.0 * (a * a + 4.0 * b * b + d * d)
+    face[COND] = depth / third
+    face[DRAG] = 0.0
+    face[GAP] = depth * second / third
+    for m in range(4):
+        da = -own_on * own_slope[m] * a * a
+        db = -mid_on * mid_slope[m] * b * b
+        dd = -far_on * far_slope[m] * d * d
+        d_third = width / 2.0 * (a * a * da + 4.0 * b * b * db + d * d * dd)
+        d_second = width / 3.0 * (a * da + 4.0 * b * db + d * dd)
+        face[COND + 1 + m] = -depth * d_third / (third * third)
+        face[GAP + 1 + m] = depth * (d_second - second / third * d_third) / third
+
+
+@inlined
+def stiffen(least, drag, face):
+    """Let the conductance not fall below least |drag|, smoothly: what a soft liner drags along
+    counts upwind then.
+
+    Otherwise the gap that the pressure opens travels on central differences. They oscillate where
+    the film is thin (cell Peclet number above 1), and the Newton steps do not settle. A
+    second-order change of the resolved film.
+    """
+    plain = face[COND]
+    face[COND] = math.hypot(plain, least * drag)
+    face[DRAG] = least * least * drag / face[COND]
+    for m in range(4):
+        face[COND + 1 + m] *= plain / face[COND]
+
+
+@inlined
+def fill(gaps, slopes, mesh, cell):
+    """Axial conductance (integral of H^3), volume and integral of 1 / H of one cell (Simpson over
+    its width).
+
+    gaps, and their slopes: at the face before, in the middle, at the face behind, the mean.
+    """
+    width, depth = mesh.width, mesh.depth
+    (before, before_on), (here, own_on), (beyond, beyond_on), (mean, mean_on) = (
+        floored(gaps[0]),
+        floored(gaps[1]),
+        floored(gaps[2]),
+        floored(gaps[3]),
+    )
+    before_slope, own_slope, beyond_slope, mean_slope = slopes
+    third, area = mesh.weight * width / (6.0 * depth), width * depth
+    cell[AXIAL] = third * (before**3 + 4.0 * here**3 + beyond**3)
+    cell[VOLUME] = area * mean
+    cell[SHEAR] = area / 6.0 * (1.0 / before + 4.0 / here + 1.0 / beyond)
+    for m in range(3):
+        db, do, de = before_on * before_slope[m], own_on * own_slope[m], beyond_on * beyond_slope[m]
+        cell[AXIAL + 1 + m] = 3.0 * third * (before**2 * db + 4.0 * here**2 * do + beyond**2 * de)
+        # by the pressure always: a liner that the journal has passed must still answer its pressure
+        cell[VOLUME + 1 + m] = area * (mean_on if m < 2 else 1.0) * mean_slope[m]
+        cell[SHEAR + 1 + m] = -area / 6.0 * (db / before**2 + 4.0 * do / here**2 + de / beyond**2)
+
+
+@uncounted
+def measure(motion, drag, p, mesh, system):
+    """All faces and cells of a film, into its system.
+
+    A rigid bearing (soft = 0) is alike over its length: one layer, else one per row. motion: ex,
+    ey; drag: 6 spin [1/s]; p: P - lowest (n, nz).
+    """
+    (ex, ey), ring, worn = motion, mesh.ring, mesh.worn
+    face, cell = system.face, system.cell
+    n, mean, soft = ring.shape[0], mesh.mean, mesh.soft
+    for i in range(n):
+        j = i + 1 if i + 1 < n else 0
+        c, s, cf, sf = ring[i]
+        cj, sj = ring[j, 0], ring[j, 1]
+        cb, sb = ring[i - 1, 2], ring[i - 1, 3]
+        own_slope, far_slope = (-c, -s, soft, 0.0), (-cj, -sj, 0.0, soft)
+        mid_slope = (-cf, -sf, 0.5 * soft, 0.5 * soft)
+        before_slope, beyond_slope = (-cb, -sb, soft), (-cf, -sf, soft)
+        mean_slope = (-mean * c, -mean * s, soft)
+        here, far = 1.0 - ex * c - ey * s + worn[i, 0], 1.0 - ex * cj - ey * sj + worn[j, 0]
+        mid, before = 1.0 - ex * cf - ey * sf + worn[i, 1], 1.0 - ex * cb - ey * sb + worn[i - 1, 1]
+        average = 1.0 - mean * (ex * c + ey * s) + worn[i, 2]
+        for k in range(face.shape[1]):
+            y, z = soft * (p[i, k] + mesh.lowest), soft * (p[j, k] + mesh.lowest)
+            gaps = here + y, mid + 0.5 * (y + z), far + z
+            join(gaps, (own_slope, mid_slope, far_slope), mesh, face[i, k])
+            if soft > 0.0:
+                stiffen(0.5 * soft * mesh.depth, drag, face[i, k])
+            gaps = before + y, here + y, mid + y, average + y
+            slopes = before_slope, own_slope[:3], beyond_slope, mean_slope
+            fill(gaps, slopes, mesh, cell[i, k])
