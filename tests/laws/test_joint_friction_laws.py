@@ -73,6 +73,7 @@ any_law = coulombs | stribecks | linears | smooths
 class TestAllLaws:
     @given(any_law, rates, loads)
     def test_odd(self, law, rate, load):
+        """Friction of the opposite rate has the opposite sign."""
         assert law(-rate, load) == -law(rate, load)
 
     @given(any_law, rates, loads)
@@ -84,18 +85,22 @@ class TestAllLaws:
 
     @given(any_law, loads)
     def test_nothing_at_rest(self, law, load):
+        """No rate, no friction."""
         assert law(0.0, load) == 0.0
 
     @given(linears | smooths, rates, loads)
     def test_breakaway_laws_know_no_load(self, law, rate, load):
+        """Levels stated in newtons do not depend on the load."""
         assert law(rate, load) == law(rate, 0.0)
 
     @given(st.one_of(coulombs, stribecks), rates)
     def test_others_have_only_their_viscous_part_without_load(self, law, rate):
+        """Without load Coulomb's and Stribeck's parts vanish."""
         assert law(rate, 0.0) == -law.values["viscous"] * rate
 
     @pytest.mark.parametrize("law", [LEGACY, SMOOTH, joint_coulomb(coefficient=0.1)])
     def test_arrays(self, law):
+        """A law of arrays has the values of its elements."""
         some = np.linspace(-1.0, 1.0, 5)
         np.testing.assert_array_equal(law(some, 10.0), [law(w, 10.0) for w in some])
         np.testing.assert_array_equal(law(some, some**2), [law(w, w**2) for w in some])
@@ -118,6 +123,7 @@ class TestCoulomb:
 
     @pytest.mark.parametrize("rate", [1e-13, 1e-9, 1.0])
     def test_sign_stands_at_rest_without_a_transition(self, rate):
+        """Any rate above rounding has all of Coulomb's friction."""
         assert joint_coulomb(coefficient=0.1)(rate, 50.0) == -5.0
         assert joint_coulomb(coefficient=0.1)(1e-15, 50.0) == 0.0  # rounding has no sign
 
@@ -138,6 +144,7 @@ class TestStribeck:
     def test_equal_coefficients_are_coulombs(
         self, mu, rate, load, stribeck_rate, exponent, viscous
     ):
+        """Without a difference of levels Stribeck's law is Coulomb's."""
         law = joint_stribeck(
             static=mu, kinetic=mu, stribeck_rate=stribeck_rate, exponent=exponent, viscous=viscous
         )
@@ -195,6 +202,7 @@ class TestBreakaway:
         assert below == pytest.approx(above, rel=1e-12)
 
     def test_straight_below_the_threshold(self):
+        """A quarter of the threshold has a quarter of the friction."""
         assert LEGACY(0.25e-4, 0.0) == pytest.approx(0.25 * LEGACY(1e-4, 0.0), rel=1e-14)
 
     @pytest.mark.parametrize("rate", [5.0, -20.0, 300.0])
@@ -249,6 +257,7 @@ class TestLoads:
         )
 
     def test_nothing_makes_nothing(self):
+        """Without reaction there is no load."""
         assert pin_load(*[0.0] * 5, 0.02, 0.03, 0.4) == 0.0
         assert slide_load(*[0.0] * 5, 50.0, 20.0) == 0.0
 
@@ -317,6 +326,7 @@ class TestRefusals:
         ],
     )
     def test_numbers(self, law, numbers, message):
+        """Numbers out of range are refused with law and name."""
         with pytest.raises(ValueError, match=message):
             law(**numbers)
 
@@ -368,11 +378,13 @@ class TestRefusals:
         ],
     )
     def test_joints(self, kind, more, message):
+        """A joint refuses a law that it has no geometry for."""
         with pytest.raises((ValueError, TypeError), match=message):
             kind(cl.ground, cl.Body("arm", 1.0, 1.0), name="J", **more)
 
     @pytest.mark.parametrize("kind", [cl.Revolute, cl.Prismatic])
     def test_laws_without_load_need_no_geometry(self, kind):
+        """A breakaway law needs no radius and no overlap."""
         joint = kind(cl.ground, cl.Body("arm", 1.0, 1.0), friction=LEGACY)
         assert not joint.rubs_by_load
         assert joint.friction is LEGACY

@@ -40,7 +40,6 @@ JOINT = FilmJoint(radius=0.01, clearance=1e-4, length=0.02, viscosity=0.05, roug
 UNIT = FilmJoint(radius=1.0, clearance=1.0, length=2.0, viscosity=0.5)
 LONG = FilmJoint(radius=1.0, clearance=1.0, length=1.0, viscosity=1.0)
 GAUSS = np.polynomial.legendre.leggauss(800)
-finite = {"allow_nan": False, "allow_infinity": False}
 
 
 def derivative(law: BoundLaw, state: tuple, active: int) -> np.ndarray:
@@ -77,7 +76,7 @@ class TestContact:
 
     @pytest.mark.parametrize("name", TABLE)
     def test_delivered_restitution(self, name, validated):
-        """The known table, by integrating the impact: 1e-3 (its last digit)."""
+        """The known table, by integrating the impact: 6e-4 (half of its last digit)."""
         for asked, delivered in zip(
             (0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95), self.TABLE[name], strict=True
         ):
@@ -91,7 +90,7 @@ class TestContact:
                 f"restitution delivered by {name}",
                 delivered_restitution(law),
                 delivered,
-                1e-3,
+                6e-4,
                 **options,
             )
 
@@ -126,13 +125,13 @@ class TestContact:
 
     @pytest.mark.parametrize("name", CONTACTS)
     @given(
-        depth=st.floats(-1e-3, 1e-3, **finite),
-        rate=st.floats(-100, 100, **finite),
-        impact=st.floats(0, 100, **finite),
+        depth=st.floats(-1e-3, 1e-3),
+        rate=st.floats(-100, 100),
+        impact=st.floats(0, 100),
         e=st.floats(0.01, 1.0),
     )
-    @settings(max_examples=20, deadline=None)
     def test_pushes_and_only_in_contact(self, name, depth, rate, impact, e):
+        """Any force is finite, never pulls, and is zero without a touch."""
         force = CONTACTS[name](PAIR, e)(depth, rate, impact)
         assert math.isfinite(force)
         assert force >= 0.0
@@ -147,7 +146,6 @@ class TestContact:
 
     @pytest.mark.parametrize("name", CONTACTS)
     @given(depth=st.floats(1e-7, 2e-4), rate=st.floats(-0.5, 0.5))
-    @settings(max_examples=20, deadline=None)
     def test_exact_derivative(self, name, depth, rate):
         """Against central differences: 1e-5 of the largest slope."""
         law, state = CONTACTS[name](PAIR, 0.8), (depth, rate, 1.0)
@@ -171,11 +169,6 @@ class TestContact:
             options = {"unit": "N", "source": "quadrature over the arc", "kind": "independent"}
             validated("force of Winkler's layer", law(depth, 0.0, 1.0), force, 1e-7, **options)
 
-    def test_winkler_for_small_penetration(self, validated):
-        law = laws.winkler(layer_modulus=1e13, length=0.04, radius=9.5e-3, radius_difference=5e-4)
-        series = 4.0 * math.sqrt(2.0) / 3.0 * 1e13 * 0.04 * 9.5e-3 * 1e-8**1.5 / math.sqrt(5e-4)
-        options = {"unit": "N", "source": "series in the penetration", "kind": "exact"}
-        validated("force of Winkler's layer at 10 nm", law(1e-8, 0.0, 1.0), series, 1e-4, **options)
 
     def test_winkler_coefficient_of_the_flores_joint(self, validated):
         """Layer 5 mm of steel, c = 0.5 mm, L = 40 mm: 1.79e12 N/m^1.5, 27 times the sphere's (three
@@ -200,6 +193,7 @@ class TestContact:
 
     @given(st.floats(-1.0 / math.e + 1e-9, -1e-12))
     def test_lambert_w(self, x):
+        """The lower branch: w exp(w) is x, 1e-9."""
         w = lambert_w(x)
         assert w <= -1.0 + 1e-3
         assert w * math.exp(w) == pytest.approx(x, rel=1e-9)
@@ -267,6 +261,7 @@ class TestContact:
         assert law(2e-4, -1.0, 9.9) == 0.0
 
     def test_bad_numbers(self):
+        """Numbers out of range are refused with their names."""
         with pytest.raises(
             ValueError, match=r"restitution must lie in \[0.01, 1\] for this law, got 0.0"
         ):
@@ -276,18 +271,13 @@ class TestContact:
         with pytest.raises(ValueError, match="incompressible"):
             laws.layer_modulus(Material("rubber", 1e7, 0.5, 1000.0), 1e-3)
 
-    def test_doubts_name_law_and_value(self):
-        joint = mixed_joint(contact=laws.lee_wang(stiffness=1e9, restitution=0.5))
-        assert any(
-            "lee_wang delivers a restitution of 0.80 where 0.50" in d for d in joint.doubts()
-        )
 
 
 class TestFriction:
     @pytest.mark.parametrize("name", [n for n in FRICTIONS if n != "lugre"])
-    @given(speed=st.floats(-100, 100, **finite), load=st.floats(0, 1e6))
-    @settings(max_examples=20, deadline=None)
+    @given(speed=st.floats(-100, 100), load=st.floats(0, 1e6))
     def test_odd_opposed_and_bounded(self, name, speed, load):
+        """Friction is odd, opposes the speed and stays below its level."""
         law = FRICTIONS[name](0.1)
         force = law(speed, load)
         assert force == -law(-speed, load)
@@ -308,11 +298,11 @@ class TestFriction:
         ],
     )
     def test_fast_sliding(self, name, share):
+        """At 10 m/s the force is its share of mu F_n."""
         assert FRICTIONS[name](0.1)(10.0, 50.0) == pytest.approx(-share * 0.1 * 50.0, rel=1e-6)
 
     @pytest.mark.parametrize("name", [n for n in FRICTIONS if n != "lugre"])
     @given(speed=st.floats(-0.1, 0.1))
-    @settings(max_examples=20, deadline=None)
     def test_continuous(self, name, speed):
         """Within a ten-thousandth of the transition speed the force moves by less than a hundredth
         of the load (by 2e-4 of it at Threlfall's joint).
@@ -321,11 +311,13 @@ class TestFriction:
         assert abs(law(speed + 1e-8, 1.0) - law(speed, 1.0)) < 1e-3
 
     def test_ambrosio_ramp(self):
+        """Nothing at the dead speed; half of the force in the middle of the ramp."""
         law = laws.ambrosio(coefficient=0.2, dead_speed=1e-3, full_speed=3e-3)
         assert law(1e-3, 10.0) == 0.0
         assert law(2e-3, 10.0) == pytest.approx(-1.0)
 
     def test_bengisu_akay_peaks_at_its_transition_speed(self):
+        """The static level at the transition speed, three quarters of it at half of that."""
         law = laws.bengisu_akay(static=0.3, kinetic=0.1, transition_speed=1e-2)
         assert law(1e-2, 1.0) == pytest.approx(-0.3)
         assert law(0.5e-2, 1.0) == pytest.approx(-0.3 * 0.75)
@@ -353,7 +345,6 @@ class TestFriction:
 
     @pytest.mark.parametrize("mu", [0.001, 0.01, 0.1, 0.5])
     @given(speed=st.floats(-10, 10), share=st.floats(-1.0, 1.0))
-    @settings(max_examples=20, deadline=None)
     def test_lugre_never_rubs_harder_than_it_may(self, mu, speed, share):
         """Whatever the bristles hold (up to the static level), an impact's sliding meets at most
         1.7 times mu_s F_n.
@@ -368,9 +359,6 @@ class TestFriction:
         rates = [law(1e-7, 0.05, f)[0] for f in np.linspace(0.0, 0.02, 4001)]
         assert np.abs(np.diff(rates)).max() < 6e-3 * abs(rates[-1] - rates[0])
 
-    def test_lugre_warns_of_too_much_damping(self):
-        joint = mixed_joint(friction=laws.lugre(static=0.1, kinetic=0.1, damping=1e4))
-        assert any("bristles' damping rubs with up to 43 F_n" in d for d in joint.doubts())
 
     def test_lugre_sticks(self):
         """At rest the bristles are a spring of sigma_0 F_n, without slip."""
@@ -378,6 +366,7 @@ class TestFriction:
         assert (rate, force) == (0.0, pytest.approx(-5.0 * 1e5 * 1e-6))
 
     def test_lugre_forgets_without_contact(self):
+        """Without load the bristles relax at stiffness over damping."""
         rate, force = laws.lugre(static=0.3, kinetic=0.1, stiffness=1e5, damping=30.0)(
             1e-6, 1.0, 0.0
         )
@@ -451,7 +440,6 @@ class TestFilms:
         validated("force of the long film", laws.long_film()(*state, LONG), force, 2e-6, **options)
 
     @given(st.floats(1e-4, 0.98), st.floats(-3, 3), st.floats(-3, 3))
-    @settings(max_examples=20, deadline=None)
     def test_long_film_by_quadrature(self, eps, rate, w):
         """The pressure of the long bearing, integrated over its positive arc: 1e-8 of the force."""
         if abs(rate) + abs(eps * w) < 1e-6:
@@ -540,11 +528,12 @@ class TestFilms:
     @pytest.mark.parametrize("name", FILMS)
     @given(
         eps=st.floats(0.0, 3.0),
-        rate=st.floats(-1e4, 1e4, **finite),
-        w=st.floats(-1e4, 1e4, **finite),
+        rate=st.floats(-1e4, 1e4),
+        w=st.floats(-1e4, 1e4),
     )
-    @settings(max_examples=60, deadline=None)
+    @settings(max_examples=60)
     def test_finite_for_every_state(self, name, eps, rate, w):
+        """Forces and their slopes have no state without a number."""
         assert all(map(math.isfinite, FILMS[name]()(eps, rate, w, JOINT)))
         assert np.isfinite(derivative(FILMS[name](), (eps, rate, w, JOINT), 3)).all()
 
@@ -561,6 +550,7 @@ class TestFilms:
     @pytest.mark.parametrize("rate", [0.0, -0.0, 1e-9, -1e-9, 1e-12, 5.0])
     @pytest.mark.parametrize("w", [0.0, -100.0, 1e-12])
     def test_finite_at_the_corners(self, name, eps, rate, w):
+        """Zeros of both signs, tiny rates, the wall and beyond it."""
         law, state = FILMS[name](), (eps, rate, w, JOINT)
         assert all(map(math.isfinite, law(*state)))
         assert np.isfinite(derivative(law, state, 3)).all()
@@ -577,7 +567,7 @@ class TestFilms:
 
     @pytest.mark.parametrize("name", [n for n in FILMS if n != "short"])
     @given(eps=st.floats(0.05, 0.95), w=st.floats(1.0, 100.0))
-    @settings(max_examples=30, deadline=None)
+    @settings(max_examples=30)
     def test_slope_is_continuous_where_approach_turns(self, name, eps, w):
         """C1 in the radial rate at 0 with entrainment: slopes from both sides agree to 2 %."""
         film, h = FILMS[name](), 1e-5 * w * eps
@@ -587,8 +577,7 @@ class TestFilms:
         assert right == pytest.approx(left, abs=0.02 * np.hypot(*right))
 
     @pytest.mark.parametrize("name", FILMS)
-    @given(eps=st.floats(0.0, 1.2), rate=st.floats(-1e4, 1e4, **finite))
-    @settings(max_examples=20, deadline=None)
+    @given(eps=st.floats(0.0, 1.5), rate=st.floats(-1e4, 1e4))
     def test_squeeze_dissipates(self, name, eps, rate):
         """Without entrainment a film never does work: F_r eps' <= 0."""
         if abs(rate) < 1e-6:
@@ -604,7 +593,6 @@ class TestFilms:
         w=st.floats(-1e3, 1e3),
         scale=st.floats(0.1, 10.0),
     )
-    @settings(max_examples=20, deadline=None)
     def test_homogeneous_and_mirror_symmetric(self, name, eps, rate, w, scale):
         """Linear in (rate, w) together; turned around, the tangential force changes its sign: 1e-7
         (rest floor).
@@ -621,7 +609,6 @@ class TestFilms:
 
     @pytest.mark.parametrize("name", FILMS)
     @given(eps=st.floats(0.01, 0.99), rate=st.floats(-50, 50), w=st.floats(-100, 100))
-    @settings(max_examples=20, deadline=None)
     def test_exact_derivative(self, name, eps, rate, w):
         """Against central differences: 1e-4 of the largest slope (the arcs' ends move too)."""
         if abs(rate) < 0.5 or abs(w) < 0.5 or 0.098 < eps < 0.102:
@@ -643,6 +630,7 @@ class TestFilms:
         assert wrong == pytest.approx((0.0, 0.0), abs=1e-12)
 
     def test_sommerfeld_allows_tension(self, validated):
+        """The full film pulls a receding journal back."""
         radial, _ = laws.full_sommerfeld()(0.5, -1.0, 0.0, LONG)
         wanted, source = 12 * math.pi / 0.75**1.5, "Sommerfeld's full film"
         validated(
@@ -667,6 +655,7 @@ class TestAsperities:
 
     @pytest.mark.parametrize("x", [-2.0, 0.5])
     def test_closed_form_for_one_rough_surface(self, x, validated):
+        """Greenwood and Williamson's pressure integrated over the parabolic gap: 1e-5."""
         u = np.linspace(-8.0, 8.0, 201)
         integral = np.trapezoid(moments(1.5, x + u * u), u)
         actual, options = (
@@ -703,8 +692,8 @@ class TestAsperities:
 
     @pytest.mark.parametrize("name", ASPERITIES)
     @given(ratio=st.floats(-30.0, 1e6))
-    @settings(deadline=None)
     def test_finite_falling_and_positive(self, name, ratio):
+        """The load falls with the gap, with finite slopes."""
         law = ASPERITIES[name](modulus=1e11)
         here, further = law(ratio, JOINT), law(ratio + 0.1, JOINT)
         assert math.isfinite(here)
@@ -744,6 +733,7 @@ class TestAsperities:
         validated("load of asperities in a joint", actual, load, 2e-2, **options)
 
     def test_composite_roughness(self):
+        """The root of the sum of squares."""
         assert laws.composite_roughness(3e-7, 4e-7) == pytest.approx(5e-7)
 
     @pytest.mark.parametrize("pattern", [1 / 9, 1 / 6, 1 / 3, 1, 3, 6, 9])
@@ -762,6 +752,7 @@ class TestAsperities:
         validated("shear flow factor", laws.shear_flow_factor(1.0), 0.7956, 1e-4, **options)
 
     def test_smooth_limit_of_the_flow_factors(self):
+        """Thick films do not see the roughness."""
         for pattern in (1 / 9, 1.0, 9.0):
             assert laws.pressure_flow_factor(1e3, pattern) == pytest.approx(1.0, abs=1e-4)
             assert laws.shear_flow_factor(1e3, pattern) == pytest.approx(0.0, abs=1e-6)
@@ -771,10 +762,12 @@ class TestAsperities:
         ("ratio", "factor"), [(0.0, 0.501), (0.5, 0.6899), (1.0, 0.8411), (2.0, 0.9778)]
     )
     def test_contact_flow_factor_is_what_wu_and_zheng_fitted(self, ratio, factor, validated):
+        """Four printed factors."""
         actual, source = laws.contact_flow_factor(ratio), "Wu and Zheng 1989"
         validated("contact flow factor", actual, factor, 2e-3, source=source, relative=False)
 
     def test_unknown_pattern(self):
+        """A pattern without coefficients is refused with those that have some."""
         with pytest.raises(ValueError, match="pattern must be one of 1/9, 1/6"):
             laws.pressure_flow_factor(1.0, 2.0)
 
@@ -785,8 +778,8 @@ gaps = st.floats(-30.0 * 0.8e-6, 1e-4)
 class TestTransitions:
     @pytest.mark.parametrize("name", TRANSITIONS)
     @given(gap=gaps)
-    @settings(deadline=None)
     def test_memberships_are_a_partition(self, name, gap):
+        """Memberships add to one; all shares lie between 0 and 1."""
         law = TRANSITIONS[name](dry=0.4, mixed=1.0, full=3.0)
         film, film_gap, slope, contact, penetration, *states = law(gap, JOINT)
         assert sum(states) == pytest.approx(1.0, abs=1e-14)
@@ -799,7 +792,6 @@ class TestTransitions:
 
     @pytest.mark.parametrize("name", ["fuzzy", "load_sharing"])
     @given(ratio=st.floats(-5.0, 5.0))
-    @settings(deadline=None)
     def test_smooth(self, name, ratio):
         """C1: slopes to both sides of any gap agree within the change that a bounded curvature
         allows.
@@ -848,7 +840,6 @@ class TestTransitions:
 
     @pytest.mark.parametrize("squeeze", [0.0, 0.3, 1.0])
     @given(st.floats(-2.0, 4.0))
-    @settings(max_examples=20, deadline=None)
     def test_share_of_the_squeeze_rate(self, squeeze, ratio):
         """A film that is held closes at `squeeze` of the true rate: from the film gap's difference,
         1e-4.
@@ -883,6 +874,7 @@ class TestTransitions:
         assert law(begin - 1e-7, JOINT)[4] == pytest.approx(1e-7, rel=1e-9)
 
     def test_full_film_is_exact_for_close_thresholds(self):
+        """Above the upper threshold the film gap is the gap."""
         assert laws.fuzzy(full=1.02)(1.03 * 0.8e-6, JOINT)[1] == 1.03 * 0.8e-6
 
     @pytest.mark.parametrize("name", TRANSITIONS)
@@ -893,6 +885,7 @@ class TestTransitions:
             assert actual == pytest.approx(laws.memberships(ratio, 0.4, 1.0, 3.0))
 
     def test_mean_gap_by_quadrature(self, validated):
+        """The mean gap against its integral over the heights: 1e-4."""
         x, w = GAUSS
         for ratio in (-1.0, 0.0, 1.5):
             s = -ratio + 6.0 * (x + 1.0)
@@ -922,8 +915,8 @@ class TestTransitions:
 
     @pytest.mark.parametrize("name", TRANSITIONS)
     @given(gap=gaps)
-    @settings(max_examples=20, deadline=None)
     def test_exact_derivative(self, name, gap):
+        """Against one-sided differences, of which one is close: 1e-3."""
         law = TRANSITIONS[name](dry=0.4, mixed=1.0, full=3.0)
         actual = derivative(law, (gap, JOINT), 1)[:, 0]
         sides = [
@@ -950,6 +943,21 @@ def mixed_joint(**more):
         "asperity": laws.greenwood_tripp(modulus=laws.contact_modulus(steel, steel)),
     }
     return cl.ClearanceRevolute(cl.ground, body, name="J", **(slots | more))
+
+
+def thrown(law, speed, clearance=1e-4, **more):
+    """A body that flies against its bearing [m/s]; no weight."""
+    joint = cl.ClearanceRevolute(
+        cl.ground,
+        cl.Body("rod", 1.0, 1e-3),
+        name="J",
+        radius=0.01,
+        clearance=clearance,
+        contact=law,
+        eccentricity_rate=(speed, 0.0),
+        **more,
+    )
+    return cl.Scene(joint, gravity=(0.0, 0.0))
 
 
 class TestMixedJoints:
@@ -997,12 +1005,10 @@ class TestMixedJoints:
         ],
     )
     def test_bad_input_names_the_joint(self, change, line):
+        """What is missing or impossible is refused with the joint's name."""
         with pytest.raises((ValueError, TypeError), match=line):
             mixed_joint(**change)
 
-    def test_thickness_of_the_film_needs_small_roughness(self):
-        joint = mixed_joint(roughness=1.6e-5, transition=laws.load_sharing(full=4.0))
-        assert any("more than half of the clearance" in d for d in joint.doubts())
 
     def test_hole_check_tells_soft_from_conformal_contact(self):
         """Trap 2 of the transition: with a sphere's stiffness the fuzzy film fades before contact
@@ -1108,6 +1114,7 @@ class TestMixedJoints:
         )
 
     def test_hole_warning_comes_before_and_with_the_result(self, caplog):
+        """The log has the warning before the run, the result after it."""
         options = {"model": "mixed", "contact": "hertz"}
         with caplog.at_level(logging.WARNING):
             result = cl.simulate(cl.load_case("six_bar_feeder", **options), turns=1)
@@ -1115,6 +1122,7 @@ class TestMixedJoints:
         assert "joint B: force hole" in caplog.text  # before the run
 
     def test_a_hole_nobody_comes_near_is_not_cried_about(self):
+        """A film three times as thick as the roughness: no warning."""
         result = cl.simulate(cl.load_case("six_bar_feeder", model="mixed", viscosity=0.05), turns=1)
         assert result.joint("B").film_thickness_ratio.min() > 3.0
         assert not any("force hole" in w for w in result.warnings)
@@ -1124,38 +1132,46 @@ class TestMixedJoints:
         """A drop through an oil of next to no viscosity bounces as in the dry joint: 3 % of the
         restitution.
         """
-        v, body = 0.5, cl.Body("rod", 0.3, 1e-3)
-        slots = {
-            "contact": CONTACTS["winkler"](Pair(0.01, 1e-4, 0.02, steel), 0.9),
-            "eccentricity_rate": (v, 0.0),
+        law = CONTACTS["winkler"](Pair(0.01, 1e-4, 0.02, steel), 0.9)
+        wet = {
+            "film": laws.pinkus_sternlicht(),
+            "lubricant": cl.Lubricant(1e-9),
+            "roughness": 1e-7,
+            "transition": TRANSITIONS[transition](dry=0.4, mixed=1.0, full=3.0),
         }
-        slots |= {"radius": 0.01, "clearance": 1e-4, "length": 0.02, "name": "J"}
-        wet = {"film": laws.pinkus_sternlicht(), "lubricant": cl.Lubricant(1e-9), "roughness": 1e-7}
-        law = TRANSITIONS[transition](dry=0.4, mixed=1.0, full=3.0)
-        speeds = []
-        for more in ({}, wet | {"transition": law}):
-            joint = cl.ClearanceRevolute(cl.ground, body.at(0, 0), **slots, **more)
-            result = cl.simulate(cl.Scene(joint, gravity=(0.0, 0.0)), until=4e-4, rtol=1e-7)
-            speeds.append(result["rod"].vx.min())
-        assert speeds[0] == pytest.approx(-0.9 * v, rel=1e-3)
-        assert speeds[1] == pytest.approx(speeds[0], rel=0.03)
-
-    def test_validity_of_contact_laws_is_watched(self):
-        """Hertz in a conformal joint; Johnson's cylinder beyond its limit."""
-        sphere = mixed_joint(contact=laws.hertz(stiffness=1e10))
-        assert any("a point contact's law" in d for d in sphere.doubts())
-        law = laws.johnson(modulus=1.1e11, length=0.02, radius_difference=1e-6)
-        body = cl.Body("rod", 1.0, 1e-3)
-        joint = cl.ClearanceRevolute(
-            cl.ground,
-            body,
-            name="J",
-            radius=0.01,
-            clearance=1e-6,
-            contact=law,
-            eccentricity_rate=(0.5, 0.0),
+        dry, drowned = (
+            cl.simulate(thrown(law, 0.5, length=0.02, **more), until=4e-4, rtol=1e-7)["rod"].vx.min()
+            for more in ({}, wet)
         )
-        result = cl.simulate(cl.Scene(joint), until=1e-4)
+        assert dry == pytest.approx(-0.45, rel=1e-3)
+        assert drowned == pytest.approx(dry, rel=0.03)
+
+    @pytest.mark.parametrize(
+        ("fields", "doubt"),
+        [
+            (
+                {"contact": laws.lee_wang(stiffness=1e9, restitution=0.5)},
+                "lee_wang delivers a restitution of 0.80 where 0.50",
+            ),
+            (
+                {"friction": laws.lugre(static=0.1, kinetic=0.1, damping=1e4)},
+                "bristles' damping rubs with up to 43 F_n",
+            ),
+            (
+                {"roughness": 1.6e-5, "transition": laws.load_sharing(full=4.0)},
+                "more than half of the clearance",
+            ),
+            ({"contact": laws.hertz(stiffness=1e10)}, "a point contact's law"),
+        ],
+    )
+    def test_doubts(self, fields, doubt):
+        """A joint states where its numbers leave what a law is meant for."""
+        assert any(doubt in d for d in mixed_joint(**fields).doubts())
+
+    def test_penetrations_beyond_a_law_are_warned_of(self):
+        """Johnson's cylinder beyond its limit."""
+        law = laws.johnson(modulus=1.1e11, length=0.02, radius_difference=1e-6)
+        result = cl.simulate(thrown(law, 0.5, clearance=1e-6), until=1e-4)
         assert any(
             "joint J: penetrations reach" in w and "johnson is meant up to" in w
             for w in result.warnings
@@ -1167,17 +1183,7 @@ class TestMixedJoints:
         warned of beyond 0.05.
         """
         law = laws.hertz(stiffness=1.25 * 2.0**2 / (share * 0.01) ** 2.5)
-        body = cl.Body("rod", 1.0, 1e-3)
-        joint = cl.ClearanceRevolute(
-            cl.ground,
-            body,
-            name="J",
-            radius=0.01,
-            clearance=1e-4,
-            contact=law,
-            eccentricity_rate=(2.0, 0.0),
-        )
-        result = cl.simulate(cl.Scene(joint, gravity=(0.0, 0.0)), until=0.04)
+        result = cl.simulate(thrown(law, 2.0), until=0.04)
         message = (
             f"joint J: penetrations reach {share * 0.01:.2g} m, {share:.2g} of the journal radius"
         )
@@ -1209,6 +1215,7 @@ class TestMixedJoints:
             )
 
     def test_hole_check_needs_a_transition(self):
+        """Without a transition model there is no hole to look for."""
         with pytest.raises(ValueError, match="joint J: a hole check needs a transition model"):
             cl.hole_check(mixed_joint(transition=None, contact=None, asperity=None), 1.0)
 

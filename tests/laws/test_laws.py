@@ -16,7 +16,6 @@ from tests.augmented import film as textbook_film
 FILM = laws.pinkus_sternlicht()
 JOINT = FilmJoint(radius=0.01, clearance=1e-4, length=0.02, viscosity=0.05)
 UNIT = FilmJoint(radius=1.0, clearance=1.0, length=1.0, viscosity=1.0)
-ratios = st.floats(0.0, 1.5)
 rates = st.floats(-1e4, 1e4)
 
 
@@ -43,6 +42,7 @@ class TestHertz:
         assert internal / external == pytest.approx(math.sqrt(0.0195 / 0.0005), rel=1e-12)
 
     def test_journal_must_fit(self):
+        """A joint without clearance is refused."""
         with pytest.raises(ValueError, match="clearance must be positive"):
             laws.hertz_stiffness(0.01, 0.0)
 
@@ -70,54 +70,22 @@ def delivered_restitution(law, mass=1.0, speed=1.0, stiffness=1e6):
         x = x_new
 
 
-class TestLankaraniNikravesh:
-    @pytest.mark.parametrize(
-        ("given_value", "delivered"), [(0.3, 0.684), (0.5, 0.725), (0.8, 0.847), (0.9, 0.913)]
-    )
-    def test_delivered_restitution(self, given_value, delivered, validated):
-        """Known table: chi (1 + e) = ln((1 + chi) / (1 - chi e)) with chi = 3 (1 - e^2) / 4; 3
-        printed digits.
-        """
-        law = laws.lankarani_nikravesh(stiffness=1e6, restitution=given_value)
-        actual, what = (
-            delivered_restitution(law),
-            "restitution delivered by Lankarani and Nikravesh, by RK4",
-        )
-        validated(
-            what,
-            actual,
-            delivered,
-            6e-4,
-            source="chi (1 + e) = ln(...)",
-            kind="exact",
-            relative=False,
-        )
+@pytest.mark.parametrize(
+    "law",
+    [
+        laws.lankarani_nikravesh(stiffness=1e6, restitution=1.0),
+        laws.hunt_crossley_memoryless(stiffness=1e6, dissipation=0.0),
+    ],
+)
+def test_without_losses_it_is_hertz(law):
+    """A full restitution, or no dissipation, leaves the elastic force: rounding."""
+    assert law(0.01, -3.0, 1.0) == pytest.approx(1e6 * 0.01**1.5, rel=1e-15)
 
-    @pytest.mark.parametrize(
-        ("asked", "delivered"), [(0.1, 0.665), (0.5, 0.725), (0.7, 0.796), (0.95, 0.954)]
-    )
-    def test_closed_form_of_the_delivered_restitution(self, asked, delivered, validated):
-        """chi (1 + e) = ln((1 + chi) / (1 - chi e)), 3 printed digits of the known table."""
-        actual = delivered_by(0.75 * (1 - asked**2))
-        what, source = "restitution delivered by Lankarani and Nikravesh", "table by integration"
-        validated(what, actual, delivered, 6e-4, source=source, kind="independent", relative=False)
 
-    def test_full_restitution_is_hertz(self):
-        law = laws.lankarani_nikravesh(stiffness=1e6, restitution=1.0)
-        assert law(0.01, -3.0, 1.0) == pytest.approx(1e6 * 0.01**1.5, rel=1e-15)
-
-    @given(st.floats(-1e-3, 1e-3), st.floats(-100, 100), st.floats(0, 100), st.floats(0, 1))
-    def test_never_pulls_and_is_zero_outside(self, depth, rate, impact, restitution):
-        force = laws.lankarani_nikravesh(stiffness=1e10, restitution=restitution)(
-            depth, rate, impact
-        )
-        assert math.isfinite(force)
-        assert force >= 0.0
-        assert depth > 0.0 or force == 0.0
-
-    def test_grazing_impacts_stay_finite(self):
-        law = laws.lankarani_nikravesh(stiffness=1e10, restitution=0.5)
-        assert law(1e-6, 0.1, 0.0) == law(1e-6, 0.1, 1e-3)
+def test_grazing_impacts_stay_finite():
+    """Below 1 mm/s an impact counts as one of 1 mm/s."""
+    law = laws.lankarani_nikravesh(stiffness=1e10, restitution=0.5)
+    assert law(1e-6, 0.1, 0.0) == law(1e-6, 0.1, 1e-3)
 
 
 class TestHuntCrossley:
@@ -134,29 +102,14 @@ class TestHuntCrossley:
         validated(what, actual, 1.0 - alpha * speed, allowed, source=source, relative=False)
         assert actual == pytest.approx(delivered_by(1.5 * alpha * speed), abs=1e-4)
 
-    def test_no_dissipation_is_hertz(self):
-        law = laws.hunt_crossley_memoryless(stiffness=1e6, dissipation=0.0)
-        assert law(0.01, -3.0, 1.0) == pytest.approx(1e6 * 0.01**1.5, rel=1e-15)
 
     @given(st.floats(-1e-3, 1e-3), st.floats(-100, 100), st.floats(0, 100), st.floats(0, 1))
-    def test_never_pulls_and_does_not_see_the_impact_speed(self, depth, rate, impact, dissipation):
+    def test_does_not_see_the_impact_speed(self, depth, rate, impact, dissipation):
+        """The memoryless form has the same force whatever the speed of the first touch."""
         law = laws.hunt_crossley_memoryless(stiffness=1e10, dissipation=dissipation)
-        force = law(depth, rate, impact)
-        assert force == law(depth, rate, 0.0)
-        assert force >= 0.0
-        assert depth > 0.0 or force == 0.0
+        assert law(depth, rate, impact) == law(depth, rate, 0.0)
 
 
-class TestCoulomb:
-    @given(st.floats(-100, 100), st.floats(0, 1e6))
-    def test_odd_bounded_and_opposed(self, speed, load):
-        law = laws.coulomb(coefficient=0.1)
-        assert law(speed, load) == -law(-speed, load)
-        assert law(speed, load) * speed <= 0.0
-        assert abs(law(speed, load)) <= 0.1 * load * (1 + 1e-12)
-
-    def test_coulomb_limit(self):
-        assert laws.coulomb(coefficient=0.1)(1.0, 50.0) == pytest.approx(-5.0, rel=1e-6)
 
 
 class TestPinkusSternlicht:
@@ -178,11 +131,6 @@ class TestPinkusSternlicht:
         assert before == pytest.approx(after, rel=1e-7)
         assert before[0] == pytest.approx(-12 * 0.25 / (2.25 * 0.75), rel=1e-6)
 
-    def test_slope_is_continuous_in_the_rate(self):
-        h = 1e-6
-        right = (FILM(0.5, h, 1.0, UNIT)[0] - FILM(0.5, 0.0, 1.0, UNIT)[0]) / h
-        left = (FILM(0.5, 0.0, 1.0, UNIT)[0] - FILM(0.5, -h, 1.0, UNIT)[0]) / h
-        assert right == pytest.approx(left, rel=1e-4)
 
     def test_centred_journal_is_a_damper(self, validated):
         """-6 pi P0 eps' in every direction; the tangential speed enters through w = -2 gamma'."""
@@ -210,17 +158,11 @@ class TestPinkusSternlicht:
                 "force of Pinkus and Sternlicht", complex(*actual), complex(*exact), 0.09, **options
             )
 
-    @given(ratios, rates.filter(lambda r: abs(r) > 1e-6))
-    def test_squeeze_takes_energy(self, ratio, rate):
-        """w = 0: the radial force never pushes along the motion."""
-        assert FILM(ratio, rate, 0.0, JOINT)[0] * rate <= 0.0
 
-    @given(ratios, rates, st.floats(-1e9, 1e9))
-    def test_finite_everywhere(self, ratio, rate, entrainment):
-        assert all(map(math.isfinite, FILM(ratio, rate, entrainment, JOINT)))
 
-    @given(ratios, st.floats(-100, 100), st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
+    @given(st.floats(0.0, 1.5), st.floats(-100, 100), st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
     def test_torques_balance_the_force_pair(self, ratio, tangential, journal, bearing):
+        """Both torques and the moment of the force pair add to nothing: 1e-12."""
         tj, tb = laws.film_torques(ratio, tangential, journal, bearing, *JOINT[:4])
         scale = abs(tj) + abs(tb) + 1e-30
         assert tj + tb + ratio * JOINT.clearance * tangential == pytest.approx(
@@ -228,6 +170,7 @@ class TestPinkusSternlicht:
         )
 
     def test_petroff(self, validated):
+        """A concentric journal is dragged by 2 pi mu R^3 L w / c."""
         actual = laws.film_torques(0.0, 0.0, 100.0, 0.0, *JOINT[:4])
         petroff = 2 * math.pi * 0.05 * 0.01**3 * 0.02 / 1e-4 * 100.0
         validated(
@@ -243,16 +186,19 @@ class TestPinkusSternlicht:
 
 class TestBinding:
     def test_wrong_parameters_are_named(self):
+        """Missing and unknown parameters are in one message."""
         with pytest.raises(TypeError, match="missing restitution; unknown cor"):
             laws.lankarani_nikravesh(stiffness=1.0, cor=0.9)
 
     def test_values_are_checked_by_name(self):
+        """A number out of range is refused with its name."""
         with pytest.raises(ValueError, match=r"restitution must lie in \[0, 1\], got 1.5"):
             laws.lankarani_nikravesh(stiffness=1.0, restitution=1.5)
         with pytest.raises(ValueError, match="stiffness must be positive"):
             laws.lankarani_nikravesh(stiffness=-1.0, restitution=0.5)
 
     def test_arrays(self):
+        """A law of arrays has the values of its elements."""
         law = laws.coulomb(coefficient=0.1)
         speeds = np.linspace(-1, 1, 5)
         np.testing.assert_array_equal(law(speeds, 10.0), [law(v, 10.0) for v in speeds])
@@ -260,6 +206,7 @@ class TestBinding:
         assert (radial[1], tangential[1]) == FILM(0.5, 1.0, 1.0, UNIT)
 
     def test_a_law_must_have_its_familys_arguments(self):
+        """Other first arguments are refused when the law is defined."""
         with pytest.raises(TypeError, match="must start with arguments"):
 
             @cl.contact

@@ -48,19 +48,25 @@ def motor(time, position, rate, stall, no_load):
     return stall * (1.0 - rate / no_load)
 
 
-def test_contact_law():
+def ball(law, clearance=1e-3):
+    """A ball that falls in its bearing, onto a contact law."""
     body = cl.Body("ball", 0.5, 1e-4)
-    law = stiffening(stiffness=100.0, limit=1e-4)
-    joint = cl.ClearanceRevolute(
-        cl.ground, body, name="J", radius=0.01, clearance=1e-3, contact=law
+    return cl.Scene(
+        cl.ClearanceRevolute(
+            cl.ground, body, name="J", radius=0.01, clearance=clearance, contact=law
+        )
     )
-    result = cl.simulate(cl.Scene(joint), until=0.1, rtol=1e-9)
+
+
+def test_contact_law():
+    """The file has the force of the law. It is elastic: the ball comes back to its height."""
+    law = stiffening(stiffness=100.0, limit=1e-4)
+    result = cl.simulate(ball(law), until=0.1, rtol=1e-9)
     inside = result.joint("J").gap < 0
     assert inside.any()
     expected = law(-result.joint("J").gap[inside], 0.0, 0.0)
     np.testing.assert_allclose(result.joint("J").contact_force[inside], expected, rtol=1e-9)
-    # memoryless and elastic: the ball comes back to its height
-    assert np.abs(result.energy.residual).max() < 1e-8 * result.file["energy"].attrs["turned_over"]
+    assert result.solver["energy_residual_share"] < 1e-8
 
 
 def test_prescribed_motion_has_exact_rates():
@@ -122,6 +128,8 @@ def test_motions_are_differentiated_twice(at):
 
 
 def test_a_brief_load_needs_and_gets_a_short_step():
+    """A blow of 1 ms is met with steps of 0.2 ms: its impulse, 1e-5."""
+
     @cl.signal
     def blow(time, force):
         return force if 0.5037 < time < 0.5047 else 0.0
@@ -162,7 +170,7 @@ def test_driven_slide_and_closed_loop():
         )
     )
     np.testing.assert_allclose(length, 0.35 + 0.05 * result.time, atol=1e-11)
-    assert np.abs(result.energy.residual).max() < 1e-8 * result.file["energy"].attrs["turned_over"]
+    assert result.solver["energy_residual_share"] < 1e-8
 
 
 def point(result, body, local, com):
@@ -182,16 +190,14 @@ def test_spring_pendulum_period():
 
 
 def test_a_law_the_kernel_cannot_read():
+    """A law with functions of numpy is refused with its name."""
+
     @cl.contact
     def unreadable(penetration, penetration_rate, impact_speed):
         return np.expm1(max(penetration, 0.0))
 
-    body = cl.Body("ball", 0.5, 1e-4)
-    joint = cl.ClearanceRevolute(
-        cl.ground, body, name="J", radius=0.01, clearance=1e-3, contact=unreadable
-    )
     with pytest.raises(ValueError, match="law unreadable cannot be differentiated: it uses np"):
-        cl.simulate(cl.Scene(joint), until=0.1)
+        cl.simulate(ball(unreadable), until=0.1)
 
 
 def engine(order, force=None):
@@ -220,7 +226,7 @@ def test_the_coordinate_passes_dead_centres_whatever_the_order(order, force):
     """
     result = cl.simulate(engine(order, force), until=1.0, rtol=1e-9)
     assert result["crank"].theta[-1] > 20.0
-    assert np.abs(result.energy.residual).max() < 3e-7 * result.file["energy"].attrs["turned_over"]
+    assert result.solver["energy_residual_share"] < 3e-7
 
 
 def test_a_torsion_spring_counts_whole_turns():
@@ -235,7 +241,7 @@ def test_a_torsion_spring_counts_whole_turns():
     result = cl.simulate(twisted, until=2.0, rtol=1e-9)
     twist = result["coupler"].theta - result["crank"].theta
     assert np.ptp(twist) > np.pi
-    assert np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
+    assert result.solver["energy_residual_share"] < 1e-7
 
 
 def test_coarse_samples_keep_whole_angles():
@@ -276,14 +282,8 @@ def test_names_that_kernels_use_themselves():
     """A law may be called as the kernel's own functions and variables are, or begin with an
     underscore.
     """
-    joint = {"name": "J", "radius": 0.01, "clearance": 1e-3}
     half, entire = (
-        cl.simulate(
-            cl.Scene(
-                cl.ClearanceRevolute(cl.ground, cl.Body("ball", 0.5, 1e-4), contact=law, **joint)
-            ),
-            until=0.05,
-        )
+        cl.simulate(ball(law), until=0.05)
         for law in (solve_gap(stiffness=2e6), _spring(stiffness=1e6))
     )
     np.testing.assert_array_equal(half.joint("J").contact_force, entire.joint("J").contact_force)
@@ -291,6 +291,7 @@ def test_names_that_kernels_use_themselves():
 
 
 def test_two_laws_of_one_name():
+    """Two laws of one name keep their numbers apart."""
     bodies = [cl.Body(n, 1.0, 1e-3) for n in ("one", "two")]
     joints = [
         cl.ClearanceRevolute(
@@ -325,6 +326,7 @@ def test_parts_of_one_name_keep_their_numbers():
 
 
 def test_impossible_parts_are_named():
+    """Pins in one point, and a drive of a joint outside the scene."""
     one = cl.Body("one", 1.0, 1e-3, points={"p": (0.1, 0.0), "q": (0.1, 0.0)})
     two = cl.Body("two", 1.0, 1e-3, points={"a": (0, 0), "b": (0.2, 0)}, angle=1.0)
     hinges = [
@@ -367,9 +369,7 @@ def test_other_lengths_may_need_another_plan():
     ]
     assert [r.attributes["kernel"] for r in results][0] != results[1].attributes["kernel"]
     for result in results:
-        assert (
-            np.abs(result.energy.residual).max() < 1e-7 * result.file["energy"].attrs["turned_over"]
-        )
+        assert result.solver["energy_residual_share"] < 1e-7
 
 
 @pytest.mark.parametrize("point", [0.0, 0.02, 0.2])
@@ -387,7 +387,7 @@ def test_a_quick_return_driven_by_torque(point):
     )
     result = cl.simulate(scene, until=0.5, rtol=1e-9)
     assert result["crank"].theta[-1] > 6.0
-    assert np.abs(result.energy.residual).max() < 1e-6 * result.file["energy"].attrs["turned_over"]
+    assert result.solver["energy_residual_share"] < 1e-6
 
 
 @cl.contact
@@ -401,17 +401,14 @@ def rooted(penetration, penetration_rate, impact_speed, stiffness, low, high):
 @pytest.mark.parametrize(("low", "high", "gap"), [(1e-6, 1e-2, -1e-6), (0.0, 2e-5, -2e-5)])
 def test_a_law_without_a_value_is_named(low, high, gap):
     """On the way out or on the way in: the joint, what is no number, and where (1e-9 m)."""
-    ball = cl.Body("ball", 0.5, 1e-4)
-    law = rooted(stiffness=1e6, low=low, high=high)
-    joint = cl.ClearanceRevolute(
-        cl.ground, ball, name="J", radius=0.01, clearance=1e-4, contact=law
-    )
+    scene = ball(rooted(stiffness=1e6, low=low, high=high), clearance=1e-4)
+
     message = (
         r"joint J: contact_force is not a number at a gap of (\S+) m: "
         r"the law rooted has no value there \(J: ecc"
     )
     with pytest.raises(cl.SimulationError, match=message) as caught:
-        cl.simulate(cl.Scene(joint), until=0.1)
+        cl.simulate(scene, until=0.1)
     assert float(re.search(message, str(caught.value))[1]) == pytest.approx(gap, abs=1e-9)
 
 
@@ -438,6 +435,7 @@ def constant_push(time):
 
 
 def test_a_changed_number_behind_a_law_takes_effect(monkeypatch):
+    """A global that a signal reads is read anew for each run."""
     slider = cl.Body("slider", 2.0, 1e-3)
     scene = cl.Scene(cl.Prismatic(cl.ground, slider, name="g"), cl.Force(slider, x=constant_push))
     assert cl.simulate(scene, until=0.1, samples=3)["slider"].ax[-1] == pytest.approx(2.5)
@@ -491,5 +489,6 @@ def test_outputs_of_a_drive_law():
 
 
 def test_output_without_a_unit_is_refused():
+    """An output without unit and description is a TypeError."""
     with pytest.raises(TypeError, match="law lag: shown.'third'. must be .unit, description"):
         lagging({"third": half})
