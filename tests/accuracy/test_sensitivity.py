@@ -177,6 +177,7 @@ def test_a_corner_is_not_trusted():
     ],
 )
 def test_units(units, parameter, quotient_of):
+    """Units of a number over a parameter are simplified."""
     assert quotient(units, parameter) == quotient_of
 
 
@@ -198,6 +199,7 @@ def test_units(units, parameter, quotient_of):
     ],
 )
 def test_wrong_parameters(given, message, crank):
+    """A parameter that the scene does not have is refused."""
     with pytest.raises(ValueError, match=message):
         cl.simulate(cl.load_case(crank), turns=1, sensitivity=given)
 
@@ -259,6 +261,7 @@ def test_turns_of_a_motor(friction, median, worst, motor):
 
 
 def test_impacts_are_refused():
+    """Motions with impacts have no derivative that steps could give."""
     with pytest.raises(ValueError, match="joint C starts with a touch"):
         cl.simulate(cl.load_case("slider_crank", model="dry"), turns=1, sensitivity="speed")
 
@@ -271,6 +274,7 @@ def test_a_bound_is_refused():
 
 
 def test_sizes_of_parameters():
+    """The size of a change is the one stated, else the parameter's value."""
     assert wanted("a, b=2mm") == {"a": None, "b": "2mm"}
     assert wanted({"a": 3.0}) == {"a": 3.0}
     assert wanted(["a"]) == {"a": None}
@@ -288,6 +292,7 @@ def test_columns_have_gaps():
 
 
 def test_a_damaged_table(tmp_path):
+    """A table of another shape is refused by its place in the file."""
     path = tmp_path / "run.h5"
     cl.simulate(oscillator(), until=0.1, sensitivity="bodies/block/mass", path=path).close()
     with h5py.File(path, "r+") as file:

@@ -83,6 +83,7 @@ class TestFiveAxisChain:
         )
 
     def test_axial_forces_are_the_weights(self, validated):
+        """Each joint carries the weights of the links above it."""
         for t in (0.0, 2.0):
             actual = outputs("five_axis_chain", t, *(f"joints/{n}/axial_force" for n in FIVE))
             weights, options = (
@@ -236,6 +237,7 @@ class TestThreeLoopChain:
         validated("cut forces of the three-loop chain", actual[2:], cuts, last(5), unit="N", **GUO)
 
     def test_frictionless(self):
+        """Without friction, torque and forces are the ideal ones of the run with it."""
         paths = ["drives/crank/torque", *self.CUTS]
         for t in (0.0, 8.0):
             bare = outputs("three_loop_chain", t, *paths, friction="none")
@@ -250,6 +252,7 @@ class TestThreeLoopChain:
         ],
     )
     def test_friction_of_the_crank_pin(self, friction, torques, validated):
+        """Friction of one pin at six moments, to all printed digits."""
         actual = [
             outputs("three_loop_chain", t, "joints/ground-g/friction", friction=friction)[0]
             for t in range(0, 11, 2)
@@ -262,6 +265,7 @@ class TestThreeLoopChain:
         [(0, 0.999011, 0.119002, 0.016167), (10, 1.164278, 0.285188, 0.061713)],
     )
     def test_friction_in_all_pins(self, t, torque, friction, ours, validated):
+        """Torques with friction in all pins, and how fast its iteration contracts."""
         row = observed(mechanism("three_loop_chain", where="all", pin_radius=0.005), float(t))
         entire, ideal = row["drives/crank/torque"], row["drives/crank/torque_ideal"]
         actual, what = (
@@ -656,6 +660,7 @@ class TestMobileManipulator:
         ],
     )
     def test_refusals(self, given, message):
+        """Options that do not go together are refused."""
         with pytest.raises(ValueError, match=message):
             load_case("mobile_manipulator", **given)
 
@@ -685,5 +690,6 @@ class TestMobileManipulator:
     ],
 )
 def test_refusals(case, given, message):
+    """Wrong options of the cases are refused with their names."""
     with pytest.raises(ValueError, match=message):
         load_case(case, **given)

@@ -245,6 +245,7 @@ def scene(*, a: float = 1.0) -> cl.Scene:
 @pytest.mark.parametrize("text", ["raise RuntimeError", "return 3", "return 'a reason'"])
 @pytest.mark.parametrize("top", ["", "raise Mine"])
 def test_T9_exceptions_without_a_text(base, text, top, tmp_path, capsys):
+    """An exception whose text is empty or fails still gives a line."""
     path = tmp_path / "mine.py"
     path.write_text(RAISING.format(base=base, text=text, what="Mine", top=top))
     words = line(capsys, "run", path)
@@ -256,6 +257,7 @@ def test_T9_exceptions_without_a_text(base, text, top, tmp_path, capsys):
 )
 @pytest.mark.parametrize("top", [True, False])
 def test_T10_what_is_no_error_ends_in_a_line(what, top, tmp_path, capsys):
+    """Whatever a user's file raises ends in a line with its name."""
     path = tmp_path / "mine.py"
     raised = f"raise {what}" if top else ""
     path.write_text(RAISING.format(base="Exception", text="return ''", what=what, top=raised))
@@ -264,6 +266,7 @@ def test_T10_what_is_no_error_ends_in_a_line(what, top, tmp_path, capsys):
 
 @pytest.mark.parametrize("error", [MemoryError(), MemoryError("Unable to allocate 3 GiB")])
 def test_T11_no_memory_is_one_line(error, monkeypatch, capsys):
+    """A run that gets no memory ends in a line, with status 1."""
     from clearance import simulation
 
     def simulate(*_, **__):

@@ -33,6 +33,7 @@ def run(*arguments, capsys=None):
 
 
 def test_run_json(tmp_path, capsys):
+    """The document of a run has status, numbers and units."""
     out = tmp_path / "run.h5"
     status, text, err = run(
         "run",
@@ -59,6 +60,7 @@ def test_run_json(tmp_path, capsys):
 
 
 def test_units_and_readable_summary(tmp_path, capsys):
+    """Units are understood; the summary and the picture are there."""
     status, text, _ = run(
         "run",
         "slider_crank",
@@ -114,6 +116,7 @@ def test_units_and_readable_summary(tmp_path, capsys):
     ],
 )
 def test_bad_input_is_one_clear_line(arguments, line, tmp_path, capsys):
+    """Wrong arguments of a run: one line, status 2, no file."""
     status, text, err = run(
         "run", "six_bar_feeder", *arguments, "-o", tmp_path / "r.h5", capsys=capsys
     )
@@ -153,6 +156,7 @@ def test_bad_input_is_one_clear_line(arguments, line, tmp_path, capsys):
     ],
 )
 def test_bad_input_of_the_studies(arguments, line, tmp_path, capsys, monkeypatch):
+    """Wrong arguments of the studies: one line, status 2."""
     monkeypatch.chdir(tmp_path)
     status, out, err = run(*arguments, capsys=capsys)
     assert (status, out) == (2, "")
@@ -161,6 +165,7 @@ def test_bad_input_of_the_studies(arguments, line, tmp_path, capsys, monkeypatch
 
 
 def test_a_folder_that_cannot_be_made_is_known_before_the_work(tmp_path, capsys):
+    """A file where a folder should be is named before the study runs."""
     (tmp_path / "taken").write_text("")
     status, _, err = run("work-precision", "slider_crank", "-o", tmp_path / "taken", capsys=capsys)
     assert status == 2
@@ -169,6 +174,7 @@ def test_a_folder_that_cannot_be_made_is_known_before_the_work(tmp_path, capsys)
 
 @pytest.mark.parametrize("case", ["nosuch", "no/such.py", "nosuch.py"])
 def test_unknown_case(case, capsys):
+    """An unknown case is answered with those that there are."""
     status, _, err = run("run", case, capsys=capsys)
     assert status == 2
     assert "known: double_pendulum, five_axis_chain, four_bar" in err or "no case file" in err
@@ -202,6 +208,7 @@ def test_unknown_case(case, capsys):
     ],
 )
 def test_bad_case_files(text, line, tmp_path, capsys):
+    """A case file that fails is named in one line."""
     path = tmp_path / "own.py"
     path.write_text(text)
     status, _, err = run("run", path, "--until", 1, capsys=capsys)
@@ -249,6 +256,7 @@ def test_a_mechanism_of_ones_own(name, tmp_path, capsys):
 
 
 def test_what_a_case_prints_stays_out_of_the_json(tmp_path, capsys):
+    """Output of a user's file does not break the document."""
     path = tmp_path / "talking.py"
     path.write_text(
         "import clearance as cl\nprint('loading')\n"
@@ -269,6 +277,7 @@ def test_what_a_case_prints_stays_out_of_the_json(tmp_path, capsys):
 
 
 def test_outputs_that_cannot_be_written(tmp_path, capsys):
+    """Impossible output names are refused, and nothing is written."""
     for out, options, line in (
         (tmp_path, [], "is a directory"),
         (tmp_path / "r.png", ["--plot"], "would be overwritten by the picture"),
@@ -307,6 +316,7 @@ def test_peaks_are_those_of_the_contacts(tmp_path, capsys):
 
 
 def test_cases(capsys):
+    """All parameters of all cases have units and a text."""
     status, text, _ = run("cases", "--json", capsys=capsys)
     assert status == 0
     document = json.loads(text)
@@ -330,6 +340,7 @@ def test_every_command_has_a_help_text(command):
 
 
 def test_explain(capsys):
+    """The document lists states, and what the scene does without."""
     status, text, _ = run(
         "explain",
         "six_bar_feeder",
@@ -357,6 +368,7 @@ def test_explain(capsys):
 
 
 def test_explain_lists_what_a_run_imports():
+    """The modules of a dry run have its stepper."""
     command = [
         sys.executable,
         "-m",
@@ -375,6 +387,7 @@ def test_explain_lists_what_a_run_imports():
 
 
 def test_installed_entry_point():
+    """The module run as a program prints the same line."""
     done = subprocess.run(
         [sys.executable, "-m", "clearance.cli", "run", "six_bar_feeder", "-p", "clearance=-1mm"],
         capture_output=True,
@@ -387,6 +400,7 @@ def test_installed_entry_point():
 
 @pytest.mark.parametrize("stored", ["bodies/slider/x", "joints/C/ecc*", "none"])
 def test_a_run_that_keeps_little_is_summed_up_all_the_same(stored, tmp_path, capsys):
+    """The summary does not depend on the channels that are stored."""
     words = [
         "run",
         "slider_crank",
@@ -479,6 +493,7 @@ IDEAL_RUN = ["run", "slider_crank", "-p", "model=ideal", "--turns", "1"]
 
 
 def test_R10_a_replaced_result_is_told(tmp_path, monkeypatch, capsys):
+    """A second run states that it replaced the first one's file."""
     monkeypatch.chdir(tmp_path)
     assert cli.main([*IDEAL_RUN, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["replaced"] is False
@@ -489,12 +504,14 @@ def test_R10_a_replaced_result_is_told(tmp_path, monkeypatch, capsys):
 
 
 def test_R10_an_option_whose_value_is_two_dashes(capsys):
+    """Two dashes are no value."""
     with pytest.raises(SystemExit, match="2"):
         cli.main([*IDEAL_RUN, "--rtol=--"])
     assert capsys.readouterr().err == "clearance: argument --rtol: expected a value, got '--'\n"
 
 
 def test_R10_more_starts_than_can_end():
+    """A count of starts beyond all time is refused."""
     from clearance.identify.fit import fit
 
     with pytest.raises(

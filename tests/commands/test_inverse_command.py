@@ -14,6 +14,7 @@ def inverse(*arguments, capsys):
 
 
 def test_summary_and_file(tmp_path, capsys, monkeypatch):
+    """The summary has torques and forces; the file is complete."""
     monkeypatch.chdir(tmp_path)
     status, text, err = inverse(
         "three_loop_chain", "--until", "10s", "--samples", "51", capsys=capsys
@@ -29,6 +30,7 @@ def test_summary_and_file(tmp_path, capsys, monkeypatch):
 
 
 def test_json(tmp_path, capsys):
+    """The document of an inverse solution has what the summary has."""
     out = tmp_path / "all.h5"
     status, text, err = inverse(
         "three_loop_chain",
@@ -74,6 +76,7 @@ def test_a_tree_carries_weight_along_its_axes(tmp_path, capsys):
 
 
 def test_turns_of_a_constant_drive(tmp_path, capsys):
+    """A turn of a constant drive; no friction is stated where there is none."""
     _, text, _ = inverse("four_bar", "--turns", 1, "-o", tmp_path / "r.h5", "--json", capsys=capsys)
     document = json.loads(text)
     assert (document["samples"], document["until_s"]) == (401, pytest.approx(0.2))
@@ -118,6 +121,7 @@ def test_a_motion_that_ends_part_way(tmp_path, capsys):
     ],
 )
 def test_wrong_input_is_one_clear_line(arguments, line, tmp_path, capsys, monkeypatch):
+    """Wrong arguments: one line, status 2, no file."""
     monkeypatch.chdir(tmp_path)
     status, text, err = inverse(*arguments, capsys=capsys)
     assert (status, text) == (2, "")

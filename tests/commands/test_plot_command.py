@@ -70,6 +70,7 @@ def size(path) -> int:
 )
 @pytest.mark.parametrize("picture", few_of(["undrawn", "drawn"], 1))
 def test_pictures_of_a_run(kind, picture, folder, tmp_path, capsys, request):
+    """Every kind of picture of one run, drawn and undrawn."""
     if picture == "undrawn":
         request.getfixturevalue("undrawn")
     shutil.copy(
@@ -88,6 +89,7 @@ def test_pictures_of_a_run(kind, picture, folder, tmp_path, capsys, request):
 @pytest.mark.parametrize("kind", sorted(set(pictures.OF_SWEEPS) - {"scatter"}))
 @pytest.mark.parametrize("picture", few_of(["undrawn", "drawn"], 1))
 def test_pictures_of_a_sweep(kind, picture, folder, tmp_path, capsys, request):
+    """Every kind of picture of a sweep."""
     if picture == "undrawn":
         request.getfixturevalue("undrawn")
     more = ["--at", "clearance=0.5mm"] if kind == "bifurcation" else []
@@ -99,6 +101,7 @@ def test_pictures_of_a_sweep(kind, picture, folder, tmp_path, capsys, request):
 
 
 def test_what_is_drawn_without_a_kind(folder, capsys):
+    """Without a kind each file has its usual picture."""
     for name, picture in (
         ("grid", "grid/map.png"),
         ("samples", "samples/curves.png"),
@@ -133,6 +136,7 @@ def test_a_sweep_that_draws_its_picture(tmp_path, capsys):
     ],
 )
 def test_several_runs(kind, options, folder, tmp_path, capsys):
+    """Pictures of two runs name both."""
     inputs = folder / "dry.h5", folder / "lubricated.h5"
     status, _, err = run("plot", *inputs, kind, *options, "-o", tmp_path / "p.svg", capsys=capsys)
     assert (status, err) == (0, "")
@@ -291,6 +295,7 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
     ],
 )
 def test_bad_input_is_one_clear_line(arguments, line, folder, capsys, monkeypatch):
+    """Wrong arguments: one line and status 2."""
     monkeypatch.chdir(folder)
     status, text, err = run("plot", *arguments, capsys=capsys)
     assert (status, text) == (2, "")
@@ -300,12 +305,14 @@ def test_bad_input_is_one_clear_line(arguments, line, folder, capsys, monkeypatc
 
 
 def test_bad_input_is_a_document_where_one_is_asked_for(folder, capsys):
+    """With --json wrong input is a document."""
     status, text, _ = run("plot", folder / "dry.h5", "map", "--json", capsys=capsys)
     assert status == 2
     assert json.loads(text)["status"] == "wrong input"
 
 
 def test_a_run_of_one_sample(folder, tmp_path, capsys):
+    """One sample cannot be drawn, which is stated."""
     run_file = cl.simulate(
         cl.load_case("slider_crank", model="ideal"), turns=1e-3, samples_per_turn=10
     )
@@ -320,6 +327,7 @@ def test_a_run_of_one_sample(folder, tmp_path, capsys):
 
 
 def test_a_package_that_is_not_installed_is_one_line(folder, capsys, monkeypatch):
+    """Without a package the command ends in one line."""
     monkeypatch.setitem(sys.modules, "clearance.postprocess.plots", None)
     status, _, err = run("plot", folder / "dry.h5", capsys=capsys)
     assert status == 2
@@ -327,6 +335,7 @@ def test_a_package_that_is_not_installed_is_one_line(folder, capsys, monkeypatch
 
 
 def test_only_pictures_import_matplotlib():
+    """Commands that draw nothing do not import matplotlib."""
     code = (
         "import sys, clearance.cli as cli; cli.main(['cases', '--json'])\n"
         "cli.main(['plot', 'nosuch.h5', '--json'])\n"
@@ -385,6 +394,7 @@ def test_lyapunov(tmp_path, capsys):
     ],
 )
 def test_bad_lyapunov(arguments, line, capsys):
+    """Wrong arguments of `lyapunov`: one line and status 2."""
     status, text, err = run("lyapunov", *arguments, capsys=capsys)
     assert (status, text) == (2, "")
     assert line in err
@@ -430,6 +440,7 @@ def test_pictures_of_a_result_without_a_file(tmp_path):
 
 
 def test_pictures_of_an_open_sweep(folder):
+    """`sweep.plot` draws the metrics that are named, else the usual ones."""
     sweep = cl.open_sweep(folder / "grid")
     figure = sweep.plot.map("drive_crank_torque_rms", x="clearance")
     assert figure.axes[0].get_xlabel() == "clearance [mm]"
@@ -448,6 +459,7 @@ def test_pictures_of_an_open_sweep(folder):
     ],
 )
 def test_pictures_that_there_are_not(draw, error, message, folder):
+    """A picture that a run cannot have is refused."""
     with cl.open_result(folder / "dry.h5") as run, pytest.raises(error, match=message):
         draw(run)
 
@@ -479,6 +491,7 @@ def test_names_that_two_parts_share_are_paths(monkeypatch, folder):
 
 @pytest.mark.usefixtures("undrawn")
 def test_pages_of_a_result(folder, tmp_path):
+    """A result writes its moving view and its report."""
     with cl.open_result(folder / "dry.h5") as run:
         assert run.view(tmp_path / "moving.html").stat().st_size > 50_000
         assert run.report(tmp_path / "report.html").stat().st_size > 10_000

@@ -21,6 +21,7 @@ def sweep(folder, *words, capsys=None):
 
 
 def test_a_grid_again_and_its_summary(tmp_path, capsys):
+    """The second call runs nothing and has the same summary."""
     words = [*FILM, "-p", "speed=20,30", "-p", "clearance=0.1mm:0.3mm:3"]
     status, message = sweep(tmp_path / "out", *words, capsys=capsys)
     assert status == 0
@@ -39,6 +40,7 @@ def test_a_grid_again_and_its_summary(tmp_path, capsys):
 
 
 def test_lists_of_texts_and_of_numbers_that_go_together(tmp_path, capsys):
+    """Texts are separated by semicolons; --zip pairs numbers."""
     assert (
         cli.main(
             [
@@ -69,6 +71,7 @@ def test_lists_of_texts_and_of_numbers_that_go_together(tmp_path, capsys):
 
 
 def test_a_text_that_the_case_takes_whole_is_one_value(tmp_path, capsys):
+    """A list of joints is one value of its parameter."""
     words = ["-p", "joints=B,C", "-p", "speed=20,30", "-p", "film=pinkus_sternlicht"]
     assert (
         cli.main(["sweep", "six_bar_feeder", *words, *QUICK, "--json", "-o", str(tmp_path / "out")])
@@ -78,6 +81,7 @@ def test_a_text_that_the_case_takes_whole_is_one_value(tmp_path, capsys):
 
 
 def test_samples(tmp_path, capsys):
+    """Samples are those of the Python interface for the seed."""
     words = [
         *FILM,
         "--sample",
@@ -98,6 +102,7 @@ def test_samples(tmp_path, capsys):
 
 
 def test_failed_points_give_status_1(tmp_path, capsys):
+    """Points that fail are counted, with their reasons."""
     status, message = sweep(
         tmp_path / "out",
         *FILM,
@@ -133,6 +138,7 @@ def test_failed_points_give_status_1(tmp_path, capsys):
     ],
 )
 def test_wrong_input_is_one_line(words, reason, tmp_path, capsys):
+    """Wrong words of a sweep: one line and status 2."""
     assert (
         cli.main(
             [
@@ -164,12 +170,14 @@ def test_points_with_warnings(tmp_path, capsys):
 
 
 def test_channels_as_a_text(tmp_path):
+    """A text for channels is refused with the list that is meant."""
     points = cl.grid(speed=[20.0])
     with pytest.raises(TypeError, match=r"channels: give a list .* got the text 'none'; \[\] "):
         cl.sweep("slider_crank", points, tmp_path / "out", channels="none")
 
 
 def test_another_sweep_in_the_directory(tmp_path, capsys):
+    """A directory of another sweep is refused with the difference."""
     sweep(tmp_path / "out", *FILM, "-p", "speed=20,30", capsys=capsys)
     status, message = sweep(tmp_path / "out", *FILM, "-p", "speed=20,31", capsys=capsys)
     assert status == 2

@@ -153,6 +153,7 @@ def test_asperities_rub():
 
 
 def test_only_what_was_chosen_is_there():
+    """Outputs and states are those of the laws that a joint has."""
     plain, entire = observed(build(pair())), observed(build(mixed("lugre", 0.9)))
     for name in (
         "membership_dry",
@@ -174,6 +175,7 @@ def test_leaving_the_drag_out_breaks_the_balance():
 
 
 def test_friction_turns_both_bodies_and_takes_energy():
+    """Friction slows the journal, drags the bearing and loses power."""
     scene = pair(m.dry, 0.0, 100.0, 1.01, (0.0, 0.0), friction=cl.coulomb(coefficient=0.2))
     row = observed(build(scene))
     assert row["bodies/journal/alpha"] < 0.0 < row["bodies/bearing/alpha"]
@@ -184,12 +186,14 @@ def test_friction_turns_both_bodies_and_takes_energy():
 
 
 def test_film_thickness_ratio_only_with_roughness():
+    """The ratio is the gap over the roughness, where there is one."""
     rough = observed(build(pair(roughness=1e-6)))
     assert rough["joints/J/film_thickness_ratio"] == pytest.approx(0.4 * C / 1e-6, rel=1e-12)
     assert "joints/J/film_thickness_ratio" not in observed(build(pair()))
 
 
 def test_centred_journal_has_no_direction_and_no_trouble():
+    """A concentric journal is damped along its motion only."""
     row = observed(build(pair(ratio=0.0, rate=(0.0, 0.01), spin_b=50.0)))
     p0 = 0.05 * 0.02 * 0.01**3 / C**2
     assert row["joints/J/force_y"] == pytest.approx(-6 * math.pi * p0 * 0.01 / C, rel=1e-6)

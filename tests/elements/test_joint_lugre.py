@@ -85,6 +85,7 @@ def test_it_sticks_under_a_load_below_break_away(validated):
 
 
 def test_it_breaks_away_above_the_static_level():
+    """A weight beyond the static level moves the arm."""
     heavy = cl.joint_lugre(**NUMBERS | {"static": 0.3, "kinetic": 0.2, "viscous": 1.0})
     run = cl.simulate(arm(heavy), until=3.0, rtol=1e-8)
     # the weight of 0.39 N m at the start moves it
@@ -92,6 +93,7 @@ def test_it_breaks_away_above_the_static_level():
 
 
 def test_the_state_is_carried_only_where_a_joint_has_bristles():
+    """Bristles are one state, and one of their joint only."""
     assert build(arm(), ledger=False).size == 3
     assert (
         build(
@@ -104,6 +106,7 @@ def test_the_state_is_carried_only_where_a_joint_has_bristles():
 
 
 def test_load_dependent_bristles_follow_the_reaction():
+    """The load is that of the pin; sliding friction is Stribeck's for it."""
     law = cl.joint_lugre_loaded(
         static=0.3, kinetic=0.2, stribeck_rate=0.1, stiffness=80.0, viscous=0.1
     )
@@ -158,6 +161,7 @@ def test_the_jacobian_is_that_of_the_right_side(name):
 
 
 def test_inverse_dynamics_has_no_time_to_bend_bristles():
+    """A prescribed motion refuses friction with a state."""
     with pytest.raises(
         ValueError, match="joint J: friction joint_lugre has a state that time integrates"
     ):
@@ -165,6 +169,7 @@ def test_inverse_dynamics_has_no_time_to_bend_bristles():
 
 
 def test_bristles_that_may_push_are_said():
+    """Damping that may push is warned of; levels in the wrong order are refused."""
     run = cl.simulate(arm(cl.joint_lugre(**NUMBERS | {"viscous": 0.1, "damping": 2.0})), until=0.01)
     assert any(
         "joint J: joint_lugre: is passive at all rates only with viscous" in w for w in run.warnings

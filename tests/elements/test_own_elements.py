@@ -89,10 +89,12 @@ def test_second_scene_has_its_own_numbers():
 
 
 def test_declared_number_is_no_part_of_the_structure():
+    """Another number of a declared field is the same structure."""
     assert build(pulled(stiffness=250.0)).structure is build(pulled()).structure
 
 
 def test_a_value_without_a_hash_is_refused():
+    """A field that cannot be compared is refused by its type."""
     with pytest.raises(
         TypeError, match="joint ground-b: table of type bytearray cannot be told from"
     ):
@@ -185,6 +187,7 @@ def test_wrong_declaration(method, entry, text):
 
 
 def test_states_and_coordinates_belong_together():
+    """States without coordinates, and the reverse, are refused."""
     with pytest.raises(ValueError, match="'x' stands there twice"):
         wrong(states=lambda self: [STATE, STATE])
     with pytest.raises(ValueError, match="state y: order 2 needs a coordinate"):
@@ -213,17 +216,20 @@ ACTS = {
 
 @pytest.mark.parametrize("text", ACTS)
 def test_wrong_act(text):
+    """An `act` that returns something else is refused."""
     with pytest.raises(ValueError, match=text):
         build(wrong(act=ACTS[text]))
 
 
 def test_state_without_a_rate():
+    """A state that `act` gives no rate is named."""
     scene = wrong(states=lambda self: [STATE, State("z", "K", 1.0, order=1)])
     with pytest.raises(ValueError, match="joint g: act gives state 'z' no rate"):
         build(scene)
 
 
 def test_field_without_a_hash():
+    """A list in a field is refused when the scene is made."""
     spring = Compared(cl.ground, cl.Body("b", 1.0, 1e-3), table=[1.0], name="g")
     with pytest.raises(TypeError, match="joint g: table has no hash .* got \\[1.0\\]"):
         cl.Scene(spring)

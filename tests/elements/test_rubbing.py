@@ -134,6 +134,7 @@ def test_driving_power_is_energy_and_losses(law):
 
 
 def test_without_coefficients_nothing_changes_by_a_bit():
+    """Zero friction changes nothing; small friction changes linearly."""
     bare, zero = row(four_bar(), 0.4), row(four_bar(cl.joint_coulomb(coefficient=0.0)), 0.4)
     assert {n: zero[n] for n in bare} == bare
     assert zero["drives/crank/torque_ideal"] == bare["drives/crank/torque"]
@@ -178,6 +179,7 @@ def test_of_several_solutions_it_is_the_one_that_grows_out_of_no_friction(valida
 
 
 def test_friction_that_locks_the_mechanism_is_said():
+    """Beyond the last solution the run ends with its reason."""
     law = cl.joint_coulomb(coefficient=2.0)
     # by continuation in mu R_p from zero, the solution ends near 0.055 m here
     scene = four_bar(law, pin_radius=0.025)
@@ -190,6 +192,7 @@ def test_friction_that_locks_the_mechanism_is_said():
 
 
 def test_driven_joints_rub_without_any_iteration():
+    """Friction of a driven pin changes its torque and no force."""
     law = LAWS["coulomb"]
     options = {"A": {"friction": law, "pin_radius": 0.01}}
     scene = four_bar(**options)
@@ -208,6 +211,7 @@ def test_driven_joints_rub_without_any_iteration():
 
 
 def test_laws_without_load_need_no_reaction():
+    """Breakaway friction needs neither a load nor an iteration."""
     law = cl.breakaway_linear(breakaway=0.025, coulomb=0.02, viscous=0.001)
     scene = four_bar(**{n: {"friction": law} for n in "ABCD"})
     text = build(scene, ledger=False).structure.texts["observe"]
@@ -220,6 +224,7 @@ def test_laws_without_load_need_no_reaction():
 
 
 def test_a_scene_without_friction_has_nothing_of_it():
+    """Kernels without friction have no word of it."""
     texts = build(four_bar()).structure.texts
     assert not any(
         word in text for text in texts.values() for word in ("pin_load", "rub_", "slide_load")
@@ -437,6 +442,7 @@ def _series_drive(b, coefficients):
 
 
 def test_the_sign_function_is_refused_where_forces_decide_on_the_motion():
+    """Forward dynamics need a transition rate; prescribed motions do not."""
     with pytest.raises(
         ValueError, match=r"joint A: friction joint_coulomb has a sign function.*transition_rate"
     ):
@@ -540,6 +546,7 @@ def test_loads_out_of_the_plane_of_a_chain(validated):
 
 
 def test_friction_takes_axial_force_and_bending():
+    """Loads out of the plane rub too, as in Newton's equations."""
     law = cl.joint_coulomb(coefficient=0.2)
     scene = plate(friction=law, pin_radius=0.02, friction_arm=0.03, bending_arm=0.06)
     consistent(scene, row(scene, 0.3))
@@ -550,12 +557,14 @@ def test_friction_takes_axial_force_and_bending():
     [({"bending_arm": 0.05}, "friction_arm"), ({"friction_arm": 0.03}, "bending_arm")],
 )
 def test_arms_are_asked_for_where_they_rub(missing, field):
+    """A joint with axial force or bending needs the arms of them."""
     law = cl.joint_coulomb(coefficient=0.2)
     with pytest.raises(ValueError, match=f"joint (elbow|shoulder): carries .* needs {field}"):
         build(plate(friction=law, pin_radius=0.02, **missing))
 
 
 def test_loops_need_to_say_who_carries_loads_out_of_the_plane(validated):
+    """A self-aligning joint decides it; the forces are the weights."""
     gravity = (0.0, -9.81, -2.0)
     with pytest.raises(ValueError, match=r"closed loop \(joints .*self_aligning=True"):
         build(four_bar(gravity=gravity))
@@ -572,6 +581,7 @@ def test_loops_need_to_say_who_carries_loads_out_of_the_plane(validated):
 
 
 def test_a_planar_scene_has_no_loads_out_of_the_plane():
+    """Without such loads there are no outputs of them."""
     assert not any(
         "axial" in c.path or "bending" in c.path for c in build(four_bar()).layout.channels
     )
@@ -586,6 +596,7 @@ def test_a_planar_scene_has_no_loads_out_of_the_plane():
     time=st.floats(0.0, 2.0),
 )
 def test_any_friction_in_every_pin(coefficient, radius, viscous, time):
+    """Any coefficients: Newton's equations to 1e-10, and no power gained."""
     law = cl.joint_coulomb(coefficient=coefficient, viscous=viscous)
     scene = four_bar(law, pin_radius=radius)
     actual = row(scene, time)
@@ -613,6 +624,7 @@ def test_a_linkage_that_comes_to_rest_stays_there(transition_rate):
 
 
 def test_a_sign_sharper_than_the_tolerance_is_said():
+    """A transition rate below the tolerance is warned of."""
     run = cl.simulate(sled(transition_rate=1e-7), until=0.1)
     assert any(
         "joint guide: transition_rate 1e-07 m/s is finer than rtol 1e-06 sees" in w

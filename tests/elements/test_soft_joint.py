@@ -47,6 +47,7 @@ def test_change_and_rest():
 
 
 def test_inverse_dynamics_is_refused():
+    """A motion that forces hold is not prescribed."""
     with pytest.raises(ValueError, match="joint A is held by forces: its motion is not prescribed"):
         cl.inverse_dynamics(hanging(), until=1.0)
 

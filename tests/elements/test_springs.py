@@ -17,6 +17,7 @@ LAWS = {
 
 
 def test_all_laws_are_here():
+    """Every spring law of the package is tested here."""
     names = [n for n, v in vars(cl.laws).items() if getattr(v, "family", None) is cl.spring]
     assert sorted(names) == sorted(LAWS)
 
@@ -44,10 +45,12 @@ def test_a_cycle_takes_energy_out(law):
 
 @pytest.mark.parametrize("name", ["backlash", "friction_damper", "quadratic_damper"])
 def test_odd_laws_have_no_side(name):
+    """Odd laws have opposite tensions at opposite strains."""
     assert LAWS[name](-0.015, -0.2) == -LAWS[name](0.015, 0.2)
 
 
 def test_stops_never_pull():
+    """Stops and backlash push only, however fast the rebound."""
     assert LAWS["stop"](-0.011, 10.0) == 0.0
     assert LAWS["stop"](-0.011, -1.0) == pytest.approx(-1e4 * 1e-3 * 1.3, rel=1e-12)
     assert LAWS["backlash"](0.011, -10.0) == 0.0
@@ -101,6 +104,7 @@ def test_the_period_of_a_hardening_spring():
 
 
 def test_a_law_beside_stiffness_is_refused():
+    """A law and a stiffness exclude each other."""
     with pytest.raises(ValueError, match="tension takes the place of stiffness and damping"):
         oscillator(stiffness=1.0, tension=LAWS["stop"])
     with pytest.raises(TypeError, match="tension must be a spring law"):

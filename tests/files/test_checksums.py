@@ -402,6 +402,7 @@ def unsealed(path):
 
 
 def test_L8_journals_without_checksums_are_read(sweeps, tmp_path):
+    """Sweeps of older versions, without checksums, are read as before."""
     for name in ("few", "many"):
         folder = Path(shutil.copytree(sweeps / name, tmp_path / name))
         entire = cl.open_sweep(folder)

@@ -94,6 +94,7 @@ def flip_in(path, name, place=5):
 
 
 def test_R7_a_flipped_bit_is_reported_with_its_dataset(files, dry, tmp_path, capsys):
+    """A flipped bit is reported with file and dataset, by Python and by commands."""
     flip_in(dry, "joints/C/force_x")
     with (
         cl.open_result(dry) as run,
@@ -154,6 +155,7 @@ def test_R7_long_texts_have_checksums(dry, capsys):
     ],
 )
 def test_R5_a_missing_attribute_is_named(dry, capsys, place, name, message):
+    """A missing attribute is named where it is read."""
     with h5py.File(dry, "a") as file:
         del file[place].attrs[name]
     if name in ("units", "actual_range"):
@@ -178,6 +180,7 @@ def test_R5_a_scene_without_something(dry, capsys):
     "command", [["run"], ["sweep", "-p", "speed=1,2"], ["lyapunov"], ["explain"]]
 )
 def test_R5_a_result_file_is_no_case(dry, capsys, command):
+    """A result in place of a case is answered with the command for it."""
     assert "is a result, no case; clearance run " in text_one(capsys, command[0], dry, *command[1:])
 
 
@@ -308,6 +311,7 @@ def test_nothing_of_a_strangers_sweep_is_executed(files, tmp_path, capsys):
     ],
 )
 def test_R10_a_journal_line_that_is_none_is_passed_over(tmp_path, line, text):
+    """Broken lines of a journal do not hide good ones."""
     good = {"index": 1, "key": "k", "status": "done", "wall": 1, "metrics": {"a": 2}}
     path = tmp_path / "journal.jsonl"
     path.write_text(f"{json.dumps(line)}\n{json.dumps(good)}\n")
@@ -333,6 +337,7 @@ def test_R10_a_journal_line_that_is_none_is_passed_over(tmp_path, line, text):
     ],
 )
 def test_R10_what_is_wrong_with_a_sweep_is_said_in_words(files, tmp_path, change, message):
+    """A changed definition is refused with its fault."""
     document = signed_document((files["sweep: sweep.json"].source / "sweep.json").read_bytes(), "")
     change(document)
     (tmp_path / "sweep.json").write_text(json.dumps(document))
@@ -344,6 +349,7 @@ def test_R10_what_is_wrong_with_a_sweep_is_said_in_words(files, tmp_path, change
 
 
 def test_R5_comments_without_a_name_and_facts_that_no_file_keeps(files, tmp_path, capsys):
+    """Odd comments of a measurement are read or passed over."""
     text = files["measurement: CSV"].source.read_text()
     odd = (
         "#=\n# = x\n# .a = 1\n# a. = 1\n# many = [1,a]\n# large = 99999999999999999999\n# format "
@@ -384,6 +390,7 @@ def test_R5_an_open_quote_is_named_by_its_line(files, tmp_path, lines):
 
 
 def test_R10_folders_and_seeds(files, tmp_path, capsys):
+    """A file for a folder, and a seed too large, are refused."""
     (tmp_path / "file").touch()
     bench = files["measurement"].source
     for arguments in (
@@ -427,6 +434,7 @@ def room(size):
     ids=" ".join,
 )
 def test_R8_a_full_disk_is_said_and_nothing_half_is_left(dry, tmp_path, capsys, arguments):
+    """Without room a command ends in one line and leaves no file."""
     arguments = [a.format(tmp_path, dry=dry) for a in arguments]
     with room(2000):
         line = text_one(capsys, *arguments, status=1)
@@ -437,6 +445,8 @@ def test_R8_a_full_disk_is_said_and_nothing_half_is_left(dry, tmp_path, capsys, 
 
 
 def test_R10_a_folder_that_cannot_be_written_is_named(capsys, monkeypatch, tmp_path):
+    """A folder that refuses files is named."""
+
     def refused(path, data):
         raise OSError(30, "Read-only file system", str(path))
 
@@ -466,6 +476,7 @@ def test_U5_the_file_opens_as_a_tree(files):
 
 
 def test_A6_numbers_of_a_joint_stand_in_its_group(files):
+    """Radius, clearance and viscosity stand beside the channels, with units."""
     with h5py.File(files["lubricated run"].source) as file:
         about = dict(file["joints/C"].attrs)
         scene = next(j for j in json.loads(file.attrs["scene"])["joints"] if j["name"] == "C")
@@ -534,6 +545,7 @@ def test_S6_a_column_that_unpacks_beyond_reason_is_not_read(dry, tmp_path, monke
 
 
 def test_S6_memory_that_is_not_free_is_not_taken(dry, monkeypatch):
+    """A dataset larger than the free memory is refused."""
     with h5py.File(dry, "a") as file:
         file.create_dataset("extremes/odd", data=np.zeros(4 * 2**20), chunks=True, compression=9)
     monkeypatch.setattr(reading, "_free_memory", lambda: 3e7)

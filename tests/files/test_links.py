@@ -77,6 +77,7 @@ def test_S1_commands_refuse_a_link_in_place_of_a_lock(tmp_path, monkeypatch, cap
 
 @pytest.mark.parametrize("name", ["sweep.log", "journal.jsonl", "runs"])
 def test_S2_a_sweep_follows_no_link(tmp_path, capsys, outside, name):
+    """A link in the folder of a sweep is refused; its target is unharmed."""
     target, unchanged = outside
     folder = tmp_path / "sweep"
     sweep = ["sweep", "slider_crank", "-p", "speed=10,20", "--turns", "1", "--workers", "1"]
@@ -106,6 +107,7 @@ def test_S2_a_run_replaces_links(tmp_path, monkeypatch, outside, patience):
 
 
 def test_S2_checkpoints_are_in_no_linked_folder(tmp_path, outside):
+    """A linked folder of checkpoints is refused."""
     target, unchanged = outside
     parts_folder(tmp_path / "r.h5").symlink_to(target)
     with pytest.raises(ValueError, match=r"r\.h5\.parts is a link"):

@@ -88,6 +88,7 @@ def test_R1_a_second_run_onto_the_name_is_refused(tmp_path, entire, first, secon
 
 
 def test_R1_the_command_line_refuses_it_too(tmp_path, entire):
+    """A second run onto one name ends in one line."""
     path = tmp_path / "run.h5"
     with Paused(path) as run:
         call = [

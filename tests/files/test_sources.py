@@ -99,6 +99,7 @@ def change_words(path):
 
 
 def test_changed_docstrings_and_comments_rename_nothing(package):
+    """Other words in all files: all keys stay."""
     before = keys(package)
     paths = sorted(package.rglob("*.py"))
     assert len(paths) > 200
@@ -162,6 +163,7 @@ def test_all_versions_of_python_have_the_same_digest(tmp_path):
     ],
 )
 def test_the_digest_is_that_of_the_code(tmp_path, old, new, same):
+    """The digest changes with code, and with nothing else."""
     assert SAMPLE.count(old) == 1
     assert (digest(tmp_path, SAMPLE.replace(old, new)) == digest(tmp_path, SAMPLE)) == same
 

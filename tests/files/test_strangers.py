@@ -318,6 +318,7 @@ def test_only_plain_files_are_read(place, tmp_path, capsys):
 
 
 def test_a_text_beyond_reason_is_not_read(tmp_path):
+    """A text of more bytes than any has is refused."""
     from clearance.files import texts
 
     path = tmp_path / "large.csv"

@@ -104,6 +104,7 @@ def walked(tmp_path_factory) -> Path:
 
 
 def test_the_copy_is_what_runs(walked):
+    """Modules come from the copy of the repository."""
     modules = (
         "clearance",
         "clearance.laws.contact",
@@ -122,12 +123,14 @@ def test_the_copy_is_what_runs(walked):
 
 @pytest.mark.parametrize("command", few_of([c for c in COMMANDS if "pytest" in c], 1))
 def test_printed_tests_pass(walked, command):
+    """The tests of the walks pass."""
     actual = run(walked, *printed(command))
     assert actual.returncode == 0, actual.stdout[-3000:] + actual.stderr[-1000:]
     assert " passed" in actual.stdout
 
 
 def test_the_new_case_is_listed(walked):
+    """`clearance cases` has the new case."""
     actual = run(walked, "-m", "clearance.cli", "cases", "--json")
     assert actual.returncode == 0, actual.stderr
     assert "quick_return" in json.dumps(json.loads(actual.stdout))
@@ -142,6 +145,7 @@ def test_the_guide_takes_up_the_new_joint(walked):
 
 
 def test_printed_run(walked):
+    """The printed run is complete and has the new law."""
     (command,) = (c for c in COMMANDS if c.startswith("clearance run"))
     actual = run(walked, *printed(command))
     assert actual.returncode == 0, actual.stdout + actual.stderr
@@ -187,6 +191,7 @@ def test_printed_tests_can_fail(walked, file, right, wrong, test):
 
 @pytest.mark.skipif(importlib.util.find_spec("ruff") is None, reason="ruff is not installed")
 def test_the_linter_has_nothing_to_say(walked):
+    """Files of the walks pass the linter."""
     names = {where.split("`")[1] for where, _ in FENCED.findall(TEXT)} | {
         name for name, _, _ in LINE.findall(TEXT)
     }
@@ -201,6 +206,7 @@ def test_the_law_is_new():
 
 
 def test_the_page_stays_short():
+    """Words, lines and blocks of the page are counted."""
     prose = re.sub(r"<!-- street -->.*<!-- street:end -->", "", TEXT, flags=re.DOTALL)
     assert len(prose.split()) <= 1400  # the table is made: a row for each folder
     assert max(map(len, TEXT.splitlines())) <= 160

@@ -39,6 +39,7 @@ def test_users5_dir_lists_every_public_name():
 
 
 def test_users5_editors_and_python_have_the_same_lazy_names():
+    """Names for type checkers are those that Python imports lazily."""
     (block,) = (
         node
         for node in ast.parse(INIT.read_text()).body
@@ -52,6 +53,7 @@ def test_users5_editors_and_python_have_the_same_lazy_names():
 @pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("mypy") is None, reason="mypy is not installed")
 def test_type_checkers_know_what_a_run_has(tmp_path):
+    """mypy has types of results and scenes, and refuses wrong names."""
     script = tmp_path / "script.py"
     script.write_text(
         "import clearance as cl\n"
@@ -127,6 +129,7 @@ def test_users6_required_fields_have_no_default(name):
 
 
 def test_a_missing_clearance_is_named():
+    """A joint without its clearance is refused by name."""
     body = cl.Body("rod", 1.0, 1e-3)
     with pytest.raises(TypeError, match="^ClearanceRevolute C needs clearance$"):
         cl.ClearanceRevolute(cl.ground, body, name="C", radius=0.01)
@@ -141,6 +144,7 @@ def test_paths_of_before_are_still_there(before):
 
 
 def test_folders_show_what_was_documented_of_their_modules():
+    """Documented names of older paths still lead to their classes."""
     from clearance.results import PressureFields, Record, open_result
 
     assert open_result is cl.open_result

@@ -41,6 +41,7 @@ def cells(path):
 
 # --- the guide in pages
 def test_every_section_of_the_guide_stands_on_one_page(pages):
+    """The pages divide the guide: each section once."""
     text = pages.GUIDE.read_text()
     parts = pages.divided(text)
     titles = [s.title for part in parts.values() for s in part]
@@ -69,6 +70,7 @@ def test_links_between_pages_of_the_guide_lead_somewhere(pages):
 
 
 def test_links_to_the_guide_lead_to_its_pages(pages):
+    """Links into the guide are rewritten to the pages."""
     source = ["[a](clearance/GUIDE.md#elements) [b](clearance/GUIDE.md)"]
     pages.read_page(None, "README", source)
     assert source == ["[a](docs/made/guide/mechanism.md#elements) [b](docs/index.md)"]
@@ -80,6 +82,7 @@ def test_links_to_the_guide_lead_to_its_pages(pages):
 
 
 def test_every_law_and_case_is_listed(pages):
+    """The reference has all laws and the table of cases."""
     text = pages.law_page()
     for name in laws.__all__:
         if isinstance(getattr(laws, name), laws.Law):
@@ -101,12 +104,14 @@ def test_every_law_and_case_is_listed(pages):
     ],
 )
 def test_docstrings_become_fields_and_literals(pages, lines, wanted):
+    """Lines of a docstring become the markup of the site."""
     assert pages.restructured(lines, {"a", "b"}) == wanted
 
 
 # --- what is written by hand
 @pytest.mark.parametrize("path", TEXTS, ids=lambda p: p.name)
 def test_links_exist(path):
+    """Links of the site lead to files."""
     text = re.sub(r"```.*?```", "", path.read_text(), flags=re.DOTALL)
     for target in re.findall(r"\]\(([^)#\s]+)", text):
         made = target.startswith(("made/", "http"))
@@ -115,6 +120,7 @@ def test_links_exist(path):
 
 @pytest.mark.parametrize("path", TEXTS, ids=lambda p: p.name)
 def test_commands_are_understood(path):
+    """Commands on the pages pass the parser."""
     from clearance import cli
 
     for block in re.findall(r"```sh\n(.*?)```", path.read_text(), re.DOTALL):
@@ -169,6 +175,7 @@ def test_glossary_names_what_there_is():
 
 @pytest.mark.parametrize("path", [*NOTEBOOKS, *GALLERY], ids=lambda p: p.stem)
 def test_code_is_python_and_fits_a_page(path):
+    """Code on the pages compiles, in lines of 100."""
     code = cells(path)
     compile(code, path.name, "exec")
     assert [line for line in code.splitlines() if len(line) > 100] == []

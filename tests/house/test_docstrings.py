@@ -40,10 +40,12 @@ def lacking(objects, has):
     ],
 )
 def test_laws_state_equation_units_and_source(pattern):
+    """Every law states its equation, units and source."""
     assert lacking(LAWS, lambda law: re.search(pattern, law.__doc__)) == []
 
 
 def test_functions_have_a_docstring():
+    """Public functions have docstrings."""
     assert lacking(FUNCTIONS, inspect.getdoc) == []
 
 
@@ -58,6 +60,7 @@ def test_functions_that_check_say_what_they_raise():
 
 
 def test_classes_and_their_public_methods_have_docstrings():
+    """So do public classes and their methods."""
     assert lacking(CLASSES, inspect.getdoc) == []
     methods = {
         f"{c.__name__}.{name}": getattr(c, name)
@@ -71,6 +74,7 @@ def test_classes_and_their_public_methods_have_docstrings():
 
 
 def test_families_are_described():
+    """So do the families of laws."""
     assert all(inspect.getdoc(f) for f in PUBLIC.values() if isinstance(f, Family))
 
 

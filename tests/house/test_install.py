@@ -160,6 +160,7 @@ def test_all_modules_are_those_of_one_place(installed, tmp_path, place):
 
 @pytest.mark.slow
 def test_users1_python_has_the_whole_package_in_the_checkout(installed):
+    """A session in the checkout uses the installed package and its pages."""
     assert installed.run(SESSION).split() == ["True", "True"]
     names = {path.name for path in installed.root.iterdir()}
     assert {"report.html", "view.html", "run.png"} <= names

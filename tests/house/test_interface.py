@@ -143,6 +143,7 @@ def test_what_is_given_stays():
 
 
 def test_asperities_take_their_modulus_from_the_joint():
+    """The contact modulus of two steels is filled in."""
     joint = pin(
         cl.hertz,
         length=0.02,
@@ -156,6 +157,7 @@ def test_asperities_take_their_modulus_from_the_joint():
 
 
 def test_what_no_joint_can_determine_is_named():
+    """A number that a law still lacks is named with the joint."""
     with pytest.raises(ValueError, match="joint J: contact johnson: length is missing"):
         pin(cl.johnson(restitution=0.9))
     with pytest.raises(ValueError, match="joint J: contact hertz: .* exponent 1.5, not 2"):
@@ -187,6 +189,7 @@ def test_what_no_joint_can_determine_is_named():
     ],
 )
 def test_unknown_arguments_are_answered_with_the_known_ones(make, message):
+    """A wrong argument is answered with the right ones."""
     with pytest.raises(TypeError, match=message):
         make(cl.Body("body", 1.0, 1e-3))
 
@@ -209,6 +212,7 @@ def test_signatures_stay():
 def test_misspelt_names_are_answered_with_the_closest(
     arguments, message, capsys, tmp_path, monkeypatch
 ):
+    """A misspelt name is answered with the closest one."""
     monkeypatch.chdir(tmp_path)
     assert cli.main(arguments) == 2
     assert message in capsys.readouterr().err
@@ -226,6 +230,7 @@ def test_cases_lists_those_that_are_named(tmp_path, capsys):
 
 
 def test_figures_are_drawn_in_the_order_asked_for():
+    """Patterns choose figures in their order, each once."""
     from clearance.commands.figures import _chosen
 
     reference = ["a_map", "a_run", "b"]
@@ -381,6 +386,7 @@ def test_U3_points_act_as_their_law(journals):
 
 @pytest.mark.parametrize("picture", ["orbit", "history", "phase", "overview", "contacts"])
 def test_U3_own_laws_are_drawn(journals, picture):
+    """Pictures of joints with laws of one's own."""
     more = {"history": ["--channels", "P.force"], "phase": ["--channels", "P.gap,Q.gap"]}.get(
         picture, []
     )
@@ -391,12 +397,14 @@ def test_U3_own_laws_are_drawn(journals, picture):
 
 @pytest.mark.usefixtures("undrawn")
 def test_U3_own_laws_are_reported(journals):
+    """The report names a law of one's own."""
     path = journals / "run.html"
     assert cli.main(["report", str(journals / "run.h5"), "-o", str(path)]) == 0
     assert "two_states" in path.read_text()
 
 
 def test_U3_own_laws_are_swept(journals):
+    """A case with laws of one's own is swept."""
     arguments = [
         "--turns",
         "2",
@@ -481,6 +489,7 @@ def test_memberships_from_points_are_memberships():
     ],
 )
 def test_points_that_are_no_table_are_refused(points, message):
+    """Points that make no memberships are refused."""
     with pytest.raises(ValueError, match=message):
         cl.fuzzy_table(points)
 
@@ -521,6 +530,7 @@ def test_memberships_of_a_file(text, tmp_path):
     ],
 )
 def test_files_that_hold_no_memberships_are_refused(text, line, tmp_path):
+    """A file without memberships is refused with its line."""
     path = tmp_path / "memberships.csv"
     if text is not None:
         path.write_text(text)
@@ -529,6 +539,7 @@ def test_files_that_hold_no_memberships_are_refused(text, line, tmp_path):
 
 
 def test_only_the_fuzzy_transition_takes_memberships():
+    """Other transitions refuse a table."""
     with pytest.raises(ValueError, match="load_sharing has no memberships; fuzzy has"):
         cl.load_case(
             "six_bar_feeder", model="mixed", transition="load_sharing", memberships="a.csv"
@@ -578,6 +589,7 @@ def test_laws_with_parameters_as_words():
     ],
 )
 def test_words_that_are_no_law_are_refused(option, line):
+    """A word that names no law is refused."""
     with pytest.raises(ValueError, match=line):
         cl.load_case("six_bar_feeder", model="dry", **option)
 
@@ -624,6 +636,7 @@ MIXED_FILE = "memberships=.*points.csv"
     ],
 )
 def test_nothing_given_is_ignored(options, line, tmp_path):
+    """An option without effect is refused."""
     if "memberships" in options:
         path = tmp_path / "points.csv"
         path.write_text(ROWS)
@@ -648,6 +661,7 @@ def test_what_auto_came_to():
 
 
 def test_run_says_what_auto_came_to(capsys, tmp_path):
+    """The command prints the value of an automatic option."""
     film = "film=pinkus_sternlicht"
     arguments = [
         "run",
@@ -700,6 +714,7 @@ def test_a_case_says_how_long_it_runs_without_a_length(tmp_path):
 
 
 def test_samples_are_those_of_the_whole_run_where_nothing_turns_evenly():
+    """There, rows per turn count for all of the run."""
     scenes = (cl.load_case(name) for name in ("double_pendulum", "slider_crank"))
     lengths = (
         (s, {"turns": None, "until": 2.0 * (s.turn or 1.0), "samples": None}) for s in scenes

@@ -129,6 +129,7 @@ def ours(wanted):
 
 
 def test_no_module_imports_a_higher_layer():
+    """No import leads to a later folder."""
     edges = {
         (name_of(path), wanted) for path in MODULES for wanted in map(ours, imports(path)) if wanted
     }
@@ -167,6 +168,7 @@ def circle(needs, module, way=()):
 
 
 def test_a_circle_is_recognised():
+    """A circle of three modules, and none."""
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}, "a") == ["b", "c", "b"]
     assert circle({"a": {"b", "c"}, "b": {"c"}, "c": set()}, "a") is None
 
@@ -212,6 +214,7 @@ def test_no_kind_of_joint_outside_its_file():
 
 
 def test_heavy_packages_stand_where_they_are_used():
+    """Large packages are imported by the modules listed, and by no others."""
     packages = {
         (name_of(path), wanted.split(".")[0]) for path in MODULES for wanted in imports(path)
     }
@@ -221,6 +224,7 @@ def test_heavy_packages_stand_where_they_are_used():
 
 
 def test_laws_import_only_math():
+    """Laws need no more than the standard library and numpy."""
     for path in (ROOT / "clearance" / "laws").glob("*.py"):
         assert {w for w in imports(path) if not w.startswith("clearance.")} <= {
             "math",
@@ -251,6 +255,7 @@ READERS = {
 
 
 def test_postprocess_knows_files_and_not_the_solver():
+    """Pictures read results and nothing of the solver."""
     for path in (ROOT / "postprocess").glob("*.py"):
         inside = {w for w in imports(path) if w.startswith("clearance.")}
         others = {w for w in inside if w.split(".")[1] not in (*READ, "postprocess")}
@@ -290,11 +295,13 @@ def vague_names(code: str) -> list[str]:
 
 
 def test_vague_names_are_recognised():
+    """Names that are bound count; names that are read do not."""
     code = "def f(own):\n    found, x = 1, known\n    return lambda told: [0 for said in x]"
     assert vague_names(code) == ["found", "own", "said", "told"]
 
 
 def test_locals_are_named_after_what_they_are():
+    """No function binds a vague name."""
     paths = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")]
     assert len(paths) > len(MODULES)
     named = {str(path.relative_to(ROOT)): vague_names(path.read_text()) for path in paths}

@@ -20,6 +20,7 @@ FOLDERS = {"clearance.postprocess": "postprocess", "clearance.film": "clearance/
 
 
 def test_the_citation_has_this_version():
+    """CITATION.cff has the version and the title of README."""
     text = (ROOT / "CITATION.cff").read_text()
     assert re.search(r"^version: (\S+)$", text, re.MULTILINE)[1] == cl.__version__
     title = re.search(r'^title: "(.+)"$', text, re.MULTILINE)[1]

@@ -137,6 +137,7 @@ def test_what_ended_before_the_end_stays_counted(tried):
 
 
 def test_nothing_begins_after_the_end(tried):
+    """Without time left no file is run."""
     assert tried("pass", minutes=-1.0).outcomes == []
 
 

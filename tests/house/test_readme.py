@@ -27,6 +27,7 @@ README, GUIDE = (re.findall(r"```python\n(.*?)```", TEXT[page], re.DOTALL) for p
 
 
 def test_python_example(tmp_path, monkeypatch, capsys):
+    """The first example writes its file and prints."""
     monkeypatch.chdir(tmp_path)
     example = next(b for b in README if "load_case" in b)
     exec(compile(example, "README", "exec"), {})
@@ -39,6 +40,7 @@ SWEEPS = [(README, "feeder_map", "["), (GUIDE, "map", "slider_acceleration_max")
 
 @pytest.mark.parametrize(("blocks", "folder", "message"), SWEEPS)
 def test_sweep_examples(blocks, folder, message, tmp_path, monkeypatch, capsys):
+    """Sweeps of README and guide end and print."""
     monkeypatch.chdir(tmp_path)
     exec(compile(next(b for b in blocks if "cl.sweep(" in b), "README", "exec"), {})
     assert cl.open_sweep(tmp_path / folder).done.all()
@@ -46,6 +48,7 @@ def test_sweep_examples(blocks, folder, message, tmp_path, monkeypatch, capsys):
 
 
 def test_result_file_example(tmp_path, monkeypatch, capsys):
+    """The file opens as a tree with units."""
     monkeypatch.chdir(tmp_path)
     exec(compile(next(b for b in GUIDE if "open_datatree" in b), "README", "exec"), {})
     out = capsys.readouterr().out
@@ -67,17 +70,20 @@ def test_example_of_numbers_that_change(tmp_path, monkeypatch, capsys):
 
 
 def test_joint_friction_example(capsys):
+    """The example of inverse dynamics prints."""
     exec(compile(next(b for b in GUIDE if "inverse_dynamics(" in b), "README", "exec"), {})
     assert capsys.readouterr().out
 
 
 def test_ball_joint_example(tmp_path, monkeypatch, capsys):
+    """The example of a fit prints its error."""
     monkeypatch.chdir(tmp_path)
     exec(compile(next(b for b in GUIDE if "identify.fit" in b), "README", "exec"), {})
     assert "largest friction torque" in capsys.readouterr().out
 
 
 def test_own_mechanism(tmp_path, capsys):
+    """The guide's mechanism runs from a file."""
     path = tmp_path / "my_mechanism.py"
     path.write_text(next(b for b in GUIDE if "def scene(" in b))
     assert cli.main(["run", str(path), "--turns", "1", "-o", str(tmp_path / "r.h5"), "--json"]) == 0
@@ -85,6 +91,7 @@ def test_own_mechanism(tmp_path, capsys):
 
 
 def test_own_law(tmp_path):
+    """The guide's law runs in a dropped ball."""
     path = tmp_path / "own_law.py"
     block = next(b for b in GUIDE if "@contact" in b)
     path.write_text(
@@ -100,16 +107,19 @@ def test_own_law(tmp_path):
 
 
 def test_first_command_is_the_main_job():
+    """The first command of README runs the feeder with mixed joints."""
     job = "clearance run six_bar_feeder -p model=mixed --turns 6 -o run.h5 --plot"
     assert job in TEXT["README.md"]
 
 
 def test_one_cites_this_version():
+    """The citation of README has this version."""
     assert f"version = {{{cl.__version__}}}" in TEXT["README.md"]
 
 
 @pytest.mark.parametrize("page", PAGES)
 def test_links_and_pictures_exist(page):
+    """Links and pictures of all pages lead to files."""
     links = re.findall(r"\]\(([^)#]+)(#[^)]*)?\)|src=\"(.*?)\"", TEXT[page])
     for link in (a or b for a, _, b in links):
         assert link.startswith("http") or ((ROOT / page).parent / link).exists(), link

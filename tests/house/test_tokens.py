@@ -32,6 +32,7 @@ def test_comments_docstrings_and_layout_do_not_count():
 
 
 def test_a_docstring_beside_its_function_takes_nothing_else_along():
+    """Only docstrings are left out, not what shares their line."""
     assert tokens.counted('def f(): "doc"\n', "").tokens == 5
     assert tokens.counted('x = """no docstring"""\n', "").tokens == 3
 
@@ -69,6 +70,7 @@ def test_the_core_is_all_there():
 
 
 def test_a_path_without_python_files_is_refused(capsys):
+    """A path without code is named."""
     with pytest.raises(SystemExit, match="2"):
         tokens.main(["clearance/nothing"])
     assert "clearance/nothing: no Python file there" in capsys.readouterr().err

@@ -88,6 +88,7 @@ def test_prose_of_code():
 
 
 def test_an_equation_is_no_sentence():
+    """Lines of equations are not counted."""
     assert list(words.definitions("F = k x\nf(x) = 2 for x > 0\nThe force F.")) == ["The force F."]
 
 

@@ -169,7 +169,6 @@ class TestContact:
             options = {"unit": "N", "source": "quadrature over the arc", "kind": "independent"}
             validated("force of Winkler's layer", law(depth, 0.0, 1.0), force, 1e-7, **options)
 
-
     def test_winkler_coefficient_of_the_flores_joint(self, validated):
         """Layer 5 mm of steel, c = 0.5 mm, L = 40 mm: 1.79e12 N/m^1.5, 27 times the sphere's (three
         digits).
@@ -272,7 +271,6 @@ class TestContact:
             laws.layer_modulus(Material("rubber", 1e7, 0.5, 1000.0), 1e-3)
 
 
-
 class TestFriction:
     @pytest.mark.parametrize("name", [n for n in FRICTIONS if n != "lugre"])
     @given(speed=st.floats(-100, 100), load=st.floats(0, 1e6))
@@ -359,7 +357,6 @@ class TestFriction:
         rates = [law(1e-7, 0.05, f)[0] for f in np.linspace(0.0, 0.02, 4001)]
         assert np.abs(np.diff(rates)).max() < 6e-3 * abs(rates[-1] - rates[0])
 
-
     def test_lugre_sticks(self):
         """At rest the bristles are a spring of sigma_0 F_n, without slip."""
         rate, force = laws.lugre(static=0.3, kinetic=0.1)(1e-6, 0.0, 5.0)
@@ -436,6 +433,7 @@ class TestFilms:
         ],
     )
     def test_long_film_check_values(self, state, force, validated):
+        """Three states of another quadrature: 2e-6."""
         options = {"source": "quadrature of the long film", "kind": "independent"}
         validated("force of the long film", laws.long_film()(*state, LONG), force, 2e-6, **options)
 
@@ -1005,10 +1003,9 @@ class TestMixedJoints:
         ],
     )
     def test_bad_input_names_the_joint(self, change, line):
-        """What is missing or impossible is refused with the joint's name."""
+        """Missing and impossible fields are refused with the joint's name."""
         with pytest.raises((ValueError, TypeError), match=line):
             mixed_joint(**change)
-
 
     def test_hole_check_tells_soft_from_conformal_contact(self):
         """Trap 2 of the transition: with a sphere's stiffness the fuzzy film fades before contact
@@ -1077,6 +1074,7 @@ class TestMixedJoints:
         ],
     )
     def test_hole_warning_names_its_cause(self, law, stiffness, cause):
+        """The warning states why the film fades, and where."""
         soft = {"contact": laws.hertz(stiffness=stiffness)} if stiffness else {}
         joint = mixed_joint(transition=law, asperity=None, lubricant=cl.Lubricant(0.005), **soft)
         warning = regimes.hole_warning(joint, 30.0, 3000.0, reached=-1.0)
@@ -1140,7 +1138,9 @@ class TestMixedJoints:
             "transition": TRANSITIONS[transition](dry=0.4, mixed=1.0, full=3.0),
         }
         dry, drowned = (
-            cl.simulate(thrown(law, 0.5, length=0.02, **more), until=4e-4, rtol=1e-7)["rod"].vx.min()
+            cl.simulate(thrown(law, 0.5, length=0.02, **more), until=4e-4, rtol=1e-7)[
+                "rod"
+            ].vx.min()
             for more in ({}, wet)
         )
         assert dry == pytest.approx(-0.45, rel=1e-3)

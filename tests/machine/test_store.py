@@ -56,6 +56,7 @@ def test_numbers_do_not_change_the_text():
     ],
 )
 def test_structure_changes_the_text(other):
+    """Other options of a case give other kernels."""
     assert (
         build(cl.load_case(FEEDER)).structure.texts
         != build(cl.load_case(FEEDER, **other)).structure.texts
@@ -146,6 +147,7 @@ def test_a_whole_run_without_numba_gives_the_same_numbers():
 
 
 def test_the_text_names_only_what_the_scene_has():
+    """Kernels have no word of absent physics."""
     dry = build(cl.load_case(FEEDER, model="dry", friction="none")).structure.texts
     ideal = build(cl.load_case(FEEDER, model="ideal")).structure.texts
     film = build(cl.load_case(FEEDER)).structure.texts

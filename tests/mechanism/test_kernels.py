@@ -209,6 +209,7 @@ class TestLaws:
         assert explain(scene)["kernels"]["rhs"]["compiled_apart"]["table_of"] == "it uses np"
 
     def test_what_cannot_be_differentiated_is_refused_by_name(self, monkeypatch):
+        """A law without slopes is named, with the attribute that would help."""
         monkeypatch.delattr(table_of, "slopes")
         monkeypatch.setattr(building, "_structures", {})
         with pytest.raises(

@@ -171,6 +171,7 @@ DRIVEN |= {f"moving_guide-{kind}" for kind in ("dry", "one", "swapped")}
 
 @pytest.mark.slow
 def test_driven_scenes_have_no_state():
+    """A mechanism whose drives prescribe all has no state."""
     assert {name for name, scene in SCENES.items() if not build(scene).size} == DRIVEN
 
 

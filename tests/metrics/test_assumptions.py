@@ -63,6 +63,7 @@ class TestBending:
         assert ours.value == pytest.approx(given.value, rel=1e-12)
 
     def test_wrong_sections(self, shaken):
+        """A section of no body, and a negative one, are refused."""
         with pytest.raises(ValueError, match="no body 'lnik'.*link"):
             cl.assumptions(shaken, {"lnik": (0.01,)})
         with pytest.raises(ValueError, match="section must be positive"):
@@ -83,6 +84,7 @@ class TestFilms:
         )
 
     def test_links_beside_the_clearance(self, lubricated):
+        """Bending of each link over the clearance."""
         bent = [a for a in cl.assumptions(lubricated) if a.kind == "bending"]
         assert [a.part for a in bent] == ["rod", "crank"]
         assert bent[0].share == pytest.approx(bent[0].value / 0.5e-3, rel=1e-12)
@@ -122,6 +124,7 @@ class TestFlash:
 class TestCommands:
     @pytest.mark.usefixtures("undrawn")
     def test_run_and_report(self, tmp_path, capsys):
+        """Command and report state the assumptions; a wrong section is refused."""
         path = tmp_path / "a.h5"
         assert (
             cli.main(["run", "slider_crank", "-p", "model=lubricated", "-o", str(path), "--json"])

@@ -129,6 +129,7 @@ class TestMean:
         assert actual.needed(0.2) == 100
 
     def test_too_few(self):
+        """Three values have no interval."""
         with pytest.raises(ValueError, match="at least 8 values, got 3"):
             statistics.mean([1.0, 2.0, 3.0])
 
@@ -175,6 +176,7 @@ class TestTransient:
         assert np.quantile(cuts, 0.9) <= 75
 
     def test_a_trend_is_seen(self):
+        """A trend is not settled; a constant is."""
         assert not statistics.settled(correlated(0.0, 200, 1) + np.linspace(0.0, 5.0, 200))
         assert statistics.settled(np.full((1, 50), 3.0))
 
@@ -188,6 +190,7 @@ class TestMotions:
         assert apart <= 3
 
     def test_several_are_told_apart(self):
+        """Motions that differ by more than chance are separate."""
         x = correlated(0.5, 100, 4) + np.array([[0.0], [3.0], [0.0], [3.0]])
         assert statistics.motions([correlated(0.0, 100, 4), x]) == [[0, 2], [1, 3]]
         assert statistics.motions([10.0 + 0.01 * x], finest=0.05) == [[0, 1, 2, 3]]
@@ -277,4 +280,5 @@ class TestSections:
 
 
 def test_looks():
+    """The series of lengths at which statistics are looked at."""
     assert list(itertools.islice(statistics.looks(), 5)) == [40, 50, 63, 79, 98]

@@ -66,5 +66,6 @@ def test_means_and_energy(run):
 
 
 def test_without_turns():
+    """A scene without turns has no such series."""
     run = cl.simulate(cl.load_case("double_pendulum"), until=0.01)
     assert by_turn(run) == {}

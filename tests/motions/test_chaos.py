@@ -113,6 +113,7 @@ def test_files(actual, tmp_path):
 
 
 def test_shown(actual):
+    """The table and the document have the same numbers."""
     text = "\n".join(actual.lines())
     assert f"the first {actual.left_out} of each left out" in text
     assert "1 turn in 10 above" in text
@@ -202,11 +203,13 @@ def test_two_motions_of_one_mechanism(starts):
     ],
 )
 def test_bad_arguments(options, message):
+    """Wrong options of statistics are refused."""
     with pytest.raises(ValueError, match=message):
         cl.statistics(SCENE, **options)
 
 
 def test_scenes_without_turns_or_freedom():
+    """Scenes without turns, or without freedom, are refused."""
     with pytest.raises(ValueError, match="no drive of constant"):
         cl.statistics(cl.load_case("double_pendulum"))
     with pytest.raises(ValueError, match="nothing is free"):
@@ -246,6 +249,7 @@ def test_command_that_does_not_reach_it(tmp_path, capsys):
 
 
 def test_command_of_other_motions(tmp_path, capsys):
+    """Options of chaotic motion are refused elsewhere."""
     status, message = command(tmp_path, capsys, "-p", "model=ideal", "--max-turns", "800")
     assert status == 2
     assert "--max-turns and --starts are for chaotic motion" in message.err

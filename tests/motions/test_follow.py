@@ -91,6 +91,7 @@ class TestPendulum:
                 assert point.stable == (angle < 0.5 * math.pi)
 
     def test_coexisting_motions(self, branch):
+        """Between the folds there are two motions, one of them stable."""
         ((low, high, motions, stable),) = branch[0].coexisting
         assert (low, high) == pytest.approx((0.5, 1.0), abs=1e-5)
         assert (motions, stable) == (2, 1)
@@ -327,6 +328,7 @@ class TestSliderCrank:
 
 class TestCommand:
     def test_follow(self, case, tmp_path, capsys):
+        """The command finds the fold and both motions."""
         command = [
             "follow",
             str(case),
@@ -345,6 +347,7 @@ class TestCommand:
         assert len(document["branch"]["torque"]) == document["points"]
 
     def test_wrong_input(self, case, tmp_path, capsys):
+        """Wrong words: one line and status 2."""
         for words, message in (
             ((), "one parameter needs a range"),
             (("-p", "torque=0.5:0.5"), "the range begins where it ends"),
@@ -355,6 +358,7 @@ class TestCommand:
             assert message in capsys.readouterr().err
 
     def test_no_periodic_motion(self, capsys):
+        """Chaos at the start is a failure with its reason."""
         assert (
             cli.main(
                 ["follow", "slider_crank", "-p", "speed=5000rpm:6000rpm", "--most-turns", "12"]

@@ -332,6 +332,7 @@ class TestError:
         assert 0.6 / 20.0 < made(growth).sampling < 1.6 / 20.0
 
     def test_distance_and_sampling_add_up(self):
+        """Both errors add as squares."""
         exponent = made(np.random.default_rng(5).standard_normal(400), effect=-0.3)
         assert exponent.effect == pytest.approx(-0.3)
         assert exponent.error == pytest.approx(math.hypot(exponent.sampling, 0.3))
@@ -363,24 +364,29 @@ class TestBadInput:
         ],
     )
     def test_arguments(self, wrong, words):
+        """Wrong arguments are refused."""
         with pytest.raises(ValueError, match=words):
             lyapunov(crank(), **wrong)
 
     def test_no_turn(self):
+        """A scene without turns needs an interval."""
         with pytest.raises(ValueError, match="give interval=SECONDS"):
             lyapunov(double_pendulum(0.1))
 
     def test_no_freedom(self):
+        """A scene without freedom is refused."""
         with pytest.raises(ValueError, match="no degree of freedom"):
             lyapunov(cl.load_case("slider_crank", model="ideal"))
 
     def test_a_film_with_a_memory(self):
+        """A film with a memory is refused."""
         with pytest.raises(ValueError, match="film with a memory"):
             lyapunov(cl.load_case("slider_crank", model="lubricated", film="conserving"))
 
 
 class TestShowing:
     def test_files_and_tables(self, tmp_path):
+        """Table, document and file have the same exponent."""
         done = []
         exponent = {"oil/none": lyapunov(crank(5000), turns=12, settle=2, progress=done.append)}
         assert done[-1] == 1.0

@@ -368,12 +368,14 @@ class TestStatedErrors:
 
 class TestRefusals:
     def test_chaos(self):
+        """Chaotic motion ends the search with its reason."""
         with pytest.raises(
             cl.NotPeriodic, match="no periodic motion within 30 turns.*may be chaotic"
         ):
             steady(crank(speed=cl.rpm(5000)), most_turns=30)
 
     def test_scenes_without_a_periodic_motion(self):
+        """Scenes without period or freedom, and wrong tolerances, are refused."""
         with pytest.raises(ValueError, match="no degree of freedom"):
             steady(cl.load_case("slider_crank", model="ideal"))
         with pytest.raises(
@@ -391,6 +393,7 @@ class TestRefusals:
 
 class TestCommand:
     def test_run_steady(self, tmp_path, capsys):
+        """`run --steady` writes the orbit with its period."""
         path, values = (
             tmp_path / "orbit.h5",
             {"model": "dry", "friction": "coulomb", "restitution": 0.9},
@@ -414,6 +417,7 @@ class TestCommand:
         assert "multipliers  (-0.09" in printed
 
     def test_options_of_other_runs_are_refused(self, tmp_path, capsys):
+        """Options without meaning beside --steady are refused."""
         command = ["run", "slider_crank", "--steady", "1e-6", "-o", str(tmp_path / "a.h5")]
         assert cli.main([*command, "--turns", "2"]) == 2
         assert "--turns has no meaning beside --steady" in capsys.readouterr().err

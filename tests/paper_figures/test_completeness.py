@@ -20,6 +20,7 @@ SCENES = ("run", "explain", "inverse", "sweep", "lyapunov")
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_can_be_given(command):
+    """Each command of the table passes its parser."""
     program, *words = shlex.split(command)
     if program == "python":
         assert (ROOT / words[0]).is_file()
@@ -36,15 +37,18 @@ def test_each_command_can_be_given(command):
 
 
 def test_the_four_sources_are_there():
+    """The table has all four sources."""
     assert list(completeness.rows()) == ["feeder", "chains", "manipulator", "ball joint"]
 
 
 def test_readme_has_the_tables_of_the_generator():
+    """The page is as the generator writes it."""
     text = completeness.README.read_text(encoding="utf-8")
     assert completeness.updated(text) == text
 
 
 def test_a_part_that_lacks_a_reason_is_refused(tmp_path, monkeypatch):
+    """Incomplete rows are refused with what they lack."""
     row = '[[feeder]]\nitem = "a"\nkind = "model"\ncommands = []\nresult = "{}"\nnote = ""\n'
     monkeypatch.setattr(completeness, "DATA", tmp_path / "c.toml")
     for result, message in (

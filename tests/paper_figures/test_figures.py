@@ -25,6 +25,7 @@ NAMES = workshop.names()
 
 @pytest.mark.parametrize("name", NAMES)
 def test_each_script_says_what_it_shows_and_what_cannot_be_compared(name):
+    """Each script has a title and all paragraphs."""
     title, about = workshop.about(name)
     assert title
     assert len(title) <= 110
@@ -38,6 +39,7 @@ def drawn(folder, *arguments):
 
 
 def test_pictures_tables_manifest_and_page(tmp_path, capsys):
+    """A figure leaves pictures, its result, a manifest and a page."""
     status, figures = drawn(tmp_path, "feeder_sketch")
     document = json.loads(capsys.readouterr().out)
     assert (status, document["status"]) == (0, "complete")
@@ -53,6 +55,7 @@ def test_pictures_tables_manifest_and_page(tmp_path, capsys):
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_results_are_used_again_unless_fresh(tmp_path, capsys):
+    """A stored result is used again, but with --fresh."""
     drawn(tmp_path, "feeder_sketch")
     (file,) = (tmp_path / "results").glob("*.h5")
     made = file.stat().st_mtime_ns
@@ -85,6 +88,7 @@ def test_one_run_serves_all_who_ask_for_it(tmp_path, capsys):
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_broken_result_is_made_anew(tmp_path, capsys):
+    """A damaged result is made again."""
     drawn(tmp_path, "feeder_sketch")
     (file,) = (tmp_path / "results").glob("*.h5")
     file.write_bytes(file.read_bytes()[:5000])
@@ -93,6 +97,7 @@ def test_a_broken_result_is_made_anew(tmp_path, capsys):
 
 
 def test_sweeps_are_used_again_unless_fresh_and_not_for_another_case(tmp_path, monkeypatch):
+    """A stored sweep is used for the same case only."""
     source = "import clearance as cl\n\n\ndef scene(*, mass: float = 1.0) -> cl.Scene:\n    body = "
     source += (
         "cl.Body('b', mass, 1.0)\n    return cl.Scene(cl.Revolute(cl.ground, body, "
@@ -117,17 +122,20 @@ def test_sweeps_are_used_again_unless_fresh_and_not_for_another_case(tmp_path, m
 
 @pytest.mark.usefixtures("undrawn")
 def test_previews_say_so(tmp_path, capsys):
+    """The page states that pictures are previews."""
     drawn(tmp_path, "feeder_sketch", "--quick")
     assert "coarse preview" in (tmp_path / "index.html").read_text()
 
 
 def test_one_at_a_time_in_a_folder(tmp_path, capsys):
+    """A folder in use is refused."""
     with locked(tmp_path, "drawing"):
         assert cli.main(["figures", "feeder_sketch", "-o", str(tmp_path)]) == 2
     assert "is in use" in capsys.readouterr().err
 
 
 def test_a_file_is_no_folder(tmp_path, capsys):
+    """A file in place of the folder is refused."""
     (tmp_path / "f").write_text("")
     assert cli.main(["figures", "feeder_sketch", "-o", str(tmp_path / "f")]) == 2
     assert "is a file" in capsys.readouterr().err
@@ -146,6 +154,7 @@ LONG = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(NAMES) - LONG))
 def test_every_script_draws_a_preview(name, tmp_path, capsys):
+    """Each script draws with --quick."""
     status, figures = drawn(tmp_path, name, "--quick")
     assert (status, figures[name]["status"]) == (0, "done")
     assert any(f.endswith(".pdf") for f in figures[name]["files"])
@@ -154,6 +163,7 @@ def test_every_script_draws_a_preview(name, tmp_path, capsys):
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_figure_that_fails_is_named_and_stops_no_other(tmp_path, monkeypatch, capsys):
+    """A failure is logged; other figures are drawn."""
     from clearance.paper_figures import feeder_sketch
 
     def fails(work):
@@ -169,12 +179,14 @@ def test_a_figure_that_fails_is_named_and_stops_no_other(tmp_path, monkeypatch, 
 
 
 def test_unknown_names_are_refused_with_those_there_are(tmp_path, capsys):
+    """An unknown name is answered with the names."""
     assert cli.main(["figures", "feeder_sketsh", "-o", str(tmp_path / "f")]) == 2
     assert "feeder_sketch" in capsys.readouterr().err
     assert not (tmp_path / "f").exists()
 
 
 def test_a_folder_with_another_manifest_is_refused(tmp_path, capsys):
+    """A folder of something else is not touched."""
     (tmp_path / "manifest.json").write_text('{"format": "other"}')
     assert cli.main(["figures", "feeder_sketch", "-o", str(tmp_path)]) == 2
     assert "not a manifest of figures" in capsys.readouterr().err
@@ -182,6 +194,7 @@ def test_a_folder_with_another_manifest_is_refused(tmp_path, capsys):
 
 
 def test_list_gives_names_and_titles_by_groups(capsys):
+    """The list has all names, under their groups."""
     assert cli.main(["figures", "--list", "--json"]) == 0
     assert list(json.loads(capsys.readouterr().out)) == NAMES
     assert cli.main(["figures", "--list"]) == 0
@@ -193,6 +206,7 @@ def test_list_gives_names_and_titles_by_groups(capsys):
 
 
 def test_names_stand_by_groups_and_in_the_order_asked_for():
+    """Names are sorted by groups; requests keep their order."""
     groups = [workshop.about(name)[1]["Group"] for name in NAMES]
     assert list(dict.fromkeys(groups)) == list(workshop.GROUPS)
     assert groups == sorted(groups, key=list(workshop.GROUPS).index)
@@ -219,6 +233,7 @@ def test_figures_that_measure_are_drawn_where_they_are_asked_for(tmp_path, monke
 
 
 def test_a_script_without_a_group_is_refused(tmp_path, monkeypatch):
+    """A script without a group, or of an unknown one, is refused."""
     text = (
         '"""A figure.\n\n'
         + "\n\n".join(f"{p}: text" for p in workshop.PARTS if p != "Group")
@@ -236,6 +251,7 @@ def test_a_script_without_a_group_is_refused(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_path, capsys):
+    """Small pictures lead to the figures, by groups."""
     drawn(tmp_path, "friction_laws", "feeder_sketch", "--quick", "--workers", "1")
     text = (tmp_path / "index.html").read_text()
     titles = re.findall("<h2>(.*?)</h2>", text)
@@ -251,6 +267,7 @@ def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_pat
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_log_has_a_line_at_the_start_of_each_figure(tmp_path, capsys):
+    """Progress has a line a figure."""
     assert cli.main(["figures", "feeder_sketch", "-o", str(tmp_path)]) == 0
     printed = capsys.readouterr()
     assert "feeder_sketch, 1 of 1" in printed.err

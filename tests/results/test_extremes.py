@@ -248,6 +248,7 @@ def test_times_of_extremes():
 
 
 def test_extremes_of_channels_that_are_not_followed_are_those_of_samples():
+    """Other channels have the extremes of their samples; wrong names and windows are refused."""
     run = cl.simulate(cl.load_case("six_bar_feeder"), turns=1, samples_per_turn=50)
     assert run.extremes("bodies/rod2/vx") == run.range("bodies/rod2/vx")
     with pytest.raises(KeyError, match="_min or _max"):

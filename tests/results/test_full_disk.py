@@ -110,6 +110,7 @@ def test_without_a_promise_the_file_is_lost_in_order(tmp_path):
 
 @pytest.mark.parametrize("promise", few_of(["promise", "no promise"], 1))
 def test_no_room_to_begin(tmp_path, promise):
+    """A disk full from the start: one line and no file."""
     path = tmp_path / "run.h5"
     ended = limited(20_000, path, promise=promise)
     assert ended.returncode == 1
@@ -137,6 +138,7 @@ def test_checkpoints_are_kept_and_the_run_goes_on(tmp_path, entire):
 
 
 def test_a_checkpoint_that_finds_no_room_keeps_the_one_before(tmp_path, monkeypatch):
+    """The last checkpoint that fitted stays."""
     path, saved = tmp_path / "run.h5", []
 
     def full(place, state):
@@ -165,6 +167,7 @@ def test_a_checkpoint_that_finds_no_room_keeps_the_one_before(tmp_path, monkeypa
 
 
 def test_a_call_from_python_has_the_result(tmp_path, monkeypatch):
+    """The exception has the rows that fitted."""
     append, calls = Stream._append, []
 
     def full(sink, columns, values):

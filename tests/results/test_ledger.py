@@ -320,6 +320,7 @@ def test_the_ledger_has_no_more_states_than_it_needs(name):
 
 
 def test_states_are_named_after_their_parts():
+    """Each damper and joint has a state of its losses."""
     lost = [f"energy dissipated by springs/{name}" for name in ("strut", "twist")]
     assert explain(steered())["states"] == ["energy input", *lost]
     lost = [f"energy dissipated by joints/{name}" for name in "BC"]
@@ -338,6 +339,7 @@ def test_nothing_dissipates():
 
 @pytest.mark.parametrize("make", [lambda: feeder("dry"), steered])
 def test_without_the_ledger_there_is_nothing_of_it(make):
+    """Without the ledger only energies and powers are left."""
     result = cl.simulate(make(), until=1e-3, energy=False)
     assert parts(result) == {}
     assert set(result.names("energy")) == {"kinetic", "potential"}

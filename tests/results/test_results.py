@@ -29,6 +29,7 @@ def dry(tmp_path_factory):
 
 
 def test_layout(run):
+    """Groups, attributes and channels of a file, as documented."""
     with h5py.File(run.path) as file:
         assert file.attrs["format"] == "clearance-result"
         assert file.attrs["format_version"] == 2
@@ -103,6 +104,7 @@ def check_dataset(name, item):
 
 
 def test_dry_channels(dry):
+    """Channels of a dry joint, and its events."""
     with h5py.File(dry.path) as file:
         assert {"contact_force", "friction", "gap", "power_loss"} <= set(file["joints/C"])
         assert "film_radial" not in file["joints/C"]
@@ -115,6 +117,7 @@ def test_dry_channels(dry):
     "group", ["/", "bodies/slider", "joints/B", "drives/crank", "energy", "events", "solver"]
 )
 def test_opens_in_xarray(run, group):
+    """Each group opens in xarray, with units."""
     with xarray.open_dataset(run.path, group=group, engine="h5netcdf") as data:
         assert "time" in data.coords
         for variable in data.variables.values():
@@ -122,6 +125,7 @@ def test_opens_in_xarray(run, group):
 
 
 def test_reading(run):
+    """Parts are read by name; a wrong name is answered with the right ones."""
     result = cl.open_result(run.path)
     assert result.complete
     assert result.time.size == 201
@@ -191,12 +195,14 @@ def test_warnings_are_kept_with_the_run(run):
 
 
 def test_save_and_open(run, tmp_path):
+    """A saved copy is complete and alone in its folder."""
     copy = run.save(tmp_path / "deep" / "copy.h5")
     assert cl.open_result(copy).time.size == 201
     assert [p.name for p in copy.parent.iterdir()] == ["copy.h5"]
 
 
 def test_what_is_not_a_result(tmp_path):
+    """Missing and foreign files are refused."""
     with pytest.raises(FileNotFoundError, match="no result file"):
         cl.open_result(tmp_path / "nothing.h5")
     text = tmp_path / "text.h5"
@@ -244,6 +250,7 @@ def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
 
 
 def test_a_killed_run_leaves_no_file_under_the_final_name(tmp_path):
+    """Until its end a run has a temporary name."""
     writer = Stream(tmp_path / "run.h5", [], {})
     writer.flush()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.h5.lock", "run.h5.partial"]
@@ -251,6 +258,8 @@ def test_a_killed_run_leaves_no_file_under_the_final_name(tmp_path):
 
 
 def test_interrupt_keeps_what_was_computed(tmp_path):
+    """An interrupted run is partial, and states it."""
+
     def interrupt(share):
         if share > 0.3:
             raise KeyboardInterrupt
@@ -401,6 +410,7 @@ def test_a_watch_keeps_no_rows(seed):
 
 
 def test_chosen_channels(tmp_path):
+    """A file has the channels that were chosen."""
     scene = cl.load_case("slider_crank", model="dry")
     options = {"turns": 1.0, "samples_per_turn": 50}
     entire = cl.simulate(scene, **options)

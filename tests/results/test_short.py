@@ -159,6 +159,7 @@ def test_a_full_disk_keeps_what_fits(tmp_path, monkeypatch):
 
 
 def test_other_headers_are_refused():
+    """A header of another version is refused by its place."""
     with pytest.raises(Unknown, match="no object header of version 2 at 3"):
         header(b"abcOHDR\x01", 3)
 

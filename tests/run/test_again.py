@@ -34,6 +34,7 @@ RUNS = [
 
 @pytest.mark.parametrize(("name", "values", "options"), RUNS)
 def test_a_result_again_bit_for_bit(name, values, options, tmp_path):
+    """A file has all that makes it again, bit for bit."""
     scene = cl.load_case(name, **values)
     until = SHORT * (scene.turn or 0.2)
     one = cl.simulate(

@@ -25,6 +25,7 @@ def test_what_a_joint_determines_follows_a_change():
 
 
 def test_a_changed_mechanism_has_the_numbers_of_a_new_one():
+    """Changed numbers are those of a scene built with them."""
     scene = cl.load_case("slider_crank", model="dry")
     mechanism = build(scene)
     new = changed(mechanism, {"joints/C/clearance": 2e-4, "bodies/slider/mass": 0.2})
@@ -37,6 +38,7 @@ def test_a_changed_mechanism_has_the_numbers_of_a_new_one():
     "name", ["joints/C/clerance", "joints/X/clearance", "joints/C/contact/nothing", "slider/mass"]
 )
 def test_an_unknown_name_is_refused(name):
+    """A name of no number is refused."""
     scene = cl.load_case("slider_crank", model="dry")
     with pytest.raises(ValueError, match=name.replace("/", ".")):
         scene.replaced({name: 1.0})
@@ -94,6 +96,7 @@ def test_a_change_of_nothing_changes_nothing():
 
 
 def test_a_journal_outside_its_changed_clearance_is_refused():
+    """A clearance smaller than the eccentricity is refused."""
     scene = cl.load_case("slider_crank", model="lubricated")
     run = prepare(scene, turns=0.1, samples_per_turn=50)
     run.every(0.05 * scene.turn, lambda r: r.change({"joints/C/clearance": 1e-7}))

@@ -68,6 +68,7 @@ def killed_at(path, stretches: int) -> None:
 
 @pytest.mark.slow
 def test_a_killed_run_goes_on_and_gives_the_same_file(tmp_path):
+    """A run killed twice ends in the same file."""
     scene = cl.load_case("slider_crank", model="dry")
     entire = cl.simulate(
         scene, turns=TURNS, samples_per_turn=200, path=tmp_path / "whole.h5", compression=1
@@ -81,6 +82,7 @@ def test_a_killed_run_goes_on_and_gives_the_same_file(tmp_path):
 
 
 def test_an_interrupted_run_keeps_its_file_and_goes_on(tmp_path):
+    """An interrupted run has its part, and goes on from there."""
     scene, path, shares = cl.load_case("slider_crank", model="dry"), tmp_path / "run.h5", []
 
     def interrupt(share):
@@ -102,6 +104,7 @@ def test_an_interrupted_run_keeps_its_file_and_goes_on(tmp_path):
 
 
 def test_checkpoints_of_another_run_are_refused(tmp_path):
+    """Other options are refused by name."""
     path = tmp_path / "run.h5"
     killed_at(path, 1)
     scene = cl.load_case("slider_crank", model="dry")
@@ -131,6 +134,7 @@ def test_checkpoints_of_another_run_are_refused(tmp_path):
 
 
 def test_bad_input():
+    """Checkpoints need a path, a positive time and no film with a memory."""
     scene = cl.load_case("slider_crank", model="dry")
     with pytest.raises(ValueError, match="checkpoint needs a path"):
         cl.simulate(scene, turns=1, checkpoint=1.0)
@@ -184,6 +188,7 @@ def test_a_checkpoint_of_another_kind_is_refused(part, tmp_path):
 
 
 def test_a_damaged_stretch_is_named_by_its_file(tmp_path):
+    """A damaged stretch is refused by file and place."""
     path, scene = tmp_path / "run.h5", cl.load_case("slider_crank", model="dry")
     interrupted(path, scene)
     stretch = parts_folder(path) / "0000.h5"

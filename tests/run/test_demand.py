@@ -35,6 +35,7 @@ def ideal(**more):
     ],
 )
 def test_R9_run_refuses_what_cannot_end(request_, why, tmp_path, monkeypatch, capsys):
+    """The command refuses it in one line, without a file."""
     monkeypatch.chdir(tmp_path)
     assert cli.main(["run", *IDEAL, *request_]) == 2
     printed = capsys.readouterr().err
@@ -45,6 +46,7 @@ def test_R9_run_refuses_what_cannot_end(request_, why, tmp_path, monkeypatch, ca
 
 @pytest.mark.parametrize("more", [{"samples": 10**20}, {"samples": 3 * 10**9}, {"until": 1e12}])
 def test_R9_simulate_and_sweep_refuse_it_too(more, tmp_path):
+    """So do the calls of Python."""
     length = {} if "until" in more else {"turns": 2.0}
     with pytest.raises(
         ValueError, match="samples must be at most|rows of output|steps of a microsecond"
@@ -95,6 +97,7 @@ def test_R9_usual_requests_are_never_refused():
 
 
 def test_R9_a_compressed_file_is_given_the_benefit_of_the_doubt(monkeypatch):
+    """A compressed file may fit; a plain one is refused by its size."""
     monkeypatch.setattr(
         limits.shutil, "disk_usage", lambda path: type("", (), {"free": 8_000_000})()
     )
@@ -104,6 +107,7 @@ def test_R9_a_compressed_file_is_given_the_benefit_of_the_doubt(monkeypatch):
 
 
 def test_R9_lyapunov_and_inverse_refuse_it(capsys):
+    """So do other kinds of runs."""
     assert cli.main(["lyapunov", "slider_crank", "--turns", "100000000000000000000"]) == 2
     assert "this needs 1e+20 rows of output" in capsys.readouterr().err
     with pytest.raises(ValueError, match="rows of output"):

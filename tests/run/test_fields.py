@@ -70,6 +70,7 @@ def test_layout(feeder):
 
 
 def test_opens_as_a_tree(feeder):
+    """xarray has pressure with axes, time and units."""
     with xarray.open_datatree(feeder.path, engine="h5netcdf", group="joints/B") as tree:
         pressure = tree["film"].ds["pressure"]
         assert pressure.dims == ("instant", "axial", "angle")
@@ -84,6 +85,7 @@ def test_they_are_no_channels(feeder):
 
 
 def test_snapshots_show_them(feeder, tmp_path, capsys):
+    """Snapshots use the fields of the file, else they solve anew."""
     assert (
         main(["film", "snapshots", str(feeder.path), "--count", "2", "--json", "-o", str(tmp_path)])
         == 0
@@ -97,6 +99,7 @@ def test_snapshots_show_them(feeder, tmp_path, capsys):
 
 
 def test_animation_shows_them(feeder, tmp_path):
+    """Each frame has the field nearest to its time."""
     from clearance.postprocess.animation import Lens
 
     joint = next(j for j in feeder.scene["joints"] if j["name"] == "B")
@@ -108,6 +111,7 @@ def test_animation_shows_them(feeder, tmp_path):
 
 
 def test_not_unless_asked_for(tmp_path):
+    """Without the option there are no fields."""
     result = cl.simulate(cl.load_case("six_bar_feeder"), turns=0.01)
     assert result.pressure_fields("B") is None
 
@@ -153,5 +157,6 @@ def test_picture(feeder, tmp_path, monkeypatch):
 
 
 def test_pictures_of_joints_without_fields_are_refused(feeder, capsys):
+    """A joint without fields is answered with those that have some."""
     assert main(["plot", str(feeder.path), "pressure", "--joint", "C"]) == 2
     assert "no pressure fields of joint 'C'; of B" in capsys.readouterr().err

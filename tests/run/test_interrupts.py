@@ -54,6 +54,7 @@ def once(number, share=0.2):
 
 
 def test_an_interrupt_in_a_callback_ends_the_run(tmp_path):
+    """The file is partial, and the exception names it."""
     scene, path = cl.load_case("slider_crank", model="dry"), tmp_path / "run.h5"
     with pytest.raises(KeyboardInterrupt) as caught:
         cl.simulate(scene, turns=60, path=path, progress=once(signal.SIGINT))
@@ -84,6 +85,7 @@ def test_an_interrupt_while_the_file_is_closed_keeps_it_whole(tmp_path, monkeypa
     ("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
 )
 def test_a_signal_in_a_run_keeps_its_file(tmp_path, number, word):
+    """A signal to the process leaves a readable file."""
     path, partial = tmp_path / "run.h5", tmp_path / "run.h5.partial"
     call = [
         sys.executable,
@@ -124,6 +126,8 @@ def test_a_signal_in_a_run_keeps_its_file(tmp_path, number, word):
 def test_before_the_first_step_nothing_is_said_to_be_kept(
     tmp_path, monkeypatch, capsys, request_, word
 ):
+    """Before the run there is no file, which is stated."""
+
     def prepare(*_, **__):
         raise request_
 
@@ -135,6 +139,7 @@ def test_before_the_first_step_nothing_is_said_to_be_kept(
 
 
 def test_after_the_run_its_file_is_said_to_be_kept(tmp_path, monkeypatch, capsys):
+    """After the run the file is complete, which is stated."""
     from clearance.commands import run
 
     def comparable(*_):
@@ -148,6 +153,7 @@ def test_after_the_run_its_file_is_said_to_be_kept(tmp_path, monkeypatch, capsys
 
 
 def test_a_terminated_run_goes_on_from_its_checkpoints(tmp_path):
+    """The same call goes on after a SIGTERM."""
     scene, path = cl.load_case("slider_crank", model="dry"), tmp_path / "run.h5"
     options = {"turns": 20, "path": path, "checkpoint": 1e-9}
     with terminable(), pytest.raises(Terminated) as caught:
@@ -161,6 +167,7 @@ def test_a_terminated_run_goes_on_from_its_checkpoints(tmp_path):
 
 
 def test_a_trajectory_in_memory_ends_too(monkeypatch):
+    """A run without a file ends too."""
     run = simulation.prepare(cl.load_case("slider_crank", model="dry"), turns=60)
     advance = run.advance
 
@@ -191,6 +198,7 @@ def test_a_second_signal_raises_at_once():
 
 
 def test_handlers_that_raise_nothing_are_called_at_once():
+    """Handlers of others are not delayed."""
     called = []
     signal.signal(signal.SIGTERM, lambda number, _: called.append(number))
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -218,6 +226,7 @@ def test_handlers_are_put_back_after_an_error():
 
 
 def test_a_run_in_a_thread_leaves_handlers_alone():
+    """Outside the main thread handlers stay as they are."""
     actual, seen = [], set()
 
     def run():

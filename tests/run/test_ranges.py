@@ -151,6 +151,7 @@ def test_settings_of_films_are_changed_with_a_scene(solver, seed):
 
 
 def test_grooves_are_counted():
+    """A film with grooves has their tag."""
     joint = cl.ClearanceRevolute(
         cl.ground, cl.Body("body", 1.0, 1.0), radius=0.01, clearance=1e-5, length=0.01,
         film=cl.fast_film(grooves=(cl.Groove(),)), lubricant=cl.Lubricant(0.01), name="pin",
@@ -189,6 +190,7 @@ def test_a_scene_at_rest_is_balanced(seed):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_scars_have_other_units_too(seed):
+    """Depths of a worn outline are lengths."""
     rng = random.Random(seed)
     depths = [1e-5 * rng.random() for _ in range(360)]
     law, units = (

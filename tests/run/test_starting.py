@@ -208,6 +208,7 @@ def test_ranges1_a_run_up_does_not_begin_anew():
 
 
 def test_names_of_states_are_their_own():
+    """No two states share a name."""
     mechanism = build(cl.load_case("six_bar_feeder", joints="B,C,E"))
     names = mechanism.layout.names
     assert len(set(names)) == len(names) == mechanism.size

@@ -55,6 +55,7 @@ def test_requested_errors_warn_once_too(options):
 
 
 def test_a_periodic_motion_warns():
+    """Warnings of an orbit are issued once."""
     scene = cl.load_case(
         "slider_crank", model="dry", clearance=1e-3, speed=cl.rpm(3000), friction="coulomb"
     )

@@ -162,6 +162,7 @@ def test_parameters_of_any_function(machines):
 
 
 def test_the_command_line_takes_a_function_of_a_file(machines, tmp_path, capsys):
+    """FILE.py:function is a case; a missing function is named."""
     reference = f"{machines.__file__}:machine"
     out = tmp_path / "run.h5"
     assert cli.main(["run", reference, "-p", "mass=2", "--turns", "1", "-o", str(out)]) == 0

@@ -43,6 +43,7 @@ def test_options_are_parameters_of_the_case(tmp_path):
 
 
 def test_a_parameter_stands_once(tmp_path):
+    """A parameter that two sources give is refused."""
     with pytest.raises(ValueError, match="both give the parameter 'film'"):
         find_case(write(tmp_path, ', film: str = "table"'))
 
@@ -55,6 +56,7 @@ def test_cases_share_texts_and_units():
 
 
 def test_auto_contact_of_worn_joints_is_conformal():
+    """Worn joints have a layer, others the usual contact."""
     assert cl.JointOptions(joints="P", model="dry").factory("P", radius=1e-2, length=1e-2).hinge[
         "contact"
     ].law.name == ("lankarani_nikravesh")

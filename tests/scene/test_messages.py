@@ -84,6 +84,7 @@ def test_users16_a_text_has_its_unit(made, field, unit, other, bounds):
 
 
 def test_texts_of_vectors_and_of_parameters():
+    """Texts with units are the numbers that they name."""
     rng = random.Random(0)
     for _ in range(100):
         x, speed = rng.uniform(1.0, 999.0), rng.uniform(1.0, 999.0)
@@ -97,6 +98,7 @@ def test_texts_of_vectors_and_of_parameters():
 
 
 def test_far_points_are_doubted():
+    """A point 150 m away is answered with the likely unit."""
     assert doubts(cl.Drive(body(points={"A": (150.0, 0.0)}), speed=1.0)) == [
         "body crank: point 'A' is 150 m, usual is up to 100; 150 mm?"
     ]
@@ -171,6 +173,7 @@ def swept(**options):
     ],
 )
 def test_users22_messages_say_what_is_meant(call, words):
+    """Each slip has a message with the remedy."""
     with pytest.raises(Exception, match=words):
         call()
 

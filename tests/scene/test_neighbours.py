@@ -158,6 +158,7 @@ def test_the_package_and_python_come_before_neighbours(tmp_path):
 
 
 def test_a_missing_neighbour_is_named(tmp_path):
+    """A module that is not there is named with its line."""
     case = tmp_path / "case.py"
     case.write_text(CASE.format(imports="\nfrom nowhere import it", late="pass", law="it"))
     with pytest.raises(ValueError, match=r"cannot be loaded: .*'nowhere' \(case.py, line 4\)$"):

@@ -30,11 +30,13 @@ def bar(name="bar", length=0.1, **more):
     ],
 )
 def test_body(field, more):
+    """Wrong numbers of a body are refused by field."""
     with pytest.raises((ValueError, TypeError), match=field):
         cl.Body(**{"name": "bar", "mass": 1.0, "inertia": 1.0, **more})
 
 
 def test_unknown_point_lists_the_known_ones():
+    """A wrong point is answered with the right ones."""
     with pytest.raises(KeyError, match="no point 'c'; it has"):
         bar()["c"]
 
@@ -64,6 +66,7 @@ def test_unknown_point_lists_the_known_ones():
     ],
 )
 def test_clearance_joint(message, more):
+    """Wrong numbers of a joint are refused by field."""
     good = {
         "radius": 0.01,
         "clearance": 1e-4,
@@ -76,6 +79,7 @@ def test_clearance_joint(message, more):
 
 
 def test_joint_to_itself():
+    """A joint needs two bodies."""
     b = bar()
     with pytest.raises(ValueError, match="joint J joins body 'bar' to itself"):
         cl.Revolute(b["a"], b["b"], name="J")
@@ -92,11 +96,13 @@ def test_joint_to_itself():
     ],
 )
 def test_drive(message, more):
+    """Wrong numbers of a drive are refused by field."""
     with pytest.raises((ValueError, TypeError), match=message):
         cl.Drive(bar(), **more)
 
 
 def test_scene_errors():
+    """Doubled names, and parts that nothing holds, are refused."""
     b, other = bar(), bar()
     with pytest.raises(ValueError, match="duplicate body name 'bar'"):
         cl.Scene(
@@ -142,6 +148,7 @@ def test_open_loop_says_by_how_much():
 
 
 def test_locked_and_redundant():
+    """Too many drives, and bars that repeat each other, are refused."""
     parts = four_bar()
     with pytest.raises(ValueError, match="locked: .*Drive"):
         build(cl.Scene(*parts, cl.Drive(parts[2].b.body, speed=1.0)))
@@ -170,6 +177,7 @@ def test_locked_and_redundant():
 
 
 def test_json_holds_every_number():
+    """The document has bodies, clearances and laws."""
     scene = m.watt(m.chooser(m.film, "C"))
     document = json.loads(scene.to_json())
     assert {b["name"] for b in document["bodies"]} == {"crank", "coupler", "rocker", "rod", "lever"}
@@ -201,6 +209,7 @@ def test_assembly_closes_loops(make):
 
 
 def test_scenes_are_frozen_and_can_be_sent_to_other_processes():
+    """A pickled scene is the same; no field can be set."""
     import pickle
 
     scene = m.watt(m.chooser(m.film, "C"))

@@ -168,11 +168,13 @@ def test_errors_name_file_line_and_field(tmp_path, right, wrong, message):
 
 @pytest.mark.parametrize("text", ["", 'name = "x"\n[body]\na = { mass = 1, inertia = 1 }\n'])
 def test_a_file_without_elements_is_refused_by_name(tmp_path, text):
+    """An empty file is refused by its name."""
     with pytest.raises(ValueError, match=r"machine\.toml: no joint, load or drive is there"):
         case_of(tmp_path, text).scene()
 
 
 def test_a_parameter_that_nothing_reads_is_named(tmp_path, caplog):
+    """A parameter without effect is warned of."""
     case_of(tmp_path, FEEDER)
     assert caplog.text == ""
     case_of(tmp_path, FEEDER.replace("[parameters]", "[parameters]\nload = 1"))
@@ -220,6 +222,7 @@ def test_formulas(text, value):
     ],
 )
 def test_what_is_no_formula(text):
+    """A text that is no formula is refused."""
     with pytest.raises(ValueError, match="formula|division|out of range"):
         formula(text, {"a": 0.05, "word": "dry"})
 
@@ -306,6 +309,7 @@ def test_scenes_of_cases_from_json(name, values):
 
 @pytest.mark.parametrize("make", m.ALL.values(), ids=m.ALL)
 def test_scenes_of_mechanisms_from_json(make):
+    """Each mechanism comes back from its document."""
     scene = make()
     assert cl.Scene.from_json(scene.to_json()).to_json() == scene.to_json()
 
@@ -451,6 +455,7 @@ def test_a_case_as_a_scene_file(name, values, tmp_path, capsys):
 
 @pytest.mark.parametrize("make", m.ALL.values(), ids=m.ALL)
 def test_a_mechanism_as_a_scene_file(make, tmp_path):
+    """Each mechanism comes back from its scene file."""
     scene = make()
     assert case_of(tmp_path, toml_of(scene)).scene().to_json() == scene.to_json()
 
@@ -465,6 +470,7 @@ def test_an_unknown_mechanism_names_all_of_them(tmp_path, monkeypatch, capsys):
 
 
 def test_a_law_of_a_case_file_has_no_name_in_a_scene_file():
+    """A law of a file is to be named by hand, which is stated."""
     with pytest.raises(ValueError, match='write law = "FILE.py:turning" by hand'):
         toml_of(cl.load_case("three_loop_chain"))
 

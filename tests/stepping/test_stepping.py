@@ -217,6 +217,7 @@ def test_grazing_contact_is_found(depth):
 
 
 def test_a_near_miss_is_no_contact():
+    """A ball that turns a nanometre before the wall does not touch it."""
     c, g = 1e-3, 9.81
     speed = math.sqrt(2 * g * (c - 1e-9))
     events = cl.simulate(
@@ -404,12 +405,14 @@ def test_a_stiff_scene_without_film_goes_on_implicitly(damping):
 
 
 def test_a_forced_explicit_method_is_kept_and_warned_about():
+    """A stiff run with dop853 keeps it, with a warning."""
     result = cl.simulate(braced(1e5), until=0.02, method="dop853")
     assert result.solver["method"] == "dop853"
     assert any("held up by stability" in w for w in result.warnings)
 
 
 def test_impacts_do_not_count_as_stiff():
+    """A dry run stays with the explicit method."""
     result = cl.simulate(
         cl.load_case("six_bar_feeder", model="dry", joints="B,C"), turns=1, rtol=1e-6
     )
@@ -466,6 +469,7 @@ def test_stiff_and_explicit_methods_agree_in_a_film():
     ("rtol", "method"), [(1e-3, "rodas5p"), (1e-5, "radau5"), (1e-9, "radau9")]
 )
 def test_the_choice_says_why(rtol, method):
+    """The method follows from the tolerance, with its reason."""
     result = cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=0.05, rtol=rtol)
     assert result.solver["method"] == method
     assert "film of joint C" in result.solver["method_reason"]
@@ -486,17 +490,20 @@ def test_two_joints_touch_in_one_step():
 
 
 def test_a_contact_at_the_start_counts():
+    """A start in touch is an event at zero."""
     events = cl.simulate(ball(eccentricity=(0.0, -1.01e-3)), until=0.002).events
     assert events["time"][0] == 0.0
 
 
 def test_start_in_an_open_contact_is_recorded_as_open():
+    """A contact at the end is open, with finite numbers."""
     events = cl.simulate(ball(eccentricity=(0.0, -1.01e-3)), until=1e-6).events
     assert list(events["kind"]) == ["open_contact"]
     assert np.isfinite(events["duration"]).all()
 
 
 def test_dry_joint_beside_a_film_uses_the_implicit_method_with_events():
+    """Film and impacts in one run: implicit, with events, ledger 1e-4."""
     scene = m.watt(
         lambda n, a, b: (
             m.film(a, b, n)
@@ -520,6 +527,7 @@ def overloaded():
 
 
 def test_failure_names_time_joint_and_state_and_keeps_the_rest():
+    """A failure names its place; the result has the rows before it."""
     with pytest.raises(
         SimulationError, match=r"at t = .* s: joint J: .*eccentricity ratio"
     ) as caught:
@@ -531,6 +539,7 @@ def test_failure_names_time_joint_and_state_and_keeps_the_rest():
 
 
 def test_step_limit_is_a_named_failure():
+    """Too many steps end a run by name."""
     with pytest.raises(SimulationError, match="step limit"):
         cl.simulate(pendulum(), until=10.0, max_steps=5)
 
@@ -554,6 +563,7 @@ def test_leaving_the_reachable_positions_is_a_named_failure():
 
 @pytest.mark.parametrize("ratio", [0.0, 0.5, 0.9999])
 def test_start_eccentricity(ratio):
+    """The run starts at the stated eccentricity."""
     scene = m.watt(m.chooser(m.film, "C", eccentricity=(ratio * 1e-4, 0.0)))
     result = cl.simulate(scene, turns=0.25)
     assert result.joint("C").eccentricity[0] == pytest.approx([ratio * 1e-4, 0.0], abs=1e-16)

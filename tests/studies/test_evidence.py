@@ -65,6 +65,7 @@ class TestWorkPrecision:
         assert f"({float(f'{peer.cheapest(1e-3) / best:.2g}'):g}x)" in text
 
     def test_files(self, quick, tmp_path):
+        """File and picture have the curves."""
         study = work_precision.work_precision(
             "pendulum", cl.load_case("double_pendulum"), until=0.3
         )
@@ -91,6 +92,7 @@ class TestWorkPrecision:
             assert actual["joint_C_impacts_per_turn"].error > 0.0
 
     def test_bad_spans(self):
+        """Impossible spans are refused."""
         scene = cl.load_case("double_pendulum")
         with pytest.raises(ValueError, match="turns needs a constant-speed"):
             work_precision.work_precision("x", scene, turns=1.0)
@@ -107,6 +109,7 @@ class TestWorkPrecision:
             )
 
     def test_command(self, quick, tmp_path, capsys):
+        """The command measures all methods and writes three files."""
         status = cli.main(
             ["work-precision", "double_pendulum", "--until", "0.2", "-o", str(tmp_path), "--json"]
         )
@@ -159,6 +162,7 @@ def test_exudyn_solves_the_same_scene(validated):
 
 
 def test_exudyn_states_what_it_cannot():
+    """A scene that it cannot solve is refused."""
     pytest.importorskip("exudyn")
     with pytest.raises(NotSolved, match="films and constant-speed cranks only"):
         Exudyn(Problem(cl.load_case("slider_crank"), 0.0012))
@@ -186,11 +190,13 @@ class TestHorizon:
         assert "comparable until turn" in actual.sentence(scene.turn)
 
     def test_a_tighter_tolerance_reaches_further(self):
+        """Trajectories agree longer at a tighter tolerance."""
         scene = cl.load_case("slider_crank")
         loose, tight = (horizon(scene, 6 * scene.turn, r, "dop853").time for r in (1e-4, 1e-11))
         assert tight > loose
 
     def test_the_tightest_tolerance_is_compared_with_another_run(self):
+        """Even 1e-14 has a horizon in chaos."""
         scene = cl.load_case("slider_crank")
         assert horizon(scene, 12 * scene.turn, 1e-14, "dop853").time < 12 * scene.turn
 
@@ -203,6 +209,7 @@ class TestHorizon:
         assert "comparable throughout" in actual.sentence(None)
 
     def test_run_reports_it(self, tmp_path, capsys):
+        """The command prints horizon, contacts and intervals."""
         assert cli.main(["run", "slider_crank", "--turns", "10", "-o", str(tmp_path / "r.h5")]) == 0
         text = capsys.readouterr().out
         assert "comparable until turn" in text
@@ -224,6 +231,7 @@ class TestAblation:
             assert rows[-1].states == 0
 
     def test_measured(self):
+        """Costs are positive and inside their ranges."""
         row = ablation.cost("film", oil())
         assert row.steps > 10
         assert row.step > 0.0
@@ -232,6 +240,7 @@ class TestAblation:
         assert list(row.ranges) == list(ablation.TIMES)
 
     def test_repeats_that_differ_are_doubted(self):
+        """Repeats 60 % apart have a remark; 10 % apart they have none."""
         row = ablation.Part("film", 1, 4, 20, 100, "radau5", 50, 1e-6, 2e-6, 3e-6)
         for high, words in ((1.1e-6, ""), (1.6e-6, "Repeats of 'film' differ by 60 %")):
             measured = dataclasses.replace(
@@ -251,10 +260,12 @@ class TestAblation:
         np.testing.assert_array_equal(a.drive("crank").torque, b.drive("crank").torque)
 
     def test_rebuilding_changes_nothing(self):
+        """A scene rebuilt without changes is the same."""
         scene = cl.load_case("six_bar_feeder", joints="B,C")
         assert scene.rebuilt().to_json() == scene.to_json()
 
     def test_explain_prints_it(self, capsys):
+        """The table has a row for each part that is left out."""
         assert cli.main(["explain", "six_bar_feeder", "-p", "joints=B,C"]) == 0
         text = capsys.readouterr().out
         assert "| without film torques | 2 |" in text
@@ -284,6 +295,7 @@ def test_physics_prices(monkeypatch):
 
 
 def test_physics_needs_a_choice():
+    """A case without a choice of physics is refused."""
     with pytest.raises(ValueError, match="no parameter model"):
         physics.compare(find_case("double_pendulum"), {}, None, 1.0)
 

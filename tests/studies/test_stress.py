@@ -50,6 +50,7 @@ def test_extremes_end_well(cell):
 
 @pytest.mark.parametrize("seed", range(100, 106))
 def test_random_scenes_end_well(seed):
+    """Random scenes end with ledger and joints closed."""
     verdict = judge(Cell("random", "random", stress.MODELS[seed % 3], seed=seed, turns=0.3))
     assert verdict.kind == "done", verdict.reason
     assert verdict.energy < 1e-3
@@ -80,6 +81,7 @@ def test_the_matrix_holds_the_extremes():
 
 
 def test_unknown_case():
+    """An unknown case is answered with those that there are."""
     with pytest.raises(
         ValueError,
         match="the stress matrix has six_bar_feeder, slider_crank, four_bar, random; got 'nothing'",
@@ -107,6 +109,7 @@ def test_a_fault_is_called_one(monkeypatch):
 
 
 def test_command(tmp_path, capsys, monkeypatch):
+    """The command writes table, file and picture."""
     monkeypatch.setattr(stress, "matrix", lambda case, quick: REDUCED[:2])
     assert cli.main(["stress", "-o", str(tmp_path), "--json", "--workers", "1"]) == 0
     printed = json.loads(capsys.readouterr().out)
@@ -155,6 +158,7 @@ def killed(cell):
 
 
 def test_a_process_that_dies_takes_no_other_cell_with_it(monkeypatch):
+    """A dead process is a fault of its cell alone."""
     monkeypatch.setattr(stress, "judge", killed)
     cells = [Cell(r, "slider_crank", "dry") for r in ("a", "dies", "b", "c", "d")]
     monkeypatch.setattr(stress, "matrix", lambda case, quick: cells)
@@ -165,11 +169,13 @@ def test_a_process_that_dies_takes_no_other_cell_with_it(monkeypatch):
 
 
 def test_bad_workers(capsys):
+    """No workers are refused."""
     assert cli.main(["stress", "--workers", "0"]) == 2
     assert "--workers must be at least 1, got 0" in capsys.readouterr().err
 
 
 def test_picture_and_table_of_named_stops(tmp_path):
+    """Stops and faults are numbered in table and picture."""
     verdicts = [
         stress.Verdict("a", "x", "done", energy=1e-6, closure=1e-15),
         stress.Verdict("a", "y", "named", "at t = 1 s: why"),

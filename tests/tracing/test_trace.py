@@ -23,6 +23,7 @@ def run(trace, outputs, **names):
 
 
 def test_structural_zeros_and_ones_leave_no_code():
+    """Zeros and ones fold."""
     trace = Trace()
     x = trace.load("x")
     assert x * 0.0 == 0.0
@@ -34,6 +35,7 @@ def test_structural_zeros_and_ones_leave_no_code():
 
 
 def test_common_terms_are_shared():
+    """Equal terms are one object, in any order."""
     trace = Trace()
     x, y = trace.load("x"), trace.load("y")
     assert x * y is y * x
@@ -66,6 +68,7 @@ def test_derivatives(x, y):
 
 
 def test_what_depends_on_parameters_only_is_computed_once():
+    """Terms of parameters leave the kernel."""
     trace = Trace()
     p, q, y = trace.load("par[0]"), trace.load("par[1]"), trace.load("y[0]")
     output = trace.sqrt(p * q + 1.0) * y + p * p
@@ -80,6 +83,7 @@ def test_what_depends_on_parameters_only_is_computed_once():
 
 
 def test_a_traced_scalar_has_no_truth_value():
+    """A condition on a traced scalar is refused."""
     trace = Trace()
     with pytest.raises(TypeError, match="select"):
         bool(trace.load("x"))
