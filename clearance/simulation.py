@@ -27,6 +27,7 @@ from clearance.results.stream import Stream, Unwritable, matching
 from clearance.run.interrupts import DeferredSignals
 from clearance.run.limits import Demand, affordable
 from clearance.run.options import SAMPLES_PER_TURN, Output, Solver, longest_step, span_of
+from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.run.start import opened_by
 from clearance.scene.scene import Scene
@@ -315,7 +316,7 @@ def write(
     statement = None if reason else Statement(run, settle, output.checkpoint is not None, pair)
 
     def record(sink, check: Callable[[], None]) -> str | None:
-        return run.record(sink, progress, output.checkpoint, check)
+        return record_run(run, sink, progress, output.checkpoint, check)
 
     adds = statement and statement.add, extra
     return _placed(run, output, record, adds, reason, remembering=statement is not None)
@@ -422,16 +423,16 @@ def _sink(run: Run, output: Output, reason: str, remembering: bool) -> "Sink":
     """
     channels, compression = output.channels, output.compression
     outputs = run.mechanism.layout.channels
-    attributes = run.attributes() | ({"errors_left_out": reason} if reason else {})
+    attributes = attributes_of(run) | ({"errors_left_out": reason} if reason else {})
     path, numbers = output.path, run.span.samples * len(outputs)
     if path is None and (numbers > SHORT or output.pressure_fields is not None):
         path = temporary_file()
     options = path, outputs, attributes, channels, compression
     if output.checkpoint is not None:
         chosen_output = {"channels": channels and list(channels), "compression": compression}
-        from clearance.run.checkpoint import PartsSink
+        from clearance.run.checkpoint import PartsSink, identity_of
 
-        return PartsSink(*options, run.identity() | chosen_output)
+        return PartsSink(*options, identity_of(run) | chosen_output)
     if remembering or numbers <= SHORT:
         return ShortFile(*options, run.span.samples, remembering=remembering)
     return Stream(*options, run.span.samples)

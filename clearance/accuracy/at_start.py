@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from clearance.results.memory import Memory, MemoryRecord, Ranges
+from clearance.run.recording import attributes_of
 from clearance.run.run import Run
 
 SAMPLES = 20  # a turn
@@ -25,7 +26,7 @@ def standing(run: Run) -> MemoryRecord:
     for drive in run.mechanism.scene.drives:
         if (path := f"{drive.key}/turns") in layout.output:
             rows[:, layout.output[path]] = times / turn
-    sink, none = Memory(layout.channels, run.attributes()), np.zeros(0)
+    sink, none = Memory(layout.channels, attributes_of(run)), np.zeros(0)
     sink.rows(times, rows)
     sink.close("complete", {}, [], {}, Ranges(none, none, None))
     return sink.record

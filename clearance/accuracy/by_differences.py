@@ -33,6 +33,7 @@ from clearance.results.errors import geometric_mean
 from clearance.results.groups import Group
 from clearance.results.memory import MemoryRecord
 from clearance.results.sensitivity import COLUMNS, Sensitivities, Sensitivity
+from clearance.run.recording import remember_run
 from clearance.run.run import Run
 from clearance.scene.parameter import Varied, Wanted, varied, wanted
 from clearance.scene.scene import Scene
@@ -94,7 +95,7 @@ class Sensing:
 
     def of(self, run: Run) -> Sensitivities:
         """Sensitivities at the numbers of a run. Raises Impossible."""
-        method = "dop853" if run.method == "dop853" else "rodas5p"
+        method = "dop853" if run.method.text == "dop853" else "rodas5p"
         fine, loose = (Steps(self, run, rtol, method) for rtol in (RTOL, LOOSER))
         if np.array_equal(fine.ends, loose.ends):
             loose = Steps(self, run, LOOSER, method, LONGER)
@@ -196,7 +197,7 @@ class Steps:
 
 def recorded(run: Run) -> MemoryRecord:
     """The record of a run. Raises Impossible where it fails."""
-    record, failure = run.remembered()
+    record, failure = remember_run(run)
     if failure is not None:
         raise Impossible(f"a run for them failed {failure}")
     return record

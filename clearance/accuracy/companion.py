@@ -41,6 +41,7 @@ from clearance.results.record import Record
 from clearance.results.result import Result
 from clearance.run.observers import ChangesAgain
 from clearance.run.options import Output
+from clearance.run.recording import attributes_of, remember_run
 from clearance.run.run import Run
 
 LOG = logging.getLogger("clearance")
@@ -148,7 +149,7 @@ def companion(
             second.take_mechanism(strengthened(second.mechanism, times))
 
         second.observers.append(ChangesAgain(changes, strengthen))
-    record, failure = second.remembered(run.attributes())
+    record, failure = remember_run(second, attributes_of(run))
     if failure is not None:
         raise CompanionFailed(f"the companion at rtol {rtol:g} failed {failure}")
     return record

@@ -14,6 +14,7 @@ from clearance.accuracy.request import Request, ToleranceSearch
 from clearance.metrics.metrics import Metric
 from clearance.results.errors import Errors, asks
 from clearance.results.memory import MemoryRecord
+from clearance.run.recording import record_run
 from clearance.run.run import Run
 
 
@@ -37,7 +38,7 @@ class Stating:
         summed: metrics of a record.
         """
         if self.request is None:
-            return self.run.record(keeper)
+            return record_run(self.run, keeper)
         answer = ToleranceSearch(self.run, self.request, self.settle, summed).climb()
         self.errors, keeper.run = answer.errors, answer.attempt.run
         answer.attempt.memory.replay(keeper)

@@ -35,6 +35,7 @@ from clearance.metrics.metrics import metrics
 from clearance.results.errors import TRAJECTORY, Error, Errors, share
 from clearance.results.memory import Memory, MemoryRecord
 from clearance.run.interrupts import DeferredSignals
+from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.values import checks
 
@@ -270,9 +271,9 @@ class ToleranceSearch:
         run.state.y[:], run.state.work[:] = self.start.y, self.start.work
         self.runs.append(rtol)
         run.started, run.options = self.run.started, self.run.options
-        output = Memory(run.mechanism.layout.channels, run.attributes(), logs=True)
+        output = Memory(run.mechanism.layout.channels, attributes_of(run), logs=True)
         with DeferredSignals() as held:
-            failure = run.record(output, self.progress, check=held.check)
+            failure = record_run(run, output, self.progress, check=held.check)
         return Attempt(run, output, failure)
 
     def _errors(

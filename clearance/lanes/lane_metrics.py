@@ -35,6 +35,7 @@ from clearance.results.memory import Memory, MemoryRecord
 from clearance.results.record import Record
 from clearance.run.diagnosis import doubtful
 from clearance.run.ideal_motion import ideal_motion
+from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.stepping import status
 
@@ -205,8 +206,8 @@ class LaneMetrics:
             run.span,
             settle,
         )
-        sink = Memory(run.mechanism.layout.channels, run.attributes())
-        if failure := run.record(sink):
+        sink = Memory(run.mechanism.layout.channels, attributes_of(run))
+        if failure := record_run(run, sink):
             raise NotForLanes(f"its first point fails: {failure}")
         self.record: MemoryRecord = sink.record
         self.ideal = ideal_motion(run.mechanism.scene, run.span, self.record.scene)

@@ -159,7 +159,7 @@ class PointNumbers:
             len(starts),
             run.span.samples,
             run.watched.sizes,
-            run.method,
+            run.method.text,
         )
 
     def _row(self, trial: dict) -> np.ndarray:

@@ -12,8 +12,9 @@ from clearance.metrics.by_turn import Series, by_turn
 from clearance.metrics.statistics import FEWEST
 from clearance.results.memory import Memory, MemoryRecord, Ranges
 from clearance.results.recorder import Recorder
-from clearance.run.observers import Observer, Recording
+from clearance.run.observers import Observer
 from clearance.run.options import SAMPLES_PER_TURN, Solver, Span
+from clearance.run.recording import Recording
 from clearance.run.run import Run
 from clearance.simulation import SimulationError
 from clearance.stepping import status
@@ -90,7 +91,7 @@ class Turning:
     ):
         span = Span(most * mechanism.scene.turn, most * SAMPLES_PER_TURN + 1)
         self.run = run = Run(mechanism, span, solver)
-        run.paced = True
+        run.method.paced = True
         run.state.y[: len(y)] = y
         if carried is not None:
             run.state.work[mechanism.layout.carried_places] = carried

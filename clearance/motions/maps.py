@@ -178,17 +178,18 @@ class Motion:
         self.begun, self.turns = time, start.turns
 
     def _advance(self, end: float) -> None:
-        state, before, method = self.run.state, self.run.state.time, self.run.method
+        state, before, method = self.run.state, self.run.state.time, self.run.method.current
         code = self.run.advance_to(end)
         self.spent += state.time - before
         if code != status.DONE:
             failure = self._failure(code)
-            if self.run.method != method:
+            if self.run.method.current != method:
                 self._use(self.run.solver.method)
             raise failure
-        if self.run.method != method:  # stiff: go on with the implicit one from the next place on
+        if self.run.method.current != method:
+            # stiff: go on with the implicit one from the next place on
             here, time = self.here(), float(state.time)
-            self._use(self.run.method.rpartition(", ")[2])
+            self._use(self.run.method.current)
             self._begin(here, time)
 
     def _failure(self, code: int) -> NotSolved:

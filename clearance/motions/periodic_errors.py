@@ -31,6 +31,7 @@ from clearance.motions.maps import Motion, NotPeriodic, Section
 from clearance.motions.shooting import Fixed
 from clearance.results.memory import MemoryRecord
 from clearance.results.record import Record
+from clearance.run.recording import remember_run
 from clearance.run.run import Run
 
 #: the run over one period of a motion, from its section and its fixed point
@@ -62,7 +63,7 @@ def _orbit(
     except (NotPeriodic, NotSolved, np.linalg.LinAlgError) as reason:
         raise CompanionFailed(f"the companion at rtol {rtol:g} failed: {reason}") from None
     run.take_mechanism(strengthened(run.mechanism, times))
-    record, failure = run.remembered()
+    record, failure = remember_run(run)
     if failure is not None:
         raise CompanionFailed(f"the companion at rtol {rtol:g} failed {failure}")
     return record
@@ -73,7 +74,7 @@ def _again(section: Section, rtol: float, times: float) -> Section:
     motion = section.motion
     mechanism = strengthened(motion.mechanism, times)
     turn = None if motion.autonomous else motion.turn
-    companion = Motion(motion.scene, rtol, motion.run.method, turn, mechanism)
+    companion = Motion(motion.scene, rtol, motion.run.method.current, turn, mechanism)
     return Section(companion, section.turns, section.phase)
 
 

@@ -346,13 +346,13 @@ def _orbiting(samples: int, section: Section, fixed: Fixed) -> Run:
         motion.scene,
         until=section.duration,
         rtol=motion.rtol,
-        method=motion.run.method,
+        method=motion.run.method.current,
         samples=samples * section.turns + 1,
         opened=motion.mechanism.opened,
     )
     run.place(section.at_start(fixed.place))
     run.mechanism.count_from(run.state.y, run.state.work)
-    run.reason = motion.run.reason
+    run.method.reason = motion.run.method.reason
     run.started = "a point of a periodic motion"
     return run
 

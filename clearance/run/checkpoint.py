@@ -22,7 +22,7 @@ from clearance.files.texts import document_of
 from clearance.results.reading import Damaged, arrays_of
 from clearance.results.result import Result
 from clearance.results.stream import Stream, Unwritable, add_groups, has_room, lock_of
-from clearance.run.observers import Observer, Recording
+from clearance.run.observers import Observer
 from clearance.stepping import status
 
 VERSION = 7
@@ -251,7 +251,7 @@ def load(path: Path) -> dict | None:
 class Checkpoints(Observer):
     """Cuts a checkpoint when so many seconds of wall time have passed since the last."""
 
-    def __init__(self, sink: PartsSink, recording: Recording, every: float):
+    def __init__(self, sink: PartsSink, recording, every: float):
         self.sink, self.recording, self.every = sink, recording, every
         self.last = time.perf_counter()
 
@@ -263,10 +263,30 @@ class Checkpoints(Observer):
         return code
 
 
+def identity_of(run) -> dict:
+    """Facts that two runs must share for one to continue the other.
+
+    Raises ValueError for a run that no checkpoint keeps.
+    """
+    for key in run.mechanism.layout.remembering:
+        raise ValueError(
+            f"{key}: its film has a memory that no checkpoint keeps; leave out checkpoint"
+        )
+    for joint in (j for j in run.mechanism.scene.joints if j.wear or j.wear_journal):
+        raise ValueError(f"{joint.label()}: its wear is in no checkpoint; leave out checkpoint")
+    facts = vars(run.span) | {"rtol": run.solver.rtol, "method": run.method.text}
+    facts["start"] = run.state.y[: run.mechanism.size].tolist()
+    facts["opened"] = list(run.mechanism.opened)
+    return facts | {
+        "max_step": run.state.longest_step,
+        "max_steps": int(run.state.step_limit),
+    }
+
+
 def state_of(run, recording) -> dict:
     """All that the run goes on with: its state, its stepper, its changes; the record so far."""
     recorder = recording.recorder
-    state = {"memory": run.state.memory, "method": run.method, "reason": run.reason}
+    state = {"memory": run.state.memory, "method": run.method.text, "reason": run.method.reason}
     state |= {"changes": json.dumps(run.changes), "dead_centre": recording.diagnosis.dead_centre}
     state |= {f"record.{n}": getattr(recorder, n) for n in RECORD}
     if recorder.last is not None:
@@ -309,13 +329,13 @@ def _take_up(run, recording, state: dict) -> None:
     """
     if missing := state_of(run, recording).keys() - state.keys():
         raise ValueError(f"it has no {', '.join(sorted(missing))}")
-    method = str(state["method"]).rpartition(", ")[2]
-    if method != run.method:
+    names = str(state["method"]).split(", ")
+    if names[-1] != run.method.current:
         try:
-            run.take(method)
+            run.method.use(names[-1])
         except (ImportError, AttributeError):
-            raise ValueError(f"its method is {method}") from None
-    run.method, run.reason = str(state["method"]), str(state["reason"])
+            raise ValueError(f"its method is {names[-1]}") from None
+    run.method.names, run.method.reason = names, str(state["reason"])
     for moment, changes in document_of(str(state["changes"]), "its changes", list):
         run.rebuild(moment, changes)
     _check(state, state_of(run, recording))

@@ -145,7 +145,7 @@ class Diagnosis:
 
     def _ways_out(self, code: int) -> str:
         """Sentences on what may help a run with films that cannot go on."""
-        films, tried = self._films(), self.run.method.rpartition(", ")[2]
+        films, tried = self._films(), self.run.method.current
         if not films or code not in (*STUCK, status.FILM_LEFT) or self.dead_centre:
             return ""
         thin = [j for j in films if j.film_reach is not None and self.run.film_left(j) < NEAR]
@@ -158,7 +158,7 @@ class Diagnosis:
         ]
         if held and code in STUCK:
             ways.append("the transition load_sharing")
-        if code in STUCK and ", " not in self.run.method:
+        if code in STUCK and len(self.run.method.names) == 1:
             ways.append(f"method={'radau5' if tried == 'rodas5p' else 'rodas5p'}")
         return f"; ways out: {', '.join(ways)}" if ways else ""
 
@@ -296,7 +296,7 @@ class Diagnosis:
 
     def _method_warnings(self) -> list[str]:
         """An explicit method where an implicit one suits the scene."""
-        if self.run.method != "dop853":
+        if self.run.method.text != "dop853":
             return []
         if any(j.film is not None for j in self.run.mechanism.scene.clearance_joints):
             return [

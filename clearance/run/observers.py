@@ -9,8 +9,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from clearance.machine.callback import Callback
-from clearance.results.recorder import Recorder
-from clearance.run.diagnosis import Diagnosis
 from clearance.stepping import status
 from clearance.values import checks
 
@@ -136,32 +134,6 @@ class Trajectory(Observer):
         """Copy them."""
         self.times.append(times.copy())
         self.rows.append(rows.copy())
-
-
-class Recording(Observer):
-    """Hands the output to a recorder as long as it is finite; the diagnosis judges it."""
-
-    def __init__(self, run, recorder: Recorder):
-        self.recorder, self.diagnosis = recorder, Diagnosis(run, recorder)
-        self.contacts = recorder.impacts
-
-    def steps(self, log):
-        """Record them; the diagnosis looks at them again where something is wrong."""
-        self.diagnosis.remember(log)
-        self.recorder.steps(log)
-
-    def samples(self, times, rows):
-        """Record those before the first that is not finite."""
-        finite = np.isfinite(rows).all(axis=1)
-        good = len(rows) if finite.all() else int(finite.argmin())
-        if good < len(rows):
-            self.diagnosis.spoil(times[: good + 1], rows[good])
-        self.recorder.samples(times[:good], rows[:good])
-
-    def piece(self, run, code):
-        """Write, then judge."""
-        self.recorder.flush()
-        return self.diagnosis.judge(code)
 
 
 class Interrupts(Observer):

@@ -36,6 +36,7 @@ from clearance.results.memory import CONTACT_KINDS, EVENT_COLUMNS, Memory, Memor
 from clearance.run.diagnosis import Diagnosis, doubtful
 from clearance.run.ideal_motion import rate_of, stretched, unit_motion
 from clearance.run.options import Span, longest_step
+from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.scene.scene import Scene
 from clearance.simulation import prepare
@@ -391,8 +392,8 @@ def _check(run: Run, turns: float | None) -> None:
 
 def _recorded(run: Run) -> MemoryRecord:
     """A run as it is recorded the ordinary way."""
-    sink = Memory(run.mechanism.layout.channels, run.attributes())
-    if (failure := run.record(sink)) is not None:
+    sink = Memory(run.mechanism.layout.channels, attributes_of(run))
+    if (failure := record_run(run, sink)) is not None:
         raise NotForLanes(f"its middle point fails: {failure}")
     return sink.record
 

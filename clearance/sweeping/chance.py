@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from clearance.accuracy.point_errors import Stating
+from clearance.run.recording import record_run
 from clearance.scene.catalogue import AnyCase, find_case
 from clearance.simulation import prepare
 from clearance.sweeping.points import grid
@@ -71,7 +72,7 @@ def _units(
         find_case(definition.path).scene(**definition.values(0)), **definition.run_options
     )
     keeper = Keeper(run, definition, "", None, {}, Stating(run, None, settle))
-    failure = run.record(keeper)
+    failure = record_run(run, keeper)
     return {} if failure else {n: m.units for n, m in keeper.found.items()}
 
 

@@ -79,7 +79,7 @@ class Together:
             return run
 
         run = prepare(scene(first), **options)
-        if reason := lanes.impossible(run.mechanism, run.method):
+        if reason := lanes.impossible(run.mechanism, run.method.current):
             raise NotForLanes(reason)
         self.summing = LaneMetrics(run, settle, error)
         self.spread = self._spread(prepared, first)
@@ -92,7 +92,7 @@ class Together:
         varying, count = self.spread.varying("numbers"), len(self.mechanism.layout.parameters)
         self.group = Group(
             self.mechanism,
-            self.run.method,
+            self.run.method.current,
             self.run.solver.rtol,
             self.run.span.samples,
             self.summing.watch,

@@ -33,6 +33,7 @@ from clearance.run.inputs import (
     point_differences,
 )
 from clearance.run.limits import Demand, affordable
+from clearance.run.recording import attributes_of
 from clearance.scene.catalogue import AnyCase, case_with, find_case
 from clearance.scene.parameter import wanted
 from clearance.simulation import prepare
@@ -324,7 +325,7 @@ def _try_first(definition: Definition, demanded: Callable | None) -> None:
             _check_settle(definition, run)
             # compiled here, once
             ideal = ideal_motion(
-                run.mechanism.scene, run.span, json.loads(run.attributes()["scene"])
+                run.mechanism.scene, run.span, json.loads(attributes_of(run)["scene"])
             )
             _check_error(definition, run, ideal)
             if sensing := sensing_of(definition, run.mechanism.scene):

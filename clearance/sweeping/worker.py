@@ -23,6 +23,7 @@ from clearance.results.short_file import ShortFile
 from clearance.results.stream import FULL
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.inputs import common, files_named, made, modules_of
+from clearance.run.recording import attributes_of
 from clearance.run.run import Run
 from clearance.scene.catalogue import Case, find_case
 from clearance.scene.scene import Scene
@@ -60,7 +61,7 @@ class Keeper(ShortFile):
         stating: Stating,
         sensing: Sensing | None = None,
     ):
-        channels, attributes = run.mechanism.layout.channels, run.attributes()
+        channels, attributes = run.mechanism.layout.channels, attributes_of(run)
         self.run, self.definition, self.key, self.made, self.stating = (
             run,
             definition,

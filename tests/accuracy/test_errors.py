@@ -461,7 +461,7 @@ def test_names_before_anything_runs(case, parameters, length, monkeypatch):
     made = cl.simulate(scene, error=None, **length)
     expected = {*metrics(made), *made.located.names, "trajectory"}
     assert names(prepare(scene, **length), metrics) == expected
-    monkeypatch.setattr(Run, "record", None)
+    monkeypatch.setattr(Run, "go", None)
     with pytest.raises(ValueError, match=r"has no 'trajectry' \(did you mean trajectory\?\)"):
         cl.simulate(scene, error={"trajectry": 0.1}, **length)
 

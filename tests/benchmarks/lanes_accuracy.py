@@ -21,6 +21,7 @@ import clearance as cl  # noqa: E402
 from clearance.metrics.of_points import of_point  # noqa: E402
 from clearance.results.memory import Memory  # noqa: E402
 from clearance.run.ideal_motion import ideal_motion  # noqa: E402
+from clearance.run.recording import attributes_of, record_run  # noqa: E402
 from clearance.scene.catalogue import find_case  # noqa: E402
 from clearance.simulation import prepare  # noqa: E402
 from clearance.sweeping.in_lanes import Together  # noqa: E402
@@ -58,8 +59,8 @@ def drawn(case: str, others: dict, count: int) -> dict[str, np.ndarray]:
 def alone(scene, turns: float, rtol: float) -> dict[str, float]:
     """Metrics of a point run alone."""
     run = prepare(scene, turns=turns, rtol=rtol)
-    sink = Memory(run.mechanism.layout.channels, run.attributes())
-    if failure := run.record(sink):
+    sink = Memory(run.mechanism.layout.channels, attributes_of(run))
+    if failure := record_run(run, sink):
         raise RuntimeError(failure)
     ideal = ideal_motion(run.mechanism.scene, run.span, sink.record.scene)
     return {n: m.value for n, m in of_point(sink.record, None, ideal).items()}

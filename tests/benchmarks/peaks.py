@@ -15,6 +15,7 @@ from publishing import publish, require
 
 import clearance as cl
 from clearance.results.memory import Memory
+from clearance.run.recording import record_run
 from clearance.run.run import Run
 from clearance.simulation import prepare
 from clearance.stepping import status
@@ -104,7 +105,7 @@ def long_run() -> list[str]:
     scene = cl.load_case("six_bar_feeder", model="dry")
     run = prepare(scene, turns=LONG, samples_per_turn=4)
     sink = Memory(run.mechanism.layout.channels, {})
-    failure = run.record(sink)
+    failure = record_run(run, sink)
     record, steps = sink.record, int(run.state.steps)
     share, energy = record.solver["energy_residual_share"], record.facts("energy")
     require(failure is None and share < LOST, f"{LONG} dry turns lose {share:.1e} of a stretch")

@@ -13,6 +13,7 @@ from clearance.mechanism.build import build
 from clearance.mechanism.dead_centre import Motion, dead_centre
 from clearance.motions.maps import NotPeriodic
 from clearance.results.memory import Memory
+from clearance.run.recording import record_run, remember_run
 from clearance.simulation import prepare, reopened
 from clearance.stepping import status
 from tests.seeds import few_of
@@ -85,7 +86,7 @@ def test_M5_a_crank_that_turns_all_the_way_has_no_dead_centre(drive):
     """A rod of 1.2 cranks: the determinant stays above sin(acos(1 / 1.2)) = 0.55."""
     run = prepare(slider_crank(0.072, **drive), until=2.0, samples=200)
     sink = Memory(run.mechanism.layout.channels, {})
-    assert run.record(sink) is None
+    assert record_run(run, sink) is None
     assert not run.observers[0].diagnosis.look_for_dead_centre()
 
 
@@ -426,7 +427,7 @@ def test_ranges8_plates_on_three_legs_name_their_loop(loose):
     rng, reasons = np.random.default_rng(5), []
     for _ in range(2):
         run = prepare(three_legs(rng, loose), until=1.0, samples=11, max_steps=20_000)
-        reasons.append(run.remembered()[1] or "")
+        reasons.append(remember_run(run)[1] or "")
     for reason in reasons:
         assert re.search(r"^$|loop \S*plate came to its dead centre|step limit", reason)
         assert "changed its branch" not in reason
@@ -478,7 +479,7 @@ def three_legs(rng, loose):
 def test_a_loop_that_cannot_be_opened_is_named_with_the_reason():
     """The failure of the run, and what forbids it to go on."""
     run = prepare(falling_parallelogram(1e-4), until=1.0, samples=3)
-    run.remembered()
+    remember_run(run)
 
     def refused(opened):
         assert opened == ("D",)

@@ -10,6 +10,7 @@ import pytest
 import clearance as cl
 from clearance.metrics.metrics import metrics
 from clearance.results.integrals import PARTS, Integrals
+from clearance.run.recording import remember_run
 from clearance.simulation import prepare
 
 #: forces with peaks between 400 samples a turn
@@ -114,7 +115,7 @@ def test_changes_of_numbers_begin_anew():
     scene = cl.load_case("slider_crank", model="lubricated")
     run = prepare(scene, turns=2, samples_per_turn=40_000)
     run.every(scene.turn, lambda run: run.change({"bodies/slider/mass": 0.3}))
-    record, _ = run.remembered()
+    record, _ = remember_run(run)
     squares = record.sizes("joints/A/force")[40_000:] ** 2
     squares[0] = 2.0 * squares[1] - squares[2]
     exact = np.trapezoid(squares, record.time[40_000:]) / scene.turn

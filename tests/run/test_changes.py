@@ -8,6 +8,7 @@ from clearance.mechanism.build import build, changed
 from clearance.results.memory import Memory
 from clearance.run.observers import Observer
 from clearance.run.options import Output
+from clearance.run.recording import record_run
 from clearance.simulation import prepare, write
 
 
@@ -47,7 +48,7 @@ def test_an_unknown_name_is_refused(name):
 def recorded(run):
     """The record of a run in memory."""
     sink = Memory(run.mechanism.layout.channels, {})
-    assert run.record(sink) is None
+    assert record_run(run, sink) is None
     return sink.record
 
 
@@ -101,7 +102,7 @@ def test_a_journal_outside_its_changed_clearance_is_refused():
     run = prepare(scene, turns=0.1, samples_per_turn=50)
     run.every(0.05 * scene.turn, lambda r: r.change({"joints/C/clearance": 1e-7}))
     with pytest.raises(ValueError, match="joint C: its journal lies outside the changed clearance"):
-        run.record(Memory(run.mechanism.layout.channels, {}))
+        record_run(run, Memory(run.mechanism.layout.channels, {}))
 
 
 def oscillator(path, progress=None):

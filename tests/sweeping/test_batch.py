@@ -12,6 +12,7 @@ from clearance.lanes.point_numbers import NotForLanes, PointNumbers
 from clearance.metrics.of_points import of_point
 from clearance.results.memory import Memory
 from clearance.run.ideal_motion import ideal_motion
+from clearance.run.recording import attributes_of, record_run
 from clearance.scene.catalogue import find_case
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
@@ -70,8 +71,8 @@ def test_metrics_are_those_of_runs_one_by_one(name, fixed, turns, settle):
             continue
         values = {n: column[i].item() for n, column in swept.items()}
         run = prepare(case.scene(**fixed, **values), **options)
-        sink = Memory(run.mechanism.layout.channels, run.attributes())
-        assert run.record(sink) is None
+        sink = Memory(run.mechanism.layout.channels, attributes_of(run))
+        assert record_run(run, sink) is None
         ideal = ideal_motion(run.mechanism.scene, run.span, sink.record.scene)
         metrics = of_point(sink.record, settle, ideal)
         assert list(point.metrics) == list(point.known)

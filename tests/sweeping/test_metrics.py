@@ -24,6 +24,7 @@ from clearance.results.memory import Memory
 from clearance.run import ideal_motion as ideals
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.options import Span
+from clearance.run.recording import attributes_of, record_run
 from clearance.simulation import prepare
 from tests.mechanisms import body, scotch_yoke
 from tests.postprocess.records import Formula, joint
@@ -35,8 +36,8 @@ FEEDER = {"speed": 30.0, "model": "lubricated", "film": "harmonic"}
 def recorded(scene, **options):
     """A run in memory and what ideal joints would have it do."""
     run = prepare(scene, **options)
-    sink = Memory(run.mechanism.layout.channels, run.attributes())
-    run.record(sink)
+    sink = Memory(run.mechanism.layout.channels, attributes_of(run))
+    record_run(run, sink)
     return sink.record, ideal_motion(run.mechanism.scene, run.span, sink.record.scene)
 
 
