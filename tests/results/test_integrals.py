@@ -33,7 +33,7 @@ def of_samples(run, path, begin, end):
 def fine():
     """The sharp run at rtol 1e-9, so finely sampled that the trapezoidal rule errs by 1e-7."""
     scene = cl.load_case("six_bar_feeder", **SHARP)
-    run, _ = prepare(scene, turns=2, samples_per_turn=8000, rtol=1e-9).remembered()
+    run, _ = remember_run(prepare(scene, turns=2, samples_per_turn=8000, rtol=1e-9))
     return run
 
 
@@ -67,7 +67,7 @@ def test_loose_tolerances():
     """
     scene, values = cl.load_case("six_bar_feeder", model="mixed"), []
     for rtol in (1e-2, 1e-6):
-        run, _ = prepare(scene, turns=2, rtol=rtol, samples_per_turn=40).remembered()
+        run, _ = remember_run(prepare(scene, turns=2, rtol=rtol, samples_per_turn=40))
         squares = [run.mean_square(p, run.turn, 2.0 * run.turn) for p in PATHS.values()]
         values.append(np.sqrt(squares))
     np.testing.assert_allclose(*values, rtol=0.03)
@@ -82,9 +82,9 @@ def test_sums_over_steps_are_of_sixth_order():
     scene, values = cl.load_case("slider_crank", model="ideal"), []
     for steps in (48, 96, 768):
         longest = scene.turn / steps
-        run, _ = prepare(
-            scene, turns=2, samples_per_turn=24, rtol=0.1, max_step=longest
-        ).remembered()
+        run, _ = remember_run(
+            prepare(scene, turns=2, samples_per_turn=24, rtol=0.1, max_step=longest)
+        )
         values.append(run.mean_square("drives/crank/torque", run.turn, 1.35 * run.turn))
     coarse, half = (abs(value - values[2]) for value in values[:2])
     assert 1e-12 * values[2] < half
