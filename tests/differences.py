@@ -16,3 +16,24 @@ def slopes(function: Callable, place, steps) -> np.ndarray:
         ahead, behind = (np.array(function(*(place + way * step))) for way in (1.0, -1.0))
         columns.append((ahead - behind) / (2.0 * step.sum()))
     return np.stack(columns, axis=-1)
+
+
+def answer(mechanism, role: str, y: np.ndarray, size: int | None = None, t: float = 0.0):
+    """Numbers that a compiled kernel of a mechanism gives in a state."""
+    out = np.zeros(size or len(mechanism.y0))
+    mechanism.kernel(role)(t, y, mechanism.par, np.append(mechanism.work0, 0.0), out)
+    return out
+
+
+def jacobian_and_differences(mechanism, y: np.ndarray, t: float = 0.0):
+    """The compiled derivative, its columns by the sizes of the states, and by differences of 1e-5
+    of them.
+    """
+    n, scale = mechanism.size, mechanism.scale
+    actual = answer(mechanism, "jacobian", y, n * n, t).reshape(n, n) * scale
+    rest = y[n:]
+
+    def rates(*shares):
+        return answer(mechanism, "rhs", np.append(y[:n] + shares * scale[:n], rest), t=t)[:n]
+
+    return actual, slopes(rates, np.zeros(n), 1e-5)

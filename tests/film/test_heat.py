@@ -3,6 +3,7 @@ derivative, clear errors.
 """
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -18,6 +19,9 @@ from clearance.laws.film import thinning
 from clearance.laws.law import FilmJoint
 from clearance.laws.materials import HeatBalance
 from clearance.mechanism.build import build
+from tests import mechanisms as m
+from tests.differences import jacobian_and_differences
+from tests.mechanisms import journal
 
 C, MU, SPEED, MASS = 1e-4, 0.05, 100.0, 3.0
 COLD = 313.15
@@ -54,25 +58,10 @@ class TestVogel:
         assert math.isfinite(thinning(-300.0, COLD, 786.0, 178.15))
 
 
-def scene(heat=None, film=None, spin=SPEED, **more):
-    """A heavy journal that turns at constant speed in a bearing of the ground: eccentricity about
-    0.6, 0.6 W.
-    """
-    body = cl.Body("journal", MASS, 1e-3)
-    joint = cl.ClearanceRevolute(
-        cl.ground.at(0, 0),
-        body.at(0, 0),
-        name="J",
-        radius=0.01,
-        clearance=C,
-        length=0.02,
-        film=film or table_film(),
-        lubricant=cl.Lubricant(MU),
-        eccentricity=(0.2 * C, -0.3 * C),
-        heat=heat,
-        **more,
-    )
-    return cl.Scene(joint, cl.Drive(body, speed=spin))
+def scene(heat=None, film=None, speed=SPEED, **more):
+    """The heavy journal, driven, with a balance of heat: 0.6 W."""
+    options = {"film": film or table_film(), "heat": heat} | more
+    return journal(mass=MASS, speed=speed, viscosity=MU, **options)
 
 
 MIXED = {
@@ -111,10 +100,9 @@ class TestState:
         assert build(scene()).structure.texts == before
 
     def test_numbers_are_no_structure(self):
-        one, other = (
-            build(scene(HeatBalance(0.05, 0.1))),
-            build(scene(HeatBalance(5.0, 0.0, surroundings=300.0))),
-        )
+        """Other numbers of a balance of heat share the kernels."""
+        oils = HeatBalance(0.05, 0.1), HeatBalance(5.0, 0.0, surroundings=300.0)
+        one, other = (build(scene(oil)) for oil in oils)
         assert one.structure is other.structure
 
     @pytest.mark.parametrize(
@@ -126,27 +114,12 @@ class TestState:
         (2e-8), central differences.
         """
         mechanism = build(scene(HeatBalance(0.05, 0.1), film, **more))
-        n, scale, draw = mechanism.size, mechanism.scale, np.random.default_rng(1)
-
-        def answer(role, y, size):
-            out = np.zeros(size)
-            mechanism.kernel(role)(0.0, y, mechanism.par, np.append(mechanism.work0, 0.0), out)
-            return out
-
+        draw = np.random.default_rng(1)
         for _ in range(3):
             y = mechanism.y0.copy()
-            y[:2], y[2:4], y[4] = (
-                draw.uniform(-0.6, 0.6, 2) * C,
-                draw.normal(size=2) * 2e-3,
-                draw.uniform(-5.0, 40.0),
-            )
-            actual = answer("jacobian", y, n * n).reshape(n, n) * scale
-            wanted = np.zeros((n, n))
-            for i in range(n):
-                step = np.zeros(len(y))
-                step[i] = 1e-5 * scale[i]
-                ahead, behind = (answer("rhs", y + k * step, len(y))[:n] for k in (1.0, -1.0))
-                wanted[:, i] = (ahead - behind) / 2e-5
+            y[:2] = draw.uniform(-0.6, 0.6, 2) * C
+            y[2:4], y[4] = draw.normal(size=2) * 2e-3, draw.uniform(-5.0, 40.0)
+            actual, wanted = jacobian_and_differences(mechanism, y)
             assert (np.abs(actual - wanted).max(axis=1) < 1e-5 * np.abs(wanted).max(axis=1)).all()
             assert abs(wanted[4, 4]) > 0.0
 
@@ -183,31 +156,21 @@ class TestFirstLaw:
         thin = MU * thinning(warming, COLD, oil.vogel, oil.vogel_zero)
         eps = math.hypot(joint.eccentricity_x[-1], joint.eccentricity_y[-1]) / C
         carried = table_film()(eps, 0.0, SPEED, FilmJoint(0.01, C, 0.02, thin))
-        force, source = math.hypot(*carried[:2]), "weight of the journal"
-        validated(
-            "force of the warm film",
-            force,
-            MASS * 9.81,
-            1e-3,
-            unit="N",
-            source=source,
-            kind="exact",
-        )
+        source = {"source": "weight of the journal", "kind": "exact"}
+        load = math.hypot(*carried[:2])
+        validated("force of the warm film", load, MASS * 9.81, 1e-3, unit="N", **source)
         assert thin < MU
 
     def test_warm_oil_carries_less(self):
         """Poor cooling: the oil warms by some kelvin, thins, and the journal sinks below where cold
         oil holds it.
         """
-        cold = cl.simulate(scene(), until=0.6, samples=61).joint("J")
-        warm = cl.simulate(
-            scene(HeatBalance(0.01, 0.02, volumetric=0.0)), until=0.6, samples=61
-        ).joint("J")
-        assert warm.oil_temperature[-1] > COLD + 5.0
-        assert (
-            np.hypot(warm.eccentricity_x, warm.eccentricity_y)[-1]
-            > 1.05 * np.hypot(cold.eccentricity_x, cold.eccentricity_y)[-1]
+        oil = HeatBalance(0.01, 0.02, volumetric=0.0)
+        cold, warm = (
+            cl.simulate(scene(heat), until=0.6, samples=61).joint("J") for heat in (None, oil)
         )
+        assert warm.oil_temperature[-1] > COLD + 5.0
+        assert warm.eccentricity_ratio[-1] > 1.05 * cold.eccentricity_ratio[-1]
         assert warm.power_loss[-1] < cold.power_loss[-1]
 
     @pytest.mark.parametrize("more", [{}, MIXED], ids=["film", "mixed"])
@@ -219,15 +182,8 @@ class TestFirstLaw:
         result = cl.simulate(scene(oil, **more), until=0.1, samples=101, rtol=1e-8)
         stored = oil.capacity * (result.joint("J").oil_temperature - COLD)
         dissipated = result.file["energy/dissipated"][:]
-        validated(
-            "heat of an adiabatic oil",
-            stored,
-            dissipated,
-            1e-6,
-            unit="J",
-            relative=dissipated[-1],
-            **FIRST_LAW,
-        )
+        size = {"unit": "J", "relative": dissipated[-1]}
+        validated("heat of an adiabatic oil", stored, dissipated, 1e-6, **size, **FIRST_LAW)
         assert dissipated[-1] > 0.01
         assert result.solver["energy_residual_share"] < 1e-6
 
@@ -250,67 +206,48 @@ class TestFirstLaw:
     def test_two_joints_have_two_temperatures(self):
         """Each oil warms by its own joint's loss."""
 
-        def hinge(name, a, b):
-            if name not in ("B", "C"):
-                return cl.Revolute(a, b, name=name)
-            return cl.ClearanceRevolute(
-                a,
-                b,
-                name=name,
-                radius=0.01,
-                clearance=C,
-                length=0.02,
-                film=cl.pinkus_sternlicht(),
-                lubricant=cl.Lubricant(MU),
-                heat=HeatBalance(0.5, 0.0, volumetric=0.0),
-            )
-
-        from tests import mechanisms as m
-
-        result = cl.simulate(m.watt(hinge), until=0.05, samples=51, rtol=1e-8)
+        heat = HeatBalance(0.5, 0.0, volumetric=0.0)
+        scene = m.watt(m.chooser(m.film, "BC", heat=heat))
+        result = cl.simulate(scene, until=0.05, samples=51, rtol=1e-8)
         warming = [result.joint(n).oil_temperature[-1] - COLD for n in "BC"]
         dissipated = result.file["energy/dissipated"][:]
         assert 0.5 * sum(warming) == pytest.approx(dissipated[-1], rel=1e-6)
         assert warming[0] != warming[1]
 
 
-class TestErrors:
-    @pytest.mark.parametrize(
-        ("numbers", "line"),
-        [
-            ({"capacity": 0.0}, "capacity"),
-            ({"capacity": -1.0}, "capacity"),
-            ({"conductance": -1.0}, "conductance"),
-            ({"volumetric": -1.0}, "volumetric"),
-            ({"vogel": -5.0}, "vogel"),
-            ({"surroundings": math.nan}, "surroundings"),
-            ({"surroundings": 170.0}, "must be above vogel_zero"),
-            ({"surroundings": 178.15}, "must be above vogel_zero"),
-        ],
-    )
-    def test_numbers(self, numbers, line):
-        with pytest.raises(ValueError, match=f"heat balance: .*{line}"):
-            HeatBalance(**({"capacity": 1.0, "conductance": 1.0} | numbers))
+def without_a_film():
+    """A dry joint with a balance of heat."""
+    return m.dry(cl.ground, cl.Body("journal", 1.0, 1e-3), "J", heat=HeatBalance(1.0, 1.0))
 
-    def test_needs_a_film(self):
-        body = cl.Body("journal", 1.0, 1e-3)
-        slots = {"name": "J", "radius": 0.01, "clearance": C, "contact": cl.hertz(stiffness=1e9)}
-        with pytest.raises(
-            ValueError, match="joint J: heat must be a HeatBalance.* of a joint with a film"
-        ):
-            cl.ClearanceRevolute(cl.ground, body, heat=HeatBalance(1.0, 1.0), **slots)
 
-    def test_must_be_a_balance(self):
-        with pytest.raises(ValueError, match="joint J: heat must be a HeatBalance"):
-            scene(heat=5.0)
+NEEDS = "joint J: heat needs a formula or a table without ambient pressure"
 
-    @pytest.mark.parametrize(
-        "film",
-        [table_film(ambient=1e5), fem_film(), conserving_film()],
-        ids=["ambient", "fem", "conserving"],
-    )
-    def test_needs_a_film_proportional_to_the_viscosity(self, film):
-        with pytest.raises(
-            ValueError, match="joint J: heat needs a formula or a table without ambient pressure"
-        ):
-            scene(HeatBalance(1.0, 1.0), film)
+
+@pytest.mark.parametrize(
+    ("refused", "line"),
+    [
+        *(
+            (partial(HeatBalance, **{"capacity": 1.0, "conductance": 1.0} | numbers), line)
+            for line, numbers in (
+                ("heat balance: .*capacity", {"capacity": 0.0}),
+                ("heat balance: .*capacity", {"capacity": -1.0}),
+                ("heat balance: .*conductance", {"conductance": -1.0}),
+                ("heat balance: .*volumetric", {"volumetric": -1.0}),
+                ("heat balance: .*vogel", {"vogel": -5.0}),
+                ("heat balance: .*surroundings", {"surroundings": math.nan}),
+                ("heat balance: .*must be above vogel_zero", {"surroundings": 170.0}),
+                ("heat balance: .*must be above vogel_zero", {"surroundings": 178.15}),
+            )
+        ),
+        (without_a_film, "joint J: heat must be a HeatBalance.* of a joint with a film"),
+        (partial(scene, heat=5.0), "joint J: heat must be a HeatBalance"),
+        *(
+            (partial(scene, HeatBalance(1.0, 1.0), film), NEEDS)
+            for film in (table_film(ambient=1e5), fem_film(), conserving_film())
+        ),
+    ],
+)
+def test_refusals(refused, line):
+    """Numbers, joints and films that no balance of heat fits are refused with one line."""
+    with pytest.raises(ValueError, match=line):
+        refused()

@@ -10,6 +10,7 @@ import csv
 import dataclasses
 import math
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,8 @@ import clearance as cl
 from clearance.film.tabulated import table_film
 from clearance.laws.materials import HeatBalance
 from clearance.mechanism.build import build
-from tests.film.test_heat import COLD, MIXED, C, scene
+from tests.film.test_heat import COLD, FIRST_LAW, MIXED, C, scene
+from tests.mechanisms import film, journal
 
 TABLE = (Path(__file__).parent / "thermal_nodes.csv").read_text()
 ROWS = {row["quantity"]: float(row["value"]) for row in csv.DictReader(TABLE.splitlines())}
@@ -33,20 +35,11 @@ def centred(heat, *nodes, viscosity=0.05):
     """A journal that turns in the middle of its bearing, within 1e-5 of the clearance: free it
     would whirl.
     """
-    body = cl.Body("journal", 1.0, 1e-3)
-    joint = cl.ClearanceRevolute(
-        cl.ground,
-        body,
-        name="J",
-        radius=0.01,
-        clearance=1e-4,
-        length=0.02,
-        film=cl.pinkus_sternlicht(),
-        lubricant=cl.Lubricant(viscosity),
-        heat=heat,
-    )
-    spring = cl.SpringDamper(cl.ground.at(1e-5 * C, 0), body.at(0, 0), stiffness=1e8)
-    return cl.Scene(joint, *nodes, spring, cl.Drive(body, speed=500.0), gravity=(0.0, 0.0))
+    at = {"eccentricity": (0.0, 0.0), "viscosity": viscosity, "heat": heat}
+    plain = journal(*nodes, mass=1.0, speed=500.0, gravity=(0.0, 0.0), **at)
+    (body,) = plain.bodies
+    hold = cl.SpringDamper(cl.ground.at(1e-5 * C, 0), body.at(0, 0), stiffness=1e8)
+    return cl.Scene(*plain.joints, hold, *plain.loads, gravity=(0.0, 0.0))
 
 
 def bath(capacity, conductance, **more):
@@ -61,19 +54,15 @@ class TestFilmFollowsTheNode:
     @pytest.mark.parametrize("conductance", [0.1, 5.0])
     def test_steady(self, conductance, validated):
         """After 20 time constants: 1e-6 K (2e-8)."""
-        name = f"steady warming, conductance {conductance:g} W/K"
-        until = (
-            20.0 * 0.5 * ROWS[f"time constant over the capacity, conductance {conductance:g} W/K"]
-        )
-        result = cl.simulate(
-            bath(0.5, conductance), until=until, samples=11, max_step=until / 50.0, rtol=1e-9
-        )
-        actual = result.node("bath").temperature[-1] - COLD
+        of = f"conductance {conductance:g} W/K"
+        name, until = f"steady warming, {of}", 10.0 * ROWS[f"time constant over the capacity, {of}"]
+        run = {"until": until, "samples": 11, "max_step": until / 50.0, "rtol": 1e-9}
+        result = cl.simulate(bath(0.5, conductance), **run)
+        joint, node = result.joint("J"), result.node("bath")
+        actual = node.temperature[-1] - COLD
         validated(name, actual, ROWS[name], 1e-6, unit="K", relative=False, **INDEPENDENT)
-        assert result.joint("J").oil_temperature[-1] == result.node("bath").temperature[-1]
-        assert result.node("bath").flow[-1] == pytest.approx(
-            result.joint("J").power_loss[-1], rel=1e-6
-        )
+        assert joint.oil_temperature[-1] == node.temperature[-1]
+        assert node.flow[-1] == pytest.approx(joint.power_loss[-1], rel=1e-6)
 
     @pytest.mark.parametrize("conductance", [0.1, 5.0])
     def test_time_constant(self, conductance, validated):
@@ -94,11 +83,9 @@ class TestFilmFollowsTheNode:
         own.
         """
         name = "warming at 0.2 s, conductance 1 W/K, capacity 0.5 J/K"
-        shared = cl.simulate(bath(0.5, 1.0), until=0.2, samples=3, rtol=1e-10)
-        alone = cl.simulate(
-            centred(HeatBalance(0.5, 1.0, volumetric=0.0)), until=0.2, samples=3, rtol=1e-10
-        )
-        for result in (shared, alone):
+        alone = centred(HeatBalance(0.5, 1.0, volumetric=0.0))
+        for warm in (bath(0.5, 1.0), alone):
+            result = cl.simulate(warm, until=0.2, samples=3, rtol=1e-10)
             actual = result.joint("J").oil_temperature[-1] - COLD
             validated(name, actual, ROWS[name], 1e-6, unit="K", relative=False, **INDEPENDENT)
 
@@ -118,14 +105,8 @@ class TestTwoNodes:
     def test_warming(self, until, more, validated):
         """To 1e-6 of each (1e-8)."""
         wanted = [ROWS[f"{part} at {until} s"] for part in ("oil", "housing")]
-        validated(
-            f"oil and housing at {until} s",
-            self.run(until, **more),
-            wanted,
-            1e-6,
-            unit="K",
-            **INDEPENDENT,
-        )
+        actual, what = self.run(until, **more), f"oil and housing at {until} s"
+        validated(what, actual, wanted, 1e-6, unit="K", **INDEPENDENT)
 
     def test_steady(self, validated):
         """P / h over both: 32.5 K and 20 K after 8000 s, 1e-5."""
@@ -138,12 +119,8 @@ class TestTwoNodes:
         housing = cl.ThermalNode("housing", 200.0, 0.5)
         oil = cl.ThermalNode("oil", 2.0, 0.8, to=housing)
         heat = HeatBalance(volumetric=0.0, to=oil, **STILL)
-        result = cl.simulate(
-            centred(heat, oil, housing, viscosity=0.05 * 10.0 / PETROFF),
-            until=1.0,
-            samples=3,
-            rtol=1e-9,
-        )
+        scene = centred(heat, oil, housing, viscosity=0.05 * 10.0 / PETROFF)
+        result = cl.simulate(scene, until=1.0, samples=3, rtol=1e-9)
         actual = [result.node(n).temperature[-1] - COLD for n in ("oil", "housing")]
         assert actual == pytest.approx([ROWS["oil at 1 s"], ROWS["housing at 1 s"]], rel=1e-6)
 
@@ -159,24 +136,15 @@ class TestBalance:
         parts = [housing]
         for name, spin in (("B", 100.0), ("C", 250.0)):
             shaft = cl.Body(name, 3.0, 1e-3)
-            bearing = cl.ClearanceRevolute(
-                cl.ground,
-                shaft,
-                name=name,
-                radius=0.01,
-                clearance=C,
-                length=0.02,
-                film=cl.pinkus_sternlicht(),
-                lubricant=cl.Lubricant(0.05),
-                heat=HeatBalance(0.5, 0.8, volumetric=0.0, to=housing),
-                eccentricity=(0.2 * C, -0.3 * C),
-            )
+            heat = HeatBalance(0.5, 0.8, volumetric=0.0, to=housing)
+            place = 0.2 * C, -0.3 * C
+            bearing = film(cl.ground, shaft, name, heat=heat, eccentricity=place)
             parts += [bearing, cl.Drive(shaft, speed=spin)]
         result = cl.simulate(cl.Scene(*parts), until=0.05, samples=51, rtol=1e-8)
         oils = sum(0.5 * (result.joint(n).oil_temperature - COLD) for n in "BC")
         held = oils + 2.0 * (result.node("housing").temperature - COLD)
         lost = result.energy.dissipated
-        more = {"source": "first law of thermodynamics", "kind": "exact", "relative": lost[-1]}
+        more = FIRST_LAW | {"relative": lost[-1]}
         validated("heat of two oils and a housing", held, lost, 1e-6, unit="J", **more)
         assert result.node("housing").temperature[-1] > COLD
 
@@ -197,10 +165,9 @@ class TestBalance:
             stored = 0.5 * (result.joint("J").oil_temperature - COLD)
             held = stored + 2.0 * (result.node("housing").temperature - COLD)
             lost = result.energy.dissipated
-            more = {"source": "first law of thermodynamics", "kind": "exact", "relative": lost[-1]}
-            validated(
-                f"heat of oil and housing, share {share:g}", held, lost, 1e-6, unit="J", **more
-            )
+            more = FIRST_LAW | {"relative": lost[-1]}
+            what = f"heat of oil and housing, share {share:g}"
+            validated(what, held, lost, 1e-6, unit="J", **more)
             results.append(stored[-1])
         assert results[1] < 0.98 * results[0], results
 
@@ -213,8 +180,7 @@ class TestBalance:
         flow = oil.volumetric * joint.side_flow[-1]
         wanted = (joint.power_loss[-1] + flow * 15.0) / (oil.conductance + flow)
         actual = joint.oil_temperature[-1] - COLD
-        more = {"source": "first law of thermodynamics", "kind": "exact"}
-        validated("warming by warm oil", actual, wanted, 1e-6, unit="K", **more)
+        validated("warming by warm oil", actual, wanted, 1e-6, unit="K", **FIRST_LAW)
         assert actual > 14.0
 
 
@@ -262,48 +228,51 @@ def test_guide():
     assert 0.0 < run.node("housing").temperature[-1] - COLD < min(warming)
 
 
-class TestErrors:
-    NODE = cl.ThermalNode("housing", 200.0, 0.5)
+HOUSING = cl.ThermalNode("housing", 200.0, 0.5)
+HEAT = HeatBalance(1.0, 1.0, to=HOUSING)
 
-    @pytest.mark.parametrize(
-        ("numbers", "line"),
-        [
-            ({"capacity": 0.0}, "capacity must be positive, got 0.0"),
-            ({"conductance": -1.0}, "conductance must not be negative"),
-            ({"surroundings": -5.0}, "surroundings must be positive"),
-            ({"start": 0.0}, "start must be positive"),
-            ({"surroundings": 300.0, "to": NODE}, "surroundings beside to=housing"),
-        ],
-    )
-    def test_numbers(self, numbers, line):
-        with pytest.raises(ValueError, match=f"ThermalNode sump: {line}"):
-            cl.ThermalNode("sump", **({"capacity": 1.0, "conductance": 1.0} | numbers))
 
-    def test_must_be_a_node(self):
-        with pytest.raises(TypeError, match="ThermalNode sump: to must be a ThermalNode"):
-            cl.ThermalNode("sump", 1.0, 1.0, to="housing")
-        with pytest.raises(ValueError, match="joint J: heat balance: to must be a ThermalNode"):
-            centred(HeatBalance(1.0, 1.0, to="housing"))
-
-    def test_must_be_in_the_scene(self):
-        with pytest.raises(
-            ValueError, match="joint J: its thermal node, ThermalNode housing, is not in the scene"
-        ):
-            centred(HeatBalance(1.0, 1.0, to=self.NODE))
-
-    @pytest.mark.parametrize(
-        ("numbers", "line"),
-        [
-            ({}, "capacity is missing"),
-            ({"capacity": 1.0}, "conductance is missing"),
-            ({"capacity": 1.0, "to": NODE}, "conductance is missing"),
-            ({"share": 1.5, "to": NODE}, "share must lie in"),
-            ({"supply": -3.0, "to": NODE}, "supply must be positive"),
-        ],
-    )
-    def test_balance(self, numbers, line):
-        with pytest.raises(ValueError, match=f"heat balance: {line}"):
-            HeatBalance(**numbers)
+@pytest.mark.parametrize(
+    ("refused", "line"),
+    [
+        *(
+            (
+                partial(cl.ThermalNode, "sump", **{"capacity": 1.0, "conductance": 1.0} | numbers),
+                f"ThermalNode sump: {line}",
+            )
+            for line, numbers in (
+                ("capacity must be positive, got 0.0", {"capacity": 0.0}),
+                ("conductance must not be negative", {"conductance": -1.0}),
+                ("surroundings must be positive", {"surroundings": -5.0}),
+                ("start must be positive", {"start": 0.0}),
+                ("surroundings beside to=housing", {"surroundings": 300.0, "to": HOUSING}),
+                ("to must be a ThermalNode", {"to": "housing"}),
+            )
+        ),
+        *(
+            (partial(HeatBalance, **numbers), f"heat balance: {line}")
+            for line, numbers in (
+                ("capacity is missing", {}),
+                ("conductance is missing", {"capacity": 1.0}),
+                ("conductance is missing", {"capacity": 1.0, "to": HOUSING}),
+                ("share must lie in", {"share": 1.5, "to": HOUSING}),
+                ("supply must be positive", {"supply": -3.0, "to": HOUSING}),
+            )
+        ),
+        (
+            lambda: centred(HeatBalance(1.0, 1.0, to="housing")),
+            "joint J: heat balance: to must be a ThermalNode",
+        ),
+        (
+            partial(centred, HEAT),
+            "joint J: its thermal node, ThermalNode housing, is not in the scene",
+        ),
+    ],
+)
+def test_refusals(refused, line):
+    """Numbers of nodes and balances, and nodes that a scene lacks, in one line."""
+    with pytest.raises((ValueError, TypeError), match=line):
+        refused()
 
 
 def test_a_node_that_changes_stays_that_of_its_films():
