@@ -55,7 +55,7 @@ if TYPE_CHECKING:  # for editors, what _LAZY has
     from clearance.postprocess.measured import compare as compare
     from clearance.postprocess.report import report as report
     from clearance.postprocess.view import view as view
-    from clearance.elements.regimes import hole_check as hole_check
+    from clearance.run.force_hole import hole_check as hole_check
 
     from clearance.run.again import again as again
 
@@ -83,7 +83,7 @@ _LAZY = {
     "NotReached": "clearance.simulation",
     "Result": "clearance.results.result",
     "load_case": "clearance.scene.catalogue",
-    "hole_check": "clearance.elements.regimes",
+    "hole_check": "clearance.run.force_hole",
     "inverse_dynamics": "clearance.motions.inverse",
     "statistics": "clearance.motions.chaos",
     "steady": "clearance.motions.steady",

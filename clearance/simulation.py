@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clearance.accuracy.companion import Pair, Statement, add_errors, reason_without
-from clearance.elements.regimes import hole_warning
 from clearance.files.replacing import temporary_file
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, build
@@ -445,8 +444,12 @@ def _left(sink, path) -> str:
 
 def hole_warnings(mechanism: Mechanism) -> list[str]:
     """Force holes that the mechanism's inertia may meet, before anything runs."""
+    joints = [j for j in mechanism.scene.clearance_joints if j.transition is not None]
+    if not joints:
+        return []
+    from clearance.run.force_hole import hole_warning
+
     inertia = sum(b.mass for b in mechanism.scene.bodies) * mechanism.acceleration
-    joints = mechanism.scene.clearance_joints
     return [*filter(None, (hole_warning(j, mechanism.frequency, inertia) for j in joints))]
 
 

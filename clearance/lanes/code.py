@@ -7,6 +7,7 @@ from functools import cache
 
 import llvmlite.binding as llvm
 import llvmlite.ir as ir
+import numpy as np
 
 from clearance.machine.store import (
     FEATURES,
@@ -93,3 +94,21 @@ def begin(module: ir.Module, name: str, count: int, apart: bool = False) -> ir.F
 def callable_at(address: int, count: int) -> Callable:
     """For Python: the function of so many pointers at an address."""
     return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * count)(address)
+
+
+def evaluated(
+    call: Callable, width: int, arrays: tuple, count: int, data: np.ndarray
+) -> np.ndarray:
+    """Outputs of a kernel at t = 0 of many points: (count, points).
+
+    arrays: y, par and work of the points, (numbers, points); data: numbers that all points read.
+    """
+    points = arrays[0].shape[1]
+    padded = np.arange(-(-points // width) * width) % points
+    blocks = [np.ascontiguousarray(a[:, padded]) for a in arrays]
+    time, out, result = np.zeros(width), np.zeros((count, width)), np.zeros((count, len(padded)))
+    for first in range(0, len(padded), width):
+        y, par, work = (np.ascontiguousarray(b[:, first : first + width]) for b in blocks)
+        call(*(a.ctypes.data for a in (time, y, par, work, out, data)))
+        result[:, first : first + width] = out
+    return result[:, :points]

@@ -7,7 +7,7 @@ import llvmlite.ir as ir
 import numpy as np
 
 from clearance.lanes import lane_kernels, steps, stiff_steps, watch
-from clearance.lanes.code import Code, begin, callable_at, new_module
+from clearance.lanes.code import Code, begin, callable_at, evaluated, new_module
 from clearance.lanes.folding import Folding
 from clearance.lanes.queue import PIECES
 from clearance.lanes.rows import Entry, Piece, Rows
@@ -82,15 +82,7 @@ class Engine:
         self, par: np.ndarray, work: np.ndarray, y: np.ndarray, data: np.ndarray
     ) -> np.ndarray:
         """y' at t = 0 of many points: arrays (numbers, points)."""
-        width, (size, count) = self.width, y.shape
-        padded = np.arange(-(-count // width) * width) % count
-        blocks = [np.ascontiguousarray(a[:, padded]) for a in (par, work, y)]
-        time, out, result = np.zeros(width), np.zeros((size, width)), np.zeros((size, len(padded)))
-        for first in range(0, len(padded), width):
-            p, w, state = (np.ascontiguousarray(b[:, first : first + width]) for b in blocks)
-            self.rhs(*(a.ctypes.data for a in (time, state, p, w, out, data)))
-            result[:, first : first + width] = out
-        return result[:, :count]
+        return evaluated(self.rhs, self.width, (y, par, work), len(y), data)
 
 
 def engine(

@@ -75,9 +75,9 @@ class Points:
     y: start states with the ledger; scale: natural sizes of states; par: parameters, without
         tables; work: the work vector and one more; clearance, pull, rate_x, rate_y: of films
         (films, points); longest: step [s]; begin, until: of the window and of the run, turn: length
-        of a turn [s]; own: numbers that reductions may read; tables: those of each point (points,
-        numbers), or of all (numbers,), where they are not the group's; rtol: where it is not the
-        group's.
+        of a turn [s]; frequency: typical one [rad/s]; own: numbers that reductions may read;
+        tables: those of each point (points, numbers), or of all (numbers,), where they are not the
+        group's; rtol: where it is not the group's.
     """
 
     y: np.ndarray
@@ -89,6 +89,7 @@ class Points:
     begin: np.ndarray
     until: np.ndarray
     turn: np.ndarray
+    frequency: np.ndarray
     own: np.ndarray
     tables: np.ndarray | None = None
     rtol: float | None = None
@@ -160,7 +161,7 @@ class Group:
         names = ["y", "scale", "par", "work", *NUMBERS, *(FILMS if self.shape.films else ())]
         return integers(row for n in names for row in self.engine.rows.places(n))
 
-    def _placed(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
+    def placed(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """Tables with those of the points behind them, and parameters that point there."""
         if points.tables is None:
             return self.data, points.par
@@ -212,7 +213,7 @@ class Group:
         stored = self.samples if self.watch.tracks else 0
         tracks = np.zeros((count, len(self.watch.tracks), stored))
         extremes = np.zeros((count, points.turns, len(self.watch.quantities)))
-        data, par = self._placed(points)
+        data, par = self.placed(points)
         shared = {
             "where": self._where(),
             "points": self._numbers(points, par),
@@ -287,7 +288,7 @@ class Group:
 
     def rates(self, points: Points, y: np.ndarray) -> np.ndarray:
         """y' at t = 0 of all points for given states (size, points)."""
-        data, par = self._placed(points)
+        data, par = self.placed(points)
         return self.engine.rates(par, points.work, y, data)
 
 

@@ -13,7 +13,16 @@ import numpy as np
 
 from clearance.accuracy.companion import SAFETY, differences, spreads
 from clearance.accuracy.point_errors import Stating, is_period
-from clearance.elements.regimes import FLATTENING, FULL_FILM, PIEZOVISCOUS, regime
+from clearance.elements import ClearanceRevolute
+from clearance.elements.regimes import (
+    DEEPEST,
+    FLATTENING,
+    FULL_FILM,
+    PIEZOVISCOUS,
+    TOUCHING,
+    regime,
+)
+from clearance.lanes.force_holes import ForceHoles
 from clearance.lanes.group import Answers, Points
 from clearance.lanes.point_numbers import NotForLanes
 from clearance.lanes.watch import Quantity, Reduction, Watch
@@ -34,6 +43,7 @@ from clearance.results.extremes import BOTH, Extreme
 from clearance.results.memory import Memory, MemoryRecord
 from clearance.results.record import Record
 from clearance.run.diagnosis import doubtful
+from clearance.run.force_hole import checkable
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
@@ -41,7 +51,7 @@ from clearance.stepping import status
 
 
 class Wanted(Reductions):
-    """Numbers of a run as lanes keep them: each that metrics ask for is looked at from then on.
+    """Numbers of a run as lanes keep them: those that metrics take are looked at from then on.
 
     record: of one point; ideal: its ideal motion, see `metrics`. The numbers that it gives are
     ones.
@@ -213,6 +223,7 @@ class LaneMetrics:
         self.ideal = ideal_motion(run.mechanism.scene, run.span, self.record.scene)
         self.first = of_point(self.record, self.settle, self.ideal)
         self.steps = int(self.record.solver["steps"])
+        self.holes: dict[ClearanceRevolute, ForceHoles] = {}
         self._check_window()
         self._want()
         self.stated, self.located = self._state(stating), []
@@ -274,6 +285,8 @@ class LaneMetrics:
             wanted.located(f"{joint.key}/gap_min", always=True)
             if f"{joint.key}/film_pressure" in output:
                 wanted.located(f"{joint.key}/film_pressure_max", always=True)
+            if checkable(joint):
+                wanted.located(f"{joint.key}/force_max", always=True)
         for path in ("energy/kinetic", "energy/residual"):
             for end in BOTH if path in output else ():
                 wanted.located(f"{path}_{end}", always=True, searched=False)
@@ -286,10 +299,10 @@ class LaneMetrics:
 
     # --- metrics
     def sound(self, answers: Answers, points: Points) -> np.ndarray:
-        """True for runs that reached their end, whose energy adds up, and whose surfaces stay away
-        from contact.
+        """True for runs that reached their end, whose energy adds up, and whose contacts stay
+        within their laws.
         """
-        good = (answers.status == status.DONE) & ~self._near(answers, points)
+        good = (answers.status == status.DONE) & ~self._deep(answers, points)
         if "energy/residual_max" not in self.wanted.quantities:
             return good
         ends = {
@@ -367,25 +380,57 @@ class LaneMetrics:
         row = self.mechanism.layout.parameters.get(f"{part.key}/{name}")
         return np.full(par.shape[1], getattr(part, name)) if row is None else par[row]
 
-    def warnings(self, answers: Answers, points: Points) -> np.ndarray:
-        """Number of warnings of each run: those of the first point's joints, and of its own
-        films.
+    def warnings(self, answers: Answers, points: Points, data: np.ndarray) -> np.ndarray:
+        """Number of warnings of each run: those of the first point's joints, of its own films, and
+        of its force holes.
+
+        data: tables, to which parameters of the points refer.
         """
         scene = self.mechanism.scene
         count = np.full(len(points.until), sum(len(j.doubts()) for j in scene.joints))
         for joint in scene.clearance_joints:
             if joint.film is not None and joint.film_joint is not None:
                 count += self._film_warnings(joint, answers, points)
+            if checkable(joint):
+                count += self._holes(joint, answers, points, data)
         return count
 
-    def _near(self, answers: Answers, points: Points) -> np.ndarray:
-        """True for runs in which surfaces with a contact law come near: see hole_warning."""
-        near = np.zeros(len(points.until), bool)
+    def _holes(self, joint, answers: Answers, points: Points, data: np.ndarray) -> np.ndarray:
+        """True for runs that meet a force hole: see hole_warning."""
+        rows = self.mechanism.layout.parameters
+        gap = self._of_all(answers, f"{joint.key}/gap_min")
+        force = self._of_all(answers, f"{joint.key}/force_max")
+        ratio = gap / self.number(points.par, joint, "roughness")
+        met, near = np.zeros(len(gap), bool), ratio < FULL_FILM
+        if not near.any():
+            return met
+
+        def number(name: str, default: float) -> np.ndarray:
+            row = rows.get(f"{joint.key}/{name}")
+            return np.full(near.sum(), default) if row is None else points.par[row, near]
+
+        if joint not in self.holes:
+            self.holes[joint] = ForceHoles(joint)
+        asked = points.frequency[near], force[near], ratio[near]
+        met[near] = self.holes[joint].met(number, data, *asked)
+        return met
+
+    def _deep(self, answers: Answers, points: Points) -> np.ndarray:
+        """True for runs that press a contact deeper than it is meant for: see depth_warning."""
+        deep = np.zeros(len(points.until), bool)
         for joint in self.mechanism.scene.clearance_joints:
-            if joint.contact is not None:
-                rough = self.number(points.par, joint, "roughness") if joint.roughness else 0.0
-                near |= self._of_all(answers, f"joints/{joint.name}/gap_min") < FULL_FILM * rough
-        return near
+            if joint.contact is None:
+                continue
+            depth = -self._of_all(answers, f"{joint.key}/gap_min")
+            deep |= depth > DEEPEST * self.number(points.par, joint, "radius")
+            if joint.contact.law.limit is not None:
+                rows = self.mechanism.layout.parameters
+                numbers = {
+                    n: points.par[rows[at]] if (at := f"{joint.key}/contact/{n}") in rows else v
+                    for n, v in joint.contact.values.items()
+                }
+                deep |= depth > joint.contact.law.limit(numbers)
+        return deep
 
     def _film_warnings(self, joint, answers: Answers, points: Points) -> np.ndarray:
         """As Regime.warnings: thin films, large pressures, flattened surfaces."""
@@ -393,12 +438,21 @@ class LaneMetrics:
         pressure = self._of_all(answers, f"joints/{joint.name}/film_pressure_max")
         unit = regime(joint, 1.0, joint.clearance)  # of a pressure of 1 Pa at the thickest film
         thinnest = np.maximum(gap, 1e-9 * self.number(points.par, joint, "clearance"))
+        law, rough = joint.transition and joint.transition.law, joint.roughness is not None
+        ratio = np.inf
+        if rough:
+            roughness = self.number(points.par, joint, "roughness")
+            ratio = gap / roughness
+            if law:
+                thinnest = np.maximum(thinnest, roughness)
         flattening = unit.flattening_ratio * joint.clearance * pressure / thinnest
         counts = (unit.piezoviscous_number * pressure > PIEZOVISCOUS).astype(int) + (
             flattening > FLATTENING
         )
-        if joint.roughness is not None:
-            counts += gap / self.number(points.par, joint, "roughness") < FULL_FILM
+        if not (law and law.carries_roughness):
+            counts += ratio < FULL_FILM
+        elif law.needs_asperity and joint.asperity is None:
+            counts += ratio < TOUCHING
         return counts
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from clearance.elements.regimes import FULL_FILM, depth_warning, hole_warning
+from clearance.elements.regimes import FULL_FILM, depth_warning
 from clearance.machine.callback import Callback
 from clearance.mechanism.closing import last_position, lost_at, no_number
 from clearance.mechanism.dead_centre import Motion, dead_centre, opens
@@ -322,6 +322,8 @@ class Diagnosis:
             warnings.append(f"{joint.label()}: mesh of the film: {doubt}")
         rough = joint.roughness if joint.transition is not None else None
         if rough is not None and gap < FULL_FILM * rough:
+            from clearance.run.force_hole import hole_warning
+
             force = self.run.extreme(f"{group}/force_max")
             warnings += filter(None, [hole_warning(joint, mechanism.frequency, force, gap / rough)])
         return warnings

@@ -148,6 +148,7 @@ class Together:
             begin=self.summing.past * turn,
             until=until,
             turn=turn,
+            frequency=frequency,
             own=self._faster(parameters)[None] ** 2,
             tables=self._tables(columns) if self.several and tables is None else tables,
             rtol=rtol,
@@ -421,8 +422,9 @@ class Lanes:
             good &= summing.stated_alike(values, stated)
             values |= stated
         if not good.all():
-            self._left("they failed, carry a warning or come near contact", int((~good).sum()))
-        warnings = summing.warnings(answers, points).tolist()
+            self._left("they failed, carry a warning or press too deep", int((~good).sum()))
+        data, par = together.group.placed(points)
+        warnings = summing.warnings(answers, replace(points, par=par), data).tolist()
         described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
         rows = list(zip(*(values[name].tolist() for name in described), strict=True))
         return [

@@ -23,6 +23,7 @@ from clearance.laws.materials import Material, steel
 from clearance.laws.worn_asperity import moments
 from clearance.results.memory import Memory
 from clearance.results.recorder import Recorder
+from clearance.run import force_hole
 from clearance.run.diagnosis import Diagnosis
 from clearance.scene.law_names import ASPERITIES, CONTACTS, FRICTIONS, TRANSITIONS, Pair
 from clearance.scene.law_names import FILMS as ALL_FILMS
@@ -899,9 +900,9 @@ class TestTransitions:
         """Trap 8: with contact from e > c only, nothing would carry between lambda 0 and the lower
         threshold.
         """
-        joint = mixed_joint(transition=laws.fuzzy())
+        loads = force_hole.JointLoads(mixed_joint(transition=laws.fuzzy()))
         for ratio in np.linspace(-1.0, 4.0, 60):
-            assert regimes.Load(joint).entire(ratio * 0.8e-6, 1e-4, 30.0) > 1.0
+            assert loads("loads", ratio * 0.8e-6, 1e-4, 30.0)[1] > 1.0
 
     def test_flores_is_its_formula(self):
         """F = ((c + e0 - e) F_film + (e - c) F_dry) / e0 between c and c + e0."""
@@ -909,7 +910,8 @@ class TestTransitions:
         e0, depth = 0.05 * joint.clearance, 0.02 * joint.clearance
         frozen = -joint.film(0.999, 0.0, 30.0, joint.film_joint)[0]
         blend = ((e0 - depth) * frozen + depth * joint.contact(depth, 0.0, 0.0)) / e0
-        assert regimes.Load(joint).entire(-depth, 0.0, 30.0) == pytest.approx(blend, rel=1e-12)
+        _, load = force_hole.JointLoads(joint)("loads", -depth, 0.0, 30.0)
+        assert load == pytest.approx(blend, rel=1e-12)
 
     @pytest.mark.parametrize("name", TRANSITIONS)
     @given(gap=gaps)
@@ -1077,7 +1079,7 @@ class TestMixedJoints:
         """The warning states why the film fades, and where."""
         soft = {"contact": laws.hertz(stiffness=stiffness)} if stiffness else {}
         joint = mixed_joint(transition=law, asperity=None, lubricant=cl.Lubricant(0.005), **soft)
-        warning = regimes.hole_warning(joint, 30.0, 3000.0, reached=-1.0)
+        warning = force_hole.hole_warning(joint, 30.0, 3000.0, reached=-1.0)
         assert "joint J: force hole" in warning
         assert cause in warning
 
@@ -1086,21 +1088,21 @@ class TestMixedJoints:
         rest.
         """
         joint = mixed_joint(transition=laws.fuzzy(), asperity=None, lubricant=cl.Lubricant(0.005))
-        warning = partial(regimes.hole_warning, joint, 30.0)
+        warning = partial(force_hole.hole_warning, joint, 30.0)
         assert warning(3000.0, reached=0.0) is not None
         assert warning(300.0, reached=0.0) is None
         assert warning(3000.0, reached=0.8) is None
         late = mixed_joint(transition=laws.fuzzy(datum=0.0), asperity=None)
         # its film carries 1 kN and more at rest
-        assert regimes.hole_warning(late, 30.0, 100.0) is None
-        assert regimes.hole_warning(late, 30.0, 1e4) is not None
+        assert force_hole.hole_warning(late, 30.0, 100.0) is None
+        assert force_hole.hole_warning(late, 30.0, 1e4) is not None
 
     def test_speed_of_a_load(self):
         """At its speed the load is carried at the film's rim (1 %: the secant steps)."""
         joint = mixed_joint(transition=laws.fuzzy(), asperity=None, lubricant=cl.Lubricant(0.005))
-        speed = regimes.sinking_speed(joint, 60.0, 2000.0)
-        gap = regimes.film_rim(joint, 60.0) * joint.roughness
-        assert regimes.Load(joint).entire(gap, speed, 60.0) == pytest.approx(2000.0, rel=0.01)
+        rim, speed = force_hole.sinking(joint, 60.0, 2000.0)
+        _, load = force_hole.JointLoads(joint)("loads", rim * joint.roughness, speed, 60.0)
+        assert load == pytest.approx(2000.0, rel=0.01)
 
     def test_a_run_through_a_hole_is_warned_of(self):
         """The feeder with contact from the wall on, at 2 mPa s: it strikes with more than 9 kN."""
