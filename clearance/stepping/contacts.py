@@ -70,13 +70,14 @@ def summit(s, t, h, joint, low, high, wanted):
 
 
 @shared
-def crossing(s, t, h, joint, low, high, at_low, at_high):
-    """theta between low and high where the penetration of a joint changes its sign, by the Illinois
+def crossing(s, t, h, joint, ends, depths):
+    """theta between two ends where the penetration of a joint changes its sign, by the Illinois
     method.
 
-    at_low, at_high: penetration there, times the sign at high. Intervals that begin with none are
-    halved: their other end may be the one that counts.
+    depths: penetration at the ends, times the sign at the second. Intervals that begin with none
+    are halved: their other end may be the one that counts.
     """
+    (low, high), (at_low, at_high) = ends, depths
     wanted, side = beyond(s, joint), 0.0
     for _ in range(60):
         if high - low < 1e-15:
@@ -133,7 +134,7 @@ def event_of(s, t, h, joint, low, high):
         value = depth_of(s.inside, joint) * wanted
     if value <= s.band[joint]:
         return 2.0
-    return crossing(s, t, h, joint, low, end, depth_of(s.probed, joint) * wanted, value)
+    return crossing(s, t, h, joint, (low, end), (depth_of(s.probed, joint) * wanted, value))
 
 
 @shared

@@ -22,10 +22,11 @@ OUTWEIGHED = 1e4  # squares of terms within a step over those of its ends: error
 
 
 @pasted
-def stages(rhs, t, h, y, par, work, k, first, last, states):
+def stages(run, t, h, first, last):
     """Slopes k[first] to k[last - 1] from those before them; none reads the ledger, so trial states
     leave it out.
     """
+    y, k, states = run.y, run.matrix, run.states
     trial = k[16]
     for s in range(first, last):
         for i in range(states):
@@ -33,7 +34,7 @@ def stages(rhs, t, h, y, par, work, k, first, last, states):
             for j in range(s):
                 total += A[s, j] * k[j, i]
             trial[i] = y[i] + h * total
-        rhs(t + C[s] * h, trial, par, work, k[s])
+        run.rhs(t + C[s] * h, trial, run.par, run.work, k[s])
 
 
 @compiled(STEP_SIGNATURE)
@@ -55,7 +56,7 @@ def step(address, t, h):
     scale, size, states = s.scale, y.size, s.states
     for i in range(size):
         k[0, i] = f[i]
-    stages(rhs, t, h, y, par, work, k, 1, STAGES, states)
+    stages(s, t, h, 1, STAGES)
     for i in range(size):
         total = 0.0
         for j in range(STAGES):
@@ -102,7 +103,7 @@ def interpolant(address, t, h):
     size, within, at_ends = y.size, 0.0, 0.0
     for i in range(size):
         k[STAGES, i] = f_new[i]
-    stages(s.rhs, t, h, y, s.par, s.work, k, STAGES + 1, 16, s.states)
+    stages(s, t, h, STAGES + 1, 16)
     s.evaluations += 3
     for i in range(size):
         change = y_new[i] - y[i]

@@ -140,8 +140,9 @@ def correct(k, m, complexes, h, p, n):
 
 
 @inline
-def rates(k, run, t, h, y, par, work, m, n):
+def rates(k, run, t, h):
     """Rates at the stages, into the rows behind them; of several at once where the run can."""
+    y, par, work, m, n = run.y, run.par, run.work, run.matrix, run.states
     stages, together = k.c.size, run.together
     if together.shape[0] == 0:
         trial = m[4 * stages + TRIAL]
@@ -166,17 +167,18 @@ def rates(k, run, t, h, y, par, work, m, n):
 
 
 @inline
-def newton(k, run, t, h, y, par, work, m, complexes, n):
+def newton(k, run, t, h):
     """Simplified Newton on the transformed stages. 0 converged, 1 not, 2 not finite; and the rate
     of convergence.
     """
+    y, m, n = run.y, run.matrix, run.states
     stages, p = k.c.size, run.coordinates
     tolerance = max(2e-15 / run.rtol, run.newton_tolerance)
     old, rate, factor_of_rate = 0.0, 0.0, max(run.convergence, 1e-16) ** 0.8
     for iteration in range(ITERATIONS):
-        rates(k, run, t, h, y, par, work, m, n)
+        rates(k, run, t, h)
         run.evaluations += stages
-        norm = math.sqrt(correct(k, m, complexes, h, p, n) / (stages * n))
+        norm = math.sqrt(correct(k, m, run.complexes, h, p, n) / (stages * n))
         if not math.isfinite(norm):
             return status.NO_NUMBERS, 1.0
         if iteration > 0:
@@ -204,8 +206,9 @@ def newton(k, run, t, h, y, par, work, m, complexes, n):
 
 
 @inline
-def error_norm(k, run, rhs, t, h, y, f, par, work, vector, m, n):
+def error_norm(k, run, t, h):
     """Error over tolerance; filtered a second time where the first answer would reject the step."""
+    y, f, vector, m, n = run.y, run.f, run.jacobian_rows, run.matrix, run.states
     stages, p, real = k.c.size, run.coordinates, 4 * k.c.size + LU
     size = n - p
     correction, trial, weight = m[real - 3], m[real - 4], m[real - 2]
@@ -233,21 +236,22 @@ def error_norm(k, run, rhs, t, h, y, f, par, work, vector, m, n):
             trial[i] += y[i]
         for i in range(n, y.size):
             trial[i] = y[i]
-        rhs(t, trial, par, work, m[stages])
+        run.rhs(t, trial, run.par, run.work, m[stages])
         run.evaluations += 1
     return norm
 
 
 @inline
-def solved(k, run, t, h, y, par, work, m, n):
+def solved(k, run, t, h):
     """True where rates at the stages, which the ledger needs anyway, agree with the stages.
 
     An iteration that ends by the convergence of earlier steps has not seen them. Friction may turn
     round there within a narrow range of speeds, and neither it nor the error estimate shows that.
     """
-    rates(k, run, t, h, y, par, work, m, n)
+    rates(k, run, t, h)
     run.evaluations += k.c.size
-    residual = correct_real(k, m, h, run.coordinates, n) / (k.c.size * n)
+    n = run.states
+    residual = correct_real(k, run.matrix, h, run.coordinates, n) / (k.c.size * n)
     return residual < SOLVED * SOLVED
 
 
@@ -293,8 +297,7 @@ def advance(k, run, t, h):
     """One step from y with f = y' to y_new with f_new; error over tolerance in `run.error`. 0 if it
     worked.
     """
-    rhs = run.rhs
-    y, f, par, work = run.y, run.f, run.par, run.work
+    y, par, work = run.y, run.par, run.work
     y_new, f_new, scale, vector = run.y_new, run.f_new, run.scale, run.jacobian_rows
     m, complexes = run.matrix, run.complexes
     size, n, stages = y.size, run.states, k.c.size
@@ -311,7 +314,7 @@ def advance(k, run, t, h):
         if run.lu_state != 1 or run.last_h != h:
             factorise(k, run, vector, m, complexes, h, n)
         predict(k, run, m, h, y, n)
-        answer, rate = newton(k, run, t, h, y, par, work, m, complexes, n)
+        answer, rate = newton(k, run, t, h)
         if answer == status.MADE or fresh:
             break
         run.jacobian_state = 0
@@ -321,13 +324,13 @@ def advance(k, run, t, h):
             run.has_predictor = 0
         run.lu_state, run.convergence = 0, 1.0
         return answer
-    error = error_norm(k, run, rhs, t, h, y, f, par, work, vector, m, n)
+    error = error_norm(k, run, t, h)
     run.error = error
     if error > 1.0 or not math.isfinite(error):
         run.lu_state = 0
         return status.MADE if math.isfinite(error) else status.NO_NUMBERS
     if size > n and run.evaluate_ledger > 0:
-        if not solved(k, run, t, h, y, par, work, m, n):
+        if not solved(k, run, t, h):
             run.lu_state, run.convergence = 0, 1.0
             return status.TOO_LONG
         ledger(k, h, y, m, n)

@@ -57,10 +57,11 @@ def solved(vector, m, s, g, p, n):
 
 
 @inline
-def stages(rhs, t, h, y, f, par, work, vector, m, p, n):
+def stages(run, t, h):
     """All stages; the last is the error estimate, the trial state and the last stage make the new
     state.
     """
+    y, f, m, n = run.y, run.f, run.matrix, run.states
     g, trial = 1.0 / (GAMMA * h), m[TRIAL]
     for i in range(y.size):
         trial[i] = y[i]
@@ -72,13 +73,13 @@ def stages(rhs, t, h, y, f, par, work, vector, m, p, n):
                 for j in range(s):
                     total += A[s, j] * m[j, i]
                 trial[i] = total
-            rhs(t + NODES[s] * h, trial, par, work, m[SLOPE])
+            run.rhs(t + NODES[s] * h, trial, run.par, run.work, m[SLOPE])
         for i in range(n):
             total = 0.0
             for j in range(s):
                 total += C[s, j] * m[j, i]
             m[s, i] = m[SLOPE, i] + total / h + h * D[s] * m[RATE_OF_TIME, i]
-        solved(vector, m, s, g, p, n)
+        solved(run.jacobian_rows, m, s, g, run.coordinates, n)
 
 
 @inline
@@ -96,10 +97,11 @@ def dense_output(y, y_new, dense, m, n):
 
 
 @inline
-def ledger(rhs, t, h, y, y_new, par, work, dense, m, n):
+def ledger(run, t, h):
     """The energy integrals and their dense output, from the powers at three places of the dense
     output of the rest.
     """
+    y, y_new, dense, m, n = run.y, run.y_new, run.dense, run.matrix, run.states
     trial = m[TRIAL]
     for s in range(3):
         x = LEDGER_NODES[s]
@@ -110,7 +112,7 @@ def ledger(rhs, t, h, y, y_new, par, work, dense, m, n):
             )
         for i in range(n, y.size):
             trial[i] = y[i]
-        rhs(t + x * h, trial, par, work, m[s])
+        run.rhs(t + x * h, trial, run.par, run.work, m[s])
     for i in range(n, y.size):
         dense[0, i] = y[i]
         for r in range(1, dense.shape[0]):
@@ -143,7 +145,7 @@ def step(address, t, h):
             m[RATE_OF_TIME, i] = (m[RATE_OF_TIME, i] - f[i]) / later
         s.jacobian_state = 1
     factorise(vector, m, 1.0 / (GAMMA * h), p, n)
-    stages(rhs, t, h, y, f, par, work, vector, m, p, n)
+    stages(s, t, h)
     s.factorisations += 1
     s.evaluations += STAGES + 1
     total = 0.0
@@ -160,7 +162,7 @@ def step(address, t, h):
         y_new[i] = y[i]
     dense_output(y, y_new, dense, m, n)
     if size > n and s.evaluate_ledger > 0:
-        ledger(rhs, t, h, y, y_new, par, work, dense, m, n)
+        ledger(s, t, h)
         s.evaluations += 3
     rhs(t + h, y_new, par, work, f_new)
     for i in range(size):
