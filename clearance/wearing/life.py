@@ -19,6 +19,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -121,6 +122,18 @@ class Measured:
         path = np.concatenate([thinned(t.path, min(max(count // 2, 1), THINNEST)) for t in turns])
         path[:, 3:5] /= count
         return cls(rate, scatter, path, spread)
+
+
+class Reached(NamedTuple):
+    """Where a life stands after a stage: turns, their error, the next jump in turns, by how much
+    the loads have changed the wear, and the part of it that a shorter jump leaves.
+    """
+
+    turns: float
+    error: float
+    jump: float
+    changed: float = 0.0
+    floor: float = 0.0
 
 
 def wear(
@@ -447,7 +460,8 @@ class Driver:
                 size *= GROW
             floor = 0.0 if miss <= allowed else min(miss / BETTER, floor or math.inf)
             longer = math.inf
-            self._keep(stage, outlines, measured, turns, error, size, values, miss, floor)
+            reached = Reached(turns, error, size, miss, floor)
+            self._keep(stage, outlines, measured, values, reached)
         self.progress(1.0, f"stage {stage} is done")
         return Life(self.folder)
 
@@ -467,7 +481,8 @@ class Driver:
             self._check_turn(name, of_joint)
             if not any(rate.any() for rate in of_joint.rate.values()):
                 LOG.warning("joint %s: nothing wears; its solids do not touch in a turn", name)
-        self._keep(0, outlines, measured, 0.0, 0.0, self.plan.turns * FIRST, values)
+        first = Reached(turns=0.0, error=0.0, jump=self.plan.turns * FIRST)
+        self._keep(0, outlines, measured, values, first)
         return measured
 
     def _check_turn(self, name: str, measured: Measured) -> None:
@@ -516,9 +531,7 @@ class Driver:
             joints[name] = Measured(rate, scatter[name], arrays[f"{name}/path"], spread[name])
         return joints
 
-    def _keep(
-        self, stage, outlines, measured, turns, error, size, values, miss=0.0, floor=0.0
-    ) -> None:
+    def _keep(self, stage: int, outlines, measured, values, reached: Reached) -> None:
         """A stage is over: its arrays, then its line in the journal."""
         arrays = {}
         for name, of_joint in measured.items():
@@ -530,11 +543,7 @@ class Driver:
             np.savez_compressed(file, **arrays)
         entry = {
             "stage": stage,
-            "turns": turns,
-            "error": error,
-            "jump": size,
-            "changed": miss,
-            "floor": floor,
+            **reached._asdict(),
             "average": self.average,
             "scatter": {n: m.scatter for n, m in measured.items()},
             "spread": {n: m.spread for n, m in measured.items()},

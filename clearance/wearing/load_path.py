@@ -45,7 +45,7 @@ def moved(
     force_x, force_y, load, _ = touching(x, y, angle, joint, old, 0.0)
     if load <= 0.0:
         return x, y
-    rest_x, rest_y, load = rest(force_x, force_y, angle, joint, new, 1.0, x, y)
+    rest_x, rest_y, load = rest((force_x, force_y), angle, joint, new, 1.0, (x, y))
     return (rest_x, rest_y) if math.isfinite(load) else (x, y)
 
 

@@ -52,14 +52,15 @@ def longest(x, y, clearance):
     return STRIDE * max(clearance, math.sqrt(x * x + y * y))
 
 
-def rest(force_x, force_y, angle, joint, data, scale, x, y):
-    """Place where the foundation, `scale` stiff, puts a force on the journal, from (x, y): x, y and
-    normal load.
+def rest(force, angle, joint, data, scale, start):
+    """Place where the foundation, `scale` stiff, puts a force (x, y) on the journal, from a start
+    (x, y): x, y and normal load.
 
     Newton's method on a convex energy. A step that overshoots or leaves the wall ends between, by
     bisection. A journal in free flight is pressed in, ever deeper: the deepest point may lie on a
     ridge that no cell sees. The load is nan where it fails.
     """
+    (force_x, force_y), (x, y) = force, start
     size = math.sqrt(force_x * force_x + force_y * force_y)
     pressed = PRESSED * joint.clearance
     f = touching_slopes(x, y, angle, joint, data, 0.0)
@@ -152,10 +153,8 @@ def replay(path, turns, data, stiffness, surface, rests, pressure, volumes):
         over = (turns * path[q, 3], turns * path[q, 4])
         soft = stiffness / (1.0 + stiffness * (over[0] + over[1]))
         joint = FilmJoint(0.0, path[q, 5], 0.0, 0.0, 0.0)
-        force_x, force_y, angle = path[q, 0], path[q, 1], path[q, 2]
-        x, y, load = rest(
-            force_x, force_y, angle, joint, data, soft * surface, rests[q, 0], rests[q, 1]
-        )
+        force, angle, start = (path[q, 0], path[q, 1]), path[q, 2], (rests[q, 0], rests[q, 1])
+        x, y, load = rest(force, angle, joint, data, soft * surface, start)
         if not math.isfinite(load):
             return False
         rests[q, 0], rests[q, 1] = x, y

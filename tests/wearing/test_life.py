@@ -107,7 +107,7 @@ class TestReplay:
         end, _ = replayed(standing(60, COEFFICIENT, 0.1 * COEFFICIENT), 1000)
         joint = FilmJoint(0.0, CLEARANCE, 0.0, 0.0, 0.0)
         scale = MODULUS * RADIUS * LENGTH
-        e = rest(-FORCE, 0.0, 0.3, joint, end.data, scale, *end.place[0])[0]
+        e = rest((-FORCE, 0.0), 0.3, joint, end.data, scale, end.place[0])[0]
         assert e == pytest.approx(ROWS["W31"], rel=1e-4)
 
     def test_one_turn_of_both(self):
@@ -143,7 +143,7 @@ class TestReplay:
         data = Outline(None, worn(bearing=depths).parameters).numbers
         assert deepest(*place, 0.0, joint, data, 0.0)[0] > 0.0
         assert touching(*place, 0.0, joint, data, 0.0)[2] == 0.0
-        x, y, _ = rest(1649.0, -549.0, 0.0, joint, data, 1e10, *place)
+        x, y, _ = rest((1649.0, -549.0), 0.0, joint, data, 1e10, place)
         force = 1e10 * np.array(touching(x, y, 0.0, joint, data, 0.0)[:2])
         assert force == pytest.approx([1649.0, -549.0], abs=1e-9 * 1739.0)
 
