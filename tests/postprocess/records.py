@@ -4,11 +4,12 @@ import json
 
 import numpy as np
 from clearance.postprocess import figures
+from matplotlib.text import Text
 
 from clearance.results.record import Record
 
 UNITS = {"x": "m", "vx": "m/s", "ax": "m/s2", "theta": "rad", "omega": "rad/s"}
-EVENTS = ("time", "impact_speed", "peak_force", "duration")
+EVENTS = ("time", "impact_speed", "peak_force", "duration", "joint", "kind")
 
 
 class Formula(Record):
@@ -32,35 +33,25 @@ class Formula(Record):
         events=None,
         status="complete",
     ):
-        drive = {
-            "type": "Drive",
-            "target": "crank",
-            "speed": speed,
-            "start": start,
-            "name": "crank",
-        }
+        drive = {"type": "Drive", "target": "crank", "speed": speed, "start": start}
         scene = {
             "bodies": [{"name": "slider"}],
             "joints": list(joints),
-            "loads": [drive] if speed else [],
+            "loads": [drive | {"name": "crank"}] if speed else [],
         }
         self.attributes = {"case": "formula", "scene": json.dumps(scene), "status": status}
         time = np.asarray(time, float)
         self.data = {"time": time} | {
             p: v(time) if callable(v) else np.asarray(v) for p, v in channels.items()
         }
-        self.events = {n: np.zeros(0) for n in EVENTS} | {
-            "joint": np.zeros(0, str),
-            "kind": np.zeros(0, str),
-        }
-        self.events |= {n: np.asarray(v) for n, v in (events or {}).items()}
+        none = dict.fromkeys(EVENTS, np.zeros(0)) | dict.fromkeys(
+            ("joint", "kind"), np.zeros(0, str)
+        )
+        self.events = none | {n: np.asarray(v) for n, v in (events or {}).items()}
 
     def names(self, group):
-        inside = (
-            [p.removeprefix(f"{group}/") for p in self.data if p.startswith(f"{group}/")]
-            if group
-            else self.data
-        )
+        start = f"{group}/" if group else ""
+        inside = [p.removeprefix(start) for p in self.data if p.startswith(start)]
         return tuple(dict.fromkeys(p.partition("/")[0] for p in inside))
 
     def values(self, path):
@@ -76,17 +67,13 @@ class Formula(Record):
 def joint(name="C", clearance=1e-3, contact="flores", transition=None, bearing="ground"):
     """A clearance joint as scenes describe it."""
     law = {"law": f"clearance.laws.contact:{contact}", "restitution": 0.9} if contact else None
-    return {
+    empty = dict.fromkeys(("film", "friction", "lubricant", "length", "roughness"))
+    return empty | {
         "type": "ClearanceRevolute",
         "name": name,
         "clearance": clearance,
         "contact": law,
         "transition": transition,
-        "film": None,
-        "friction": None,
-        "lubricant": None,
-        "length": None,
-        "roughness": None,
         "a": {"body": bearing},
         "b": {"body": "slider"},
     }
@@ -108,16 +95,40 @@ class Gallery:
     def last(self):
         return self.figures[-1]
 
-    def texts(self):
-        """Everything that is written on the last figure."""
-        from matplotlib.text import Text
+    @property
+    def panels(self):
+        """Axes of the last figure that are no colour bars."""
+        return [a for a in self.last.axes if a.get_label() != "<colorbar>"]
 
-        return [t.get_text() for t in self.last.findobj(Text) if t.get_text()]
+    @property
+    def bars(self):
+        """Labels of its colour bars."""
+        return [a.get_ylabel() for a in self.last.axes if a.get_label() == "<colorbar>"]
+
+    @property
+    def legend(self):
+        """Names in its first legend."""
+        return [plain(t.get_text()) for t in self.last.legends[0].get_texts()]
+
+    @property
+    def written(self):
+        """Text objects of the last figure that say something."""
+        return [t for t in self.last.findobj(Text) if t.get_text()]
+
+    def texts(self):
+        """Everything that is written on it, blanks that do not break as others."""
+        return [plain(t.get_text()) for t in self.written]
+
+    @property
+    def text(self):
+        """All of that in one."""
+        return " ".join(self.texts())
 
     def smallest_text(self):
         """Size of the smallest letters [pt]."""
-        from matplotlib.text import Text
+        return min(t.get_fontsize() for t in self.written if t.get_visible())
 
-        return min(
-            t.get_fontsize() for t in self.last.findobj(Text) if t.get_text() and t.get_visible()
-        )
+
+def plain(text: str) -> str:
+    """A text whose blanks may all break."""
+    return text.replace("\u00a0", " ")

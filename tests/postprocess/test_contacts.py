@@ -7,7 +7,7 @@ import pytest
 from clearance.postprocess.contacts import contact_table, contacts, contacts_of
 
 import clearance as cl
-from tests.postprocess.records import Formula, Gallery, joint
+from tests.postprocess.records import Formula, joint
 
 COLUMNS = {
     "contacts",
@@ -30,11 +30,6 @@ COLUMNS = {
 @pytest.fixture(scope="module")
 def dry():
     return cl.simulate(cl.load_case("slider_crank", model="dry"), turns=4.0)
-
-
-@pytest.fixture
-def gallery(monkeypatch):
-    return Gallery(monkeypatch)
 
 
 def made(time, channels=(), **options):

@@ -23,7 +23,7 @@ from clearance.postprocess.labels import about, labels_of, title
 import clearance as cl
 from clearance.laws.joint_friction import breakaway_smooth, joint_coulomb, joint_stribeck
 
-from .records import Formula, Gallery
+from .records import Formula
 
 BENT = {"pin_radius": 0.01, "friction_arm": 0.02, "bending_arm": 0.05}
 
@@ -74,11 +74,6 @@ def run():
 @pytest.fixture(scope="module")
 def crowd():
     return cl.inverse_dynamics(fan(12), until=1.0, samples=21)
-
-
-@pytest.fixture
-def gallery(monkeypatch):
-    return Gallery(monkeypatch)
 
 
 @pytest.fixture
@@ -191,7 +186,7 @@ def test_coupled_friction_says_how_it_was_found(gallery, tmp_path):
     )
     friction(result, tmp_path / "f.png")
     most = result.values("friction/iterations").max()
-    message = " ".join(gallery.texts()).replace("\u00a0", " ")
+    message = gallery.text
     assert f"coupled friction: at most {most:.0f} iterations" in message
 
 
@@ -199,7 +194,7 @@ def test_of_many_the_largest_are_drawn(crowd, gallery, tmp_path):
     """Arms grow heavier, so the last eight load their motors and hinges most; their order stays."""
     efforts(crowd, tmp_path / "e.png")
     wanted = [f"motor_{i}" for i in range(4, 12)]
-    assert [t.get_text() for t in gallery.last.legends[0].get_texts()] == [
+    assert gallery.legend == [
         *wanted,
         "without friction",
     ]

@@ -23,8 +23,8 @@ from clearance import cli
 from clearance.commands.report import default
 from clearance.laws.joint_friction import breakaway_linear, joint_stribeck
 from clearance.metrics.metrics import metrics, startup
-
-from .test_efforts import cart
+from tests.postprocess.records import plain
+from tests.postprocess.test_efforts import cart
 
 VOID = {"meta", "img", "wbr"}
 OWN = '''
@@ -104,7 +104,7 @@ class Reader(HTMLParser):
             self.rows.append(tuple(self.cells))
 
     def handle_data(self, data):
-        tags, data = [tag for tag, _ in self.open], data.replace("\u00a0", " ")
+        tags, data = [tag for tag, _ in self.open], plain(data)
         if {"style", "script", "svg"} & set(tags):
             return
         self.texts.append(data)
@@ -117,7 +117,25 @@ class Reader(HTMLParser):
 
 
 def read(source, tmp_path) -> Reader:
+    """The page of a run or a sweep."""
     return Reader(report(source, tmp_path / "report.html"))
+
+
+def ran(case, tmp_path, *, span=1.0, parameters=None, **options) -> tuple:
+    """A run of a case over some turns, and its page."""
+    scene = cl.load_case(case, **parameters or {})
+    run = cl.simulate(scene, **{"turns" if scene.turn else "until": span}, **options)
+    return run, read(run, tmp_path)
+
+
+def measured(value, units) -> tuple:
+    """Number and unit as pages have them."""
+    return tuple(map(plain, pages.measured(value, units)))
+
+
+def words(scene) -> str:
+    """The description and the tables of a scene, a bar in place of tags."""
+    return plain(re.sub(r"(<[^>]*>)+", "|", scenes.described(scene) + scenes.tables(scene)))
 
 
 @pytest.fixture(scope="module")
@@ -167,7 +185,8 @@ def swept_page(swept, tmp_path_factory):
     ],
 )
 def test_numbers(value, shown):
-    assert pages.number(value).replace("\u00a0", " ") == shown
+    """Five digits, powers of ten as people write them, a dash for none."""
+    assert plain(pages.number(value)) == shown
 
 
 @pytest.mark.parametrize(
@@ -188,10 +207,12 @@ def test_numbers(value, shown):
     ],
 )
 def test_quantities(value, units, shown):
-    assert pages.quantity(value, units).replace("\u00a0", " ") == shown
+    """Units have the prefix that suits the value; speeds are in rpm, angles in degrees."""
+    assert plain(pages.quantity(value, units)) == shown
 
 
 def test_everything_is_escaped_on_its_way_in():
+    """Texts, attributes and cells hold no markup."""
     made = pages.element("p", '<b> & "', pages.element("i", "x"), title='"<')
     assert made == '<p title="&quot;&lt;">&lt;b&gt; &amp; &quot;<i>x</i></p>'
     assert pages.table(["<"], [["<", True, None]], says="<").count("&lt;") == 3
@@ -213,6 +234,7 @@ def picture(tmp_path, points, samples=0):
 
 
 def test_pictures_are_svg_or_png_whichever_is_smaller(tmp_path):
+    """A few points are drawn as lines, many and long ones as pixels."""
     assert picture(tmp_path, 10).pictures == ["svg", "svg"]
     assert picture(tmp_path, 20000).pictures == ["img", "img"]
     page = picture(tmp_path, 10, samples=pages.LONG)
@@ -222,55 +244,49 @@ def test_pictures_are_svg_or_png_whichever_is_smaller(tmp_path):
 
 
 def test_svg_becomes_part_of_the_page():
-    svg = (
-        '<?xml version="1.0"?><svg xmlns:xlink="http://x" width="9pt" viewBox="0 0 9 9"><!-- <p> '
-        "--><metadata>m"
-        '</metadata><defs><style type="text/css">*{a: b}</style></defs><g id="unused"><path '
-        'id="m1"/><use '
-        'xlink:href="#m1" style="fill: url(#c2)"/></g><clipPath id="c2"/></svg>'
-    )
-    assert pages.inline(svg, "p3", '"a"') == (
-        '<svg role="img" aria-label="&quot;a&quot;" width="9pt" viewBox="0 0 9 '
-        '9"><defs></defs><g><path id="p3-0"/>'
-        '<use href="#p3-0" style="fill: url(#p3-1)"/></g><clipPath id="p3-1"/></svg>'
-    )
+    """Identifiers are those of the page, and metadata, comments and styles are gone."""
+    svg = """<?xml version="1.0"?><svg xmlns:xlink="http://x" width="9pt" viewBox="0 0 9 9">\
+<!-- <p> --><metadata>m</metadata><defs><style type="text/css">*{a: b}</style></defs>\
+<g id="unused"><path id="m1"/><use xlink:href="#m1" style="fill: url(#c2)"/></g>\
+<clipPath id="c2"/></svg>"""
+    expected = """<svg role="img" aria-label="&quot;a&quot;" width="9pt" viewBox="0 0 9 9">\
+<defs></defs><g><path id="p3-0"/><use href="#p3-0" style="fill: url(#p3-1)"/></g>\
+<clipPath id="p3-1"/></svg>"""
+    assert pages.inline(svg, "p3", '"a"') == expected
 
 
 def test_a_picture_that_cannot_be_drawn_is_a_sentence():
+    """The reason stands in its place."""
+
     def draw(path):
         raise ValueError("channel <x> was not stored")
 
     made = pages.Page("none").picture(draw, "Something")
-    assert (
-        made == '<p class="missing">Something: not shown, for channel &lt;x&gt; was not stored.</p>'
-    )
+    reason = "Something: not shown, for channel &lt;x&gt; was not stored."
+    assert made == f'<p class="missing">{reason}</p>'
 
 
 # --- runs
 def test_the_numbers_of_a_run(page, feeder):
+    """All metrics, solver statistics and digests are those of the file."""
     run = cl.open_result(feeder)
     for name, metric in metrics(run).items():
-        shown, units = pages.measured(metric.value, metric.units)
-        row = page.row(metric.text, name)
-        assert row[1:3] == (shown.replace("\u00a0", " "), units.replace("\u00a0", " "))
+        assert page.row(metric.text, name)[1:3] == measured(metric.value, metric.units)
     assert page.row("steps")[1] == f"{run.solver['steps']}, {run.solver['rejected']} rejected"
     assert page.row("method")[1] == f"{run.solver['method']} ({run.solver['method_reason']})"
-    assert (
-        pages.number(run.solver["energy_residual_share"]).replace("\u00a0", " ")
-        in page.row("energy residual")[1]
-    )
+    residual = plain(pages.number(run.solver["energy_residual_share"]))
+    assert residual in page.row("energy residual")[1]
     first = startup(run)["joint_C_force_max"]
-    shown = " ".join(pages.measured(first.value, first.units)).replace("\u00a0", " ")
-    assert page.row("largest force in joint C", "joint_C_force_max")[4] == shown
-    assert (
-        page.row("kernel")[1]
-        == "sha256 " + hashlib.sha256(run.attributes["kernel"].encode()).hexdigest()
-    )
+    shown = page.row("largest force in joint C", "joint_C_force_max")[4]
+    assert shown == " ".join(measured(first.value, first.units))
+    kernel = hashlib.sha256(run.attributes["kernel"].encode()).hexdigest()
+    assert page.row("kernel")[1] == f"sha256 {kernel}"
     assert page.row("version of numba")[1] == run.attributes["version_numba"]
     assert ("box good", "complete") in page.boxes
 
 
 def test_what_a_run_report_shows(page):
+    """The sections, their pictures, and the joint's options."""
     assert page.headings == [
         "Mechanism",
         "Integration",
@@ -296,107 +312,102 @@ def test_the_size_of_a_feeder_report(page):
     assert len(page.raw.encode()) < 2e6
 
 
+def partial(tmp_path, max_steps):
+    """A dry run that ended at its step limit, and its page."""
+    with pytest.raises(cl.SimulationError, match="the step limit is reached") as stop:
+        cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2.0, max_steps=max_steps)
+    return stop.value.result, read(stop.value.result, tmp_path)
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_a_partial_run(tmp_path):
-    with pytest.raises(cl.SimulationError, match="the step limit is reached") as stop:
-        cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2.0, max_steps=300)
-    page = read(stop.value.result, tmp_path)
+    """The box has the reason; what was computed is shown."""
+    run, page = partial(tmp_path, 300)
     assert ("box bad", "partial") in page.boxes
-    reason = stop.value.result.status.removeprefix("partial: ")
-    assert ("box bad", f": {reason}") in page.boxes
-    assert page.row("contacts")[1] == str(len(stop.value.result.events["time"]))
+    assert ("box bad", f": {run.status.removeprefix('partial: ')}") in page.boxes
+    assert page.row("contacts")[1] == str(len(run.events["time"]))
     assert any("A Poincaré section is drawn from 5 turns on" in m for m in page.missing)
 
 
 def test_a_run_that_ended_at_once(tmp_path):
-    with pytest.raises(cl.SimulationError) as stop:
-        cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2.0, max_steps=1)
-    page = read(stop.value.result, tmp_path)
+    """Sentences stand in place of numbers and pictures."""
+    _, page = partial(tmp_path, 1)
     assert not page.pictures
     assert "The run ended before there was anything to sum up." in page.missing
     assert sum("fewer than two samples" in m for m in page.missing) == 4
 
 
 def test_a_run_that_has_not_ended(feeder, tmp_path):
+    """It is refused with its status."""
     shutil.copy(feeder, tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5", "a") as file:
         file.attrs["status"] = "partial: still running"
         del file.attrs["status_crc32"]
         for name in list(file["solver"].attrs):
             del file["solver"].attrs[name]
-    with pytest.raises(
-        ValueError, match="run.h5 has no summary, for its run has not ended .partial: still running"
-    ):
+    reason = "run.h5 has no summary, for its run has not ended .partial: still running"
+    with pytest.raises(ValueError, match=reason):
         report(tmp_path / "run.h5", tmp_path / "r.html")
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_what_was_not_kept_is_said(tmp_path):
-    run = cl.simulate(
-        cl.load_case("six_bar_feeder"), turns=2.0, channels=["bodies/slider/ax", "joints/B/gap"]
-    )
-    page = read(run, tmp_path)
+    """Extremes without their channels, and sentences that name what is missing."""
+    kept = ["bodies/slider/ax", "joints/B/gap"]
+    run, page = ran("six_bar_feeder", tmp_path, span=2.0, channels=kept)
     low, high = (pages.number(v) for v in run.extremes("bodies/slider/ax"))
     assert page.row("bodies/slider/ax")[1:] == ("m/s²", low, high)
-    message = " ".join(page.missing)
+    message, absent = " ".join(page.missing), "these channels were not stored"
     assert "no channel 'bodies/slider/x'" in message
-    assert (
-        "these channels were not stored: bodies/slider/ay, bodies/slider/theta, joints/A/force_x"
-        in message
-    )
-    assert (
-        "these channels were not stored: joints/B/eccentricity_x, joints/B/eccentricity_y"
-        in message
-    )
+    assert f"{absent}: bodies/slider/ay, bodies/slider/theta, joints/A/force_x" in message
+    assert f"{absent}: joints/B/eccentricity_x, joints/B/eccentricity_y" in message
     assert len(page.pictures) == 2  # what was stored, and its spectrum
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_no_channels_at_all(feeder, tmp_path):
-    run = cl.simulate(
-        cl.load_case("six_bar_feeder"), turns=1.0, channels=["energy/kinetic"], energy=False
-    )
-    page = read(run, tmp_path)
+def test_no_channels_at_all(tmp_path):
+    """A run without ledger and without channels of bodies."""
+    _, page = ran("six_bar_feeder", tmp_path, channels=["energy/kinetic"], energy=False)
     assert page.row("energy residual")[1] == "no energy ledger was stored or integrated"
     assert "its channels ax and ay were not stored" in " ".join(page.missing)
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_ideal_joints(tmp_path):
-    page = read(cl.simulate(cl.load_case("six_bar_feeder", model="ideal"), turns=1.0), tmp_path)
+    """They have no section of their own."""
+    _, page = ran("six_bar_feeder", tmp_path, parameters={"model": "ideal"})
     assert not [h for h in page.headings if h.startswith("Joint")]
     assert page.row("absolute tolerances")[1] != "–"
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_no_drive(tmp_path):
-    page = read(cl.simulate(cl.load_case("double_pendulum"), until=0.5), tmp_path)
+    """The report says so, and draws no section."""
+    _, page = ran("double_pendulum", tmp_path, span=0.5)
     assert "2 bodies, 2 hinges (A, B); nothing drives it. Gravity is (0, −9.81) m/s²." in page.text
     assert page.missing == ["No drive turns at constant speed: there is no Poincaré section."]
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_dry_and_mixed_contacts(tmp_path):
-    dry = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=1.0, samples_per_turn=100)
-    page = read(dry, tmp_path)
-    shown = pages.number(dry.events["peak_force"].max()).replace("\u00a0", " ")
+    """Peak forces and laws of a dry joint; warnings and dry share of a mixed one."""
+    dry, page = ran("slider_crank", tmp_path, parameters={"model": "dry"}, samples_per_turn=100)
+    shown = plain(pages.number(dry.events["peak_force"].max()))
     assert page.row("largest peak force")[1] == f"{shown} N"
-    assert page.row("contact")[1].startswith(
-        "lankarani_nikravesh: stiffness 6.6102 × 10¹⁰ N/m^1.5, restitution 0.9"
-    )
+    law = "lankarani_nikravesh: stiffness 6.6102 × 10¹⁰ N/m^1.5, restitution 0.9"
+    assert page.row("contact")[1].startswith(law)
     thin = {"model": "mixed", "viscosity": 0.002, "speed": cl.rpm(600)}
-    mixed = cl.simulate(cl.load_case("six_bar_feeder", **thin), turns=1.0, samples_per_turn=100)
-    page = read(mixed, tmp_path)
+    mixed, page = ran("six_bar_feeder", tmp_path, parameters=thin, samples_per_turn=100)
     assert mixed.warnings
     assert all(("box doubt", w) in page.boxes for w in mixed.warnings)
-    assert page.row("share of the time in dry contact")[1] == pages.number(
-        mixed.facts("joints/B")["share_dry"]
-    )
+    share = pages.number(mixed.facts("joints/B")["share_dry"])
+    assert page.row("share of the time in dry contact")[1] == share
     assert any("film thickness ratio, states" in s for s in page.said)
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_names_and_warnings_are_escaped(tmp_path):
+    """Names of files, points and warnings hold no markup."""
     path = tmp_path / "<i>a & 'b'.h5"
     cl.simulate(cl.load_case("double_pendulum"), until=0.2, path=path)
     with h5py.File(path, "a") as file:
@@ -411,6 +422,8 @@ def test_names_and_warnings_are_escaped(tmp_path):
 
 
 def test_parts_of_a_scene_in_words():
+    """Springs, forces, drives and joints with their numbers in units."""
+
     @cl.signal
     def push(time, amplitude):
         return amplitude * time
@@ -437,9 +450,7 @@ def test_parts_of_a_scene_in_words():
         cl.Drive(rail, speed=0.05, start=0.1),
     )
     scene = cl.simulate(cl.Scene(rail, dry, *loads, name="parts"), until=1e-3, samples=3).scene
-    text = re.sub(r"<[^>]*>", "|", scenes.described(scene) + scenes.tables(scene)).replace(
-        "\u00a0", " "
-    )
+    text = words(scene)
     for message in (
         "joint rail is driven at constant speed, 50 mm/s, from 100 mm",
         "spring and damper s, torsion spring t, force f",
@@ -496,10 +507,7 @@ def test_scenes_out_of_the_plane_and_joints_that_rub_in_words():
     parts = cl.Scene(
         hinge, pin, slide, more, *drives, force, gravity=(0.0, 0.0, -9.81), name="parts"
     )
-    scene = json.loads(parts.to_json())
-    text = re.sub(r"(<[^>]*>)+", "|", scenes.described(scene) + scenes.tables(scene)).replace(
-        "\u00a0", " "
-    )
+    text = words(json.loads(parts.to_json()))
     for message in (
         "Friction acts in O, P, S, T. Gravity is (0, 0, −9.81) m/s².",
         "|products xz, yz [kg m²]|",
@@ -523,12 +531,12 @@ def test_scenes_out_of_the_plane_and_joints_that_rub_in_words():
         "|self-aligning|no|yes|no|",
     ):
         assert message in text
-    flat = json.loads(cl.load_case("double_pendulum").to_json())
-    assert "products" not in scenes.tables(flat)
-    assert "Friction" not in scenes.described(flat) + scenes.tables(flat)
+    flat = words(json.loads(cl.load_case("double_pendulum").to_json()))
+    assert not re.search("products|Friction", flat)
 
 
 def test_friction_laws_of_ones_own_have_no_units():
+    """Numbers of an unknown law stand alone."""
     law = {"law": "mine:rubbing", "viscous": 2.0}
     joint = {"type": "Revolute", "name": "A", "friction": law}
     text = re.sub(r"(<[^>]*>)+", "|", scenes.frictions([joint]))
@@ -538,24 +546,24 @@ def test_friction_laws_of_ones_own_have_no_units():
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("inverse", [False, True])
 def test_joints_that_rub(inverse, tmp_path):
-    scene = cart()
-    if inverse:
-        run = cl.inverse_dynamics(scene, until=2.0, samples=101, path=tmp_path / "run.h5")
-    else:
-        run = cl.simulate(scene, until=2.0, samples=101, path=tmp_path / "run.h5")
+    """Efforts and friction have a section, of inverse dynamics too."""
+    compute = cl.inverse_dynamics if inverse else cl.simulate
+    run = compute(cart(), until=2.0, samples=101, path=tmp_path / "run.h5")
     page = read(run, tmp_path)
     how = "Computation" if inverse else "Integration"
     assert page.headings[1:5] == [how, "Summary", "Overview", "Efforts and joint friction"]
     assert page.missing == ["A Poincaré section is drawn from 5 turns on; this run has 1.2732."]
-    assert any(
-        s.startswith("Driving torques and forces, dashed without joint friction") for s in page.said
-    )
-    assert any(s.startswith("Friction of hinges and slides") for s in page.said)
+    for start in (
+        "Driving torques and forces, dashed without joint friction",
+        "Friction of hinges and slides",
+    ):
+        assert any(s.startswith(start) for s in page.said)
     assert ("method", run.solver["method"]) in page.rows or not inverse
 
 
 # --- sweeps
 def test_a_sweep_with_failed_points(swept_page):
+    """Its table has the reasons; parameters stand as they were swept."""
     page = swept_page
     assert ("box bad", ": 4 done, 2 failed") in page.boxes
     assert "Points that are not done" in page.headings
@@ -574,6 +582,7 @@ def test_a_sweep_with_failed_points(swept_page):
 
 
 def test_extremes_of_a_sweep(swept, swept_page):
+    """Least and largest value of each metric, and where it is."""
     for name in (
         "slider_acceleration_peak_mean",
         "joint_C_force_peak_mean",
@@ -584,13 +593,12 @@ def test_extremes_of_a_sweep(swept, swept_page):
         row = next(r for r in swept_page.rows if r[0].endswith(name))
         least, most = (pages.number(v * factor) for v in (np.nanmin(values), np.nanmax(values)))
         assert row[:5] == (f"{swept.known[name][1]} {name}", unit, least, row[3], most)
-        speed = pages.quantity(swept.columns["speed"][np.nanargmax(values)], "rad/s").replace(
-            "\u00a0", " "
-        )
+        speed = plain(pages.quantity(swept.columns["speed"][np.nanargmax(values)], "rad/s"))
         assert f"speed {speed}" in row[5]
 
 
 def test_links_lead_to_the_runs(swept, swept_page):
+    """Links are relative to the page, one a done point."""
     targets = [(swept_page.folder / link).resolve() for link in swept_page.links]
     assert targets == [swept.path(i).resolve() for i in range(4)]
     assert all(t.exists() for t in targets)
@@ -598,38 +606,36 @@ def test_links_lead_to_the_runs(swept, swept_page):
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_run_of_a_sweep_shows_what_the_sweep_kept(swept, tmp_path):
+    """Metrics are those of the sweep, not computed again."""
     page = read(swept.path(2), tmp_path)
     assert "As the sweep that this run belongs to has stored them." in page.text
     value = swept.metrics["slider_position_deviation_peak_mean"][2]
-    assert page.row("slider_position_deviation_peak_mean")[1] == pages.measured(value, "m")[
-        0
-    ].replace("\u00a0", " ")
+    assert page.row("slider_position_deviation_peak_mean")[1] == measured(value, "m")[0]
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_metrics_of_ones_own_are_named(swept, tmp_path):
-    sweep = cl.open_sweep(swept.folder)
-    sweep.definition = dataclasses.replace(
-        sweep.definition, own=(("/own/mine.py:travel", "0123456789abcdef"),)
-    )
-    page = Reader(report(sweep, tmp_path / "sweep.html"))
+    """A sweep's report states the files of own metrics."""
+    sweep, own = cl.open_sweep(swept.folder), (("/own/mine.py:travel", "0123456789abcdef"),)
+    sweep.definition = dataclasses.replace(sweep.definition, own=own)
+    page = read(sweep, tmp_path)
     assert page.row("metrics of one's own")[1] == "/own/mine.py:travel"
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_many_points_are_cut_short(swept, tmp_path, monkeypatch):
+    """The table has the first points and says where all are."""
     monkeypatch.setattr(sweep_report, "MOST", 5)
     monkeypatch.setattr(sweep_report, "FIRST", 3)
     page = read(swept, tmp_path)
     assert len([r for r in page.rows if len(r) > 6 and r[0].isdigit()]) == 3
-    assert (
-        "The first 3 of 6 points; all of them, with all metrics, are in map <1>/sweep.h5."
-        in page.text
-    )
+    rest = "The first 3 of 6 points; all of them, with all metrics, are in map <1>/sweep.h5."
+    assert rest in page.text
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_sweep_without_index_and_one_without_anything_done(swept, tmp_path):
+    """The journal is enough; without it all points are missing."""
     shutil.copytree(swept.folder, tmp_path / "map")
     (tmp_path / "map" / "sweep.h5").write_bytes(b"rubbish")
     assert ("box bad", ": 4 done, 2 failed") in read(tmp_path / "map", tmp_path).boxes
@@ -643,6 +649,7 @@ def test_a_sweep_without_index_and_one_without_anything_done(swept, tmp_path):
 
 @pytest.mark.usefixtures("undrawn")
 def test_samples_and_lists_that_go_together(tmp_path):
+    """Drawn and paired parameters are described as such."""
     options = {
         "turns": 1.0,
         "samples_per_turn": 50,
@@ -660,25 +667,27 @@ def test_samples_and_lists_that_go_together(tmp_path):
     assert not page.links
     paired = cl.zipped(speed=[20.0, 25.0, 45.0], clearance=[1e-4, 2e-4, 3e-4])
     page = read(cl.sweep("slider_crank", paired, tmp_path / "z", **options), tmp_path)
-    assert (
-        page.row("clearance", "by even steps, together with speed")[3] == "0.0001, 0.0002, 0.0003 m"
-    )
+    row = page.row("clearance", "by even steps, together with speed")
+    assert row[3] == "0.0001, 0.0002, 0.0003 m"
     assert "slider_crank: sweep over speed with clearance (3)" in page.text
 
 
 # --- files and the command
 def test_wrong_input(feeder, tmp_path):
-    for path in ("report.h5", "report"):
-        with pytest.raises(ValueError, match=f"{path}: its name must end in .html"):
-            report(feeder, tmp_path / path)
-    with pytest.raises(FileNotFoundError, match="no result file"):
-        report(tmp_path / "none.h5", tmp_path / "r.html")
-    with pytest.raises(FileNotFoundError, match="it has no sweep.json"):
-        report(tmp_path, tmp_path / "r.html")
+    """Bad names and absent files are refused, and nothing is written."""
+    for source, path, error, message in (
+        (feeder, "report.h5", ValueError, "report.h5: its name must end in .html"),
+        (feeder, "report", ValueError, "report: its name must end in .html"),
+        (tmp_path / "none.h5", "r.html", FileNotFoundError, "no result file"),
+        (tmp_path, "r.html", FileNotFoundError, "it has no sweep.json"),
+    ):
+        with pytest.raises(error, match=message):
+            report(source, tmp_path / path)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch):
+    """No half-written page and no other file stays."""
     (tmp_path / "r.html").write_text("old")
 
     def full(*_):
@@ -692,6 +701,7 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
 
 
 def test_the_command(tmp_path, capsys):
+    """The same file gives the same page, beside it by default."""
     run = tmp_path / "run.h5"
     scene = cl.load_case("six_bar_feeder", joints="B,C")
     cl.simulate(scene, turns=1, path=run, error=None, channels=["drives/*"])
@@ -704,16 +714,16 @@ def test_the_command(tmp_path, capsys):
 
 @pytest.mark.usefixtures("undrawn")
 def test_the_command_with_a_sweep(swept, tmp_path, capsys):
+    """Folders are made; a document states the size; an absent sweep is refused."""
     out = tmp_path / "deep" / "sweep.html"
     assert cli.main(["report", str(swept.folder), "-o", str(out), "--json"]) == 0
-    size = out.stat().st_size
-    assert (
-        capsys.readouterr().out == f'{{"status": "complete", "report": "{out}", "bytes": {size}}}\n'
-    )
+    document = {"status": "complete", "report": str(out), "bytes": out.stat().st_size}
+    assert json.loads(capsys.readouterr().out) == document
     assert cli.main(["report", str(tmp_path / "nothing")]) == 2
     assert "no file or directory" in capsys.readouterr().err
 
 
 def test_where_a_report_goes_by_itself(tmp_path):
+    """Beside a run, or inside the folder of a sweep."""
     assert default(tmp_path) == tmp_path / "report.html"
     assert default(tmp_path / "a.b.h5") == tmp_path / "a.b.html"

@@ -25,6 +25,7 @@ def test_a_picture_from_a_file(tmp_path, monkeypatch):
 
 
 def test_forces_of_joints_that_touch_come_first():
+    """Of joints with penetration, then torque and acceleration."""
     names = [
         "slider_acceleration_peak",
         "drive_crank_torque_peak",
