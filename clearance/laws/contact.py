@@ -27,6 +27,7 @@ from functools import lru_cache
 from clearance.laws.law import Derived, Law, OfJoint, contact
 from clearance.laws.materials import Material, steel
 from clearance.values.checks import Check, bounded, fraction, non_negative, positive
+from clearance.values.columns import each
 
 GRAZING_SPEED = 1e-3  # m/s
 
@@ -80,7 +81,8 @@ def hertz_stiffness(
     bore = positive("radius", radius) + (clearance if flat else positive("clearance", clearance))
     a, b = material, bearing_material or material
     compliance = (1.0 - a.poisson**2) / a.young + (1.0 - b.poisson**2) / b.young
-    return 4.0 / (3.0 * compliance) * math.sqrt(radius if flat else radius * bore / (bore - radius))
+    curvature = radius if flat else radius * bore / (bore - radius)
+    return 4.0 / (3.0 * compliance) * each(math.sqrt, curvature)
 
 
 # --- what a joint determines where it is not given

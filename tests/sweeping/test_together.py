@@ -177,6 +177,23 @@ def test_mixed_joints(law):
         assert math.isclose(metrics[metric][together.first], ordinary.value, rel_tol=share), metric
 
 
+@pytest.mark.parametrize("contact", ["flores", "johnson", "winkler", "impact"])
+def test_sampled_mixed_points(contact):
+    """No two points share a value: all numbers of contacts come from columns, bit for bit or
+    within 1e-12.
+    """
+    case, draws = find_case("slider_crank"), np.random.default_rng(5)
+    columns = {"speed": draws.uniform(8.0, 80.0, 30), "clearance": draws.uniform(2e-5, 4e-4, 30)}
+
+    def scene(values):
+        return case.scene(model="mixed", contact=contact, **values)
+
+    numbers = PointNumbers(
+        scene, lambda v: prepare(scene(v), turns=1.0), columns, 1e-12, one_table=False
+    )
+    assert numbers.following == {}
+
+
 @pytest.mark.slow
 def test_films_that_are_not_alike():
     """Two films of other lengths and clearances have functions of their own in one module. Metrics
