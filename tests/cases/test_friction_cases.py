@@ -86,10 +86,7 @@ class TestFiveAxisChain:
         """Each joint carries the weights of the links above it."""
         for t in (0.0, 2.0):
             actual = outputs("five_axis_chain", t, *(f"joints/{n}/axial_force" for n in FIVE))
-            weights, options = (
-                (107.8, 49.0, 19.6, 49.0, 19.6),
-                {"source": "weights of the links", "kind": "exact"},
-            )
+            weights = (107.8, 49.0, 19.6, 49.0, 19.6)
             validated(
                 "axial forces of the chain",
                 actual,
@@ -97,7 +94,8 @@ class TestFiveAxisChain:
                 last(9),
                 unit="N",
                 relative=False,
-                **options,
+                source="weights of the links",
+                kind="exact",
             )
 
     @pytest.mark.parametrize(
@@ -158,17 +156,15 @@ class TestFiveAxisChain:
         """
         for t in (0.0, 2.0):
             actual = outputs("five_axis_chain", t, "joints/5/bending_x", "joints/5/bending_y")
-            wanted, options = (
-                19.6 * math.hypot(0.3, 0.5196),
-                {"source": "weight times overhang", "kind": "exact"},
-            )
+            wanted = 19.6 * math.hypot(0.3, 0.5196)
             validated(
                 "bending moment of joint 5",
                 math.hypot(*actual),
                 wanted,
                 1e-12,
                 unit="N m",
-                **options,
+                source="weight times overhang",
+                kind="exact",
             )
 
     def test_found_motion_follows_the_prescribed_one(self):
@@ -503,17 +499,15 @@ class TestMobileManipulator:
         )
         middle, h = 2.0 * time_constant, 1e-3 * time_constant
         low, here, high = (motion(t)[2] for t in (middle - h, middle, middle + h))
-        wanted, options = (
-            -0.02 / time_constant**2 * math.exp(-2.0),
-            {"source": "closed form", "kind": "exact"},
-        )
+        wanted = -0.02 / time_constant**2 * math.exp(-2.0)
         validated(
             "largest acceleration of the filter's start-up",
             here,
             wanted,
             1e-12,
             unit="m/s2",
-            **options,
+            source="closed form",
+            kind="exact",
         )
         assert min(low, high) > here
         vertex = middle - 0.5 * h * (high - low) / (high - 2.0 * here + low)
@@ -541,10 +535,7 @@ class TestMobileManipulator:
                 wanted = goal(t, **numbers, time_constant=0.0)[0]
             else:
                 wanted = np.interp(t, [0.0, *CASE["PHASES"]], levels)
-            goes_in, options = (
-                tau**2 * second + 2.0 * tau * rate + y,
-                {"source": "filter's equation", "kind": "exact"},
-            )
+            goes_in = tau**2 * second + 2.0 * tau * rate + y
             validated(
                 "input of the actuators' filter",
                 goes_in,
@@ -552,7 +543,8 @@ class TestMobileManipulator:
                 1e-13,
                 unit="m",
                 relative=False,
-                **options,
+                source="filter's equation",
+                kind="exact",
             )
             assert goal(t, **bound.values)[1] == pytest.approx(rate, abs=1e-14)
 
@@ -603,10 +595,7 @@ class TestMobileManipulator:
                     - math.atan2(far[1], far[0])
                     + side * math.acos(cosine)
                 )
-                off, options = (
-                    math.remainder(angle - wanted, 2.0 * math.pi),
-                    {"source": "cosine law", "kind": "exact"},
-                )
+                off = math.remainder(angle - wanted, 2.0 * math.pi)
                 validated(
                     "angles less those of triangles",
                     off,
@@ -614,7 +603,8 @@ class TestMobileManipulator:
                     1e-9,
                     unit="rad",
                     relative=False,
-                    **options,
+                    source="cosine law",
+                    kind="exact",
                 )
 
     @pytest.mark.slow

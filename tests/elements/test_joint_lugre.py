@@ -73,12 +73,15 @@ def test_it_sticks_under_a_load_below_break_away(validated):
     theta = run["arm"].theta
     weight = 2.0 * 9.81 * 0.2 * np.sin(theta[-1] + 0.5 * math.pi)
     assert 0.1 * NUMBERS["static"] < weight < 0.5 * NUMBERS["static"]
-    actual, options = (
-        run.joint("J").bristle_deflection[-1],
-        {"source": "weight over stiffness", "kind": "exact"},
-    )
+    actual = run.joint("J").bristle_deflection[-1]
     validated(
-        "deflection of sticking bristles", actual, -weight / 500.0, 1e-6, unit="rad", **options
+        "deflection of sticking bristles",
+        actual,
+        -weight / 500.0,
+        1e-6,
+        unit="rad",
+        source="weight over stiffness",
+        kind="exact",
     )
     later = theta[run.time > 5.0]
     assert np.ptp(later) < 3e-8

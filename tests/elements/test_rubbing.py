@@ -298,11 +298,10 @@ def test_a_sliding_block_stops_where_and_when_coulomb_says(validated):
     assert v[run.time < 0.99 * stop].min() > 0.0
     assert np.abs(v[run.time > 1.01 * stop]).max() < 1e-4
     assert np.abs(run.energy.residual).max() < 1e-6
-    lost, options = (
-        run.joint("guide").dissipated[-1],
-        {"source": "its kinetic energy", "kind": "exact"},
+    lost = run.joint("guide").dissipated[-1]
+    validated(
+        "energy a block loses", lost, 1.0, 1e-5, unit="J", source="its kinetic energy", kind="exact"
     )
-    validated("energy a block loses", lost, 1.0, 1e-5, unit="J", **options)
 
 
 def test_a_block_pushed_less_than_it_can_resist_only_creeps(validated):

@@ -229,11 +229,16 @@ class TestBreakaway:
     def test_smooth_form_has_a_slope_at_rest(self, validated):
         """sqrt(2 e) (F_b - F_C) / w_S + F_C / w_C with w_S = sqrt(2) w_b and w_C = w_b / 10."""
         slope = math.sqrt(2.0 * math.e) * 5.0 / (math.sqrt(2.0) * 0.1) + 20.0 / 0.01
-        actual, options = (
-            -SMOOTH(1e-9, 0.0) / 1e-9,
-            {"unit": "N m s/rad", "source": "closed form", "kind": "exact"},
+        actual = -SMOOTH(1e-9, 0.0) / 1e-9
+        validated(
+            "slope of the smooth friction at rest",
+            actual,
+            slope,
+            1e-9,
+            unit="N m s/rad",
+            source="closed form",
+            kind="exact",
         )
-        validated("slope of the smooth friction at rest", actual, slope, 1e-9, **options)
 
 
 class TestLoads:

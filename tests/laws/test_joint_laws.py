@@ -178,17 +178,15 @@ class TestContact:
         law = laws.winkler(
             layer_modulus=modulus, length=0.04, radius=9.5e-3, radius_difference=5e-4
         )
-        actual, options = (
-            law(1e-8, 0.0, 1.0) / 1e-8**1.5,
-            {"source": "hand calculation", "kind": "independent"},
-        )
+        actual = law(1e-8, 0.0, 1.0) / 1e-8**1.5
         validated(
             "coefficient of Winkler's layer, Flores' joint",
             actual,
             1.79e12,
             5e-3,
             unit="N/m^1.5",
-            **options,
+            source="hand calculation",
+            kind="independent",
         )
 
     @given(st.floats(-1.0 / math.e + 1e-9, -1e-12))
@@ -644,12 +642,14 @@ class TestAsperities:
         u = np.linspace(-8.0, 8.0, 4001)
         pressure = moments(2.5, x + u[::20] ** 2)
         integral = np.trapezoid(pressure, u[::20])
-        actual, options = (
-            5 * math.pi / 16 * third_moment(x),
-            {"source": "quadrature", "kind": "independent"},
-        )
+        actual = 5 * math.pi / 16 * third_moment(x)
         validated(
-            "Greenwood and Tripp's load of a parabolic gap", actual, integral, 1e-5, **options
+            "Greenwood and Tripp's load of a parabolic gap",
+            actual,
+            integral,
+            1e-5,
+            source="quadrature",
+            kind="independent",
         )
 
     @pytest.mark.parametrize("x", [-2.0, 0.5])
@@ -657,12 +657,14 @@ class TestAsperities:
         """Greenwood and Williamson's pressure integrated over the parabolic gap: 1e-5."""
         u = np.linspace(-8.0, 8.0, 201)
         integral = np.trapezoid(moments(1.5, x + u * u), u)
-        actual, options = (
-            3 * math.pi / 8 * second_moment(x),
-            {"source": "quadrature", "kind": "independent"},
-        )
+        actual = 3 * math.pi / 8 * second_moment(x)
         validated(
-            "Greenwood and Williamson's load of a parabolic gap", actual, integral, 1e-5, **options
+            "Greenwood and Williamson's load of a parabolic gap",
+            actual,
+            integral,
+            1e-5,
+            source="quadrature",
+            kind="independent",
         )
 
     #: section 2.5: exact integrals, and how far two engineering fits of F_5/2 and one of F_2 are
@@ -890,11 +892,15 @@ class TestTransitions:
             s = -ratio + 6.0 * (x + 1.0)
             mean = 6.0 * np.sum(w * (ratio + s) * np.exp(-0.5 * s * s) / math.sqrt(2 * math.pi))
             actual = laws.load_sharing()(ratio * 0.8e-6, JOINT)[1] / 0.8e-6
-            gap, options = (
-                math.sqrt(actual**2 - 0.02**2),
-                {"source": "quadrature", "kind": "independent"},
+            gap = math.sqrt(actual**2 - 0.02**2)
+            validated(
+                "mean gap of rough surfaces over sigma",
+                gap,
+                mean,
+                1e-4,
+                source="quadrature",
+                kind="independent",
             )
-            validated("mean gap of rough surfaces over sigma", gap, mean, 1e-4, **options)
 
     def test_contact_starts_where_the_film_begins_to_fade(self):
         """Trap 8: with contact from e > c only, nothing would carry between lambda 0 and the lower

@@ -102,14 +102,11 @@ class TestHuntCrossley:
         validated(what, actual, 1.0 - alpha * speed, allowed, source=source, relative=False)
         assert actual == pytest.approx(delivered_by(1.5 * alpha * speed), abs=1e-4)
 
-
     @given(st.floats(-1e-3, 1e-3), st.floats(-100, 100), st.floats(0, 100), st.floats(0, 1))
     def test_does_not_see_the_impact_speed(self, depth, rate, impact, dissipation):
         """The memoryless form has the same force whatever the speed of the first touch."""
         law = laws.hunt_crossley_memoryless(stiffness=1e10, dissipation=dissipation)
         assert law(depth, rate, impact) == law(depth, rate, 0.0)
-
-
 
 
 class TestPinkusSternlicht:
@@ -131,15 +128,16 @@ class TestPinkusSternlicht:
         assert before == pytest.approx(after, rel=1e-7)
         assert before[0] == pytest.approx(-12 * 0.25 / (2.25 * 0.75), rel=1e-6)
 
-
     def test_centred_journal_is_a_damper(self, validated):
         """-6 pi P0 eps' in every direction; the tangential speed enters through w = -2 gamma'."""
-        actual, options = (
-            FILM(1e-7, 2.0, 0.0, UNIT)[0],
-            {"source": "-6 pi P0 eps'", "kind": "exact"},
-        )
+        actual = FILM(1e-7, 2.0, 0.0, UNIT)[0]
         validated(
-            "force of a concentric journal, long film", actual, -12 * math.pi, 1e-6, **options
+            "force of a concentric journal, long film",
+            actual,
+            -12 * math.pi,
+            1e-6,
+            source="-6 pi P0 eps'",
+            kind="exact",
         )
         swirl = 3.0 / 1e-7
         assert FILM(1e-7, 0.0, -2.0 * swirl, UNIT)[1] == pytest.approx(-6 * math.pi * 3.0, rel=1e-5)
@@ -157,8 +155,6 @@ class TestPinkusSternlicht:
             validated(
                 "force of Pinkus and Sternlicht", complex(*actual), complex(*exact), 0.09, **options
             )
-
-
 
     @given(st.floats(0.0, 1.5), st.floats(-100, 100), st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
     def test_torques_balance_the_force_pair(self, ratio, tangential, journal, bearing):

@@ -188,9 +188,14 @@ def hill(speed: float, damping: float = 0.02) -> np.ndarray:
         weight = arm * (9.81 + speed**2 * lift(speed * time))
         return [x[1], -(damping * x[1] + weight * x[0]) / inertia]
 
-    turn, options = (0.0, 2.0 * math.pi / speed), {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+    turn = (0.0, 2.0 * math.pi / speed)
     return np.linalg.eigvals(
-        np.array([solve_ivp(rates, turn, start, **options).y[:, -1] for start in np.eye(2)]).T
+        np.array(
+            [
+                solve_ivp(rates, turn, start, method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
+                for start in np.eye(2)
+            ]
+        ).T
     )
 
 
@@ -310,10 +315,7 @@ class TestSliderCrank:
         met = cl.follow(
             "slider_crank", "speed", cl.rpm(3925), cl.rpm(3950), fixed=fixed, points=21, step=0.1
         )
-        fold, options = (
-            met.folds[0] / cl.rpm(1),
-            {"source": "plain runs on either side", "kind": "independent"},
-        )
+        fold = met.folds[0] / cl.rpm(1)
         validated(
             "fold of the dry slider-crank's orbit",
             fold,
@@ -321,7 +323,8 @@ class TestSliderCrank:
             0.0035,
             unit="rpm",
             relative=False,
-            **options,
+            source="plain runs on either side",
+            kind="independent",
         )
         assert not met.points[-1].stable
 

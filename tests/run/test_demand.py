@@ -80,10 +80,12 @@ def test_R9_what_the_disk_cannot_hold_is_refused(tmp_path, monkeypatch):
     cl.simulate(ideal(), turns=2, path=tmp_path / "run.h5", force=True).close()
     assert cli.main(["run", *IDEAL, "-o", str(tmp_path / "run.h5"), "--force", "--json"]) == 0
     call = {"fixed": {"model": "ideal"}, "turns": 2.0, "workers": 1}
-    points, stored = cl.grid(speed=[10.0, 20.0]), {"channels": ["bodies/slider/x"]}
+    points = cl.grid(speed=[10.0, 20.0])
     with pytest.raises(ValueError, match="files of"):
         cl.sweep("slider_crank", points, tmp_path / "never", **call)
-    assert cl.sweep("slider_crank", points, tmp_path / "out", **call, **stored).done.all()
+    assert cl.sweep(
+        "slider_crank", points, tmp_path / "out", **call, channels=["bodies/slider/x"]
+    ).done.all()
 
 
 def test_R9_usual_requests_are_never_refused():

@@ -72,8 +72,8 @@ def test_order(method, order, steps, validated):
     (e1, n1), (e2, n2) = (fixed_step_error(method, n, reference) for n in steps)
     actual = math.log(e1 / e2) / math.log(n2 / n1)
     assert actual < order + 1.5
-    what, options = f"order of {method}, or more", {"source": ORDERS[method], "relative": False}
-    validated(what, min(actual, order), order, 0.5, **options)
+    what = f"order of {method}, or more"
+    validated(what, min(actual, order), order, 0.5, source=ORDERS[method], relative=False)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -16,12 +16,14 @@ class TestRadau:
     def test_quadrature(self, k, validated):
         """B(2s - 1): the weights, the last row, integrate polynomials up to degree 2s - 2."""
         for q in range(1, 2 * k.c.size):
-            actual, options = (
-                k.a[-1] @ k.c ** (q - 1),
-                {"source": "order condition 1 / q", "kind": "exact"},
-            )
+            actual = k.a[-1] @ k.c ** (q - 1)
             validated(
-                f"quadrature of Radau IIA with {k.c.size} stages", actual, 1.0 / q, 1e-13, **options
+                f"quadrature of Radau IIA with {k.c.size} stages",
+                actual,
+                1.0 / q,
+                1e-13,
+                source="order condition 1 / q",
+                kind="exact",
             )
 
     def test_eigenbasis(self, k):
@@ -57,11 +59,15 @@ def test_published_radau5(validated):
 def test_dop853_quadrature(validated):
     """The weights integrate polynomials up to degree 7 exactly, the nodes are the row sums."""
     for q in range(1, 9):
-        actual, options = (
-            t.B @ t.C[:12] ** (q - 1),
-            {"source": "order condition 1 / q", "kind": "exact"},
+        actual = t.B @ t.C[:12] ** (q - 1)
+        validated(
+            "quadrature of DOP853",
+            actual,
+            1.0 / q,
+            1e-12,
+            source="order condition 1 / q",
+            kind="exact",
         )
-        validated("quadrature of DOP853", actual, 1.0 / q, 1e-12, **options)
     np.testing.assert_allclose(t.A.sum(axis=1), t.C, atol=1e-14)
 
 
