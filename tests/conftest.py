@@ -87,3 +87,11 @@ def undrawn(monkeypatch):
         "clearance.postprocess.figures.drawn_once",
         lambda figure, path, dpi: savefig(figure, path, "png"),
     )
+
+
+@pytest.fixture
+def typed(capsys):
+    """A command as one types it: `typed("run four_bar -o", path)`; `typed.line` where it fails."""
+    from tests.typed import Typed  # imports clearance
+
+    return Typed(capsys)

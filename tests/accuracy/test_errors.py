@@ -2,8 +2,6 @@
 would mean nothing.
 """
 
-import json
-
 import h5py
 import numpy as np
 import pytest
@@ -11,7 +9,6 @@ import pytest
 import clearance as cl
 from clearance.accuracy import companion
 from clearance.accuracy.request import Request, ToleranceSearch, names, printed
-from clearance.cli import main
 from clearance.commands.accuracy import prefixed, with_error
 from clearance.metrics.metrics import metrics
 from clearance.results.errors import Error, Errors
@@ -360,17 +357,15 @@ def test_shares_and_sums():
     assert "none was requested" in repr(Errors(reason="none was requested"))
 
 
-def test_json(tmp_path, capsys):
+def test_json(tmp_path, typed):
     """The command's document has them beside its numbers; --no-error leaves them out."""
-    out = ["--turns", "0.1", "-o", str(tmp_path / "r.h5"), "--json", "--samples-per-turn", "100"]
-    assert main(["run", "six_bar_feeder", *out]) == 0
-    document = json.loads(capsys.readouterr().out)
+    out = ["--turns 0.1 -o", tmp_path / "r.h5", "--json --samples-per-turn 100"]
+    document = typed("run six_bar_feeder", *out).document
     numbers = document["errors"]["numbers"]
     assert (
         document["joints"]["B"]["peak_force_error"] == numbers["joints/B/force_max"]["stated"] > 0.0
     )
-    assert main(["run", "six_bar_feeder", "--no-error", *out]) == 0
-    document = json.loads(capsys.readouterr().out)
+    document = typed("run six_bar_feeder --no-error", *out).document
     assert document["errors"] == {"reason": "none was requested"}
     assert "peak_force_error" not in document["joints"]["B"]
 
@@ -489,19 +484,20 @@ def test_an_interrupted_request_keeps_its_best_run(feeder, tmp_path, monkeypatch
         assert stored.errors.asked == {"all": 1e-3}
 
 
-def test_the_command_asks(tmp_path, capsys):
+def test_the_command_asks(tmp_path, typed):
     """Exit status 0 where it is reached, 1 with the file where not, 2 for what does not go
     together.
     """
-    out = ["--turns", "1", "-o", str(tmp_path / "r.h5"), "--samples-per-turn", "100"]
-    assert main(["run", "six_bar_feeder", "--error", "1%", *out]) == 0
-    assert "0.01 asked, over the value, at most " in capsys.readouterr().out
-    assert main(["run", "six_bar_feeder", "--error", "joint_B_gap_min=1e-6", "--json", *out]) == 1
-    document = json.loads(capsys.readouterr().out)
+    out = ["--turns 1 -o", tmp_path / "r.h5", "--samples-per-turn 100"]
+    assert (
+        "0.01 asked, over the value, at most " in typed("run six_bar_feeder --error 1%", *out).out
+    )
+    document = typed(
+        "run six_bar_feeder --error joint_B_gap_min=1e-6 --json", *out, status=1
+    ).document
     assert "the film table alone" in document["message"]
     assert document["errors"]["asked"] == {"joint_B_gap_min": 1e-6}
-    assert main(["run", "six_bar_feeder", "--error", "1%", "--rtol", "1e-3", *out]) == 2
-    assert "leave out --rtol" in capsys.readouterr().err
+    assert "leave out --rtol" in typed.line("run six_bar_feeder --error 1% --rtol 1e-3", *out)
 
 
 # --- sweeps
@@ -563,15 +559,17 @@ def test_sweeps_without_errors_say_why(tmp_path):
 
 
 @pytest.mark.parametrize("model", few_of(["dry", "mixed"], 1))
-def test_users17_a_dry_run_names_both_ways_to_errors(model, tmp_path, capsys):
+def test_users17_a_dry_run_names_both_ways_to_errors(model, tmp_path, typed):
     """At a random point, in print and in JSON: --error and --steady; a film states its errors."""
     rng = np.random.default_rng(17)
     speed, gap = rng.uniform(20.0, 40.0), rng.uniform(0.1, 0.5)
     words = ["slider_crank", "-p", f"model={model}", "-p", f"speed={speed:.3f}"]
     words = ["run", *words, "-p", f"clearance={gap:.3f}mm", "--turns", "0.1"]
-    assert main([*words, "-o", str(tmp_path / "a.h5")]) == 0
-    line = next(n for n in capsys.readouterr().out.splitlines() if n.startswith("  error  "))
-    assert main([*words, "--json", "-o", str(tmp_path / "b.h5")]) == 0
-    reason = json.loads(capsys.readouterr().out)["errors"].get("reason", "")
+    line = next(
+        n
+        for n in typed(*words, "-o", tmp_path / "a.h5").out.splitlines()
+        if n.startswith("  error  ")
+    )
+    reason = typed(*words, "--json -o", tmp_path / "b.h5").document["errors"].get("reason", "")
     for text in (line, reason):
         assert [way in text for way in ("--error 1e-3", "--steady 1e-6")] == [model == "dry"] * 2

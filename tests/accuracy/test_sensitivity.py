@@ -2,7 +2,6 @@
 files.
 """
 
-import json
 from types import SimpleNamespace
 
 import h5py
@@ -14,7 +13,6 @@ from clearance.postprocess.tornado import tornado
 import clearance as cl
 from clearance.accuracy import by_differences
 from clearance.accuracy.fixed_steps import Ends, Replay, halved
-from clearance.cli import main
 from clearance.metrics.metrics import Metric, metrics
 from clearance.results.reading import Damaged
 from clearance.results.result import open_result
@@ -311,29 +309,26 @@ def test_trust():
     assert not Sensitivity(0.0, 6e-4, **of).trusted
 
 
-def test_the_command(crank, tmp_path, capsys, request):
+def test_the_command(crank, tmp_path, typed, request):
     """The line of a metric has the closed form of its change, 1 % of r times -w^2 (1 + 2 r / l);
     plain data, the tornado and the report of the file.
     """
     path = tmp_path / "run.h5"
-    line = ["run", str(crank), "--turns", "2", "--sensitivity", "crank,rod", "-o", str(path)]
-    assert main(line) == 0
-    printed = " ".join(capsys.readouterr().out.split())
+    line = ["run", crank, "--turns 2 --sensitivity crank,rod -o", path]
+    printed = " ".join(typed(*line).out.split())
     assert "change for 1 % more of crank rod" in printed
     assert "block_acceleration_min -3.333 +- 0.001 mm/s2 +666.7 +- 0.1 um/s2" in printed
-    assert main([*line, "--json"]) == 0
-    plain = json.loads(capsys.readouterr().out)["sensitivities"]["block_acceleration_min"]
+    plain = typed(*line, "--json").document["sensitivities"]["block_acceleration_min"]
     assert plain["crank"]["value"] == pytest.approx(-20.0 / 3.0, rel=1e-9)
     assert plain["crank"]["trusted"] is True
-    assert main(["plot", str(path), "tornado", "--metrics", "block_*"]) == 0
+    typed("plot", path, "tornado --metrics block_*")
     assert (tmp_path / "run_tornado.png").stat().st_size > 10_000
-    assert main(["plot", str(path), "tornado", "--metrics", "blok_*"]) == 2
-    assert "no sensitivities of 'blok_*'" in capsys.readouterr().err
+    assert "no sensitivities of 'blok_*'" in typed.line("plot", path, "tornado --metrics blok_*")
     request.getfixturevalue("undrawn")
-    assert main(["report", str(path), "-o", str(tmp_path / "run.html")]) == 0
+    typed("report", path, "-o", tmp_path / "run.html")
     page = (tmp_path / "run.html").read_text()
     assert ">Sensitivities<" in page
-    assert main([*line, "--steady", "1e-6"]) == 2
+    typed(*line, "--steady 1e-6", status=2)
 
 
 def test_bars_have_units_that_read_well():
@@ -374,17 +369,16 @@ def _fails(*_):
     raise by_differences.Impossible("a run failed")
 
 
-def test_columns_of_a_sweep(crank, tmp_path, capsys):
+def test_columns_of_a_sweep(crank, tmp_path, typed):
     """d/dr of the smallest acceleration, -w^2 (1 + 2 r / l), at two lengths of the rod, to 1e-9;
     its error beside it. A parameter that is none is refused before a directory is made.
     """
     folder = tmp_path / "out"
     line = ["sweep", str(crank), "-p", "rod=0.15,0.2", "--turns", "2", "--channels", "none"]
     line += ["--workers", "1", "-o", str(folder)]
-    assert main([*line, "--sensitivity", "crnk"]) == 2
-    assert "no parameter 'crnk'" in capsys.readouterr().err
+    assert "no parameter 'crnk'" in typed.line(*line, "--sensitivity crnk")
     assert not folder.exists()
-    assert main([*line, "--sensitivity", "crank"]) == 0
+    typed(*line, "--sensitivity crank")
     swept = cl.open_sweep(folder)
     actual = swept.metrics["block_acceleration_min_by_crank"]
     exact = [-4.0 * (1.0 + 0.1 / rod) for rod in (0.15, 0.2)]

@@ -19,8 +19,7 @@ from clearance.mechanism.build import build
 from clearance.scene.catalogue import find_case, load_case
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import evaluated
-from tests.mechanism.test_mechanics import observed
-from tests.plain import kernel
+from tests.plain import kernel, observed
 from tests.seeds import few_of
 
 FIVE = "12345"

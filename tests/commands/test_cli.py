@@ -18,39 +18,17 @@ import clearance as cl
 from clearance import cli
 from clearance.results.tables import provenance
 from tests.seeds import few_of
+from tests.typed import words
 
 OWN = Path(__file__).parents[1] / "own_mechanisms"
 
 
-def run(*arguments, capsys=None):
-    """Exit status and output of one command in this process."""
-    try:
-        status = cli.main([str(a) for a in arguments])
-    except SystemExit as stop:
-        status = stop.code
-    out = capsys.readouterr()
-    return status, out.out, out.err
-
-
-def test_run_json(tmp_path, capsys):
+def test_run_json(tmp_path, typed):
     """The document of a run has status, numbers and units."""
     out = tmp_path / "run.h5"
-    status, text, err = run(
-        "run",
-        "six_bar_feeder",
-        "-p",
-        "model=lubricated",
-        "-p",
-        "joints=B",
-        "--turns",
-        1,
-        "-o",
-        out,
-        "--json",
-        capsys=capsys,
-    )
-    assert (status, err) == (0, "")
-    document = json.loads(text)
+    ended = typed("run six_bar_feeder -p model=lubricated -p joints=B --turns 1 --json -o", out)
+    assert not ended.err
+    document = ended.document
     assert document["status"] == "complete"
     assert document["file"] == str(out)
     assert document["steps"] > 10
@@ -59,23 +37,13 @@ def test_run_json(tmp_path, capsys):
     assert out.exists()
 
 
-def test_units_and_readable_summary(tmp_path, capsys):
+def test_units_and_readable_summary(tmp_path, typed):
     """Units are understood; the summary and the picture are there."""
-    status, text, _ = run(
-        "run",
-        "slider_crank",
-        "-p",
-        "speed=3000rpm",
-        "-p",
-        "clearance=0.2 mm",
-        "--until",
-        "1ms",
-        "-o",
+    text = typed(
+        "run slider_crank -p speed=3000rpm -p 'clearance=0.2 mm' --until 1ms -o",
         tmp_path / "r.h5",
         "--plot",
-        capsys=capsys,
-    )
-    assert status == 0
+    ).out
     assert "contacts" in text
     assert "energy       residual" in text
     assert (tmp_path / "r.png").stat().st_size > 20000
@@ -84,99 +52,87 @@ def test_units_and_readable_summary(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["-p", "clearance=-1mm"], "clearance must be positive, got -0.001"),
-        (["-p", "clearance=20mm"], "clearance 0.02 m must be smaller than radius 0.01 m"),
-        (["-p", "colour=red"], "no parameter 'colour'; it has speed, joints"),
-        (["-p", "speed=10furlong"], "speed: unknown unit 'furlong'"),
-        (["-p", "speed=fast"], "speed: 'fast' is not a number"),
-        (["-p", "speed"], "expected NAME=VALUE"),
-        (["-p", "speed=1", "-p", "speed=2"], "-p speed=2: speed is given twice, 1 before"),
-        (["-p", "joints=Z"], "joints must be one of A, B, C, D, E, F; got 'Z'"),
-        (["-p", "joints="], "joints: name at least one"),
-        (["-p", "model=wet"], "model must be one of ideal, dry, lubricated, mixed; got 'wet'"),
-        (["-p", "viscosity=0"], "viscosity must be positive, got 0.0"),
-        (["-p", "model=dry", "-p", "restitution=2"], r"restitution must lie in [0, 1], got 2.0"),
-        (["-p", "speed=0", "--turns", "1"], "turns needs a constant-speed rotating drive"),
-        (["-p", "speed=300mm"], "speed: '300mm' is in m, expected rad/s"),
-        (["--until", "1mm"], "'1mm' is in m, expected s"),
-        (["-p", "joints=BC"], "joints must be one of A, B, C, D, E, F; got 'BC'"),
-        (["--turns", "-1"], "turns must be positive"),
-        (["--turns", "many"], "'many' is not a number"),
-        (["--rtol", "0"], "rtol must be positive"),
-        (["--rtol", "-1e-6"], "rtol must be positive, got -1e-06"),
-        (["--turns", "0"], "turns must be positive, got 0.0"),
-        (["--until", "0"], "until must be positive, got 0.0"),
-        (["--rtol", "1"], "rtol must lie in [1e-14, 0.1]"),
+        ("-p clearance=-1mm", "clearance must be positive, got -0.001"),
+        ("-p clearance=20mm", "clearance 0.02 m must be smaller than radius 0.01 m"),
+        ("-p colour=red", "no parameter 'colour'; it has speed, joints"),
+        ("-p speed=10furlong", "speed: unknown unit 'furlong'"),
+        ("-p speed=fast", "speed: 'fast' is not a number"),
+        ("-p speed", "expected NAME=VALUE"),
+        ("-p speed=1 -p speed=2", "-p speed=2: speed is given twice, 1 before"),
+        ("-p joints=Z", "joints must be one of A, B, C, D, E, F; got 'Z'"),
+        ("-p joints=", "joints: name at least one"),
+        ("-p model=wet", "model must be one of ideal, dry, lubricated, mixed; got 'wet'"),
+        ("-p viscosity=0", "viscosity must be positive, got 0.0"),
+        ("-p model=dry -p restitution=2", r"restitution must lie in [0, 1], got 2.0"),
+        ("-p speed=0 --turns 1", "turns needs a constant-speed rotating drive"),
+        ("-p speed=300mm", "speed: '300mm' is in m, expected rad/s"),
+        ("--until 1mm", "'1mm' is in m, expected s"),
+        ("-p joints=BC", "joints must be one of A, B, C, D, E, F; got 'BC'"),
+        ("--turns -1", "turns must be positive"),
+        ("--turns many", "'many' is not a number"),
+        ("--rtol 0", "rtol must be positive"),
+        ("--rtol -1e-6", "rtol must be positive, got -1e-06"),
+        ("--turns 0", "turns must be positive, got 0.0"),
+        ("--until 0", "until must be positive, got 0.0"),
+        ("--rtol 1", "rtol must lie in [1e-14, 0.1]"),
         (
-            ["--method", "euler"],
+            "--method euler",
             "method must be one of auto, radau, dop853, rodas5p, radau5, radau9; got 'euler'",
         ),
-        (["--method", "radau", "-p", "model=ideal"], "no degree of freedom"),
-        (["--turns", "1", "--until", "1s"], "not allowed with"),
+        ("--method radau -p model=ideal", "no degree of freedom"),
+        ("--turns 1 --until 1s", "not allowed with"),
     ],
 )
-def test_bad_input_is_one_clear_line(arguments, line, tmp_path, capsys):
+def test_bad_input_is_one_clear_line(arguments, line, tmp_path, typed):
     """Wrong arguments of a run: one line, status 2, no file."""
-    status, text, err = run(
-        "run", "six_bar_feeder", *arguments, "-o", tmp_path / "r.h5", capsys=capsys
-    )
-    assert status == 2
-    assert text == ""
-    assert line in err
-    assert err.startswith("clearance: ")
-    assert err.count("\n") == 1
+    assert line in typed.line("run six_bar_feeder", arguments, "-o", tmp_path / "r.h5")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["work-precision", "slider_crank", "--turns", "0"], "turns must be positive, got 0.0"),
+        ("work-precision slider_crank --turns 0", "turns must be positive, got 0.0"),
         (
-            ["work-precision", "slider_crank", "--until", "-1e-3"],
+            "work-precision slider_crank --until -1e-3",
             "until must be positive, got -0.001",
         ),
         (
-            ["work-precision", "double_pendulum", "--turns", "1"],
+            "work-precision double_pendulum --turns 1",
             "turns needs a constant-speed rotating drive",
         ),
         (
-            ["work-precision", "slider_crank", "--turns", "1", "--until", "1"],
+            "work-precision slider_crank --turns 1 --until 1",
             "not allowed with argument",
         ),
-        (["work-precision", "six_bar_feeder", "-p", "model=ideal"], "no degree of freedom"),
+        ("work-precision six_bar_feeder -p model=ideal", "no degree of freedom"),
         (
-            ["work-precision", "slider_crank", "--physics", "--turns", "0"],
+            "work-precision slider_crank --physics --turns 0",
             "turns must be positive, got 0.0",
         ),
-        (["work-precision", "double_pendulum", "--physics"], "has no parameter model"),
-        (["stress", "nosuch"], "the stress matrix has six_bar_feeder"),
-        (["stress", "--workers", "-1"], "--workers must be at least 1, got -1"),
-        (["explain", "four_bar", "-p", "speed=fast", "--cost"], "'fast' is not a number"),
+        ("work-precision double_pendulum --physics", "has no parameter model"),
+        ("stress nosuch", "the stress matrix has six_bar_feeder"),
+        ("stress --workers -1", "--workers must be at least 1, got -1"),
+        ("explain four_bar -p speed=fast --cost", "'fast' is not a number"),
     ],
 )
-def test_bad_input_of_the_studies(arguments, line, tmp_path, capsys, monkeypatch):
+def test_bad_input_of_the_studies(arguments, line, tmp_path, typed, monkeypatch):
     """Wrong arguments of the studies: one line, status 2."""
     monkeypatch.chdir(tmp_path)
-    status, out, err = run(*arguments, capsys=capsys)
-    assert (status, out) == (2, "")
-    assert line in err
-    assert err.count("\n") == 1
+    assert line in typed.line(arguments)
 
 
-def test_a_folder_that_cannot_be_made_is_known_before_the_work(tmp_path, capsys):
+def test_a_folder_that_cannot_be_made_is_known_before_the_work(tmp_path, typed):
     """A file where a folder should be is named before the study runs."""
     (tmp_path / "taken").write_text("")
-    status, _, err = run("work-precision", "slider_crank", "-o", tmp_path / "taken", capsys=capsys)
-    assert status == 2
+    err = typed.line("work-precision slider_crank -o", tmp_path / "taken")
     assert "taken" in err
 
 
 @pytest.mark.parametrize("case", ["nosuch", "no/such.py", "nosuch.py"])
-def test_unknown_case(case, capsys):
+def test_unknown_case(case, typed):
     """An unknown case is answered with those that there are."""
-    status, _, err = run("run", case, capsys=capsys)
-    assert status == 2
+    err = typed.line("run", case)
     assert "known: double_pendulum, five_axis_chain, four_bar" in err or "no case file" in err
 
 
@@ -207,17 +163,14 @@ def test_unknown_case(case, capsys):
         ),
     ],
 )
-def test_bad_case_files(text, line, tmp_path, capsys):
+def test_bad_case_files(text, line, tmp_path, typed):
     """A case file that fails is named in one line."""
     path = tmp_path / "own.py"
     path.write_text(text)
-    status, _, err = run("run", path, "--until", 1, capsys=capsys)
-    assert status == 2
-    assert line in err
-    assert err.count("\n") == 1
+    assert line in typed.line("run", path, "--until 1")
 
 
-def test_a_run_that_fails_half_way(tmp_path, capsys):
+def test_a_run_that_fails_half_way(tmp_path, typed):
     """Exit status 1, the reason, and a file that holds what was computed."""
     path = tmp_path / "overloaded.py"
     path.write_text(
@@ -229,33 +182,28 @@ def test_a_run_that_fails_half_way(tmp_path, capsys):
         "        length=0.02, film=cl.pinkus_sternlicht(), lubricant=cl.Lubricant(viscosity)))\n"
     )
     out = tmp_path / "r.h5"
-    status, text, err = run("run", path, "--until", "1s", "-o", out, "--json", capsys=capsys)
-    assert status == 1
-    document = json.loads(text)
-    assert document["status"] == "failed"
-    assert "joint J" in document["message"]
-    assert "at t = " in err
+    ended = typed("run", path, "--until 1s --json -o", out, status=1)
+    assert ended.document["status"] == "failed"
+    assert "joint J" in ended.document["message"]
+    assert "at t = " in ended.err
     assert out.exists()
 
 
 @pytest.mark.parametrize("name", ["watt", "stephenson"])
-def test_a_mechanism_of_ones_own(name, tmp_path, capsys):
+def test_a_mechanism_of_ones_own(name, tmp_path, typed):
     """A Watt six-bar, and a Stephenson six-bar whose loop no dyads solve, through the same
     command.
     """
     out = tmp_path / "own.h5"
     case = OWN / f"{name}.py"
-    status, text, err = run(
-        "run", case, "-p", "clearance=0.05mm", "--turns", 1, "-o", out, "--json", capsys=capsys
-    )
-    assert (status, err) == (0, "")
-    assert json.loads(text)["status"] == "complete"
-    status, text, _ = run("explain", case, "--json", capsys=capsys)
-    ways = [group["solved"] for group in json.loads(text)["plan"]]
+    ended = typed("run", case, "-p clearance=0.05mm --turns 1 --json -o", out)
+    assert not ended.err
+    assert ended.document["status"] == "complete"
+    ways = [group["solved"] for group in typed("explain --json", case).document["plan"]]
     assert any("Newton" in w for w in ways) == (name == "stephenson")
 
 
-def test_what_a_case_prints_stays_out_of_the_json(tmp_path, capsys):
+def test_what_a_case_prints_stays_out_of_the_json(tmp_path, typed):
     """Output of a user's file does not break the document."""
     path = tmp_path / "talking.py"
     path.write_text(
@@ -266,66 +214,53 @@ def test_what_a_case_prints_stays_out_of_the_json(tmp_path, capsys):
         "    return cl.Scene(cl.Revolute(cl.ground, body['top'], name='A'))\n"
     )
     out = tmp_path / "r.h5"
-    status, text, _ = run(
-        "run", path, "-p", "mass=2kg", "-p", "teeth=3.5", "-o", out, "--json", capsys=capsys
-    )
-    assert status == 0
-    document = json.loads(text)
+    document = typed("run", path, "-p mass=2kg -p teeth=3.5 -o", out, "--json").document
     assert document["simulated_s"] == 2.0
     assert document["parameters"] == {"mass": 2.0, "teeth": 3.5}
     assert json.loads(cl.open_result(out).attributes["parameters"]) == document["parameters"]
 
 
-def test_outputs_that_cannot_be_written(tmp_path, capsys):
+def test_outputs_that_cannot_be_written(tmp_path, typed):
     """Impossible output names are refused, and nothing is written."""
     for out, options, line in (
-        (tmp_path, [], "is a directory"),
-        (tmp_path / "r.png", ["--plot"], "would be overwritten by the picture"),
+        (tmp_path, "", "is a directory"),
+        (tmp_path / "r.png", "--plot", "would be overwritten by the picture"),
     ):
-        status, _, err = run("run", "four_bar", "-o", out, *options, capsys=capsys)
-        assert status == 2
-        assert line in err
+        assert line in typed.line("run four_bar -o", out, options)
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
-@pytest.mark.parametrize("options", [[], ["--checkpoint", "60"]])
-def test_a_pipe_is_not_replaced(options, tmp_path, capsys):
+@pytest.mark.parametrize("options", ["", "--checkpoint 60"])
+def test_a_pipe_is_not_replaced(options, tmp_path, typed):
     """Nor is a device: a result file would take its name."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    status, _, err = run("run", "four_bar", "-o", pipe, *options, capsys=capsys)
-    assert (status, err.count("\n")) == (2, 1)
-    assert f"{pipe} is a device, a pipe or a socket" in err
+    assert f"{pipe} is a device, a pipe or a socket" in typed.line("run four_bar -o", pipe, options)
     assert pipe.is_fifo()
     assert [p.name for p in tmp_path.iterdir()] == ["pipe"]
 
 
-def test_peaks_are_those_of_the_contacts(tmp_path, capsys):
+def test_peaks_are_those_of_the_contacts(tmp_path, typed):
     """A contact is shorter than the sampling: the summary's peaks reach those of the events, to the
     1e-9 located.
     """
     out = tmp_path / "r.h5"
-    _, text, _ = run(
-        "run", "four_bar", "-p", "model=dry", "-o", out, "--json", "--settle", "0", capsys=capsys
-    )
-    joint = json.loads(text)["joints"]["C"]
+    joint = typed("run four_bar -p model=dry --json --settle 0 -o", out).document["joints"]["C"]
     events = cl.open_result(out).events
     assert joint["peak_force"] >= events["peak_force"].max() * (1.0 - 1e-9)
     assert joint["smallest_gap"] == pytest.approx(-events["peak_penetration"].max(), rel=1e-9)
 
 
-def test_cases(capsys):
+def test_cases(typed):
     """All parameters of all cases have units and a text."""
-    status, text, _ = run("cases", "--json", capsys=capsys)
-    assert status == 0
-    document = json.loads(text)
+    document = typed("cases --json").document
     assert {"six_bar_feeder", "slider_crank", "four_bar", "double_pendulum"} <= set(document)
     for case in document.values():
         for name, parameter in case["parameters"].items():
             assert parameter["units"] != "?", name
             assert parameter["text"], name
-    assert run("cases", capsys=capsys)[1].count("m ") > 5
+    assert typed("cases").out.count("m ") > 5
 
 
 @pytest.mark.parametrize(
@@ -339,46 +274,25 @@ def test_every_command_has_a_help_text(command):
         assert each.format_help().startswith("usage:")
 
 
-def test_explain(capsys):
+def test_explain(typed):
     """The document lists states, and what the scene does without."""
-    status, text, _ = run(
-        "explain",
-        "six_bar_feeder",
-        "-p",
-        "model=dry",
-        "-p",
-        "friction=none",
-        "--json",
-        capsys=capsys,
-    )
-    assert status == 0
-    document = json.loads(text)
+    document = typed("explain six_bar_feeder -p model=dry -p friction=none --json").document
     assert document["states"][:2] == ["joints/B/eccentricity_x", "joints/B/eccentricity_y"]
     assert {"film", "lubricant", "friction", "Newton loops"} <= set(document["left_out"])
     assert "jacobian" not in document["kernels"]
     assert not any("film" in c for k in document["kernels"].values() for c in k["calls"])
-    ideal = json.loads(
-        run("explain", "six_bar_feeder", "-p", "model=ideal", "--json", capsys=capsys)[1]
-    )
+    ideal = typed("explain six_bar_feeder -p model=ideal --json").document
     assert ideal["states"] == ["energy input"]
     assert "clearance states" in ideal["left_out"]
-    text = run("explain", "six_bar_feeder", capsys=capsys)[1]
+    text = typed("explain six_bar_feeder").out
     assert "left out" in text
     assert text.count("clearance.") == 0  # no names of modules before the costs
 
 
 def test_explain_lists_what_a_run_imports():
     """The modules of a dry run have its stepper."""
-    command = [
-        sys.executable,
-        "-m",
-        "clearance.cli",
-        "explain",
-        "six_bar_feeder",
-        "-p",
-        "model=dry",
-        "--json",
-    ]
+    line = "clearance.cli explain six_bar_feeder -p model=dry --json"
+    command = [sys.executable, "-m", *words(line)]
     modules = json.loads(
         subprocess.run(command, capture_output=True, text=True, check=True).stdout
     )["modules"]
@@ -389,7 +303,7 @@ def test_explain_lists_what_a_run_imports():
 def test_installed_entry_point():
     """The module run as a program prints the same line."""
     done = subprocess.run(
-        [sys.executable, "-m", "clearance.cli", "run", "six_bar_feeder", "-p", "clearance=-1mm"],
+        [sys.executable, "-m", *words("clearance.cli run six_bar_feeder -p clearance=-1mm")],
         capture_output=True,
         text=True,
         check=False,
@@ -399,23 +313,11 @@ def test_installed_entry_point():
 
 
 @pytest.mark.parametrize("stored", ["bodies/slider/x", "joints/C/ecc*", "none"])
-def test_a_run_that_keeps_little_is_summed_up_all_the_same(stored, tmp_path, capsys):
+def test_a_run_that_keeps_little_is_summed_up_all_the_same(stored, tmp_path, typed):
     """The summary does not depend on the channels that are stored."""
-    words = [
-        "run",
-        "slider_crank",
-        "-p",
-        "model=dry",
-        "--turns",
-        "6",
-        "--samples-per-turn",
-        "40",
-        "--json",
-    ]
-    assert cli.main([*words, "-o", str(tmp_path / "all.h5")]) == 0
-    entire = json.loads(capsys.readouterr().out)
-    assert cli.main([*words, "--channels", stored, "-o", str(tmp_path / "some.h5")]) == 0
-    some = json.loads(capsys.readouterr().out)
+    words = "run slider_crank -p model=dry --turns 6 --samples-per-turn 40 --json"
+    entire = typed(words, "-o", tmp_path / "all.h5").document
+    some = typed(words, "--channels", stored, "-o", tmp_path / "some.h5").document
     assert some["energy_residual"] == entire["energy_residual"] > 0.0
     assert some["contacts"] == entire["contacts"]
     assert entire["joints"]["C"].pop("mean_loss") > 0.0  # of a channel that is left out
@@ -423,7 +325,7 @@ def test_a_run_that_keeps_little_is_summed_up_all_the_same(stored, tmp_path, cap
 
 
 @pytest.mark.parametrize("model", few_of(["mixed", "dry", "lubricated"], 2))
-def test_users20_losses_and_powers_of_a_summary_balance(model, tmp_path, capsys):
+def test_users20_losses_and_powers_of_a_summary_balance(model, tmp_path, typed):
     """At a random point: what drives give is what joints lose and what the energy grows by.
 
     Between samples the rows are interpolated: 1e-3 of the loss. Sums over the samples of a drive's
@@ -434,8 +336,7 @@ def test_users20_losses_and_powers_of_a_summary_balance(model, tmp_path, capsys)
     words = ["run", "six_bar_feeder", "-p", f"model={model}", "-p", "joints=B,E"]
     words += ["-p", f"speed={speed:.3f}", "-p", f"clearance={gap:.4f}mm", "--turns", "3"]
     path = tmp_path / "run.h5"
-    assert cli.main([*words, "--json", "-o", str(path)]) == 0
-    summary = json.loads(capsys.readouterr().out)
+    summary = typed(*words, "--json -o", path).document
     begin, end = (summary["settled"][word] for word in ("begin_s", "end_s"))
     given = sum(drive["mean_power"] for drive in summary["drives"].values())
     lost = sum(joint.get("mean_loss", 0.0) for joint in summary["joints"].values())
@@ -459,16 +360,15 @@ def scene(*, speed: float = 20.0, pull: float = 100.0, push: float = 0.0, model:
 
 
 @pytest.mark.parametrize("seed", few_of(range(6), 1))
-def test_users20_a_spring_puts_no_power_in(seed, tmp_path, capsys):
+def test_users20_a_spring_puts_no_power_in(seed, tmp_path, typed):
     """Beside a spring with a damper, the mean power of a drive is that of the ledger too, with the
     impacts: 1e-9.
     """
     speed, pull = np.random.default_rng(seed).uniform([15.0, 10.0], [60.0, 1000.0])
     case, path = tmp_path / "sprung.py", tmp_path / "run.h5"
     case.write_text(SPRUNG)
-    words = ["run", str(case), "-p", f"speed={speed}", "-p", f"pull={pull}", "--turns", "3"]
-    assert cli.main([*words, "--json", "-o", str(path)]) == 0
-    summary = json.loads(capsys.readouterr().out)
+    words = ["run", case, "-p", f"speed={speed}", "-p", f"pull={pull}", "--turns 3"]
+    summary = typed(*words, "--json -o", path).document
     span = summary["settled"]["begin_s"], summary["settled"]["end_s"]
     with cl.open_result(path) as result:
         given = np.diff(np.interp(span, result.time, result.energy.input))[0]
@@ -477,14 +377,13 @@ def test_users20_a_spring_puts_no_power_in(seed, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("model", "printed"), [("dry", False), ("lubricated", True)])
-def test_users20_no_power_that_impacts_make_unknown(model, printed, tmp_path, capsys):
+def test_users20_no_power_that_impacts_make_unknown(model, printed, tmp_path, typed):
     """The ledger has one sum for a drive and a force, and samples miss impacts: such a mean power
     had the wrong sign.
     """
     (case := tmp_path / "sprung.py").write_text(SPRUNG)
-    words = ["run", str(case), "-p", "push=-46", "-p", f"model={model}", "--turns", "2"]
-    assert cli.main([*words, "--json", "-o", str(tmp_path / "run.h5")]) == 0
-    summary = json.loads(capsys.readouterr().out)
+    words = ["run", case, "-p push=-46 -p", f"model={model}", "--turns 2"]
+    summary = typed(*words, "--json -o", tmp_path / "run.h5").document
     assert ("mean_power" in summary["drives"]["crank"]) is printed
     assert bool(sum(summary["contacts"].values())) is not printed
 
@@ -492,15 +391,12 @@ def test_users20_no_power_that_impacts_make_unknown(model, printed, tmp_path, ca
 IDEAL_RUN = ["run", "slider_crank", "-p", "model=ideal", "--turns", "1"]
 
 
-def test_R10_a_replaced_result_is_told(tmp_path, monkeypatch, capsys):
+def test_R10_a_replaced_result_is_told(tmp_path, monkeypatch, typed):
     """A second run states that it replaced the first one's file."""
     monkeypatch.chdir(tmp_path)
-    assert cli.main([*IDEAL_RUN, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["replaced"] is False
-    assert cli.main([*IDEAL_RUN, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["replaced"] is True
-    assert cli.main(IDEAL_RUN) == 0
-    assert "slider_crank.h5 (it replaced an earlier one)" in capsys.readouterr().out
+    assert typed(*IDEAL_RUN, "--json").document["replaced"] is False
+    assert typed(*IDEAL_RUN, "--json").document["replaced"] is True
+    assert "slider_crank.h5 (it replaced an earlier one)" in typed(*IDEAL_RUN).out
 
 
 def test_R10_an_option_whose_value_is_two_dashes(capsys):

@@ -1,25 +1,16 @@
 """`clearance inverse`: summary, file, JSON, exit status."""
 
-import json
-
 import numpy as np
 import pytest
 
 import clearance as cl
-from tests.commands.test_cli import run
 
 
-def inverse(*arguments, capsys):
-    return run("inverse", *arguments, capsys=capsys)
-
-
-def test_summary_and_file(tmp_path, capsys, monkeypatch):
+def test_summary_and_file(tmp_path, typed, monkeypatch):
     """The summary has torques and forces; the file is complete."""
     monkeypatch.chdir(tmp_path)
-    status, text, err = inverse(
-        "three_loop_chain", "--until", "10s", "--samples", "51", capsys=capsys
-    )
-    assert (status, err) == (0, "")
+    _, text, err = typed("inverse three_loop_chain --until 10s --samples 51")
+    assert not err
     assert "three_loop_chain: 51 samples over 10 s" in text
     assert "drive crank    largest torque 2.07177 N m (1.9993 N m without joint friction)" in text
     assert "joint ground-g largest force 243.681 N, friction 0.1228" in text
@@ -29,24 +20,13 @@ def test_summary_and_file(tmp_path, capsys, monkeypatch):
         assert result.time.size == 51
 
 
-def test_json(tmp_path, capsys):
+def test_json(tmp_path, typed):
     """The document of an inverse solution has what the summary has."""
     out = tmp_path / "all.h5"
-    status, text, err = inverse(
-        "three_loop_chain",
-        "-p",
-        "where=all",
-        "-p",
-        "pin_radius=5mm",
-        "--until",
-        10,
-        "-o",
-        out,
-        "--json",
-        capsys=capsys,
-    )
-    assert (status, err) == (0, "")
-    document = json.loads(text)
+    words = "inverse three_loop_chain -p where=all -p pin_radius=5mm --until 10 --json -o"
+    ended = typed(words, out)
+    assert not ended.err
+    document = ended.document
     assert (document["status"], document["file"], document["samples"]) == (
         "complete",
         str(out),
@@ -67,33 +47,29 @@ def test_json(tmp_path, capsys):
     assert torque[[0, -1]] == pytest.approx([0.999011, 1.164278], abs=5e-7)
 
 
-def test_a_tree_carries_weight_along_its_axes(tmp_path, capsys):
+def test_a_tree_carries_weight_along_its_axes(tmp_path, typed):
     """Eleven kilograms above the first hinge, at 9.8 m/s2."""
-    words = ("five_axis_chain", "--until", "3s", "-o", tmp_path / "tree.h5", "--json")
-    document = json.loads(inverse(*words, capsys=capsys)[1])
+    words = "inverse five_axis_chain --until 3s --json -o"
+    document = typed(words, tmp_path / "tree.h5").document
     assert document["method"] == "inverse dynamics"
     assert document["joints"]["1"]["axial_force"] == pytest.approx(107.8)
 
 
-def test_turns_of_a_constant_drive(tmp_path, capsys):
+def test_turns_of_a_constant_drive(tmp_path, typed):
     """A turn of a constant drive; no friction is stated where there is none."""
-    _, text, _ = inverse("four_bar", "--turns", 1, "-o", tmp_path / "r.h5", "--json", capsys=capsys)
-    document = json.loads(text)
+    document = typed("inverse four_bar --turns 1 --json -o", tmp_path / "r.h5").document
     assert (document["samples"], document["until_s"]) == (401, pytest.approx(0.2))
     assert "friction" not in document
     assert "torque_ideal" not in document["drives"]["crank"]
 
 
-def test_a_motion_that_ends_part_way(tmp_path, capsys):
+def test_a_motion_that_ends_part_way(tmp_path, typed):
     """Exit status 1, one line, and what was computed is stored."""
     out = tmp_path / "part.h5"
-    status, text, err = inverse(
-        "three_loop_chain", "--until", "20s", "-o", out, "--json", capsys=capsys
-    )
-    assert status == 1
-    assert err.startswith("clearance: at t = 15.8")
-    assert err.count("\n") == 1
-    document = json.loads(text)
+    ended = typed("inverse three_loop_chain --until 20s --json -o", out, status=1)
+    assert ended.err.startswith("clearance: at t = 15.8")
+    assert ended.err.count("\n") == 1
+    document = ended.document
     assert document["status"] == "failed"
     assert "singular position" in document["message"]
     with cl.open_result(out) as result:
@@ -104,28 +80,21 @@ def test_a_motion_that_ends_part_way(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["three_loop_chain", "--samples", "1"], "samples must be at least 2, got 1"),
-        (["three_loop_chain", "--samples", "many"], "invalid int value: 'many'"),
-        (["three_loop_chain", "--until", "0"], "until must be positive, got 0.0"),
-        (["three_loop_chain", "--turns", "1"], "turns needs a constant-speed rotating drive"),
-        (["three_loop_chain", "--turns", "1", "--until", "1s"], "not allowed with argument"),
-        (["three_loop_chain", "-p", "where=none"], "where must be one of driven, all; got 'none'"),
-        (["three_loop_chain", "-p", "drive=torque"], "gives an effort, not a motion"),
-        (["three_loop_chain", "--until", "1", "--compare"], "unrecognized arguments: --compare"),
-        (
-            ["six_bar_feeder", "-p", "model=dry"],
-            "has clearance: its motion is not prescribed",
-        ),
-        (["double_pendulum"], "no drive prescribes"),
-        (["nosuch"], "known: double_pendulum"),
+        ("three_loop_chain --samples 1", "samples must be at least 2, got 1"),
+        ("three_loop_chain --samples many", "invalid int value: 'many'"),
+        ("three_loop_chain --until 0", "until must be positive, got 0.0"),
+        ("three_loop_chain --turns 1", "turns needs a constant-speed rotating drive"),
+        ("three_loop_chain --turns 1 --until 1s", "not allowed with argument"),
+        ("three_loop_chain -p where=none", "where must be one of driven, all; got 'none'"),
+        ("three_loop_chain -p drive=torque", "gives an effort, not a motion"),
+        ("three_loop_chain --until 1 --compare", "unrecognized arguments: --compare"),
+        ("six_bar_feeder -p model=dry", "has clearance: its motion is not prescribed"),
+        ("double_pendulum", "no drive prescribes"),
+        ("nosuch", "known: double_pendulum"),
     ],
 )
-def test_wrong_input_is_one_clear_line(arguments, line, tmp_path, capsys, monkeypatch):
+def test_wrong_input_is_one_clear_line(arguments, line, tmp_path, typed, monkeypatch):
     """Wrong arguments: one line, status 2, no file."""
     monkeypatch.chdir(tmp_path)
-    status, text, err = inverse(*arguments, capsys=capsys)
-    assert (status, text) == (2, "")
-    assert line in err
-    assert err.startswith("clearance: ")
-    assert err.count("\n") == 1
+    assert line in typed.line("inverse", arguments)
     assert not list(tmp_path.iterdir())

@@ -14,7 +14,6 @@ from clearance.postprocess import pictures
 
 import clearance as cl
 from clearance.laws.joint_friction import joint_coulomb
-from tests.commands.test_cli import run
 from tests.seeds import few_of
 
 RPM = np.pi / 30.0
@@ -69,7 +68,7 @@ def size(path) -> int:
     "kind", sorted(set(pictures.OF_RUNS) - {"pressure", "measured", "tornado"})
 )
 @pytest.mark.parametrize("picture", few_of(["undrawn", "drawn"], 1))
-def test_pictures_of_a_run(kind, picture, folder, tmp_path, capsys, request):
+def test_pictures_of_a_run(kind, picture, folder, tmp_path, typed, request):
     """Every kind of picture of one run, drawn and undrawn."""
     if picture == "undrawn":
         request.getfixturevalue("undrawn")
@@ -78,9 +77,9 @@ def test_pictures_of_a_run(kind, picture, folder, tmp_path, capsys, request):
         tmp_path / "dry.h5",
     )
     more = ["--frames", 5] if kind == "animation" else []
-    status, text, err = run("plot", tmp_path / "dry.h5", kind, *more, "--json", capsys=capsys)
-    assert (status, err) == (0, "")
-    document = json.loads(text)
+    ended = typed("plot --json", tmp_path / "dry.h5", kind, *more)
+    assert not ended.err
+    document = ended.document
     path = tmp_path / f"dry_{kind}{'.gif' if kind == 'animation' else '.png'}"
     assert document == {"status": "complete", "picture": str(path)}
     assert size(path) > (8000 if picture == "drawn" else 0)
@@ -88,64 +87,58 @@ def test_pictures_of_a_run(kind, picture, folder, tmp_path, capsys, request):
 
 @pytest.mark.parametrize("kind", sorted(set(pictures.OF_SWEEPS) - {"scatter"}))
 @pytest.mark.parametrize("picture", few_of(["undrawn", "drawn"], 1))
-def test_pictures_of_a_sweep(kind, picture, folder, tmp_path, capsys, request):
+def test_pictures_of_a_sweep(kind, picture, folder, tmp_path, typed, request):
     """Every kind of picture of a sweep."""
     if picture == "undrawn":
         request.getfixturevalue("undrawn")
     more = ["--at", "clearance=0.5mm"] if kind == "bifurcation" else []
-    status, text, _ = run(
-        "plot", folder / "grid", kind, *more, "-o", tmp_path / "p.png", capsys=capsys
-    )
-    assert (status, text) == (0, f"wrote {tmp_path / 'p.png'}\n")
+    text = typed("plot", folder / "grid", kind, *more, "-o", tmp_path / "p.png").out
+    assert text == f"wrote {tmp_path / 'p.png'}\n"
     assert size(tmp_path / "p.png") > (15000 if picture == "drawn" else 0)
 
 
-def test_what_is_drawn_without_a_kind(folder, capsys):
+def test_what_is_drawn_without_a_kind(folder, typed):
     """Without a kind each file has its usual picture."""
     for name, picture in (
         ("grid", "grid/map.png"),
         ("samples", "samples/curves.png"),
         ("map", "map/map.png"),
+        ("lubricated.h5", "lubricated_overview.png"),
     ):
-        status, text, _ = run("plot", folder / name, "--json", capsys=capsys)
-        assert status == 0
-        assert json.loads(text)["picture"] == str(folder / picture)
-    _, text, _ = run("plot", folder / "lubricated.h5", "--json", capsys=capsys)
-    assert json.loads(text)["picture"] == str(folder / "lubricated_overview.png")
+        assert typed("plot --json", folder / name).document["picture"] == str(folder / picture)
 
 
 @pytest.mark.slow
-def test_a_sweep_that_draws_its_picture(tmp_path, capsys):
+def test_a_sweep_that_draws_its_picture(tmp_path, typed):
     """A grid leads to its map, points along one line to curves."""
-    words = ["slider_crank", "-p", "model=dry", "-p", "speed=1000rpm:2000rpm:3"]
-    words += ["--samples-per-turn", 20, "--channels", "none", "--workers", 1, "--plot"]
-    for more, picture in (([], "curves.png"), (["-p", "clearance=0.2mm,0.5mm"], "map.png")):
+    words = "slider_crank -p model=dry -p speed=1000rpm:2000rpm:3 --samples-per-turn 20"
+    words += " --channels none --workers 1 --plot"
+    for more, picture in (("", "curves.png"), ("-p clearance=0.2mm,0.5mm", "map.png")):
         folder = tmp_path / picture.removesuffix(".png")
-        status, text, _ = run("sweep", *words, *more, "-o", folder, capsys=capsys)
-        assert (status, text.splitlines()[-1]) == (0, f"  picture      {folder / picture}")
+        text = typed("sweep", words, more, "-o", folder).out
+        assert text.splitlines()[-1] == f"  picture      {folder / picture}"
         assert size(folder / picture) > 8000
 
 
 @pytest.mark.parametrize(
     ("kind", "options"),
     [
-        ("history", ["--channels", "slider.ax,*.force", "--along", "angle", "--last", 1]),
-        ("phase", ["--channels", "slider.x,slider.vx,C.epsilon_x,C.epsilon_y", "--settle", 0.5]),
-        ("poincare", ["--joint", "C", "--angle", "90deg", "--settle", 0]),
-        ("spectrum", ["--channels", "slider.ax", "--settle", 1]),
+        ("history", "--channels slider.ax,*.force --along angle --last 1"),
+        ("phase", "--channels slider.x,slider.vx,C.epsilon_x,C.epsilon_y --settle 0.5"),
+        ("poincare", "--joint C --angle 90deg --settle 0"),
+        ("spectrum", "--channels slider.ax --settle 1"),
     ],
 )
-def test_several_runs(kind, options, folder, tmp_path, capsys):
+def test_several_runs(kind, options, folder, tmp_path, typed):
     """Pictures of two runs name both."""
     inputs = folder / "dry.h5", folder / "lubricated.h5"
-    status, _, err = run("plot", *inputs, kind, *options, "-o", tmp_path / "p.svg", capsys=capsys)
-    assert (status, err) == (0, "")
+    assert not typed("plot", *inputs, kind, options, "-o", tmp_path / "p.svg").err
     assert {"dry", "lubricated"} <= set(
         (tmp_path / "p.svg").read_text().replace("<!--", "\n").split()
     )
 
 
-def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
+def test_options_reach_the_picture(folder, tmp_path, typed, monkeypatch):
     """The command hands on the requested values in SI units."""
     from clearance.postprocess import animation, contacts, drawing, efforts, maps, plots
 
@@ -171,39 +164,19 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
         catch(module, name)
     file, swept = folder / "dry.h5", folder / "grid"
     for command in (
-        ["animation", "--turns", 0.5, "--magnify", 20],
-        ["contacts", "--joint", "C", "--settle", 1],
-        ["sketch", "--turns", 0.25],
-        ["orbit", "--joint", "B, C"],
-        ["friction", "--joint", "A"],
+        "animation --turns 0.5 --magnify 20",
+        "contacts --joint C --settle 1",
+        "sketch --turns 0.25",
+        "orbit --joint 'B, C'",
+        "friction --joint A",
     ):
-        assert run("plot", file, *command, "-o", tmp_path / "p.gif", capsys=capsys)[0] == 0
+        typed("plot", file, command, "-o", tmp_path / "p.gif")
     for command in (
-        [
-            "map",
-            "--metrics",
-            "period,joint_*_force_max",
-            "--x",
-            "clearance",
-            "--y",
-            "speed",
-            "--at",
-            "speed=600rpm",
-        ],
-        ["curves", "--x", "speed"],
-        [
-            "bifurcation",
-            "--x",
-            "speed",
-            "--angle",
-            "180deg",
-            "--settle",
-            1,
-            "--channels",
-            "slider.vx",
-        ],
+        "map --metrics period,joint_*_force_max --x clearance --y speed --at speed=600rpm",
+        "curves --x speed",
+        "bifurcation --x speed --angle 180deg --settle 1 --channels slider.vx",
     ):
-        assert run("plot", swept, *command, "-o", tmp_path / "p.png", capsys=capsys)[0] == 0
+        typed("plot", swept, command, "-o", tmp_path / "p.png")
     # all samples of half a turn
     assert seen["animate"] == {"frames": 30, "turns": 0.5, "magnify": 20.0}
     assert seen["contacts"] == {"joints": ["C"], "settle": 1.0}
@@ -230,88 +203,83 @@ def test_options_reach_the_picture(folder, tmp_path, capsys, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["nosuch.h5"], "no file or directory nosuch.h5"),
+        ("nosuch.h5", "no file or directory nosuch.h5"),
         (
-            ["dry.h5", "portrait"],
+            "dry.h5 portrait",
             "portrait is no kind of picture; those are life, animation, overview",
         ),
-        (["dry.h5", "map"], "dry.h5 is a run file, of which there is no map; there is overview"),
+        ("dry.h5 map", "dry.h5 is a run file, of which there is no map; there is overview"),
         (
-            ["grid", "history"],
+            "grid history",
             "grid is a sweep, of which there is no history; there is map, curves, bifurcation",
         ),
         (
-            ["grid", "map", "--settle", "1"],
+            "grid map --settle 1",
             "--settle does not belong to map; it belongs to overview, phase",
         ),
         (
-            ["dry.h5", "--x", "speed"],
+            "dry.h5 --x speed",
             "--x does not belong to overview; it belongs to map, curves, bifurcation",
         ),
-        (["samples", "--y", "speed"], "--y does not belong to curves; it belongs to map"),
+        ("samples --y speed", "--y does not belong to curves; it belongs to map"),
         (
-            ["dry.h5", "lubricated.h5"],
+            "dry.h5 lubricated.h5",
             "several runs are for history, phase, poincare, spectrum, not for overview",
         ),
         (
-            ["grid", "dry.h5", "history"],
+            "grid dry.h5 history",
             "grid is a directory: a sweep or a life has a picture of its own",
         ),
         (
-            ["lubricated.h5", "pressure"],
+            "lubricated.h5 pressure",
             "lubricated.h5 has no pressure fields; run it with --pressure-fields N",
         ),
-        (["grid", "--metrics", "wear"], "no metric 'wear'"),
-        (["grid", "--x", "colour"], "'colour' is no parameter that varies"),
-        (["grid", "--at", "speed"], "--at speed: expected NAME=VALUE"),
-        (["grid", "--at", "colour=red"], "colour is not swept in grid; swept are speed, clearance"),
-        (["grid", "--at", "speed=3mm"], "--at speed: '3mm' is in m, expected rad/s"),
-        (["samples", "map"], "were drawn, not spread on a grid: ask for curves"),
-        (["samples", "bifurcation"], "keeps no run files"),
-        (["dry.h5", "phase", "--channels", "slider.x"], "expected pairs X,Y"),
-        (["dry.h5", "history", "--channels", "slider.jerk"], "no channel 'slider.jerk'"),
+        ("grid --metrics wear", "no metric 'wear'"),
+        ("grid --x colour", "'colour' is no parameter that varies"),
+        ("grid --at speed", "--at speed: expected NAME=VALUE"),
+        ("grid --at colour=red", "colour is not swept in grid; swept are speed, clearance"),
+        ("grid --at speed=3mm", "--at speed: '3mm' is in m, expected rad/s"),
+        ("samples map", "were drawn, not spread on a grid: ask for curves"),
+        ("samples bifurcation", "keeps no run files"),
+        ("dry.h5 phase --channels slider.x", "expected pairs X,Y"),
+        ("dry.h5 history --channels slider.jerk", "no channel 'slider.jerk'"),
         (
-            ["dry.h5", "history", "--along", "way"],
+            "dry.h5 history --along way",
             "along must be one of time, turns, angle; got 'way'",
         ),
-        (["dry.h5", "orbit", "--joint", "A"], "no journal path of joint 'A' in dry.h5; of C"),
-        (["dry.h5", "friction"], "dry.h5: this run has no joint friction"),
-        (["little.h5", "efforts"], "little.h5: this run has stored no driving effort"),
+        ("dry.h5 orbit --joint A", "no journal path of joint 'A' in dry.h5; of C"),
+        ("dry.h5 friction", "dry.h5: this run has no joint friction"),
+        ("little.h5 efforts", "little.h5: this run has stored no driving effort"),
         (
-            ["rubbing.h5", "friction", "--joint", "door"],
+            "rubbing.h5 friction --joint door",
             "no friction of joint 'door' in rubbing.h5; of pin",
         ),
         (
-            ["dry.h5", "efforts", "--joint", "C"],
+            "dry.h5 efforts --joint C",
             "--joint does not belong to efforts; it belongs to",
         ),
-        (["little.h5"], "overview needs more channels than were stored"),
-        (["little.h5", "orbit"], "has the eccentricity of no clearance joint"),
-        (["dry.h5", "-o", "p.txt"], "its name must end in .png, .pdf, .svg"),
-        (["dry.h5", "animation", "-o", "p.png"], "its name must end in .gif or .mp4"),
-        (["dry.h5", "animation", "--frames", "1"], "frames must be a whole number of at least 2"),
-        (["dry.h5", "sketch", "--angle", "1mm"], "'1mm' is in m, expected rad"),
-        (["grid/sweep.h5"], "is not a clearance result"),
+        ("little.h5", "overview needs more channels than were stored"),
+        ("little.h5 orbit", "has the eccentricity of no clearance joint"),
+        ("dry.h5 -o p.txt", "its name must end in .png, .pdf, .svg"),
+        ("dry.h5 animation -o p.png", "its name must end in .gif or .mp4"),
+        ("dry.h5 animation --frames 1", "frames must be a whole number of at least 2"),
+        ("dry.h5 sketch --angle 1mm", "'1mm' is in m, expected rad"),
+        ("grid/sweep.h5", "is not a clearance result"),
     ],
 )
-def test_bad_input_is_one_clear_line(arguments, line, folder, capsys, monkeypatch):
+def test_bad_input_is_one_clear_line(arguments, line, folder, typed, monkeypatch):
     """Wrong arguments: one line and status 2."""
     monkeypatch.chdir(folder)
-    status, text, err = run("plot", *arguments, capsys=capsys)
-    assert (status, text) == (2, "")
-    assert line in err
-    assert err.startswith("clearance: ")
-    assert err.count("\n") == 1
+    assert line in typed.line("plot", arguments)
 
 
-def test_bad_input_is_a_document_where_one_is_asked_for(folder, capsys):
+def test_bad_input_is_a_document_where_one_is_asked_for(folder, typed):
     """With --json wrong input is a document."""
-    status, text, _ = run("plot", folder / "dry.h5", "map", "--json", capsys=capsys)
-    assert status == 2
+    text = typed("plot", folder / "dry.h5", "map --json", status=2).out
     assert json.loads(text)["status"] == "wrong input"
 
 
-def test_a_run_of_one_sample(folder, tmp_path, capsys):
+def test_a_run_of_one_sample(folder, tmp_path, typed):
     """One sample cannot be drawn, which is stated."""
     run_file = cl.simulate(
         cl.load_case("slider_crank", model="ideal"), turns=1e-3, samples_per_turn=10
@@ -321,16 +289,14 @@ def test_a_run_of_one_sample(folder, tmp_path, capsys):
         time = file["time"][:1]
         del file["time"]
         file["time"] = time
-    status, _, err = run("plot", short, capsys=capsys)
-    assert status == 2
+    err = typed.line("plot", short)
     assert "1 sample(s): there is nothing to draw" in err
 
 
-def test_a_package_that_is_not_installed_is_one_line(folder, capsys, monkeypatch):
+def test_a_package_that_is_not_installed_is_one_line(folder, typed, monkeypatch):
     """Without a package the command ends in one line."""
     monkeypatch.setitem(sys.modules, "clearance.postprocess.plots", None)
-    status, _, err = run("plot", folder / "dry.h5", capsys=capsys)
-    assert status == 2
+    err = typed.line("plot", folder / "dry.h5")
     assert err.count("\n") == 1
 
 
@@ -348,23 +314,14 @@ def test_only_pictures_import_matplotlib():
 
 
 # --- Lyapunov exponents
-def test_lyapunov(tmp_path, capsys):
+def test_lyapunov(tmp_path, typed):
     """A full film forgets its start within a turn: the exponent is far below zero."""
-    case = ["slider_crank", "-p", "model=lubricated", "-p", "film=pinkus_sternlicht"]
-    status, text, err = run(
-        "lyapunov",
-        *case,
-        "--turns",
-        4,
-        "--settle",
-        1,
-        "-o",
-        tmp_path / "out",
-        "--json",
-        capsys=capsys,
+    words = (
+        "lyapunov slider_crank -p model=lubricated -p film=pinkus_sternlicht --turns 4 --settle 1"
     )
-    assert (status, err) == (0, "")
-    document = json.loads(text)
+    ended = typed(words, "--json -o", tmp_path / "out")
+    assert not ended.err
+    document = ended.document
     actual = document["slider_crank model=lubricated film=pinkus_sternlicht"]
     assert actual["verdict"] == "regular"
     assert actual["per_turn"] < -5.0
@@ -379,26 +336,23 @@ def test_lyapunov(tmp_path, capsys):
         "| slider_crank model=lubricated film=pinkus_sternlicht |"
         in (tmp_path / "out" / "lyapunov.md").read_text()
     )
-    assert "regular" in run("lyapunov", *case, "--turns", 4, "--settle", 1, capsys=capsys)[1]
+    assert "regular" in typed(words).out
 
 
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["slider_crank", "--turns", "2"], "turns must be a whole number of at least 4, got 2"),
-        (["slider_crank", "--turns", "many"], "invalid int value: 'many'"),
-        (["slider_crank", "-p", "model=ideal"], "no degree of freedom"),
-        (["double_pendulum"], "no drive of constant speed"),
-        (["double_pendulum", "--interval", "1mm"], "'1mm' is in m, expected s"),
-        (["nosuch"], "unknown case 'nosuch'"),
+        ("slider_crank --turns 2", "turns must be a whole number of at least 4, got 2"),
+        ("slider_crank --turns many", "invalid int value: 'many'"),
+        ("slider_crank -p model=ideal", "no degree of freedom"),
+        ("double_pendulum", "no drive of constant speed"),
+        ("double_pendulum --interval 1mm", "'1mm' is in m, expected s"),
+        ("nosuch", "unknown case 'nosuch'"),
     ],
 )
-def test_bad_lyapunov(arguments, line, capsys):
+def test_bad_lyapunov(arguments, line, typed):
     """Wrong arguments of `lyapunov`: one line and status 2."""
-    status, text, err = run("lyapunov", *arguments, capsys=capsys)
-    assert (status, text) == (2, "")
-    assert line in err
-    assert err.count("\n") == 1
+    assert line in typed.line("lyapunov", arguments)
 
 
 # --- from Python

@@ -12,7 +12,7 @@ from clearance import laws
 from clearance.laws import pinkus_sternlicht
 from clearance.mechanism.build import build
 from tests import mechanisms as m
-from tests.mechanism.test_mechanics import observed
+from tests.plain import observed
 from tests.seeds import few_of
 
 C = 1e-4

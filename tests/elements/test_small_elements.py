@@ -9,17 +9,12 @@ import pytest
 
 import clearance as cl
 from clearance.mechanism.build import build
-from tests.plain import kernel
+from tests.plain import observed
 
 
-def outputs(scene, time=0.0):
-    """Outputs of a scene at its start, from the kernel as plain Python."""
-    mechanism = build(scene)
-    out = np.zeros(len(mechanism.layout.channels))
-    kernel(mechanism, "observe")(
-        time, mechanism.y0, mechanism.par, np.append(mechanism.work0, 0.0), out
-    )
-    return {c.path: float(v) for c, v in zip(mechanism.layout.channels, out, strict=True)}
+def observed_at_start(scene):
+    """Outputs of a scene at its start."""
+    return observed(build(scene))
 
 
 def halves(angle):
@@ -48,7 +43,7 @@ def test_two_welded_halves_are_one_body(angle):
 
     To 1e-9: the start closes to 1e-12 of the size, an angle by some 1e-11.
     """
-    seen = outputs(halves(angle))
+    seen = observed_at_start(halves(angle))
     mass, arm = 3.0, (1.0 * 0.1 + 2.0 * 0.3) / 3.0
     about_pin = 0.01 + 1.0 * 0.1**2 + 0.02 + 2.0 * 0.3**2
     alpha = -mass * 9.81 * arm * math.cos(0.4) / about_pin
@@ -71,7 +66,7 @@ def test_a_body_of_no_mass_is_a_distance_rod():
     crank = cl.Body("crank", 1.0, 1e-2, points={"O": (0, 0), "P": (0.05, 0)}, angle=0.4)
     rod = cl.Body("rod", 1e-15, 1e-15, points={"P": (0, 0), "Q": (0.15, 0)}, angle=0.6)
     rocker = cl.Body("rocker", 1.0, 1e-2, points={"D": (0, 0), "Q": (0.12, 0)}, angle=1.5)
-    seen = outputs(
+    seen = observed_at_start(
         cl.Scene(
             cl.Revolute(cl.ground, crank["O"], name="O"),
             cl.Revolute(crank["P"], rod["P"], name="P"),
@@ -102,7 +97,7 @@ def test_a_scotch_yoke_by_a_pin_in_a_slot():
     """x = r cos(theta): position, speed and acceleration, and the torque that moves the slide;
     rounding.
     """
-    ideal = outputs(
+    ideal = observed_at_start(
         yoke(lambda slide, crank: cl.PinSlot(slide, crank["pin"], axis=(0.0, 1.0), name="S"))
     )
     assert ideal["bodies/slide/x"] == pytest.approx(0.05 * math.cos(0.6), rel=1e-13)
@@ -201,7 +196,7 @@ def test_a_body_in_two_slots_is_a_trammel():
     """Its centre moves on a circle of half its length: angular acceleration of that pendulum, and
     reactions by the balance of forces, to 1e-9 (the start closes to 1e-12); energy to 1e-6.
     """
-    seen = outputs(trammel())
+    seen = observed_at_start(trammel())
     angle, spin, arm = 0.3, 2.0, 0.1
     alpha = -9.81 * arm * math.cos(angle) / (arm**2 + 0.01)
     ax = arm * (math.sin(angle) * alpha + math.cos(angle) * spin**2)

@@ -285,7 +285,7 @@ def test_R5_columns_of_contacts_of_another_kind(dry, value):
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_nothing_of_a_strangers_sweep_is_executed(files, tmp_path, capsys):
+def test_nothing_of_a_strangers_sweep_is_executed(files, tmp_path, typed):
     """As the guide states: the case and the metrics that sweep.json names are not imported."""
     folder = shutil.copytree(files["sweep: sweep.json"].source, tmp_path / "sweep")
     code = tmp_path / "code.py"
@@ -294,8 +294,8 @@ def test_nothing_of_a_strangers_sweep_is_executed(files, tmp_path, capsys):
     document |= {"path": str(code), "own": [[f"{code}:metric", "0"]]}
     (folder / "sweep.json").write_text(json.dumps(document))
     assert cl.open_sweep(folder).done.all()
-    assert main(["plot", str(folder), "curves", "--metrics", "slider_acceleration_max"]) == 0
-    assert main(["report", str(folder)]) == 0
+    typed("plot", folder, "curves --metrics slider_acceleration_max")
+    typed("report", folder)
     assert not (tmp_path / "ran").exists()
 
 
@@ -348,7 +348,7 @@ def test_R10_what_is_wrong_with_a_sweep_is_said_in_words(files, tmp_path, change
     assert str(caught.value).endswith(message)
 
 
-def test_R5_comments_without_a_name_and_facts_that_no_file_keeps(files, tmp_path, capsys):
+def test_R5_comments_without_a_name_and_facts_that_no_file_keeps(files, tmp_path, typed):
     """Odd comments of a measurement are read or passed over."""
     text = files["measurement: CSV"].source.read_text()
     odd = (
@@ -360,20 +360,7 @@ def test_R5_comments_without_a_name_and_facts_that_no_file_keeps(files, tmp_path
     assert facts["many"] == "[1,a]"
     assert facts["large"] == 1e20
     assert "" not in facts
-    assert (
-        main(
-            [
-                "identify",
-                "--data",
-                str(tmp_path / "a.csv"),
-                "--model",
-                "curve",
-                "-o",
-                str(tmp_path / "out"),
-            ]
-        )
-        == 0
-    )
+    typed("identify --data", tmp_path / "a.csv", "--model curve -o", tmp_path / "out")
     assert len(read(tmp_path / "out" / "modelled.h5").trials) == 2
 
 

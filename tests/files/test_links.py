@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance.cli import main
 from clearance.files.locks import Foreign, Lock
 from clearance.machine import store
 from clearance.results import short_file
@@ -57,7 +56,7 @@ def test_S1_a_lock_neither_follows_links_nor_empties_files(tmp_path):
             assert (target.read_text() if target.exists() else text) == text
 
 
-def test_S1_commands_refuse_a_link_in_place_of_a_lock(tmp_path, monkeypatch, capsys, outside):
+def test_S1_commands_refuse_a_link_in_place_of_a_lock(tmp_path, monkeypatch, typed, outside):
     """Runs, sweeps and lives, in one line; the target stays."""
     target, unchanged = outside
     monkeypatch.chdir(tmp_path)
@@ -70,26 +69,25 @@ def test_S1_commands_refuse_a_link_in_place_of_a_lock(tmp_path, monkeypatch, cap
         path = tmp_path / lock
         path.parent.mkdir(exist_ok=True)
         path.symlink_to(target / "thesis.tex")
-        assert main([*command, "-o", str(path.parent if i else tmp_path / "r.h5")]) == 2
-        assert f"{path} is a link" in capsys.readouterr().err
+        assert f"{path} is a link" in typed.line(
+            *command, "-o", path.parent if i else tmp_path / "r.h5"
+        )
     assert unchanged()
 
 
 @pytest.mark.parametrize("name", ["sweep.log", "journal.jsonl", "runs"])
-def test_S2_a_sweep_follows_no_link(tmp_path, capsys, outside, name):
+def test_S2_a_sweep_follows_no_link(tmp_path, typed, outside, name):
     """A link in the folder of a sweep is refused; its target is unharmed."""
     target, unchanged = outside
     folder = tmp_path / "sweep"
-    sweep = ["sweep", "slider_crank", "-p", "speed=10,20", "--turns", "1", "--workers", "1"]
-    assert main([*sweep, "-o", str(folder)]) == 0
-    capsys.readouterr()
+    sweep = "sweep slider_crank -p speed=10,20 --turns 1 --workers 1"
+    typed(sweep, "-o", folder)
     if (folder / name).is_dir():
         os.rename(folder / name, tmp_path / "aside")
     else:
         (folder / name).unlink(missing_ok=True)
     (folder / name).symlink_to(target if name == "runs" else target / "thesis.tex")
-    assert main([*sweep, "-o", str(folder)]) == 2
-    assert f"{folder / name} is a link" in capsys.readouterr().err
+    assert f"{folder / name} is a link" in typed.line(sweep, "-o", folder)
     assert unchanged()
 
 

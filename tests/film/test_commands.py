@@ -10,7 +10,7 @@ import pytest
 import clearance as cl
 from clearance.film.bearing import Bearing
 from clearance.studies import film_ladder, films
-from tests.commands.test_cli import run
+from tests.typed import run
 
 
 @pytest.fixture(scope="module")

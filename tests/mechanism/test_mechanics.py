@@ -12,18 +12,8 @@ from clearance.mechanism.build import build
 from clearance.scene.catalogue import load_case
 from tests import mechanisms as m
 from tests.augmented import Augmented
-from tests.plain import kernel
+from tests.plain import kernel, observed
 from tests.seeds import few_of
-
-
-def observed(mechanism, t=0.0, y=None, work=None):
-    """One row of output channels as a dict."""
-    channels = mechanism.layout.channels
-    out = np.zeros(len(channels))
-    y = mechanism.y0 if y is None else y
-    work = mechanism.work0 if work is None else work
-    kernel(mechanism, "observe")(t, y, mechanism.par, np.append(work, 0.0), out)
-    return {c.path: v for c, v in zip(channels, out, strict=True)}
 
 
 def absolute(scene, row):

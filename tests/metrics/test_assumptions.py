@@ -1,6 +1,5 @@
 """Estimates of what runs leave out, against closed forms and the numbers of other modules."""
 
-import json
 import math
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 from scipy.integrate import quad
 
 import clearance as cl
-from clearance import cli
 from clearance.laws.law import signal
 from clearance.metrics import assumptions as module
 
@@ -123,19 +121,21 @@ class TestFlash:
 
 class TestCommands:
     @pytest.mark.usefixtures("undrawn")
-    def test_run_and_report(self, tmp_path, capsys):
+    def test_run_and_report(self, tmp_path, typed):
         """Command and report state the assumptions; a wrong section is refused."""
         path = tmp_path / "a.h5"
-        assert (
-            cli.main(["run", "slider_crank", "-p", "model=lubricated", "-o", str(path), "--json"])
-            == 0
-        )
-        kinds = [a["kind"] for a in json.loads(capsys.readouterr().out)["assumptions"]]
+        kinds = [
+            a["kind"]
+            for a in typed("run slider_crank -p model=lubricated -o", path, "--json").document[
+                "assumptions"
+            ]
+        ]
         assert kinds == ["bending", "bending", "liner"]
         out = tmp_path / "a.html"
-        assert cli.main(["report", str(path), "--section", "rod=10mmx20mm", "-o", str(out)]) == 0
+        typed("report", path, "--section rod=10mmx20mm -o", out)
         text = out.read_text()
         assert "Is it rigid? Is the film?" in text
         assert "10 x 20 mm" in text
-        assert cli.main(["report", str(path), "--section", "rod", "-o", str(out)]) == 2
-        assert "BODY=DIAMETER or BODY=WIDTHxHEIGHT" in capsys.readouterr().err
+        assert "BODY=DIAMETER or BODY=WIDTHxHEIGHT" in typed.line(
+            "report", path, "--section rod -o", out
+        )

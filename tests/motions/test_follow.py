@@ -3,14 +3,12 @@ slider-crank's fold.
 """
 
 import csv
-import json
 import math
 
 import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import cli
 from clearance.motions import branch_file
 
 DAMPING, SPEED = 0.5, 4.0
@@ -330,45 +328,30 @@ class TestSliderCrank:
 
 
 class TestCommand:
-    def test_follow(self, case, tmp_path, capsys):
+    def test_follow(self, case, tmp_path, typed):
         """The command finds the fold and both motions."""
-        command = [
-            "follow",
-            str(case),
-            "-p",
-            "torque=0.8:1.2",
-            "--step",
-            "0.1",
-            "--channels",
-            "bodies/bob/theta",
-        ]
-        assert cli.main([*command, "-o", str(tmp_path), "--json"]) == 0
-        document = json.loads(capsys.readouterr().out)
+        command = ["follow", case, "-p torque=0.8:1.2 --step 0.1 --channels bodies/bob/theta"]
+        document = typed(*command, "-o", tmp_path, "--json").document
         assert [b["kind"] for b in document["bifurcations"]] == ["fold"]
         assert document["coexisting"][0]["motions"] == 2
         assert (tmp_path / "follow.png").stat().st_size > 10000
         assert len(document["branch"]["torque"]) == document["points"]
 
-    def test_wrong_input(self, case, tmp_path, capsys):
+    def test_wrong_input(self, case, tmp_path, typed):
         """Wrong words: one line and status 2."""
         for words, message in (
-            ((), "one parameter needs a range"),
-            (("-p", "torque=0.5:0.5"), "the range begins where it ends"),
-            (("-p", "torque=0.5:1", "--over", "nowhere"), "--over belongs to a picture"),
-            (("-p", "torque=0.5:1", "--points", "1"), "points must be"),
+            ("", "one parameter needs a range"),
+            ("-p torque=0.5:0.5", "the range begins where it ends"),
+            ("-p torque=0.5:1 --over nowhere", "--over belongs to a picture"),
+            ("-p torque=0.5:1 --points 1", "points must be"),
         ):
-            assert cli.main(["follow", str(case), *words]) == 2
-            assert message in capsys.readouterr().err
+            assert message in typed.line("follow", case, words)
 
-    def test_no_periodic_motion(self, capsys):
+    def test_no_periodic_motion(self, typed):
         """Chaos at the start is a failure with its reason."""
-        assert (
-            cli.main(
-                ["follow", "slider_crank", "-p", "speed=5000rpm:6000rpm", "--most-turns", "12"]
-            )
-            == 1
+        assert "no periodic motion within 12 turns" in typed.line(
+            "follow slider_crank -p speed=5000rpm:6000rpm --most-turns 12", status=1
         )
-        assert "no periodic motion within 12 turns" in capsys.readouterr().err
 
 
 WHEEL = '''"""A wheel off its centre, on a spring beside a driven crank."""
@@ -441,15 +424,14 @@ def test_a_longest_step_is_a_bound_on_quiet_branches(step, tmp_path):
 
 
 @pytest.mark.slow
-def test_users19_steps_grow_on_a_quiet_branch_in_the_unit_of_the_user(tmp_path, capsys):
+def test_users19_steps_grow_on_a_quiet_branch_in_the_unit_of_the_user(tmp_path, typed):
     """Twelve points reach half of the range, 60 to 120 rpm; steps of 0.03 reach a quarter. Lines
     are in rpm. The last motion is that which the scene settles to, within its tolerance.
     """
     file = tmp_path / "quick_return.py"
     file.write_text(QUICK_RETURN)
-    words = [str(file), "-p", "speed=60rpm:120rpm", "--points", "12", "-o", str(tmp_path / "out")]
-    assert cli.main(["follow", *words]) == 0
-    shown = capsys.readouterr()
+    words = [file, "-p speed=60rpm:120rpm --points 12 -o", tmp_path / "out"]
+    shown = typed("follow", *words)
     assert "60 rpm to" in shown.out
     assert "rad/s" not in shown.out
     points = branch_file.points(tmp_path / "out")

@@ -22,10 +22,10 @@ from clearance.mechanism.build import build
 from clearance.scene.catalogue import load_case
 from tests import mechanisms as m
 from tests.elements.test_rubbing import energy_rate
-from tests.mechanism.test_mechanics import observed
 from tests.oracles import multipliers
 from tests.oracles.multipliers import SingularPosition, inverse
 from tests.oracles.pairs import prescribed
+from tests.plain import observed
 from tests.seeds import few_of
 
 GRAVITY = 9.8

@@ -127,18 +127,16 @@ def test_previews_say_so(tmp_path, capsys):
     assert "coarse preview" in (tmp_path / "index.html").read_text()
 
 
-def test_one_at_a_time_in_a_folder(tmp_path, capsys):
+def test_one_at_a_time_in_a_folder(tmp_path, typed):
     """A folder in use is refused."""
     with locked(tmp_path, "drawing"):
-        assert cli.main(["figures", "feeder_sketch", "-o", str(tmp_path)]) == 2
-    assert "is in use" in capsys.readouterr().err
+        assert "is in use" in typed.line("figures feeder_sketch -o", tmp_path)
 
 
-def test_a_file_is_no_folder(tmp_path, capsys):
+def test_a_file_is_no_folder(tmp_path, typed):
     """A file in place of the folder is refused."""
     (tmp_path / "f").write_text("")
-    assert cli.main(["figures", "feeder_sketch", "-o", str(tmp_path / "f")]) == 2
-    assert "is a file" in capsys.readouterr().err
+    assert "is a file" in typed.line("figures feeder_sketch -o", tmp_path / "f")
 
 
 #: their studies have tests of their own, and compile dozens of mechanisms
@@ -178,27 +176,23 @@ def test_a_figure_that_fails_is_named_and_stops_no_other(tmp_path, monkeypatch, 
     assert figures["five_axis_chain"]["status"] == "done"
 
 
-def test_unknown_names_are_refused_with_those_there_are(tmp_path, capsys):
+def test_unknown_names_are_refused_with_those_there_are(tmp_path, typed):
     """An unknown name is answered with the names."""
-    assert cli.main(["figures", "feeder_sketsh", "-o", str(tmp_path / "f")]) == 2
-    assert "feeder_sketch" in capsys.readouterr().err
+    assert "feeder_sketch" in typed.line("figures feeder_sketsh -o", tmp_path / "f")
     assert not (tmp_path / "f").exists()
 
 
-def test_a_folder_with_another_manifest_is_refused(tmp_path, capsys):
+def test_a_folder_with_another_manifest_is_refused(tmp_path, typed):
     """A folder of something else is not touched."""
     (tmp_path / "manifest.json").write_text('{"format": "other"}')
-    assert cli.main(["figures", "feeder_sketch", "-o", str(tmp_path)]) == 2
-    assert "not a manifest of figures" in capsys.readouterr().err
+    assert "not a manifest of figures" in typed.line("figures feeder_sketch -o", tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["manifest.json"]
 
 
-def test_list_gives_names_and_titles_by_groups(capsys):
+def test_list_gives_names_and_titles_by_groups(typed):
     """The list has all names, under their groups."""
-    assert cli.main(["figures", "--list", "--json"]) == 0
-    assert list(json.loads(capsys.readouterr().out)) == NAMES
-    assert cli.main(["figures", "--list"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    assert list(typed("figures --list --json").document) == NAMES
+    lines = typed("figures --list").out.splitlines()
     assert [line for line in lines if line in workshop.GROUPS.values()] == list(
         workshop.GROUPS.values()
     )
@@ -215,7 +209,7 @@ def test_names_stand_by_groups_and_in_the_order_asked_for():
     assert figures_command._chosen(asked, NAMES) == ["sweep_map", *evidence, "feeder_sketch"]
 
 
-def test_figures_that_measure_are_drawn_where_they_are_asked_for(tmp_path, monkeypatch, capsys):
+def test_figures_that_measure_are_drawn_where_they_are_asked_for(tmp_path, monkeypatch, typed):
     """By name or with --measure, not among all."""
     monkeypatch.setattr(
         figures_command, "_draw", lambda options, names, folder: print(*names, sep="\n") or []
@@ -224,12 +218,11 @@ def test_figures_that_measure_are_drawn_where_they_are_asked_for(tmp_path, monke
     assert {"evidence_stress", "evidence_work_precision", "wear_jumps"} <= set(measured)
     rest = [n for n in NAMES if n not in measured]
     for words, names in (
-        ([], rest),
-        (["--measure"], NAMES),
-        (["wear_jumps", "frames"], ["wear_jumps", "frames"]),
+        ("", rest),
+        ("--measure", NAMES),
+        ("wear_jumps frames", ["wear_jumps", "frames"]),
     ):
-        assert cli.main(["figures", *words, "-o", str(tmp_path)]) == 0
-        assert capsys.readouterr().out.splitlines()[:-1] == names
+        assert typed("figures", words, "-o", tmp_path).out.splitlines()[:-1] == names
 
 
 def test_a_script_without_a_group_is_refused(tmp_path, monkeypatch):
@@ -266,10 +259,9 @@ def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_pat
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_log_has_a_line_at_the_start_of_each_figure(tmp_path, capsys):
+def test_a_log_has_a_line_at_the_start_of_each_figure(tmp_path, typed):
     """Progress has a line a figure."""
-    assert cli.main(["figures", "feeder_sketch", "-o", str(tmp_path)]) == 0
-    printed = capsys.readouterr()
+    printed = typed("figures feeder_sketch -o", tmp_path)
     assert "feeder_sketch, 1 of 1" in printed.err
     assert "feeder_sketch" in printed.out
 

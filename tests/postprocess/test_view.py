@@ -15,7 +15,7 @@ from clearance.postprocess.view import document, view
 
 import clearance as cl
 from clearance.sweeping.index import open_sweep
-from tests.commands.test_cli import run as command
+from tests.typed import run as command
 
 BROWSER = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
 #: a container has no user namespaces for the sandbox of chromium; the pages are ours

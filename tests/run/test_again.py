@@ -68,11 +68,10 @@ def result(tmp_path_factory):
     return path
 
 
-def test_the_command_line(result, tmp_path, monkeypatch, capsys):
+def test_the_command_line(result, tmp_path, monkeypatch, typed):
     """The same numbers, and a file beside; options of the file are refused."""
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["run", str(result), "--again"]) == 0
-    printed = capsys.readouterr().out
+    printed = typed("run", result, "--again").out
     assert "given        model = dry" in printed
     assert "every number is that of run.h5, to the last bit" in printed
     with cl.open_result("run_again.h5") as made, cl.open_result(result) as first:
@@ -83,8 +82,7 @@ def test_the_command_line(result, tmp_path, monkeypatch, capsys):
         (["-p", "model=dry"], "-p beside --again"),
         (["-o", str(result)], "is the file that is run again"),
     ):
-        assert cli.main(["run", str(result), "--again", *words]) == 2
-        assert reason in capsys.readouterr().err
+        assert reason in typed.line("run", result, "--again", *words)
 
 
 def test_what_cannot_be_made_again_is_refused(result, tmp_path):
@@ -130,11 +128,10 @@ def test_options_of_a_run_without_a_file():
     assert run.options["rtol"] == 1e-5
 
 
-def test_a_scene_without_a_case_again(tmp_path, monkeypatch, capsys):
+def test_a_scene_without_a_case_again(tmp_path, monkeypatch, typed):
     """The file of a scene that Python made runs again by the command, to the last bit."""
     monkeypatch.chdir(tmp_path)
     arm = cl.Body("arm", 1.0, 0.1, com=(0.3, 0.0))
     scene = cl.Scene(cl.Revolute(cl.ground, arm, name="pin"))
     cl.simulate(scene, until=0.1, path="swing.h5").close()
-    assert cli.main(["run", "swing.h5", "--again"]) == 0
-    assert "every number is that of swing.h5, to the last bit" in capsys.readouterr().out
+    assert "every number is that of swing.h5, to the last bit" in typed("run swing.h5 --again").out

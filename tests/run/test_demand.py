@@ -2,7 +2,6 @@
 are.
 """
 
-import json
 import re
 
 import pytest
@@ -22,23 +21,22 @@ def ideal(**more):
 @pytest.mark.parametrize(
     ("request_", "why"),
     [
-        (["--samples-per-turn", "1e12"], r"2e\+12 rows of output \(2\^31 are allowed\)"),
-        (["--samples-per-turn", "1e20"], "samples must be at most 2\\^53"),
-        (["--samples-per-turn", "1e300", "--turns", "1e10"], "samples must be finite"),
-        (["--turns", "2147483648"], r"8\.59e\+11 rows"),
-        (["--turns", "1e300"], "samples must be at most"),
+        ("--samples-per-turn 1e12", r"2e\+12 rows of output \(2\^31 are allowed\)"),
+        ("--samples-per-turn 1e20", "samples must be at most 2\\^53"),
+        ("--samples-per-turn 1e300 --turns 1e10", "samples must be finite"),
+        ("--turns 2147483648", r"8\.59e\+11 rows"),
+        ("--turns 1e300", "samples must be at most"),
         (
-            ["--until", "1e9"],
+            "--until 1e9",
             r"at least 8\.33e\+12 steps of a microsecond or more, 96\.5 days \(one is allowed\)",
         ),
-        (["--max-step", "1e-14"], r"at least 2\.4e\+12 steps"),
+        ("--max-step 1e-14", r"at least 2\.4e\+12 steps"),
     ],
 )
-def test_R9_run_refuses_what_cannot_end(request_, why, tmp_path, monkeypatch, capsys):
+def test_R9_run_refuses_what_cannot_end(request_, why, tmp_path, monkeypatch, typed):
     """The command refuses it in one line, without a file."""
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["run", *IDEAL, *request_]) == 2
-    printed = capsys.readouterr().err
+    printed = typed.line("run", *IDEAL, request_)
     assert printed.count("\n") == 1
     assert re.search(why, printed), printed
     assert not list(tmp_path.iterdir())
@@ -108,16 +106,16 @@ def test_R9_a_compressed_file_is_given_the_benefit_of_the_doubt(monkeypatch):
         affordable(Demand(rows=1_000_000, steps=1.0, columns=9))
 
 
-def test_R9_lyapunov_and_inverse_refuse_it(capsys):
+def test_R9_lyapunov_and_inverse_refuse_it(typed):
     """So do other kinds of runs."""
-    assert cli.main(["lyapunov", "slider_crank", "--turns", "100000000000000000000"]) == 2
-    assert "this needs 1e+20 rows of output" in capsys.readouterr().err
+    assert "this needs 1e+20 rows of output" in typed.line(
+        "lyapunov slider_crank --turns 100000000000000000000"
+    )
     with pytest.raises(ValueError, match="rows of output"):
         cl.inverse_dynamics(ideal(), turns=1, samples=10**10)
 
 
-def test_R9_work_precision_of_a_scene_that_does_not_move(capsys):
+def test_R9_work_precision_of_a_scene_that_does_not_move(typed):
     """Nothing but gravity on a slider at rest: it bounces on its bearing without end."""
-    assert cli.main(["work-precision", "slider_crank", "-p", "speed=0", "--json"]) == 2
-    printed = json.loads(capsys.readouterr().out)
+    printed = typed("work-precision slider_crank -p speed=0 --json", status=2).document
     assert printed["message"].startswith("this scene does not move: the speed of drive ")

@@ -1,7 +1,5 @@
 """Pressure fields in the result file: what they are, who reads them, and who is refused."""
 
-import json
-
 import h5py
 import numpy as np
 import pytest
@@ -9,7 +7,6 @@ import xarray
 from clearance.postprocess import pressures
 
 import clearance as cl
-from clearance.cli import main
 from clearance.studies import films
 
 
@@ -84,13 +81,11 @@ def test_they_are_no_channels(feeder):
     assert "/joints/B" in feeder.to_xarray().groups
 
 
-def test_snapshots_show_them(feeder, tmp_path, capsys):
+def test_snapshots_show_them(feeder, tmp_path, typed):
     """Snapshots use the fields of the file, else they solve anew."""
-    assert (
-        main(["film", "snapshots", str(feeder.path), "--count", "2", "--json", "-o", str(tmp_path)])
-        == 0
-    )
-    shots = json.loads(capsys.readouterr().out)["snapshots"]
+    shots = typed("film snapshots", feeder.path, "--count 2 --json -o", tmp_path).document[
+        "snapshots"
+    ]
     assert [s["iterations"] for s in shots] == [0, 0]
     for shot in shots:
         assert shot["load"] == pytest.approx(shot["recorded"], rel=1e-3)
@@ -156,7 +151,8 @@ def test_picture(feeder, tmp_path, monkeypatch):
         assert axes.get_ylim() == pytest.approx((1e3 * actual.axial[0], 1e3 * actual.axial[-1]))
 
 
-def test_pictures_of_joints_without_fields_are_refused(feeder, capsys):
+def test_pictures_of_joints_without_fields_are_refused(feeder, typed):
     """A joint without fields is answered with those that have some."""
-    assert main(["plot", str(feeder.path), "pressure", "--joint", "C"]) == 2
-    assert "no pressure fields of joint 'C'; of B" in capsys.readouterr().err
+    assert "no pressure fields of joint 'C'; of B" in typed.line(
+        "plot", feeder.path, "pressure --joint C"
+    )

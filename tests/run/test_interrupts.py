@@ -10,7 +10,7 @@ import weakref
 import pytest
 
 import clearance as cl
-from clearance import cli, simulation
+from clearance import simulation
 from clearance.run.interrupts import DeferredSignals, Terminated, terminable
 
 
@@ -124,7 +124,7 @@ def test_a_signal_in_a_run_keeps_its_file(tmp_path, number, word):
     ("request_", "word"), [(KeyboardInterrupt, "interrupted"), (Terminated, "terminated")]
 )
 def test_before_the_first_step_nothing_is_said_to_be_kept(
-    tmp_path, monkeypatch, capsys, request_, word
+    tmp_path, monkeypatch, typed, request_, word
 ):
     """Before the run there is no file, which is stated."""
 
@@ -133,12 +133,14 @@ def test_before_the_first_step_nothing_is_said_to_be_kept(
 
     monkeypatch.setattr(simulation, "prepare", prepare)
     path = tmp_path / "run.h5"
-    assert cli.main(["run", "slider_crank", "-o", str(path)]) == 1
-    assert capsys.readouterr().err == f"clearance: {word}; {path} was not written\n"
+    assert (
+        typed.line("run slider_crank -o", path, status=1)
+        == f"clearance: {word}; {path} was not written\n"
+    )
     assert not list(tmp_path.iterdir())
 
 
-def test_after_the_run_its_file_is_said_to_be_kept(tmp_path, monkeypatch, capsys):
+def test_after_the_run_its_file_is_said_to_be_kept(tmp_path, monkeypatch, typed):
     """After the run the file is complete, which is stated."""
     from clearance.commands import run
 
@@ -147,8 +149,10 @@ def test_after_the_run_its_file_is_said_to_be_kept(tmp_path, monkeypatch, capsys
 
     monkeypatch.setattr(run, "_comparable", comparable)
     path = tmp_path / "run.h5"
-    assert cli.main(["run", "slider_crank", "-o", str(path)]) == 1
-    assert capsys.readouterr().err == f"clearance: terminated; the run is stored in {path}\n"
+    assert (
+        typed.line("run slider_crank -o", path, status=1)
+        == f"clearance: terminated; the run is stored in {path}\n"
+    )
     assert cl.open_result(path).complete
 
 

@@ -4,7 +4,6 @@ apart.
 
 import contextlib
 import gzip
-import json
 import math
 from pathlib import Path
 
@@ -13,7 +12,6 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import cli
 from clearance.mechanism.build import build
 from clearance.metrics.metrics import metrics, startup
 from clearance.run.start import quasi_static
@@ -215,25 +213,16 @@ def test_names_of_states_are_their_own():
     assert names[0] == "joints/B/eccentricity_x"
 
 
-def test_U4_the_command_states_what_sweeps_do(settled, tmp_path, capsys):
+def test_U4_the_command_states_what_sweeps_do(settled, tmp_path, typed):
     """`run` and its JSON: metrics over the settled turns, and the start-up under its own name;
     `--settle`, `--from`.
     """
     out = tmp_path / "r.h5"
-    words = [
-        "run",
-        "six_bar_feeder",
-        "--turns",
-        "3",
-        "--samples-per-turn",
-        "50",
-        "-o",
-        str(out),
-        "--json",
-    ]
+    words = "run six_bar_feeder --turns 3 --samples-per-turn 50 -o", out
     for settle in (None, 2.0, 0.0):
-        assert cli.main([*words, *([] if settle is None else ["--settle", str(settle)])]) == 0
-        summary = json.loads(capsys.readouterr().out)
+        summary = typed(
+            *words, "--json" if settle is None else f"--json --settle {settle}"
+        ).document
         with cl.open_result(out) as run:
             expected, before = metrics(run, settle), startup(run, settle)
         finite = {n: m.value for n, m in expected.items() if math.isfinite(m.value)}
@@ -245,14 +234,11 @@ def test_U4_the_command_states_what_sweeps_do(settled, tmp_path, capsys):
         }
         assert summary["joints"]["B"]["peak_force"] == expected["joint_B_force_max"].value
         assert ("startup_peak_force" in summary["joints"]["B"]) == (settle != 0.0)
-    assert cli.main([*words[:-1], "--from", str(settled.path)]) == 0
-    shown = capsys.readouterr().out
+    shown = typed(*words, "--from", settled.path).out
     assert "start-up in brackets" in shown
-    assert cli.main([*words, "--from", str(tmp_path / "nothing.h5")]) == 2
+    typed(*words, "--from", tmp_path / "nothing.h5", status=2)
     for settle, why in (
         ("-1", "settle must not be negative"),
         ("3", "settle = 3 leaves nothing of a run of 3 turns"),
     ):
-        capsys.readouterr()
-        assert cli.main([*words[:-1], "--settle", settle]) == 2
-        assert why in capsys.readouterr().err
+        assert why in typed.line(*words, "--settle", settle)

@@ -8,7 +8,6 @@ import warnings
 import pytest
 
 import clearance as cl
-from clearance import cli
 from clearance.results.run_warning import RunWarning
 
 CONTACTS = ["hertz", "kelvin_voigt", "winkler", "lankarani_nikravesh", "hunt_crossley"]
@@ -83,7 +82,7 @@ def test_users3_the_repr_says_what_a_result_is(tmp_path):
     assert repr(record).startswith("<Result of three_loop_chain: ")
 
 
-def test_a_script_prints_warnings_and_the_command_line_prints_them_once(capsys, tmp_path):
+def test_a_script_prints_warnings_and_the_command_line_prints_them_once(typed, tmp_path):
     """The command has lines of its own for them."""
     scene = 'cl.load_case("slider_crank", model="dry", contact="kelvin_voigt")'
     script = tmp_path / "script.py"
@@ -94,7 +93,6 @@ def test_a_script_prints_warnings_and_the_command_line_prints_them_once(capsys, 
     command = "run slider_crank -p model=dry -p contact=kelvin_voigt --turns 0.1 -o"
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert cli.main([*command.split(), str(tmp_path / "run.h5")]) == 0
-    out, err = capsys.readouterr()
+        _, out, err = typed(command, tmp_path / "run.h5")
     assert (out + err).count("impacts are elastic") == 1
     assert "RunWarning" not in out + err

@@ -3,12 +3,12 @@
 import importlib
 import random
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import cli
 from clearance.scene.catalogue import find_case
 
 MACHINES = """
@@ -161,12 +161,13 @@ def test_parameters_of_any_function(machines):
         assert case.scene(**dict(draw.sample(list(defaults.items()), 1))).name == "machine"
 
 
-def test_the_command_line_takes_a_function_of_a_file(machines, tmp_path, capsys):
+def test_the_command_line_takes_a_function_of_a_file(machines, tmp_path, typed):
     """FILE.py:function is a case; a missing function is named."""
-    reference = f"{machines.__file__}:machine"
+    reference = Path(f"{machines.__file__}:machine")
     out = tmp_path / "run.h5"
-    assert cli.main(["run", reference, "-p", "mass=2", "--turns", "1", "-o", str(out)]) == 0
+    typed("run", reference, "-p mass=2 --turns 1 -o", out)
     with cl.open_result(out) as run:
         assert run.complete
-    assert cli.main(["run", f"{machines.__file__}:nothing", "-o", str(out)]) == 2
-    assert "must define a function nothing(...)" in capsys.readouterr().err
+    assert "must define a function nothing(...)" in typed.line(
+        "run", Path(f"{machines.__file__}:nothing"), "-o", out
+    )

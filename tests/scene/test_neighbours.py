@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 import clearance as cl
-from clearance import cli
 from clearance.run.inputs import modules_of
 from clearance.scene.case import Case
 from clearance.scene.catalogue import find_case
@@ -125,7 +124,7 @@ def test_sweeps_know_all_files_that_were_imported(tmp_path):
         assert before != modules_of([case])
 
 
-def test_workers_import_neighbours_and_a_changed_one_is_noticed(tmp_path, monkeypatch, capsys):
+def test_workers_import_neighbours_and_a_changed_one_is_noticed(tmp_path, monkeypatch, typed):
     """Each in a process of its own, from another folder; the command line too."""
     (tmp_path / "case").mkdir()
     case, law = written(tmp_path / "case", random.Random(2), factor=3.0)
@@ -139,9 +138,8 @@ def test_workers_import_neighbours_and_a_changed_one_is_noticed(tmp_path, monkey
     (tmp_path / "swept" / "runs" / f"{swept.definition.keys[1]}.h5").unlink()
     with pytest.raises(ValueError, match="imported module .* has been changed"):
         cl.sweep(case, points, tmp_path / "swept", **options)
-    assert cli.main(["run", str(case), "--turns", "1", "-o", "run.h5"]) == 0
+    typed("run", case, "--turns 1 -o run.h5")
     assert cl.open_result("run.h5").complete
-    capsys.readouterr()
 
 
 def test_the_package_and_python_come_before_neighbours(tmp_path):

@@ -360,18 +360,16 @@ def test_laws_of_a_case_file_come_back_in_another_process(tmp_path):
 
 # --- new
 @pytest.mark.parametrize("name", few_of(templates.NAMES, 2))
-def test_a_new_scene_file_runs_as_written(name, tmp_path, monkeypatch, capsys):
+def test_a_new_scene_file_runs_as_written(name, tmp_path, monkeypatch, typed):
     """A tenth of a turn, with a parameter given; the same name is not written twice."""
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["new", name]) == 0
-    words = ["-p", "speed=100rpm", "--turns", "0.1", "--no-error", "-o", "run.h5"]
-    assert cli.main(["run", f"{name}.toml", *words]) == 0
-    assert "given        speed = 10.472 rad/s (100 rpm)" in capsys.readouterr().out
+    typed("new", name)
+    words = "-p speed=100rpm --turns 0.1 --no-error -o run.h5"
+    assert "given        speed = 10.472 rad/s (100 rpm)" in typed("run", f"{name}.toml", words).out
     with cl.open_result("run.h5") as run:
         assert run.status == "complete"
         assert json.loads(run.file.attrs["parameters"]) == {"speed": cl.rpm(100)}
-    assert cli.main(["new", name]) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "is there already" in typed.line("new", name)
 
 
 @pytest.mark.parametrize("name", templates.NAMES)
@@ -415,19 +413,17 @@ def _written(path, text):
     return path
 
 
-def test_a_scene_file_of_your_own_as_python(tmp_path, monkeypatch, capsys):
+def test_a_scene_file_of_your_own_as_python(tmp_path, monkeypatch, typed):
     """The feeder; a law of its folder has no Python form here."""
     monkeypatch.chdir(tmp_path)
     case = case_of(tmp_path, FEEDER)
-    assert cli.main(["new", "machine.toml", "--python", "-o", "feeder.py"]) == 0
+    typed("new machine.toml --python -o feeder.py")
     assert find_case("./feeder.py").scene().to_json() == case.scene().to_json()
     (tmp_path / "machine.toml").write_text(
         FEEDER.replace('"winkler"', '"clearance.laws.contact:winkler"')
     )
-    assert cli.main(["new", "machine.toml", "--python"]) == 2
-    assert "has no Python form here" in capsys.readouterr().err
-    assert cli.main(["new", "four_bra"]) == 2
-    assert "did you mean four_bar?" in capsys.readouterr().err
+    assert "has no Python form here" in typed.line("new machine.toml --python")
+    assert "did you mean four_bar?" in typed.line("new four_bra")
 
 
 # --- scenes as scene files
@@ -445,11 +441,11 @@ WRITTEN = [
 @pytest.mark.parametrize(
     ("name", "values"), WRITTEN, ids=[f"{n}-{i}" for i, (n, _) in enumerate(WRITTEN)]
 )
-def test_a_case_as_a_scene_file(name, values, tmp_path, capsys):
+def test_a_case_as_a_scene_file(name, values, tmp_path, typed):
     """Written and read back: the same scene, number by number."""
     path = tmp_path / "case.toml"
     given = [word for n, v in values.items() for word in ("-p", f"{n}={v}")]
-    assert cli.main(["new", f"{library()}/{name}.py", *given, "-o", str(path)]) == 0
+    typed("new", f"{library()}/{name}.py", *given, "-o", path)
     assert find_case(path).scene().to_json() == cl.load_case(name, **values).to_json()
 
 
@@ -460,11 +456,10 @@ def test_a_mechanism_as_a_scene_file(make, tmp_path):
     assert case_of(tmp_path, toml_of(scene)).scene().to_json() == scene.to_json()
 
 
-def test_an_unknown_mechanism_names_all_of_them(tmp_path, monkeypatch, capsys):
+def test_an_unknown_mechanism_names_all_of_them(tmp_path, monkeypatch, typed):
     """Those of the command itself, and those of cases."""
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["new", "togle"]) == 2
-    message = capsys.readouterr().err
+    message = typed.line("new togle")
     assert "did you mean toggle?" in message
     assert "six_bar_feeder" in message
 

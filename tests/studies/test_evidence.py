@@ -208,10 +208,9 @@ class TestHorizon:
         assert actual.time is None
         assert "comparable throughout" in actual.sentence(None)
 
-    def test_run_reports_it(self, tmp_path, capsys):
+    def test_run_reports_it(self, tmp_path, typed):
         """The command prints horizon, contacts and intervals."""
-        assert cli.main(["run", "slider_crank", "--turns", "10", "-o", str(tmp_path / "r.h5")]) == 0
-        text = capsys.readouterr().out
+        text = typed("run slider_crank --turns 10 -o", tmp_path / "r.h5").out
         assert "comparable until turn" in text
         assert " contacts" in text
         assert "mean and 95 % interval over 9 turns" in text
@@ -264,10 +263,9 @@ class TestAblation:
         scene = cl.load_case("six_bar_feeder", joints="B,C")
         assert scene.rebuilt().to_json() == scene.to_json()
 
-    def test_explain_prints_it(self, capsys):
+    def test_explain_prints_it(self, typed):
         """The table has a row for each part that is left out."""
-        assert cli.main(["explain", "six_bar_feeder", "-p", "joints=B,C"]) == 0
-        text = capsys.readouterr().out
+        text = typed("explain six_bar_feeder -p joints=B,C").out
         assert "| without film torques | 2 |" in text
         assert "| clearance in B only | 1 |" in text
         assert "| ideal joints | 0 | 0 |" in text

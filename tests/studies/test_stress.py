@@ -108,11 +108,10 @@ def test_a_fault_is_called_one(monkeypatch):
     assert "out of time" in verdict.reason
 
 
-def test_command(tmp_path, capsys, monkeypatch):
+def test_command(tmp_path, typed, monkeypatch):
     """The command writes table, file and picture."""
     monkeypatch.setattr(stress, "matrix", lambda case, quick: REDUCED[:2])
-    assert cli.main(["stress", "-o", str(tmp_path), "--json", "--workers", "1"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    printed = typed("stress -o", tmp_path, "--json --workers 1").document
     assert [c["kind"] for c in printed["cells"]] == ["done", "done"]
     with h5py.File(tmp_path / "stress.h5") as file:
         assert list(file["cells/kind"].asstr()) == ["done", "done"]
@@ -168,10 +167,9 @@ def test_a_process_that_dies_takes_no_other_cell_with_it(monkeypatch):
     ]
 
 
-def test_bad_workers(capsys):
+def test_bad_workers(typed):
     """No workers are refused."""
-    assert cli.main(["stress", "--workers", "0"]) == 2
-    assert "--workers must be at least 1, got 0" in capsys.readouterr().err
+    assert "--workers must be at least 1, got 0" in typed.line("stress --workers 0")
 
 
 def test_picture_and_table_of_named_stops(tmp_path):
