@@ -22,6 +22,7 @@ def feeder(tmp_path_factory):
 
 class TestPressure:
     def test_writes_all_it_says(self, tmp_path, capsys):
+        """Data, picture and text; fields have units and rising angles."""
         arguments = (
             "film",
             "pressure",
@@ -78,6 +79,7 @@ class TestPressure:
         ],
     )
     def test_one_clear_line(self, arguments, message, capsys):
+        """Exit status 2, and the reason without a traceback."""
         status, text, err = run("film", "pressure", *arguments, capsys=capsys)
         assert status == 2
         assert message in err
@@ -107,6 +109,7 @@ class TestMap:
         ],
     )
     def test_one_clear_line(self, arguments, message, capsys):
+        """Exit status 2, and the reason without a traceback."""
         status, _, err = run("film", "map", *arguments, capsys=capsys)
         assert (status, message in err) == (2, True)
 
@@ -133,6 +136,7 @@ class TestSnapshots:
         assert shot.solution.load == pytest.approx(shot.recorded, rel=2e-3)
 
     def test_refusals(self, feeder, capsys):
+        """Joints without a film, no snapshots, and absent files."""
         for arguments, message in (
             ((feeder, "--joint", "A"), "joints with one: B"),
             ((feeder, "--count", 0), "at least 1"),
@@ -143,6 +147,7 @@ class TestSnapshots:
 
     @pytest.mark.slow
     def test_memory_is_not_in_a_file(self):
+        """A film with memory cannot be solved anew from a file."""
         result = cl.simulate(cl.load_case("six_bar_feeder", film="conserving"), until=2e-4)
         with pytest.raises(ValueError, match="a film with a memory"):
             films.snapshots(result)

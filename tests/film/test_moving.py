@@ -120,6 +120,7 @@ def test_homogeneous_and_a_mirror_image():
 
 
 def test_solutions_do_not_depend_on_the_last_one():
+    """From a neighbour or from nowhere: 1e-6 of the force."""
     film = MovingFilm(Bearing(**OPTIONS))
     alone = [film.outputs(*s) for s in STATES if film.reset() is None]
     film.linearised(*STATES[0])

@@ -237,6 +237,7 @@ def test_shapes_of_a_page_rest_in_their_bodies(name, run):
 
 @pytest.mark.parametrize("name", few_of([*DRAWN, *ALONE], 4))
 def test_every_mechanism_is_sketched_and_animated(name, run, tmp_path):
+    """Something is drawn, frames differ, and the paper stays white."""
     picture = sketch(run(name), tmp_path / "new" / "still.png", at=0.1)
     with Image.open(picture) as still:
         pixels = np.asarray(still.convert("L"))
@@ -300,6 +301,7 @@ def test_artists_follow_the_result(name, run):
 
 @pytest.mark.parametrize("name", ["inverted_slider", "scotch_yoke", "slider_crank", "springs"])
 def test_blocks_stay_on_their_guides(name, run):
+    """The middle of a block lies on its guide, between its ends."""
     drawn, _ = stage(run(name), turns=0.5)
     assert drawn.slides
     for slide in drawn.slides.values():
@@ -339,6 +341,7 @@ def test_actuators_are_cylinders_round_their_rods(name, run):
 
 @pytest.mark.parametrize("name", ["inverted_slider", "scotch_yoke", "springs", "slider_crank"])
 def test_blocks_on_guides_are_no_cylinders(name, run):
+    """Only actuators between two bodies are."""
     assert not any(s.cylinder for s in stage(run(name))[0].slides.values())
 
 
@@ -353,6 +356,7 @@ def test_pins_on_a_line_make_a_bar(run):
 
 
 def test_the_point_that_a_force_acts_on_is_followed(run, gallery, tmp_path):
+    """Its path is bold and where the run has it."""
     sketch(run("tripod"), tmp_path / "s.png")
     (bold,) = (line for line in gallery.last.axes[0].lines if line.get_label() == "path of arm far")
     far = 0.4 * np.stack(
@@ -363,6 +367,7 @@ def test_the_point_that_a_force_acts_on_is_followed(run, gallery, tmp_path):
 
 @pytest.mark.parametrize("name", ["tripod", "crowded", "feeder", "watt"])
 def test_names_do_not_hide_each_other(name, run, gallery, tmp_path):
+    """No two texts overlap."""
     sketch(run(name), tmp_path / "s.png")
     figure = gallery.last
     figure.canvas.draw()
@@ -385,6 +390,7 @@ def test_round_arrows_turn_as_the_joints_do(run):
 
 
 def test_arrows_of_neighbouring_drives_stay_apart(run):
+    """Their circles are smaller than the distance of the hinges."""
     drawn, _ = stage(run("crowded"))
     arrows = [line.get_xydata()[:30] for line in drawn.axes.lines if line.get_zorder() == 7]
     assert len(arrows) == 2
@@ -393,12 +399,14 @@ def test_arrows_of_neighbouring_drives_stay_apart(run):
 
 
 def test_clocks_of_slow_runs_count_seconds(run):
+    """The unit of time suits the step between frames."""
     times = run("pendulum").time
     assert animation._clock(run("pendulum"), times[::10])[1].endswith(" s")
     assert animation._clock(run("pendulum"), times)[1].endswith(" ms")
 
 
 def test_springs_end_where_they_are_attached(run):
+    """Coils and dashpots reach both points, to rounding."""
     drawn, _ = stage(run("springs"))
     for spring in run("springs").scene["loads"]:
         a, b = drawn.motion.end(spring["a"]), drawn.motion.end(spring["b"])
@@ -421,6 +429,7 @@ def circles(figure):
 
 @pytest.mark.parametrize("magnify", [None, 120.0])
 def test_lenses_show_the_journal_magnified_beside_the_mechanism(magnify, run, film, tmp_path):
+    """Each lens states its scale, covers nothing, and has the journal in place."""
     result = run("feeder")
     animate(result, tmp_path / "run.gif", turns=0.3, frames=10, magnify=magnify)
     times = frame_times(result, 0.3, 10)
@@ -471,6 +480,7 @@ def test_no_contact_is_missed(run):
 
 
 def test_arrows_are_the_largest_forces_since_the_frame_before(run):
+    """No peak between two frames is lost."""
     result = run("slider_crank")
     times = frame_times(result, 0.8, 40)
     lens = Lens(result, next(j for j in result.scene["joints"] if j["name"] == "C"), times)
@@ -484,6 +494,7 @@ def test_arrows_are_the_largest_forces_since_the_frame_before(run):
 
 
 def test_mixed_joints_have_the_colour_of_their_state(run):
+    """It is that of the largest membership."""
     result = run("mixed")
     times = result.time[-40:]
     lens = Lens(result, next(j for j in result.scene["joints"] if j["name"] == "B"), times)
@@ -494,6 +505,7 @@ def test_mixed_joints_have_the_colour_of_their_state(run):
 
 
 def test_frames_end_with_the_run(run):
+    """They are even, and the last is the last sample."""
     result = run("four_bar")
     times = frame_times(result, 0.25, 50)
     assert times[-1] == result.time[-1]
@@ -554,6 +566,7 @@ def test_frames_end_with_the_run(run):
     ],
 )
 def test_what_cannot_be_animated_is_refused(name, file, options, message, run, tmp_path):
+    """The message has the option, and no file is left."""
     with pytest.raises(ValueError, match=message):
         animate(run(name), tmp_path / file, **options)
     assert not list(tmp_path.iterdir())
@@ -561,6 +574,7 @@ def test_what_cannot_be_animated_is_refused(name, file, options, message, run, t
 
 @pytest.mark.parametrize("at", [-0.1, 0.6, float("nan")])
 def test_sketch_outside_the_run_is_refused(at, run, tmp_path):
+    """The message has the times of the run."""
     with pytest.raises(ValueError, match=r"at must lie in \[0, 0\.5\], .*; got"):
         sketch(run("four_bar"), tmp_path / "still.png", at=at)
 
@@ -576,6 +590,7 @@ def test_sketch_outside_the_run_is_refused(at, run, tmp_path):
     ],
 )
 def test_a_channel_not_kept_is_named(name, channel, run, tmp_path):
+    """An animation needs it; a sketch needs poses only."""
     result = without(run(name), channel)
     with pytest.raises(ValueError, match=channel):
         animate(result, tmp_path / "run.gif", turns=0.2, frames=5)
@@ -595,6 +610,7 @@ def test_rates_may_be_missing(run, tmp_path):
 
 
 def test_mp4_without_ffmpeg_says_what_to_do(run, tmp_path, monkeypatch):
+    """The message names the programme and the other format."""
     monkeypatch.setattr(figures.shutil, "which", lambda _: None)
     with pytest.raises(
         ValueError, match=r"ffmpeg, which is not installed; install it or use \.gif"
@@ -604,12 +620,14 @@ def test_mp4_without_ffmpeg_says_what_to_do(run, tmp_path, monkeypatch):
 
 @pytest.mark.skipif(figures.shutil.which("ffmpeg") is None, reason="needs ffmpeg")
 def test_mp4_with_ffmpeg(run, tmp_path):
+    """The file is a film, and nothing else is left."""
     film = animate(run("four_bar"), tmp_path / "run.mp4", turns=0.5, frames=5)
     assert film.read_bytes()[4:8] == b"ftyp"
     assert list(tmp_path.iterdir()) == [film]
 
 
 def test_a_failure_leaves_the_old_file_and_no_half_one(run, tmp_path, monkeypatch):
+    """A film that broke off changes no file."""
     path = tmp_path / "run.gif"
     path.write_bytes(b"old")
     show, shown = Drawing.show, []

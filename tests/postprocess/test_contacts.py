@@ -49,6 +49,7 @@ def with_events(**changed):
 
 
 def test_numbers_from_events():
+    """Counts, shares, means and largest values by hand."""
     (name, table), *rest = contact_table(with_events()).items()
     assert (name, rest, set(table)) == ("C", [], COLUMNS)
     assert all(isinstance(v, int | float) for v in table.values())
@@ -71,6 +72,7 @@ def test_numbers_from_events():
 
 
 def test_other_joints_do_not_count():
+    """Events of another joint are left out."""
     record = with_events(joint=["C", "other", "C"])
     assert contact_table(record)["C"]["contacts"] == 2
 
@@ -85,6 +87,7 @@ def test_settled_turns_are_left_out():
 
 
 def test_settling_beyond_the_run_is_refused():
+    """The message has the turn."""
     with pytest.raises(ValueError, match="has no sample after turn 3.5"):
         contacts_of(with_events(), "C", settle=3.5)
 
@@ -124,6 +127,7 @@ def test_where_on_the_bearing(bearing):
 
 
 def test_angle_statistics():
+    """Two contacts at one place have its angle, and concentration one."""
     time = np.linspace(0.0, 1.0, 101)
     channels = {"joints/C/eccentricity_x": 0 * time - 1e-3, "joints/C/eccentricity_y": 0 * time}
     events = {n: [0.2, 0.6] for n in ("time", "duration", "impact_speed", "peak_force")}
@@ -191,6 +195,7 @@ def test_angles_of_a_run_agree_with_finer_sampling(dry):
 
 
 def test_the_picture(dry, tmp_path, gallery):
+    """Every contact is in each of its histograms."""
     path = contacts(dry, tmp_path / "c.png")
     assert path.read_bytes().startswith(b"\x89PNG")
     speeds, forces, durations, turns, rose, _ = gallery.last.axes
@@ -205,6 +210,7 @@ def test_the_picture(dry, tmp_path, gallery):
 
 
 def test_the_picture_of_a_mixed_run(tmp_path, gallery):
+    """It says what samples cannot tell."""
     scene = cl.load_case(
         "six_bar_feeder", model="mixed", transition="fuzzy", speed=cl.rpm(600), viscosity=0.002
     )
@@ -230,6 +236,7 @@ def test_the_picture_of_a_mixed_run(tmp_path, gallery):
     ],
 )
 def test_runs_without_contacts_say_so(case, options, text, tmp_path, gallery):
+    """The picture has the reason, the table zeros."""
     run = cl.simulate(cl.load_case(case, **options), until=0.02)
     contacts(run, tmp_path / "c.png")
     assert text in gallery.texts()
@@ -238,6 +245,7 @@ def test_runs_without_contacts_say_so(case, options, text, tmp_path, gallery):
 
 @pytest.mark.slow
 def test_several_joints(tmp_path, gallery):
+    """Six panels a joint; one can be chosen; one without a contact is refused."""
     run = cl.simulate(cl.load_case("six_bar_feeder", model="dry", joints="B,C"), turns=1.0)
     contacts(run, tmp_path / "c.svg")
     assert len(gallery.last.axes) == 12
@@ -265,6 +273,7 @@ def test_lean_results():
 
 @pytest.mark.parametrize("samples", [1, 301])
 def test_the_picture_without_a_drive(samples, tmp_path, gallery):
+    """Contacts are counted in a second, and what was not stored is named."""
     free = made(
         np.linspace(0.0, 3.0, samples), speed=None, joints=[joint()], events=with_events().events
     )
@@ -275,6 +284,7 @@ def test_the_picture_without_a_drive(samples, tmp_path, gallery):
 
 
 def test_no_samples(tmp_path, gallery):
+    """An empty run has no contact."""
     empty = Formula([], {}, joints=[joint()])
     assert contact_table(empty)["C"]["contacts"] == 0
     contacts(empty, tmp_path / "c.png")

@@ -94,6 +94,7 @@ def drawn(axes):
 
 
 def test_efforts_are_those_of_the_run(run, gallery, tmp_path):
+    """Entire effort solid, ideal one dashed, their difference beneath."""
     efforts(run, tmp_path / "e.png")
     torque, torque_added, force, force_added = gallery.last.axes
     assert labels(gallery.last) == [
@@ -119,6 +120,7 @@ def test_efforts_are_those_of_the_run(run, gallery, tmp_path):
 
 
 def test_without_friction_there_are_only_efforts(gallery, tmp_path):
+    """No panel for friction where nothing rubs."""
     efforts(cl.inverse_dynamics(fan(3, rubbing=False), until=1.0, samples=11), tmp_path / "e.png")
     assert labels(gallery.last) == ["driving torque [N m]"]
     assert "without friction" not in gallery.texts()
@@ -138,6 +140,7 @@ def test_rates_are_those_of_the_bodies(run):
 
 
 def test_friction_is_that_of_the_run(run, gallery, tmp_path):
+    """Each joint's friction and loss, over the run."""
     friction(run, tmp_path / "f.png")
     torque, load, curve, force, _, slide_curve = gallery.last.axes
     assert (drawn(torque)["hinge"] == run.joint("hinge").friction).all()
@@ -155,11 +158,13 @@ def test_friction_is_that_of_the_run(run, gallery, tmp_path):
 
 
 def test_joints_can_be_chosen(run, gallery, tmp_path):
+    """Only those that were asked for are drawn."""
     friction(run, tmp_path / "f.png", joints="rail")
     assert labels(gallery.last) == ["friction force [N]", "friction load [N]", "friction force [N]"]
 
 
 def test_laws_without_a_load_have_no_panel_for_it(gallery, tmp_path):
+    """Friction that does not depend on a load shows none."""
     arm = cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0))
     hinge = cl.Revolute(
         cl.ground, arm, name="pin", friction=breakaway_smooth(breakaway=1.0, coulomb=0.5)
@@ -173,6 +178,7 @@ def test_laws_without_a_load_have_no_panel_for_it(gallery, tmp_path):
 
 
 def test_coupled_friction_says_how_it_was_found(gallery, tmp_path):
+    """The title has the iterations."""
     scene = cl.load_case("four_bar", model="ideal")
     reference = {j.name: j for j in scene.joints}
     rubbing = [
@@ -206,12 +212,14 @@ def test_of_many_the_largest_are_drawn(crowd, gallery, tmp_path):
 
 
 def test_few_are_all_drawn():
+    """Up to the limit no curve is left out."""
     values = {str(i): np.full(3, float(i)) for i in range(MOST)}
     assert largest(values) == (values, "")
 
 
 # --- overview
 def test_overview_of_joints_that_rub(run, page, tmp_path):
+    """Panels for friction, bending moments and losses, with their total."""
     plots.overview(run, tmp_path / "o.png")
     assert labels(page[0]) == [
         "driving torque [N m]",
@@ -251,12 +259,14 @@ def test_overview_of_axial_forces(page, tmp_path):
 
 
 def test_overview_of_a_file_with_its_energies(tmp_path):
+    """A file is drawn as a run in memory is."""
     result = cl.simulate(cart(), until=1.0, samples=101, path=tmp_path / "cart.h5")
     picture = plots.overview(result, tmp_path / "o.png")
     assert picture.stat().st_size > 60000
 
 
 def test_overview_of_friction_beside_a_clearance(page, tmp_path):
+    """Both kinds of joint have their panels."""
     upper = cl.Body("upper", 1.0, 0.02, points={"o": (0.0, 0.0), "p": (0.5, 0.0)}, com=(0.25, 0.0))
     lower = cl.Body("lower", 1.0, 0.02, points={"p": (0.0, 0.0)}, com=(0.25, 0.0))
     law = joint_coulomb(coefficient=0.1, transition_rate=1e-2)
@@ -314,6 +324,8 @@ def test_legends_above_take_the_rows_they_need(names, columns):
 
 # --- names
 def test_runs_are_told_apart_by_their_friction():
+    """Labels are the numbers or laws that differ."""
+
     def label(law, radius=0.01):
         arm = cl.Body("arm", 1.0, 0.01, com=(0.1, 0.0))
         pin = cl.Revolute(cl.ground, arm, name="pin", friction=law, pin_radius=radius)
@@ -336,11 +348,13 @@ def test_runs_are_told_apart_by_their_friction():
 
 
 def test_titles_count_many_joints(crowd, run):
+    """Few are named with their law, many counted."""
     assert about(crowd)[1] == "joint_coulomb in 12 joints"
     assert about(run)[1:] == ["joint_stribeck in joint rail", "joint_coulomb in joint hinge"]
 
 
 def test_channels_of_friction_have_names(run):
+    """Labels for ideal efforts; patterns for counts of iterations."""
     assert channel(run, "motor.torque_ideal").label == "motor torque without friction"
     record = Formula(
         [0.0, 1.0],
@@ -353,6 +367,7 @@ def test_channels_of_friction_have_names(run):
 
 # --- what is not there
 def test_what_a_run_has_not_got_is_said(tmp_path):
+    """Missing drives, friction and channels are named, and nothing is written."""
     idle = cl.simulate(cl.load_case("double_pendulum"), until=0.1, samples=5)
     with pytest.raises(ValueError, match=r"run\.h5: this run has no drive"):
         efforts(idle, tmp_path / "e.png")
@@ -372,6 +387,7 @@ def test_what_a_run_has_not_got_is_said(tmp_path):
 
 
 def test_other_joints_are_refused(run, tmp_path):
+    """The message names the joints that rub."""
     with pytest.raises(
         ValueError, match=re.escape("no friction of joint 'door' in cart; of rail, hinge")
     ):

@@ -42,6 +42,7 @@ def shown(figure):
 
 
 def test_loops_have_a_panel_for_each_measured_axis(actual, measurement, tmp_path, drawn):
+    """Titles name trial, axis and motion; curves are measured and modelled torque."""
     assert fits.loops(actual, measurement, tmp_path / "loops.png").stat().st_size > 10_000
     panels = shown(drawn[0])
     assert [p.get_title().split(":")[0] for p in panels] == [*NAMES, NAMES[-1]]
@@ -71,6 +72,7 @@ def test_loops_have_a_panel_for_each_measured_axis(actual, measurement, tmp_path
 
 
 def test_histories_end_at_the_sixth_turning_point(actual, measurement, tmp_path, drawn):
+    """Longer trials are cut there."""
     fits.histories(actual, measurement, tmp_path / "time.png")
     ends = [p.lines[0].get_xdata()[-1] for p in shown(drawn[0])]
     # triangles turn at an odd number of quarters, 0.2 s and 0.1 s, where the filter is behind by 11
@@ -79,12 +81,14 @@ def test_histories_end_at_the_sixth_turning_point(actual, measurement, tmp_path,
 
 
 def test_short_trials_are_shown_whole(actual, tmp_path, drawn):
+    """Fewer turning points than six: all of the trial."""
     entire = bench().named("p02_triangle_spin")
     fits.histories(actual, Measurement([entire]), tmp_path / "time.png")
     assert shown(drawn[0])[0].lines[0].get_xdata()[-1] == pytest.approx(entire.time[-1], abs=0.01)
 
 
 def test_residuals(actual, measurement, tmp_path, drawn):
+    """Scores by trial, shares of residuals by role, and their spread over the rate."""
     assert fits.residuals(actual, measurement, tmp_path / "residuals.png").exists()
     bars, shares, speeds = drawn[0].axes
     names = [t.get_text() for t in bars.get_yticklabels()]
@@ -118,6 +122,7 @@ def test_residuals_along_the_motion_tell_which_way_a_model_errs(
 
 
 def test_progress(actual, tmp_path, drawn):
+    """The history of the cost, and the starts in order."""
     fits.progress(actual, tmp_path / "progress.png")
     history, starts = drawn[0].axes
     np.testing.assert_array_equal(history.lines[0].get_ydata(), actual.history)
@@ -132,11 +137,13 @@ def test_progress(actual, tmp_path, drawn):
 
 
 def test_a_torque_that_is_zero(actual, measurement, tmp_path, drawn):
+    """Its panel says so."""
     still = dataclasses.replace(measurement.trials[0], measured=(True, False, True))
     fits.loops(actual, Measurement([still]), tmp_path / "loops.png")
     assert "measured torque is zero" in shown(drawn[0])[0].get_title()
 
 
 def test_pictures_of_other_kinds(actual, measurement, tmp_path):
+    """Another ending than that of a picture is refused."""
     with pytest.raises(ValueError, match="must end in"):
         fits.loops(actual, measurement, tmp_path / "loops.gif")

@@ -24,6 +24,7 @@ def feeder():
 
 
 def test_series_by_path_and_by_short_name(dry):
+    """Both give the stored values, their units and a label."""
     for path in ("bodies/slider/ax", "slider.ax"):
         values, units, label = channels.series(dry, path)
         assert (values == dry["slider"].ax).all()
@@ -33,6 +34,7 @@ def test_series_by_path_and_by_short_name(dry):
 
 
 def test_magnitudes_and_eccentricity_ratio(dry):
+    """Sizes of vectors, and eccentricity over the clearance, to one rounding."""
     values, units, label = channels.series(dry, "C.force")
     assert (values == np.hypot(*dry.joint("C").force.T)).all()
     assert (units, label) == ("N", "joint C force")
@@ -56,11 +58,13 @@ def test_magnitudes_and_eccentricity_ratio(dry):
     ],
 )
 def test_unknown_channels_name_the_known_ones(dry, name, message):
+    """The message lists the channels that are there."""
     with pytest.raises(ValueError, match=message):
         channels.series(dry, name)
 
 
 def test_channels_that_were_not_kept():
+    """They are refused by name; what was kept is found."""
     scene = cl.load_case("slider_crank", model="dry")
     lean = cl.simulate(scene, turns=0.2, channels=["bodies/slider/ax", "joints/C/gap"])
     assert channels.series(lean, "slider.ax")[0].size == lean.time.size
@@ -73,6 +77,7 @@ def test_channels_that_were_not_kept():
 
 
 def test_patterns(feeder):
+    """A pattern gives paths in the order of the file, each once."""
     assert channels.expand(feeder, "*.epsilon") == ["joints/B/epsilon", "joints/C/epsilon"]
     assert channels.expand(feeder, ["?.force", "B.force"]) == [
         f"joints/{j}/force" for j in "ABCDEF"
@@ -86,6 +91,7 @@ def test_patterns(feeder):
 
 
 def test_the_same_short_name_in_two_groups():
+    """It is refused with both paths."""
     record = Formula([0.0, 1.0], {"bodies/s/x": [0, 1], "springs/s/x": [2, 3]})
     with pytest.raises(ValueError, match="may be bodies/s/x or springs/s/x; give the full path"):
         channels.series(record, "s.x")
@@ -120,12 +126,14 @@ def test_interpolation_is_of_fourth_order(path, bound):
 
 
 def test_interpolating_outside_the_run():
+    """It is refused with the times of the run."""
     record = Formula([0.0, 1.0], {"bodies/slider/x": [0.0, 1.0]})
     with pytest.raises(ValueError, match="times from 0.5 s to 1.5 s: formula has 0 s to 1 s"):
         channels.at(record, "slider.x", [0.5, 1.5])
 
 
 def test_abscissas(dry):
+    """Time, turns and angle of the drive, over all or the last turns."""
     turn = dry.turn
     x, stored, label = channels.abscissa(dry, "angle", last=1.0)
     assert (x[0], x[-1], label) == (
@@ -144,6 +152,7 @@ def test_abscissas(dry):
 
 
 def test_drive_angle_counts_start_and_sense():
+    """A drive that turns backwards has angles that fall."""
     record = Formula(
         [0.0, 1.0], {"bodies/slider/x": [0.0, 1.0]}, speed=-2.0 * np.pi, start=np.pi / 2.0
     )
@@ -151,6 +160,7 @@ def test_drive_angle_counts_start_and_sense():
 
 
 def test_without_a_drive():
+    """Time remains; turns are refused."""
     pendulum = cl.simulate(cl.load_case("double_pendulum"), until=0.1)
     with pytest.raises(ValueError, match="no drive turns at constant speed"):
         channels.abscissa(pendulum, "turns")
@@ -158,6 +168,7 @@ def test_without_a_drive():
 
 
 def test_one_panel_a_channel(dry, tmp_path, gallery):
+    """Each panel has its channel over the last turn, labels and title."""
     path = histories(
         dry,
         tmp_path / "h.png",
@@ -181,6 +192,7 @@ def test_one_panel_a_channel(dry, tmp_path, gallery):
 
 
 def test_overlays(tmp_path, gallery):
+    """Runs have colours and labels of their own."""
     runs = [
         cl.simulate(cl.load_case("slider_crank", model="dry", clearance=c), turns=0.2)
         for c in (1e-4, 2e-4)
@@ -198,6 +210,7 @@ def test_overlays(tmp_path, gallery):
 
 
 def test_a_channel_that_one_result_lacks(dry, feeder, tmp_path, gallery):
+    """The panel says which result has none; one that all lack is refused."""
     histories(
         [dry, feeder],
         tmp_path / "h.png",
@@ -210,6 +223,8 @@ def test_a_channel_that_one_result_lacks(dry, feeder, tmp_path, gallery):
 
 
 def test_what_tells_results_apart(tmp_path):
+    """Labels are the parameters that differ, else the names of files."""
+
     def run(**options):
         return cl.simulate(cl.load_case("slider_crank", **options), until=1e-5)
 
@@ -229,6 +244,7 @@ def test_what_tells_results_apart(tmp_path):
 
 
 def test_few_samples_and_none(tmp_path, gallery):
+    """Two samples are dots; without any the panel says so."""
     two = cl.simulate(cl.load_case("double_pendulum"), until=0.01, samples=2)
     histories(two, tmp_path / "h.png", channels="lower.theta")
     assert gallery.last.axes[0].lines[0].get_marker() == "."
@@ -237,6 +253,7 @@ def test_few_samples_and_none(tmp_path, gallery):
 
 
 def test_unfinished_runs_say_so(tmp_path, gallery):
+    """Their status stands on the picture."""
     with pytest.raises(cl.SimulationError) as stop:
         cl.simulate(cl.load_case("slider_crank", model="dry"), turns=1.0, max_steps=30)
     partial = stop.value.result
@@ -246,6 +263,7 @@ def test_unfinished_runs_say_so(tmp_path, gallery):
 
 
 def test_too_many_panels(feeder, tmp_path):
+    """A page has room for twelve, and needs one."""
     with pytest.raises(ValueError, match="a page has room for 12"):
         histories(feeder, tmp_path / "h.png", channels="*")
     with pytest.raises(ValueError, match="channels: give at least one"):

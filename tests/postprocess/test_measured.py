@@ -90,6 +90,7 @@ def test_a_record_over_the_angle(run, tmp_path):
     ],
 )
 def test_what_is_no_record_is_refused(run, tmp_path, text, reason):
+    """The message has the file and the reason."""
     path = tmp_path / "bad.csv"
     path.write_text(text)
     with pytest.raises(ValueError, match=r"bad\.csv") as error:

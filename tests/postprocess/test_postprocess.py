@@ -23,6 +23,7 @@ import clearance as cl
     ],
 )
 def test_overview(case, options, span, tmp_path):
+    """A picture of each kind of run, from its file."""
     path = cl.simulate(cl.load_case(case, **options), **span).save(tmp_path / "run.h5")
     picture = plots.overview(cl.open_result(path), tmp_path / "run.png")
     assert picture.read_bytes().startswith(b"\x89PNG")
@@ -30,6 +31,7 @@ def test_overview(case, options, span, tmp_path):
 
 
 def test_thinning_keeps_peaks():
+    """Long series are thinned, their extremes stay."""
     values = np.zeros(300_000)
     values[123_456], values[234_567] = 5.0, -7.0
     axes = Figure().add_subplot()
@@ -65,6 +67,7 @@ def test_lone_peaks_lie_beyond_the_axis_with_a_mark():
 
 
 def test_peaks_of_a_usual_size_stay_on_the_axis():
+    """No note where nothing is cut off."""
     axes = time_panel(20.0)
     assert axes.get_ylim()[1] > 20.0
     assert not axes.texts
@@ -138,6 +141,7 @@ def test_a_path_in_contact_follows_the_wall():
 
 
 def test_orbit_of_a_lubricated_joint_marks_its_smallest_gap(tmp_path):
+    """The mark stands there, and the legend has its size."""
     path = cl.simulate(cl.load_case("slider_crank", model="lubricated"), turns=0.2).save(
         tmp_path / "run.h5"
     )
@@ -190,6 +194,7 @@ def test_trajectories_may_have_gaps(points):
 
 
 def test_legends_fit_the_page(monkeypatch):
+    """Long names take more rows."""
     actual = []
     monkeypatch.setattr(Figure, "legend", lambda *_, **options: actual.append(options["ncols"]))
     for names in (["a", "b"], ["a", "b", "c", "d"], ["x" * 25, "y"], ["x" * 80, "y"]):

@@ -49,6 +49,7 @@ def test_section_of_a_formula(angle):
 
 
 def test_samples_at_the_angle_are_taken_as_they_are():
+    """Nothing is interpolated where a sample stands."""
     record = made()
     assert (
         section(record, "slider.ax", settle=0.0)[:, 0] == record.values("bodies/slider/ax")[::50]
@@ -59,6 +60,7 @@ def test_samples_at_the_angle_are_taken_as_they_are():
     ("speed", "start"), [(2.0 * np.pi, 0.4), (-2.0 * np.pi, 0.4), (-2.0 * np.pi, -3.0)]
 )
 def test_sections_know_start_and_sense_of_the_drive(speed, start):
+    """Each passage is at the angle, to rounding, one a turn."""
     record = made(speed=speed, start=start)
     times = section_times(record, 1.0, settle=0.0)
     np.testing.assert_allclose(
@@ -68,6 +70,7 @@ def test_sections_know_start_and_sense_of_the_drive(speed, start):
 
 
 def test_the_start_of_a_drive_that_does_not_say_it():
+    """It is that of the crank's stored angle, or zero."""
     record = made(start=None)
     assert section_times(record, 0.0, 0.0)[0] == 0.0
     record.data["bodies/crank/theta"] = 0.5 + 2.0 * np.pi * record.time
@@ -100,6 +103,7 @@ def test_a_lubricated_feeder_is_periodic():
 
 
 def test_short_runs_have_no_section():
+    """Sections of no passage have no rows."""
     assert section(made(turns=1), ["slider.x", "slider.vx"], settle=2.0).shape == (0, 2)
     assert section(made(turns=2), "slider.x", settle=2.0).shape == (1, 1)  # the end counts
     assert section(Formula([], {"bodies/slider/x": []}), "slider.x").shape == (0, 1)
@@ -118,11 +122,13 @@ def test_short_runs_have_no_section():
     ],
 )
 def test_bad_sections(options, message):
+    """Angles, settling times and channels that cannot be are refused."""
     with pytest.raises(ValueError, match=message):
         section(made(), **{"channels": ["slider.x"]} | options)
 
 
 def test_no_section_without_a_drive(tmp_path):
+    """Nothing that turns at constant speed: both pictures are refused."""
     pendulum = cl.simulate(cl.load_case("double_pendulum"), until=0.1)
     with pytest.raises(ValueError, match="no drive turns at constant speed"):
         section(pendulum, ["lower.theta"])
@@ -131,6 +137,7 @@ def test_no_section_without_a_drive(tmp_path):
 
 
 def test_poincare_shows_the_journal_and_the_slider(tmp_path, gallery):
+    """Its points are those of the section, its title says how they came about."""
     run = cl.simulate(cl.load_case("six_bar_feeder", joints="B,C"), turns=3.0, samples_per_turn=100)
     path = poincare(run, tmp_path / "p.png", angle=1.0, settle=1.0)
     assert path.read_bytes().startswith(b"\x89PNG")
@@ -150,6 +157,7 @@ def test_poincare_shows_the_journal_and_the_slider(tmp_path, gallery):
 
 
 def test_nothing_left_after_settling(tmp_path, gallery):
+    """It is refused; a run without samples is drawn as such."""
     run = cl.simulate(cl.load_case("four_bar"), turns=1.0)
     with pytest.raises(ValueError, match="has no passage of the section after turn 4"):
         poincare(run, tmp_path / "p.pdf", settle=4.0)
@@ -165,6 +173,7 @@ def test_nothing_left_after_settling(tmp_path, gallery):
 
 
 def test_portraits(tmp_path, gallery):
+    """Channels against each other after settling, with readable powers of ten."""
     run = cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2.0, samples_per_turn=100)
     portrait(run, tmp_path / "p.png", settle=1.0)
     first, second = gallery.last.axes
@@ -183,6 +192,7 @@ def test_portraits(tmp_path, gallery):
 
 
 def test_bifurcation(tmp_path, gallery):
+    """The logistic map: fixed point, crosses, and bars of intervals in chaos alone."""
     r = np.linspace(2.8, 4.0, 60)
     points = []
     for value in r:  # the logistic map, whose first doublings stand at 3 and 1 + sqrt(6)
@@ -216,6 +226,7 @@ def test_bifurcation(tmp_path, gallery):
 
 
 def test_bifurcation_with_two_channels(tmp_path, gallery):
+    """A panel each; shapes that do not fit are refused."""
     points = [(p, np.arange(6.0).reshape(3, 2) + p) for p in (1.0, 2.0)]
     bifurcation(points, tmp_path / "b.png", channels=["a", "b"])
     assert [len(axes.lines[0].get_xdata()) for axes in gallery.last.axes] == [6, 6]

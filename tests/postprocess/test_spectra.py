@@ -96,6 +96,7 @@ def test_between_two_frequencies(window, loss, validated):
 
 
 def test_one_turn_has_no_window():
+    """A single turn is taken as it is."""
     lines = spectrum(made(np.arange(401) / 400.0), "C.force_x")
     assert (lines.turns, lines.window) == (1, "none")
     assert lines.amplitude[2] == pytest.approx(0.3, rel=1e-9)
@@ -113,6 +114,7 @@ def test_without_a_drive():
 
 
 def test_what_has_no_spectrum():
+    """Too little of a run, unknown windows and channels are refused."""
     with pytest.raises(
         ValueError, match="formula has 0.5 turns after turn 0; a spectrum needs one"
     ):
@@ -126,6 +128,7 @@ def test_what_has_no_spectrum():
 
 
 def test_samples_too_coarse():
+    """Noise leaves half of its power unresolved, sinusoids nothing."""
     time = np.arange(801) / 400.0
     noise = np.random.default_rng(2).normal(size=801)
     assert spectrum(made(time), "C.force_x").unresolved < 1e-20
@@ -149,6 +152,7 @@ def test_acceleration_is_w_times_velocity():
 
 
 def test_the_picture(tmp_path, gallery):
+    """Resolution and window of each run; orders of the drive above."""
     runs = [
         cl.simulate(
             cl.load_case("six_bar_feeder", joints="B", clearance=c), turns=t, samples_per_turn=100
@@ -169,6 +173,7 @@ def test_the_picture(tmp_path, gallery):
 
 
 def test_the_picture_of_a_dry_run_says_that_samples_are_coarse(tmp_path, gallery):
+    """Impacts are shorter than the samples."""
     spectra(
         cl.simulate(cl.load_case("slider_crank", model="dry"), turns=2),
         tmp_path / "s.png",
@@ -178,5 +183,6 @@ def test_the_picture_of_a_dry_run_says_that_samples_are_coarse(tmp_path, gallery
 
 
 def test_a_channel_that_is_zero(tmp_path):
+    """Its picture is empty, and no error."""
     record = Formula(np.arange(801) / 400.0, {"joints/C/force_x": np.zeros(801)})
     assert spectra(record, tmp_path / "s.png", channels="C.force_x").exists()

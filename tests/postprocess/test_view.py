@@ -50,6 +50,7 @@ def facts_of(path):
     ("kind", "values"), [("f4", [0.5, -3e-9, np.nan, 1e30]), ("f8", [np.pi]), ("u1", [0, 255])]
 )
 def test_columns_come_back(kind, values):
+    """Packed numbers are unpacked as they were, in their precision."""
     pack = Pack()
     pack.add(np.arange(5.0), "f8")
     place = pack.add(np.array(values), kind)
@@ -59,6 +60,7 @@ def test_columns_come_back(kind, values):
 
 
 def test_an_unknown_kind_of_column_is_refused():
+    """The message lists the kinds."""
     with pytest.raises(ValueError, match="kind must be one of f4, f8, u1, got 'i8'"):
         Pack().add(np.zeros(3), "i8")
 
@@ -141,6 +143,7 @@ def test_a_page_asks_nothing_of_a_network(folder, tmp_path):
 
 
 def test_a_run_without_poses_shows_curves_and_the_reason(folder, tmp_path):
+    """Stored channels are shown; the machine says what it lacks."""
     scene = cl.load_case("slider_crank", model="dry", clearance=5e-4)
     few = cl.simulate(scene, turns=0.2, samples_per_turn=60, channels=["bodies/slider/ax"])
     (run,) = facts_of(cl.view(few, tmp_path / "few.html"))[0]["runs"]
@@ -289,6 +292,7 @@ def test_the_command_writes_a_page(folder, tmp_path, capsys):
     ],
 )
 def test_wrong_input_is_one_line(inputs, message, folder, monkeypatch, capsys):
+    """Exit status 2 and one line with the reason."""
     monkeypatch.chdir(folder)
     status, _, err = command("view", *inputs, capsys=capsys)
     assert status == 2
@@ -370,6 +374,7 @@ def test_the_browser_draws_measured_data(shown, folder, tmp_path):
 
 
 def test_it_opens_on_the_settled_turns(runs, folder):
+    """The first turn is left out."""
     turn = cl.open_result(folder / "dry.h5").turn
     assert runs.evaluate("page.window") == pytest.approx([turn, 2.0 * turn])
 
@@ -387,6 +392,7 @@ def test_the_cursor_moves_everything(runs):
 
 
 def test_it_plays_and_takes_keys(runs):
+    """The space bar plays and stops; arrows go from sample to sample."""
     runs.evaluate("page.go(page.window[0])")
     runs.keyboard.press("Space")
     runs.wait_for_timeout(200)
@@ -398,6 +404,7 @@ def test_it_plays_and_takes_keys(runs):
 
 
 def test_a_drag_zooms_all_curves_and_a_click_sets_the_time(runs):
+    """Both follow the pointer, to a hundredth of the window."""
     box = runs.locator("#curves canvas").first.bounding_box()
     at = [box["x"] + 58 + share * (box["width"] - 72) for share in (0.25, 0.75)]
     before = runs.evaluate("page.window")
@@ -417,6 +424,7 @@ def test_a_drag_zooms_all_curves_and_a_click_sets_the_time(runs):
 
 
 def test_curves_come_and_go(runs):
+    """A ticked channel has a curve, and its cross takes it away."""
     count = runs.locator("#curves .chart").count()
     runs.evaluate("document.getElementById('more').open = true")
     runs.fill("#filter", "joint C gap")

@@ -44,6 +44,7 @@ def worst(off: dict[str, float]) -> str:
 
 @pytest.mark.parametrize("name", few_of([*FIRST, *sorted(OTHERS)], len(FIRST)))
 def test_run_is_as_its_reference(name):
+    """No number is off by more than its tolerance."""
     reference, facts = read(name)
     assert facts["run"] == described(RUNS[name]), "the reference is of another run: make it again"
     off = deviations(RUNS[name], result(RUNS[name]), reference)
@@ -80,6 +81,7 @@ def test_statistics_see_a_model(name):
 
 
 def test_a_missing_channel_is_named():
+    """A run with other channels than its reference is refused."""
     reference, _ = read("slider_crank_ideal")
     less = reference | {"channels": {c: v[1:] for c, v in reference["channels"].items()}}
     with pytest.raises(ValueError, match="channels: found"):
@@ -87,6 +89,7 @@ def test_a_missing_channel_is_named():
 
 
 def test_every_case_has_a_reference():
+    """A case of the library without one fails here."""
     assert set(case_names()) == {
         run.case for run in RUNS.values() if not isinstance(run, Estimation)
     }
@@ -100,6 +103,7 @@ def test_files_are_small_and_no_others():
 
 
 def test_nothing_is_overwritten_unasked(capsys):
+    """References stay without the option."""
     before = references.path_of("four_bar_ideal").read_bytes()
     with pytest.raises(SystemExit):
         references.main(["four_bar_ideal"])

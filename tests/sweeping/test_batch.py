@@ -114,6 +114,7 @@ def test_impossible_points_are_left_alone(tmp_path):
     [("math.sqrt(mass * length)", "several parameters"), ("mass * length**1.7", None)],
 )
 def test_numbers_of_several_parameters(mass, reason, tmp_path):
+    """Each point has the numbers of its own scene, bit for bit, or a reason against lanes."""
     (tmp_path / "own.py").write_text(OWN.replace("MASS", mass))
     case, swept = find_case(tmp_path / "own.py"), columns()
     swept = {"length": 1e3 * swept["clearance"], "mass": swept["speed"]}
@@ -232,6 +233,7 @@ def test_a_journal_of_blocks_is_read_as_point_by_point(tmp_path):
 
 
 def test_few_points_are_not_worth_a_memory(tmp_path):
+    """They are left to the ordinary way, and done."""
     points = cl.grid(speed=[20.0, 25.0, 30.0])
     swept = cl.sweep(
         "slider_crank", points, tmp_path / "out", fixed=DRY, channels=[], workers=1, **OPTIONS

@@ -19,6 +19,7 @@ pytest.importorskip("distributed")
 
 @pytest.mark.slow
 def test_a_cluster_gives_the_same_files_and_survives_a_worker(tmp_path, cluster):
+    """One worker is killed: the files are those of a sweep on this machine."""
     address, workers = cluster
     here = cl.sweep(
         "slider_crank",
@@ -44,6 +45,7 @@ def test_a_cluster_gives_the_same_files_and_survives_a_worker(tmp_path, cluster)
 
 
 def test_no_scheduler_is_one_clear_line(tmp_path, monkeypatch):
+    """The message has the address."""
     monkeypatch.setattr(teams, "PATIENCE", "1s")
     points = cl.grid(speed=np.array([20.0]))
     with pytest.raises(ValueError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):

@@ -130,6 +130,7 @@ def test_a_window_has_whole_turns_after_settling_and_no_more(settle, left, per_t
     [(0.7, 0.0, 0.7), (1.0, 0.0, 1), (1.9, 0.0, 1), (2.0, 1.0, 1), (6.5, 1.0, 5)],
 )
 def test_the_first_turn_is_left_out_where_there_is_a_second(turns, begin, entire):
+    """Without a request the start is left out, where enough remains."""
     window = Window.of(clocked(turns), None)
     assert window.begin == begin * clocked(turns).turn
     assert window.turns == pytest.approx(entire, rel=1e-12)
@@ -148,6 +149,7 @@ def test_a_run_that_ended_early_has_whole_turns_or_none(turns, settle, entire):
 
 
 def test_without_a_turn_the_window_is_in_seconds():
+    """Settling is in seconds; nothing left is no metric."""
     record = Formula(np.linspace(0.0, 3.5, 71), {}, speed=None)
     assert Window.of(record, None).begin == 0.0
     window = Window.of(record, 1.25)
@@ -161,11 +163,13 @@ def test_without_a_turn_the_window_is_in_seconds():
 
 @pytest.mark.parametrize("time", [[], [0.0], [0.0, 6.0]])
 def test_too_few_samples_give_no_metrics(time):
+    """Two samples after settling are the least."""
     assert metrics(Formula(time, {"bodies/slider/ax": np.zeros(len(time))}), 1.0) == {}
 
 
 @pytest.mark.parametrize("settle", [-1.0, math.nan, math.inf])
 def test_a_settle_that_is_none_is_refused(settle):
+    """It must be a finite number, not negative."""
     with pytest.raises(ValueError, match="settle must"):
         metrics(clocked(3.0), settle)
 
@@ -251,6 +255,7 @@ def located(record, **quantities):
 
 
 def test_peaks_between_samples_are_the_located_ones_of_the_window():
+    """Values of turns in the window only; without them those of the samples."""
     record = located(
         shaker(3.5), C_force_max=[900.0, 70.0, 20.0, 800.0], C_gap_min=[-9e-6, -2e-6, -1e-6, 0.0]
     )
@@ -265,6 +270,7 @@ def test_peaks_between_samples_are_the_located_ones_of_the_window():
 
 
 def test_film_thickness_ratio_is_that_of_the_smallest_gap():
+    """Located gap over roughness."""
     rough = joint("C") | {"roughness": 2e-6}
     actual = values(located(shaker(3.0, joints=(rough,)), C_gap_min=[0.0, -3e-6, 0.0]))
     assert actual["joint_C_film_thickness_ratio_min"] == pytest.approx(-1.5, rel=1e-12)
@@ -284,6 +290,7 @@ def test_film_thickness_ratio_is_that_of_the_smallest_gap():
 def test_contact_fraction_and_impacts_of_contacts_at_the_windows_ends(
     begin, duration, share, impacts
 ):
+    """Parts inside the window count; an impact where it begins."""
     actual = values(shaker(4.0, events=contacts(begin, duration)))
     assert actual["joint_C_contact_fraction"] == pytest.approx(share, abs=1e-15)
     assert actual["joint_C_impacts_per_turn"] == pytest.approx(impacts, abs=1e-15)
@@ -320,6 +327,7 @@ def test_windows_side_by_side_share_out_contacts(parts, cut, data):
 
 
 def test_contact_of_one_joint_is_none_of_another():
+    """Speeds, forces and shares by joint."""
     record = shaker(
         3.0,
         joints=(joint("B"), joint("C")),
@@ -347,6 +355,7 @@ def wet(law):
 
 
 def test_contact_that_sets_in_gradually_is_read_off_the_samples():
+    """The share of samples with force, and no impacts."""
     # 10 of 50 samples a turn
     touching = lambda t: np.where(np.mod(t, 1.0) < 0.195, 8.0, 0.0)  # noqa: E731
     actual = values(shaker(3.0, joints=(wet("load_sharing"),), contact_force=touching))
@@ -362,6 +371,7 @@ def test_contact_that_sets_in_gradually_is_read_off_the_samples():
 
 @pytest.mark.parametrize("begin", [[], [1.3, 2.3]])
 def test_a_film_whose_contact_begins_with_a_touch_has_impacts(begin):
+    """Its events count, also where no sample sees them."""
     force = lambda t: np.zeros_like(t)  # noqa: E731 - no sample falls into the contacts
     actual = values(
         shaker(
@@ -417,6 +427,7 @@ def test_a_file_states_whose_contact_begins_with_a_touch(touching, tmp_path, mon
 
 
 def test_without_a_turn_rates_are_per_second():
+    """Names, units and values are those of a second."""
     record = shaker(
         4.0, speed=None, events=contacts([0.5, 1.5, 2.5], 0.1), dissipated=lambda t: 3.0 * t
     )
@@ -508,6 +519,7 @@ def test_a_journal_that_comes_by_the_same_place_on_other_ways_has_no_period():
 
 @pytest.mark.parametrize(("turns", "reference"), [(3.9, False), (4.0, True)])
 def test_a_period_needs_three_turns(turns, reference):
+    """After the one that settles."""
     assert ("period" in values(orbit(wave((0.8, 1)), turns=turns))) == reference
 
 
@@ -517,11 +529,13 @@ def test_a_period_needs_three_turns(turns, reference):
 def test_few_samples_tell_a_period_only_where_they_are_those_of_the_turn(
     turns, per_turn, reference
 ):
+    """Otherwise they cannot be interpolated."""
     actual = values(orbit(wave((0.8, 1)), turns=turns, per_turn=per_turn))
     assert actual.get("period") == (1.0 if reference else None)
 
 
 def test_all_journals_must_be_back():
+    """The period is that of the slowest joint."""
     record = orbit(wave((0.8, 1)), joints=(joint("B"), joint("C")))
     record.data |= {
         p.replace("/C/", "/B/"): v for p, v in record.data.items() if p.startswith("joints/")
@@ -551,6 +565,7 @@ def test_every_metric_is_described(feeder, dry, mixed):
 
 
 def test_forces_gaps_and_torques_are_located(feeder):
+    """Located extremes exceed the samples; means agree with integrals over them."""
     record, ideal = feeder
     actual = values(record, None, ideal)
     # 5 turns of 200 samples and the one that begins them
@@ -654,6 +669,7 @@ def test_turning_the_other_way(feeder):
 
 
 def test_impacts_are_those_counted_in_the_events(dry):
+    """Counts, speeds, forces and shares by another way over the events."""
     record, _ = dry
     actual, events = values(record), record.events
     begin, end = record.turn, 3.0 * record.turn
@@ -679,6 +695,7 @@ def test_impacts_are_those_counted_in_the_events(dry):
 
 
 def test_mixed_joint_in_contact(mixed):
+    """The share of time with contact force, and the first law."""
     record, _ = mixed
     actual = values(record)
     force, time = record.joint("C").contact_force, record.time
@@ -722,6 +739,7 @@ def test_a_journal_at_rest_in_its_bearing_is_in_contact_all_the_time():
 
 
 def test_dampers_of_a_double_pendulum_take_out_what_it_loses():
+    """Mean power is the loss of energy over the time."""
     record, ideal = recorded(cl.load_case("double_pendulum", damping=0.02), until=2.0)
     assert ideal is None
     actual = values(record, 0.5)
@@ -746,6 +764,7 @@ def closed_form(angle, speed):
 
 @pytest.mark.parametrize("speed", [523.6, -31.0, 1.0])
 def test_ideal_slider_crank_against_its_closed_form(speed, validated):
+    """Place and acceleration of the slider, 1e-12 of the largest."""
     scene = cl.load_case("slider_crank", speed=speed, clearance=1e-3)
     span = Span(2.7 * scene.turn, 401)
     place, acceleration = ideal_motion(scene, span, json.loads(scene.to_json()))["slider"]
@@ -801,6 +820,7 @@ def test_deviation_is_of_first_order_in_the_clearance(cranks):
 
 
 def test_deviation_is_that_from_the_closed_form(cranks):
+    """Largest deviation and root mean square by another way, 1e-9."""
     for record, ideal in cranks[1]:
         actual = values(record, None, ideal)
         late = record.time >= record.turn * (1.0 - 1e-9)
@@ -912,6 +932,7 @@ def pushed(speed=0.2):
 
 
 def test_prismatic_drives_have_forces_and_no_turns():
+    """Weight on a slope and on a lift, to rounding."""
     record, ideal = recorded(pushed(), until=0.5)
     actual = values(record, None, ideal)
     # 3 kg up a slope of 3 : 4 at constant speed: m g 4 / 5
@@ -975,6 +996,7 @@ def test_ideal_motion_does_not_depend_on_masses_loads_and_clearances(monkeypatch
 
 
 def test_no_more_ideal_motions_are_kept_than_allowed(monkeypatch):
+    """Older ones are made again, bit for bit."""
     monkeypatch.setattr(ideals, "_made", {})
     monkeypatch.setattr(ideals, "MOST_KEPT", 3)
     scene = turned(0.7)
@@ -1025,6 +1047,7 @@ def clock(run):
 
 
 def test_own_metrics_are_numbers_by_name():
+    """A number, or value with units and text; infinite ones too."""
     actual = own(
         lambda run: {"mean": np.float32(2.0), "rate": (3, "1/s", "a rate"), "none": math.inf},
         clocked(1.0),
@@ -1052,6 +1075,8 @@ def test_own_metrics_are_numbers_by_name():
     ],
 )
 def test_own_metrics_that_are_none(given, reason):
+    """Texts, arrays, complex numbers and bad names are refused."""
+
     def mine(run):
         return given
 

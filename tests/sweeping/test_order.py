@@ -12,6 +12,7 @@ from clearance.sweeping.order import FIRST, Queue
 @settings(max_examples=50)
 @given(st.integers(1, 300), st.integers(0, 2**32))
 def test_every_point_is_handed_out_once(count, seed):
+    """Also those that came back with a lost worker."""
     random = Random(seed)
     points = cl.grid(speed=[float(i) for i in range(count)])
     pending = sorted(random.sample(range(count), random.randint(1, count)))
@@ -27,6 +28,7 @@ def test_every_point_is_handed_out_once(count, seed):
 
 
 def test_the_longest_comes_first_once_costs_are_known():
+    """First points are spread out; then the dearest model leads."""
     points = cl.grid(speed=[float(i) for i in range(16)], model=["dry", "lubricated"])
     cost = {
         i: points[i]["speed"] + (100.0 if points[i]["model"] == "dry" else 0.0)

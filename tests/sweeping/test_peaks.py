@@ -32,6 +32,7 @@ def test_dry_points_have_means_over_turns(dry):
 
 
 def test_dry_points_have_nothing_that_grows_with_the_run(dry):
+    """Largest values are left out; means have half widths."""
     actual, all_of_it = of_point(dry), metrics(dry)
     assert {n for n in all_of_it if all_of_it[n].time is not None or n.endswith("_max")}.isdisjoint(
         actual

@@ -17,6 +17,7 @@ CASE = find_case("six_bar_feeder").parameters
 
 @given(st.lists(st.integers(1, 5), min_size=1, max_size=4))
 def test_a_grid_has_every_combination_once_last_fastest(sizes):
+    """The order is that of nested loops."""
     values = {f"p{i}": [10.0 * i + k for k in range(n)] for i, n in enumerate(sizes)}
     points = cl.grid(**values)
     assert [tuple(points[i].values()) for i in range(len(points))] == list(
@@ -26,6 +27,7 @@ def test_a_grid_has_every_combination_once_last_fastest(sizes):
 
 
 def test_lists_that_go_together_and_products():
+    """Lists run in parallel; a product combines them with others."""
     points = cl.zipped(speed=[1.0, 2.0, 3.0], viscosity=[0.1, 0.2, 0.3]) * cl.grid(
         model=["dry", "lubricated"]
     )
@@ -40,6 +42,7 @@ def test_lists_that_go_together_and_products():
 @settings(max_examples=25)
 @given(st.integers(2, 200), st.integers(0, 2**32 - 1))
 def test_a_latin_hypercube_has_one_point_in_every_slice(count, seed):
+    """Of even and of logarithmic ranges; a seed decides the points."""
     points = cl.sampled(count, seed=seed, speed=(10.0, 20.0), clearance=(1e-5, 1e-3, "log"))
     slices = np.floor((np.array(points.columns["speed"]) - 10.0) / 10.0 * count)
     assert sorted(slices) == list(range(count))
@@ -50,6 +53,7 @@ def test_a_latin_hypercube_has_one_point_in_every_slice(count, seed):
 
 
 def test_random_points_and_choices():
+    """Within the range; choices are fair; seeds differ."""
     points = cl.sampled(400, kind="random", seed=3, speed=(10.0, 20.0), model=["dry", "lubricated"])
     assert min(points.columns["speed"]) >= 10.0
     assert max(points.columns["speed"]) <= 20.0
@@ -61,6 +65,7 @@ def test_random_points_and_choices():
 
 
 def test_words_of_the_command_line():
+    """Ranges, lists, names and switches, with units."""
     np.testing.assert_allclose(
         from_words(CASE["speed"], "100rpm:300rpm:3"), [cl.rpm(n) for n in (100, 200, 300)]
     )
@@ -89,6 +94,7 @@ def test_words_of_the_command_line():
     ],
 )
 def test_bad_words(name, text, reason):
+    """The message has the parameter and the reason."""
     with pytest.raises(ValueError, match=reason) as error:
         from_words(CASE[name], text)
     assert name in str(error.value)
@@ -109,6 +115,7 @@ def test_bad_words(name, text, reason):
     ],
 )
 def test_bad_points(call, reason):
+    """What makes no points is refused with the reason."""
     with pytest.raises(ValueError, match=reason):
         call()
 

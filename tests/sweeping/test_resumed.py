@@ -97,6 +97,7 @@ def edit(folder, old, new):
 
 
 def test_R2_unchanged_it_goes_on(begun):
+    """Each line states version and modules that made it."""
     folder, go = begun
     assert go().done.all()
     assert {o["made"]["version"] for o in lines(folder)} == {inputs.common({})["version"]}
@@ -158,6 +159,7 @@ def test_R2_a_law_that_no_file_tells_of_is_noticed(begun):
 
 
 def test_R2_another_version_is_refused(begun):
+    """Unless changes are accepted."""
     folder, go = begun
     rewrite(folder, [o | {"made": o["made"] | {"version": "0.0.1"}} for o in lines(folder)])
     with pytest.raises(ValueError, match=r"clearance 0\.0\.1, here "):
@@ -236,6 +238,7 @@ def test_R2_the_last_digit_of_a_number_is_no_change():
 
 
 def test_R9_what_killed_workers_left_is_cleaned_up(begun):
+    """Half files and locks are gone in the end."""
     folder, go = begun
     (folder / "runs" / "0123456789abcdef.h5.77.0.partial").write_bytes(b"half a file")
     assert go().done.all()

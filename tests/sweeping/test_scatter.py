@@ -107,6 +107,7 @@ def test_distributions(words, law):
 
 
 def test_samples_differ_in_one_parameter():
+    """Each block takes one column of the second sample; a seed decides all."""
     points, n = design(UNIT, 5 * 16, seed=3)
     at = np.stack(list(columns(points).values()), axis=1).reshape(5, n, 3)
     for j in range(3):
@@ -144,12 +145,14 @@ def test_intervals():
     ],
 )
 def test_wrong_distributions(words, reason):
+    """The message has the reason; words of another kind are left alone."""
     with pytest.raises(ValueError, match=reason):
         from_words(words)
     assert from_words("impact(damping=440)") is None
 
 
 def test_a_distribution_of_a_word(tmp_path, capsys):
+    """Words and misspelt distributions are refused in one line."""
     words = ["scatter", "slider_crank", "-p", "model=normal(1,2)", "-o", str(tmp_path / "out")]
     from clearance.cli import main
 
@@ -161,6 +164,7 @@ def test_a_distribution_of_a_word(tmp_path, capsys):
 
 
 def test_too_few_points():
+    """The message has the number that is needed."""
     with pytest.raises(ValueError, match="at least 40 for 3 parameters, got 39"):
         design(UNIT, 39)
 

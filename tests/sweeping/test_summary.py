@@ -28,6 +28,7 @@ def swept(tmp_path_factory):
 
 
 def test_a_metric_may_be_a_number(swept):
+    """Its name stands for a text, and its unit is unknown."""
     assert swept.metrics["number"].tolist() == swept.metrics["with_units"].tolist()
     assert swept.known["number"] == ("?", "number")
     assert swept.known["with_units"] == ("m", "furthest")
@@ -49,6 +50,7 @@ def test_a_metric_that_fails_does_not_cost_the_run(swept):
 
 
 def test_the_nearest_run(swept):
+    """Values between points give the nearest only on demand."""
     with swept.run(method="nearest", speed=19.0) as run:
         assert run.path == swept.path(1)
     with pytest.raises(ValueError, match="was not swept"):
@@ -96,6 +98,7 @@ class Settled:
 
 
 def test_only_settled_leaves_out_what_did_not_come_back(swept, tmp_path):
+    """Such points have no value on maps and curves."""
     actual = Settled(swept)
     choice = maps.Choice.of(actual, None, only_settled=True)
     np.testing.assert_array_equal(choice.values("peak"), [1.0, 2.0, np.nan, np.nan])
@@ -108,6 +111,7 @@ def test_only_settled_leaves_out_what_did_not_come_back(swept, tmp_path):
 
 @pytest.mark.parametrize("option", [["--kind", "random"], ["--kind", "🙂"], ["--seed", "3"]])
 def test_R10_options_of_samples_belong_to_samples(option, tmp_path, monkeypatch, capsys):
+    """Refused in one line, with nothing written."""
     monkeypatch.chdir(tmp_path)
     assert cli.main(["sweep", "slider_crank", "-p", "speed=10,20", *option]) == 2
     assert "belongs to --sample N" in capsys.readouterr().err
@@ -115,6 +119,7 @@ def test_R10_options_of_samples_belong_to_samples(option, tmp_path, monkeypatch,
 
 
 def test_R10_only_settled_belongs_to_maps(swept, capsys):
+    """Other pictures refuse it in a document."""
     assert cli.main(["plot", str(swept.path(0)), "overview", "--only-settled", "--json"]) == 2
     assert (
         "--only-settled does not belong to overview"

@@ -26,35 +26,49 @@ FIXED = {"model": "lubricated", "film": "pinkus_sternlicht"}
 POINTS = cl.grid(speed=[20.0, 30.0], clearance=[1e-4, 2e-4, 3e-4])
 
 
+def sweeping(points, folder, **more):
+    """A sweep of the lubricated slider-crank by this process."""
+    return cl.sweep(CASE, points, folder, **{"fixed": FIXED, "workers": 1, **OPTIONS} | more)
+
+
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("sweep") / "map"
-    return cl.sweep(CASE, POINTS, folder, fixed=FIXED, workers=2, **OPTIONS)
+    """Six points by two workers."""
+    return sweeping(POINTS, tmp_path_factory.mktemp("sweep") / "map", workers=2)
 
 
 @pytest.fixture
 def copy(swept, tmp_path):
+    """A folder that a test may change."""
     shutil.copytree(swept.folder, tmp_path / "map")
     return tmp_path / "map"
 
 
 def again(folder, **more):
-    return cl.sweep(CASE, POINTS, folder, fixed=FIXED, **OPTIONS, **more)
+    """The same sweep into its folder."""
+    return sweeping(POINTS, folder, workers=None, **more)
 
 
 def test_a_sweep_ends_long_after_its_index_was_written(tmp_path, monkeypatch):
     """The index is due again at each report, also at the last one, when the journal is closed."""
     monkeypatch.setattr(sweep, "SAVE", -1.0)
     monkeypatch.setattr(sweep, "SHARE", 0.0)
-    swept = cl.sweep(CASE, POINTS, tmp_path / "map", fixed=FIXED, workers=1, channels=[], **OPTIONS)
-    assert swept.done.all()
+    assert sweeping(POINTS, tmp_path / "map", channels=[]).done.all()
+
+
+def ended_whole(folder) -> list[bytes]:
+    """Lines of the journal, without one that was cut short."""
+    lines = (folder / "journal.jsonl").read_bytes().splitlines(keepends=True)
+    return [line for line in lines if line.endswith(b"\n")]
 
 
 def ended(folder) -> list[dict]:
-    return [json.loads(line) for line in (folder / "journal.jsonl").read_text().splitlines()]
+    """What they state."""
+    return [json.loads(line) for line in ended_whole(folder)]
 
 
 def test_all_points_are_done_once(swept):
+    """A line and a file each, named by the point's key."""
     assert swept.done.all()
     assert sorted(o["index"] for o in ended(swept.folder)) == list(range(6))
     assert sorted(p.stem for p in (swept.folder / "runs").iterdir()) == sorted(
@@ -63,25 +77,25 @@ def test_all_points_are_done_once(swept):
 
 
 def test_a_run_is_that_of_simulate(swept, tmp_path):
+    """Its file is the same but for what a sweep adds, its metrics to the last bit."""
     scene = cl.load_case(CASE, speed=30.0, clearance=2e-4, **FIXED)
     alone = cl.simulate(scene, path=tmp_path / "run.h5", error=None, **OPTIONS)
-    shutil.copy(swept.path(4), tmp_path / "plain.h5")
-    shutil.copy(alone.path, tmp_path / "alone.h5")
-    with (
-        h5py.File(tmp_path / "plain.h5", "a") as plain,
-        h5py.File(tmp_path / "alone.h5", "a") as one,
-    ):
-        del plain["metrics"], plain["sweep"]  # what a sweep adds
-        # of `simulate` alone
-        for end in ("", "_crc32"):
-            del plain.attrs[f"options{end}"], one.attrs[f"options{end}"]
-            del one.attrs[f"errors_left_out{end}"]
+    for source, name in ((swept.path(4), "plain"), (alone.path, "alone")):
+        shutil.copy(source, tmp_path / f"{name}.h5")
+        with h5py.File(tmp_path / f"{name}.h5", "a") as file:
+            if name == "plain":
+                del file["metrics"], file["sweep"]  # what a sweep adds
+            for end in ("", "_crc32"):
+                del file.attrs[f"options{end}"]
+                if name == "alone":  # of `simulate` alone
+                    del file.attrs[f"errors_left_out{end}"]
     same(tmp_path / "alone.h5", tmp_path / "plain.h5")
     for name, metric in of_point(alone).items():
         assert swept.metrics[name][swept.select(speed=30.0, clearance=2e-4)[0]] == metric.value
 
 
 def test_dataset_and_table(swept):
+    """Dimensions are the parameters; values have units and are those of the index."""
     data = swept.dataset
     assert data.sizes == {"speed": 2, "clearance": 3}
     assert data.clearance.attrs["units"] == "m"
@@ -94,6 +108,7 @@ def test_dataset_and_table(swept):
 
 
 def test_the_index_is_plain_hdf5(swept):
+    """Parameters, metrics with units, and states can be read without this package."""
     with h5py.File(swept.folder / "sweep.h5") as file:
         assert file.attrs["format"] == "clearance-sweep"
         assert file["metrics/joint_C_force_max"].shape == (6,)
@@ -104,6 +119,7 @@ def test_the_index_is_plain_hdf5(swept):
 
 @pytest.mark.parametrize("lost", [["sweep.h5"], ["sweep.h5", "journal.jsonl"], ["journal.jsonl"]])
 def test_the_index_is_rebuilt_from_what_is_left(swept, copy, lost):
+    """From the journal or from the run files: the same metrics."""
     for name in lost:
         (copy / name).unlink()
     actual = cl.open_sweep(copy)
@@ -114,12 +130,14 @@ def test_the_index_is_rebuilt_from_what_is_left(swept, copy, lost):
 
 
 def test_the_same_call_again_runs_nothing(copy):
+    """The journal stays byte for byte."""
     before = (copy / "journal.jsonl").read_bytes()
     assert again(copy).done.all()
     assert (copy / "journal.jsonl").read_bytes() == before
 
 
 def test_only_what_is_missing_is_run(copy):
+    """Absent and damaged files and cut lines are made again; damaged ones are set aside."""
     keys = cl.open_sweep(copy).definition.keys
     lines = (copy / "journal.jsonl").read_bytes().splitlines(keepends=True)
     # and one cut short
@@ -140,14 +158,6 @@ def test_only_what_is_missing_is_run(copy):
         cl.open_result(copy / "runs" / f"{key}.h5").close()
 
 
-def ended_whole(folder) -> list[bytes]:
-    return [
-        x
-        for x in (folder / "journal.jsonl").read_bytes().splitlines(keepends=True)
-        if x.endswith(b"\n")
-    ]
-
-
 def test_a_run_whose_line_was_lost_is_taken_from_its_file(copy):
     """A kill between a run's file and its line: the file is complete and counts."""
     lines = (copy / "journal.jsonl").read_bytes().splitlines(keepends=True)
@@ -158,33 +168,29 @@ def test_a_run_whose_line_was_lost_is_taken_from_its_file(copy):
 
 
 def test_another_sweep_is_refused(copy):
-    with pytest.raises(ValueError, match=r"holds another sweep: fixed .* instead of .*0\.1"):
-        cl.sweep(CASE, POINTS, copy, fixed=FIXED | {"viscosity": 0.1}, **OPTIONS)
-    with pytest.raises(
-        ValueError, match=r"holds another sweep: speed 20\.0,30\.0 instead of 20\.0,40\.0"
+    """The message has what differs."""
+    other = cl.grid(speed=[20.0, 40.0], clearance=[1e-4, 2e-4, 3e-4])
+    for case, points, fixed, message in (
+        (CASE, POINTS, FIXED | {"viscosity": 0.1}, r"fixed .* instead of .*0\.1"),
+        (CASE, other, FIXED, r"speed 20\.0,30\.0 instead of 20\.0,40\.0"),
+        ("six_bar_feeder", cl.grid(speed=[20.0]), {}, "case"),
     ):
-        cl.sweep(
-            CASE,
-            cl.grid(speed=[20.0, 40.0], clearance=[1e-4, 2e-4, 3e-4]),
-            copy,
-            fixed=FIXED,
-            **OPTIONS,
-        )
-    with pytest.raises(ValueError, match="holds another sweep: case"):
-        cl.sweep("six_bar_feeder", cl.grid(speed=[20.0]), copy, **OPTIONS)
+        with pytest.raises(ValueError, match=f"holds another sweep: {message}"):
+            cl.sweep(case, points, copy, fixed=fixed, **OPTIONS)
 
 
 def test_newer_formats_are_refused(copy):
+    """Both to read and to go on."""
     document = signed_document((copy / "sweep.json").read_bytes(), "")
     document["format_version"] = 99
     (copy / "sweep.json").write_text(json.dumps(document))
-    with pytest.raises(ValueError, match="newer clearance"):
-        cl.open_sweep(copy)
-    with pytest.raises(ValueError, match="newer clearance"):
-        again(copy)
+    for use in (cl.open_sweep, again):
+        with pytest.raises(ValueError, match="newer clearance"):
+            use(copy)
 
 
 def test_a_newer_index_is_refused(copy):
+    """The message asks for a newer version."""
     with h5py.File(copy / "sweep.h5", "a") as file:
         file.attrs["format_version"] = 99
     with pytest.raises(ValueError, match="newer clearance"):
@@ -192,6 +198,7 @@ def test_a_newer_index_is_refused(copy):
 
 
 def test_a_directory_in_use_is_refused(copy):
+    """While another process holds its lock."""
     import fcntl
 
     with open(copy / "lock", "a+") as lock:
@@ -215,9 +222,9 @@ def test_a_directory_in_use_is_refused(copy):
     ],
 )
 def test_wrong_input_comes_before_anything_is_written(change, reason, tmp_path):
-    call = {"fixed": FIXED, **OPTIONS} | change
+    """No folder is left."""
     with pytest.raises(ValueError, match=reason):
-        cl.sweep(CASE, POINTS, tmp_path / "never", **call)
+        sweeping(POINTS, tmp_path / "never", **change)
     assert not (tmp_path / "never").exists()
 
 
@@ -243,10 +250,22 @@ def scene(*, strength: float = 0.0, length: float = 0.1) -> cl.Scene:
 """
 
 
-def test_a_failed_point_keeps_its_reason_and_the_sweep_goes_on(tmp_path):
-    (tmp_path / "torn.py").write_text(FAILS)
+@pytest.fixture
+def torn(tmp_path):
+    """A function that sweeps the pendulum, whose file it writes with other words."""
+
+    def sweep(points, *words, until=0.1, **more):
+        path = tmp_path / "torn.py"
+        path.write_text(FAILS.replace(*words) if words else FAILS)
+        return cl.sweep(path, points, tmp_path / "out", until=until, **{"workers": 1} | more)
+
+    return sweep
+
+
+def test_a_failed_point_keeps_its_reason_and_the_sweep_goes_on(torn, tmp_path):
+    """Its partial run is there; it is tried again on demand only."""
     points = cl.grid(strength=[0.0, 1.0], length=[0.1, 0.9])
-    actual = cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1)
+    actual = torn(points, until=0.2)
     assert actual.status.tolist() == ["done", "failed", "failed", "failed"]
     assert "at t =" in actual.reason[2]
     assert "length 0.9 m is too long" in actual.reason[1]
@@ -256,28 +275,24 @@ def test_a_failed_point_keeps_its_reason_and_the_sweep_goes_on(tmp_path):
     with pytest.raises(ValueError, match="has no file: .*too long"):
         actual.run(3)
     count = len(ended(tmp_path / "out"))
-    cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1)
+    torn(points, until=0.2)
     assert len(ended(tmp_path / "out")) == count
-    cl.sweep(
-        tmp_path / "torn.py", points, tmp_path / "out", until=0.2, workers=1, retry_failed=True
-    )
+    torn(points, until=0.2, retry_failed=True)
     assert sorted(o["index"] for o in ended(tmp_path / "out")[count:]) == [1, 2, 3]
 
 
-def test_a_changed_case_file_is_another_sweep(tmp_path):
-    (tmp_path / "torn.py").write_text(FAILS)
+def test_a_changed_case_file_is_another_sweep(torn):
+    """The text of the file decides, not its name."""
     points = cl.grid(length=[0.1, 0.2])
-    cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.1, workers=1)
-    (tmp_path / "torn.py").write_text(FAILS.replace("mass=1.0", "mass=2.0"))
+    torn(points)
     with pytest.raises(ValueError, match="the case file has been changed since"):
-        cl.sweep(tmp_path / "torn.py", points, tmp_path / "out", until=0.1, workers=1)
+        torn(points, "mass=1.0", "mass=2.0")
 
 
 def test_summaries_only_and_samples(tmp_path):
+    """No run files; the dataset has one dimension for drawn points."""
     points = cl.sampled(6, seed=5, speed=(10.0, 20.0), clearance=(5e-5, 2e-4, "log"))
-    actual = cl.sweep(
-        CASE, points, tmp_path / "out", fixed=FIXED, channels=[], workers=2, **OPTIONS
-    )
+    actual = sweeping(points, tmp_path / "out", channels=[], workers=2)
     assert actual.done.all()
     assert not list((tmp_path / "out" / "runs").iterdir())
     assert actual.dataset.sizes == {"run": 6}
@@ -287,17 +302,9 @@ def test_summaries_only_and_samples(tmp_path):
 
 
 def test_chosen_channels_and_compression(tmp_path):
-    points = cl.grid(speed=[20.0])
-    actual = cl.sweep(
-        CASE,
-        points,
-        tmp_path / "out",
-        fixed=FIXED,
-        channels=["bodies/slider/x", "joints/C/ecc*"],
-        compression=4,
-        workers=1,
-        **OPTIONS,
-    )
+    """Files have these channels; metrics are of all."""
+    options = {"channels": ["bodies/slider/x", "joints/C/ecc*"], "compression": 4}
+    actual = sweeping(cl.grid(speed=[20.0]), tmp_path / "out", **options)
     with actual.run(0) as run:
         assert run.names("bodies/slider") == ("x",)
         assert run.names("joints/C") == ("eccentricity_ratio", "eccentricity_x", "eccentricity_y")
@@ -307,42 +314,31 @@ def test_chosen_channels_and_compression(tmp_path):
     assert "joint_C_gap_min" in actual.metrics  # of all channels, whichever are stored
 
 
+def mine(folder, text) -> list[str]:
+    """The name of the metric `mine` of a file."""
+    (folder / "mine.py").write_text(text)
+    return [f"{folder / 'mine.py'}:mine"]
+
+
 def test_a_metric_of_ones_own(tmp_path):
-    (tmp_path / "mine.py").write_text(
-        "def travel(run):\n"
-        "    x = run['slider'].x\n"
-        "    return {'travel': (x.max() - x.min(), 'm', 'way of the slider'), 'plain': 2}\n"
-        "def bad(run):\n    return {'bad': 'text'}\n"
-    )
+    """Numbers with and without units; what is no number is a reason, not a failure."""
     points = cl.grid(speed=[20.0, 30.0])
-    mine = f"{tmp_path / 'mine.py'}:travel"
-    actual = cl.sweep(
-        CASE,
-        points,
-        tmp_path / "out",
-        fixed=FIXED,
-        metrics=[mine],
-        channels=[],
-        workers=1,
-        **OPTIONS,
+    travel = mine(
+        tmp_path,
+        "def mine(run):\n    x = run['slider'].x\n"
+        "    return {'travel': (x.max() - x.min(), 'm', 'way of the slider'), 'plain': 2}\n",
     )
+    actual = sweeping(points, tmp_path / "out", metrics=travel, channels=[])
     assert actual.known["travel"] == ("m", "way of the slider")
     assert actual.metrics["travel"][0] > 0.0
     assert actual.metrics["plain"].tolist() == [2.0, 2.0]
-    bad = cl.sweep(
-        CASE,
-        points,
-        tmp_path / "bad",
-        fixed=FIXED,
-        metrics=[f"{tmp_path / 'mine.py'}:bad"],
-        workers=1,
-        **OPTIONS,
-    )
+    text = mine(tmp_path, "def mine(run):\n    return {'bad': 'text'}\n")
+    bad = sweeping(points, tmp_path / "bad", metrics=text)
     assert bad.done.all()
     assert "bad" not in bad.metrics
-    assert "metric bad: bad is no number: 'text'" in bad.reason[0]
+    assert "metric mine: bad is no number: 'text'" in bad.reason[0]
     with pytest.raises(ValueError, match="top level of a file"):
-        cl.sweep(CASE, points, tmp_path / "never", metrics=[lambda run: {}], **OPTIONS)
+        sweeping(points, tmp_path / "never", metrics=[lambda run: {}])
 
 
 @pytest.mark.slow
@@ -363,18 +359,17 @@ def test_a_script_needs_no_guard(tmp_path):
 
 SLOW = {"turns": 12.0, "samples_per_turn": 50, "rtol": 1e-8}
 MANY = cl.grid(speed=np.linspace(20.0, 30.0, 40))
-DRIVE = """
+DRIVE = f"""
 import sys
-import numpy as np
 import clearance as cl
-points = cl.grid(speed=np.linspace(20.0, 30.0, 40))
-cl.sweep("slider_crank", points, sys.argv[1], fixed={"model": "dry"}, workers=2,
-         turns=12.0, samples_per_turn=50, rtol=1e-8)
+points = cl.grid(speed={MANY.columns["speed"]!r})
+cl.sweep("slider_crank", points, sys.argv[1], fixed={{"model": "dry"}}, workers=2, **{SLOW!r})
 """
 
 
-def finish(folder):
-    return cl.sweep("slider_crank", MANY, folder, fixed={"model": "dry"}, workers=2, **SLOW)
+def finish(folder, **more):
+    """Forty dry points by two workers."""
+    return sweeping(MANY, folder, fixed={"model": "dry"}, **{"workers": 2} | SLOW | more)
 
 
 @pytest.fixture(scope="module")
@@ -384,8 +379,8 @@ def undisturbed(tmp_path_factory):
 
 def test_metrics_are_those_of_the_file(tmp_path):
     """A dry run hands its contacts over piece by piece, each piece in the same memory."""
-    options = {"fixed": {"model": "dry"}, "workers": 1, **SLOW}
-    swept = cl.sweep(CASE, cl.grid(speed=[20.0, 30.0]), tmp_path / "out", **options)
+    options = {"fixed": {"model": "dry"}, **SLOW}
+    swept = sweeping(cl.grid(speed=[20.0, 30.0]), tmp_path / "out", **options)
     for i in range(2):
         with swept.run(i) as run:
             assert len(run.events["time"]) > 100
@@ -411,17 +406,19 @@ def wait_for(count: int, folder: Path, seconds: float = 600.0) -> None:
     raise AssertionError(f"{folder} has not got {count} runs")
 
 
+def stat(pid) -> list[str]:
+    """Facts about a process from its state on; one that is gone is a zombie without parent."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return ["Z", "-1"]
+
+
 def children(pid: int) -> list[int]:
     """Processes below a process that run points: the fork server's children."""
-    actual = []
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = path.read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        if int(fields[1]) == pid:
-            actual += [int(path.parent.name), *children(int(path.parent.name))]
-    return actual
+    every = [int(path.parent.name) for path in Path("/proc").glob("[0-9]*/stat")]
+    near = [child for child in every if int(stat(child)[1]) == pid]
+    return [p for child in near for p in (child, *children(child))]
 
 
 @pytest.mark.slow
@@ -430,6 +427,7 @@ def children(pid: int) -> list[int]:
 )
 @pytest.mark.parametrize("after", [1, 7, 20])
 def test_a_killed_driver_loses_no_finished_run(after, tmp_path, undisturbed):
+    """Workers end with it; what was done is not run again, and the end is the same."""
     driver = subprocess.Popen([sys.executable, "-c", DRIVE, str(tmp_path / "out")])
     wait_for(after, tmp_path / "out")
     below = children(driver.pid)
@@ -437,12 +435,8 @@ def test_a_killed_driver_loses_no_finished_run(after, tmp_path, undisturbed):
     driver.wait()
     assert below
     deadline = time.monotonic() + 120.0
-    while (
-        any(Path(f"/proc/{pid}").exists() and not zombie(pid) for pid in below)
-        and time.monotonic() < deadline
-    ):
+    while (alive := [p for p in below if stat(p)[0] != "Z"]) and time.monotonic() < deadline:
         time.sleep(0.02)
-    alive = [pid for pid in below if Path(f"/proc/{pid}").exists() and not zombie(pid)]
     assert not alive, "workers outlive their driver"
     before = cl.open_sweep(tmp_path / "out")  # readable at once
     stored = before.done.sum()
@@ -455,18 +449,12 @@ def test_a_killed_driver_loses_no_finished_run(after, tmp_path, undisturbed):
     identical(actual, undisturbed)
 
 
-def zombie(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except OSError:
-        return True
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(
     not Path("/proc/self/stat").exists(), reason="looks for worker processes in /proc"
 )
 def test_killed_workers_are_replaced(tmp_path, undisturbed):
+    """The sweep ends with the same files."""
     driver = subprocess.Popen([sys.executable, "-c", DRIVE, str(tmp_path / "out")])
     killed = 0
     for count in (2, 8, 15, 25):
@@ -487,26 +475,18 @@ def serves(pid: int) -> bool:
     tracker.
     """
     try:
-        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-        maps = Path(f"/proc/{pid}/cmdline").read_bytes()
+        pair = [Path(f"/proc/{p}/cmdline").read_bytes() for p in (pid, int(stat(pid)[1]))]
     except OSError:
         return False
-    grandchild = int(fields[1])
-    return (
-        b"forkserver" in maps and b"forkserver" in Path(f"/proc/{grandchild}/cmdline").read_bytes()
-    )
+    return all(b"forkserver" in line for line in pair)
 
 
 @pytest.mark.slow
-def test_a_point_that_kills_its_worker_is_given_up(tmp_path):
-    (tmp_path / "deadly.py").write_text(
-        FAILS.replace("import math", "import math, os").replace(
-            "raise ValueError", "os.kill(os.getpid(), 9)  # "
-        )
-    )
+def test_a_point_that_kills_its_worker_is_given_up(torn):
+    """It is lost with the signal; others are done."""
     # the deadly point is not among those that the driver itself tries
     points = cl.grid(length=[0.1, 0.9, 0.2, 0.3])
-    actual = cl.sweep(tmp_path / "deadly.py", points, tmp_path / "out", until=0.1, workers=2)
+    actual = torn(points, "raise ValueError", "import os; os.kill(os.getpid(), 9)  # ", workers=2)
     assert actual.status.tolist() == ["done", "lost", "done", "done"]
     assert actual.reason[1] == "its worker died: killed by SIGKILL"
 
@@ -545,6 +525,7 @@ def test_a_full_disk_stops_the_sweep_and_keeps_what_is_done(tmp_path):
 
 
 def test_a_full_disk_at_the_journal_takes_nothing_of_a_line(tmp_path):
+    """Half a line is taken back, and the next one is whole."""
     from clearance.sweeping.journal import Journal, Outcome, read
 
     journal = Journal(tmp_path)
@@ -569,12 +550,10 @@ def test_a_full_disk_at_the_journal_takes_nothing_of_a_line(tmp_path):
 
 
 def test_values_are_the_same_however_they_are_written(copy):
+    """Integers and floats are one point; words are refused."""
     before = (copy / "journal.jsonl").read_bytes()
     points = cl.grid(speed=[20, 30], clearance=[1e-4, 2e-4, 3e-4])
-    actual = cl.sweep(
-        CASE, points, copy, fixed=FIXED, **(OPTIONS | {"turns": 2, "samples_per_turn": 50.0})
-    )
-    assert actual.done.all()
+    assert sweeping(points, copy, turns=2, samples_per_turn=50.0).done.all()
     assert (copy / "journal.jsonl").read_bytes() == before
     with pytest.raises(ValueError, match="speed: expected a float, got 'fast'"):
         cl.sweep(CASE, cl.grid(speed=["fast"]), copy, **OPTIONS)
@@ -605,35 +584,24 @@ def test_a_moved_directory_goes_on(tmp_path):
     "end", ["sys.exit(3)", "raise GeneratorExit", "raise KeyboardInterrupt", "raise Bad"]
 )
 def test_a_metric_may_fail_as_it_likes(end, tmp_path):
-    (tmp_path / "mine.py").write_text(
-        "import sys\nclass Bad(Exception):\n    def __str__(self):\n        raise "
-        "ZeroDivisionError\n"
-        f"def mine(run):\n    print('noise')\n    {end}\n"
-    )
-    actual = cl.sweep(
-        CASE,
-        cl.grid(speed=[20.0]),
-        tmp_path / "out",
-        fixed=FIXED,
-        channels=[],
-        workers=1,
-        metrics=[f"{tmp_path / 'mine.py'}:mine"],
-        **OPTIONS,
-    )
+    """The point is done, with the line of the metric's file as its reason."""
+    bad = "class Bad(Exception):\n    def __str__(self):\n        raise ZeroDivisionError\n"
+    text = f"import sys\n{bad}def mine(run):\n    print('noise')\n    {end}\n"
+    metric, points = mine(tmp_path, text), cl.grid(speed=[20.0])
+    actual = sweeping(points, tmp_path / "out", channels=[], metrics=metric)
     assert actual.status.tolist() == ["done"]
     assert "mine.py, line" in actual.reason[0]
 
 
 def test_names_of_metrics_that_are_taken(tmp_path):
-    (tmp_path / "mine.py").write_text("def mine(run):\n    return {'speed': 1.0}\n")
-    mine, points = [f"{tmp_path / 'mine.py'}:mine"], cl.grid(speed=[20.0])
-    actual = cl.sweep(
-        CASE, points, tmp_path / "out", fixed=FIXED, workers=1, metrics=mine, **OPTIONS
-    )
+    """A metric named as a parameter is left out, with the reason."""
+    metric = mine(tmp_path, "def mine(run):\n    return {'speed': 1.0}\n")
+    actual = sweeping(cl.grid(speed=[20.0]), tmp_path / "out", metrics=metric)
     assert "metric 'speed': the name is taken" in actual.reason[0]
 
 
 def test_a_directory_of_other_things_is_refused(tmp_path):
+    """Nothing in it is changed."""
     (tmp_path / "journal.jsonl").write_text("mine\n")
     with pytest.raises(ValueError, match=r"has journal\.jsonl but no sweep\.json"):
         again(tmp_path)
@@ -643,24 +611,30 @@ def test_a_directory_of_other_things_is_refused(tmp_path):
 
 
 def test_an_index_alone_is_read(tmp_path):
-    points = cl.grid(speed=[20.0, 25.0])
-    first = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, channels=[], workers=1, **OPTIONS)
+    """Without its journal and run files; the same call writes the journal again."""
+
+    def force():
+        actual = sweeping(cl.grid(speed=[20.0, 25.0]), tmp_path / "out", channels=[])
+        assert actual.done.all()
+        return actual.metrics["joint_C_force_max"]
+
+    first = force()
     (tmp_path / "out" / "journal.jsonl").unlink()
     actual = cl.open_sweep(tmp_path / "out").metrics["joint_C_force_max"]
-    np.testing.assert_array_equal(actual, first.metrics["joint_C_force_max"])
-    later = cl.sweep(CASE, points, tmp_path / "out", fixed=FIXED, channels=[], workers=1, **OPTIONS)
-    assert later.done.all()
+    assert (actual == first).all()
+    assert (force() == first).all()
     assert len(ended(tmp_path / "out")) == 2
-    np.testing.assert_array_equal(later.metrics["joint_C_force_max"], actual)
 
 
 def test_values_that_were_not_swept(swept):
+    """The message lists those that were; rounding does not matter."""
     with pytest.raises(ValueError, match=r"speed=31 was not swept; there are 20\.0, 30\.0"):
         swept.run(speed=31, clearance=1e-4)
     assert swept.select(speed=30.0 * (1 + 1e-9)).tolist() == [3, 4, 5]
 
 
 def test_an_interrupt_keeps_what_is_done(tmp_path):
+    """The index has all finished points, and no thread stays."""
     reports = []
 
     def stop(progress):
@@ -669,21 +643,14 @@ def test_an_interrupt_keeps_what_is_done(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        cl.sweep(
-            "slider_crank",
-            MANY,
-            tmp_path / "out",
-            fixed={"model": "dry"},
-            workers=2,
-            progress=stop,
-            **SLOW,
-        )
+        finish(tmp_path / "out", progress=stop)
     assert reports[-1].done >= 3
     assert cl.open_sweep(tmp_path / "out").done.sum() >= 3
     assert threading.active_count() < 10
 
 
 def test_opening_what_is_no_sweep(tmp_path):
+    """Empty folders and other documents are refused."""
     with pytest.raises(FileNotFoundError, match="no sweep in"):
         cl.open_sweep(tmp_path)
     (tmp_path / "sweep.json").write_text("{}")
@@ -692,6 +659,7 @@ def test_opening_what_is_no_sweep(tmp_path):
 
 
 def test_missing_extras_are_named(swept, monkeypatch):
+    """The message has the command that installs them."""
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(
         ImportError, match=r"xarray is not installed: pip install 'clearance\[xarray\]'"

@@ -292,6 +292,7 @@ def test_numbers_that_jump_are_noticed():
 
 
 def test_left_to_the_ordinary_way():
+    """A method that lanes lack is named."""
     case = find_case("slider_crank")
     with pytest.raises(NotForLanes, match="dop853"):
         Together(lambda values: case.scene(model="dry", **values), swept(), {"turns": 2.0}, None)
@@ -439,6 +440,7 @@ class TestColumn:
             assert float(made) == expected[0]
 
     def test_conditions(self):
+        """True or false where all values agree, refused where they differ."""
         column = Column(np.array([1.0, 2.0]))
         assert column > 0.5
         assert not column < 0.5
@@ -448,6 +450,7 @@ class TestColumn:
 
     @pytest.mark.parametrize("lose", [int, round, math.floor, "{:.3g}".format])
     def test_what_would_lose_values(self, lose):
+        """A column is never one number."""
         with pytest.raises(Mixed):
             lose(Column(np.array([1.0, 2.0])))
 

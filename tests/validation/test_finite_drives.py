@@ -478,6 +478,7 @@ class TestWords:
         assert scene.loads[0].speed_start == 0.0
 
     def test_speed_is_the_scene_as_before(self):
+        """A case without options of a motor has its drive of constant speed."""
         scene = cl.load_case("four_bar")
         assert scene.loads[0] == cl.Drive(scene.bodies[0], speed=cl.rpm(300), start=0.0)
 
@@ -492,6 +493,7 @@ class TestWords:
         ],
     )
     def test_errors(self, values, line):
+        """Options that cannot be are refused by name."""
         with pytest.raises(ValueError, match=line):
             cl.load_case("slider_crank", model="ideal", **values)
 
@@ -511,10 +513,12 @@ class TestNominal:
         ],
     )
     def test_errors(self, values, line):
+        """Options that cannot be are refused by name."""
         with pytest.raises(ValueError, match=f"Drive disc: {line}"):
             cl.Drive(self.DISC, **values)
 
     def test_slides_have_none(self):
+        """A drive that slides has no nominal speed."""
         slide = cl.Prismatic(cl.ground, self.DISC, name="slide")
         with pytest.raises(ValueError, match="a drive that slides takes no nominal speed"):
             cl.Drive(slide, force=1.0, nominal=3.0)

@@ -190,5 +190,6 @@ def test_contacts_are_stiff_enough():
     ],
 )
 def test_refusals(given, message):
+    """Parameters that cannot be are refused by name."""
     with pytest.raises(ValueError, match=message):
         cl.load_case("four_bar_clearances", **given)
