@@ -30,7 +30,7 @@ from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.run.start import opened_by
 from clearance.scene.scene import Scene
-from clearance.stepping.announce import announced
+from clearance.stepping.types import announced
 
 if TYPE_CHECKING:  # what few runs need
     from clearance.accuracy.request import Outcome, Request

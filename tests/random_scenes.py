@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 
 import clearance as cl
 from clearance.elements.body import Body, Point, ground
-from clearance.elements.element import State
+from clearance.elements.element import Load, State
 from clearance.elements.joint import FREE, Joint, Known
-from clearance.elements.load import Load
 from clearance.elements.quantities import number
 from clearance.laws.law import BoundLaw
 from clearance.values import checks

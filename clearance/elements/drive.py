@@ -5,9 +5,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from clearance.elements.body import Body, ground
-from clearance.elements.element import State
+from clearance.elements.element import Load, State
 from clearance.elements.joint import Joint
-from clearance.elements.load import Load
 from clearance.elements.prismatic import Prismatic
 from clearance.elements.quantities import NEVER, RATES, Row, law, number
 from clearance.elements.revolute import Revolute

@@ -12,6 +12,7 @@ from clearance.elements.body import Body, Point, as_point
 from clearance.elements.quantities import Described, Row, fields_of
 from clearance.laws.law import BoundLaw
 from clearance.laws.materials import Material
+from clearance.values import checks
 
 
 @dataclass(frozen=True)
@@ -129,3 +130,16 @@ class Element(Described):
     def outputs(self, m) -> Iterable[tuple]:
         """(name, unit, description, value) of outputs that need accelerations and reactions."""
         return ()
+
+
+class Load(Element):
+    """An element that joins nothing, such as a drive, a spring or a force; its name is by default
+    that of its kind.
+    """
+
+    kind = "load"
+
+    def __post_init__(self):
+        name = self.name if self.name is not None else self.kind
+        self._set("name", checks.identifier(f"{type(self).__name__} name", name))
+        self._check_fields()

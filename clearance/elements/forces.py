@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from clearance.elements.body import Body, Point, ground
-from clearance.elements.load import Load
+from clearance.elements.element import Load
 from clearance.elements.quantities import ZERO, number
 from clearance.laws.law import BoundLaw, signal
 from clearance.values import checks

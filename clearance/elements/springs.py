@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from clearance.elements.body import Body, Point
-from clearance.elements.load import Load
+from clearance.elements.element import Load
 from clearance.elements.quantities import ZERO, law, number
 from clearance.laws.law import BoundLaw, spring
 from clearance.values import checks

@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from clearance.elements.element import State
-from clearance.elements.load import Load
+from clearance.elements.element import Load, State
 from clearance.elements.quantities import NEVER, Row, number
 from clearance.values import checks
 

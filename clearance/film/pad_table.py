@@ -11,12 +11,11 @@ have the same load and opposite moments, so that half of the nodes over y are so
 """
 
 import math
-import sys
 from dataclasses import dataclass
 
 import numpy as np
 
-from clearance.film import banded, bands, lookup, pad_lookup, table
+from clearance.film import bands, table
 from clearance.film.banded import compiled
 from clearance.film.lookup import Tabulated
 from clearance.film.pad_lookup import HEAD, MESH, NODES, PARTS, TOP, looked_up
@@ -127,7 +126,7 @@ class PadKey(table.Inputs):
     blended = ("slenderness",)
     axes = slice(0, HEAD)
     ratio = "a pad, B / 2a"
-    modules = sys.modules[__name__], table, banded, bands, lookup, pad_lookup
+    modules = "pad_table", "table", "banded", "bands", "lookup", "pad_lookup"
 
     @property
     def around(self) -> int:

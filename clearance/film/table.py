@@ -31,7 +31,6 @@ import io
 import json
 import logging
 import math
-import sys
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -40,8 +39,7 @@ import numpy as np
 
 from clearance.files import sealed
 from clearance.files.sources import digest_of_code
-from clearance.film import banded, bands, lookup
-from clearance.film.bearing import check_mesh, check_nodes
+from clearance.film.bearing import CAVITATIONS, check_mesh, check_nodes
 from clearance.film.lookup import HEAD, TOP, Tabulated, looked_up, looked_up_flow
 from clearance.machine import store
 from clearance.values import checks
@@ -92,8 +90,9 @@ class Table(Tabulated):
 class Inputs:
     """Inputs of a table. slenderness: L/D of a bearing, B / 2a of a pad.
 
-    Each kind has `made`, the class of its tables, and the modules that make them. Tables stand
-    between others over `blended` inputs, and those of one grid share the numbers `axes`.
+    Each kind has `made`, the class of its tables, and the modules of this folder that make them.
+    Tables stand between others over `blended` inputs, and those of one grid share the numbers
+    `axes`.
     `solved()` gives the `size` numbers, `errors(numbers)` how far they are from the film.
     """
 
@@ -109,7 +108,7 @@ class Inputs:
 
     def name(self) -> str:
         """Of the file: all of the inputs, and the code of what makes it and reads it."""
-        code = digest_of_code(*(module.__file__ for module in self.modules))
+        code = digest_of_code(*(Path(__file__).with_name(f"{name}.py") for name in self.modules))
         content = json.dumps([vars(self), code])
         return hashlib.sha256(content.encode()).hexdigest()[:24]
 
@@ -144,13 +143,13 @@ class Key(Inputs):
     blended = ("slenderness", "thickness")
     axes = slice(1, HEAD)
     ratio = "L/D"
-    modules = sys.modules[__name__], banded, bands, lookup
+    modules = "table", "banded", "bands", "lookup"
 
     def __post_init__(self):
         super().__post_init__()
-        if self.cavitation not in bands.CODES:
+        if self.cavitation not in CAVITATIONS[:3]:
             raise ValueError(
-                f"film table: cavitation must be one of {', '.join(bands.CODES)}; got "
+                f"film table: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got "
                 f"{self.cavitation!r}"
             )
         check_nodes("film table", self.nodes)
@@ -239,6 +238,8 @@ def scaled_flow(key: Key, y: float, angle: float, tau: float, mesh: tuple[int, i
 
 def _film(key: Key, eps: float, motion, tau: float, scale: float, mesh, even: float) -> np.ndarray:
     """Result of the fast solver at tau; scale: sigma |V| over S."""
+    from clearance.film import bands
+
     code, lowest = bands.CODES[key.cavitation], 0.0
     if tau >= 1.0:
         code = bands.FULL

@@ -15,9 +15,8 @@ from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.layout import Layout
 from clearance.mechanism.loops import check_reach, mode
-from clearance.mechanism.marks import marked, named
 from clearance.mechanism.numbers import Numbers
-from clearance.mechanism.structure import Structure, Tracing
+from clearance.mechanism.structure import Structure, Tracing, marked, named
 from clearance.mechanism.topology import Plan, closed_plan, cut_plan
 from clearance.scene.scene import Scene, counterparts
 from clearance.tracing.trace import Trace

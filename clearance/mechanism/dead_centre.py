@@ -9,14 +9,14 @@ from functools import cached_property
 
 import numpy as np
 
-from clearance.elements.body import Body, ground
-from clearance.elements.joint import RELATIVE, TURN, Joint
+from clearance.elements.body import ground
+from clearance.elements.joint import RELATIVE, TURN
 from clearance.mechanism.build import Mechanism, place_named
 from clearance.mechanism.kinematics import Kinematics, Pose, Propagation
 from clearance.mechanism.loops import wrong_turn
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.rates import ZERO, Rates
-from clearance.mechanism.topology import Group, Plan
+from clearance.mechanism.topology import Group, soft_joints
 from clearance.tracing.trace import Trace
 from clearance.values.algebra import each
 
@@ -172,33 +172,6 @@ class DeadCentre:
 
     text: str
     soft_joints: tuple[str, ...]
-
-
-def soft_joints(plan: Plan, group: Group) -> tuple[str, ...]:
-    """Joints that only forces hold of the loops that a group closes: its own, then those on the way
-    from its bodies to where both sides meet.
-    """
-    carried = {a.body: a for g in plan.groups for a in g.attachments}
-    joints = [*group.closures, *(a.joint for a in group.attachments)]
-    for closure in group.closures:
-        first, second = (_way(carried, body) for body in closure.bodies())
-        joints += [j for j in first + second if (j in first) != (j in second)]
-    return tuple(dict.fromkeys(j.name for j in joints if j is not None and j.soft))
-
-
-def _way(carried: dict, body: Body) -> list[Joint | None]:
-    """Joints from a body to the ground, as a plan places bodies."""
-    joints = []
-    while body in carried:
-        joints.append(carried[body].joint)
-        body = carried[body].parent
-    return joints
-
-
-def opens(mechanism: Mechanism) -> bool:
-    """True where some loop has a joint that only forces hold, and can be opened there."""
-    plan = mechanism.plan
-    return any(soft_joints(plan, group) for group in plan.groups if group.closures)
 
 
 def dead_centre(motion: Motion) -> DeadCentre | None:

@@ -7,22 +7,24 @@ them. Fields that are no numbers belong to the structure by their values, and in
 all that are no parameters. Kernels of the package's elements read parameters alone.
 """
 
-from collections.abc import Hashable, Iterator
-from dataclasses import Field, is_dataclass
-from functools import cache
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import Field, fields, is_dataclass
+from functools import cache, partial
 from inspect import isfunction
 from types import FunctionType
+
+import numpy as np
 
 from clearance.elements.body import Body, Point
 from clearance.elements.declared import ours
 from clearance.elements.element import Element
 from clearance.elements.quantities import ZERO, Row, fields_of
 from clearance.laws.law import BoundLaw
-from clearance.mechanism.content import content
 from clearance.scene.scene import Scene
 from clearance.tracing.interpreter import fingerprint, names_in
 
 TRACED = ("act", "outputs")  # methods of elements that kernels are made of
+PLAIN = (bool, int, float, complex, str, bytes, np.number, np.bool_)
 
 
 class Numbers:
@@ -149,3 +151,35 @@ def _of_structure(value: object, positions: dict[str, int]) -> Hashable:
     if isinstance(value, Body | Element):
         return positions.get(value.key)  # None: the ground
     return tuple(_shape(value, positions)) if is_dataclass(value) else True
+
+
+def content(value: object, positions: dict[str, int]) -> Hashable:
+    """A value of a plain field, as a part of a structure: the code may have it as a constant.
+
+    Equal for values that are the same to a formula. Parts of the scene are their positions.
+
+    It has no hash where a value of unknown kind has none.
+    """
+    kind = type(value)
+    if isinstance(value, PLAIN):
+        return kind, repr(value)  # 1, 1.0 and True are equal, and nan is not
+    if isinstance(value, Body | Element):
+        return kind, positions.get(value.key)  # None: the ground
+    if isinstance(value, Point):
+        return kind, positions.get(value.body.key)  # its place is a parameter
+    inner = partial(content, positions=positions)
+    if isinstance(value, FunctionType):
+        return value, fingerprint(value)
+    if isinstance(value, BoundLaw):
+        return fingerprint(value.law.function), inner(value.values)
+    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
+        return kind, value.shape, value.dtype.str, value.tobytes()
+    if isinstance(value, tuple | list):
+        return kind, tuple(map(inner, value))
+    if isinstance(value, set | frozenset):
+        return kind, frozenset(map(inner, value))
+    if isinstance(value, Mapping):
+        return kind, tuple((inner(k), inner(v)) for k, v in value.items())
+    if is_dataclass(value) and not isinstance(value, type):
+        return kind, tuple(inner(getattr(value, field.name)) for field in fields(value))
+    return kind, value

@@ -14,7 +14,7 @@ The layout holds the places in y, par, work and out.
 
 import hashlib
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from weakref import WeakValueDictionary
@@ -25,7 +25,6 @@ from clearance.mechanism.dynamics import Dynamics
 from clearance.mechanism.friction_efforts import joint_friction
 from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
 from clearance.mechanism.layout import Channel, Layout
-from clearance.mechanism.marks import named
 from clearance.mechanism.motion import Calls, Motion
 from clearance.mechanism.numbers import Numbers
 from clearance.mechanism.topology import Plan
@@ -45,6 +44,22 @@ HOT = 50_000
 WARM = 1_000
 #: dyads, whose assembly mode is a number
 DYADS = ("RRR", "RRP", "RPR")
+#: name of a part of a marked scene
+_MARK = re.compile("⟦([0-9]+)⟧")
+
+
+def marked(scene: Scene) -> Scene:
+    """The scene with a mark of its position as the name of each part: no trace depends on names."""
+
+    def renamed(part):
+        return replace(part, name=f"⟦{scene.positions[part.key]}⟧")
+
+    return scene.rebuilt(body=renamed, element=renamed)
+
+
+def named(text: str, names: Sequence[str]) -> str:
+    """A text with the names of parts, by their positions, in place of their marks."""
+    return _MARK.sub(lambda mark: names[int(mark[1])], text)
 
 
 class Compiled(dict):

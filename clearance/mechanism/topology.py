@@ -160,6 +160,32 @@ def cut_plan(scene: Scene) -> Plan:
     return _Planner(scene, [j for j in scene.joints if j not in cuts]).run()
 
 
+def soft_joints(plan: Plan, group: Group) -> tuple[str, ...]:
+    """Joints that only forces hold of the loops that a group closes: its own, then those on the way
+    from its bodies to where both sides meet.
+    """
+    carried = {a.body: a for g in plan.groups for a in g.attachments}
+    joints = [*group.closures, *(a.joint for a in group.attachments)]
+    for closure in group.closures:
+        first, second = (_way(carried, body) for body in closure.bodies())
+        joints += [j for j in first + second if (j in first) != (j in second)]
+    return tuple(dict.fromkeys(j.name for j in joints if j is not None and j.soft))
+
+
+def _way(carried: dict, body: Body) -> list[Joint | None]:
+    """Joints from a body to the ground, as a plan places bodies."""
+    joints = []
+    while body in carried:
+        joints.append(carried[body].joint)
+        body = carried[body].parent
+    return joints
+
+
+def opens(plan: Plan) -> bool:
+    """True where some loop has a joint that only forces hold, and can be opened there."""
+    return any(soft_joints(plan, group) for group in plan.groups if group.closures)
+
+
 class _Planner:
     def __init__(self, scene: Scene, joints: Iterable):
         self.scene, self.joints = scene, list(joints)

@@ -20,7 +20,7 @@ from clearance.elements import (
     TorsionSpring,
 )
 from clearance.elements.body import Body, Point, ground
-from clearance.elements.load import Load
+from clearance.elements.element import Load
 from clearance.laws.law import BoundLaw
 from clearance.results.record import Record
 from clearance.scene.scene import Scene

@@ -12,6 +12,7 @@ import shutil
 import weakref
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,9 +22,11 @@ from clearance.results.extremes import Extremes
 from clearance.results.integrals import Integrals
 from clearance.results.reading import FACT_UNITS, Damaged, Entries, Missing, Reader, open_checked
 from clearance.results.record import FIELD_COLUMNS, PARTS, WEAR, PressureFields, Record, extra
-from clearance.results.sensitivity import COLUMNS, Sensitivities
 from clearance.results.tables import FORMAT, FORMAT_VERSION, check_result, in_memory
 from clearance.scene.document import check
+
+if TYPE_CHECKING:  # what few runs have
+    from clearance.results.sensitivity import Sensitivities
 
 #: dimension of each table of a result file, a dataset beside its columns; along all other groups
 #: goes time
@@ -205,8 +208,10 @@ class Result(Record):
         return columns
 
     @cached_property
-    def sensitivities(self) -> Sensitivities:
+    def sensitivities(self) -> "Sensitivities":
         """Sensitivities of the metrics; none unless the run was made with some."""
+        from clearance.results.sensitivity import Sensitivities
+
         if not self.reader.has("sensitivities"):
             about = self.reader.attributes().get("sensitivities_left_out", "none were requested")
             return Sensitivities(reason=str(about))
@@ -304,6 +309,8 @@ class Result(Record):
                 columns, {"name": list(errors), "channel": list(errors.channels)}
             )
         if sensitivities := self.sensitivities:
+            from clearance.results.sensitivity import COLUMNS
+
             columns = {n: (COLUMNS[n][0], values) for n, values in sensitivities.columns().items()}
             names = {n: columns.pop(n) for n in ("metric", "parameter")}
             datasets["/sensitivities"] = xarray.Dataset(columns, names)

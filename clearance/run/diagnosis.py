@@ -1,17 +1,20 @@
 """Diagnosis of a run: the reason of its failure, what it is suspected of, its warnings."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from clearance.elements.regimes import FULL_FILM, depth_warning
 from clearance.machine.callback import Callback
-from clearance.mechanism.closing import last_position, lost_at, no_number
-from clearance.mechanism.dead_centre import Motion, dead_centre, opens
+from clearance.mechanism.topology import opens
 from clearance.results.ledger import LedgerWatch
 from clearance.results.recorder import Recorder
 from clearance.run.start import QUASI_STATIC, quasi_static
 from clearance.stepping import status
+
+if TYPE_CHECKING:  # what runs need that fail
+    from clearance.mechanism.dead_centre import Motion
 
 WORST_LEDGER = 0.5  # share of lost energy at which a run ends itself, however loose its tolerance
 THIN = 1e-4  # film left over the clearance at which a run that cannot go on has run out of film
@@ -51,7 +54,7 @@ class Diagnosis:
         self.dead_centre = ""  # of which loop, once the ledger has failed there
         # share of the energy whose loss has loops looked at
         rtol = run.solver.rtol
-        self.doubt = SUSPICIOUS * rtol if opens(run.mechanism) else doubtful(rtol)
+        self.doubt = SUSPICIOUS * rtol if opens(run.mechanism.plan) else doubtful(rtol)
         self.latest: list[np.ndarray] = []
 
     # --- on the way
@@ -88,12 +91,16 @@ class Diagnosis:
     def look_for_dead_centre(self) -> str:
         """The loop that is at its dead centre or was in the latest steps; "" where none is."""
         if not self.dead_centre:
+            from clearance.mechanism.dead_centre import dead_centre
+
             self.run.dead_centre = dead_centre(self._latest_motion())
             self.dead_centre = self.run.dead_centre.text if self.run.dead_centre else ""
         return self.dead_centre
 
-    def _latest_motion(self) -> Motion:
+    def _latest_motion(self) -> "Motion":
         """The latest steps, and where the run stands."""
+        from clearance.mechanism.dead_centre import Motion
+
         mechanism, state = self.run.mechanism, self.run.state
         here = np.array([[state.time, *state.y, *state.work[mechanism.layout.carried_places]]])
         columns = [0, *range(-here.shape[1] + 1, 0)]
@@ -125,6 +132,8 @@ class Diagnosis:
         if code != status.DEAD_CENTRE:
             reason = f"{f'joint {ended.name}: ' if ended else ''}{status.MESSAGES[code]}"
         if code in STUCK:
+            from clearance.mechanism.closing import lost_at
+
             if lost := self._lost(state.time, state.time + state.longest_step):
                 return lost
             named = self._no_number() or self.look_for_dead_centre()
@@ -216,6 +225,8 @@ class Diagnosis:
         """Quantity without a value where the run cannot go on: at its last state, or one to a
         million steps further.
         """
+        from clearance.mechanism.closing import no_number
+
         mechanism, s = self.run.mechanism, self.run.state
         reason = no_number(mechanism, s.work, s.time, s.y)
         for further in FURTHER if np.isfinite(s.f).all() else ():
@@ -228,6 +239,8 @@ class Diagnosis:
         mechanism, work, y = self.run.mechanism, self.run.state.work, self.run.state.y
         if mechanism.layout.rates.start > 0 or not self.run.outputs:
             return None
+        from clearance.mechanism.closing import last_position, lost_at
+
         if (lost := lost_at(mechanism, work, before, y)) is not None:
             return f"at t = {before:.9g} s: {lost}"
         last = last_position(mechanism, work, before, after, y)

@@ -11,9 +11,8 @@ import numpy as np
 from clearance.machine import store
 from clearance.run.options import STAGED, choose_method, implicit, kernel_roles
 from clearance.stepping import status
-from clearance.stepping.announce import announced
 from clearance.stepping.state import CONTACTS, FUNCTIONS, KERNELS, PULL, RATE_X, STEPPER
-from clearance.stepping.types import MOMENTS
+from clearance.stepping.types import MOMENTS, announced
 
 LOG = logging.getLogger("clearance")
 # trial steps between two looks at the pace, and those of a run at which it ends

@@ -5,12 +5,12 @@ import time as clock
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from clearance.machine.callback import Callback
 from clearance.mechanism.build import Mechanism, changed
-from clearance.mechanism.dead_centre import DeadCentre
 from clearance.results.record import Record
 from clearance.run import observers
 from clearance.run.interrupts import DeferredSignals
@@ -36,6 +36,9 @@ from clearance.stepping.state import (
     State,
 )
 from clearance.values.spots import FILM
+
+if TYPE_CHECKING:
+    from clearance.mechanism.dead_centre import DeadCentre
 
 NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 ROWS = 2048  # samples held in memory between two pieces of output

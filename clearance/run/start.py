@@ -11,7 +11,6 @@ import numpy as np
 
 from clearance.mechanism.assembly import rate_at
 from clearance.mechanism.build import TURN, Mechanism, build
-from clearance.mechanism.dead_centre import transferred
 from clearance.results.record import Record
 from clearance.results.result import open_result
 from clearance.values.algebra import solve
@@ -112,6 +111,8 @@ def state_from(mechanism: Mechanism, start: Record | Beginning | str | Path) -> 
     )
     ahead = np.array(begin.angles or row[wrapped]) - row[wrapped]
     row[wrapped] += TURN * np.round(ahead / TURN)
+    from clearance.mechanism.dead_centre import transferred
+
     states, carried, angles = transferred(there, y, row, mechanism)
     return Beginning(states, carried, begin.text, begin.turns, angles, mechanism.opened)
 

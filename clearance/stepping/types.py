@@ -3,9 +3,12 @@ every stepper.
 """
 
 import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numba
+from numba.core import event as events
 from numba.core.compiler import Compiler
 
 from clearance.files.sources import digest_of_code
@@ -22,13 +25,15 @@ from clearance.machine.store import (
 )
 from clearance.values import spots
 
+LOG = logging.getLogger("clearance")
+COMPILING = "compiling: the time loop, once for each installation and method (some ten seconds)"
 #: versions of numba that the tests ran with; others are tried all the same
 TESTED = ("0.62", "0.68")
 try:
     from clearance.machine.numba_passes import Part, Plain, Whole
 except (ImportError, AttributeError) as lacking:
     Part = Plain = Whole = Compiler
-    logging.getLogger("clearance").warning(
+    LOG.warning(
         f"numba {numba.__version__} is not as the tested {' and '.join(TESTED)} ({lacking}): "
         f"it compiles the time loop in its own way, some ten seconds longer, once"
     )
@@ -100,6 +105,29 @@ def pasted(function):
     ends are constants there.
     """
     return njit(inline="always", **OPTIONS)(function)
+
+
+class Announcer(events.Listener):
+    """Numba calls it before it compiles a function, not where it loads a cached one."""
+
+    def __init__(self):
+        self.done = False
+
+    def on_start(self, event) -> None:
+        """Log the line, the first time that a function of the loop is compiled."""
+        if event.data["dispatcher"].py_func.__module__.startswith(__package__) and not self.done:
+            self.done = True
+            LOG.info(COMPILING)
+
+    def on_end(self, event) -> None:
+        """Required by numba."""
+
+
+@contextmanager
+def announced() -> Iterator[None]:
+    """Log a line before the time loop is compiled meanwhile."""
+    with events.install_listener("numba:compile", Announcer()):
+        yield
 
 
 __all__ = ["KERNEL", "MOMENTS", "compiled", "inline", "pasted", "shared"]

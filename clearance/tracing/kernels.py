@@ -41,11 +41,11 @@ def kernel(program: Program, text: str) -> Callable:
     if not store.COMPILED:
         return plain_kernel(program)
 
-    from clearance.tracing.ir import Lowering
-
     places = addresses(program.functions)
 
     def write(builder, arguments):
+        from clearance.tracing.ir import Lowering
+
         time, *arrays = arguments
         arrays = dict(zip(("y", "par", "work", "out"), arrays, strict=True))
         lowering = Lowering(
@@ -91,11 +91,11 @@ def compiled(function: Function) -> Callable:
     if not store.COMPILED:
         return lambda par, *arguments: evaluated(function)(*arguments, par=par)
 
-    from clearance.tracing.ir import Lowering
-
     places = addresses([function, *called(function.outputs)])
 
     def write(builder, arguments):
+        from clearance.tracing.ir import Lowering
+
         par, *numbers = arguments
         return Lowering(builder, {"par": par, "data": par}, None, places).calls(function, numbers)
 

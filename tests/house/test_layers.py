@@ -29,7 +29,6 @@ ONLY_IN = {
         "clearance.machine.numba_passes",
         "clearance.machine.numba_record",
         "clearance.stepping.types",
-        "clearance.stepping.announce",
         "clearance.studies.peers",
     },
     "skfem": {"clearance.film.fem"},

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.elements.load import Load
+from clearance.elements.element import Load
 from clearance.laws.law import spring
 from clearance.metrics.power import power_residual
 
