@@ -125,7 +125,7 @@ class Measured:
 
 
 class Reached(NamedTuple):
-    """Where a life stands after a stage: turns, their error, the next jump in turns, by how much
+    """State of a life after a stage: turns, their error, the next jump in turns, by how much
     the loads have changed the wear, and the part of it that a shorter jump leaves.
     """
 

@@ -15,8 +15,7 @@ from numba.core.targetconfig import TargetConfig
 
 from clearance.machine import store
 from clearance.machine.numba_passes import Part, Whole
-from clearance.stepping import announce
-from clearance.stepping.types import TESTED
+from clearance.stepping.types import COMPILING, TESTED, announced
 
 
 def test_compiling_the_time_loop_is_announced_once(caplog):
@@ -24,11 +23,11 @@ def test_compiling_the_time_loop_is_announced_once(caplog):
     do not count.
     """
     modules = "clearance.stepping.loop", "clearance.stepping.radau5", "elsewhere"
-    with caplog.at_level(logging.INFO, "clearance"), announce.announced():
+    with caplog.at_level(logging.INFO, "clearance"), announced():
         for module in modules:
             added = eval("lambda x: x + 1.0", {"__name__": module})
             assert numba.njit(added)(1.0) == 2.0
-    assert [r.message for r in caplog.records] == [announce.LINE]
+    assert [r.message for r in caplog.records] == [COMPILING]
 
 
 def _caller_and_helper():
