@@ -249,7 +249,9 @@ class Group:
         memory = np.zeros((), queue.layout(width=width, quantities=len(self.watch.quantities)))
         held = states + rows.counts["polynomial"]
         reductions = self.watch.reductions
-        means = integers(queue.STEPPED if r.stepped else r.mean for r in reductions)
+        means = integers(
+            queue.TIMED if r.timed else queue.STEPPED if r.stepped else r.mean for r in reductions
+        )
         numbers = {"held": held, "quantities": len(self.watch.quantities), "limit": limit}
         for name, number in numbers.items():
             memory[name] = number

@@ -138,7 +138,7 @@ class Wanted(Reductions):
         def touching(p, row, ideal, constants):
             return p.flag(p.above(row[c], 0.0))
 
-        self.reductions[f"{joint['name']} contact"] = Reduction(touching, stepped=True)
+        self.reductions[f"{joint['name']} contact"] = Reduction(touching, stepped=True, timed=True)
         yield contact_fraction(joint["name"], 1.0)
 
     def watch(self, given: int, extra: int) -> Watch:

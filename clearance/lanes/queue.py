@@ -27,10 +27,12 @@ CALL_START, CALL_PREPARE, CALL_ITERATE, CALL_FINISH, CALL_SAMPLE, CALL_INSIDE, H
     len(PIECES)
 )
 NEVER = 1e300
-STEPPED = 2  # in `means`
+STEPPED, TIMED = 2, 3  # in `means`
 SAME = 1e-12  # share of the time within which two moments are one
 #: places in a step beside its ends and middle; weights of all seven by Newton and Cotes
 PLACES = (1.0 / 6.0, 1.0 / 3.0, 2.0 / 3.0, 5.0 / 6.0)
+KNOTS = (1.0 / 6.0, 1.0 / 3.0, 0.5, 2.0 / 3.0, 5.0 / 6.0, 1.0)  # between which a flag changes once
+FINE = 1e-5  # of a step, to which the change of a flag is located
 ENDS, MIDDLE, OTHERS = 41.0 / 840.0, 272.0 / 840.0, (216.0 / 840.0, 27.0 / 840.0)
 WAITING = 0.75  # share of the lanes that wait for the end of their step, when it is made
 
@@ -141,8 +143,8 @@ def layout(*, width: int, quantities: int) -> np.dtype:
 #: points; gathered: rows stored; energies: places in the state, stored at the begin of the window
 #: in begun (points, energies); extremes: (points, turns, quantities); results: (points, gathered +
 #: 3) with status, steps and rejected ones; tracks: (points, outputs, samples); means: 2 for a sum
-#: over steps, 1 for one over samples, 0 for a largest value; inner: 1 for a quantity that is
-#: searched for inside steps
+#: over steps, 3 for the time of a flag, 1 for a sum over samples, 0 for a largest value; inner: 1
+#: for a quantity that is searched for inside steps
 CUBE = types.float64[:, :, ::1]
 ARRAYS = {
     "pieces": INTEGERS,
@@ -237,7 +239,7 @@ def keep(s, lane):
         for k in range(s.rows.shape[1]):
             value = s.sides[lane, s.at[SUMS] + i, k]
             total = total + value if s.means[i] else max(total, value)
-        if s.means[i] == STEPPED:
+        if s.means[i] >= STEPPED:
             length = s.spans[point, UNTIL] - s.spans[point, BEGIN]
             total = s.rows[s.at[SUMS] + i, lane] / length
         s.rows[s.at[SUMS] + i, lane] = total
@@ -463,6 +465,8 @@ def refine(s, lane):
             ends = rows[s.at[AT_BEGIN] + i, lane] + rows[s.at[AT_END] + i, lane]
             middle = rows[s.at[AT_MIDDLE] + i, lane]
             rows[s.at[SUMS] + i, lane] += h * (ENDS * ends + MIDDLE * middle)
+        elif s.means[i] == TIMED:
+            add_time(s, lane, i)
     for first in range(0, len(PLACES), width):
         columns = min(width, len(PLACES) - first)
         for k in range(columns):
@@ -473,6 +477,47 @@ def refine(s, lane):
             for i in range(s.means.size):
                 if s.means[i] == STEPPED:
                     rows[s.at[SUMS] + i, lane] += weight * side[s.at[SUMMANDS] + i, k]
+
+
+@shared
+def switching(s, lane, i, flag, low, high):
+    """Place between two in the step made last at which a flag changes from what it is at the
+    first.
+    """
+    side, width = s.sides[lane], s.rows.shape[1]
+    while high - low > FINE:
+        step = (high - low) / (width + 1)
+        for k in range(width):
+            look(s, lane, k, 0, SUMMIT, low + (k + 1) * step)
+        see(s, lane, width)
+        same = 0
+        while same < width and side[s.at[SUMMANDS] + i, same] == flag:
+            same += 1
+        low += same * step
+        high = min(high, low + step)
+    return 0.5 * (low + high)
+
+
+@shared
+def add_time(s, lane, i):
+    """Add the time in the step made last in which a flag is set, from knot to knot."""
+    rows, side = s.rows, s.sides[lane]
+    before, after = rows[s.at[AT_BEGIN] + i, lane], 0.0
+    low, share = 0.0, 0.0
+    for k in range(len(KNOTS)):
+        high = KNOTS[k]
+        if high < 1.0:
+            look(s, lane, 0, 0, SUMMIT, high)
+            see(s, lane, 1)
+            after = side[s.at[SUMMANDS] + i, 0]
+        else:
+            after = rows[s.at[AT_END] + i, lane]
+        middle = high
+        if after != before:
+            middle = switching(s, lane, i, before, low, high)
+        share += (middle - low) * before + (high - middle) * after
+        low, before = high, after
+    rows[s.at[SUMS] + i, lane] += rows[s.at[LAST_H], lane] * share
 
 
 # --- the loop

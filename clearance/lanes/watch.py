@@ -36,11 +36,13 @@ class Reduction:
 
     value(piece, outputs, ideal, own): traced, from the outputs, ideal motions at the sample, and
     the point's numbers. stepped: the mean is over the steps, see `integrate`; nothing is given.
+    timed: so is it, and the value a flag, 0 or 1.
     """
 
     value: Callable
     mean: bool = True
     stepped: bool = False
+    timed: bool = False
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from clearance.lanes import watch
 from clearance.lanes.code import natural_width
 from clearance.lanes.lane_metrics import LaneMetrics
 from clearance.lanes.point_numbers import NotForLanes, PointNumbers
+from clearance.metrics.of_points import of_point
 from clearance.scene.catalogue import find_case
 from clearance.simulation import prepare
 from clearance.sweeping.in_lanes import FEWEST, Together
@@ -151,7 +152,8 @@ def test_first_point(name, turns):
 @pytest.mark.parametrize("law", ["fuzzy", "fuzzy(datum=0)", "load_sharing"])
 def test_mixed_joints(law):
     """Mixed joints run in lanes, near contact too: metrics within 2e-4 of the usual way's,
-    deviations from ideal joints 5e-3, as many warnings, holes among them.
+    deviations from ideal joints 5e-3, as many warnings, holes among them. The time in contact is
+    within 2e-3 at all points, which is what steps of rtol leave; samples would be off by 2e-2.
     """
     case, turns = find_case("six_bar_feeder"), 2.0
     columns = {"speed": np.array([10.0, 12.0, 14.0, 60.0, 61.0])}
@@ -171,7 +173,8 @@ def test_mixed_joints(law):
     warned = together.summing.warnings(answers, dataclasses.replace(points, par=par), data)
     runs = [cl.simulate(scene({"speed": s}), turns=turns, error=None) for s in columns["speed"]]
     assert warned.tolist() == [len(run.warnings) for run in runs]
-    assert "joint_B_contact_fraction" in metrics
+    shares = [of_point(run)["joint_B_contact_fraction"].value for run in runs]
+    np.testing.assert_allclose(metrics["joint_B_contact_fraction"], shares, rtol=2e-3, atol=1e-6)
     for metric, ordinary in together.summing.first.items():
         share = 5e-3 if "deviation" in metric else 2e-4
         assert math.isclose(metrics[metric][together.first], ordinary.value, rel_tol=share), metric
