@@ -20,6 +20,35 @@ def body(name, points, angle=0.0, mass=None, com=(0.0, 0.0), position=None):
     )
 
 
+def bar(name, length, angle=0.0, mass=1.0, inertia=0.01, **more):
+    """A bar from its point a to its point b."""
+    ends = {"a": (0, 0), "b": (length, 0)}
+    return cl.Body(name, mass, inertia, points=ends, angle=angle, **more)
+
+
+def loop(first, coupler, last, base, names="ABCD", b=cl.Revolute, c=cl.Revolute, **more):
+    """Hinges of a four-bar: two bars on pivots `base` apart, and their coupler; b, c: kinds of the
+    coupler's, which take what else is given.
+    """
+    options = {kind: more if kind is not cl.Revolute else {} for kind in (b, c)}
+    return (
+        cl.Revolute(cl.ground, first["a"], name=names[0]),
+        b(first["b"], coupler["a"], name=names[1], **options[b]),
+        c(coupler["b"], last["b"], name=names[2], **options[c]),
+        cl.Revolute(cl.ground.at(base, 0), last["a"], name=names[3]),
+    )
+
+
+def crank_and_slider(crank, rod, block, names="OABG", at=(0.0, 0.0), **guide):
+    """Joints of a slider-crank on its pivot, with the block's centre on a guide through it."""
+    return (
+        cl.Revolute(cl.ground.at(*at), crank["a"], name=names[0]),
+        cl.Revolute(crank["b"], rod["a"], name=names[1]),
+        cl.Revolute(rod["b"], block.at(0, 0), name=names[2]),
+        cl.Prismatic(cl.ground.at(*at), block.at(0, 0), name=names[3], **guide),
+    )
+
+
 def film(a, b, name, clearance=1e-4, viscosity=0.05, **more):
     """A lubricated hinge of 20 mm by 20 mm, unless other numbers are stated."""
     options = {"radius": 0.01, "length": 0.02, "film": cl.pinkus_sternlicht()} | more

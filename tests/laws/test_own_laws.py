@@ -351,12 +351,7 @@ def free_four_bar(lengths):
         m.body(n, {"a": (0, 0), "b": (x, 0)}, angle=q, com=(0.5 * x, 0.0))
         for n, x, q in zip(names, lengths, angles, strict=True)
     )
-    return cl.Scene(
-        cl.Revolute(cl.ground, a["a"], name="A"),
-        cl.Revolute(a["b"], b["a"], name="B"),
-        cl.Revolute(b["b"], c["b"], name="C"),
-        cl.Revolute(cl.ground.at(0.16, 0), c["a"], name="D"),
-    )
+    return cl.Scene(*m.loop(a, b, c, 0.16))
 
 
 def test_other_lengths_may_need_another_plan():

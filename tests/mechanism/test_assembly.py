@@ -108,15 +108,9 @@ def test_one_of_two_by_a_drive():
 
 def test_out_of_reach():
     """A bar at an angle where its loop cannot close is turned until it does, as before."""
-    bar = m.body("bar", {"O": (0, 0), "P": (0.1, 0)}, angle=math.pi - 0.2)
-    rod = m.body("rod", {"P": (0, 0), "Q": (0.12, 0)}, angle=0.4)
-    lever = m.body("lever", {"R": (0, 0), "Q": (0.1, 0)}, angle=1.9)
-    scene = cl.Scene(
-        cl.Revolute(cl.ground, bar["O"], name="A"),
-        cl.Revolute(bar["P"], rod["P"], name="B"),
-        cl.Revolute(rod["Q"], lever["Q"], name="C"),
-        cl.Revolute(cl.ground.at(GROUND, 0), lever["R"], name="D"),
-    )
+    bar, rod = m.bar("bar", 0.1, math.pi - 0.2), m.bar("rod", 0.12, 0.4)
+    scene = cl.Scene(*m.loop(bar, rod, m.bar("lever", 0.1, 1.9), GROUND))
+
     angle = pose(scene)["bar"][2]
     far = math.hypot(0.1 * math.cos(angle) - GROUND, 0.1 * math.sin(angle))
     assert far <= 0.22 + 1e-12
@@ -195,19 +189,12 @@ def test_one_given_rate_starts_a_loop(seed):
     rng, rates = np.random.default_rng(seed), {}
     angle, speed = rng.uniform(0.3, 2.8), rng.uniform(-9.0, 9.0)
     for giver in ("crank", "rocker", "rod"):
-        more = {"angle": angle, "com": (0.02, 0.0)}
-        crank = cl.Body("crank", 1.0, 0.01, points={"a": (0, 0), "b": (0.05, 0)}, **more)
-        rod = cl.Body("rod", 1.0, 0.01, points={"a": (0, 0), "b": (0.15, 0)}, angle=0.5)
-        rocker = cl.Body("rocker", 1.0, 0.01, points={"a": (0, 0), "b": (0.12, 0)}, angle=1.5)
-        bodies = {b.name: b for b in (crank, rod, rocker)}
-        bodies[giver] = replace(bodies[giver], angular_velocity=rates.get(giver, speed))
-        crank, rod, rocker = bodies.values()
-        scene = cl.Scene(
-            cl.Revolute(cl.ground, crank["a"], name="A"),
-            cl.Revolute(crank["b"], rod["a"], name="B"),
-            cl.Revolute(rod["b"], rocker["b"], name="C"),
-            cl.Revolute(cl.ground.at(0.16, 0), rocker["a"], name="D"),
-        )
+        crank = m.bar("crank", 0.05, angle, com=(0.02, 0.0))
+        bodies = crank, m.bar("rod", 0.15, 0.5), m.bar("rocker", 0.12, 1.5)
+        rate = {"angular_velocity": rates.get(giver, speed)}
+        bodies = (replace(b, **rate) if b.name == giver else b for b in bodies)
+        scene = cl.Scene(*m.loop(*bodies, 0.16))
+
         started = {b.name: w[2] for b, w in assemble(scene).velocity.items()}
         rates = rates or started
         assert started == pytest.approx(rates, rel=1e-9)
@@ -221,8 +208,8 @@ def test_a_crank_that_is_pushed_starts_at_its_angle(seed):
     rng, halves = np.random.default_rng(seed), np.random.default_rng(seed).integers(3)
     parts, ends, angles = [], {}, rng.uniform([0.6, 0.2, 1.2], [1.6, 0.6, 1.8])
     for i, (name, length) in enumerate([("crank", 0.05), ("rod", 0.15), ("rocker", 0.12)]):
-        points = {"a": (0, 0), "b": (length, 0)}
-        first = other = cl.Body(name, 1.0, 0.01, points=points, angle=angles[i])
+        first = other = m.bar(name, length, angles[i])
+
         if i == halves:
             other = replace(first, name="half")
             parts.append(cl.Weld(first["b"], other["b"], name="W"))
@@ -245,17 +232,12 @@ def test_a_start_that_gives_way_has_no_unit_and_no_origin(seed):
     rng, starts = np.random.default_rng(seed), []
     angle, far, rate, speed = rng.uniform([2.0, 0.38, -9.0, -9.0], [3.1, 0.5, 9.0, 9.0])
     for unit, x, y in [(1.0, 0.0, 0.0), (10.0 ** rng.uniform(-4, 3), *rng.uniform(-1e3, 1e3, 2))]:
-        points = {"a": (0, 0), "b": (unit, 0)}
-        crank = cl.Body("crank", 1.0, 1.0, points=points, angle=angle, angular_velocity=rate)
-        rod = cl.Body("rod", 1.0, 1.0, points=points | {"c": (3.0 * unit, 0)}, angle=far)
+        crank = m.bar("crank", unit, angle, inertia=1.0, angular_velocity=rate)
+        rod = m.bar("rod", 3.0 * unit, far, inertia=1.0)
         block = cl.Body("block", 1.0, 1.0, velocity=(speed * unit, 0.0))
-        scene = cl.Scene(
-            cl.Revolute(cl.ground.at(x * unit, y * unit), crank["a"], name="O"),
-            cl.Revolute(crank["b"], rod["a"], name="P"),
-            cl.Revolute(rod["c"], block.at(0, 0), name="Q"),
-            cl.Prismatic(cl.ground.at(x * unit, y * unit), block.at(0, 0), name="G"),
-            cl.Drive(rod, torque=0.0),
-        )
+        joints = m.crank_and_slider(crank, rod, block, at=(x * unit, y * unit))
+        scene = cl.Scene(*joints, cl.Drive(rod, torque=0.0))
+
         start, bodies = assemble(scene), (crank, rod)
         starts.append([start.pose[b][2] for b in bodies] + [start.velocity[b][2] for b in bodies])
     assert starts[1] == pytest.approx(starts[0], abs=1e-9, rel=1e-9)
@@ -282,19 +264,11 @@ def pushed(near, size, mass, ratio):
         ("crank", size, near),
         ("rod", ratio * size, -math.asin(math.sin(near) / ratio)),
     ):
-        points = {"a": (0, 0), "b": (length, 0)}
         inertia = mass * length**2 / 12.0
-        parts[name] = cl.Body(name, mass, inertia, points=points, com=(length / 2, 0), angle=angle)
-    block, crank, rod = cl.Body("block", mass, mass * size**2), *parts.values()
-    guide = cl.Prismatic(cl.ground, block, name="G")
+        parts[name] = m.bar(name, length, angle, mass, inertia, com=(length / 2, 0))
+    joints = m.crank_and_slider(*parts.values(), cl.Body("block", mass, mass * size**2))
     start = size * (math.cos(near) + math.sqrt(ratio**2 - math.sin(near) ** 2))
-    return cl.Scene(
-        cl.Revolute(cl.ground, crank["a"], name="O"),
-        cl.Revolute(crank["b"], rod["a"], name="P"),
-        cl.Revolute(rod["b"], block, name="Q"),
-        guide,
-        cl.Drive(guide, speed=-size, start=start),
-    )
+    return cl.Scene(*joints, cl.Drive(joints[-1], speed=-size, start=start))
 
 
 @pytest.mark.parametrize("seed", few_of(range(24), 6))

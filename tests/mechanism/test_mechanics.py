@@ -220,16 +220,11 @@ def connecting_rod(mass, inertia, *, crank_lump=0.0, slider_lump=0.0):
     both = 0.1 + crank_lump
     centre = (0.1 * 0.5 * reach + crank_lump * reach) / both
     moment = 1e-4 + 0.1 * (centre - 0.5 * reach) ** 2 + crank_lump * (reach - centre) ** 2
-    ends = {"a": (0, 0), "b": (reach, 0)}
-    crank = cl.Body("crank", both, moment, points=ends, com=(centre, 0), angle=0.3)
-    ends = {"a": (0, 0), "b": (link, 0)}
-    rod = cl.Body("rod", mass, inertia, points=ends, com=(0.4 * link, 0), angle=-0.1)
-    slider = cl.Body("slider", 0.1 + slider_lump, 1e-4, points={"p": (0, 0)})
+    crank = m.bar("crank", reach, 0.3, both, moment, com=(centre, 0))
+    rod = m.bar("rod", link, -0.1, mass, inertia, com=(0.4 * link, 0))
+    slider = cl.Body("slider", 0.1 + slider_lump, 1e-4)
     return cl.Scene(
-        cl.Revolute(cl.ground, crank["a"], name="O"),
-        cl.Revolute(crank["b"], rod["a"], name="A"),
-        cl.Revolute(rod["b"], slider["p"], name="B"),
-        cl.Prismatic(cl.ground, slider["p"], name="G"),
+        *m.crank_and_slider(crank, rod, slider),
         cl.Drive(crank, torque=0.05, start=0.3, speed_start=20.0),
         gravity=(0.0, -9.81),
     )

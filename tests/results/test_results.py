@@ -345,13 +345,8 @@ def test_a_run_that_lost_energy_says_so():
     crank, coupler, rocker = (
         m.body(n, {"a": (0, 0), "b": (x, 0)}, angle=0.8 * (x < 0.1)) for n, x in lengths.items()
     )
-    scene = cl.Scene(
-        cl.Revolute(cl.ground, crank["a"], name="A"),
-        cl.Revolute(crank["b"], coupler["a"], name="B"),
-        cl.Revolute(coupler["b"], rocker["b"], name="C"),
-        cl.Revolute(cl.ground.at(0.15, 0), rocker["a"], name="D"),
-        cl.Drive(crank, speed=12.0),
-    )
+    scene = cl.Scene(*m.loop(crank, coupler, rocker, 0.15), cl.Drive(crank, speed=12.0))
+
     with pytest.raises(
         cl.SimulationError, match=r"from t = 0\.\d+ s on: .*came to its dead centre"
     ) as caught:

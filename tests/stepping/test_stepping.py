@@ -546,16 +546,10 @@ def test_step_limit_is_a_named_failure():
 
 def test_leaving_the_reachable_positions_is_a_named_failure():
     """A prescribed drive pushes a double rocker past its limit."""
-    crank = m.body("crank", {"A": (0, 0), "B": (0.2, 0)}, angle=1.2)
-    coupler = m.body("coupler", {"B": (0, 0), "C": (0.15, 0)}, angle=0.1)
-    rocker = m.body("rocker", {"D": (0, 0), "C": (0.2, 0)}, angle=1.6)
-    scene = cl.Scene(
-        cl.Revolute(cl.ground, crank["A"], name="A"),
-        cl.Revolute(crank["B"], coupler["B"], name="B"),
-        cl.Revolute(coupler["C"], rocker["C"], name="C"),
-        cl.Revolute(cl.ground.at(0.3, 0), rocker["D"], name="D"),
-        cl.Drive(crank, speed=1.0),
-    )
+    crank, coupler = m.bar("crank", 0.2, 1.2), m.bar("coupler", 0.15, 0.1)
+    hinges = m.loop(crank, coupler, m.bar("rocker", 0.2, 1.6), 0.3)
+    scene = cl.Scene(*hinges, cl.Drive(crank, speed=1.0))
+
     with pytest.raises(SimulationError, match="at t = ") as caught:
         cl.simulate(scene, until=10.0, samples=1001)
     assert 10 < caught.value.result.time.size < 1001
