@@ -499,7 +499,7 @@ class TestLiner:
     ],
 )
 def test_refusals(refused, message):
-    """What is not supported, no steady state, and time that runs backwards."""
+    """Options without support, no steady state, and time that runs backwards."""
     with pytest.raises(ValueError, match=message):
         refused()
 

@@ -45,14 +45,14 @@ def answer(wanted, inputs):
 class TestAsking:
     @staticmethod
     def letter(wanted, inputs=(1.0, 1.0, 1.0), by=answer):
-        """A caller, and the block of numbers in which it is asked."""
+        """A caller, and the block of numbers of one call."""
         teller = Callback(3, 2, by)
         block = np.array(teller.numbers)
         block[1], block[2:5] = wanted, inputs
         return teller, block
 
     def test_values_only(self):
-        """Slopes stay as they are where values are asked for."""
+        """Slopes stay as they are where values suffice."""
         teller, block = self.letter(VALUE)
         block[5:] = -1.0
         assert teller.fill(block) == 0.0
@@ -65,7 +65,7 @@ class TestAsking:
         assert list(block[5:]) == [6.5, 1.0, 2.0, 3.0, 65.0, 10.0, 20.0, 30.0]
 
     def test_keeping_answers_nothing(self):
-        """A state to be kept is passed on, and the block stays."""
+        """A state to remember is passed on, and the block stays."""
         heard = []
         keep = (1.0, 2.0, 3.0)
         teller, block = self.letter(KEEP, keep, lambda *asked: heard.append(asked))
@@ -88,7 +88,7 @@ class TestAsking:
         "failure", [ValueError("no film"), RuntimeError("unsettled"), KeyboardInterrupt()]
     )
     def test_failure_is_nan_and_kept(self, failure):
-        """What an answer raises is kept, and nan is answered."""
+        """The error of an answer is stored, and the answer is nan."""
 
         def fails(wanted, inputs):
             raise failure

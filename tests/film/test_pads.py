@@ -293,7 +293,7 @@ def test_edges_touch_through_the_film(film, transition):
 
 
 def test_what_a_film_needs():
-    """Lubricant, width and transition are asked for by name; a transition needs a film."""
+    """Missing lubricant, width and transition are named; a transition needs a film."""
     body = cl.Body("block", 0.1, 5e-5, points={"P": (0, 0)})
     given = {
         "clearance": 1e-4,

@@ -735,7 +735,7 @@ cheap = partial(table_film, nodes=9, mesh=(24, 3))
 
 class TestSharing:
     def test_joints_of_one_slenderness_share_a_block(self):
-        """Tables stand in the parameters once, and each joint knows where."""
+        """Tables stand in the parameters once, and each joint has their place."""
 
         def starts(lengths):
             joints = {n: partial(m.film, film=cheap(), length=0.02 * x) for n, x in lengths.items()}

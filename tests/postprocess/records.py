@@ -112,7 +112,7 @@ class Gallery:
 
     @property
     def written(self):
-        """Text objects of the last figure that say something."""
+        """Text objects of the last figure that are not empty."""
         return [t for t in self.last.findobj(Text) if t.get_text()]
 
     def texts(self):

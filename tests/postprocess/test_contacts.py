@@ -210,7 +210,7 @@ def test_the_picture(dry, tmp_path, gallery):
 
 
 def test_the_picture_of_a_mixed_run(tmp_path, gallery):
-    """It says what samples cannot tell."""
+    """It states the limits of its samples."""
     scene = cl.load_case(
         "six_bar_feeder", model="mixed", transition="fuzzy", speed=cl.rpm(600), viscosity=0.002
     )

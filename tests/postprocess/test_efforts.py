@@ -158,7 +158,7 @@ def test_friction_is_that_of_the_run(run, gallery, tmp_path):
 
 
 def test_joints_can_be_chosen(run, gallery, tmp_path):
-    """Only those that were asked for are drawn."""
+    """Only the chosen ones are drawn."""
     friction(run, tmp_path / "f.png", joints="rail")
     assert labels(gallery.last) == ["friction force [N]", "friction load [N]", "friction force [N]"]
 

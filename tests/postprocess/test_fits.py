@@ -137,7 +137,7 @@ def test_progress(actual, tmp_path, drawn):
 
 
 def test_a_torque_that_is_zero(actual, measurement, tmp_path, drawn):
-    """Its panel says so."""
+    """Its panel has a sentence about that."""
     still = dataclasses.replace(measurement.trials[0], measured=(True, False, True))
     fits.loops(actual, Measurement([still]), tmp_path / "loops.png")
     assert "measured torque is zero" in shown(drawn[0])[0].get_title()

@@ -64,7 +64,7 @@ def test_unknown_channels_name_the_known_ones(dry, name, message):
 
 
 def test_channels_that_were_not_kept():
-    """They are refused by name; what was kept is found."""
+    """They are refused by name; stored ones are there."""
     scene = cl.load_case("slider_crank", model="dry")
     lean = cl.simulate(scene, turns=0.2, channels=["bodies/slider/ax", "joints/C/gap"])
     assert channels.series(lean, "slider.ax")[0].size == lean.time.size
@@ -210,7 +210,7 @@ def test_overlays(tmp_path, gallery):
 
 
 def test_a_channel_that_one_result_lacks(dry, feeder, tmp_path, gallery):
-    """The panel says which result has none; one that all lack is refused."""
+    """The panel names the result without it; one that all lack is refused."""
     histories(
         [dry, feeder],
         tmp_path / "h.png",
@@ -244,7 +244,7 @@ def test_what_tells_results_apart(tmp_path):
 
 
 def test_few_samples_and_none(tmp_path, gallery):
-    """Two samples are dots; without any the panel says so."""
+    """Two samples are dots; no samples are a sentence."""
     two = cl.simulate(cl.load_case("double_pendulum"), until=0.01, samples=2)
     histories(two, tmp_path / "h.png", channels="lower.theta")
     assert gallery.last.axes[0].lines[0].get_marker() == "."

@@ -111,7 +111,7 @@ def mesh(axes):
 
 
 def norm(axes):
-    """What gives them colours."""
+    """The scale of their colours."""
     return mesh(axes).norm
 
 
@@ -247,7 +247,7 @@ def test_cells_with_warnings(made, draw, gallery):
 
 
 def test_no_period_and_no_value(made, draw, gallery):
-    """Each has a hatch of its own, and periods have whole colours."""
+    """Each has a hatch of its own, and each period one colour."""
     metrics = {
         "period": lambda speed, clearance: np.inf if clearance > 5e-4 else round(speed / SPEEDS[0])
     }
@@ -345,7 +345,7 @@ def test_lists_that_go_together(made, draw, gallery):
     ],
 )
 def test_bad_maps(made, draw, options, message):
-    """What cannot be drawn is refused with the names that are there."""
+    """A map that cannot be is refused with the names that are there."""
     sweep = made()
     with pytest.raises(ValueError, match=message):
         draw(maps, sweep, **options)

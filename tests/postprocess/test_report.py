@@ -353,8 +353,8 @@ def test_a_run_that_has_not_ended(feeder, tmp_path):
 @pytest.mark.usefixtures("undrawn")
 def test_what_was_not_kept_is_said(tmp_path):
     """Extremes without their channels, and sentences that name what is missing."""
-    kept = ["bodies/slider/ax", "joints/B/gap"]
-    run, page = ran("six_bar_feeder", tmp_path, span=2.0, channels=kept)
+    stored = ["bodies/slider/ax", "joints/B/gap"]
+    run, page = ran("six_bar_feeder", tmp_path, span=2.0, channels=stored)
     low, high = (pages.number(v) for v in run.extremes("bodies/slider/ax"))
     assert page.row("bodies/slider/ax")[1:] == ("m/s²", low, high)
     message, absent = " ".join(page.missing), "these channels were not stored"
@@ -382,7 +382,7 @@ def test_ideal_joints(tmp_path):
 
 @pytest.mark.usefixtures("undrawn")
 def test_no_drive(tmp_path):
-    """The report says so, and draws no section."""
+    """The report has a sentence about that, and no section."""
     _, page = ran("double_pendulum", tmp_path, span=0.5)
     assert "2 bodies, 2 hinges (A, B); nothing drives it. Gravity is (0, −9.81) m/s²." in page.text
     assert page.missing == ["No drive turns at constant speed: there is no Poincaré section."]
@@ -616,15 +616,15 @@ def test_a_run_of_a_sweep_shows_what_the_sweep_kept(swept, tmp_path):
 @pytest.mark.usefixtures("undrawn")
 def test_metrics_of_ones_own_are_named(swept, tmp_path):
     """A sweep's report states the files of own metrics."""
-    sweep, own = cl.open_sweep(swept.folder), (("/own/mine.py:travel", "0123456789abcdef"),)
-    sweep.definition = dataclasses.replace(sweep.definition, own=own)
+    sweep, metric = cl.open_sweep(swept.folder), (("/own/mine.py:travel", "0123456789abcdef"),)
+    sweep.definition = dataclasses.replace(sweep.definition, own=metric)
     page = read(sweep, tmp_path)
     assert page.row("metrics of one's own")[1] == "/own/mine.py:travel"
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_many_points_are_cut_short(swept, tmp_path, monkeypatch):
-    """The table has the first points and says where all are."""
+    """The table has the first points and names the file of all."""
     monkeypatch.setattr(sweep_report, "MOST", 5)
     monkeypatch.setattr(sweep_report, "FIRST", 3)
     page = read(swept, tmp_path)

@@ -137,7 +137,7 @@ def test_no_section_without_a_drive(tmp_path):
 
 
 def test_poincare_shows_the_journal_and_the_slider(tmp_path, gallery):
-    """Its points are those of the section, its title says how they came about."""
+    """Its points are those of the section, its title names the method."""
     run = cl.simulate(cl.load_case("six_bar_feeder", joints="B,C"), turns=3.0, samples_per_turn=100)
     path = poincare(run, tmp_path / "p.png", angle=1.0, settle=1.0)
     assert path.read_bytes().startswith(b"\x89PNG")

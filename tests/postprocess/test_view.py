@@ -143,7 +143,7 @@ def test_a_page_asks_nothing_of_a_network(folder, tmp_path):
 
 
 def test_a_run_without_poses_shows_curves_and_the_reason(folder, tmp_path):
-    """Stored channels are shown; the machine says what it lacks."""
+    """Stored channels are shown; the machine names the missing ones."""
     scene = cl.load_case("slider_crank", model="dry", clearance=5e-4)
     few = cl.simulate(scene, turns=0.2, samples_per_turn=60, channels=["bodies/slider/ax"])
     (run,) = facts_of(cl.view(few, tmp_path / "few.html"))[0]["runs"]

@@ -115,7 +115,7 @@ def test_bad_words(name, text, reason):
     ],
 )
 def test_bad_points(call, reason):
-    """What makes no points is refused with the reason."""
+    """Calls that make no points are refused with the reason."""
     with pytest.raises(ValueError, match=reason):
         call()
 

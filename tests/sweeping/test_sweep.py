@@ -63,7 +63,7 @@ def ended_whole(folder) -> list[bytes]:
 
 
 def ended(folder) -> list[dict]:
-    """What they state."""
+    """The contents of these lines."""
     return [json.loads(line) for line in ended_whole(folder)]
 
 
@@ -190,7 +190,7 @@ def test_newer_formats_are_refused(copy):
 
 
 def test_a_newer_index_is_refused(copy):
-    """The message asks for a newer version."""
+    """The message names the newer version."""
     with h5py.File(copy / "sweep.h5", "a") as file:
         file.attrs["format_version"] = 99
     with pytest.raises(ValueError, match="newer clearance"):
@@ -525,7 +525,7 @@ def test_a_full_disk_stops_the_sweep_and_keeps_what_is_done(tmp_path):
 
 
 def test_a_full_disk_at_the_journal_takes_nothing_of_a_line(tmp_path):
-    """Half a line is taken back, and the next one is whole."""
+    """Half a line is taken back, and the next one is complete."""
     from clearance.sweeping.journal import Journal, Outcome, read
 
     journal = Journal(tmp_path)
