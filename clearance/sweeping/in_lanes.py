@@ -273,6 +273,11 @@ class Together:
         """Results of points."""
         return self.group.run(points, threads, self.options.get("max_steps"))
 
+    def warnings(self, answers: Answers, points: Points) -> np.ndarray:
+        """Number of warnings of each run."""
+        data, par = self.group.placed(points)
+        return self.summing.warnings(answers, replace(points, par=par), data)
+
     def errors(
         self, columns: dict[str, np.ndarray], answers: Answers, threads: int
     ) -> dict[str, np.ndarray]:
@@ -423,8 +428,7 @@ class Lanes:
             values |= stated
         if not good.all():
             self._left("they failed, carry a warning or press too deep", int((~good).sum()))
-        data, par = together.group.placed(points)
-        warnings = summing.warnings(answers, replace(points, par=par), data).tolist()
+        warnings = together.warnings(answers, points).tolist()
         described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
         rows = list(zip(*(values[name].tolist() for name in described), strict=True))
         return [

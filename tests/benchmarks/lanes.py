@@ -27,12 +27,16 @@ from clearance.sweeping.sweep import define  # noqa: E402
 from clearance.sweeping.worker import run_point  # noqa: E402
 
 MARK = "<!-- lanes table -->"
+FILM, MIXED = {"model": "lubricated"}, {"model": "mixed", "viscosity": 0.005}
 SCENES = {
-    "B, 2 turns": ("B", 2.0, 400),
-    "B, 20 turns": ("B", 20.0, 100),
-    "B, C and E, 2 turns": ("B,C,E", 2.0, 100),
-    "B, 2 turns, stated errors": ("B", 2.0, 400, "state"),
-    "B, 20 turns, stated errors": ("B", 20.0, 60, "state"),
+    "B, 2 turns": (FILM, "B", 2.0, 400),
+    "B, 20 turns": (FILM, "B", 20.0, 100),
+    "B, C and E, 2 turns": (FILM, "B,C,E", 2.0, 100),
+    "B, 2 turns, stated errors": (FILM, "B", 2.0, 400, "state"),
+    "B, 20 turns, stated errors": (FILM, "B", 20.0, 60, "state"),
+    "mixed B, 2 turns": (MIXED, "B", 2.0, 400),
+    "mixed B, 20 turns": (MIXED, "B", 20.0, 100),
+    "mixed B, C and E, 2 turns": (MIXED, "B,C,E", 2.0, 100),
 }
 ORDINARY = 12  # points that are run the ordinary way
 ROUNDS = 3
@@ -43,9 +47,11 @@ CLEARANCES = (2e-5, 5e-4)
 class Sweep:
     """Points of the feeder, both ways."""
 
-    def __init__(self, joints: str, turns: float, count: int, error: str | None = None):
+    def __init__(
+        self, model: dict, joints: str, turns: float, count: int, error: str | None = None
+    ):
         rng = np.random.default_rng(1)
-        self.fixed, self.turns, self.error = {"model": "lubricated", "joints": joints}, turns, error
+        self.fixed, self.turns, self.error = model | {"joints": joints}, turns, error
         self.speed = rng.uniform(*SPEEDS, count)
         self.clearance = np.exp(rng.uniform(*np.log(CLEARANCES), count))
         self.case = find_case("six_bar_feeder")
@@ -68,6 +74,7 @@ class Sweep:
             if not together.summing.sound(answers, points).all():
                 raise RuntimeError("a point is not sound")
             together.summing.metrics(answers, points)
+            together.warnings(answers, points)
             if self.error is not None:
                 together.errors(columns, answers, 1)
         return (time.process_time() - began) / len(self.speed)

@@ -2,7 +2,6 @@
 left to it.
 """
 
-import dataclasses
 import math
 
 import numpy as np
@@ -169,8 +168,7 @@ def test_mixed_joints(law):
     gaps = metrics["joint_B_film_thickness_ratio_min"]
     assert (gaps < FULL_FILM).any()
     assert together.summing.sound(answers, points).all()
-    data, par = together.group.placed(points)
-    warned = together.summing.warnings(answers, dataclasses.replace(points, par=par), data)
+    warned = together.warnings(answers, points)
     runs = [cl.simulate(scene({"speed": s}), turns=turns, error=None) for s in columns["speed"]]
     assert warned.tolist() == [len(run.warnings) for run in runs]
     shares = [of_point(run)["joint_B_contact_fraction"].value for run in runs]
