@@ -52,4 +52,5 @@ class Typed:
         assert ended.out == ""
         assert ended.err.startswith("clearance: ")
         assert ended.err.count("\n") == 1
-        return ended.err
+        assert len(ended.err) < 2000
+        return ended.err.rstrip()

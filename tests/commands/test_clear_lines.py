@@ -23,19 +23,6 @@ from tests.wearing.test_life import rotor
 COMMAND = str(Path(sys.executable).with_name("clearance"))
 
 
-def line(capsys, *arguments, status=2):
-    """The only line that a command gives as its reason."""
-    try:
-        ended = main([str(a) for a in arguments])
-    except SystemExit as request:
-        ended = request.code
-    lines = [x for x in capsys.readouterr().err.splitlines() if x.startswith("clearance:")]
-    assert ended == status
-    assert len(lines) == 1
-    assert len(lines[0]) < 2000
-    return lines[0]
-
-
 @pytest.fixture(scope="module")
 def life(tmp_path_factory):
     folder = tmp_path_factory.mktemp("life") / "worn"
@@ -75,20 +62,20 @@ def test_T1_a_damaged_life_is_named(life, name, seed, tmp_path):
         assert stages == entire[-1][: len(stages)]
 
 
-def test_T1_a_damaged_stage_is_one_line(life, tmp_path, capsys):
+def test_T1_a_damaged_stage_is_one_line(life, tmp_path, typed):
     """Whatever reads it: pictures, and a life that goes on."""
     copy = tmp_path / "worn"
     shutil.copytree(life, copy)
     (copy / "stage-0002.npz").write_bytes(b"PK\x03\x04" + bytes(100))
     words = "stage-0002.npz cannot be read, the file is damaged"
-    assert words in line(capsys, "plot", copy, "-o", tmp_path / "p.png")
+    assert words in typed.line("plot", copy, "-o", tmp_path / "p.png")
     with pytest.raises(ValueError, match=words):
         cl.wear(rotor(), turns=40.0, jump_turns=10.0, settle=0, average=1, directory=copy)
 
 
 @pytest.mark.parametrize("value", [[], 3, "a text", None, {"joint_B_force_max": []}, [[1]]])
 @pytest.mark.parametrize("name", ["metrics", "scatter", "turns", "known", "stage"])
-def test_T2_entries_of_another_kind_in_a_life(life, name, value, tmp_path, capsys):
+def test_T2_entries_of_another_kind_in_a_life(life, name, value, tmp_path, typed):
     """A stranger's line, with a checksum that fits."""
     copy = tmp_path / "worn"
     shutil.copytree(life, copy)
@@ -98,7 +85,7 @@ def test_T2_entries_of_another_kind_in_a_life(life, name, value, tmp_path, capsy
     if (name, value) in (("turns", 3), ("known", None)):  # may be
         return
     path.write_text("\n".join([texts.signed(document), *lines[1:], ""]))
-    assert "journal.jsonl:1" in line(capsys, "plot", copy, "-o", tmp_path / "p.png")
+    assert "journal.jsonl:1" in typed.line("plot", copy, "-o", tmp_path / "p.png")
 
 
 def test_T2b_a_branch_without_a_column(tmp_path, monkeypatch):
@@ -154,18 +141,18 @@ def test_T2b_a_branch_with_attributes_of_another_kind(seed, tmp_path, monkeypatc
     assert needed >= {"format", "request", "made", "ended", "parameter"}
 
 
-def test_T2c_an_endless_field(tmp_path, capsys):
+def test_T2c_an_endless_field(tmp_path, typed):
     """More letters than Python's reader of such files takes."""
     path = tmp_path / "m.csv"
     cl.simulate(cl.load_case("slider_crank"), until=0.01, path=tmp_path / "r.h5").close()
     path.write_text("time [s],a [m/s2]\n0,1\n1," + 200_000 * "7" + "\n2,1\n3,1\n4,1\n")
     for command in (("view", tmp_path / "r.h5"), ("plot", tmp_path / "r.h5", "measured")):
         more = ("--measured", path, "--channels", "slider.ax", "-o", tmp_path / "out.html")
-        assert "m.csv:3: field larger than field limit" in line(capsys, *command, *more)
+        assert "m.csv:3: field larger than field limit" in typed.line(*command, *more)
 
 
 @pytest.mark.parametrize("seed", few_of(range(12), 4))
-def test_T4_scenes_without_an_end(seed, tmp_path, capsys):
+def test_T4_scenes_without_an_end(seed, tmp_path, typed):
     """Brackets, terms, signs, of any number up to 100,000."""
     rng = random.Random(seed)
     count = int(10 ** rng.uniform(3.5, 5.0))
@@ -177,8 +164,8 @@ def test_T4_scenes_without_an_end(seed, tmp_path, capsys):
     )[seed % 4]
     path = tmp_path / "deep.toml"
     path.write_text(text)
-    assert "deep.toml" in line(capsys, "run", path)
-    assert "deep.toml" in line(capsys, "new", path, "--python", "-o", tmp_path / "deep.py")
+    assert "deep.toml" in typed.line("run", path)
+    assert "deep.toml" in typed.line("new", path, "--python -o", tmp_path / "deep.py")
 
 
 def test_T4_formulas_of_every_depth_have_a_number_or_a_reason():
@@ -206,7 +193,7 @@ def sweep(tmp_path_factory):
 
 
 @pytest.mark.parametrize("depth", [900, 3000, 100_000])
-def test_T5_lines_without_an_end(sweep, depth, tmp_path, capsys):
+def test_T5_lines_without_an_end(sweep, depth, tmp_path, typed):
     """A line of a journal is passed over; a definition is named."""
     copy = tmp_path / "s"
     shutil.copytree(sweep, copy)
@@ -216,7 +203,9 @@ def test_T5_lines_without_an_end(sweep, depth, tmp_path, capsys):
     assert main(["report", str(copy), "-o", str(tmp_path / "r.html")]) == 0
     assert cl.open_sweep(copy).done.all()
     (copy / "sweep.json").write_text(depth * "[" + depth * "]")
-    assert "sweep.json" in line(capsys, "report", copy, "-o", tmp_path / "r.html")
+    message = typed("report", copy, "-o", tmp_path / "r.html", status=2).err
+    assert "sweep.json" in message
+    assert message.count("clearance: ") == 1
 
 
 @pytest.mark.parametrize("length", [1e150, 1e200, 1e308])
@@ -244,11 +233,11 @@ def scene(*, a: float = 1.0) -> cl.Scene:
 @pytest.mark.parametrize("base", ["Exception", "ValueError", "BaseException", "OSError"])
 @pytest.mark.parametrize("text", ["raise RuntimeError", "return 3", "return 'a reason'"])
 @pytest.mark.parametrize("top", ["", "raise Mine"])
-def test_T9_exceptions_without_a_text(base, text, top, tmp_path, capsys):
+def test_T9_exceptions_without_a_text(base, text, top, tmp_path, typed):
     """An exception whose text is empty or fails still gives a line."""
     path = tmp_path / "mine.py"
     path.write_text(RAISING.format(base=base, text=text, what="Mine", top=top))
-    words = line(capsys, "run", path)
+    words = typed.line("run", path)
     assert "a reason" in words or "its text cannot be read" in words
 
 
@@ -256,16 +245,16 @@ def test_T9_exceptions_without_a_text(base, text, top, tmp_path, capsys):
     "what", ["GeneratorExit", "BaseException('x')", "SystemExit(3)", "StopIteration"]
 )
 @pytest.mark.parametrize("top", [True, False])
-def test_T10_what_is_no_error_ends_in_a_line(what, top, tmp_path, capsys):
+def test_T10_what_is_no_error_ends_in_a_line(what, top, tmp_path, typed):
     """Whatever a user's file raises ends in a line with its name."""
     path = tmp_path / "mine.py"
     raised = f"raise {what}" if top else ""
     path.write_text(RAISING.format(base="Exception", text="return ''", what=what, top=raised))
-    assert "mine" in line(capsys, "run", path)
+    assert "mine" in typed.line("run", path)
 
 
 @pytest.mark.parametrize("error", [MemoryError(), MemoryError("Unable to allocate 3 GiB")])
-def test_T11_no_memory_is_one_line(error, monkeypatch, capsys):
+def test_T11_no_memory_is_one_line(error, monkeypatch, typed):
     """A run that gets no memory ends in a line, with status 1."""
     from clearance import simulation
 
@@ -273,7 +262,7 @@ def test_T11_no_memory_is_one_line(error, monkeypatch, capsys):
         raise error
 
     monkeypatch.setattr(simulation, "write", simulate)
-    assert "not enough memory" in line(capsys, "run", "slider_crank", "--turns", "0.1", status=1)
+    assert "not enough memory" in typed.line("run slider_crank --turns 0.1", status=1)
 
 
 #: leaves a mark once the package begins to import its modules
@@ -319,7 +308,7 @@ def test_T12_two_interrupts_while_modules_are_imported(seed, tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_vanished_working_directory_is_named(seed, tmp_path, monkeypatch, capsys):
+def test_a_vanished_working_directory_is_named(seed, tmp_path, monkeypatch, typed):
     """By a run as by a sweep."""
     rng, folder = random.Random(seed), tmp_path / f"{seed}"
     folder.mkdir()
@@ -327,4 +316,4 @@ def test_a_vanished_working_directory_is_named(seed, tmp_path, monkeypatch, caps
     monkeypatch.setenv("PWD", str(folder))
     folder.rmdir()
     command = rng.choice(["run slider_crank --turns 0.1", "sweep slider_crank -p speed=1,2 -o s"])
-    assert f"{folder} does not exist any more" in line(capsys, *command.split())
+    assert f"{folder} does not exist any more" in typed.line(command)

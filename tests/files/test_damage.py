@@ -52,13 +52,6 @@ def dry(files, tmp_path):
     return Path(shutil.copy(files["dry run"].source, tmp_path / "dry.h5"))
 
 
-def text_one(capsys, *arguments, status=2):
-    """The line that a command ends with."""
-    assert main([str(a) for a in arguments]) == status
-    (line,) = capsys.readouterr().err.splitlines()
-    return line
-
-
 def faults(looks):
     """Lines of looks that are wrong."""
     return "\n".join(f"{x.outcome}: {x.text}\n{x.fault}" for x in looks if x.fault)
@@ -93,7 +86,7 @@ def flip_in(path, name, place=5):
     path.write_bytes(content)
 
 
-def test_R7_a_flipped_bit_is_reported_with_its_dataset(files, dry, tmp_path, capsys):
+def test_R7_a_flipped_bit_is_reported_with_its_dataset(files, dry, tmp_path, typed):
     """A flipped bit is reported with file and dataset, by Python and by commands."""
     flip_in(dry, "joints/C/force_x")
     with (
@@ -101,8 +94,9 @@ def test_R7_a_flipped_bit_is_reported_with_its_dataset(files, dry, tmp_path, cap
         pytest.raises(Damaged, match=r"dry\.h5: /joints/C/force_x cannot be read"),
     ):
         run.joint("C").force_x  # noqa: B018
-    for arguments in (["plot", dry, "history", "--channels", "C.force,slider.ax"], ["report", dry]):
-        assert f"{dry}: /joints/C/force_x cannot be read" in text_one(capsys, *arguments)
+    for words in ("plot history --channels C.force,slider.ax", "report"):
+        command, _, more = words.partition(" ")
+        assert f"{dry}: /joints/C/force_x cannot be read" in typed.line(command, dry, more)
     folder = shutil.copytree(files["sweep: a run"].source, tmp_path / "sweep")
     sweep = cl.open_sweep(folder)
     flip_in(sweep.path(2), "joints/C/gap")
@@ -132,14 +126,14 @@ def test_R7_every_column_has_a_checksum(files, tmp_path):
         assert file["t/b"].asstr()[()].tolist() == ["x", "", "µ"]
 
 
-def test_R7_long_texts_have_checksums(dry, capsys):
+def test_R7_long_texts_have_checksums(dry, typed):
     """The scene holds the numbers of the mechanism; HDF5 keeps no checksum of a text of any
     length.
     """
     with h5py.File(dry, "a") as file:
         file.attrs["scene"] = file.attrs["scene"].replace('"clearance": ', '"clearance": 1')
-    assert "attribute scene is not what was written: its checksum differs" in text_one(
-        capsys, "plot", dry
+    assert "attribute scene is not what was written: its checksum differs" in typed.line(
+        "plot", dry
     )
 
 
@@ -154,7 +148,7 @@ def test_R7_long_texts_have_checksums(dry, capsys):
         ("joints/C/gap", "actual_range", "/joints/C/gap has no attribute 'actual_range'"),
     ],
 )
-def test_R5_a_missing_attribute_is_named(dry, capsys, place, name, message):
+def test_R5_a_missing_attribute_is_named(dry, typed, place, name, message):
     """A missing attribute is named where it is read."""
     with h5py.File(dry, "a") as file:
         del file[place].attrs[name]
@@ -162,26 +156,22 @@ def test_R5_a_missing_attribute_is_named(dry, capsys, place, name, message):
         with cl.open_result(dry) as run, pytest.raises(Damaged, match=message):
             run.units("joints/C/gap") if name == "units" else run.range("joints/C/gap")
     else:
-        assert message in text_one(capsys, "report", dry)
+        assert message in typed.line("report", dry)
 
 
-def test_R5_a_scene_without_something(dry, capsys):
+def test_R5_a_scene_without_something(dry, typed):
     """A file of the first version has no checksum of its scene."""
     with h5py.File(dry, "a") as file:
         scene = json.loads(file.attrs["scene"])
         del scene["bodies"][1]["com"], file.attrs["scene_crc32"]
         file.attrs["scene"] = json.dumps(scene)
-    assert (
-        text_one(capsys, "plot", dry, "sketch") == f"clearance: {dry}: attribute scene has no 'com'"
-    )
+    assert typed.line("plot", dry, "sketch") == f"clearance: {dry}: attribute scene has no 'com'"
 
 
-@pytest.mark.parametrize(
-    "command", [["run"], ["sweep", "-p", "speed=1,2"], ["lyapunov"], ["explain"]]
-)
-def test_R5_a_result_file_is_no_case(dry, capsys, command):
+@pytest.mark.parametrize("command", ["run", "sweep -p speed=1,2", "lyapunov", "explain"])
+def test_R5_a_result_file_is_no_case(dry, typed, command):
     """A result in place of a case is answered with the command for it."""
-    assert "is a result, no case; clearance run " in text_one(capsys, command[0], dry, *command[1:])
+    assert "is a result, no case; clearance run " in typed.line(command, dry)
 
 
 def test_R5_nothing_is_read_from_another_file(dry, tmp_path):
@@ -376,21 +366,21 @@ def test_R5_an_open_quote_is_named_by_its_line(files, tmp_path, lines):
         read(tmp_path / "a.csv")
 
 
-def test_R10_folders_and_seeds(files, tmp_path, capsys):
+def test_R10_folders_and_seeds(files, tmp_path, typed):
     """A file for a folder, and a seed too large, are refused."""
     (tmp_path / "file").touch()
     bench = files["measurement"].source
     for arguments in (
-        ["film", "pressure"],
-        ["lyapunov", "slider_crank"],
-        ["identify", "--data", bench],
+        ["film pressure"],
+        ["lyapunov slider_crank"],
+        ["identify --data", bench],
     ):
-        assert text_one(capsys, *arguments, "-o", tmp_path / "file").endswith(
+        assert typed.line(*arguments, "-o", tmp_path / "file").endswith(
             "file is a file; give the name of a folder"
         )
     huge = "100000000000000000000"
     assert (
-        text_one(capsys, "bench-data", "ball_joint", "--seed", huge)
+        typed.line("bench-data ball_joint --seed", huge)
         == f"clearance: --seed must be less than 2^63, got {huge}"
     )
 
@@ -412,33 +402,31 @@ def room(size):
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["bench-data", "ball_joint", "-o", "{}/b.h5"],
-        ["bench-data", "ball_joint", "-o", "{}/b.csv"],
-        ["plot", "{dry}", "history", "--channels", "slider.ax", "-o", "{}/p.png"],
-        ["plot", "{dry}", "animation", "--frames", "2", "-o", "{}/p.gif"],
-        pytest.param(["film", "pressure", "-o", "{}/film"], marks=pytest.mark.slow),
+        "bench-data ball_joint -o {}/b.h5",
+        "bench-data ball_joint -o {}/b.csv",
+        "plot {dry} history --channels slider.ax -o {}/p.png",
+        "plot {dry} animation --frames 2 -o {}/p.gif",
+        pytest.param("film pressure -o {}/film", marks=pytest.mark.slow),
     ],
-    ids=" ".join,
 )
-def test_R8_a_full_disk_is_said_and_nothing_half_is_left(dry, tmp_path, capsys, arguments):
+def test_R8_a_full_disk_is_said_and_nothing_half_is_left(dry, tmp_path, typed, arguments):
     """Without room a command ends in one line and leaves no file."""
-    arguments = [a.format(tmp_path, dry=dry) for a in arguments]
     with room(2000):
-        line = text_one(capsys, *arguments, status=1)
+        line = typed.line(arguments.format(tmp_path, dry=dry), status=1)
     assert line.endswith(": File too large")
     assert line.startswith(f"clearance: {tmp_path}/")
     left = [p for p in tmp_path.rglob("*") if p.is_file() and p.suffix != ".md"]
     assert left == [dry]
 
 
-def test_R10_a_folder_that_cannot_be_written_is_named(capsys, monkeypatch, tmp_path):
+def test_R10_a_folder_that_cannot_be_written_is_named(typed, monkeypatch, tmp_path):
     """A folder that refuses files is named."""
 
     def refused(path, data):
         raise OSError(30, "Read-only file system", str(path))
 
     monkeypatch.setattr(Path, "write_bytes", refused)
-    line = text_one(capsys, "bench-data", "ball_joint", "-o", tmp_path / "b.h5")
+    line = typed.line("bench-data ball_joint -o", tmp_path / "b.h5")
     assert line == f"clearance: directory {tmp_path}: Read-only file system"
 
 

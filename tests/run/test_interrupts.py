@@ -135,7 +135,7 @@ def test_before_the_first_step_nothing_is_said_to_be_kept(
     path = tmp_path / "run.h5"
     assert (
         typed.line("run slider_crank -o", path, status=1)
-        == f"clearance: {word}; {path} was not written\n"
+        == f"clearance: {word}; {path} was not written"
     )
     assert not list(tmp_path.iterdir())
 
@@ -151,7 +151,7 @@ def test_after_the_run_its_file_is_said_to_be_kept(tmp_path, monkeypatch, typed)
     path = tmp_path / "run.h5"
     assert (
         typed.line("run slider_crank -o", path, status=1)
-        == f"clearance: terminated; the run is stored in {path}\n"
+        == f"clearance: terminated; the run is stored in {path}"
     )
     assert cl.open_result(path).complete
 
