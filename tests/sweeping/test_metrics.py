@@ -27,6 +27,7 @@ from clearance.run.options import Span
 from clearance.run.recording import attributes_of, record_run
 from clearance.simulation import prepare
 from tests.mechanisms import body, scotch_yoke
+from tests.mechanisms import dry as dry_joint
 from tests.postprocess.records import Formula, joint
 
 CRANK, ROD = 0.05, 0.12  # of the case slider_crank [m]
@@ -42,7 +43,14 @@ def recorded(scene, **options):
 
 
 def values(record, settle=None, ideal=None):
+    """Metrics of a record by name."""
     return {name: metric.value for name, metric in metrics(record, settle, ideal).items()}
+
+
+def ideal_of(scene, turns=1.0, samples=101):
+    """Motion of the sliders of a scene with ideal joints, over some turns."""
+    span = Span(turns * (scene.turn or 1.0), samples)
+    return ideal_motion(scene, span, json.loads(scene.to_json()))
 
 
 @pytest.fixture(scope="module")
@@ -89,11 +97,8 @@ def test_a_window_has_whole_turns_after_settling_and_no_more(settle, left, per_t
     """Full turns by exact arithmetic; all numbers are multiples of 0.001, so 1e-9 of a run never is
     a complete turn.
     """
-    turns, settle, left = (
-        f"{(settle + left) / 1000:.3f}",
-        f"{settle / 1000:.3f}",
-        Fraction(left, 1000),
-    )
+    turns, settle = (f"{number / 1000:.3f}" for number in (settle + left, settle))
+    left = Fraction(left, 1000)
     assume(float(turns) > 0.0)
     record = clocked(float(turns), per_turn, speed)
     window, length = Window.of(record, float(settle)), float(record.time[-1])
@@ -108,9 +113,8 @@ def test_a_window_has_whole_turns_after_settling_and_no_more(settle, left, per_t
     assert window.begin < window.end <= length
     if left >= 1:
         assert window.turns == math.floor(left)
-        assert window.end - window.begin == pytest.approx(
-            window.turns * record.turn, rel=1e-9 * float(turns)
-        )
+        span = window.turns * record.turn
+        assert window.end - window.begin == pytest.approx(span, rel=1e-9 * float(turns))
     else:
         assert window.end == length
         assert window.turns == pytest.approx(float(left), rel=1e-9)
@@ -194,31 +198,31 @@ def shaker(turns=4.0, per_turn=50, speed=2.0 * math.pi, joints=(), events=None, 
     stated otherwise.
     """
     count = round(turns * per_turn)
-    flat = {
-        "force_x": 3.0,
-        "force_y": 4.0,
-        "gap": 1e-4,
-        "eccentricity_x": 9e-4,
-        "eccentricity_y": 0.0,
-    }
+    flat = {"force_x": 3.0, "force_y": 4.0, "gap": 1e-4, "eccentricity_x": 9e-4}
+    flat |= {"eccentricity_y": 0.0}
     given = {n: (lambda t, v=v: np.full(t.shape, v)) for n, v in flat.items()} | channels
     paths = {f"joints/C/{n}": v for n, v in given.items()}
     columns = {"peak_penetration": np.zeros(0)} | (events or {})
-    joints = joints or (joint("C"),)
-    return Formula(
-        np.linspace(0.0, turns, count + 1), paths, speed=speed, joints=joints, events=columns
-    )
+    time, joints = np.linspace(0.0, turns, count + 1), joints or (joint("C"),)
+    return Formula(time, paths, speed=speed, joints=joints, events=columns)
+
+
+def twice(record):
+    """A record whose joint B has the channels of joint C."""
+    joints = {p: v for p, v in record.data.items() if p.startswith("joints/")}
+    record.data |= {p.replace("/C/", "/B/"): v for p, v in joints.items()}
+    return record
+
+
+BOTH = joint("B"), joint("C")
+COSINE = {"force_x": lambda t: 5.0 * np.cos(2.0 * np.pi * t), "force_y": np.zeros_like}
 
 
 def contacts(begin, duration, joints=None, speed=0.5, force=10.0, depth=1e-6):
     """Columns of the events of contacts that begin at these times [s]."""
     begin = np.asarray(begin, float)
-    given = {
-        "duration": duration,
-        "impact_speed": speed,
-        "peak_force": force,
-        "peak_penetration": depth,
-    }
+    given = {"duration": duration, "impact_speed": speed, "peak_force": force}
+    given |= {"peak_penetration": depth}
     columns = {name: np.broadcast_to(v, begin.shape).astype(float) for name, v in given.items()}
     names = np.array(joints or ["C"] * begin.size, dtype=str)
     return columns | {"time": begin, "joint": names, "kind": np.full(begin.size, "contact")}
@@ -228,8 +232,7 @@ def test_root_mean_square_of_a_sine_is_exact_over_whole_turns():
     """The trapezium rule integrates a sine over full turns exactly; counting both ends fully would
     be off by 1 %.
     """
-    record = shaker(force_x=lambda t: 5.0 * np.cos(2.0 * np.pi * t), force_y=np.zeros_like)
-    actual = values(record)
+    actual = values(shaker(**COSINE))
     assert actual["joint_C_force_rms"] == pytest.approx(5.0 / math.sqrt(2.0), rel=1e-14)
     assert actual["joint_C_force_max"] == pytest.approx(5.0, rel=1e-14)
 
@@ -237,12 +240,8 @@ def test_root_mean_square_of_a_sine_is_exact_over_whole_turns():
 @pytest.mark.parametrize("turns", [2.37, 5.91])
 def test_root_mean_square_where_samples_are_not_those_of_the_turn(turns):
     """Off by the two ends only: half a step each of a window of full turns."""
-    record = shaker(
-        turns, 53, force_x=lambda t: 5.0 * np.cos(2.0 * np.pi * t), force_y=np.zeros_like
-    )
-    assert values(record, 0.29)["joint_C_force_rms"] == pytest.approx(
-        5.0 / math.sqrt(2.0), rel=0.5 / 53
-    )
+    rms = values(shaker(turns, 53, **COSINE), 0.29)["joint_C_force_rms"]
+    assert rms == pytest.approx(5.0 / math.sqrt(2.0), rel=0.5 / 53)
 
 
 def located(record, **quantities):
@@ -256,9 +255,8 @@ def located(record, **quantities):
 
 def test_peaks_between_samples_are_the_located_ones_of_the_window():
     """Values of turns in the window only; without them those of the samples."""
-    record = located(
-        shaker(3.5), C_force_max=[900.0, 70.0, 20.0, 800.0], C_gap_min=[-9e-6, -2e-6, -1e-6, 0.0]
-    )
+    forces, gaps = [900.0, 70.0, 20.0, 800.0], [-9e-6, -2e-6, -1e-6, 0.0]
+    record = located(shaker(3.5), C_force_max=forces, C_gap_min=gaps)
     actual = values(record)  # window: turns 1 and 2
     assert metrics(record)["joint_C_force_max"].time == 1.5
     assert actual["joint_C_force_max"] == 70.0
@@ -311,39 +309,27 @@ def test_windows_side_by_side_share_out_contacts(parts, cut, data):
     record = shaker(4.0, events=contacts(begin, duration, names))
     first = dataclasses.replace(Window.of(record, 0.0), end=float(cut), turns=float(cut))
     second = Window.of(record, float(cut))
-    actual = [
+    of = [
         {n: v for n, v, *_ in defined.joints(defined.OfRecord(record, w, {}))}
         for w in (first, second)
     ]
-    totals = {
-        "impacts_per_turn": names.count("C"),
-        "contact_fraction": duration[np.array(names) == "C"].sum(),
-    }
-    for name, total in totals.items():
-        summed = sum(
-            f[f"joint_C_{name}"] * turns for f, turns in zip(actual, (cut, 4 - cut), strict=True)
-        )
-        assert summed == pytest.approx(total, abs=1e-12)
+    for name, total in (
+        ("impacts_per_turn", names.count("C")),
+        ("contact_fraction", duration[np.array(names) == "C"].sum()),
+    ):
+        before, after = (part[f"joint_C_{name}"] for part in of)
+        assert before * cut + after * (4 - cut) == pytest.approx(total, abs=1e-12)
 
 
 def test_contact_of_one_joint_is_none_of_another():
     """Speeds, forces and shares by joint."""
-    record = shaker(
-        3.0,
-        joints=(joint("B"), joint("C")),
-        events=contacts([1.2, 1.6], 0.1, ["B", "C"], [1.0, 2.0], [50.0, 60.0]),
-    )
-    record.data |= {
-        p.replace("/C/", "/B/"): v for p, v in record.data.items() if p.startswith("joints/")
-    }
+    touches = contacts([1.2, 1.6], 0.1, ["B", "C"], [1.0, 2.0], [50.0, 60.0])
+    record = twice(shaker(3.0, joints=BOTH, events=touches))
     actual = values(located(record, B_force_max=[0.0, 50.0, 0.0], C_force_max=[0.0, 60.0, 0.0]))
-    assert (actual["joint_B_impact_speed_max"], actual["joint_C_impact_speed_max"]) == (1.0, 2.0)
-    assert (actual["joint_B_force_max"], actual["joint_C_force_max"]) == (50.0, 60.0)
-    assert (
-        actual["joint_B_contact_fraction"]
-        == actual["joint_C_contact_fraction"]
-        == pytest.approx(0.05, rel=1e-12)
-    )
+    for name, speed, force in (("B", 1.0, 50.0), ("C", 2.0, 60.0)):
+        assert actual[f"joint_{name}_impact_speed_max"] == speed
+        assert actual[f"joint_{name}_force_max"] == force
+        assert actual[f"joint_{name}_contact_fraction"] == pytest.approx(0.05, rel=1e-12)
 
 
 def wet(law):
@@ -356,28 +342,22 @@ def wet(law):
 
 def test_contact_that_sets_in_gradually_is_read_off_the_samples():
     """The share of samples with force, and no impacts."""
-    # 10 of 50 samples a turn
-    touching = lambda t: np.where(np.mod(t, 1.0) < 0.195, 8.0, 0.0)  # noqa: E731
-    actual = values(shaker(3.0, joints=(wet("load_sharing"),), contact_force=touching))
-    assert actual["joint_C_contact_fraction"] == pytest.approx(0.2, rel=1e-12)
-    assert "joint_C_impacts_per_turn" not in actual
-    always = values(
-        shaker(
-            3.3, 37, joints=(wet("load_sharing"),), contact_force=lambda t: np.full(t.shape, 8.0)
-        )
-    )
-    assert always["joint_C_contact_fraction"] == pytest.approx(1.0, rel=1e-14)
+    gradual = (wet("load_sharing"),)
+    for turns, per_turn, force, share in (
+        (3.0, 50, lambda t: np.where(np.mod(t, 1.0) < 0.195, 8.0, 0.0), 0.2),  # 10 of 50 samples
+        (3.3, 37, lambda t: np.full(t.shape, 8.0), 1.0),
+    ):
+        actual = values(shaker(turns, per_turn, joints=gradual, contact_force=force))
+        assert actual["joint_C_contact_fraction"] == pytest.approx(share, rel=1e-12)
+        assert "joint_C_impacts_per_turn" not in actual
 
 
 @pytest.mark.parametrize("begin", [[], [1.3, 2.3]])
 def test_a_film_whose_contact_begins_with_a_touch_has_impacts(begin):
     """Its events count, also where no sample sees them."""
-    force = lambda t: np.zeros_like(t)  # noqa: E731 - no sample falls into the contacts
-    actual = values(
-        shaker(
-            3.0, joints=(wet("flores_hybrid"),), events=contacts(begin, 0.01), contact_force=force
-        )
-    )
+    # no sample falls into the contacts
+    options = {"events": contacts(begin, 0.01), "contact_force": np.zeros_like}
+    actual = values(shaker(3.0, joints=(wet("flores_hybrid"),), **options))
     assert actual["joint_C_impacts_per_turn"] == len(begin) / 2.0
     assert actual["joint_C_contact_fraction"] == pytest.approx(0.01 * len(begin) / 2.0, rel=1e-12)
 
@@ -428,31 +408,25 @@ def test_a_file_states_whose_contact_begins_with_a_touch(touching, tmp_path, mon
 
 def test_without_a_turn_rates_are_per_second():
     """Names, units and values are those of a second."""
-    record = shaker(
-        4.0, speed=None, events=contacts([0.5, 1.5, 2.5], 0.1), dissipated=lambda t: 3.0 * t
-    )
+    touches = contacts([0.5, 1.5, 2.5], 0.1)
+    record = shaker(4.0, speed=None, events=touches, dissipated=lambda t: 3.0 * t)
     record.data["energy/dissipated"] = 5.0 * record.time
     actual = metrics(record, 1.0)
-    assert actual["joint_C_impacts_per_second"].value == pytest.approx(2.0 / 3.0, rel=1e-14)
-    assert actual["joint_C_impacts_per_second"].units == "1/s"
-    assert actual["joint_C_dissipated_power"].value == pytest.approx(3.0, rel=1e-14)
-    assert (actual["dissipated_power"].value, actual["dissipated_power"].units) == (
-        pytest.approx(5.0, rel=1e-14),
-        "W",
-    )
+    for name, value, units in (
+        ("joint_C_impacts_per_second", 2.0 / 3.0, "1/s"),
+        ("joint_C_dissipated_power", 3.0, "W"),
+        ("dissipated_power", 5.0, "W"),
+    ):
+        assert actual[name].value == pytest.approx(value, rel=1e-14)
+        assert actual[name].units == units
     assert not [n for n in actual if "turn" in n or "period" in n]
 
 
 # --- periods
 def orbit(x, y=np.zeros_like, turns=10.0, per_turn=50, **more):
     """A journal whose eccentricity over the clearance (1e-3 m) is a function of time in turns."""
-    return shaker(
-        turns,
-        per_turn,
-        eccentricity_x=lambda t: 1e-3 * x(t),
-        eccentricity_y=lambda t: 1e-3 * y(t),
-        **more,
-    )
+    place = {"eccentricity_x": lambda t: 1e-3 * x(t), "eccentricity_y": lambda t: 1e-3 * y(t)}
+    return shaker(turns, per_turn, **place, **more)
 
 
 def wave(*parts):
@@ -536,10 +510,7 @@ def test_few_samples_tell_a_period_only_where_they_are_those_of_the_turn(
 
 def test_all_journals_must_be_back():
     """The period is that of the slowest joint."""
-    record = orbit(wave((0.8, 1)), joints=(joint("B"), joint("C")))
-    record.data |= {
-        p.replace("/C/", "/B/"): v for p, v in record.data.items() if p.startswith("joints/")
-    }
+    record = twice(orbit(wave((0.8, 1)), joints=BOTH))
     assert values(record)["period"] == 1.0
     record.data["joints/B/eccentricity_y"] = 1e-3 * wave((0.1, 0.5))(record.time)
     assert values(record)["period"] == 2.0
@@ -594,15 +565,14 @@ def test_forces_gaps_and_torques_are_located(feeder):
     assert actual["joint_B_force_max"] == pytest.approx(highest, rel=1e-14)
     # over steps here, over samples there: the dense output and the trapezoidal rule err by less
     assert actual["joint_B_force_rms"] == pytest.approx(rms(force), rel=1e-6)
-    assert actual["drive_crank_torque_rms"] == pytest.approx(
-        rms(record.drive("crank").torque), rel=1e-5
-    )
-    torque, gap, rate = record.drive("crank").torque, record.joint("B").gap, record["slider"].ax
-    shown = tuple(actual[f"drive_crank_torque_{side}"] for side in ("min", "max"))
-    assert shown == ends("drives/crank/torque", torque)
-    shown = tuple(actual[f"slider_acceleration_{side}"] for side in ("min", "max"))
-    assert shown == ends("bodies/slider/ax", rate)
-    assert actual["joint_B_gap_min"] == ends("joints/B/gap", gap)[0]
+    torque = rms(record.drive("crank").torque)
+    assert actual["drive_crank_torque_rms"] == pytest.approx(torque, rel=1e-5)
+    for name, path, channel in (
+        ("drive_crank_torque", "drives/crank/torque", record.drive("crank").torque),
+        ("slider_acceleration", "bodies/slider/ax", record["slider"].ax),
+    ):
+        assert (actual[f"{name}_min"], actual[f"{name}_max"]) == ends(path, channel)
+    assert actual["joint_B_gap_min"] == ends("joints/B/gap", record.joint("B").gap)[0]
     roughness = record.joint("B").gap[-1] / record.joint("B").film_thickness_ratio[-1]
     assert actual["joint_B_film_thickness_ratio_min"] == pytest.approx(
         actual["joint_B_gap_min"] / roughness, rel=1e-12
@@ -654,15 +624,11 @@ def test_turning_the_other_way(feeder):
     """Metrics of a drive at negative speed have the same names and signs: turns and rates are
     positive.
     """
-    record, ideal = recorded(
-        cl.load_case("six_bar_feeder", **FEEDER | {"speed": -30.0}), turns=3.0, samples_per_turn=200
-    )
+    scene = cl.load_case("six_bar_feeder", **FEEDER | {"speed": -30.0})
+    record, ideal = recorded(scene, turns=3.0, samples_per_turn=200)
     actual = values(record, None, ideal)
-    assert set(actual) == set(values(feeder[0], None, feeder[1])) - {
-        "period",
-        "period_error",
-        "settling_ratio",
-    }
+    of_period = {"period", "period_error", "settling_ratio"}
+    assert set(actual) == set(values(feeder[0], None, feeder[1])) - of_period
     assert actual["dissipated_per_turn"] > 0.0
     balanced(record, actual, 1e-4)
     assert 0.0 < actual["slider_position_deviation_max"] < 1e-3
@@ -713,17 +679,10 @@ def test_a_journal_at_rest_in_its_bearing_is_in_contact_all_the_time():
     """
     stiffness, clearance = 1e9, 1e-3
     load = body("load", {"pin": (0.0, 0.0)}, mass=2.0)
-    law = cl.lankarani_nikravesh(stiffness=stiffness, restitution=0.5)
     depth = (2.0 * 9.81 / stiffness) ** (2.0 / 3.0)  # F = K d^1.5
-    resting = cl.ClearanceRevolute(
-        cl.ground,
-        load["pin"],
-        name="J",
-        radius=0.01,
-        clearance=clearance,
-        contact=law,
-        eccentricity=(0.0, -clearance - depth),
-    )
+    place = {"clearance": clearance, "eccentricity": (0.0, -clearance - depth)}
+    law = {"stiffness": stiffness, "restitution": 0.5}
+    resting = dry_joint(cl.ground, load["pin"], "J", **place, **law)
     record, ideal = recorded(cl.Scene(resting), until=0.1)
     assert ideal is None
     for settle in (None, 0.03):
@@ -766,21 +725,20 @@ def closed_form(angle, speed):
 def test_ideal_slider_crank_against_its_closed_form(speed, validated):
     """Place and acceleration of the slider, 1e-12 of the largest."""
     scene = cl.load_case("slider_crank", speed=speed, clearance=1e-3)
-    span = Span(2.7 * scene.turn, 401)
-    place, acceleration = ideal_motion(scene, span, json.loads(scene.to_json()))["slider"]
-    expected = closed_form(speed * np.linspace(0.0, span.until, 401), speed)
-    options, size = (
-        {"source": "closed form of the slider-crank", "kind": "exact"},
-        np.abs(expected).max(axis=1),
-    )
-    validated("place of the ideal slider", place, expected[0], 1e-12, relative=size[0], **options)
-    validated(
-        "acceleration of the ideal slider",
-        acceleration,
-        expected[1],
-        1e-12,
-        relative=size[1],
-        **options,
+    computed = ideal_of(scene, 2.7, 401)["slider"]
+    expected = closed_form(speed * np.linspace(0.0, 2.7 * scene.turn, 401), speed)
+    of = {"source": "closed form of the slider-crank", "kind": "exact"}
+    for name, actual, wanted in zip(("place", "acceleration"), computed, expected, strict=True):
+        size = np.abs(wanted).max()
+        validated(f"{name} of the ideal slider", actual, wanted, 1e-12, relative=size, **of)
+
+
+def lubricated(clearance):
+    """A slider-crank whose Sommerfeld number does not depend on the clearance: viscosity as c^2."""
+    film = {"model": "lubricated", "film": "pinkus_sternlicht"}
+    viscosity = 0.4 * (clearance / 4e-4) ** 2
+    return cl.load_case(
+        "slider_crank", speed=50.0, clearance=clearance, viscosity=viscosity, **film
     )
 
 
@@ -790,18 +748,7 @@ def cranks():
     viscosity as c^2.
     """
     sizes = (4e-4, 2e-4, 1e-4)
-    scenes = [
-        cl.load_case(
-            "slider_crank",
-            speed=50.0,
-            clearance=c,
-            model="lubricated",
-            film="pinkus_sternlicht",
-            viscosity=0.4 * (c / 4e-4) ** 2,
-        )
-        for c in sizes
-    ]
-    return sizes, [recorded(scene, turns=2.0, samples_per_turn=200) for scene in scenes]
+    return sizes, [recorded(lubricated(c), turns=2.0, samples_per_turn=200) for c in sizes]
 
 
 def test_deviation_is_of_first_order_in_the_clearance(cranks):
@@ -834,29 +781,25 @@ def test_deviation_is_that_from_the_closed_form(cranks):
 
 def test_a_part_of_a_run_is_compared_with_the_same_part():
     """A run given up half way has fewer samples than the ideal motion."""
-    scene = cl.load_case(
-        "slider_crank", speed=50.0, clearance=4e-4, model="lubricated", film="pinkus_sternlicht"
-    )
-    options = {"turns": 4.0, "samples_per_turn": 100}
+    scene, options = lubricated(4e-4), {"turns": 4.0, "samples_per_turn": 100}
     entire, ideal = recorded(scene, **options)
     steps = int(0.8 * entire.solver["steps"])
     part, same = recorded(scene, max_steps=steps, **options)
     assert not part.complete
     assert 2.0 * part.turn < part.time[-1] < 4.0 * part.turn
     count = math.floor(part.time[-1] / part.turn * (1.0 + 1e-9)) - 1
-    late = (part.time >= part.turn * (1.0 - 1e-9)) & (
-        part.time <= (1 + count) * part.turn * (1.0 + 1e-9)
-    )
+    begin, end = part.turn * (1.0 - 1e-9), (1 + count) * part.turn * (1.0 + 1e-9)
+    late = (part.time >= begin) & (part.time <= end)
     far = np.abs(part["slider"].x[late] - closed_form(50.0 * part.time[late], 50.0)[0]).max()
     assert values(part, None, same)["slider_position_deviation_max"] == pytest.approx(far, rel=1e-9)
 
 
-def turned(angle, by_ground=True, axis=(1.0, 0.0), speed=20.0):
+def turned(angle, by_ground=True, axis=(1.0, 0.0), speed=20.0, throw=CRANK, length=ROD):
     """A slider-crank of ideal joints at an angle; the axis of its guide may point backwards or
     stand in the slider.
     """
-    crank = body("crank", {"O": (0, 0), "P": (CRANK, 0)}, angle=angle)
-    rod = body("rod", {"P": (0, 0), "Q": (ROD, 0)}, angle=angle)
+    crank = body("crank", {"O": (0, 0), "P": (throw, 0)}, angle=angle)
+    rod = body("rod", {"P": (0, 0), "Q": (length, 0)}, angle=angle)
     slider = body("slider", {"Q": (0, 0)}, angle=angle)
     c, s = math.cos(angle), math.sin(angle)
     x, y = np.round((c * axis[0] - s * axis[1], s * axis[0] + c * axis[1]), 15)
@@ -952,46 +895,36 @@ def test_ideal_motion_does_not_depend_on_which_run_came_first(monkeypatch):
 
     def alone(speed):
         monkeypatch.setattr(ideals, "_made", {})
-        return asked(speed)
+        return computed(speed)
 
-    def asked(speed):
-        scene = scenes[speed]
-        return ideal_motion(scene, Span(6.0 * scene.turn, 2401), json.loads(scene.to_json()))[
-            "slider"
-        ]
+    def computed(speed):
+        return ideal_of(scenes[speed], 6.0, 2401)["slider"]
 
     expected = {s: alone(s) for s in speeds}
     for order in (speeds, speeds[::-1], sorted(speeds)):
         monkeypatch.setattr(ideals, "_made", {})
         for s in (*order, *order):
-            for mine, first in zip(asked(s), expected[s], strict=True):
-                np.testing.assert_array_equal(mine, first)
+            np.testing.assert_array_equal(computed(s), expected[s])
         assert len(ideals._made) == 2  # one motion each way
 
 
 def test_ideal_motion_does_not_depend_on_masses_loads_and_clearances(monkeypatch):
     """Nothing but the kinematics counts; scenes that differ there do not share a motion."""
 
-    def asked(scene, turns=1.0, samples=101):
-        return ideal_motion(scene, Span(turns * scene.turn, samples), json.loads(scene.to_json()))[
-            "slider"
-        ][0]
+    def place(scene, **more):
+        return ideal_of(scene, **more)["slider"][0]
 
     monkeypatch.setattr(ideals, "_made", {})
     plain = turned(0.7)
-    first = asked(plain)
-    loaded = cl.Scene(
-        *plain.joints,
-        *plain.loads,
-        cl.SpringDamper(cl.ground.at(3.0, 9.0), plain.joints[2].b, stiffness=5.0),
-        gravity=(1.0, 2.0),
-    )
-    np.testing.assert_array_equal(asked(loaded), first)
+    first = place(plain)
+    spring = cl.SpringDamper(cl.ground.at(3.0, 9.0), plain.joints[2].b, stiffness=5.0)
+    loaded = cl.Scene(*plain.joints, *plain.loads, spring, gravity=(1.0, 2.0))
+    np.testing.assert_array_equal(place(loaded), first)
     assert len(ideals._made) == 1
-    assert not np.array_equal(asked(turned(0.8)), first)
-    assert not np.array_equal(asked(turned(0.7, axis=(-1.0, 0.0))), first)
-    assert asked(plain, samples=51).shape == (51,)
-    assert not np.array_equal(asked(plain, turns=2.0), first)
+    assert not np.array_equal(place(turned(0.8)), first)
+    assert not np.array_equal(place(turned(0.7, axis=(-1.0, 0.0))), first)
+    assert place(plain, samples=51).shape == (51,)
+    assert not np.array_equal(place(plain, turns=2.0), first)
     assert len(ideals._made) == 5
 
 
@@ -999,16 +932,17 @@ def test_no_more_ideal_motions_are_kept_than_allowed(monkeypatch):
     """Older ones are made again, bit for bit."""
     monkeypatch.setattr(ideals, "_made", {})
     monkeypatch.setattr(ideals, "MOST_KEPT", 3)
-    scene = turned(0.7)
-    described = json.loads(scene.to_json())
-    firsts = [
-        ideal_motion(scene, Span(scene.turn, n), described)["slider"][0] for n in range(11, 19)
-    ]
+    scene, counts = turned(0.7), range(11, 19)
+    firsts = [ideal_of(scene, 1.0, n)["slider"][0] for n in counts]
     assert len(ideals._made) <= 3
-    for n, first in zip(range(11, 19), firsts, strict=True):
-        np.testing.assert_array_equal(
-            ideal_motion(scene, Span(scene.turn, n), described)["slider"][0], first
-        )
+    for n, first in zip(counts, firsts, strict=True):
+        np.testing.assert_array_equal(ideal_of(scene, 1.0, n)["slider"][0], first)
+
+
+def torque_driven():
+    """Driven by a torque, a freedom is left."""
+    plain = turned(0.7)
+    return cl.Scene(*plain.joints, cl.Drive(plain.loads[0].target, torque=1.0))
 
 
 @pytest.mark.parametrize(
@@ -1016,29 +950,14 @@ def test_no_more_ideal_motions_are_kept_than_allowed(monkeypatch):
     [
         cl.load_case("double_pendulum"),
         cl.load_case("four_bar"),
-        pytest.param("torque", id="torque"),
-        pytest.param("short", id="short"),
+        torque_driven(),
+        turned(0.0, speed=5.0, throw=0.12, length=0.05),  # cannot go round
     ],
+    ids=["pendulum", "four bar", "torque", "short"],
 )
 def test_no_ideal_motion_where_nothing_slides_or_there_is_not_one(scene):
-    """Driven by a torque a freedom is left; a rod shorter than the crank cannot go round."""
-    if scene == "torque":
-        plain = turned(0.7)
-        scene = cl.Scene(*plain.joints, cl.Drive(plain.loads[0].target, torque=1.0))
-    elif scene == "short":
-        crank, rod = (
-            body("crank", {"O": (0, 0), "P": (0.12, 0)}),
-            body("rod", {"P": (0, 0), "Q": (0.05, 0)}),
-        )
-        slider = body("slider", {"Q": (0, 0)})
-        scene = cl.Scene(
-            cl.Revolute(cl.ground, crank["O"], name="O"),
-            cl.Revolute(crank["P"], rod["P"], name="P"),
-            cl.Revolute(rod["Q"], slider["Q"], name="Q"),
-            cl.Prismatic(cl.ground, slider["Q"], name="guide"),
-            cl.Drive(crank, speed=5.0, start=0.0),
-        )
-    assert ideal_motion(scene, Span(scene.turn or 1.0, 51), json.loads(scene.to_json())) is None
+    """A rod shorter than the crank cannot go round; a torque leaves a freedom."""
+    assert ideal_of(scene, 1.0, 51) is None
 
 
 # --- a user's own
@@ -1048,17 +967,12 @@ def clock(run):
 
 def test_own_metrics_are_numbers_by_name():
     """A number, or value with units and text; infinite ones too."""
-    actual = own(
-        lambda run: {"mean": np.float32(2.0), "rate": (3, "1/s", "a rate"), "none": math.inf},
-        clocked(1.0),
-    )
-    assert (actual["mean"].value, actual["mean"].units, actual["mean"].text) == (2.0, "?", "mean")
-    assert (actual["rate"].value, actual["rate"].units, actual["rate"].text) == (
-        3.0,
-        "1/s",
-        "a rate",
-    )
-    assert actual["none"].value == math.inf
+    numbers = {"mean": np.float32(2.0), "rate": (3, "1/s", "a rate"), "none": math.inf}
+    actual = own(lambda run: numbers, clocked(1.0))
+    shown = {n: (m.value, m.units, m.text) for n, m in actual.items()}
+    assert shown["mean"] == (2.0, "?", "mean")
+    assert shown["rate"] == (3.0, "1/s", "a rate")
+    assert shown["none"][0] == math.inf
     assert own(clock, clocked(1.0))["clock"].value == 3.0
 
 
