@@ -29,6 +29,22 @@ class Reactions:
     across: dict = field(default_factory=dict)
 
 
+@dataclass
+class Friction:
+    """Friction of the joints that have some: efforts on body b, loads behind them, rates of b
+    against a.
+    """
+
+    efforts: dict = field(default_factory=dict)  # joint -> torque [N m] or force along the axis [N]
+    # joint -> friction load [N m or N], where the law needs it
+    loads: dict = field(default_factory=dict)
+    rates: dict = field(default_factory=dict)
+    bristle_rates: dict = field(default_factory=dict)  # of joints whose law has bristles
+    ideal: dict = field(default_factory=dict)  # drive -> effort without any joint friction
+    iterations: object = None  # of the coupled solve, where there is one
+    contraction: object = None
+
+
 class Dynamics:
     """Equations of motion of a scene whose poses and velocities are known."""
 

@@ -10,9 +10,9 @@ have several solutions; this is the one that grows out of none.
 """
 
 import math
-from dataclasses import dataclass, field
 from itertools import islice
 
+from clearance.mechanism.dynamics import Friction
 from clearance.mechanism.loops import implicit, solve
 from clearance.mechanism.motion import Calls
 from clearance.tracing.function import Function, Loop, SubTrace
@@ -30,28 +30,10 @@ LIMIT = 60
 STRIDE, SHORTEST, CORRECTIONS, CLOSED, FURTHEST = 0.0625, 1e-4, 6, 1e-12, 0.3
 
 
-@dataclass
-class Friction:
-    """Friction of the joints that have some: efforts on body b, loads behind them, rates of b
-    against a.
-    """
-
-    efforts: dict = field(default_factory=dict)  # joint -> torque [N m] or force along the axis [N]
-    # joint -> friction load [N m or N], where the law needs it
-    loads: dict = field(default_factory=dict)
-    rates: dict = field(default_factory=dict)
-    bristle_rates: dict = field(default_factory=dict)  # of joints whose law has bristles
-    ideal: dict = field(default_factory=dict)  # drive -> effort without any joint friction
-    iterations: object = None  # of the coupled solve, where there is one
-    contraction: object = None
-
-
 def joint_friction(dynamics, work, driven: dict) -> Friction:
     """Friction of all joints at the present state; `work` is everything else that acts."""
     d, joints = dynamics, dynamics.scene.rubbing_joints
     result = Friction(rates={j: d.motion.rate(j) for j in joints})
-    if not joints:
-        return result
     d.trace.section = "joint friction"
     for joint in (j for j in joints if not j.rubs_by_load):
         result.efforts[joint] = _effort(d.motion, d.motion.calls, joint, result, 0.0)

@@ -21,8 +21,7 @@ from weakref import WeakValueDictionary
 
 from clearance.elements.declared import blamed, check_outputs, check_work
 from clearance.machine import store
-from clearance.mechanism.dynamics import Dynamics
-from clearance.mechanism.friction_efforts import joint_friction
+from clearance.mechanism.dynamics import Dynamics, Friction
 from clearance.mechanism.kinematics import Columns, Kinematics, Propagation
 from clearance.mechanism.layout import Channel, Layout
 from clearance.mechanism.motion import Calls, Motion
@@ -241,6 +240,14 @@ class Tracing:
         return self.trace.load(f"par[{self.index[name]}]")
 
     # --- mechanics
+    def _friction(self, dynamics: Dynamics, applied, driven: dict) -> Friction:
+        """Friction of joints without clearance."""
+        if not self.scene.rubbing_joints:
+            return Friction()
+        from clearance.mechanism.friction_efforts import joint_friction
+
+        return joint_friction(dynamics, applied, driven)
+
     def _trace(self) -> None:
         trace, size = self.trace, len(self.places)
         position = {c: trace.load(f"y[{i}]") for i, c in enumerate(self.places)}
@@ -248,7 +255,7 @@ class Tracing:
         self.motion = self._moving(position, rate)
         dynamics = Dynamics(self.scene, self.motion, self.cut)
         applied, driven = dynamics.applied(), self._driven(self.cut, 2)
-        self.friction = self.motion.friction = joint_friction(dynamics, applied, driven)
+        self.friction = self.motion.friction = self._friction(dynamics, applied, driven)
         self.work = dynamics.with_friction(applied, self.friction.efforts)
         self.acceleration, self.motion.reactions = dynamics.solution(self.work, driven)
         trace.section = "state"

@@ -15,7 +15,7 @@ from clearance.mechanism.build import build
 from clearance.metrics import by_turn as turns
 from clearance.motions import chaos
 from clearance.motions.ensemble import Ensemble
-from clearance.run import run
+from clearance.run import method
 from clearance.run.options import Solver
 from tests.seeds import few_of
 
@@ -88,8 +88,8 @@ def test_not_reached():
 
 def test_crawling_statistics_end_by_name(monkeypatch):
     """As of `simulate`: the remaining turns would need too many steps; here 500 are too many."""
-    monkeypatch.setattr(run, "PACE", 500)
-    monkeypatch.setattr(run, "ENDLESS", 500.0)
+    monkeypatch.setattr(method, "PACE", 500)
+    monkeypatch.setattr(method, "ENDLESS", 500.0)
     with pytest.raises(cl.SimulationError, match="so short that the rest of the run needs more"):
         cl.statistics(SCENE, 0.1, max_turns=160, check=False)
 
