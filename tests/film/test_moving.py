@@ -9,12 +9,13 @@ import pytest
 
 from clearance.film.banded import Factors, factorise
 from clearance.film.bands import FastFilm
-from clearance.film.bearing import Bearing, Groove
+from clearance.film.bearing import Groove
 from clearance.film.fem import FemFilm
-from clearance.film.moving import MovingFilm, error_of, mesh_for, softplus
+from clearance.film.moving import SATURATED, SHIFT, MovingFilm, error_of, mesh_for, softplus
+from tests.differences import slopes
+from tests.film.states import apart, bearing
 from tests.seeds import few_of
 
-OPTIONS = {"radius": 0.01, "clearance": 1e-4, "length": 0.02, "viscosity": 0.05}
 STATES = [(0.3, 0.0, 31.0), (0.6, 5.0, 20.0), (0.9, -3.0, -10.0), (0.95, 1.0, 31.0)]
 ROUGH = {"roughness": 2e-5}
 FED = {"grooves": (Groove(0.5, 0.4, 0.6, 2e3),)}
@@ -22,7 +23,7 @@ FED = {"grooves": (Groove(0.5, 0.4, 0.6, 2e3),)}
 
 def off(actual, wanted):
     """Relative error of a force."""
-    return np.linalg.norm((actual - wanted)[:2]) / np.linalg.norm(wanted[:2])
+    return apart(actual[:2], wanted[:2])
 
 
 @pytest.mark.parametrize(
@@ -39,8 +40,8 @@ def off(actual, wanted):
 )
 def test_force_is_that_of_the_sharp_rupture(more, tolerance):
     """48 by 6 cells against 96 by 12 with a rupture at nodes; a groove holds the mesh still."""
-    bearing = Bearing(**OPTIONS, **more)
-    moving, sharp = MovingFilm(bearing, (48, 6)), FemFilm(bearing, (96, 12))
+    of = bearing(**more)
+    moving, sharp = MovingFilm(of, (48, 6)), FemFilm(of, (96, 12))
     for state in STATES:
         assert off(moving.outputs(*state), sharp.outputs(*state)) < tolerance
 
@@ -50,25 +51,19 @@ def test_error_is_what_a_mesh_is_chosen_for(slenderness, validated):
     """The error that `error_of` expects of the default mesh, against the fast solver on (128, 16),
     which has 3e-4.
     """
-    bearing = Bearing(**OPTIONS | {"length": 0.02 * slenderness})
-    moving, fast = MovingFilm(bearing), FastFilm(bearing, (128, 16))
+    of = bearing(slenderness)
+    moving, fast = MovingFilm(of), FastFilm(of, (128, 16))
     states = [
         (e, r, w) for e in (0.2, 0.8, 0.95) for r, w in ((0.0, 31.0), (6.0, 31.0), (31.0, 0.0))
     ]
-    actual, wanted = (np.array([f.outputs(*s)[:2] for s in states]) for f in (moving, fast))
+    actual, wanted = (
+        np.array([f.outputs(*s)[:2] for s in states]) @ (1, 1j) for f in (moving, fast)
+    )
     expected = max(error_of(moving.mesh[0], e, slenderness) for e, *_ in states)
     assert expected < 3.1e-3
-    source = "fast solver"
-    sizes = np.hypot(*wanted.T)
-    complex_found, complex_wanted = (f[:, 0] + 1j * f[:, 1] for f in (actual, wanted))
-    validated(
-        f"force of the film of a run, L/D {slenderness:g}",
-        complex_found / sizes,
-        complex_wanted / sizes,
-        expected + 3e-4,
-        source=source,
-        kind="independent",
-    )
+    source, sizes = {"source": "fast solver", "kind": "independent"}, np.abs(wanted)
+    what = f"force of the film of a run, L/D {slenderness:g}"
+    validated(what, actual / sizes, wanted / sizes, expected + 3e-4, **source)
 
 
 @pytest.mark.parametrize(
@@ -78,19 +73,14 @@ def test_derivatives_are_exact(more):
     """Against central differences, whose own error is about 1e-5 of the largest where the roughness
     cuts phi.
     """
-    film = MovingFilm(Bearing(**OPTIONS, **more), (24, 3))
+    film = MovingFilm(bearing(**more), (24, 3))
     for state in STATES[1:3]:
-        slopes = film.linearised(*state)[:, 1:]
-        for k in range(3):
-            step = np.eye(3)[k] * 1e-5 * max(abs(state[k]), 1.0)
-            ahead, behind = film.outputs(*(state + step)), film.outputs(*(state - step))
-            difference = (ahead - behind) / (2.0 * step[k])
-            assert np.allclose(
-                difference[:2], slopes[:2, k], atol=5e-5 * np.abs(slopes[:2, k]).max()
-            )
-            assert difference[2] == pytest.approx(
-                slopes[2, k], rel=1e-3, abs=1e-3 * abs(slopes[2]).max()
-            )
+        actual = film.linearised(*state)[:3, 1:]
+        steps = 1e-5 * np.maximum(np.abs(state), 1.0)
+        wanted = slopes(lambda *at: film.outputs(*at)[:3], state, steps)
+        largest = np.abs(actual[:2]).max(axis=0)
+        assert np.allclose(wanted[:2], actual[:2], atol=5e-5 * largest)
+        assert wanted[2] == pytest.approx(actual[2], rel=1e-3, abs=1e-3 * np.abs(actual[2]).max())
 
 
 def roughness_of(film):
@@ -106,14 +96,13 @@ def test_force_is_smooth_where_the_sharp_one_is_not():
     """The cause of steps that were too long, every fourth of a run: nodes that turn wet one by
     one.
     """
-    bearing = Bearing(**OPTIONS)
-    assert roughness_of(MovingFilm(bearing, (32, 4))) < 3.0
-    assert roughness_of(FemFilm(bearing, (32, 4))) > 6.0
+    assert roughness_of(MovingFilm(bearing(), (32, 4))) < 3.0
+    assert roughness_of(FemFilm(bearing(), (32, 4))) > 6.0
 
 
 def test_homogeneous_and_a_mirror_image():
     """To the correction at which solutions end, 1e-8 of the pressure."""
-    film = MovingFilm(Bearing(**OPTIONS))
+    film = MovingFilm(bearing())
     forces = film.outputs(0.8, 2.0, 31.0)[:2]
     assert film.outputs(0.8, 20.0, 310.0)[:2] == pytest.approx(10.0 * forces, rel=1e-6)
     assert film.outputs(0.8, 2.0, -31.0)[:2] == pytest.approx(forces * (1.0, -1.0), rel=1e-6)
@@ -121,7 +110,7 @@ def test_homogeneous_and_a_mirror_image():
 
 def test_solutions_do_not_depend_on_the_last_one():
     """From a neighbour or from nowhere: 1e-6 of the force."""
-    film = MovingFilm(Bearing(**OPTIONS))
+    film = MovingFilm(bearing())
     alone = [film.outputs(*s) for s in STATES if film.reset() is None]
     film.linearised(*STATES[0])
     for state, wanted in zip(STATES, alone, strict=True):
@@ -130,7 +119,7 @@ def test_solutions_do_not_depend_on_the_last_one():
 
 def test_neighbouring_states_share_factors():
     """Fewer than one factorisation for three states a thousandth apart."""
-    film = MovingFilm(Bearing(**OPTIONS))
+    film = MovingFilm(bearing())
     film.linearised(0.8, 1.0, 31.0)
     before = film.systems
     for i in range(30):
@@ -142,8 +131,6 @@ def test_bias_of_the_smooth_rupture():
     """SHIFT and SATURATED make g 1 in the cavity, and the wet side begin at the pressure of the
     sharp rupture.
     """
-    from clearance.film.moving import SATURATED, SHIFT
-
     assert softplus(SHIFT - SATURATED) == pytest.approx(1.0, rel=1e-12)
     p = np.linspace(SATURATED, 60.0, 400_001)
     g = np.array([softplus(SHIFT - x) for x in p])
@@ -156,16 +143,16 @@ def test_mesh():
     """
     assert mesh_for(1.0) == (36, 3)
     assert mesh_for(0.125)[0] > mesh_for(0.25)[0] > 36
-    film = MovingFilm(Bearing(**OPTIONS), (16, 2))
+    film = MovingFilm(bearing(), (16, 2))
     assert "16 cells around are too coarse for eccentricity ratio 0.95" in film.doubt(0.95)
-    assert MovingFilm(Bearing(**OPTIONS)).doubt(0.95) is None
+    assert MovingFilm(bearing()).doubt(0.95) is None
     with pytest.raises(ValueError, match="mass_conserving"):
-        MovingFilm(Bearing(**OPTIONS, cavitation="mass_conserving"))
+        MovingFilm(bearing(cavitation="mass_conserving"))
 
 
 def test_pressure_carries_the_load():
     """The field's own integral, trapezia around and Simpson's rule along, gives the force: 5e-3."""
-    film = MovingFilm(Bearing(**OPTIONS), (64, 8))
+    film = MovingFilm(bearing(), (64, 8))
     actual = film.solve(0.8, 2.0, 31.0)
     around = np.append(actual.theta, actual.theta[0] + 2.0 * math.pi)
     rule = np.ones(len(actual.axial))
