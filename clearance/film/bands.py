@@ -15,6 +15,7 @@ Where nothing is known the ring is folded, which doubles the band.
 """
 
 import math
+from collections import namedtuple
 
 import numpy as np
 
@@ -35,6 +36,9 @@ CONDUCTANCE, CUBE, COS, SIN, RADIAL, TURNING, SHEAR = range(7)
 # what is known of a node: nothing; it cavitates; its pressure; it cavitates for ever
 WET, DRY, GIVEN, CUT = range(4)
 REYNOLDS, GUMBEL, FULL = range(3)  # cavitation
+#: of a film on a grid: integrals over its cells, widths of the cells along it and conductances to
+#: the next node, source of each column
+Balance = namedtuple("Balance", "cells width link source")
 
 
 @compiled
@@ -180,8 +184,9 @@ def order(count, cut):
 
 
 @compiled
-def assemble(band, x, cells, width, link, source, pressure, state, block):
+def assemble(band, x, balance, pressure, state, block):
     """Matrix and right-hand side of the wet nodes; any other keeps its pressure."""
+    cells, width, link, source = balance
     count, rows = state.shape
     band[:], x[:] = 0.0, 0.0
     for j in range(count):
@@ -208,8 +213,9 @@ def assemble(band, x, cells, width, link, source, pressure, state, block):
 
 
 @compiled
-def surplus(cells, width, link, source, pressure, j, k):
+def surplus(balance, pressure, j, k):
     """Flow that a dry node would have to push out; negative where the node fills."""
+    cells, width, link, source = balance
     count, rows = pressure.shape
     p, before, after = pressure[j, k], (j - 1) % count, (j + 1) % count
     out = cells[CONDUCTANCE, j] * (p - pressure[after, k]) + cells[CONDUCTANCE, before] * (
@@ -222,7 +228,7 @@ def surplus(cells, width, link, source, pressure, j, k):
 
 
 @compiled
-def settle(cells, width, link, source, lowest, pressure, state, cut):
+def settle(balance, lowest, pressure, state, cut):
     """Primal-dual active set for P >= lowest, started from `state`.
 
     Returns the number of linear systems solved, UNSETTLED where the set still changes.
@@ -233,7 +239,7 @@ def settle(cells, width, link, source, lowest, pressure, state, cut):
     size = count * rows
     band, x = np.empty((size, reach + 1)), np.empty((size + reach, 1))
     for done in range(1, MOST_CHANGES):
-        assemble(band, x, cells, width, link, source, pressure, state, block)
+        assemble(band, x, balance, pressure, state, block)
         factorise(Factors(band, x, np.ones((1, 1))))  # the right-hand side as a border
         backward(Factors(band, x, np.ones((0, 0))), x[:, 0])
         for j in range(count):
@@ -242,7 +248,7 @@ def settle(cells, width, link, source, lowest, pressure, state, cut):
         changes = 0
         for j in range(count):
             for k in range(rows):
-                if state[j, k] == DRY and surplus(cells, width, link, source, pressure, j, k) < 0.0:
+                if state[j, k] == DRY and surplus(balance, pressure, j, k) < 0.0:
                     state[j, k] = WET
                     changes += 1
                 elif state[j, k] == WET and pressure[j, k] < lowest:
@@ -258,8 +264,9 @@ def settle(cells, width, link, source, lowest, pressure, state, cut):
 
 
 @compiled
-def measures(cells, width, link, source, lowest, pressure, state):
+def measures(balance, lowest, pressure, state):
     """W_r, W_t, integral of 1/H over the wet area, side flow out of both ends [1/s]."""
+    cells, width, link, source = balance
     count, rows = state.shape
     end = 0.5
     for k in range(rows):
@@ -365,21 +372,22 @@ def on_grid(
     cells = around(places, eps, clustering, thickness)
     zeta, width, link = along(rows, axial, eps)
     source = vr * cells[RADIAL] + vt * cells[TURNING]
+    balance = Balance(cells, width, link, source)
     pressure, state = np.zeros((count, rows)), np.zeros((count, rows), np.int64)
     mark(theta, zeta, grooves, pressure, state)
     if cavitation == REYNOLDS:
         cut = start(cells, source, lowest, pressure, state, coarse)
-        solutions = settle(cells, width, link, source, lowest, pressure, state, cut)
+        solutions = settle(balance, lowest, pressure, state, cut)
     else:
         cut = full_groove(state)
-        solutions = settle(cells, width, link, source, -math.inf, pressure, state, cut)
+        solutions = settle(balance, -math.inf, pressure, state, cut)
         for j in range(count if cavitation == GUMBEL else 0):
             for k in range(rows):
                 if pressure[j, k] < lowest:
                     pressure[j, k], state[j, k] = lowest, DRY
     floor = lowest if cavitation != FULL else -math.inf
     return (
-        measures(cells, width, link, source, floor, pressure, state),
+        measures(balance, floor, pressure, state),
         solutions,
         pressure,
         state,

@@ -76,8 +76,9 @@ def on_grid(count, rows, tau, axial, cosine, sine, coarse):
     pressure, state = np.zeros((count, rows)), np.zeros((count, rows), np.int64)
     state[0] = bands.GIVEN
     cut = bands.start(cells, source, 0.0, pressure, state, coarse)
-    solutions = bands.settle(cells, width, link, source, 0.0, pressure, state, cut)
-    measures = bands.measures(cells, width, link, source, 0.0, pressure, state)
+    balance = bands.Balance(cells, width, link, source)
+    solutions = bands.settle(balance, 0.0, pressure, state, cut)
+    measures = bands.measures(balance, 0.0, pressure, state)
     return measures[:PARTS], solutions, state
 
 
