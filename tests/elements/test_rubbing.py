@@ -25,9 +25,7 @@ RATE = {"crank": 3.0}
 
 def bars():
     return {
-        n: cl.Body(
-            n, 10.0 * x, x**3, points={"near": (0, 0), "far": (x, 0)}, com=(0.4 * x, 0.01), angle=a
-        )
+        n: m.bar(n, x, a, 10.0 * x, x**3, com=(0.4 * x, 0.01))
         for (n, x), a in zip(LENGTHS.items(), (0.0, 0.8, 1.6), strict=True)
     }
 
@@ -39,10 +37,10 @@ def four_bar(law=None, pin_radius=0.005, drive=None, gravity=(0.0, -9.81), **mor
     b = bars()
     options = {"friction": law, "pin_radius": pin_radius} if law is not None else {}
     ends = {
-        "A": (cl.ground.at(0, 0), b["crank"]["near"]),
-        "B": (b["crank"]["far"], b["coupler"]["near"]),
-        "C": (b["coupler"]["far"], b["rocker"]["far"]),
-        "D": (cl.ground.at(0.16, 0), b["rocker"]["near"]),
+        "A": (cl.ground.at(0, 0), b["crank"]["a"]),
+        "B": (b["crank"]["b"], b["coupler"]["a"]),
+        "C": (b["coupler"]["b"], b["rocker"]["b"]),
+        "D": (cl.ground.at(0.16, 0), b["rocker"]["a"]),
     }
     joints = [cl.Revolute(*e, name=n, **options, **more.get(n, {})) for n, e in ends.items()]
     return cl.Scene(
@@ -230,19 +228,25 @@ def test_a_scene_without_friction_has_nothing_of_it():
     )
 
 
+def crank_and_rod():
+    """Of two slider-cranks."""
+    crank = m.bar("crank", 0.05, mass=0.5, inertia=1e-3, com=(0.02, 0))
+    return crank, m.bar("rod", 0.2, mass=0.8, inertia=2e-3, com=(0.1, 0))
+
+
 # --- slides
 def test_a_slide_rubs_with_its_normal_force_and_moment():
     """A slider whose pin lies beside the guide: the force across and the tilting moment both
     rub.
     """
     law = cl.joint_coulomb(coefficient=0.15)
-    crank = cl.Body("crank", 0.5, 1e-3, points={"near": (0, 0), "far": (0.05, 0)}, com=(0.02, 0))
-    rod = cl.Body("rod", 0.8, 2e-3, points={"near": (0, 0), "far": (0.2, 0)}, com=(0.1, 0))
+    crank, rod = crank_and_rod()
+
     block = cl.Body("block", 1.5, 1e-3, points={"pin": (0.0, 0.03), "shoe": (0, 0)})
     scene = cl.Scene(
-        cl.Revolute(cl.ground.at(0, 0), crank["near"], name="A"),
-        cl.Revolute(crank["far"], rod["near"], name="B"),
-        cl.Revolute(rod["far"], block["pin"], name="C"),
+        cl.Revolute(cl.ground.at(0, 0), crank["a"], name="A"),
+        cl.Revolute(crank["b"], rod["a"], name="B"),
+        cl.Revolute(rod["b"], block["pin"], name="C"),
         cl.Prismatic(
             cl.ground.at(0, -0.03), block["shoe"], name="guide", friction=law, overlap=0.06
         ),
@@ -322,35 +326,26 @@ STRIBECK = cl.joint_stribeck(
 
 def hanging(law=STRIBECK):
     """Two bars that fall, both hinges rubbing."""
-    upper = cl.Body(
-        "upper", 1.0, 0.02, points={"near": (0, 0), "far": (0.3, 0)}, com=(0.15, 0.01), angle=0.2
-    )
-    lower = cl.Body(
-        "lower",
-        0.7,
-        0.01,
-        points={"near": (0, 0)},
-        com=(0.1, 0.0),
-        angular_velocity=2.0,
-        angle=-0.4,
-    )
+    upper = m.bar("upper", 0.3, 0.2, 1.0, 0.02, com=(0.15, 0.01))
+    lower = m.bar("lower", 0.2, -0.4, 0.7, 0.01, com=(0.1, 0.0), angular_velocity=2.0)
+
     options = {"friction": law, "pin_radius": 0.02}
     return cl.Scene(
-        cl.Revolute(cl.ground, upper["near"], name="A", **options),
-        cl.Revolute(upper["far"], lower["near"], name="B", **options),
+        cl.Revolute(cl.ground, upper["a"], name="A", **options),
+        cl.Revolute(upper["b"], lower["a"], name="B", **options),
     )
 
 
 def mixed():
     """A crank and slider with a dry clearance joint; the other joints rub."""
     law = cl.joint_coulomb(coefficient=0.1, viscous=1e-3, transition_rate=0.3)
-    crank = cl.Body("crank", 0.5, 1e-3, points={"near": (0, 0), "far": (0.05, 0)}, com=(0.02, 0))
-    rod = cl.Body("rod", 0.8, 2e-3, points={"near": (0, 0), "far": (0.2, 0)}, com=(0.1, 0))
+    crank, rod = crank_and_rod()
+
     block = cl.Body("block", 1.5, 1e-3, points={"pin": (0.0, 0.0)})
     return cl.Scene(
-        cl.Revolute(cl.ground.at(0, 0), crank["near"], name="A", friction=law, pin_radius=0.01),
-        cl.Revolute(crank["far"], rod["near"], name="B", friction=law, pin_radius=0.01),
-        m.film(rod["far"], block["pin"], name="C"),
+        cl.Revolute(cl.ground.at(0, 0), crank["a"], name="A", friction=law, pin_radius=0.01),
+        cl.Revolute(crank["b"], rod["a"], name="B", friction=law, pin_radius=0.01),
+        m.film(rod["b"], block["pin"], name="C"),
         cl.Prismatic(cl.ground, block["pin"], name="guide", friction=law, overlap=0.05),
         cl.Drive(crank, speed=20.0, start=0.4),
     )

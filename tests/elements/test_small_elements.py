@@ -9,6 +9,7 @@ import pytest
 
 import clearance as cl
 from clearance.mechanism.build import build
+from tests import mechanisms as m
 from tests.plain import observed
 
 
@@ -63,18 +64,10 @@ def test_two_welded_halves_are_one_body(angle):
 
 def test_a_body_of_no_mass_is_a_distance_rod():
     """Its force lies along its line, to 1e-12: the inertia of 1e-15 kg bends it by no more."""
-    crank = cl.Body("crank", 1.0, 1e-2, points={"O": (0, 0), "P": (0.05, 0)}, angle=0.4)
-    rod = cl.Body("rod", 1e-15, 1e-15, points={"P": (0, 0), "Q": (0.15, 0)}, angle=0.6)
-    rocker = cl.Body("rocker", 1.0, 1e-2, points={"D": (0, 0), "Q": (0.12, 0)}, angle=1.5)
-    seen = observed_at_start(
-        cl.Scene(
-            cl.Revolute(cl.ground, crank["O"], name="O"),
-            cl.Revolute(crank["P"], rod["P"], name="P"),
-            cl.Revolute(rod["Q"], rocker["Q"], name="Q"),
-            cl.Revolute(cl.ground.at(0.16, 0), rocker["D"], name="D"),
-            cl.Drive(crank, speed=30.0, start=0.4),
-        )
-    )
+    crank, rod = m.bar("crank", 0.05, 0.4), m.bar("rod", 0.15, 0.6, 1e-15, 1e-15)
+    hinges = m.loop(crank, rod, m.bar("rocker", 0.12, 1.5), 0.16, "OPQD")
+    seen = observed_at_start(cl.Scene(*hinges, cl.Drive(crank, speed=30.0, start=0.4)))
+
     x, y, angle = seen["joints/P/force_x"], seen["joints/P/force_y"], seen["bodies/rod/theta"]
     assert math.hypot(x, y) > 1.0
     assert abs(y * math.cos(angle) - x * math.sin(angle)) < 1e-12 * math.hypot(x, y)

@@ -26,41 +26,46 @@ TEXT = {page: (ROOT / page).read_text() for page in PAGES}
 README, GUIDE = (re.findall(r"```python\n(.*?)```", TEXT[page], re.DOTALL) for page in PAGES[:2])
 
 
-def test_python_example(tmp_path, monkeypatch, capsys):
+@pytest.fixture
+def example(tmp_path, monkeypatch, capsys):
+    """Runs the first block that has a mark, in a folder of its own; returns what it prints."""
+
+    def run(blocks, mark):
+        monkeypatch.chdir(tmp_path)
+        exec(compile(next(b for b in blocks if mark in b), "README", "exec"), {})
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_python_example(tmp_path, example):
     """The first example writes its file and prints."""
-    monkeypatch.chdir(tmp_path)
-    example = next(b for b in README if "load_case" in b)
-    exec(compile(example, "README", "exec"), {})
+    assert example(README, "load_case")
     assert (tmp_path / "run.h5").exists()
-    assert capsys.readouterr().out
 
 
 SWEEPS = [(README, "feeder_map", "["), (GUIDE, "map", "slider_acceleration_max")]
 
 
 @pytest.mark.parametrize(("blocks", "folder", "message"), SWEEPS)
-def test_sweep_examples(blocks, folder, message, tmp_path, monkeypatch, capsys):
+def test_sweep_examples(blocks, folder, message, tmp_path, example):
     """Sweeps of README and guide end and print."""
-    monkeypatch.chdir(tmp_path)
-    exec(compile(next(b for b in blocks if "cl.sweep(" in b), "README", "exec"), {})
+    assert message in example(blocks, "cl.sweep(")
     assert cl.open_sweep(tmp_path / folder).done.all()
-    assert message in capsys.readouterr().out
 
 
-def test_result_file_example(tmp_path, monkeypatch, capsys):
+def test_result_file_example(example):
     """The file opens as a tree with units."""
-    monkeypatch.chdir(tmp_path)
-    exec(compile(next(b for b in GUIDE if "open_datatree" in b), "README", "exec"), {})
-    out = capsys.readouterr().out
+    out = example(GUIDE, "open_datatree")
+
     assert "0.0001 m" in out
     assert "step_number" in out
 
 
-def test_example_of_numbers_that_change(tmp_path, monkeypatch, capsys):
+def test_example_of_numbers_that_change(tmp_path, example):
     """The clearance is 0.2 mm, 0.22 mm, 0.242 mm: eccentricity over its share of it."""
-    monkeypatch.chdir(tmp_path)
-    exec(compile(next(b for b in GUIDE if "run.every(" in b), "README", "exec"), {})
-    assert len(capsys.readouterr().out.splitlines()) == 3
+    assert len(example(GUIDE, "run.every(").splitlines()) == 3
+
     result = cl.open_result(tmp_path / "worn.h5")
     joint, turn = result.joint("C"), cl.load_case("slider_crank").turn
     clearance = np.hypot(joint.eccentricity_x, joint.eccentricity_y) / joint.eccentricity_ratio
@@ -69,24 +74,22 @@ def test_example_of_numbers_that_change(tmp_path, monkeypatch, capsys):
         np.testing.assert_allclose(clearance[inside], wanted, rtol=1e-9)
 
 
-def test_joint_friction_example(capsys):
-    """The example of inverse dynamics prints."""
-    exec(compile(next(b for b in GUIDE if "inverse_dynamics(" in b), "README", "exec"), {})
-    assert capsys.readouterr().out
+@pytest.mark.parametrize(
+    ("mark", "printed"), [("inverse_dynamics(", ""), ("identify.fit", "largest friction torque")]
+)
+def test_examples_of_the_guide(mark, printed, example):
+    """Inverse dynamics and a fit print their numbers."""
+    out = example(GUIDE, mark)
+    assert out
+    assert printed in out
 
 
-def test_ball_joint_example(tmp_path, monkeypatch, capsys):
-    """The example of a fit prints its error."""
-    monkeypatch.chdir(tmp_path)
-    exec(compile(next(b for b in GUIDE if "identify.fit" in b), "README", "exec"), {})
-    assert "largest friction torque" in capsys.readouterr().out
-
-
-def test_own_mechanism(tmp_path, capsys):
+def test_own_mechanism(tmp_path, typed):
     """The guide's mechanism runs from a file."""
     path = tmp_path / "my_mechanism.py"
     path.write_text(next(b for b in GUIDE if "def scene(" in b))
-    assert cli.main(["run", str(path), "--turns", "1", "-o", str(tmp_path / "r.h5"), "--json"]) == 0
+    typed("run", path, "--turns 1 --json -o", tmp_path / "r.h5")
+
     assert cl.open_result(tmp_path / "r.h5").complete
 
 

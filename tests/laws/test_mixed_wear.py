@@ -10,7 +10,7 @@ import pytest
 
 import clearance as cl
 from clearance.laws import FilmJoint
-from clearance.laws.outline import NODES, STEP, Outline, edges, worn
+from clearance.laws.outline import NODES, edges, worn
 from clearance.laws.worn_asperity import (
     Rough,
     moment_and_slope,
@@ -22,6 +22,7 @@ from clearance.laws.worn_asperity import (
 )
 from clearance.laws.worn_film import short_on_outlines, short_slopes
 from clearance.wearing.load_path import LoadPath, Worn
+from tests.laws.test_wear import THETA, WAVY, data, scar
 
 HERE = Path(__file__).parents[1]
 FILES = (HERE / "laws" / "wear_profile_rows.csv", HERE / "film" / "worn_film_rows.csv")
@@ -30,24 +31,10 @@ ROWS = {
     for file in FILES
     for row in csv.DictReader(file.read_text().splitlines())
 }
-THETA = STEP * np.arange(NODES)
 CLEARANCE, ROUGHNESS = 1e-4, 8e-7
 ROUGH = FilmJoint(radius=0.01, clearance=CLEARANCE, length=0.02, viscosity=0.0, roughness=ROUGHNESS)
 SHORT = FilmJoint(radius=0.01, clearance=CLEARANCE, length=0.005, viscosity=0.02)
 UNIT = SHORT.viscosity * (SHORT.radius / SHORT.clearance) ** 2 * SHORT.radius * SHORT.length
-
-
-def scar(depth):
-    """Dufrane's arc of a depth [m] at angle 0."""
-    return np.maximum((CLEARANCE + depth) * np.cos(THETA) - CLEARANCE, 0.0)
-
-
-def data(bearing=None, journal=None):
-    """Numbers of outlines."""
-    return Outline(None, worn(bearing=bearing, journal=journal).parameters).numbers
-
-
-WAVY = data(scar(20e-6), 8e-6 * (1.0 + np.cos(THETA - 1.0)) + 3e-6 * np.cos(5.0 * THETA) ** 2)
 
 
 def check_slopes(function, actual, place, steps, *others):

@@ -11,6 +11,7 @@ import clearance as cl
 from clearance.metrics.metrics import metrics
 from clearance.results.extremes import Extremes, better, stretch_length, stretches
 from clearance.scene.catalogue import case_names, find_case
+from tests import mechanisms as m
 from tests.seeds import few_of
 
 
@@ -282,17 +283,10 @@ def test_M3_angles_do_not_depend_on_the_samples(name):
 
 def test_M3_a_long_crank_does_not_turn_its_rod():
     """crank / rod = 0.6 at one sample a turn: the rod's angle is 0 after each."""
-    crank = cl.Body("crank", 0.1, 1e-4, points={"p": (0, 0), "q": (0.06, 0)})
-    rod = cl.Body("rod", 0.1, 1e-4, points={"p": (0, 0), "q": (0.1, 0)})
-    slider = cl.Body("slider", 0.1, 1e-4, points={"p": (0, 0)})
-    scene = cl.Scene(
-        cl.Revolute(cl.ground, crank["p"], name="O"),
-        cl.Revolute(crank["q"], rod["p"], name="A"),
-        cl.Revolute(rod["q"], slider["p"], name="B"),
-        cl.Prismatic(cl.ground, slider["p"], name="G"),
-        cl.Drive(crank, speed=10.0, start=0.0),
-        name="long_crank",
-    )
+    crank, rod = (m.bar(n, x, 0.0, 0.1, 1e-4) for n, x in (("crank", 0.06), ("rod", 0.1)))
+    joints = m.crank_and_slider(crank, rod, cl.Body("slider", 0.1, 1e-4))
+    scene = cl.Scene(*joints, cl.Drive(crank, speed=10.0, start=0.0), name="long_crank")
+
     assert np.abs(cl.simulate(scene, turns=6, samples_per_turn=1)["rod"].theta).max() < 1e-12
 
 

@@ -52,6 +52,13 @@ def recorded(run):
     return sink.record
 
 
+def swing():
+    """A torsional oscillator, let go from 0.3 rad."""
+    rod = cl.Body("rod", mass=1.0, inertia=0.01, angle=0.3)
+    spring = cl.TorsionSpring(cl.ground, rod, stiffness=1.0, name="spring")
+    return cl.Scene(cl.Revolute(cl.ground, rod, name="P"), spring, gravity=(0.0, 0.0))
+
+
 def test_an_oscillator_whose_stiffness_changes_on_the_way():
     """theta'' = -k / I theta: amplitude and phase of each piece follow from the one before, to 1e-7
     of the largest.
@@ -59,11 +66,7 @@ def test_an_oscillator_whose_stiffness_changes_on_the_way():
     The tolerance of the run is 1e-9; the ledger counts the work of the changes as put in, and
     closes to 1e-7.
     """
-    rod = cl.Body("rod", mass=1.0, inertia=0.01, points={"pin": (0.0, 0.0)}, angle=0.3)
-    hinge = cl.Revolute(cl.ground, rod["pin"], name="P")
-    spring = cl.TorsionSpring(cl.ground, rod, stiffness=1.0, name="spring")
-    scene = cl.Scene(hinge, spring, gravity=(0.0, 0.0))
-    run = prepare(scene, until=1.0, samples=201, rtol=1e-9)
+    run = prepare(swing(), until=1.0, samples=201, rtol=1e-9)
     stiffness = iter((4.0, 0.25, 2.0, 1.0))
     run.every(0.25, lambda r: r.change({"springs/spring/stiffness": next(stiffness)}))
     record = recorded(run)
@@ -107,10 +110,7 @@ def test_a_journal_outside_its_changed_clearance_is_refused():
 
 def oscillator(path, progress=None):
     """A torsional oscillator whose stiffness changes on the way, with checkpoints."""
-    rod = cl.Body("rod", mass=1.0, inertia=0.01, points={"pin": (0.0, 0.0)}, angle=0.3)
-    hinge = cl.Revolute(cl.ground, rod["pin"], name="P")
-    spring = cl.TorsionSpring(cl.ground, rod, stiffness=1.0, name="spring")
-    run = prepare(cl.Scene(hinge, spring, gravity=(0.0, 0.0)), until=1.0, samples=201)
+    run = prepare(swing(), until=1.0, samples=201)
     run.every(
         0.25,
         lambda r: r.change(

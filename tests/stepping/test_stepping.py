@@ -201,29 +201,29 @@ def test_impacts_are_neither_missed_nor_counted_twice(validated):
     validated("time between impacts", np.diff(events["time"]), period, 1e-6, unit="s", **options)
 
 
+def thrown(depth):
+    """Time of rise, and contacts, of a ball thrown up to a depth in the wall [m]."""
+    g, c = 9.81, 1e-3
+    speed = math.sqrt(2 * g * (c + depth))
+    scene = ball(clearance=c, eccentricity_rate=(0.0, speed))
+    return speed / g, cl.simulate(scene, until=speed / g * 1.5, rtol=1e-6).events
+
+
 @pytest.mark.parametrize("depth", [1e-6, 1e-8, 1e-10])
 def test_grazing_contact_is_found(depth):
     """A ball that would pass its turning point `depth` beyond the wall touches it, however large
     the step could be.
     """
-    c, g = 1e-3, 9.81
-    speed = math.sqrt(2 * g * (c + depth))
-    events = cl.simulate(
-        ball(clearance=c, eccentricity_rate=(0.0, speed)), until=speed / g * 1.5, rtol=1e-6
-    ).events
+    rise, events = thrown(depth)
     assert len(events["time"]) == 1
-    assert events["time"][0] < speed / g
+    assert events["time"][0] < rise
+
     assert 0.1 * depth < events["peak_penetration"][0] < depth
 
 
 def test_a_near_miss_is_no_contact():
     """A ball that turns a nanometre before the wall does not touch it."""
-    c, g = 1e-3, 9.81
-    speed = math.sqrt(2 * g * (c - 1e-9))
-    events = cl.simulate(
-        ball(clearance=c, eccentricity_rate=(0.0, speed)), until=speed / g * 1.5, rtol=1e-6
-    ).events
-    assert len(events["time"]) == 0
+    assert len(thrown(-1e-9)[1]["time"]) == 0
 
 
 @given(
