@@ -18,6 +18,7 @@ from clearance.metrics.metrics import FEWEST as TURNS
 from clearance.metrics.metrics import SETTLING
 from clearance.results.record import Record
 from clearance.sweeping.index import Sweep
+from clearance.values.spelling import as_column
 
 #: metrics that a picture shows by itself, the first of each that the sweep has; force: of a
 #: clearance joint
@@ -331,7 +332,7 @@ def chosen_metrics(
                 f"{sweep.folder} has no metric to draw: {int(done.sum())} points are done"
             )
         return chosen
-    names = [metrics] if isinstance(metrics, str) else list(metrics)
+    names = [as_column(n) for n in ([metrics] if isinstance(metrics, str) else metrics)]
     if any(name.endswith(ERROR) for name in names):
         names_of = list(sweep.metrics)
     for name in names:

@@ -38,6 +38,7 @@ from clearance.run.interrupts import DeferredSignals
 from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.values import checks
+from clearance.values.spelling import alike
 
 ALL, INTEGRATION = "all", "integration"
 FIRST = 1e-3  # tolerance of the first run of a ladder, at most
@@ -104,7 +105,7 @@ class Request:
     def check(self, names: Iterable[str]) -> None:
         """Raises ValueError for a name that is not among those of a run."""
         for name in self.asked:
-            if name not in names and name not in (ALL, INTEGRATION):
+            if alike(name, names) not in names and name not in (ALL, INTEGRATION):
                 raise ValueError(f"error: the run has no {name!r}{checks.meant(name, names)}")
 
     def of_name(self, name: str) -> float:

@@ -54,6 +54,7 @@ from clearance.elements.clearance_prismatic import CORNERS, MODES
 from clearance.results.extremes import BOTH, along, guides
 from clearance.results.record import Extreme, Record, cubic
 from clearance.values import checks
+from clearance.values.spelling import ByName
 
 PERIODIC = 0.01  # distance over the clearance below which a journal counts as back
 FEWEST = 3  # least number of turns that show a period
@@ -211,7 +212,7 @@ Numbers = Iterator[tuple]  # name, value, units, text, and of extremes their tim
 def metrics(
     record: Record, settle: float | None = None, ideal: dict | None = None
 ) -> dict[str, Metric]:
-    """All metrics of a run by name; empty for one that ended before its window.
+    """All metrics of a run by name, or by path; empty for one that ended before its window.
 
     settle: turns left out at the start (seconds, where no drive turns), default one where there is
         a second.
@@ -223,7 +224,8 @@ def metrics(
     if window is None:
         return {}
     parts = *reduced(OfRecord(record, window, ideal or {})), periodicity(record, window)
-    return {name: Metric(float(value), *about) for part in parts for name, value, *about in part}
+    rows = {name: Metric(float(value), *about) for part in parts for name, value, *about in part}
+    return ByName(rows)
 
 
 def startup(record: Record, settle: float | None = None) -> dict[str, Metric]:

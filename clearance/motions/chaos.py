@@ -29,6 +29,7 @@ from clearance.run.options import FINEST, Solver, Span
 from clearance.run.run import Run
 from clearance.scene.catalogue import AnyCase, load_case
 from clearance.values import checks
+from clearance.values.spelling import as_column
 
 ERROR = 0.05
 MOST_TURNS = 20_000
@@ -416,7 +417,7 @@ def asked_of(
     requests = Request.of(error).asked
     asked = {}
     for name in sorted(requests, key=lambda n: n not in (ALL, INTEGRATION)):
-        pattern = "*" if name in (ALL, INTEGRATION) else name
+        pattern = "*" if name in (ALL, INTEGRATION) else as_column(name)
         if pattern.endswith("_max"):
             pattern = f"{pattern.removesuffix('_max')}{PEAKS}"
         names = [n for n in quantities if fnmatchcase(n, pattern)]

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from clearance.values.algebra import each
+from clearance.values.spelling import alike
 
 INTEGRATION = "integration"
 TRAJECTORY = "trajectory"
@@ -107,11 +108,11 @@ class Errors(Mapping):
     cannot: str = ""
 
     def __getitem__(self, name: str) -> Error:
-        if name not in self.rows:
+        if (row := self.rows.get(alike(name, self.rows))) is None:
             raise KeyError(
                 f"no stated error of {name!r}: {self.reason or 'the run has no such number'}"
             )
-        return self.rows[name]
+        return row
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.rows)

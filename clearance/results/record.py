@@ -15,6 +15,7 @@ from clearance.results.errors import Error, Errors
 from clearance.results.extremes import ROUNDING, SLIDES, Extreme, Extremes, better
 from clearance.results.integrals import Integrals
 from clearance.results.run_warning import counted
+from clearance.values.spelling import as_path
 
 #: the transition of before 0.3 with which contact begins with a touch
 FIRST_TOUCH = "clearance.laws.transition:flores_hybrid"
@@ -253,13 +254,14 @@ class Record(Drawn, ABC):
         """Smallest or largest value of a quantity between two times [s], and its time.
 
         name: path of a channel, or of a vector for its size, and the end: "joints/B/gap_min",
-            "joints/B/force_max". Located to the tolerance of the run, one in each of its stretches
-            (turns, mostly). These are gaps, film pressures and forces of joints, friction of joints
-            without clearance, efforts of drives and accelerations along guides. Elsewhere, and in
-            stretches that the times cut, they are those of the samples.
+            "joints/B/force_max", or as columns have it, "joint_B_force_max". Located to the
+            tolerance of the run, one in each of its stretches (turns, mostly). These are gaps, film
+            pressures and forces of joints, friction of joints without clearance, efforts of drives
+            and accelerations along guides. Elsewhere, and in stretches that the times cut, they are
+            those of the samples.
         Raises KeyError for a channel the run does not have, ValueError where nothing lies between.
         """
-        name = str(name).strip("/")
+        name = as_path(str(name).strip("/"), self.scene)
         path, _, which = name.rpartition("_")
         if which not in ("min", "max") or path.partition("/")[0] not in MOVING:
             raise KeyError(
@@ -335,7 +337,7 @@ class Record(Drawn, ABC):
         The error is the largest of those of the stretches that lie there. Where a sample lies
         beyond them, it is at least that of its channel. Raises KeyError where none is stated.
         """
-        errors, located = self.errors, self.located
+        errors, located, name = self.errors, self.located, as_path(name, self.scene)
         if errors.extremes is None or located is None or name not in located:
             raise KeyError(
                 f"no stated error of {name!r}: {errors.reason or 'it is no located extreme'}"

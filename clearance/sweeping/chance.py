@@ -19,6 +19,7 @@ from clearance.sweeping.scatter import (
 from clearance.sweeping.sweep import OPTIONS, define, sweep
 from clearance.sweeping.worker import Keeper
 from clearance.values import checks
+from clearance.values.spelling import alike
 from clearance.values.units import quantity
 
 #: end of the metrics that some runs lack
@@ -83,7 +84,8 @@ def _limits(limits: Mapping[str, float | str], metrics: Mapping[str, str]) -> di
         run lacks, and for a unit of another kind.
     """
     numbers = {}
-    for name, limit in limits.items():
+    for path, limit in limits.items():
+        name = alike(path, metrics)
         if metrics and name not in metrics and not name.endswith(SELDOM):
             answer = f"{checks.meant(name, metrics)}; there are {', '.join(metrics)}"
             raise ValueError(f"no metric {name!r}{answer}")

@@ -24,6 +24,7 @@ from clearance.results.tables import Table, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Block, Outcome
+from clearance.values.spelling import ByName
 
 LOG = logging.getLogger("clearance.files")
 MISSING = "missing"
@@ -58,6 +59,7 @@ class Sweep(Drawn):
         self.status, self.reason, self.costs, self.metrics, self.known = numbers or _from_outcomes(
             self.count, *outcomes(self.folder, definition)
         )
+        self.metrics = ByName(self.metrics)
 
     def write(self) -> Path:
         """Store the index as `sweep.h5`, completely or not at all."""
