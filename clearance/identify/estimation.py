@@ -1,12 +1,14 @@
 """Estimation of the parameters of friction models.
 
-LuGre: nonlinear least squares (trust region, bounds, static torque not below the kinetic one) in
-the logarithms of the parameters, from analytic sensitivities. Axes that no trial couples are fitted
+Nonlinear least squares (trust region, bounds, static torque not below the kinetic one) in
+the logarithms of the parameters, from exact slopes. Axes that no trial couples are fitted
 each for itself; starts are compared on a part of the samples, the best are followed on all. After
 each pass over the samples the residuals r and slopes J are reduced to a triangle. It has the same
 J^T J, J^T r and r^T r. The steps of scipy are therefore those with all rows, at no cost.
-Characteristic
-curve: linear least squares.
+Functions of one's own have central differences in place of exact slopes: any that changes smoothly
+with its parameters can be fitted, as a simulation does up to its error. Where a function cannot be
+computed on the way, that step is refused and a shorter one tried. Characteristic curve: linear
+least squares.
 """
 
 import math
@@ -18,13 +20,17 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 from scipy.special import stdtrit
 
-from clearance.identify.lugre_kernel import PADDING
 from clearance.identify.models import Curve, LuGre, Model
+from clearance.identify.own import FunctionError
 
 CONFIDENCE = 0.95
 # relative change of the cost at which a start is judged, and the best one is finished
 LOOK, FINISH = 1e-3, 1e-9
 FINISH_NETWORK = 1e-5  # the same of networks, whose weights make up for each other
+FINISH_FUNCTION, MOST_FUNCTION = 1e-8, 60  # that of functions, and their steps
+# differences made larger; relative change of slopes by that from which they are reduced
+COARSER, UNSMOOTH = 3.0, 0.2
+FAILS = ValueError, ArithmeticError, RuntimeError  # of a function: that point is refused
 MOST_LOOKS, MOST = 25, 300  # passes over the samples of a start, and of the finish
 # samples of a trial that starts are judged by, at least; one in so many of them, at most
 FEW, MOST_THINNED = 1000, 10
@@ -130,12 +136,12 @@ def bound_doubts(
             doubts.append(f"{p.name}: the trials do not determine it")
         elif not p.low * (1.0 + 1e-3) < value < p.high * (1.0 - 1e-3) and p.low >= 0.0:
             doubts.append(f"{p.name}: ends at a bound, {value:.4g} {p.units}")
-        elif lower != p.name and value < by_name[lower] * (1.0 + 1e-3):
+        elif lower != p.name and value < by_name.get(lower, 0.0) * (1.0 + 1e-3):
             doubts.append(f"{p.name}: ends at {lower}, below which it cannot go")
     return tuple(doubts)
 
 
-# --- LuGre
+# --- nonlinear models
 class Search:
     """Coordinates of a nonlinear fit: logarithms of parameters whose bounds are positive, others as
     they are.
@@ -145,7 +151,7 @@ class Search:
     static >= kinetic and keeps all bounds.
     """
 
-    def __init__(self, model: LuGre):
+    def __init__(self, model: Model):
         parameters, names = model.parameters, [p.name for p in model.parameters]
         self.log = np.array([p.low > 0.0 for p in parameters])
         self.low, self.high, self.typical = (
@@ -154,7 +160,7 @@ class Search:
             )
             for which in ("low", "high", "typical")
         )
-        kinetic = [n for n in names if n.endswith("_kinetic")]
+        kinetic = [n for n in names if n.endswith("_kinetic")] if isinstance(model, LuGre) else []
         self.pairs = [
             (names.index(n), names.index(n.replace("_kinetic", "_static"))) for n in kinetic
         ]
@@ -224,7 +230,10 @@ class Passes:
     counts its passes.
     """
 
-    def __init__(self, model: LuGre, search: Search, trials: Sequence, axes: Sequence[np.ndarray]):
+    look, most_looks, most = LOOK, MOST_LOOKS, MOST
+    refused = 0
+
+    def __init__(self, model: Model, search: Search, trials: Sequence, axes: Sequence[np.ndarray]):
         self.model, self.search, self.trials, self.axes = model, search, trials, axes
         ends = np.cumsum([0, *(t.samples * a.size for t, a in zip(trials, axes, strict=True))])
         self.rows = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
@@ -233,11 +242,12 @@ class Passes:
         )
         self.torque, self.slopes = (
             np.empty(ends[-1]),
-            np.empty((ends[-1], len(model.parameters) + PADDING)),
+            np.empty((ends[-1], len(model.parameters))),
         )
         rows, wanted = model.roughness
         self.smooth = np.column_stack([rows, -wanted]) * np.linalg.norm(self.measured)
         self.evaluations, self.last = 0, None
+        self.finish = FINISH_NETWORK if getattr(model, "network", 0) else FINISH
 
     def reduced(self, x: np.ndarray) -> np.ndarray:
         """Slopes and residuals at natural coordinates x: the samples' triangle, below it the
@@ -246,11 +256,10 @@ class Passes:
         if self.last is not None and np.array_equal(self.last[0], x):
             return self.last[1]
         values = self.search.values(x)
-        packed = self.model.packed(values)
         for trial, axes, rows in zip(self.trials, self.axes, self.rows, strict=True):
-            shape = trial.samples, axes.size
-            slopes = self.slopes[rows].reshape(*shape, -1)
-            self.model.sensitivities(packed, trial, axes, self.torque[rows].reshape(shape), slopes)
+            torque, slopes = self.model.sensitivity(values, trial)
+            self.torque[rows] = torque[:, axes].ravel()
+            self.slopes[rows] = slopes[:, axes].reshape(-1, values.size)
             if not abs(self.torque[rows]).max() < HUGE:
                 text = ", ".join(
                     f"{p.name} {v:.4g}" for p, v in zip(self.model.parameters, values, strict=True)
@@ -276,26 +285,48 @@ class Passes:
             )
         return 0.5 * (squares + float(np.sum((self.smooth @ np.append(x, 1.0)) ** 2)))
 
-    def samples(self, x: np.ndarray) -> np.ndarray:
-        """The samples' triangle alone."""
-        return self.reduced(x)[: len(x) + 1]
+    def cost_of_samples(self, x: np.ndarray) -> float:
+        """Half the sum of squares of the samples alone."""
+        errors = self.errors(x)[: x.size + 1]
+        return 0.5 * float(errors @ errors)
+
+    def errors(self, x: np.ndarray) -> np.ndarray:
+        """Numbers whose squares a fit makes small, at natural coordinates."""
+        return self.reduced(x)[:, -1]
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Its slopes."""
+        return self.reduced(x)[:, :-1]
+
+    def seen(self, x: np.ndarray) -> np.ndarray:
+        """Sizes of the slopes of the samples alone (p,)."""
+        return np.linalg.norm(self.reduced(x)[: x.size + 1, :-1], axis=0)
+
+    def of_samples(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, list]:
+        """Slopes by the values (m, p), and the prediction (m,), of all samples; rows of trials."""
+        self.reduced(x)
+        return self.slopes[:, : x.size], self.torque, self.rows
 
     def solved(self, begin: np.ndarray, free: np.ndarray, change: float, most: int) -> "Solved":
         """The least cost from searched coordinates, of which the free ones move."""
         history, before, search = [], self.evaluations, self.search
 
-        def whole(free_ones):
-            moved = begin.copy()
-            moved[free] = free_ones
-            return moved, self.reduced(search.natural(moved))
+        def complete(moving):
+            y = begin.copy()
+            y[free] = moving
+            return y
 
-        def jacobian(free_ones):
-            y, slopes = whole(free_ones)
-            history.append(0.5 * float(slopes[:, -1] @ slopes[:, -1]))
-            return search.chained(slopes[:, :-1], y)[:, free]
+        def jacobian(moving):
+            y = complete(moving)
+            x = search.natural(y)
+            history.append(0.5 * float(np.sum(self.errors(x) ** 2)))
+            self.tell(history[-1])
+            return search.chained(self.jacobian(x), y)[:, free]
 
+        if not np.isfinite(self.errors(search.natural(begin))).all():
+            return Solved(begin, math.inf, [math.inf], self.evaluations - before, True)
         solution = least_squares(
-            lambda y: whole(y)[1][:, -1],
+            lambda y: self.errors(search.natural(complete(y))),
             begin[free],
             jacobian,
             search.bounds[:, free],
@@ -306,11 +337,102 @@ class Passes:
             "jac",
             max_nfev=most,
         )
-        point = begin.copy()
-        point[free] = solution.x
-        return Solved(
-            point, float(solution.cost), history, self.evaluations - before, solution.status > 0
+        cost, passes = float(solution.cost), self.evaluations - before
+        return Solved(complete(solution.x), cost, history, passes, solution.status > 0)
+
+    def tell(self, cost: float) -> None:
+        """Nothing: passes are fast."""
+
+    def doubts(self, x: np.ndarray) -> list[str]:
+        """Warnings about the slopes: none, they are exact."""
+        return []
+
+
+class Differences(Passes):
+    """The same of a function of a record, over the sizes of its columns, and slopes by central
+    differences.
+    """
+
+    look = finish = FINISH_FUNCTION
+    most_looks = most = MOST_FUNCTION
+
+    def __init__(self, model: Model, search: Search, trials: Sequence, report: Callable):
+        self.model, self.search, self.trials, self.report = model, search, trials, report
+        sizes = model.sizes(trials)
+        observed = [model.observed(t) for t in trials]
+        ends = np.cumsum([0, *(o.size for o in observed)])
+        self.rows = [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        self.sizes = [np.broadcast_to(sizes, o.shape).ravel() for o in observed]
+        self.measured = np.concatenate([o.ravel() for o in observed]) / np.concatenate(self.sizes)
+        self.evaluations, self.last = 0, None
+
+    def predicted(self, x: np.ndarray) -> np.ndarray:
+        """Prediction at natural coordinates, over the sizes of the measured columns."""
+        self.evaluations += 1
+        values = self.search.values(x)
+        pairs = zip(self.trials, self.sizes, strict=True)
+        return np.concatenate([self.model.predicted(values, t).ravel() / s for t, s in pairs])
+
+    def errors(self, x: np.ndarray) -> np.ndarray:
+        """Predicted less measured; nan where the function fails, which refuses the step."""
+        if self.last is None or not np.array_equal(self.last[0], x):
+            try:
+                errors = self.predicted(x) - self.measured
+            except FAILS as error:
+                if isinstance(error, FunctionError) and not isinstance(error.__cause__, FAILS):
+                    raise  # a mistake in the function, not a point without a value
+                self.refused += 1
+                errors = np.full_like(self.measured, math.nan)
+            self.last = x.copy(), errors
+        return self.last[1]
+
+    def cost(self, x: np.ndarray) -> float:
+        """Half the sum of squares at natural coordinates."""
+        errors = self.errors(x)
+        return 0.5 * float(errors @ errors) if np.isfinite(errors).all() else math.inf
+
+    cost_of_samples = cost
+
+    def jacobian(self, x: np.ndarray, coarser: float = 1.0) -> np.ndarray:
+        """Central differences within the bounds, so on one side at a bound."""
+        columns, search = [], self.search
+        steps = (
+            coarser * self.model.difference * np.where(search.log, 1.0, search.high - search.low)
         )
+        for k, step in enumerate(steps):
+            ends = []
+            for way in (step, -step):
+                moved = x.copy()
+                moved[k] = np.clip(x[k] + way, search.low[k], search.high[k])
+                ends.append((moved[k], self.predicted(moved)))
+            columns.append((ends[0][1] - ends[1][1]) / (ends[0][0] - ends[1][0]))
+        return np.stack(columns, axis=1)
+
+    def of_samples(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, list]:
+        """Slopes by the values, and the prediction; rows of trials."""
+        return self.slopes / self.search.slopes(x), self.errors(x) + self.measured, self.rows
+
+    def seen(self, x: np.ndarray) -> np.ndarray:
+        """Sizes of the slopes (p,)."""
+        self.slopes = self.jacobian(x)
+        return np.linalg.norm(self.slopes, axis=0)
+
+    def tell(self, cost: float) -> None:
+        """Evaluations and error so far."""
+        error = math.sqrt(2.0 * cost) / (np.linalg.norm(self.measured) or 1.0)
+        self.report(f"{self.evaluations} evaluations, NRMSE {error:.3g}")
+
+    def doubts(self, x: np.ndarray) -> list[str]:
+        """Parameters in which larger differences give other slopes than those of `seen`."""
+        sizes = np.maximum(np.linalg.norm(self.slopes, axis=0), 1e-300)
+        change = np.linalg.norm(self.jacobian(x, COARSER) - self.slopes, axis=0) / sizes
+        return [
+            f"{p.name}: the model is not smooth in it (slopes change by {c:.0%} with the step of "
+            f"their differences): its interval means little; a larger difference=..., or a model "
+            f"with less error"
+            for p, c in zip(self.model.parameters, change, strict=True)
+            if c > UNSMOOTH
+        ]
 
 
 def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
@@ -320,12 +442,12 @@ def lagged(passes: Passes, x: np.ndarray) -> tuple[float, float, np.ndarray]:
     Beside the parameters and to first order. It is a least-squares fit of the errors at natural
     coordinates x on the slopes by the parameters and on the rate of change of the torque.
     """
-    passes.samples(x)
-    p, rises = x.size, []
-    for trial, axes, rows in zip(passes.trials, passes.axes, passes.rows, strict=True):
-        torque = passes.torque[rows].reshape(trial.samples, axes.size)
-        rises.append(np.gradient(torque, trial.step, axis=0).ravel())
-    return shifted(passes.slopes[:, :p], np.concatenate(rises), passes.measured - passes.torque)
+    slopes, torque, parts = passes.of_samples(x)
+    rises = [
+        np.gradient(torque[rows].reshape(t.samples, -1), t.step, axis=0).ravel()
+        for t, rows in zip(passes.trials, parts, strict=True)
+    ]
+    return shifted(slopes, np.concatenate(rises), passes.measured - torque)
 
 
 def shifted(
@@ -349,14 +471,8 @@ def shifted(
 
 
 def _delay(passes: Passes, x: np.ndarray, values: np.ndarray, names: Sequence[str]) -> dict:
-    """Facts from `lagged`, and the parameter that the lag moves most."""
-    return delay_facts(*lagged(passes, x), values, names)
-
-
-def delay_facts(
-    lag: float, error: float, moves: np.ndarray, values: np.ndarray, names: Sequence[str]
-) -> dict:
     """A lag [s] and its error as facts of a fit, with the parameter that it moves most."""
+    lag, error, moves = lagged(passes, x)
     most = int(np.argmax(abs(moves) / np.maximum(abs(values), TINY)))
     return {"lag": lag, "lag_error": error, "lag_moves": names[most]}
 
@@ -379,22 +495,29 @@ class Part:
     trials: list
     axes: list[np.ndarray]
 
+    def passes(self, model: Model, search: Search, report: Callable) -> Passes:
+        """Its residuals."""
+        if model.exact:
+            return Passes(model, search, self.trials, self.axes)
+        return Differences(model, search, self.trials, report)
 
-def parts(model: LuGre, search: Search, trials: Sequence) -> list[Part]:
+
+def parts(model: Model, search: Search, trials: Sequence) -> list[Part]:
     """The fit taken apart: trials of one axis each give nothing about the parameters of other
     axes.
     """
     p = len(model.parameters)
+    if not model.exact:
+        return [Part(np.full(p, True), list(trials), [])]
     label = np.arange(p)
     for row in model.roughness[0]:
         _join(label, row != 0.0)
     pieces = []
+    # beside the typical values: where two of them are equal, others may not be seen
+    probe = search.typical + np.linspace(0.01, 0.02, p) * (search.high - search.typical)
     for trial in trials:
         for axis in axes_of(trial):
-            slopes = Passes(model, search, [trial], [np.array([axis])]).samples(search.typical)[
-                :, :-1
-            ]
-            seen = np.linalg.norm(slopes, axis=0) > 0.0
+            seen = Passes(model, search, [trial], [np.array([axis])]).seen(probe) > 0.0
             _join(label, seen)
             pieces.append((trial, axis, seen))
     there = [(trial, axis, label[seen][0]) for trial, axis, seen in pieces if seen.any()]
@@ -432,24 +555,26 @@ class Found:
 
 
 def _solve(
-    model: LuGre, search: Search, part: Part, begins: list[np.ndarray], tell: Callable[[], None]
+    model: Model,
+    search: Search,
+    part: Part,
+    begins: list[np.ndarray],
+    tell: Callable,
+    report: Callable,
 ) -> Found:
     """The best of several starts: all on few samples, the best of those on all, and the best one to
     the end.
     """
-    all_passes = Passes(model, search, part.trials, part.axes)
-    looks = (
-        all_passes
-        if len(begins) == 1
-        else Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
-    )
+    looks = all_passes = part.passes(model, search, report)
+    if len(begins) > 1 and model.exact:
+        looks = Passes(model, search, [_thinned(t) for t in part.trials], part.axes)
     looked = []
     for begin in begins:
-        looked.append(looks.solved(begin, part.free, LOOK, MOST_LOOKS))
+        looked.append(looks.solved(begin, part.free, looks.look, looks.most_looks))
         tell()
     passes, points = np.array([s.evaluations for s in looked]), [s.point for s in looked]
     costs = np.array([all_passes.cost(search.natural(y)) for y in points])
-    scale = (np.linalg.norm(all_passes.measured) / np.linalg.norm(looks.measured)) ** 2
+    scale = (np.linalg.norm(all_passes.measured) / (np.linalg.norm(looks.measured) or 1.0)) ** 2
     histories = [[scale * cost for cost in s.history] for s in looked]
     for n in np.argsort(costs, kind="stable")[:FOLLOWED] if looks is not all_passes else ():
         further = all_passes.solved(points[n], part.free, LOOK, MOST_LOOKS)
@@ -457,30 +582,37 @@ def _solve(
         histories[n] += further.history
         passes[n] += further.evaluations
     best = int(np.argmin(costs))
-    end = all_passes.solved(
-        points[best], part.free, FINISH_NETWORK if model.network else FINISH, MOST
-    )
-    history = [*histories[best], *end.history[1:]]
+    end = looked[best]
+    if model.exact:
+        end = all_passes.solved(points[best], part.free, all_passes.finish, all_passes.most)
+    history = [*histories[best], *(end.history[1:] if model.exact else ())]
     return Found(
         end,
         history,
         costs,
         passes,
         points,
-        int(passes.sum()) + end.evaluations,
-        np.linalg.norm(all_passes.measured),
+        int(passes.sum()) + end.evaluations * model.exact,
+        float(np.linalg.norm(all_passes.measured)) or 1.0,
     )
 
 
-def _estimate_lugre(
-    model: LuGre, trials: Sequence, *, starts: int, seed: int, progress: Callable
+def estimate(
+    model: Model, trials: Sequence, *, starts: int, seed: int, progress: Callable
 ) -> Estimate:
+    """Parameters from the torques, or from the columns that a function predicts.
+
+    Raises ValueError where a function fails at the first start.
+    """
     search, random = Search(model), np.random.default_rng(seed)
     typical = search.searched(search.typical)
     begins = [typical, *(random.uniform(*search.bounds) for _ in range(starts - 1))]
     if model.lag:
         for begin in begins:
             begin[-1] = typical[-1]
+    complete = Part(np.full(typical.size, True), list(trials), [axes_of(t) for t in trials])
+    passes = complete.passes(model, search, progress)
+    _check_start(model, passes)
     split, reports = parts(model, search, trials), []
 
     def tell():
@@ -490,22 +622,28 @@ def _estimate_lugre(
     solutions, points, end = [], np.tile(typical, (starts, 1)), typical.copy()
     for part in split:
         solutions.append(
-            _solve(model, search, part, [np.where(part.free, b, typical) for b in begins], tell)
+            _solve(
+                model,
+                search,
+                part,
+                [np.where(part.free, b, typical) for b in begins],
+                tell,
+                progress,
+            )
         )
         end[part.free] = solutions[-1].end.point[part.free]
         points[:, part.free] = np.array(solutions[-1].points)[:, part.free]
         tell()
     x = search.natural(end)
-    passes = Passes(model, search, trials, [axes_of(t) for t in trials])
-    values, samples = search.values(x), passes.samples(x)
-    cost = 0.5 * float(samples[:, -1] @ samples[:, -1])
-    covariance, wide, noise = spread(passes.reduced(x)[:, :-1], cost, passes.measured.size)
+    values, sizes, cost = search.values(x), passes.seen(x), passes.cost_of_samples(x)
+    covariance, wide, noise = spread(passes.jacobian(x), cost, passes.measured.size)
     slopes = search.slopes(x)
     names = [q.name for q in model.parameters]
-    sizes = np.linalg.norm(samples[:, :-1], axis=0)
     still = still_axes(model, names, sizes)
-    doubts = bound_doubts(model, values, sizes, still) + _start_doubts(solutions)
-    delay = {} if model.lag else _delay(passes, x, values, names)
+    doubts = bound_doubts(model, values, sizes, still) + _start_doubts(solutions, passes.most)
+    doubts = *doubts, *passes.doubts(x)
+    no_lag = model.lag or getattr(model, "predicts", None)
+    delay = {} if no_lag else _delay(passes, x, values, names)
     longest = max(len(f.history) for f in solutions)
     history = sum(
         np.array(f.history + [f.history[-1]] * (longest - len(f.history))) for f in solutions
@@ -527,6 +665,7 @@ def _estimate_lugre(
             "agreeing": min(map(agreeing, solutions)),
             "converged": all(f.end.converged for f in solutions),
             "still": still,
+            **({} if model.exact else {"refused": passes.refused}),
             **delay,
         },
         doubts,
@@ -539,7 +678,22 @@ def agreeing(solutions: Found) -> int:
     return int(np.sum(errors[:-1] <= errors[-1] + NEAR))
 
 
-def _start_doubts(solutions: Sequence[Found]) -> tuple[str, ...]:
+def _check_start(model: Model, passes: Passes) -> None:
+    """Raises ValueError for a function without values at the first start; its errors are the
+    user's to see.
+    """
+    typical = passes.search.typical
+    if model.exact:
+        passes.errors(typical)
+    elif not np.isfinite(passes.predicted(typical)).all():
+        numbers = zip(model.parameters, passes.search.values(typical), strict=True)
+        values = ", ".join(f"{p.name}={v:.4g}" for p, v in numbers)
+        raise ValueError(
+            f"model {model.name}: its values are not finite at {values}, the first start"
+        )
+
+
+def _start_doubts(solutions: Sequence[Found], most: int) -> tuple[str, ...]:
     doubts = []
     starts = len(solutions[0].costs)
     fewest = min(map(agreeing, solutions))
@@ -550,12 +704,12 @@ def _start_doubts(solutions: Sequence[Found]) -> tuple[str, ...]:
             "have been missed; try more starts or another seed"
         )
     if not all(f.end.converged for f in solutions):
-        doubts.append(f"the fit was still improving after {MOST} passes over the samples")
+        doubts.append(f"the fit was still improving after {most} passes over the samples")
     return tuple(doubts)
 
 
 # --- characteristic curve
-def _estimate_curve(
+def estimate_curve(
     model: Curve, trials: Sequence, *, starts: int, seed: int, progress: Callable
 ) -> Estimate:
     p = len(model.parameters)
@@ -582,6 +736,3 @@ def _estimate_curve(
     facts = {"noise": noise, "evaluations": 1, "converged": bool(result.success), "still": still}
     ends = (np.clip(x, *bounds) for x in (values - wide, values + wide))
     return Estimate(values, *ends, covariance, np.array([cost]), table, facts, doubts)
-
-
-ESTIMATES = {LuGre: _estimate_lugre, Curve: _estimate_curve}

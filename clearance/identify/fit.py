@@ -1,8 +1,8 @@
 """Parameters of a friction model from measured torques: one call, with errors, warnings and
 provenance.
 
-identify/estimation.py has the method, identify/differences.py that of models of one's own. Other
-models bring `estimate(trials, starts, seed, progress)` themselves.
+identify/estimation.py has the method. Other models bring `estimate(trials, starts, seed, progress)`
+themselves.
 """
 
 import json
@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from clearance.identify import differences, doubts, estimation, models
+from clearance.identify import doubts, estimation, models
 from clearance.identify.estimation import MOST_STARTS, STARTS, in_group
-from clearance.identify.models import AXES, LuGre, Model
+from clearance.identify.models import AXES, Curve, LuGre, Model
 from clearance.identify.own import Own
 from clearance.identify.records import Series
 from clearance.results.reading import Entries, open_checked
@@ -26,7 +26,6 @@ from clearance.values.checks import positive
 FORMAT = "clearance-friction-fit"
 FORMAT_VERSION = 1
 STILL = 1e-7  # rad: a trial that turns less has no motion
-ESTIMATES = {**estimation.ESTIMATES, Own: differences.estimate}
 
 
 def nrmse(measured: np.ndarray, modelled: np.ndarray, over: str = "rms") -> float:
@@ -319,10 +318,12 @@ def fit(
         _check(trial)
     began = time.perf_counter()
     how = {"starts": starts, "seed": seed, "progress": progress or (lambda share: None)}
-    ours = type(model) in ESTIMATES
-    estimate = (
-        ESTIMATES[type(model)](model, trials, **how) if ours else model.estimate(trials, **how)
-    )
+    if isinstance(model, Curve):
+        estimate = estimation.estimate_curve(model, trials, **how)
+    elif hasattr(model, "estimate"):
+        estimate = model.estimate(trials, **how)
+    else:
+        estimate = estimation.estimate(model, trials, **how)
     took = time.perf_counter() - began
     names = [p.name for p in model.parameters]
     values, low, high = (

@@ -24,8 +24,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearance.identify import lugre_kernel
-from clearance.identify.lugre_kernel import DAMPING, PADDING, STIFFNESS, TORQUE, VISCOUS, Layout
+from clearance.identify import axis_kernel, lugre_kernel
+from clearance.identify.axis_kernel import Layout
+from clearance.identify.lugre_kernel import DAMPING, TORQUE, VISCOUS, Form
 from clearance.values.checks import finite, meant, non_negative, positive
 
 Values = np.ndarray | Sequence[float] | Mapping[str, float]
@@ -113,6 +114,7 @@ class Model:
     """Base of all models; see the module."""
 
     linear: ClassVar[bool] = False
+    exact: bool = False  # whether `sensitivities` has slopes of the torque
     compiled: Callable
     parameters: tuple[Parameter, ...]
     layout: Layout
@@ -123,6 +125,11 @@ class Model:
     def options(self) -> dict:
         """Arguments from which the function of its name makes this model."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    @property
+    def roughness(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows (k, p) and numbers (k,) whose difference, over the rms torque, a fit holds small."""
+        return np.zeros((0, len(self.parameters))), np.zeros(0)
 
     @property
     def groups(self) -> tuple[str, str, str]:
@@ -166,9 +173,13 @@ class Model:
             (positive if p.low > 0.0 else finite)(p.name, value)
         return values
 
-    def packed(self, values: Values) -> np.ndarray:
-        """Values in the layout of the compiled functions."""
-        return np.concatenate([self.array(values), (1.0, 0.0, 0.0, 0.0)])
+    def packed(self, values: Values, trial=None) -> np.ndarray:
+        """Values and facts of a trial in the layout of the compiled functions."""
+        return np.append(self.array(values), self.facts(trial))
+
+    def facts(self, trial) -> Sequence[float]:
+        """Numbers of a trial that the compiled functions read; None: those of reference."""
+        return ()
 
     def observed(self, trial) -> np.ndarray:
         """Measured columns (n, k): the torques [N m] of the measured axes."""
@@ -210,8 +221,60 @@ class Model:
         return torque
 
 
+class Driven(Model):
+    """Base of models whose laws are on the trace, see identify/axis_kernel.py.
+
+    kernels_of(axes) -> those of the axes that move.
+    """
+
+    lag: bool = False
+    exact: bool = True
+    compiled = staticmethod(axis_kernel.step)
+    kernels_of: Callable[[tuple[int, ...]], Layout]
+
+    @property
+    def layout(self) -> Layout:
+        """Kernels of all axes, for `compiled`."""
+        return self.kernels_of(axis_kernel.ALL)
+
+    def torque(self, values: Values, trial) -> np.ndarray:
+        """Torque (n, 3) [N m] of a trial from undeflected bristles; see the module."""
+        return self._driven(self.packed(values, trial), trial)[0]
+
+    def _driven(
+        self, packed: np.ndarray, trial, slopes: bool = False, later: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The torque (n, 3) where it comes a time [s] later than by the model, and its slopes (n,
+        3, packed).
+        """
+        axes = np.flatnonzero(trial.rate.any(axis=0))
+        rate, dt, every = trial.rate, trial.step, 1
+        if self.lag:
+            rate = delayed(trial, float(packed[len(self.parameters) - 1]) + later)
+            dt, every = dt / FINER, FINER
+        count, moving = packed.size * slopes, np.ascontiguousarray(rate[:, axes])
+        parts = np.empty(moving.shape), np.empty((*moving.shape, count))
+        if axes.size:
+            axis_kernel.drive(self.kernels_of(tuple(axes.tolist())), packed, moving, dt, *parts)
+        if axes.size == 3 and every == 1:
+            return parts
+        torque, by = np.zeros((trial.samples, 3)), np.zeros((trial.samples, 3, count))
+        torque[:, axes], by[:, axes] = (part[::every] for part in parts)
+        return torque, by
+
+    def sensitivity(self, values: Values, trial) -> tuple[np.ndarray, np.ndarray]:
+        """Torque (n, 3) [N m] of a trial and its slopes by the parameters (n, 3, p)."""
+        packed, p = self.packed(values, trial), len(self.parameters)
+        torque, slopes = self._driven(packed, trial, True)
+        if self.lag:
+            shift = SHIFT * trial.step
+            later, earlier = (self._driven(packed, trial, later=s)[0] for s in (shift, -shift))
+            slopes[:, :, p - 1] = (later - earlier) / (2.0 * shift)
+        return torque, slopes[:, :, :p]
+
+
 @dataclass(frozen=True)
-class LuGre(Model):
+class LuGre(Driven):
     """LuGre friction of a ball joint, its axes coupled or not; equations, units and source in
     identify/lugre_kernel.py.
 
@@ -222,7 +285,7 @@ class LuGre(Model):
     symmetric: both tilt axes have one set. knots [rad/s]: T, sigma0 and sigma1 are piecewise linear
         in |w| with values at these instead, level beyond them. network: T, sigma0 and sigma1 are
         functions of |w| from a network of so many tanh units. They share the units; they are
-        positive and bounded, see `lugre_kernel.network`. smoothing: what a factor of e between
+        positive and bounded, see `lugre_kernel.by_speed`. smoothing: what a factor of e between
         neighbouring knots, or by a unit, costs a fit, as an NRMSE. static: the torque of steady
         sliding, without bristles; at rest it stays as it was. bounds: of parameters by name. |w|
         is the rate's norm where axes are coupled, else the axis' own.
@@ -247,8 +310,6 @@ class LuGre(Model):
     preload: float = PRELOAD
     lag: bool = False
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-
-    compiled = staticmethod(lugre_kernel.step)
 
     def __post_init__(self):
         object.__setattr__(self, "knots", _checked_knots(self.knots, 2) if len(self.knots) else ())
@@ -331,42 +392,29 @@ class LuGre(Model):
         return self.bounded([*parameters, *([LAG] * self.lag)], 1e-12)
 
     @cached_property
-    def layout(self) -> Layout:
-        """Places of the numbers in the values of the kernels."""
-        sizes = [len(f) for f in self._functions]
-        inner = len(self._units)
-        count, groups = (
-            inner + sum(sizes) + (self.load == "power"),
-            list(dict.fromkeys(self.groups)),
-        )
-        places, behind = np.empty((3, 4), np.int64), count * len(groups) + self.lag
-        for axis, group in enumerate(self.groups):
-            first = [
-                count * groups.index(group) + inner + sum(sizes[:f]) for f in range(len(sizes))
-            ]
-            if self.static:
-                places[axis] = first[0], behind, behind + 1, first[1]
-            else:
-                places[axis] = first
-        return Layout(
-            places,
-            np.array(self.knots),
-            float(self.exponent),
-            self.coupled,
-            self.static,
-            self.network,
-        )
+    def form(self) -> Form:
+        """All that decides its kernels but for the numbers."""
+        names, count = list(dict.fromkeys(self.groups)), len(self.parameters) - self.lag
+        widths = *[count // len(names)] * len(names), self.lag + (self.load != "fixed")
+        options = self.coupled, self.knots, self.network, float(self.exponent), self.static
+        return Form(*options, self.load, tuple(map(names.index, self.groups)), widths)
+
+    def kernels_of(self, axes: tuple[int, ...]) -> Layout:
+        """Kernels of the axes that move."""
+        return lugre_kernel.lugre(self.form, axes)
+
+    def facts(self, trial) -> Sequence[float]:
+        """The logarithm of the preload over that of reference."""
+        if self.load == "fixed":
+            return ()
+        return (math.log(preload_of(trial) / self.preload) if trial else 0.0,)
 
     @cached_property
     def neighbours(self) -> np.ndarray:
         """Parameters at neighbouring knots (pairs, 2)."""
-        functions = (
-            () if not self.knots else (TORQUE,) if self.static else (TORQUE, STIFFNESS, DAMPING)
-        )
-        firsts = sorted({int(f) for f in self.layout.places[:, functions].ravel()})
-        return np.array(
-            [(f + k, f + k + 1) for f in firsts for k in range(len(self.knots) - 1)], int
-        ).reshape(-1, 2)
+        stems = [p.name.rpartition("_at_")[0] for p in self.parameters]
+        pairs = enumerate(itertools.pairwise(stems))
+        return np.array([(i, i + 1) for i, (a, b) in pairs if a and a == b], int).reshape(-1, 2)
 
     @cached_property
     def roughness(self) -> tuple[np.ndarray, np.ndarray]:
@@ -389,80 +437,15 @@ class LuGre(Model):
                 )
         return np.concatenate(rows), np.concatenate(wanted)
 
-    def torque(self, values: Values, trial) -> np.ndarray:
-        """Torque (n, 3) [N m] of a trial from undeflected bristles; see the module."""
-        return self._torque(self.packed(values), trial, 0.0)
-
-    def _torque(self, packed: np.ndarray, trial, later: float) -> np.ndarray:
-        """The torque (n, 3) where it comes a time [s] later than by the model."""
-        rate, dt, every = self._driving(packed, trial, later)
-        torque = np.empty((len(rate), 3))
-        lugre_kernel.torques(self.layout, packed, rate, dt, np.zeros(3), torque)
-        return torque[::every] * self.level(packed, trial)
-
-    def _driving(
-        self, packed: np.ndarray, trial, later: float = 0.0
-    ) -> tuple[np.ndarray, float, int]:
-        """Rates that the bristles see, their step [s], and how many of them make a sample."""
-        if not self.lag:
-            return trial.rate, trial.step, 1
-        lag = float(packed[len(self.parameters) - 1]) + later
-        return delayed(trial, lag), trial.step / FINER, FINER
-
-    @cached_property
-    def _exponents(self) -> list[int]:
-        """Places of the exponents of the load, by axis."""
-        names = [p.name for p in self.parameters]
-        return [names.index(f"{g}_{FOLLOWS.name}") for g in self.groups]
-
-    def level(self, packed: np.ndarray, trial) -> np.ndarray:
-        """Factors on the torques of the axes from the preload of a trial (3,)."""
-        if self.load == "fixed":
-            return np.ones(3)
-        exponent = packed[self._exponents] if self.load == "power" else 1.0
-        return np.full(3, preload_of(trial) / self.preload) ** exponent
-
-    def sensitivity(self, values: Values, trial) -> tuple[np.ndarray, np.ndarray]:
-        """Torque (n, 3) [N m] of a trial and its slopes by the parameters (n, 3, p)."""
-        packed = self.packed(values)
-        torque, slopes = np.empty((trial.samples, 3)), np.empty((trial.samples, 3, packed.size))
-        self.sensitivities(packed, trial, np.arange(3), torque, slopes)
-        return torque, slopes[:, :, :-PADDING]
-
-    def sensitivities(
-        self, packed: np.ndarray, trial, axes: np.ndarray, torque: np.ndarray, slopes: np.ndarray
-    ):
-        """The same of some axes, into torque (n, axes) and slopes (n, axes, packed)."""
-        rate, dt, every = self._driving(packed, trial)
-        fine = torque, slopes
-        if self.lag:
-            fine = tuple(np.empty((len(rate), *a.shape[1:])) for a in fine)
-        state, moved = np.zeros(3), np.zeros((3, packed.size))
-        lugre_kernel.sensitivities(self.layout, packed, rate, dt, axes, state, moved, *fine)
-        if self.lag:
-            torque[:], slopes[:] = (a[::every] for a in fine)
-        if self.load != "fixed":
-            level = self.level(packed, trial)[axes]
-            torque *= level
-            slopes *= level[:, None]
-        if self.load == "power":
-            places = np.array(self._exponents)[axes]
-            slopes[:, np.arange(axes.size), places] = torque * math.log(
-                preload_of(trial) / self.preload
-            )
-        if self.lag:
-            shift = SHIFT * trial.step
-            later, earlier = (self._torque(packed, trial, way * shift) for way in (1.0, -1.0))
-            slopes[:, :, len(self.parameters) - 1] = (later - earlier)[:, axes] / (2.0 * shift)
-
-    def functions(self, values: Values, speeds: np.ndarray) -> np.ndarray:
+    def functions(self, values: Values, speeds: Sequence[float]) -> np.ndarray:
         """T [N m], sigma0 [N m/rad], sigma1, sigma2 [N m s/rad] of the axes at speeds (n,) [rad/s],
         (3, 4, n).
         """
-        speeds = np.ascontiguousarray(speeds, float)
-        values_of = np.empty((3, 4, speeds.size))
-        lugre_kernel.functions(self.layout, self.packed(values), speeds, values_of)
-        return values_of
+        form, count = self.form, len(self.parameters) - self.lag
+        function, speeds = lugre_kernel.by_speed(form), np.asarray(speeds, float).tolist()
+        rows = self.array(values)[:count].reshape(-1, form.widths[0]).tolist()
+        by_group = [[(*function(s, row), row[form.viscous]) for s in speeds] for row in rows]
+        return np.array([by_group[g] for g in form.groups]).transpose(0, 2, 1)
 
     def passive_rate(self, values: Values) -> float:
         """Rate [rad/s] up to which no axis gives off more energy than its bristles hold, inf where
@@ -499,7 +482,7 @@ class LuGre(Model):
 
 
 @dataclass(frozen=True)
-class Curve(Model):
+class Curve(Driven):
     """Characteristic curve: each axis' torque is an odd, continuous, piecewise linear function of
     its own rate.
 
@@ -515,7 +498,6 @@ class Curve(Model):
 
     name: ClassVar[str] = "curve"
     linear: ClassVar[bool] = True
-    compiled = staticmethod(lugre_kernel.curve_step)
 
     def __post_init__(self):
         object.__setattr__(self, "knots", _checked_knots(self.knots, 1))
@@ -531,38 +513,27 @@ class Curve(Model):
         return self.bounded([Parameter(n, "N m", low, 100.0, 2.0) for n in names], low)
 
     @cached_property
-    def layout(self) -> Layout:
-        """Places of the numbers in the values of the kernels."""
-        groups = list(dict.fromkeys(self.groups))
-        places = np.array([[groups.index(g) * len(self.knots)] * 4 for g in self.groups])
-        return Layout(places, np.array([0.0, *self.knots]), 2.0, False, True)
+    def places(self) -> np.ndarray:
+        """Places of the torques of each axis in the values (3, n)."""
+        names, count = list(dict.fromkeys(self.groups)), len(self.knots)
+        return np.array([count * names.index(g) + np.arange(count) for g in self.groups])
 
-    def torque(self, values: Values, trial) -> np.ndarray:
-        """Torque (n, 3) [N m] of a trial."""
-        return self.hats(trial.rate) @ self.array(values)
-
-    def sensitivity(self, values: Values, trial) -> tuple[np.ndarray, np.ndarray]:
-        """Torque (n, 3) [N m] of a trial and its slopes by the parameters (n, 3, p)."""
-        slopes = self.hats(trial.rate)
-        return slopes @ self.array(values), slopes
+    def kernels_of(self, axes: tuple[int, ...]) -> Layout:
+        """Kernels of the axes that move."""
+        groups = self.places[:, 0] // len(self.knots)
+        return lugre_kernel.curve(self.knots, tuple(groups.tolist()), axes)
 
     def hats(self, rate: np.ndarray) -> np.ndarray:
         """Slopes of the torque by the parameters (n, 3, p) at rates (n, 3) [rad/s]."""
-        knots, hats = self.layout.knots, np.zeros((len(rate), 3, len(self.parameters) + 1))
-        speed, sign, rows = np.abs(rate), np.sign(rate), np.arange(len(rate))
-        for axis in range(3):
-            m = np.clip(np.searchsorted(knots, speed[:, axis]) - 1, 0, len(knots) - 2)
-            share = np.clip((speed[:, axis] - knots[m]) / (knots[m + 1] - knots[m]), 0.0, 1.0)
-            index = self.layout.places[axis, TORQUE] + m
-            hats[rows, axis, index] = share * sign[:, axis]
-            hats[rows, axis, np.where(m > 0, index - 1, -1)] = (1.0 - share) * sign[:, axis]
-        return hats[:, :, :-1]
+        torque, slopes = np.empty(rate.shape), np.empty((*rate.shape, len(self.parameters)))
+        axis_kernel.drive(self.layout, np.zeros(slopes.shape[2]), rate, 1.0, torque, slopes)
+        return slopes
 
     def passive_rate(self, values: Values) -> float:
         """Rate [rad/s] up to which it brakes, inf where it always does."""
-        torques = self.array(values)[self.layout.places[:, :1] + np.arange(len(self.knots))]
+        torques = self.array(values)[self.places]
         bad = np.flatnonzero((torques < 0.0).any(axis=0))
-        return math.inf if bad.size == 0 else float(self.layout.knots[bad[0]])
+        return math.inf if bad.size == 0 else (0.0, *self.knots)[bad[0]]
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
         """Warnings about the values where rates reach `fastest` [rad/s]."""

@@ -17,7 +17,7 @@ axis. Any other function gets the record and its parameters by name. It returns 
 
 import inspect
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -26,13 +26,23 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearance.identify.models import FINER, LAG, Model, Parameter, Values, delayed
+from clearance.identify.axis_kernel import Layout, Leaves
+from clearance.identify.models import (
+    FINER,
+    LAG,
+    Driven,
+    Model,
+    Parameter,
+    Values,
+    delayed,
+    preload_of,
+)
 from clearance.identify.records import Trial
 from clearance.laws.law import Law, joint_bristle, joint_friction
-from clearance.machine.store import njit
 from clearance.scene.user_module import located, module_of
+from clearance.tracing.function import Opaque
 from clearance.tracing.interpreter import traced
-from clearance.tracing.kernels import compiled
+from clearance.tracing.trace import live
 from clearance.values.checks import finite, identifier, meant, positive
 
 # of a parameter (of its range where it may be negative), by which it is moved for slopes
@@ -75,6 +85,7 @@ class Own(Model):
     lag: bool = False
 
     symmetric: ClassVar[bool] = True
+    groups: ClassVar[tuple[str, ...]] = ()  # functions have no axes
 
     @property
     def options(self) -> dict:
@@ -85,11 +96,6 @@ class Own(Model):
     def parameters(self) -> tuple[Parameter, ...]:
         """Fitted parameters, in the order of their vector."""
         return (*self.given, *([LAG] * self.lag))
-
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """Whose parameters the axes have: of a law tilt and spin; functions have no axes."""
-        return GROUPS if self.law else ()
 
     def with_bounds(self, bounds: Mapping[str, tuple[float, float]]) -> "Own":
         """The same with other bounds of some parameters."""
@@ -165,8 +171,8 @@ class Own(Model):
         return np.array([math.sqrt(squares[u]) or 1.0 for u in units])
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
-        """Requirements and warnings of the law about its numbers."""
-        return _of_law(self, values) if self.law else []
+        """None: a function has no requirements."""
+        return []
 
 
 def model(
@@ -205,11 +211,17 @@ def model(
     difference = positive(f"model {name}: difference", difference)
     if isinstance(function, Law):
         _check_parameters(name, function.given, function.needed, parameters)
-        driven = _Driven(function, held, positive(f"model {name}: arm", arm))
+        if function.family not in (joint_friction, joint_bristle):
+            families = "joint_friction or joint_bristle"
+            raise ValueError(
+                f"{name} is a {function.family.name} law; models are made of {families} laws and "
+                f"functions"
+            )
         renamed = [
             replace(p, name=f"{g}_{n}") for g in dict.fromkeys(GROUPS) for n, p in fitted.items()
         ]
-        return Own(driven, tuple(renamed), {}, difference, name, function)
+        of_law = {"law": function, "held": held, "arm": positive(f"model {name}: arm", arm)}
+        return OwnLaw(function, tuple(renamed), {}, difference, name, **of_law)
     arguments = list(inspect.signature(function).parameters.values())[1:]
     needed = [a.name for a in arguments if a.default is a.empty]
     _check_parameters(name, [a.name for a in arguments], needed, parameters)
@@ -258,109 +270,87 @@ def _check_parameters(name: str, names: list[str], needed: list[str], parameters
 
 
 # --- laws
-class _Driven:
-    """A friction law driven by the rates of a trial, about each axis by itself; called as a
-    function of a record.
+@dataclass(frozen=True, eq=False)
+class OwnLaw(Driven, Own):
+    """A friction law of a joint, driven by the rates of a trial about each axis by itself.
+
+    held: numbers of the law that are not fitted; arm: what a preload [N] times is its load [m].
     """
 
-    def __init__(self, law: Law, held: dict[str, float], arm: float):
-        if law.family not in (joint_friction, joint_bristle):
-            families = "joint_friction or joint_bristle"
-            raise ValueError(
-                f"{law.name} is a {law.family.name} law; models are made of {families} laws and "
-                f"functions"
-            )
-        self.law, self.held, self.arm = law, held, arm
+    held: Mapping[str, float] = field(default_factory=dict)
+    arm: float = 1.0
+
+    groups: ClassVar[tuple[str, ...]] = GROUPS
+
+    @property
+    def exact(self) -> bool:
+        """False for a law that cannot be traced."""
+        return not isinstance(traced(self.law.function), Opaque)
+
+    def kernels_of(self, axes: tuple[int, ...]) -> Layout:
+        """Kernels of the axes that move."""
+        names = tuple(p.name for p in self.parameters)
+        return kernels(self.law, names, tuple(self._others), axes)
+
+    @property
+    def _others(self) -> dict[str, float]:
+        """Numbers that all groups have: those held, and defaults of those not fitted."""
+        return {n: v for n, v in self.numbers("", {}).items() if v is not inspect.Parameter.empty}
 
     def numbers(self, group: str, values: Mapping[str, float]) -> dict[str, float]:
         """The law's parameters about an axis."""
         fitted = {
             n.removeprefix(f"{group}_"): v for n, v in values.items() if n.startswith(f"{group}_")
         }
-        return (
-            {n: v for n, v in self.law.parameters.items() if n in self.law.given}
-            | self.held
-            | fitted
-        )
+        defaults = {n: v for n, v in self.law.parameters.items() if n in self.law.given}
+        return defaults | dict(self.held) | fitted
 
-    def __call__(self, record, **values) -> np.ndarray:
-        torque = np.zeros((record.samples, 3))
-        load = self.arm * record.facts.get("preload", math.nan)
-        for axis, group in enumerate(GROUPS):
-            if record.rate[:, axis].any():
-                bound = self.law(**self.numbers(group, values))
-                rate = np.ascontiguousarray(record.rate[:, axis])
-                driver(self.law)(np.array(bound.numbers), rate, load, record.step, torque[:, axis])
-        if np.isnan(torque).any() and math.isnan(load):
-            name = record.name
-            reason = f"in CSV '# preload = 5000' or '# {name}.preload = 5000'"
-            raise ValueError(
-                f"trial {name!r} has no fact preload [N], which {self.law.name} needs: {reason}"
-            )
-        return torque
+    def facts(self, trial) -> Sequence[float]:
+        """Numbers that are not fitted, and the load [N m] where the law reads it."""
+        loaded = trial and reads_load(self.law)
+        return *self._others.values(), self.arm * preload_of(trial) if loaded else 0.0
+
+    def doubts(self, values: Values, fastest: float) -> list[str]:
+        """Requirements and warnings of the law about its numbers, for each axis."""
+        names, lines = [p.name for p in self.parameters], []
+        by_name = dict(zip(names, self.array(values).tolist(), strict=True))
+        for group in dict.fromkeys(GROUPS):
+            bound = self.law(**self.numbers(group, by_name))
+            for look in filter(None, (self.law.demand, self.law.doubt)):
+                reason = look(None, bound.values)
+                lines += [f"{group}: {self.name} {reason}"] if reason else []
+        return lines
 
 
-@lru_cache(maxsize=32)
-def driver(law: Law) -> Callable:
-    """Compiled drive(parameters, rate (n,), load, dt, torque (n,)) of a law."""
+def reads_load(law: Law) -> bool:
+    """True for a law whose values depend on its load; one that cannot be traced may."""
     function = traced(law.function)
-    drive = _bristle_drive if law.family is joint_bristle else _friction_drive
-    numbers = ", ".join(f"par[{i}]" for i in range(len(law.parameters)))
-    return drive(compiled(function), compiled(function.slopes((0,))), numbers)
+    if isinstance(function, Opaque):
+        return law.needs_load
+    return function.arguments[law.family.state.index("load")] in live(function.outputs)
 
 
-def _friction_drive(value: Callable, slopes: Callable, numbers: str) -> Callable:
-    """Torque of a law without a state."""
-    return _with_numbers(
-        f"""
-def drive(par, rate, load, dt, torque):
-    for n in range(rate.size):
-        torque[n] = -value(par, rate[n], load, {numbers})[0]
-""",
-        value,
-        slopes,
-    )
-
-
-def _bristle_drive(value: Callable, slopes: Callable, numbers: str) -> Callable:
-    """Torque of a law with bristles, whose deflection takes exponential steps."""
-    return _with_numbers(
-        f"""
-def drive(par, rate, load, dt, torque):
-    z = 0.0
-    for n in range(rate.size):
-        if n > 0:
-            middle = 0.5 * (rate[n - 1] + rate[n])
-            change, force, slope, more = slopes(par, z, middle, load, {numbers})
-            x = slope * dt
-            z += dt * change * (math.expm1(x) / x if abs(x) > 1e-8 else 1.0 + 0.5 * x)
-        change, force = value(par, z, rate[n], load, {numbers})
-        torque[n] = -force
-""",
-        value,
-        slopes,
-    )
-
-
-def _with_numbers(text: str, value: Callable, slopes: Callable) -> Callable:
-    """The compiled function of a text that calls a law with its numbers."""
-    scope = {"value": value, "slopes": slopes, "math": math}
-    exec(text, scope)  # noqa: S102
-    return njit(error_model="numpy")(scope["drive"])
-
-
-def _of_law(fitted: Own, values: Values) -> list[str]:
-    """Requirements and warnings of a law about its numbers, for each axis."""
-    numbers, lines = (
-        dict(zip((p.name for p in fitted.parameters), fitted.array(values).tolist(), strict=True)),
-        [],
-    )
-    for group in dict.fromkeys(GROUPS):
-        bound = fitted.law(**fitted.function.numbers(group, numbers))
-        for look in filter(None, (fitted.law.demand, fitted.law.doubt)):
-            reason = look(None, bound.values)
-            lines += [f"{group}: {fitted.name} {reason}"] if reason else []
-    return lines
+@lru_cache(maxsize=64)
+def kernels(law: Law, names: tuple[str, ...], others: tuple[str, ...], axes: tuple[int, ...]):
+    """Kernels of a law about each axis: of fitted numbers by these names, of others, of a load."""
+    leaves, function = Leaves(axes, (len(names), len(others) + 1)), traced(law.function)
+    fitted, (*rest, load) = leaves.numbers
+    bristles = law.family is joint_bristle
+    rates, torques = [], []
+    for z, w, axis in zip(leaves.z, leaves.w, axes, strict=True):
+        start = f"{GROUPS[axis]}_"
+        of_axis = {
+            n.removeprefix(start): v
+            for n, v in zip(names, fitted, strict=True)
+            if n.startswith(start)
+        }
+        by_name = dict(zip(others, rest, strict=True)) | of_axis
+        numbers = [
+            by_name[n] if n in by_name else law.checks[n].function(by_name) for n in law.parameters
+        ]
+        values = leaves.trace.call(function, [*[z] * bristles, w, load, *numbers])
+        rates, torques = rates + values[:-1], [*torques, leaves.trace.neg(values[-1])]
+    return leaves.layout([*rates, *torques], exact=not isinstance(function, Opaque))
 
 
 # --- files

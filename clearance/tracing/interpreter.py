@@ -281,6 +281,17 @@ def _read(node: ast.expr) -> bool:
     return isinstance(node.ctx, ast.Load)
 
 
+_trees: dict[CodeType, ast.FunctionDef] = {}
+
+
+def calls_of(function: Callable) -> ast.FunctionDef:
+    """The syntax tree of a function as `Calls` makes it, once for all functions of one text."""
+    code = function.__code__
+    if code not in _trees:
+        _trees[code] = Calls().visit(definition(function))
+    return _trees[code]
+
+
 class Execution:
     """One function's statements, executed on a trace. helpers: functions that have been traced for
     their calls; callers: those that it is executed for.
@@ -288,7 +299,7 @@ class Execution:
 
     def __init__(self, trace: Trace, function: Callable, helpers: dict, callers: tuple = ()):
         self.trace, self.function, self.helpers, self.callers = trace, function, helpers, callers
-        self.tree = Calls().visit(definition(function))
+        self.tree = calls_of(function)
         closure = inspect.getclosurevars(function).nonlocals
         self.outer = {**vars(builtins), **function.__globals__, **closure}
         self.arguments = list(inspect.signature(function).parameters)

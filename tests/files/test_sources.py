@@ -19,7 +19,7 @@ PACKAGE = Path(cl.__file__).parent
 KEYS = """
 import json
 from clearance.film import bands, table, pad_table
-from clearance.identify import lugre_kernel
+from clearance.identify import axis_kernel
 from clearance.laws.contact import flores
 from clearance.machine import store
 store.cached = store.Entry = lambda function, *arguments, **options: function
@@ -38,7 +38,7 @@ print(json.dumps({
     "bearing": table.Key(1.0).name(),
     "pad": pad_table.PadKey(1.0).name(),
     "film": files(bands.film),
-    "identify": files(lugre_kernel.cell),
+    "identify": files(axis_kernel.step),
     "law": store._digest_of(flores.function),
     "kernel": store.digest_of("one"),
     "loop": types.DIGEST,
