@@ -47,7 +47,7 @@ class Stale:
         return bytes(image)
 
 
-def test_L1_an_image_of_HDF5_1_14_opens(tmp_path):
+def test_L1_an_image_of_HDF5_1_14_opens():
     """Of 20 files of random names and numbers."""
     rng = np.random.default_rng(2)
     for i in range(20):

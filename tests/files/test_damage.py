@@ -291,16 +291,16 @@ def test_nothing_of_a_strangers_sweep_is_executed(files, tmp_path, typed):
 
 # --- tables of sweeps and measurements
 @pytest.mark.parametrize(
-    ("line", "text"),
+    "line",
     [
-        ({"index": 0, "key": "k", "status": "done", "wall": {}}, "wall"),
-        ({"index": -1, "key": "k", "status": "done"}, "index"),
-        ({"index": 0, "key": "k", "status": "done", "metrics": {"a": "b"}}, "metrics"),
-        ({"index": 0, "key": 3, "status": "done"}, "key"),
-        ([1, 2], "list"),
+        {"index": 0, "key": "k", "status": "done", "wall": {}},
+        {"index": -1, "key": "k", "status": "done"},
+        {"index": 0, "key": "k", "status": "done", "metrics": {"a": "b"}},
+        {"index": 0, "key": 3, "status": "done"},
+        [1, 2],
     ],
 )
-def test_R10_a_journal_line_that_is_none_is_passed_over(tmp_path, line, text):
+def test_R10_a_journal_line_that_is_none_is_passed_over(tmp_path, line):
     """Broken lines of a journal do not hide good ones."""
     good = {"index": 1, "key": "k", "status": "done", "wall": 1, "metrics": {"a": 2}}
     path = tmp_path / "journal.jsonl"
@@ -495,7 +495,7 @@ def test_a_file_of_the_first_version_still_opens(tmp_path):
     assert main(["report", str(path)]) == 0
 
 
-def test_S6_a_column_that_unpacks_beyond_reason_is_not_read(dry, tmp_path, monkeypatch):
+def test_S6_a_column_that_unpacks_beyond_reason_is_not_read(dry, monkeypatch):
     """A column longer than /time is refused before it is read; so is what memory has no room
     for. 20 random sizes.
     """

@@ -50,7 +50,7 @@ def as_user(folder, *arguments, **environment):
     )
 
 
-def test_S3_new_runs_no_law_of_a_file(tmp_path, capsys):
+def test_S3_new_runs_no_law_of_a_file(tmp_path):
     """A result with a law of its own is refused before its text is run."""
     mark = tmp_path / "ran"
     (tmp_path / "evil_law.py").write_text(EVIL.format(mark=str(mark)))
@@ -143,7 +143,7 @@ def test_S4_films_are_written_by_the_program_of_the_path(run, seed, tmp_path):
     assert not (tmp_path / "evil.sh.ran").exists()
 
 
-def test_S4_texts_of_files_are_not_latex(run, tmp_path, monkeypatch):
+def test_S4_texts_of_files_are_not_latex(run, tmp_path):
     """Not even where the user's program has set that."""
     import matplotlib
 

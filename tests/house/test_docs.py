@@ -128,7 +128,7 @@ def test_commands_are_understood(path):
             cli.parser().parse_args(words)
 
 
-def test_contributing_has_the_sentences_of_all_folders(pages):
+def test_contributing_has_the_sentences_of_all_folders():
     """As `python docs/street.py` writes them."""
     import street
 

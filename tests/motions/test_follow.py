@@ -337,7 +337,7 @@ class TestCommand:
         assert (tmp_path / "follow.png").stat().st_size > 10000
         assert len(document["branch"]["torque"]) == document["points"]
 
-    def test_wrong_input(self, case, tmp_path, typed):
+    def test_wrong_input(self, case, typed):
         """Wrong words: one line and status 2."""
         for words, message in (
             ("", "one parameter needs a range"),

@@ -54,7 +54,7 @@ def test_pictures_tables_manifest_and_page(tmp_path, capsys):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_results_are_used_again_unless_fresh(tmp_path, capsys):
+def test_results_are_used_again_unless_fresh(tmp_path):
     """A stored result is used again, but with --fresh."""
     drawn(tmp_path, "feeder_sketch")
     (file,) = (tmp_path / "results").glob("*.h5")
@@ -67,7 +67,7 @@ def test_results_are_used_again_unless_fresh(tmp_path, capsys):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_one_run_serves_all_who_ask_for_it(tmp_path, capsys):
+def test_one_run_serves_all_who_ask_for_it(tmp_path):
     """Parameters given as they are by default, and another folder of pictures, lead to the same
     result.
     """
@@ -87,7 +87,7 @@ def test_one_run_serves_all_who_ask_for_it(tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_broken_result_is_made_anew(tmp_path, capsys):
+def test_a_broken_result_is_made_anew(tmp_path):
     """A damaged result is made again."""
     drawn(tmp_path, "feeder_sketch")
     (file,) = (tmp_path / "results").glob("*.h5")
@@ -96,7 +96,7 @@ def test_a_broken_result_is_made_anew(tmp_path, capsys):
     assert (status, figures["feeder_sketch"]["status"]) == (0, "done")
 
 
-def test_sweeps_are_used_again_unless_fresh_and_not_for_another_case(tmp_path, monkeypatch):
+def test_sweeps_are_used_again_unless_fresh_and_not_for_another_case(tmp_path):
     """A stored sweep is used for the same case only."""
     source = "import clearance as cl\n\n\ndef scene(*, mass: float = 1.0) -> cl.Scene:\n    body = "
     source += (
@@ -121,7 +121,7 @@ def test_sweeps_are_used_again_unless_fresh_and_not_for_another_case(tmp_path, m
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_previews_say_so(tmp_path, capsys):
+def test_previews_say_so(tmp_path):
     """The page states that pictures are previews."""
     drawn(tmp_path, "feeder_sketch", "--quick")
     assert "coarse preview" in (tmp_path / "index.html").read_text()
@@ -151,7 +151,7 @@ LONG = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(NAMES) - LONG))
-def test_every_script_draws_a_preview(name, tmp_path, capsys):
+def test_every_script_draws_a_preview(name, tmp_path):
     """Each script draws with --quick."""
     status, figures = drawn(tmp_path, name, "--quick")
     assert (status, figures[name]["status"]) == (0, "done")
@@ -160,7 +160,7 @@ def test_every_script_draws_a_preview(name, tmp_path, capsys):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_a_figure_that_fails_is_named_and_stops_no_other(tmp_path, monkeypatch, capsys):
+def test_a_figure_that_fails_is_named_and_stops_no_other(tmp_path, monkeypatch):
     """A failure is logged; other figures are drawn."""
     from clearance.paper_figures import feeder_sketch
 
@@ -243,7 +243,7 @@ def test_a_script_without_a_group_is_refused(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
-def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_path, capsys):
+def test_the_page_has_groups_and_small_pictures_that_lead_to_the_figures(tmp_path):
     """Small pictures lead to the figures, by groups."""
     drawn(tmp_path, "friction_laws", "feeder_sketch", "--quick", "--workers", "1")
     text = (tmp_path / "index.html").read_text()

@@ -226,7 +226,7 @@ def test_a_result_replaces_results_alone(run, tmp_path):
     assert scene.read_text() == "text = 'of hours'\n"
 
 
-def test_streaming_gives_the_same_as_one_buffer(tmp_path, monkeypatch):
+def test_streaming_gives_the_same_as_one_buffer(monkeypatch):
     """Buffers of a few rows, steps and contacts: the file does not depend on them."""
     from clearance.run import run as running
 
@@ -404,7 +404,7 @@ def test_a_watch_keeps_no_rows(seed):
     assert many.since == one.since
 
 
-def test_chosen_channels(tmp_path):
+def test_chosen_channels():
     """A file has the channels that were chosen."""
     scene = cl.load_case("slider_crank", model="dry")
     options = {"turns": 1.0, "samples_per_turn": 50}

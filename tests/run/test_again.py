@@ -47,7 +47,7 @@ def test_a_result_again_bit_for_bit(name, values, options, tmp_path):
     assert [n for n in same if str(one.file.attrs[n]) != str(two.file.attrs[n])] == []
 
 
-def test_differences_are_seen(tmp_path):
+def test_differences_are_seen():
     """Another tolerance: some columns differ, by no more than their size."""
     scene = cl.load_case("four_bar", model="dry")
     runs = [

@@ -93,7 +93,7 @@ def test_snapshots_show_them(feeder, tmp_path, typed):
     assert all(shot.solution.iterations > 0 for shot in anew)
 
 
-def test_animation_shows_them(feeder, tmp_path):
+def test_animation_shows_them(feeder):
     """Each frame has the field nearest to its time."""
     from clearance.postprocess.animation import Lens
 
@@ -105,7 +105,7 @@ def test_animation_shows_them(feeder, tmp_path):
     )
 
 
-def test_not_unless_asked_for(tmp_path):
+def test_not_unless_asked_for():
     """Without the option there are no fields."""
     result = cl.simulate(cl.load_case("six_bar_feeder"), turns=0.01)
     assert result.pressure_fields("B") is None

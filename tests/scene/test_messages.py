@@ -74,8 +74,8 @@ def test_users16_a_number_in_another_unit_is_doubted(made, field, unit, other, b
         assert doubts(made(**{field: f"{value!r} {other}"})) == []
 
 
-@pytest.mark.parametrize(("made", "field", "unit", "other", "bounds"), SLIPS, ids=NAMES)
-def test_users16_a_text_has_its_unit(made, field, unit, other, bounds):
+@pytest.mark.parametrize(("made", "field"), [slip[:2] for slip in SLIPS], ids=NAMES)
+def test_users16_a_text_has_its_unit(made, field):
     """As in scene files; another kind of unit is refused with the field."""
     with pytest.raises(ValueError, match=f"{field}: '3 K' is in K, expected"):
         made(**{field: "3 K"})

@@ -10,7 +10,7 @@ from tests import mechanisms as m
 
 
 def bar(name="bar", length=0.1, **more):
-    return cl.Body(name, 1.0, 1e-3, points={"a": (0, 0), "b": (length, 0)}, **more)
+    return m.bar(name, length, inertia=1e-3, **more)
 
 
 @pytest.mark.parametrize(
@@ -124,19 +124,13 @@ def test_scene_errors():
         cl.Scene()
 
 
-def four_bar(lengths=(0.1, 0.3, 0.25, 0.3), **drive):
+def four_bar(lengths=(0.1, 0.3, 0.25, 0.3)):
     crank, coupler, rocker = (
         bar("crank", lengths[0]),
         bar("coupler", lengths[1], angle=0.8),
         bar("rocker", lengths[2]),
     )
-    return [
-        cl.Revolute(cl.ground.at(0, 0), crank["a"], name="A"),
-        cl.Revolute(crank["b"], coupler["a"], name="B"),
-        cl.Revolute(coupler["b"], rocker["b"], name="C"),
-        cl.Revolute(cl.ground.at(lengths[3], 0), rocker["a"], name="D"),
-        cl.Drive(crank, **(drive or {"speed": 1.0})),
-    ]
+    return *m.loop(crank, coupler, rocker, lengths[3]), cl.Drive(crank, speed=1.0)
 
 
 def test_open_loop_says_by_how_much():
@@ -157,10 +151,7 @@ def test_locked_and_redundant():
         for n, x in zip(["crank", "coupler", "rocker", "second"], (0.1, 0.3, 0.1, 0.1), strict=True)
     )
     parallel = [
-        cl.Revolute(cl.ground.at(0, 0), crank["a"], name="A"),
-        cl.Revolute(crank["b"], coupler["a"], name="B"),
-        cl.Revolute(coupler["b"], rocker["b"], name="C"),
-        cl.Revolute(cl.ground.at(0.3, 0), rocker["a"], name="D"),
+        *m.loop(crank, coupler, rocker, 0.3),
         cl.Revolute(cl.ground.at(0.15, 0), second["a"], name="E"),
         cl.Revolute(coupler.at(0.15, 0), second["b"], name="F"),
     ]
