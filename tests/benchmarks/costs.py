@@ -8,7 +8,6 @@ of several in it. Where the store must be empty there are fewer pairs. Without -
 alone. `--only WORD` takes the rows that have the word.
 """
 
-import argparse
 import compileall
 import os
 import resource
@@ -20,10 +19,9 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from publishing import RESULTS, put
+from publishing import publish
 
 MARK = "<!-- cost table -->"
-END = "<!-- end -->"
 HERE = Path(__file__).resolve().parent.parent.parent
 README = ["six_bar_feeder", "-p", "model=mixed", "--turns", "6", "--plot"]
 MIXED = {"model": "mixed"}
@@ -261,22 +259,19 @@ def _commit(root: Path) -> str:
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
 
 
-def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--before", type=Path, help="a checkout to measure beside this one")
-    options.add_argument("--pairs", type=int, default=7, help="with a warm store")
-    options.add_argument("--cold", type=int, default=3, help="pairs with an empty store")
-    options.add_argument("--only", default="", metavar="WORD", help="rows with this word")
-    options.add_argument(
-        "--update", action="store_true", help=f"put the table into {RESULTS}, at the mark {MARK}"
-    )
-    chosen = options.parse_args()
+def table(chosen) -> list[str]:
+    """Costs of this checkout, and of another one beside it."""
     roots = [*([chosen.before.resolve()] if chosen.before else []), HERE]
-    text = lines(roots, measured(roots, chosen.pairs, chosen.cold, chosen.only))
-    print("\n".join(text))
-    if chosen.update:
-        put(RESULTS, text, MARK, END)
+    return lines(roots, measured(roots, chosen.pairs, chosen.cold, chosen.only))
 
 
 if __name__ == "__main__":
-    main()
+    publish(
+        __doc__,
+        table,
+        MARK,
+        before=(Path, "a checkout to measure beside this one"),
+        pairs=(7, "with a warm store"),
+        cold=(3, "pairs with an empty store"),
+        only=("", "rows with this word"),
+    )

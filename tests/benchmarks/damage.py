@@ -9,7 +9,6 @@ on must end as it does from undamaged files. A worker process looks, and a new o
 where a look takes longer than LIMIT. The exit status is 1 where something failed.
 """
 
-import argparse
 import contextlib
 import io
 import json
@@ -37,7 +36,7 @@ from clearance.identify.records import Measurement, read, write
 from clearance.motions import branch_file
 from clearance.run.checkpoint import load, parts_folder
 from tests.benchmarks import kills
-from tests.benchmarks.publishing import RESULTS, put
+from tests.benchmarks.publishing import RESULTS, options, put
 from tests.motions.test_follow import CASE
 
 LIMIT = 60.0  # seconds of a look
@@ -669,25 +668,26 @@ def table(counts: dict[str, Counter]) -> list[str]:
 
 def parsed(arguments: list[str] | None = None) -> int:
     """Try damaged files; the exit status."""
-    parser = argparse.ArgumentParser(description="damaged files, and what is made of them")
-    parser.add_argument("names", nargs="*", help="kinds of files (all)")
-    parser.add_argument("--tries", type=int, default=300, help="of each kind (300)")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--update", action="store_true", help=f"put the table into {RESULTS}")
-    options = parser.parse_args(arguments)
+    chosen = options(
+        "damaged files, and what is made of them",
+        arguments,
+        names=([], "kinds of files (all)"),
+        tries=(300, "of each kind (300)"),
+        seed=(0, "of the damage"),
+    )
     counts: dict[str, Counter] = {}
     with tempfile.TemporaryDirectory() as folder:
         files, worker = sources(Path(folder)), Worker(Path(folder))
-        for name in options.names or files:
+        for name in chosen.names or files:
             counts[name] = Counter()
-            for i in range(options.tries):
-                look = worker.look(name, f"{options.seed} {name} {i}")
+            for i in range(chosen.tries):
+                look = worker.look(name, f"{chosen.seed} {name} {i}")
                 counts[name][look.outcome] += 1
                 if look.outcome in FAULTS:
                     print(f"{look.outcome}: {name}, {look.text}\n{look.fault}", flush=True)
             print(table(counts)[-2], flush=True)
         worker.end()
-    if options.update:
+    if chosen.update:
         put(RESULTS, table(counts), BEGIN)
     return int(any(count[fault] for count in counts.values() for fault in FAULTS))
 

@@ -7,7 +7,6 @@ exit status is 1 where something failed. --python: interpreters in place of thos
 of pyenv. --sets: one of the two.
 """
 
-import argparse
 import json
 import os
 import re
@@ -21,7 +20,7 @@ from pathlib import Path
 
 from packaging.requirements import Requirement
 from packaging.version import Version
-from publishing import RESULTS, put
+from publishing import publish, require
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -165,31 +164,33 @@ def cells(python: str | Path, which: str) -> tuple[list[str], list[str]]:
         return [*done[:-3], "ran", str(counts.get("passed", 0)), str(failed)], bad
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--python", nargs="+", metavar="PATH", help="interpreters to take")
-    parser.add_argument("--sets", nargs="+", choices=[*WARNINGS], default=[*WARNINGS])
-    parser.add_argument("--update", action="store_true", help=f"put the table into {RESULTS}")
-    options = parser.parse_args()
-    chosen = {version(path): path for path in options.python or []} or interpreters()
-    if None in chosen:
-        parser.error(f"{chosen[None]} is no Python that starts")
+def table(chosen) -> list[str]:
+    """A row for each Python and set."""
+    if unknown := set(chosen.sets) - set(WARNINGS):
+        raise SystemExit(f"sets are {', '.join(WARNINGS)}; got {', '.join(unknown)}")
+    pythons = {version(path): path for path in chosen.python} or interpreters()
+    if None in pythons:
+        raise SystemExit(f"{pythons[None]} is no Python that starts")
     names = ["Python", "set", *(r.name for r in CORE), "command", "passed", "failed"]
-    rows, failures = [names, ["---"] * len(names)], []
-    for minor, python in chosen.items():
-        for which in options.sets:
+    rows = [names, ["---"] * len(names)]
+    for minor, python in pythons.items():
+        for which in chosen.sets:
             done, bad = cells(python, which)
             rows.append([minor, which, *done])
-            failures += [f"Python {minor}, {which}: {line}" for line in bad]
+            for line in bad:
+                require(False, f"Python {minor}, {which}: {line}")
             print(" ".join(rows[-1]), file=sys.stderr, flush=True)
-    lines = [f"| {' | '.join(row)} |" for row in rows]
-    print("\n".join([*lines, *failures]))
-    if missing := set(supported()) - set(chosen):
-        print(f"not run: Python {', '.join(sorted(missing))}")
-    if options.update:
-        put(RESULTS, lines, MARK)
-    return int(bool(failures) or not chosen)
+    if absent := set(supported()) - set(pythons):
+        print(f"not run: Python {', '.join(sorted(absent))}")
+    require(pythons, "no Python of the classifiers")
+    return [f"| {' | '.join(row)} |" for row in rows]
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    publish(
+        __doc__,
+        table,
+        MARK,
+        python=([], "interpreters to take"),
+        sets=([*WARNINGS], "of versions"),
+    )

@@ -6,7 +6,6 @@ Tokens as tests/benchmarks/tokens.py counts them. --before: another checkout bes
 the Python of this one. --update puts the table into tests/benchmarks/README.md.
 """
 
-import argparse
 import ast
 import os
 import subprocess
@@ -18,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.benchmarks.publishing import RESULTS, put  # noqa: E402
+from tests.benchmarks.publishing import publish  # noqa: E402
 from tests.benchmarks.tokens import FUNCTIONS, of_file, total  # noqa: E402
 
 MARK = "<!-- ends -->"
@@ -203,17 +202,10 @@ def table(roots: list[Path]) -> list[str]:
     return [f"| {' | '.join(row)} |" for row in rows]
 
 
-def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    options.add_argument("--before", type=Path, metavar="CHECKOUT", help="another checkout")
-    options.add_argument("--update", action="store_true", help=f"put the table into {RESULTS}")
-    request = options.parse_args()
-    roots = [*([request.before.resolve()] if request.before else []), ROOT]
-    lines = table(roots)
-    print("\n".join(lines))
-    if request.update:
-        put(RESULTS, lines, MARK)
+def columns(chosen) -> list[str]:
+    """The table of this checkout, and of another one beside it."""
+    return table([*([chosen.before.resolve()] if chosen.before else []), ROOT])
 
 
 if __name__ == "__main__":
-    main()
+    publish(__doc__, columns, MARK, before=(Path, "another checkout"))

@@ -8,7 +8,6 @@ their marks, and the pictures into paper_figures. The name of a study makes its 
 again; the others stay.
 """
 
-import argparse
 import math
 import shutil
 import subprocess
@@ -17,7 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import h5py
-from publishing import END, RESULTS, put
+from publishing import END, RESULTS, options, put
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PICTURES = ROOT / "paper_figures"
@@ -150,24 +149,17 @@ SECTIONS = {
 
 
 def main():
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument(
-        "names",
-        nargs="*",
-        metavar="NAME",
-        help=f"parts of the page: {', '.join(SECTIONS)} (default all)",
+    chosen = options(
+        __doc__,
+        names=([], f"parts of the page: {', '.join(SECTIONS)} (default all)"),
+        folder=("evidence", "of the results (default evidence)"),
     )
-    options.add_argument("--update", action="store_true", help=f"put the tables into {RESULTS}")
-    options.add_argument(
-        "--folder", default="evidence", help="where results are kept (default evidence)"
-    )
-    options = options.parse_args()
-    if unknown := [name for name in options.names if name not in SECTIONS]:
+    if unknown := [name for name in chosen.names if name not in SECTIONS]:
         raise SystemExit(f"no part {unknown[0]!r}; there are {', '.join(SECTIONS)}")
-    for section in options.names or [s for s in SECTIONS if s not in STUDIES]:
-        for name, lines in SECTIONS[section](Path(options.folder)).items():
+    for section in chosen.names or [s for s in SECTIONS if s not in STUDIES]:
+        for name, lines in SECTIONS[section](Path(chosen.folder)).items():
             print(f"## {name}", *lines, "", sep="\n")
-            if options.update:
+            if chosen.update:
                 put(RESULTS, lines, f"<!-- evidence: {name} -->")
 
 

@@ -11,7 +11,6 @@ turns, 2000 run files. With names, --update puts their rows only. The exit statu
 something is wrong.
 """
 
-import argparse
 import os
 import random
 import shutil
@@ -30,7 +29,7 @@ import clearance as cl
 from clearance.results.reading import Damaged, Reader
 from clearance.results.result import DIMENSIONS
 from clearance.run import again
-from tests.benchmarks.publishing import RESULTS, put_rows
+from tests.benchmarks.publishing import RESULTS, options, put_rows
 
 CALL = [sys.executable, "-c"]
 COMMAND = "from clearance.cli import entry; entry()"
@@ -260,23 +259,24 @@ def table(counts: dict[str, Count]) -> list[str]:
 
 def parsed(arguments: list[str] | None = None) -> int:
     """Try the commands; the exit status."""
-    parser = argparse.ArgumentParser(description="commands that are killed at random moments")
-    parser.add_argument("names", nargs="*", help=f"of {', '.join([*KILLED, *LOADS])}")
-    parser.add_argument("--kills", type=int, default=40, help="of each command (40)")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--update", action="store_true", help=f"put the table into {RESULTS}")
-    options = parser.parse_args(arguments)
+    chosen = options(
+        "commands that are killed at random moments",
+        arguments,
+        names=([], f"of {', '.join([*KILLED, *LOADS])}"),
+        kills=(40, "of each command (40)"),
+        seed=(0, "of the moments"),
+    )
     counts = {}
-    for name in options.names or [*KILLED, *LOADS]:
+    for name in chosen.names or [*KILLED, *LOADS]:
         with tempfile.TemporaryDirectory() as place:
-            rng = random.Random(f"{options.seed} {name}")
+            rng = random.Random(f"{chosen.seed} {name}")
             if name in KILLED:
                 after = AFTER.get(name)
-                counts[name] = killed(KILLED[name], options.kills, rng, Path(place), after)
+                counts[name] = killed(KILLED[name], chosen.kills, rng, Path(place), after)
             else:
                 counts[name] = LOADS[name](Path(place))
         print(table(counts)[-1], *counts[name].wrong, sep="\n", flush=True)
-    if options.update:
+    if chosen.update:
         put_rows(RESULTS, table(counts), BEGIN)
     return int(any(count.wrong for count in counts.values()))
 

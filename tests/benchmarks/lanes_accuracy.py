@@ -116,8 +116,4 @@ def table(count: int) -> list[str]:
 
 
 if __name__ == "__main__":
-    place = sys.argv.index("--points") if "--points" in sys.argv else 0
-    chosen = int(sys.argv.pop(place + 1)) if place else 40
-    if place:
-        sys.argv.remove("--points")
-    publish(__doc__, lambda: table(chosen), MARK)
+    publish(__doc__, lambda chosen: table(chosen.points), MARK, points=(40, "of each scene"))

@@ -5,7 +5,6 @@ opens the directory again, and draws the map. CPU and wall time, peak memory and
 to the table; `--update` puts it into the README beside. `--picture` keeps the map.
 """
 
-import argparse
 import json
 import shutil
 import subprocess
@@ -13,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from publishing import RESULTS, put
+from publishing import publish
 
 MARK = "<!-- large map table -->"
 CALL = """
@@ -72,23 +71,21 @@ def row(side: int, workers: int, picture: str | None) -> str:
     return f"| {side} x {side} | {times} | {files} | {opening:.2f} s | {drawing:.1f} s |"
 
 
-def main() -> None:
-    """The table, printed and put into the README."""
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--side", type=int, nargs="+", default=[316])
-    options.add_argument("--workers", type=int, default=2)
-    options.add_argument("--picture", help="file for the map of the last side")
-    options.add_argument("--update", action="store_true")
-    chosen = options.parse_args()
-    lines = [
+def table(chosen) -> list[str]:
+    """A row for each side."""
+    return [
         "| points | wall | CPU | CPU a point | peak memory | journal | index | opening | picture |",
         "|---|---|---|---|---|---|---|---|---|",
+        *(row(side, chosen.workers, chosen.picture) for side in chosen.side),
     ]
-    lines += [row(side, chosen.workers, chosen.picture) for side in chosen.side]
-    print("\n".join(lines))
-    if chosen.update:
-        put(RESULTS, lines, MARK)
 
 
 if __name__ == "__main__":
-    main()
+    publish(
+        __doc__,
+        table,
+        MARK,
+        side=([316], "points along each axis"),
+        workers=(2, "processes"),
+        picture=(str, "file for the map of the last side"),
+    )

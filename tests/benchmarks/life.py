@@ -4,7 +4,6 @@ The outline changes after each turn by what the turn has worn off. A directory h
 A killed one goes on from its last hundred turns. `--update` puts the table into the README beside.
 """
 
-import argparse
 import json
 import os
 import shutil
@@ -14,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from publishing import RESULTS, put
+from publishing import publish
 
 import clearance as cl
 from clearance.laws.outline import NODES, Outline, worn
@@ -145,24 +144,22 @@ def rows(turns: int, folder: Path, given: dict) -> list[str]:
     return lines
 
 
-def main() -> None:
-    """The table, printed and put into the README."""
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--turns", type=int, default=21400)
-    options.add_argument("--directory", default="direct_life", help="of the direct run")
-    options.add_argument("--method", default="radau9")
-    options.add_argument("--rtol", type=float, default=1e-3)
-    options.add_argument("--fresh", action="store_true", help="begin the direct run again")
-    options.add_argument("--update", action="store_true")
-    chosen = options.parse_args()
+def table(chosen) -> list[str]:
+    """Rows of the direct run, which goes on from its directory, and of the jumps."""
     folder = Path(chosen.directory)
     if chosen.fresh:
         shutil.rmtree(folder, ignore_errors=True)
-    lines = rows(chosen.turns, folder, {"method": chosen.method, "rtol": chosen.rtol})
-    print("\n".join(lines))
-    if chosen.update:
-        put(RESULTS, lines, MARK)
+    return rows(chosen.turns, folder, {"method": chosen.method, "rtol": chosen.rtol})
 
 
 if __name__ == "__main__":
-    main()
+    publish(
+        __doc__,
+        table,
+        MARK,
+        turns=(21400, "of the life"),
+        directory=("direct_life", "of the direct run"),
+        method=("radau9", "of all runs"),
+        rtol=(1e-3, "of all runs"),
+        fresh=(False, "begin the direct run again"),
+    )

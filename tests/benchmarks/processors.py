@@ -12,7 +12,6 @@ another call goes on from. --update puts the table into tests/benchmarks/README.
 is 1 where a test failed.
 """
 
-import argparse
 import itertools
 import json
 import math
@@ -37,7 +36,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT))
 
-from tests.benchmarks.publishing import RESULTS, put  # noqa: E402
+from tests.benchmarks.publishing import RESULTS, options, put  # noqa: E402
 
 BEGIN = "<!-- processors -->"
 WIDE = ("avx512", "avx10", "amx")  # LLVM's names of what no processor of 2013 has
@@ -239,33 +238,33 @@ def table(outcomes: list[Outcome], names: list[str]) -> list[str]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("paths", nargs="*", metavar="PATH")
-    parser.add_argument("--quick", action="store_true", help=f"only {', '.join(FEW)}")
-    parser.add_argument("--minutes", type=float, default=math.inf)
-    parser.add_argument("--settings", metavar="NAME,...")
-    parser.add_argument("--workers", type=int, default=os.cpu_count())
-    parser.add_argument("--seed", type=int, default=time.time_ns() % 1000, help="of the order")
-    parser.add_argument("--journal", metavar="PATH", help="file to go on from")
-    parser.add_argument("--update", action="store_true", help=f"put the table into {RESULTS}")
-    options = parser.parse_args()
-    names = [*(FEW if options.quick else settings())]
-    if options.settings:
-        names = options.settings.split(",")
+    chosen = options(
+        __doc__,
+        paths=([], "files of tests (all)"),
+        quick=(False, f"only {', '.join(FEW)}"),
+        minutes=(math.inf, "until the end"),
+        settings=(str, "names, with commas between"),
+        workers=(os.cpu_count(), "processes"),
+        seed=(time.time_ns() % 1000, "of the order"),
+        journal=(str, "file to go on from"),
+    )
+    names = [*(FEW if chosen.quick else settings())]
+    if chosen.settings:
+        names = chosen.settings.split(",")
     if unknown := set(names) - set(settings()):
-        parser.error(f"settings are {', '.join(settings())}; got {', '.join(sorted(unknown))}")
-    print(f"--seed {options.seed}", file=sys.stderr)
+        raise SystemExit(f"settings are {', '.join(settings())}; got {', '.join(sorted(unknown))}")
+    print(f"--seed {chosen.seed}", file=sys.stderr)
     with tempfile.TemporaryDirectory() as folder:
-        matrix = Matrix(folder, options.minutes, options.journal)
-        paths = options.paths or files(random.Random(options.seed))
+        matrix = Matrix(folder, chosen.minutes, chosen.journal)
+        paths = chosen.paths or files(random.Random(chosen.seed))
         jobs = itertools.product(paths, names)
-        if options.quick:
+        if chosen.quick:
             jobs = [(path, n) for path, n in jobs if concerned(path, matrix.settings[n])]
-        matrix.run(jobs, options.workers)
+        matrix.run(jobs, chosen.workers)
     lines = table(matrix.outcomes, names)
     bad = [f"{o.setting}: {test}" for o in matrix.outcomes for test in o.failed]
     print("\n".join([*lines, "", *bad]))
-    if options.update:
+    if chosen.update:
         put(RESULTS, lines, BEGIN)
     return int(bool(bad))
 

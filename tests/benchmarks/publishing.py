@@ -44,18 +44,37 @@ def parts(path: str | Path, begin: str, end: str) -> tuple[str, str, str]:
     return head, inner, (end + tail).lstrip("\n")
 
 
-def publish(doc: str, make: Callable[[], list[str]], begin: str, end: str = END) -> None:
+def options(doc: str, arguments: list[str] | None = None, **more) -> argparse.Namespace:
+    """Options of a script, and --update.
+
+    more: name -> default and text. False is a switch, a list takes several words, a type has no
+        default; `names` and `paths` have no flag.
+    """
+    parser = argparse.ArgumentParser(description=doc.partition("\n")[0])
+    more["update"] = False, f"put the tables into {RESULTS}"
+    for name, (default, text) in more.items():
+        if default is False:
+            how = {"action": "store_true"}
+        elif isinstance(default, list):
+            how = {"nargs": "*", "type": type((default or [""])[0]), "default": default}
+        elif isinstance(default, type):
+            how = {"type": default}
+        else:
+            how = {"type": type(default), "default": default}
+        parser.add_argument(name if name in ("names", "paths") else f"--{name}", help=text, **how)
+    return parser.parse_args(arguments)
+
+
+def publish(doc: str, make: Callable[..., list[str]], begin: str, end: str = END, **more) -> None:
     """A complete script: prints the lines, with --update puts them at their mark, states what was
     missed, and exits.
+
+    more: more options, see `options`; `make` is called with them.
     """
-    options = argparse.ArgumentParser(description=doc)
-    options.add_argument(
-        "--update", action="store_true", help=f"put the tables into {RESULTS}, at the mark {begin}"
-    )
-    update = options.parse_args().update
-    lines = make()
+    chosen = options(doc, **more)
+    lines = make(chosen) if more else make()
     print("\n".join(lines))
-    if update:
+    if chosen.update:
         put(RESULTS, lines, begin, end)
     print("\n".join(["", *(f"missed: {m}" for m in missed)]))
     sys.exit(1 if missed else 0)

@@ -17,7 +17,6 @@ the file, and the table is of all its seeds. `--again` repeats its scenes that f
 `--update` puts the table into tests/benchmarks/README.md; `--scenes 0` runs nothing before.
 """
 
-import argparse
 import contextlib
 import json
 import logging
@@ -39,6 +38,7 @@ sys.path.insert(0, str(ROOT))
 
 import clearance as cl  # noqa: E402
 from clearance.accuracy.horizon import NotSolved  # noqa: E402
+from tests.benchmarks import publishing  # noqa: E402
 from tests.random_scenes import ALIKE, draw  # noqa: E402
 from tests.trials import DEAR, TRIALS, Base, Wrong, independent, run  # noqa: E402
 
@@ -180,17 +180,15 @@ def outcomes_of(seeds: Iterator[int], workers: int, end: float) -> Iterator[Outc
             yield from pool.map(examined, block, chunksize=ALIKE)
 
 
-def options_of(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description="random scenes against relations that must hold")
-    parser.add_argument("--minutes", type=float, default=30.0)
-    parser.add_argument("--scenes", type=int, help="so many scenes, however long they take")
-    parser.add_argument("--first", type=int, default=0, help="the first seed (0)")
-    parser.add_argument("--seed", type=int, help="this scene alone")
-    parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--log", type=Path, help="a file of outcomes, to which this call adds")
-    parser.add_argument("--again", action="store_true", help="its scenes that were not right")
-    parser.add_argument("--update", action="store_true", help="put the table into README.md")
-    return parser.parse_args(arguments)
+OPTIONS = {
+    "minutes": (30.0, "of all scenes together (30)"),
+    "scenes": (int, "so many scenes, however long they take"),
+    "first": (0, "the first seed (0)"),
+    "seed": (int, "this scene alone"),
+    "workers": (1, "processes"),
+    "log": (Path, "a file of outcomes, to which this call adds"),
+    "again": (False, "its scenes that were not right"),
+}
 
 
 def logged(path: Path | None) -> dict[int, Outcome]:
@@ -200,7 +198,7 @@ def logged(path: Path | None) -> dict[int, Outcome]:
     return {(o := Outcome(**json.loads(line))).seed: o for line in path.open()}
 
 
-def seeds_of(options: argparse.Namespace, done: dict[int, Outcome]) -> Iterator[int]:
+def seeds_of(options, done: dict[int, Outcome]) -> Iterator[int]:
     """Seeds to run: the requested ones that the log does not have yet."""
     if options.seed is not None:
         return iter([options.seed])
@@ -212,7 +210,7 @@ def seeds_of(options: argparse.Namespace, done: dict[int, Outcome]) -> Iterator[
 
 def main(arguments: list[str] | None = None) -> int:
     """Try scenes, print what failed, then the table."""
-    options = options_of(arguments)
+    options = publishing.options("random scenes against relations", arguments, **OPTIONS)
     done = logged(options.log)
     end = time.monotonic() + (60.0 * options.minutes if options.scenes is None else 1e9)
     for outcome in outcomes_of(seeds_of(options, dict(done)), options.workers, end):
@@ -225,9 +223,7 @@ def main(arguments: list[str] | None = None) -> int:
     lines = table(done.values())
     print("\n".join(lines))
     if options.update:
-        from tests.benchmarks.publishing import RESULTS, put
-
-        put(RESULTS, lines, BEGIN)
+        publishing.put(publishing.RESULTS, lines, BEGIN)
     return int(any(o.kind in UNWANTED for o in done.values()))
 
 
