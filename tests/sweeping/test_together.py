@@ -3,6 +3,7 @@ left to it.
 """
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from clearance.simulation import prepare
 from clearance.sweeping.in_lanes import FEWEST, Together
 from clearance.sweeping.journal import read
 from clearance.values.columns import Column, Mixed
+from tests.mechanisms import film
 
 FEEDER = {"model": "lubricated", "joints": "B"}
 SCENE = """
@@ -59,13 +61,46 @@ def swept():
     return {"speed": speed, "clearance": clearance}
 
 
+def scenes(name="six_bar_feeder", **fixed):
+    """A function of the swept values, to the scene of a case."""
+    case = find_case(name)
+    return lambda values: case.scene(**fixed, **values)
+
+
+class Ran:
+    """Points of a sweep, run in lanes by one thread."""
+
+    def __init__(self, scene, columns, error=None, **options):
+        self.together = Together(scene, columns, {"turns": 2.0} | options, None, error)
+        self.summing, self.first = self.together.summing, self.together.first
+        self.points = self.together.points(columns)
+        self.answers = self.together.answers(self.points, 1)
+        self.metrics = self.summing.metrics(self.answers, self.points)
+
+    def sound(self):
+        """True where all points have ended well."""
+        return self.summing.sound(self.answers, self.points).all()
+
+    def means(self):
+        """Means of squares by name."""
+        return {n: v for n, v in self.metrics.items() if n.endswith(("force_rms", "torque_rms"))}
+
+    def alike(self, **allowed):
+        """The first point is as the ordinary way has it: 2e-4, deviations 5e-3, or as allowed."""
+        for name, ordinary in self.summing.first.items():
+            bound = allowed.get(name, tolerance(name) * abs(ordinary.value))
+            assert abs(self.metrics[name][self.first] - ordinary.value) <= bound, name
+
+
+def tolerance(name) -> float:
+    """Share of a metric by which two ways at rtol 1e-6 may differ."""
+    return 5e-3 if "deviation" in name else 2e-4
+
+
 @pytest.fixture(scope="module")
 def feeder():
     """The feeder's points at once, with stated errors."""
-    case, options = find_case("six_bar_feeder"), {"turns": 2.0}
-    return Together(
-        lambda values: case.scene(**FEEDER, **values), swept(), options, None, error="state"
-    )
+    return Together(scenes(**FEEDER), swept(), {"turns": 2.0}, None, error="state")
 
 
 def test_company(feeder):
@@ -110,26 +145,18 @@ def test_first_point(name, turns):
     was, here one is by 1.03 times. Nearly all of that of the smallest gap comes from the film
     table: the ordinary way's within 10 %.
     """
-    case, columns = find_case(name), {"clearance": np.geomspace(2e-4, 2.5e-4, 5)}
-
-    def scene(values):
-        return case.scene(model="lubricated", **values)
-
-    together = Together(scene, columns, {"turns": turns}, None, "state")
-    assert ("period_error" in together.summing.first) == (turns > 3.0)
+    columns = {"clearance": np.geomspace(2e-4, 2.5e-4, 5)}
+    scene = scenes(name, model="lubricated")
+    ran = Ran(scene, columns, "state", turns=turns)
+    together, answers, first = ran.together, ran.answers, ran.first
+    assert ("period_error" in ran.summing.first) == (turns > 3.0)
     assert together.several == (name == "slider_crank")
-    points = together.points(columns)
-    answers = together.answers(points, 1)
-    assert together.summing.sound(answers, points).all()
-    metrics, first = together.summing.metrics(answers, points), together.first
-    errors, stated = together.errors(columns, answers, 1), together.summing.stated
-    assert together.summing.stated_alike(metrics, errors).all()
-    for metric, ordinary in together.summing.first.items():
-        share = 5e-3 if "deviation" in metric else 2e-4
-        allowed = share * abs(ordinary.value)
-        if metric == "settling_ratio" and stated:
-            allowed = errors[f"{metric}_error"][first] + stated[f"{metric}_error"].value
-        assert metrics[metric][first] == pytest.approx(ordinary.value, rel=0, abs=allowed), metric
+    assert ran.sound()
+    errors, stated = together.errors(columns, answers, 1), ran.summing.stated
+    assert ran.summing.stated_alike(ran.metrics, errors).all()
+    ratio = "settling_ratio_error"
+    wide = {"settling_ratio": errors[ratio][first] + stated[ratio].value} if ratio in errors else {}
+    ran.alike(**wide)
     gap = "joint_C_gap_min_error"
     assert errors[gap][first] == pytest.approx(stated[gap].value, rel=0.1)
     shares = []
@@ -138,7 +165,7 @@ def test_first_point(name, turns):
         true = LaneMetrics(prepare(scene(values), turns=turns, rtol=1e-10), None).first
         for name, error in errors.items():
             metric = true[name.removesuffix("_error")].value
-            off = abs(metrics[name.removesuffix("_error")][place] - metric)
+            off = abs(ran.metrics[name.removesuffix("_error")][place] - metric)
             shares.append(off / (error[place] + 1e-13 * abs(metric)))
     assert len(shares) >= 40
     assert np.mean(np.array(shares) <= 1.0) >= 0.95
@@ -154,28 +181,19 @@ def test_mixed_joints(law):
     deviations from ideal joints 5e-3, as many warnings, holes among them. The time in contact is
     within 2e-3 at all points, which is what steps of rtol leave; samples would be off by 2e-2.
     """
-    case, turns = find_case("six_bar_feeder"), 2.0
     columns = {"speed": np.array([10.0, 12.0, 14.0, 60.0, 61.0])}
-
-    def scene(values):
-        options = {"joints": "B", "viscosity": 0.02 if law == "fuzzy" else 0.004}
-        return case.scene(model="mixed", transition=law, **options, **values)
-
-    together = Together(scene, columns, {"turns": turns}, None)
-    points = together.points(columns)
-    answers = together.answers(points, 1)
-    metrics = together.summing.metrics(answers, points)
-    gaps = metrics["joint_B_film_thickness_ratio_min"]
-    assert (gaps < FULL_FILM).any()
-    assert together.summing.sound(answers, points).all()
-    warned = together.warnings(answers, points)
-    runs = [cl.simulate(scene({"speed": s}), turns=turns, error=None) for s in columns["speed"]]
+    options = {"joints": "B", "viscosity": 0.02 if law == "fuzzy" else 0.004}
+    scene = scenes(model="mixed", transition=law, **options)
+    ran = Ran(scene, columns)
+    assert (ran.metrics["joint_B_film_thickness_ratio_min"] < FULL_FILM).any()
+    assert ran.sound()
+    warned = ran.together.warnings(ran.answers, ran.points)
+    runs = [cl.simulate(scene({"speed": s}), turns=2.0, error=None) for s in columns["speed"]]
     assert warned.tolist() == [len(run.warnings) for run in runs]
     shares = [of_point(run)["joint_B_contact_fraction"].value for run in runs]
-    np.testing.assert_allclose(metrics["joint_B_contact_fraction"], shares, rtol=2e-3, atol=1e-6)
-    for metric, ordinary in together.summing.first.items():
-        share = 5e-3 if "deviation" in metric else 2e-4
-        assert math.isclose(metrics[metric][together.first], ordinary.value, rel_tol=share), metric
+    computed = ran.metrics["joint_B_contact_fraction"]
+    np.testing.assert_allclose(computed, shares, rtol=2e-3, atol=1e-6)
+    ran.alike()
 
 
 @pytest.mark.parametrize("contact", ["flores", "johnson", "winkler", "impact"])
@@ -183,12 +201,8 @@ def test_sampled_mixed_points(contact):
     """No two points share a value: all numbers of contacts come from columns, bit for bit or
     within 1e-12.
     """
-    case, draws = find_case("slider_crank"), np.random.default_rng(5)
+    draws, scene = np.random.default_rng(5), scenes("slider_crank", model="mixed", contact=contact)
     columns = {"speed": draws.uniform(8.0, 80.0, 30), "clearance": draws.uniform(2e-5, 4e-4, 30)}
-
-    def scene(values):
-        return case.scene(model="mixed", contact=contact, **values)
-
     numbers = PointNumbers(
         scene, lambda v: prepare(scene(v), turns=1.0), columns, 1e-12, one_table=False
     )
@@ -203,34 +217,26 @@ def test_films_that_are_not_alike():
     crank = cl.Body("crank", mass=0.3, inertia=6.25e-5, points={"A": (-0.025, 0), "B": (0.025, 0)})
     rod = cl.Body("rod", mass=0.21, inertia=2.5e-4, points={"B": (-0.06, 0), "C": (0.06, 0)})
     slider = cl.Body("slider", mass=0.14, inertia=1e-5, points={"C": (0, 0)})
-    same = {
-        "radius": 0.01,
-        "film": cl.table_film(),
-        "lubricant": cl.Lubricant(viscosity=0.04),
-    }
+    oil = partial(film, film=cl.table_film(), viscosity=0.04)
 
     def scene(values):
         return cl.Scene(
             cl.Revolute(cl.ground, crank["A"], name="A"),
-            cl.ClearanceRevolute(
-                crank["B"], rod["B"], name="B", clearance=5e-5, length=0.016, **same
-            ),
-            cl.ClearanceRevolute(
-                rod["C"], slider["C"], name="C", clearance=1e-4, length=0.02, **same
-            ),
+            oil(crank["B"], rod["B"], "B", clearance=5e-5, length=0.016),
+            oil(rod["C"], slider["C"], "C"),
             cl.Prismatic(cl.ground, slider["C"], axis=(1, 0), name="guide"),
             cl.Drive(crank, **values),
             name="films",
         )
 
-    together = Together(scene, {"speed": np.linspace(80.0, 120.0, 5)}, {"turns": 2.0}, None)
-    points = together.points(together.columns)
-    answers = together.answers(points, 1)
-    assert together.summing.sound(answers, points).all()
-    metrics = together.summing.metrics(answers, points)
-    for metric, ordinary in together.summing.first.items():
-        share = 5e-3 if "deviation" in metric else 2e-4
-        assert math.isclose(metrics[metric][together.first], ordinary.value, rel_tol=share), metric
+    ran = Ran(scene, {"speed": np.linspace(80.0, 120.0, 5)})
+    assert ran.sound()
+    ran.alike()
+
+
+#: of sharp forces
+FAST = scenes(**FEEDER, speed=cl.rpm(600))
+WIDE = {"clearance": np.linspace(4.5e-4, 4.6e-4, 5)}
 
 
 @pytest.mark.slow
@@ -238,24 +244,15 @@ def test_means_of_squares_hardly_depend_on_samples():
     """Means of sharp forces within 1e-6 of the usual way's at 40 samples a turn, whose sums err by
     more than a tenth. Both ways err by 2e-7.
     """
-    case = find_case("six_bar_feeder")
-    columns = {"clearance": np.linspace(4.5e-4, 4.6e-4, 5)}
-
-    def scene(values):
-        return case.scene(**FEEDER, speed=cl.rpm(600), **values)
-
-    together = Together(scene, columns, {"turns": 2.0, "samples_per_turn": 40}, None)
-    points = together.points(columns)
-    metrics = together.summing.metrics(together.answers(points, 1), points)
-    means = [name for name in metrics if name.endswith(("force_rms", "torque_rms"))]
-    assert len(means) == 8
-    for name in means:
-        ordinary = together.summing.first[name].value
-        assert math.isclose(metrics[name][together.first], ordinary, rel_tol=1e-6), name
-    record = together.summing.record
+    ran = Ran(FAST, WIDE, samples_per_turn=40)
+    assert len(ran.means()) == 8
+    for name, values in ran.means().items():
+        ordinary = ran.summing.first[name].value
+        assert math.isclose(values[ran.first], ordinary, rel_tol=1e-6), name
+    record = ran.summing.record
     squares = record.sizes("joints/B/force")[record.time >= record.turn * (1.0 - 1e-9)] ** 2
     sampled = math.sqrt(np.trapezoid(squares) / (squares.size - 1))
-    assert not math.isclose(sampled, metrics["joint_B_force_rms"][0], rel_tol=0.1)
+    assert not math.isclose(sampled, ran.metrics["joint_B_force_rms"][0], rel_tol=0.1)
 
 
 @pytest.mark.slow
@@ -263,17 +260,10 @@ def test_steps_in_which_simpsons_rule_errs(monkeypatch):
     """Means of forces on long steps (rtol 1e-3) within 5e-5 of those with seven places in all
     steps; Simpson's rule alone errs by 2e-4.
     """
-    case, columns = find_case("six_bar_feeder"), {"clearance": np.linspace(4.5e-4, 4.6e-4, 5)}
-    options = {"turns": 2.0, "rtol": 1e-3, "method": "radau5"}
-
-    def scene(values):
-        return case.scene(**FEEDER, speed=cl.rpm(600), **values)
 
     def means():
-        together = Together(scene, columns, options, None)
-        points = together.points(columns)
-        metrics = together.summing.metrics(together.answers(points, 1), points)
-        return np.array([v for n, v in metrics.items() if n.endswith(("force_rms", "torque_rms"))])
+        ran = Ran(FAST, WIDE, rtol=1e-3, method="radau5")
+        return np.array([*ran.means().values()])
 
     usual = means()
     monkeypatch.setattr(watch, "ROUGH", 0.0)
@@ -282,11 +272,11 @@ def test_steps_in_which_simpsons_rule_errs(monkeypatch):
 
 def test_numbers_that_jump_are_noticed():
     """The viscosity of fast points is another: it follows from the speed, but for one point."""
-    case, odd = find_case("six_bar_feeder"), swept()["clearance"][-1]
+    plain, odd = scenes(**FEEDER), swept()["clearance"][-1]
 
     def scene(values):
-        viscosity = 0.04 if values["speed"] > 59.0 and values["clearance"] == odd else 0.05
-        return case.scene(**FEEDER, viscosity=viscosity, **values)
+        fast = values["speed"] > 59.0 and values["clearance"] == odd
+        return plain(values | {"viscosity": 0.04 if fast else 0.05})
 
     with pytest.raises(NotForLanes, match="several parameters"):
         Together(scene, swept(), {"turns": 2.0}, None)
@@ -294,9 +284,8 @@ def test_numbers_that_jump_are_noticed():
 
 def test_left_to_the_ordinary_way():
     """A method that lanes lack is named."""
-    case = find_case("slider_crank")
     with pytest.raises(NotForLanes, match="dop853"):
-        Together(lambda values: case.scene(model="dry", **values), swept(), {"turns": 2.0}, None)
+        Together(scenes("slider_crank", model="dry"), swept(), {"turns": 2.0}, None)
 
 
 @pytest.fixture(scope="module")
@@ -322,10 +311,8 @@ def test_metrics(sweeps):
     assert list(lanes.metrics) == list(ordinary.metrics)
     assert lanes.done.all()
     for name in (n for n in ordinary.metrics if not n.endswith("_error")):
-        share = 5e-3 if "deviation" in name else 2e-4
-        np.testing.assert_allclose(
-            lanes.metrics[name], ordinary.metrics[name], rtol=share, err_msg=name
-        )
+        one, two, share = lanes.metrics[name], ordinary.metrics[name], tolerance(name)
+        np.testing.assert_allclose(one, two, rtol=share, err_msg=name)
     np.testing.assert_array_equal(lanes.costs["warnings"], ordinary.costs["warnings"])
 
 
@@ -344,13 +331,8 @@ def test_stated_errors(sweeps):
 
 def test_requested_errors_are_left_to_the_ordinary_way():
     """They choose a tolerance for each point."""
-    case = find_case("six_bar_feeder")
-
-    def scene(values):
-        return case.scene(**FEEDER, **values)
-
     with pytest.raises(NotForLanes, match="tolerance of each point"):
-        Together(scene, swept(), {"turns": 2.0}, None, 1e-3)
+        Together(scenes(**FEEDER), swept(), {"turns": 2.0}, None, 1e-3)
 
 
 @pytest.mark.slow
@@ -415,10 +397,7 @@ def test_numbers_of_scene_files_as_columns(tmp_path):
 
 def test_the_reason_of_one_parameter():
     """The log of a sweep over one parameter does not speak of several."""
-    case = find_case("slider_crank")
-
-    def scene(values):
-        return case.scene(model="dry", **values)
+    scene = scenes("slider_crank", model="dry")
 
     def prepared(values):
         return prepare(scene(values), turns=1.0)
@@ -472,10 +451,5 @@ def test_starts_do_not_depend_on_the_order_of_points():
 
 def together_at(speeds: np.ndarray) -> Together:
     """A lubricated four-bar at several speeds."""
-    case = find_case("four_bar")
-    return Together(
-        lambda values: case.scene(model="lubricated", **values),
-        {"speed": speeds},
-        {"turns": 1.0, "samples_per_turn": 40},
-        None,
-    )
+    options = {"turns": 1.0, "samples_per_turn": 40}
+    return Together(scenes("four_bar", model="lubricated"), {"speed": speeds}, options, None)
