@@ -215,11 +215,6 @@ def channel_patterns(text: str | None) -> list[str] | None:
     return [] if text in ("none", "") else listed(text)
 
 
-def peak(result, path: str, begin: float = 0.0, end: float = math.inf) -> float:
-    """Largest absolute value of a channel between two times [s]."""
-    return float(max(map(abs, result.extremes(path, begin, end))))
-
-
 def make_folder(options) -> None:
     """The folder of -o, where one is given. Raises ValueError where that is a file."""
     if not options.output:

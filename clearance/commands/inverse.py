@@ -13,7 +13,6 @@ from clearance.commands.common import (
     complain,
     json_text,
     length_of,
-    peak,
     scene_of,
 )
 
@@ -98,6 +97,8 @@ def _largest(result, group: str, names: tuple[str, ...]) -> dict[str, float]:
     """Largest absolute values of channels, or lengths of pairs, by name; of those that there
     are.
     """
+    from clearance.metrics.summary import peak
+
     largest = {}
     for name in names:
         if f"{group}/{name}_x" in result:

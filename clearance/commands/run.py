@@ -3,7 +3,6 @@
 import argparse
 import json
 import logging
-import math
 import sys
 import time
 from collections.abc import Iterator
@@ -33,7 +32,6 @@ from clearance.commands.common import (
     length_of,
     number,
     parameter_lines,
-    peak,
     quantity_of,
     scene_of,
 )
@@ -283,52 +281,16 @@ def _plot(result, output: Path, settle: float | None) -> Path:
 
 def _summary(case, values: dict, result, began: tuple[float, float], settle: float | None) -> dict:
     """Costs and results of a run, as plain data."""
-    from clearance.metrics.assumptions import assumptions
-    from clearance.metrics.metrics import Window, metrics, startup
+    from clearance.metrics.summary import summary
 
-    solver, events, window, errors = (
-        result.solver,
-        result.events,
-        Window.of(result, settle),
-        result.errors,
-    )
-    begin, end = (0.0, math.inf) if window is None else window.bounds(result)
-    contacts: dict[str, int] = {}
-    for spot in events["joint"]:
-        joint = str(spot).partition("/")[0]
-        contacts[joint] = contacts.get(joint, 0) + 1
     return {
-        "status": result.status,
         "case": case.name,
         "parameters": values,
         "file": str(result.path),
-        "simulated_s": float(result.file["time"][-1]) if result.file["time"].size else 0.0,
-        "samples": int(result.file["time"].size),
-        "method": solver["method"],
-        "method_reason": solver["method_reason"],
-        "rtol": float(solver["rtol"]),
-        "steps": int(solver["steps"]),
-        "rejected": int(solver["rejected"]),
-        "evaluations": int(solver["evaluations"]),
-        "jacobians": int(solver["jacobians"]),
-        "integration_s": float(solver["wall_s"]),
         "wall_s": time.perf_counter() - began[0],
         "cpu_s": time.process_time() - began[1],
-        "energy_residual": float(result.facts("energy").get("largest_residual", 0.0)),
-        "energy_turned_over": float(result.facts("energy").get("turned_over", 0.0)),
-        "contacts": contacts,
-        "open_contacts": sum(str(k) == "open_contact" for k in events["kind"]),
-        "settled": None
-        if window is None
-        else {"begin_s": window.begin, "end_s": window.end, "turns": window.turns},
-        "joints": _joints(result, begin, end),
-        "drives": _drives(result, begin, end),
-        "errors": document(errors),
-        "clearances": list(result.clearances),
-        "metrics": _metrics(metrics, result, settle),
-        "startup": _metrics(startup, result, settle),
-        "warnings": result.warnings,
-        "assumptions": [vars(a) | {"short": a.short} for a in assumptions(result, None, settle)],
+        "errors": document(result.errors),
+        **summary(result, settle),
     }
 
 
@@ -345,144 +307,6 @@ def _assumed(estimates: list[dict]) -> list[str]:
             largest = max(mine, key=lambda a: a["share"] or a["value"])
             lines.append(f"  {head:<12} {largest['short']}")
     return lines
-
-
-def _metrics(of, result, settle: float | None) -> dict:
-    """Metrics as plain data, extremes with their times; none where they need channels that were not
-    stored.
-    """
-    try:
-        given = of(result, settle)
-    except KeyError:
-        return {}
-    times = {name: {} if m.time is None else {"time_s": m.time} for name, m in given.items()}
-    return {name: {"value": m.value, "units": m.units} | times[name] for name, m in given.items()}
-
-
-def _stated(result, names: list[str], summary_name: str) -> dict:
-    """Stated errors of a number, the largest of those of some extremes; none where none are
-    stated.
-    """
-    errors = [result.errors[name] for name in names if name in result.errors]
-    if not errors:
-        return {}
-    film = max(e.film for e in errors)
-    stated = {f"{summary_name}_error": max(e.stated for e in errors)}
-    return stated | ({f"{summary_name}_film_error": film} if film else {})
-
-
-SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
-#: attributes of joints that a summary prints for the entire run
-JOINT_FACTS = (
-    "film_pressure",
-    "piezoviscous_number",
-    "flattening_ratio",
-    "mean_asperity_share",
-    "film_table_error_closing",
-    *SHARES,
-)
-EFFORTS = {"torque": "N m", "force": "N"}
-STORING = ("SpringDamper", "TorsionSpring", "Gear")  # loads that put no power in
-
-
-def _two(result, name: str, summary_name: str, begin: float, end: float) -> dict:
-    """An extreme of the settled motion with its time, and that of the start-up where there is
-    one.
-    """
-    settled = result.extreme(name, begin, end)
-    both = {summary_name: settled.value, f"{summary_name}_time": settled.time}
-    both |= _stated(result, [name], summary_name)
-    if begin > 0.0:
-        both[f"startup_{summary_name}"] = result.extreme(name, 0.0, begin).value
-    return both
-
-
-def _joints(result, begin: float, end: float) -> dict:
-    """Peak forces, smallest gaps and friction of the settled motion, and of the start-up; regimes
-    of the entire run.
-    """
-    from clearance.metrics.metrics import SURFACES
-    from clearance.results.extremes import JOINT_EXTREMES
-
-    roughness = {j["name"]: j.get("roughness") for j in result.scene["joints"]}
-    joints = {}
-    for name in result.names("joints"):
-        group, facts = f"joints/{name}", result.facts(f"joints/{name}")
-        joints[name] = mine = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
-        if not result.time.size:
-            continue
-        for extreme, summary_name in JOINT_EXTREMES.items():
-            if _is_there(result, f"{group}/{extreme}"):
-                mine |= _two(result, f"{group}/{extreme}", summary_name, begin, end)
-        if roughness.get(name) and "smallest_gap" in mine:
-            mine["smallest_film_thickness_ratio"] = mine["smallest_gap"] / roughness[name]
-        if f"{group}/friction" in result and f"{group}/gap" not in result:
-            mine["peak_friction"] = peak(result, f"{group}/friction", begin, end)
-            mine["friction_units"] = result.units(f"{group}/friction")
-        if f"{group}/dissipated" in result:
-            mine["mean_loss"] = _rise(result, result.values(f"{group}/dissipated"), begin, end)
-        for surface in SURFACES:
-            if f"{group}/wear_volume_{surface}" in result:
-                worn = result.values(f"{group}/wear_volume_{surface}")
-                mine[f"worn_{surface}"] = float(worn[-1] - worn[0])
-    return joints
-
-
-def _rise(result, amount, begin: float, end: float) -> float:
-    """Mean rate at which a sum over time grows between two times."""
-    import numpy as np
-
-    ends = np.clip([begin, end], *result.time[[0, -1]])
-    length = float(np.diff(ends)[0])
-    return float(np.diff(np.interp(ends, result.time, amount))[0]) / length if length else 0.0
-
-
-def _worked(result, path: str):
-    """Work of a drive since the start, at each sample; None where no sample has that of impacts.
-
-    Where nothing else puts power in it is that of the ledger, else by the trapezoidal rule.
-    """
-    import numpy as np
-
-    feeding = [load for load in result.scene["loads"] if load["type"] not in STORING]
-    if len(feeding) == 1 and "energy/input" in result:
-        return result.energy.input
-    if result.events["time"].size:
-        return None
-    power, steps = result.values(path), np.diff(result.time)
-    return np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * steps)])
-
-
-def _is_there(result, name: str) -> bool:
-    """The channel of an extreme was stored, or the extreme itself."""
-    path = name.rpartition("_")[0]
-    return (
-        path in result or f"{path}_x" in result or bool(result.located and name in result.located)
-    )
-
-
-def _drives(result, begin: float, end: float) -> dict:
-    """Largest efforts of the drives, and of what they were without joint friction."""
-    drives = {}
-    located = [
-        n.split("/")[1]
-        for n in (result.located.names if result.located else ())
-        if n.startswith("drives/")
-    ]
-    for name in dict.fromkeys([*result.names("drives"), *located]) if result.time.size else ():
-        kinds = [k for k in EFFORTS if _is_there(result, f"drives/{name}/{k}_max")]
-        for kind in kinds:
-            path = f"drives/{name}/{kind}"
-            drives[name] = {"units": EFFORTS[kind], "peak": peak(result, path, begin, end)}
-            drives[name] |= _stated(result, [f"{path}_min", f"{path}_max"], "peak")
-            if begin > 0.0:
-                drives[name]["startup_peak"] = peak(result, path, 0.0, begin)
-            if _is_there(result, f"{path}_ideal_max"):
-                drives[name]["peak_ideal"] = peak(result, f"{path}_ideal", begin, end)
-            power = f"drives/{name}/power"
-            if power in result and (worked := _worked(result, power)) is not None:
-                drives[name]["mean_power"] = _rise(result, worked, begin, end)
-    return drives
 
 
 def _readable(summary: dict, parameters: list[str]) -> str:
@@ -565,7 +389,7 @@ def _film_part(joint: dict) -> str:
 
 
 def _joint_line(joint: dict) -> str:
-    from clearance.metrics.metrics import SURFACES
+    from clearance.metrics.summary import SHARES, SURFACES
 
     bracket = _bracket(joint, "startup_peak_force")
     force = with_error(joint.get("peak_force", 0.0), joint.get("peak_force_error"), "N", bracket)

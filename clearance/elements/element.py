@@ -135,9 +135,11 @@ class Element(Described):
 class Load(Element):
     """An element that joins nothing, such as a drive, a spring or a force; its name is by default
     that of its kind.
+
+    feeds: whether it puts power into the mechanism; springs give back what they took.
     """
 
-    kind = "load"
+    kind, feeds = "load", True
 
     def __post_init__(self):
         name = self.name if self.name is not None else self.kind

@@ -15,7 +15,7 @@ class Spring(Load):
     slot: the field that the law stands in.
     """
 
-    group, slot = "springs", ""
+    group, slot, feeds = "springs", "", False
 
     def __post_init__(self):
         super().__post_init__()

@@ -1,0 +1,187 @@
+"""Summary of a run as plain data: costs, energy, contacts, joints and drives, metrics, warnings.
+
+`clearance run` prints it, and `--json` has all of it.
+"""
+
+import math
+
+import numpy as np
+
+from clearance import elements
+from clearance.elements.element import Load
+from clearance.metrics.assumptions import assumptions
+from clearance.metrics.metrics import EFFORTS, SURFACES, Window, metrics, startup
+from clearance.results.extremes import JOINT_EXTREMES
+from clearance.results.record import Record
+
+SHARES = {"share_full_film": "full film", "share_mixed": "mixed", "share_dry": "dry"}
+#: attributes of joints that a summary prints for the entire run
+JOINT_FACTS = (
+    "film_pressure",
+    "piezoviscous_number",
+    "flattening_ratio",
+    "mean_asperity_share",
+    "film_table_error_closing",
+    *SHARES,
+)
+
+
+def summary(result: Record, settle: float | None = None) -> dict:
+    """Numbers and texts of a run by name; times in s, all in SI.
+
+    settle: see `metrics`. Joints and drives have the settled motion, and the start-up apart.
+    """
+    solver, events, window = result.solver, result.events, Window.of(result, settle)
+    begin, end = (0.0, math.inf) if window is None else window.bounds(result)
+    contacts: dict[str, int] = {}
+    for spot in events["joint"]:
+        joint = str(spot).partition("/")[0]
+        contacts[joint] = contacts.get(joint, 0) + 1
+    energy = result.facts("energy")
+    return {
+        "status": result.status,
+        "simulated_s": float(result.time[-1]) if result.time.size else 0.0,
+        "samples": int(result.time.size),
+        "method": solver["method"],
+        "method_reason": solver["method_reason"],
+        "rtol": float(solver["rtol"]),
+        **{n: int(solver[n]) for n in ("steps", "rejected", "evaluations", "jacobians")},
+        "integration_s": float(solver["wall_s"]),
+        "energy_residual": float(energy.get("largest_residual", 0.0)),
+        "energy_turned_over": float(energy.get("turned_over", 0.0)),
+        "contacts": contacts,
+        "open_contacts": sum(str(k) == "open_contact" for k in events["kind"]),
+        "settled": None
+        if window is None
+        else {"begin_s": window.begin, "end_s": window.end, "turns": window.turns},
+        "joints": _joints(result, begin, end),
+        "drives": _drives(result, begin, end),
+        "clearances": list(result.clearances),
+        "metrics": _metrics(metrics, result, settle),
+        "startup": _metrics(startup, result, settle),
+        "warnings": result.warnings,
+        "assumptions": [vars(a) | {"short": a.short} for a in assumptions(result, None, settle)],
+    }
+
+
+def peak(result: Record, path: str, begin: float = 0.0, end: float = math.inf) -> float:
+    """Largest absolute value of a channel between two times [s]."""
+    return float(max(map(abs, result.extremes(path, begin, end))))
+
+
+def _metrics(of, result, settle: float | None) -> dict:
+    """Metrics as plain data, extremes with their times; none where they need channels that were not
+    stored.
+    """
+    try:
+        given = of(result, settle)
+    except KeyError:
+        return {}
+    times = {name: {} if m.time is None else {"time_s": m.time} for name, m in given.items()}
+    return {name: {"value": m.value, "units": m.units} | times[name] for name, m in given.items()}
+
+
+def _stated(result, names: list[str], summary_name: str) -> dict:
+    """Stated errors of a number, the largest of those of some extremes; none where none are
+    stated.
+    """
+    errors = [result.errors[name] for name in names if name in result.errors]
+    if not errors:
+        return {}
+    film = max(e.film for e in errors)
+    stated = {f"{summary_name}_error": max(e.stated for e in errors)}
+    return stated | ({f"{summary_name}_film_error": film} if film else {})
+
+
+def _two(result, name: str, summary_name: str, begin: float, end: float) -> dict:
+    """An extreme of the settled motion with its time, and that of the start-up where there is
+    one.
+    """
+    settled = result.extreme(name, begin, end)
+    both = {summary_name: settled.value, f"{summary_name}_time": settled.time}
+    both |= _stated(result, [name], summary_name)
+    if begin > 0.0:
+        both[f"startup_{summary_name}"] = result.extreme(name, 0.0, begin).value
+    return both
+
+
+def _joints(result, begin: float, end: float) -> dict:
+    """Peak forces, smallest gaps and friction of the settled motion, and of the start-up; regimes
+    of the entire run.
+    """
+    roughness = {j["name"]: j.get("roughness") for j in result.scene["joints"]}
+    joints = {}
+    for name in result.names("joints"):
+        group, facts = f"joints/{name}", result.facts(f"joints/{name}")
+        joints[name] = mine = {n: float(facts[n]) for n in JOINT_FACTS if n in facts}
+        if not result.time.size:
+            continue
+        for extreme, summary_name in JOINT_EXTREMES.items():
+            if _is_there(result, f"{group}/{extreme}"):
+                mine |= _two(result, f"{group}/{extreme}", summary_name, begin, end)
+        if roughness.get(name) and "smallest_gap" in mine:
+            mine["smallest_film_thickness_ratio"] = mine["smallest_gap"] / roughness[name]
+        if f"{group}/friction" in result and f"{group}/gap" not in result:
+            mine["peak_friction"] = peak(result, f"{group}/friction", begin, end)
+            mine["friction_units"] = result.units(f"{group}/friction")
+        if f"{group}/dissipated" in result:
+            mine["mean_loss"] = _rise(result, result.values(f"{group}/dissipated"), begin, end)
+        for surface in SURFACES:
+            if f"{group}/wear_volume_{surface}" in result:
+                worn = result.values(f"{group}/wear_volume_{surface}")
+                mine[f"worn_{surface}"] = float(worn[-1] - worn[0])
+    return joints
+
+
+def _rise(result, amount, begin: float, end: float) -> float:
+    """Mean rate at which a sum over time grows between two times."""
+    ends = np.clip([begin, end], *result.time[[0, -1]])
+    length = float(np.diff(ends)[0])
+    return float(np.diff(np.interp(ends, result.time, amount))[0]) / length if length else 0.0
+
+
+def _worked(result, path: str):
+    """Work of a drive since the start, at each sample; None where no sample has that of impacts.
+
+    Where nothing else puts power in it is that of the ledger, else by the trapezoidal rule.
+    """
+    kinds = (getattr(elements, load["type"], Load) for load in result.scene["loads"])
+    feeding = [kind for kind in kinds if kind.feeds]
+    if len(feeding) == 1 and "energy/input" in result:
+        return result.energy.input
+    if result.events["time"].size:
+        return None
+    power, steps = result.values(path), np.diff(result.time)
+    return np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * steps)])
+
+
+def _is_there(result, name: str) -> bool:
+    """The channel of an extreme was stored, or the extreme itself."""
+    path = name.rpartition("_")[0]
+    return (
+        path in result or f"{path}_x" in result or bool(result.located and name in result.located)
+    )
+
+
+def _drives(result, begin: float, end: float) -> dict:
+    """Largest efforts of the drives, and of what they were without joint friction."""
+    drives = {}
+    located = [
+        n.split("/")[1]
+        for n in (result.located.names if result.located else ())
+        if n.startswith("drives/")
+    ]
+    for name in dict.fromkeys([*result.names("drives"), *located]) if result.time.size else ():
+        kinds = [k for k in EFFORTS if _is_there(result, f"drives/{name}/{k}_max")]
+        for kind in kinds:
+            path = f"drives/{name}/{kind}"
+            drives[name] = {"units": EFFORTS[kind], "peak": peak(result, path, begin, end)}
+            drives[name] |= _stated(result, [f"{path}_min", f"{path}_max"], "peak")
+            if begin > 0.0:
+                drives[name]["startup_peak"] = peak(result, path, 0.0, begin)
+            if _is_there(result, f"{path}_ideal_max"):
+                drives[name]["peak_ideal"] = peak(result, f"{path}_ideal", begin, end)
+            power = f"drives/{name}/power"
+            if power in result and (worked := _worked(result, power)) is not None:
+                drives[name]["mean_power"] = _rise(result, worked, begin, end)
+    return drives
