@@ -1,7 +1,9 @@
-"""Commands as one types them, run in this process."""
+"""Commands as one types them, run in this process; and processes of Python."""
 
 import json
 import shlex
+import subprocess
+import sys
 from typing import NamedTuple
 
 from clearance import cli
@@ -54,3 +56,9 @@ class Typed:
         assert ended.err.count("\n") == 1
         assert len(ended.err) < 2000
         return ended.err.rstrip()
+
+
+def python(*arguments, **more) -> subprocess.CompletedProcess:
+    """A process of Python, which must end well; more: options of `subprocess.run`."""
+    command = [sys.executable, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True, **more)

@@ -18,7 +18,7 @@ import clearance as cl
 from clearance import cli
 from clearance.results.tables import provenance
 from tests.seeds import few_of
-from tests.typed import words
+from tests.typed import python, words
 
 OWN = Path(__file__).parents[1] / "own_mechanisms"
 
@@ -292,10 +292,8 @@ def test_explain(typed):
 def test_explain_lists_what_a_run_imports():
     """The modules of a dry run have its stepper."""
     line = "clearance.cli explain six_bar_feeder -p model=dry --json"
-    command = [sys.executable, "-m", *words(line)]
-    modules = json.loads(
-        subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    )["modules"]
+    modules = json.loads(python("-m", *words(line)).stdout)["modules"]
+
     assert "clearance.stepping.dop853" in modules
     assert not {"skfem", "matplotlib", "clearance.stepping.radau"} & set(modules)
 

@@ -4,7 +4,6 @@ JSON purity.
 
 import json
 import shutil
-import subprocess
 import sys
 
 import h5py
@@ -15,6 +14,7 @@ from clearance.postprocess import pictures
 import clearance as cl
 from clearance.laws.joint_friction import joint_coulomb
 from tests.seeds import few_of
+from tests.typed import python
 
 RPM = np.pi / 30.0
 
@@ -310,10 +310,7 @@ def test_only_pictures_import_matplotlib():
         "cli.main(['plot', 'nosuch.h5', '--json'])\n"
         "sys.exit('matplotlib' in sys.modules)"
     )
-    assert (
-        subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode
-        == 0
-    )
+    python("-c", code)
 
 
 # --- Lyapunov exponents

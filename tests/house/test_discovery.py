@@ -15,6 +15,7 @@ import pytest
 import clearance as cl
 from clearance.laws.law import Law, OfJoint
 from clearance.values import checks
+from tests.typed import python
 
 INIT = Path(cl.__file__)
 LAWS = [n for n in cl.__all__ if isinstance(getattr(cl, n), Law)]
@@ -35,7 +36,7 @@ def test_users5_dir_lists_every_public_name():
         "assert not [n for n in cl.__all__ if n not in cl._LAZY and not hasattr(cl, n)]; "
         "assert 'simulation' not in names; import sys; assert 'numba' not in sys.modules"
     )
-    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+    python("-c", code)
 
 
 def test_users5_editors_and_python_have_the_same_lazy_names():

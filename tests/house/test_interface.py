@@ -6,8 +6,6 @@ import inspect
 import json
 import math
 import re
-import subprocess
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,9 +20,17 @@ from clearance.run.options import span_of
 from clearance.scene.catalogue import find_case
 from clearance.scene.law_names import CONTACTS
 from clearance.sweeping.points import from_words
+from tests.typed import python
 
 GUIDE = (Path(__file__).parents[2] / "clearance" / "GUIDE.md").read_text()
 BLOCKS = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
+
+
+def block(mark):
+    """The first example of the guide with a mark."""
+    return next(b for b in BLOCKS if mark in b)
+
+
 SCENE = """
 from clearance.values.units import mm
 
@@ -87,7 +93,7 @@ def test_U2_every_family_decorates(family):
 def test_A2_the_subpackage_film_is_imported_by_its_name():
     """In a fresh process, in each of the usual ways."""
     code = "import clearance.film.table as t, clearance; assert clearance.film.table is t; t.Key"
-    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+    python("-c", code)
 
 
 # --- laws that take what their joint has
@@ -220,7 +226,7 @@ def test_misspelt_names_are_answered_with_the_closest(
 def test_cases_lists_those_that_are_named(tmp_path, typed):
     """By name and by path to a file of one's own."""
     mine = tmp_path / "liner.py"
-    mine.write_text(next(b for b in BLOCKS if "def scene(" in b))
+    mine.write_text(block("def scene("))
     printed = typed("cases", mine, "four_bar --json").document
     assert list(printed) == ["liner", "four_bar"]
     assert printed["liner"]["parameters"]["clearance"]["units"] == "m"
@@ -264,7 +270,7 @@ def test_S11_pictures_and_reports_from_python(tmp_path, monkeypatch):
     """The guide's lines, of a run still open; a path and names as a list do as well."""
     monkeypatch.chdir(tmp_path)
     scope: dict = {}
-    exec(next(b for b in BLOCKS if "run.plot." in b), scope)
+    exec(block("run.plot."), scope)
     assert {"history.png", "moving.html", "run.html"} <= {p.name for p in tmp_path.iterdir()}
     path = scope["run"].save("run.h5")
     assert cl.plot(path, "phase", "phase.png", channels=["slider.x", "slider.vx"]).exists()
@@ -324,9 +330,7 @@ def test_a_fixed_point_is_drawn_as_one(periodic, monkeypatch):
 def journals(tmp_path_factory):
     """The guide's laws in a case file, run with its picture: the folder."""
     folder = tmp_path_factory.mktemp("journals")
-    blocks = [
-        next(b for b in BLOCKS if mark in b) for mark in ("@cl.transition", "cl.fuzzy_table(")
-    ]
+    blocks = [block(mark) for mark in ("@cl.transition", "cl.fuzzy_table(")]
     (folder / "journals.py").write_text("\n".join([*blocks, SCENE]))
     command = [
         "run",
@@ -372,7 +376,7 @@ def test_U3_points_act_as_their_law(journals):
     rounding).
     """
     scope: dict = {}
-    exec(next(b for b in BLOCKS if "cl.fuzzy_table(" in b), scope)
+    exec(block("cl.fuzzy_table("), scope)
     with cl.open_result(journals / "run.h5") as run:
         actual = run.joint("Q")
         joint = JOINT._replace(viscosity=0.001)

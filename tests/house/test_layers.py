@@ -4,8 +4,6 @@ used.
 
 import ast
 import re
-import subprocess
-import sys
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -13,6 +11,7 @@ from pathlib import Path
 from clearance.paper_figures.structure import STREET
 
 from tests.benchmarks.words import statements
+from tests.typed import python
 
 ROOT = Path(__file__).parents[2]
 *WAY, PEOPLE = STREET.values()
@@ -321,8 +320,6 @@ def test_every_package_is_installed():
 def test_a_scene_is_described_without_numpy():
     """Importing the package and making a case need neither numpy nor numba nor h5py."""
     code = "import sys, clearance as cl; cl.load_case('six_bar_feeder'); print(*sys.modules)"
-    listed = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    )
-    assert "clearance.scene.scene" in listed.stdout.split()
-    assert not {"numpy", "numba", "h5py"} & set(listed.stdout.split())
+    modules = python("-c", code).stdout.split()
+    assert "clearance.scene.scene" in modules
+    assert not {"numpy", "numba", "h5py"} & set(modules)

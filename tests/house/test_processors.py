@@ -4,8 +4,6 @@ what ended.
 
 import json
 import platform
-import subprocess
-import sys
 from pathlib import Path
 
 import llvmlite.binding as llvm
@@ -13,6 +11,7 @@ import pytest
 
 from tests.benchmarks import processors
 from tests.benchmarks.processors import Matrix, Outcome, environment, settings, table
+from tests.typed import python
 
 ROOT = Path(__file__).parents[2]
 of_x86 = pytest.mark.skipif(
@@ -32,15 +31,8 @@ def test_fifth(): pass
 
 def instructions(name, folder):
     """Those of a process of a setting, with a store of its own."""
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.instructions"],
-        cwd=ROOT,
-        env=environment({"CLEARANCE_STORE": str(folder)} | settings()[name], folder),
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    return json.loads(done.stdout)
+    here = environment({"CLEARANCE_STORE": str(folder)} | settings()[name], folder)
+    return json.loads(python("-m", "tests.instructions", cwd=ROOT, env=here).stdout)
 
 
 def numbers(words, kind):
@@ -88,10 +80,7 @@ def rounding_here():
     """The digest of the C library as this processor has it."""
     code = "from tests.instructions import rounding; print(rounding())"
     free = {k: v for k, v in environment({}, "").items() if k != "GLIBC_TUNABLES"}
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, env=free, check=True, capture_output=True, text=True
-    )
-    return done.stdout.strip()
+    return python("-c", code, cwd=ROOT, env=free).stdout.strip()
 
 
 @pytest.fixture

@@ -2,8 +2,6 @@
 
 import csv
 import math
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +14,7 @@ from clearance.laws.outline import NODES, STEP, Outline, deepest, touching, touc
 from clearance.laws.wear import is_linear
 from clearance.mechanism.build import build
 from tests.plain import jacobian_error
+from tests.typed import python
 
 THETA = STEP * np.arange(NODES)
 JOINT = FilmJoint(radius=0.01, clearance=1e-4, length=0.02, viscosity=0.0)
@@ -214,10 +213,8 @@ class TestJoint:
             "import sys, clearance as cl; cl.load_case('slider_crank', model='dry'); "
             "print(*sys.modules)"
         )
-        listed = subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, check=True
-        )
-        modules = listed.stdout.split()
+        modules = python("-c", code).stdout.split()
+
         assert "clearance.laws.wear" in modules  # the laws' names are there, what they need is not
         assert not {"clearance.laws.outline", "clearance.elements.worn_journal", "numba"} & set(
             modules

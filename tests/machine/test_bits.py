@@ -2,8 +2,6 @@
 
 import json
 import math
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -15,6 +13,7 @@ from clearance.results.errors import geometric_mean
 from clearance.values.algebra import least_squares, solve
 from tests.benchmarks.processors import environment, settings
 from tests.bits import RUNS, SWEEP
+from tests.typed import python
 
 ROOT = Path(__file__).parents[2]
 #: settings that need no machine code of their own, and some with an empty store
@@ -30,14 +29,7 @@ promised = pytest.mark.skipif(not store.FUSES, reason="the promise is for proces
 def digests(name, folder):
     """Digests of runs in a process of a setting; lanes are four wide."""
     lanes = {"CLEARANCE_LANES": "4"} | settings()[name]
-    made = subprocess.run(
-        [sys.executable, "-m", "tests.bits", *ALL],
-        cwd=ROOT,
-        env=environment(lanes, folder),
-        check=True,
-        capture_output=True,
-        text=True,
-    )
+    made = python("-m", "tests.bits", *ALL, cwd=ROOT, env=environment(lanes, folder))
     return json.loads(made.stdout)
 
 

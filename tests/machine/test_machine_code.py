@@ -3,8 +3,6 @@
 import json
 import os
 import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -15,6 +13,7 @@ from clearance.mechanism import build as building
 from clearance.mechanism import structure
 from clearance.mechanism.build import build
 from tests.mechanism.test_kernels import iterated, pendulum, table_of
+from tests.typed import python
 
 CODE = """
 import json, logging, clearance as cl
@@ -39,13 +38,8 @@ def with_loop(tmp_path):
 
 def run_of_four_bar(folder):
     """Kernels compiled by a fresh process, numbers of its run, and its messages."""
-    done = subprocess.run(
-        [sys.executable, "-c", CODE],
-        capture_output=True,
-        text=True,
-        env=os.environ | {"CLEARANCE_STORE": str(folder)},
-        check=True,
-    )
+    done = python("-c", CODE, env=os.environ | {"CLEARANCE_STORE": str(folder)})
+
     count, *numbers = json.loads(done.stdout)
     return count, numbers, done.stderr
 

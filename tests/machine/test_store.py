@@ -5,7 +5,6 @@ import importlib
 import json
 import os
 import pickle
-import subprocess
 import sys
 from pathlib import Path
 
@@ -20,21 +19,14 @@ from clearance.mechanism import build as building
 from clearance.mechanism.build import build
 from tests import mechanisms as m
 from tests.plain import kernel as plain_kernel
+from tests.typed import python
 
 FEEDER = "six_bar_feeder"
 
 
-def python(code, **environment):
+def printed(code, **environment):
     """Run code in a fresh process and return what it prints as JSON."""
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        env={**os.environ, **environment},
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(python("-c", code, env=os.environ | environment).stdout)
 
 
 def test_numbers_do_not_change_the_text():
@@ -67,7 +59,7 @@ def test_same_numbers_from_a_shared_structure():
     """A second point of a structure gives what a structure of its own would give."""
     build(cl.load_case(FEEDER))
     shared = build(cl.load_case(FEEDER, clearance=2e-4, speed=20.0))
-    alone = python(
+    alone = printed(
         "import json, clearance as cl\n"
         "from clearance.mechanism.build import build\n"
         f"b = build(cl.load_case('{FEEDER}', clearance=2e-4, speed=20.0))\n"
@@ -140,7 +132,7 @@ def test_a_whole_run_without_numba_gives_the_same_numbers():
         "print(json.dumps([r.joint('C').eccentricity_x.tolist(), r.energy.input.tolist(), "
         "int(r.solver['steps'])]))"
     )
-    compiled, plain = python(code), python(code, NUMBA_DISABLE_JIT="1")
+    compiled, plain = printed(code), printed(code, NUMBA_DISABLE_JIT="1")
     assert plain[2] == compiled[2]
     np.testing.assert_allclose(plain[0], compiled[0], rtol=1e-11, atol=1e-20)
     np.testing.assert_allclose(plain[1], compiled[1], rtol=1e-11, atol=1e-20)
@@ -165,7 +157,7 @@ def test_the_text_names_only_what_the_scene_has():
 def test_leaving_out_imports():
     """Neither an ideal nor a dry nor a film run imports what it does not need."""
     for model in ("ideal", "dry", "lubricated"):
-        heavy = python(
+        heavy = printed(
             "import sys, json, clearance as cl\n"
             f"cl.simulate(cl.load_case('four_bar', model='{model}'), turns=0.02).close()\n"
             "watched = ('skfem', 'matplotlib', 'xarray', 'tqdm', 'pandas', 'dask')\n"

@@ -4,8 +4,6 @@ import gc
 import json
 import logging
 import os
-import subprocess
-import sys
 
 import numba
 import numpy as np
@@ -16,6 +14,7 @@ from numba.core.targetconfig import TargetConfig
 from clearance.machine import store
 from clearance.machine.numba_passes import Part, Whole
 from clearance.stepping.types import COMPILING, TESTED, announced
+from tests.typed import python
 
 
 def test_compiling_the_time_loop_is_announced_once(caplog):
@@ -134,8 +133,7 @@ for model in ("ideal", "dry"):
     loaded.append("clearance.stepping.contacts" in sys.modules)
 print(json.dumps(loaded))
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert json.loads(done.stdout) == [False, True]
+    assert json.loads(python("-c", code).stdout) == [False, True]
 
 
 HIDING = """
@@ -157,13 +155,8 @@ print(*(compiled(int64(int64), unrolled=u)(more)(20) for u in (True, False)))
 
 def test_numba_without_what_is_replaced_compiles_in_its_own_way(tmp_path):
     """One of the passes is hidden: functions and helpers compile, and one line names it."""
-    done = subprocess.run(
-        [sys.executable, "-c", HIDING],
-        capture_output=True,
-        text=True,
-        check=True,
-        env=os.environ | {"CLEARANCE_STORE": str(tmp_path)},
-    )
+    done = python("-c", HIDING, env=os.environ | {"CLEARANCE_STORE": str(tmp_path)})
+
     assert done.stdout == "41 41\n"
     (line,) = done.stderr.splitlines()
     assert f"numba {numba.__version__} is not as the tested {' and '.join(TESTED)}" in line

@@ -12,6 +12,7 @@ import clearance as cl
 from clearance.cli import main
 from clearance.files.locks import Lock
 from clearance.sweeping.lives import folder_of, planned, point, turns_to
+from tests.typed import words
 from tests.wearing.test_life import rotor
 
 CASE = '''\
@@ -49,9 +50,10 @@ def lives(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lives")
     case = folder / "bushing.py"
     case.write_text(CASE)
-    words = ["--turns", "40", "--settle", "0", "--average", "1", "--jump-turns", "20"]
-    points = ["-p", "wear=1e-4mm3/Nm,2e-4mm3/Nm,1e3mm3/Nm", "--depth", "1um", "--workers", "1"]
-    assert main(["wear", str(case), *words, *points, "-o", str(folder / "map"), "--json"]) == 1
+    plan = "--turns 40 --settle 0 --average 1 --jump-turns 20 --depth 1um --workers 1"
+    points = "-p wear=1e-4mm3/Nm,2e-4mm3/Nm,1e3mm3/Nm --json -o"
+    assert main(words("wear", case, plan, points, folder / "map")) == 1
+
     return folder / "map", case
 
 
@@ -152,11 +154,10 @@ def test_refused(tmp_path, given, reason):
     assert not (tmp_path / "map").exists()
 
 
-def test_options_of_sweeps_alone(tmp_path, capsys):
+def test_options_of_sweeps_alone(tmp_path, typed):
     """One life takes no workers; the option is named."""
-    words = ["wear", "wear_a", "--turns", "10", "--workers", "2", "-o", str(tmp_path / "one")]
-    assert main(words) == 2
-    assert "--workers belongs to sweeps of lives" in capsys.readouterr().err
+    message = typed.line("wear wear_a --turns 10 --workers 2 -o", tmp_path / "one")
+    assert "--workers belongs to sweeps of lives" in message
 
 
 def test_turns_to():
