@@ -1,6 +1,5 @@
 """`clearance film`: its commands, what they write, and the studies behind them."""
 
-import json
 import math
 
 import h5py
@@ -8,9 +7,8 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.film.bearing import Bearing
 from clearance.studies import film_ladder, films
-from tests.typed import run
+from tests.film.states import bearing, moving
 
 
 @pytest.fixture(scope="module")
@@ -21,22 +19,11 @@ def feeder(tmp_path_factory):
 
 
 class TestPressure:
-    def test_writes_all_it_says(self, tmp_path, capsys):
+    def test_writes_all_it_says(self, tmp_path, typed):
         """Data, picture and text; fields have units and rising angles."""
-        arguments = (
-            "film",
-            "pressure",
-            "--eccentricity",
-            0.7,
-            "--mesh",
-            "48x6",
-            "-o",
-            tmp_path,
-            "--json",
-        )
-        status, text, err = run(*arguments, capsys=capsys)
-        document = json.loads(text)
-        assert (status, err) == (0, "")
+        ended = typed("film pressure --eccentricity 0.7 --mesh 48x6 --json -o", tmp_path)
+        document = ended.document
+        assert ended.err == ""
         assert [p.rsplit(".")[-1] for p in document["files"]] == ["h5", "png", "md"]
         with h5py.File(document["files"][0]) as file:
             pressure, theta = file["film/pressure"][()], file["film/theta"][()]
@@ -45,84 +32,68 @@ class TestPressure:
             assert (np.diff(theta) > 0.0).all()
             assert all("units" in file[f"film/{n}"].attrs for n in file["film"])
 
-    def test_is_the_solver(self, capsys):
+    def test_is_the_solver(self, typed):
         """The defaults of the command are the feeder's joint at 300 rpm, and the drag that of its
         wet area.
         """
-        _, text, _ = run("film", "pressure", "--eccentricity", 0.6, "--json", capsys=capsys)
-        wanted = cl.solve_film(Bearing(0.01, 1e-4, 0.02, 0.05), 0.6, 0.0, cl.rpm(300))
-        document = json.loads(text)
+        document = typed("film pressure --eccentricity 0.6 --json").document
+        wanted = cl.solve_film(bearing(), 0.6, 0.0, cl.rpm(300))
         assert document["load"] == pytest.approx(wanted.load, rel=1e-12)
-        assert document["drag"] == pytest.approx(
-            0.05 * 0.01**3 * 0.02 / 1e-4 * wanted.shear, rel=1e-12
-        )
+        assert document["drag"] == pytest.approx(wanted.drag, rel=1e-12)
 
-    @pytest.mark.parametrize(
-        ("arguments", "message"),
-        [
-            (("--length", "-1mm"), "length must be positive"),
-            (("--radius", "0"), "radius must be positive"),
-            (("--clearance", "20mm"), "must be smaller than radius"),
-            (("--mesh", "4x2"), "too coarse"),
-            (("--mesh", "9000x9000"), "at most 2048"),
-            (("--mesh", "12"), "is not a mesh such as 64x8"),
-            (("--eccentricity", "1"), "at or beyond contact"),
-            (("--groove", "0,0,2"), "outside the bearing"),
-            (("--groove", "left"), "--groove left"),
-            (("--groove", "1,2,3,4,5"), "expected ANGLE"),
-            (("--cavitation", "boiling"), "cavitation must be one of"),
-            (("--cavitation", "mass_conserving"), "supply groove"),
-            (("--cavitation", "mass_conserving", "--solver", "fast"), "the fast solver has"),
-            (("--solver", "slow"), "solver must be one of"),
-            (("--solver", "fem", "--eccentricity", "0.9995"), "too coarse for eccentricity ratio"),
-            (("--roughness", "80um"), "flow factors need a clearance"),
-        ],
-    )
-    def test_one_clear_line(self, arguments, message, capsys):
-        """Exit status 2, and the reason without a traceback."""
-        status, text, err = run("film", "pressure", *arguments, capsys=capsys)
-        assert status == 2
-        assert message in err
-        assert "Traceback" not in err
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("pressure --length -1mm", "length must be positive"),
+        ("pressure --radius 0", "radius must be positive"),
+        ("pressure --clearance 20mm", "must be smaller than radius"),
+        ("pressure --mesh 4x2", "too coarse"),
+        ("pressure --mesh 9000x9000", "at most 2048"),
+        ("pressure --mesh 12", "is not a mesh such as 64x8"),
+        ("pressure --eccentricity 1", "at or beyond contact"),
+        ("pressure --groove 0,0,2", "outside the bearing"),
+        ("pressure --groove left", "--groove left"),
+        ("pressure --groove 1,2,3,4,5", "expected ANGLE"),
+        ("pressure --cavitation boiling", "cavitation must be one of"),
+        ("pressure --cavitation mass_conserving", "supply groove"),
+        ("pressure --cavitation mass_conserving --solver fast", "the fast solver has"),
+        ("pressure --solver slow", "solver must be one of"),
+        ("pressure --solver fem --eccentricity 0.9995", "too coarse for eccentricity ratio"),
+        ("pressure --roughness 80um", "flow factors need a clearance"),
+        ("map --cavitation mass_conserving", "cavitation must be one of"),
+        ("map --nodes 3", "from 5 to 257"),
+        ("snapshots nowhere.h5", "nowhere.h5"),
+    ],
+)
+def test_one_clear_line(arguments, message, typed):
+    """Exit status 2, and the reason without a traceback."""
+    assert message in typed.line(f"film {arguments}")
 
 
 class TestMap:
-    def test_holds_the_force(self, tmp_path, capsys):
+    def test_holds_the_force(self, tmp_path, typed):
         """At the nodes of the picture: the solver's force within 1e-3 where the journal closes
         in.
         """
-        status, _, _ = run("film", "map", "-o", tmp_path, "--json", capsys=capsys)
-        assert status == 0
-        film = Bearing(0.01, 1e-4, 0.02, 0.05)
+        typed("film map --json -o", tmp_path)
+        film = bearing()
         actual, table = films.force_map(film)
         assert table.error_closing < 1e-3
         for i, j in ((20, 5), (60, 30), (100, 44)):
-            eps, a = -math.expm1(-actual["y"][i]), actual["angle"][j]
-            wanted = cl.solve_film(film, eps, math.cos(a), 2.0 * math.sin(a) / eps)
+            eps, angle = -math.expm1(-actual["y"][i]), actual["angle"][j]
+            wanted = cl.solve_film(film, *moving(eps, angle))
             assert actual["size"][i, j] == pytest.approx(wanted.load / film.force_scale, rel=1e-3)
-
-    @pytest.mark.parametrize(
-        ("arguments", "message"),
-        [
-            (("--cavitation", "mass_conserving"), "cavitation must be one of"),
-            (("--nodes", "3"), "from 5 to 257"),
-        ],
-    )
-    def test_one_clear_line(self, arguments, message, capsys):
-        """Exit status 2, and the reason without a traceback."""
-        status, _, err = run("film", "map", *arguments, capsys=capsys)
-        assert (status, message in err) == (2, True)
 
 
 class TestSnapshots:
-    def test_are_the_run(self, feeder, tmp_path, capsys):
+    def test_are_the_run(self, feeder, tmp_path, typed):
         """The film solved anew from the file's motion has the force that the run had: 1e-3
         (5e-5).
         """
-        chosen = ("--joint", "B", "--count", 4, "--mesh", "96x12", "-o", tmp_path, "--json")
-        status, text, _ = run("film", "snapshots", feeder, *chosen, capsys=capsys)
-        shots = json.loads(text)["snapshots"]
-        assert (status, len(shots)) == (0, 4)
+        chosen = "--joint B --count 4 --mesh 96x12 --json -o"
+        shots = typed("film snapshots", feeder, chosen, tmp_path).document["snapshots"]
+        assert len(shots) == 4
         for shot in shots:
             assert shot["load"] == pytest.approx(shot["recorded"], rel=1e-3)
 
@@ -135,15 +106,10 @@ class TestSnapshots:
         assert result.joint("J").oil_temperature[-1] > 313.3
         assert shot.solution.load == pytest.approx(shot.recorded, rel=2e-3)
 
-    def test_refusals(self, feeder, capsys):
-        """Joints without a film, no snapshots, and absent files."""
-        for arguments, message in (
-            ((feeder, "--joint", "A"), "joints with one: B"),
-            ((feeder, "--count", 0), "at least 1"),
-            (("nowhere.h5",), "nowhere.h5"),
-        ):
-            status, _, err = run("film", "snapshots", *arguments, capsys=capsys)
-            assert (status, message in err) == (2, True)
+    def test_refusals(self, feeder, typed):
+        """Joints without a film, and no snapshots."""
+        for options, message in (("--joint A", "joints with one: B"), ("--count 0", "at least 1")):
+            assert message in typed.line("film snapshots", feeder, options)
 
     @pytest.mark.slow
     def test_memory_is_not_in_a_file(self):
@@ -155,14 +121,12 @@ class TestSnapshots:
 
 @pytest.mark.slow
 class TestStudies:
-    def test_convergence(self, tmp_path, capsys):
+    def test_convergence(self, tmp_path, typed):
         """One grid is of second order (1.5 to 2.5), extrapolation and finite elements gain: 4 times
         at like meshes.
         """
-        status, text, _ = run("film", "convergence", "-o", tmp_path, "--json", capsys=capsys)
-        meshes = json.loads(text)["meshes"]
+        meshes = typed("film convergence --json -o", tmp_path).document["meshes"]
         raw = [m for m in meshes if m["solver"] == "fast solver, one grid"]
-        assert status == 0
         assert all(1.5 < m["order"] < 2.5 for m in raw[1:])
         by_name = {(m["solver"], m["mesh"]): m["error"] for m in meshes}
         assert (
@@ -171,17 +135,13 @@ class TestStudies:
         )
         assert by_name["finite elements", "64x8"] < 0.25 * by_name["fast solver, one grid", "65x9"]
 
-    def test_ladder(self, monkeypatch, tmp_path, capsys):
+    def test_ladder(self, monkeypatch, tmp_path, typed):
         """Each rung is nearer than the one before, the table nearer than any formula. Costs are
         those of one call each, and not compared.
         """
         monkeypatch.setattr(film_ladder, "REPEATS", 1)
-        status, text, _ = run(
-            "film", "ladder", "--quick", "--turns", 0.02, "-o", tmp_path, "--json", capsys=capsys
-        )
-        document = json.loads(text)
+        document = typed("film ladder --quick --turns 0.02 --json -o", tmp_path).document
         rungs = {r["name"]: r for r in document["states"]}
-        assert status == 0
         tables = [rungs[f"table {n}x{n}"]["error"] for n in (9, 17, 33)]
         assert tables == sorted(tables, reverse=True)
         assert tables[0] < rungs["harmonic"]["error"] < rungs["pinkus_sternlicht"]["error"]

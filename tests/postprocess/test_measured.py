@@ -1,6 +1,6 @@
 """Measured records beside a run: reading, the fitted shift, the error stated."""
 
-import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +8,6 @@ from clearance.postprocess import measured
 from clearance.postprocess.channels import at
 
 import clearance as cl
-from clearance import cli
 
 
 @pytest.fixture(scope="module")
@@ -119,29 +118,18 @@ def test_decimal_commas_and_semicolons(tmp_path):
     assert record.units == "m/s2"
 
 
-def test_the_command(run, tmp_path, capsys):
+def test_the_command(run, tmp_path, typed):
     """The picture, and the numbers in print and as JSON."""
     time = np.linspace(0.0, 0.1, 50)
     path = written(tmp_path / "e.csv", "time [s],v [m/s]", time, at(run, "rocker.vx", time + 0.25))
-    words = [
-        "plot",
-        str(run.path),
-        "--measured",
-        str(path),
-        "--channels",
-        "rocker.vx",
-        "-o",
-        str(tmp_path / "e.png"),
-    ]
-    assert cli.main(words) == 0
-    assert "rocker velocity x: rms error" in capsys.readouterr().out
-    assert cli.main([*words, "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    plot = "plot", Path(run.path)
+    record = "--measured", path, "--channels rocker.vx -o", tmp_path / "e.png"
+    assert "rocker velocity x: rms error" in typed(*plot, *record).out
+    printed = typed(*plot, *record, "--json").document
     assert printed["shift"] % run.turn == pytest.approx(0.05, abs=1e-7)
     assert printed["share"] < 1e-6
     assert (tmp_path / "e.png").stat().st_size > 10_000
-    assert cli.main([*words[:2], "history", *words[2:]]) == 2
-    assert "--measured does not belong to history" in capsys.readouterr().err
-    assert cli.main([*words[:2], "measured"]) == 2
-    assert "needs a record" in capsys.readouterr().err
+    line = typed.line(*plot, "history", *record)
+    assert "--measured does not belong to history" in line
+    assert "needs a record" in typed.line(*plot, "measured")
     assert run.plot.measured(path, channels="rocker.vx").axes

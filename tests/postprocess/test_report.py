@@ -19,7 +19,6 @@ from clearance.postprocess import figures, pages, scenes, sweep_report
 from clearance.postprocess.report import report
 
 import clearance as cl
-from clearance import cli
 from clearance.commands.report import default
 from clearance.laws.joint_friction import breakaway_linear, joint_stribeck
 from clearance.metrics.metrics import metrics, startup
@@ -700,27 +699,24 @@ def test_a_report_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
     assert (tmp_path / "r.html").read_text() == "old"
 
 
-def test_the_command(tmp_path, capsys):
+def test_the_command(tmp_path, typed):
     """The same file gives the same page, beside it by default."""
     run = tmp_path / "run.h5"
     scene = cl.load_case("six_bar_feeder", joints="B,C")
     cl.simulate(scene, turns=1, path=run, error=None, channels=["drives/*"])
-    assert cli.main(["report", str(run)]) == 0
-    assert capsys.readouterr().out.startswith(f"wrote {tmp_path / 'run.html'} (")
+    assert typed("report", run).out.startswith(f"wrote {tmp_path / 'run.html'} (")
     # the same file, the same report
     other = report(run, tmp_path / "other.html")
     assert (tmp_path / "run.html").read_bytes() == other.read_bytes()
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_the_command_with_a_sweep(swept, tmp_path, capsys):
+def test_the_command_with_a_sweep(swept, tmp_path, typed):
     """Folders are made; a document states the size; an absent sweep is refused."""
     out = tmp_path / "deep" / "sweep.html"
-    assert cli.main(["report", str(swept.folder), "-o", str(out), "--json"]) == 0
-    document = {"status": "complete", "report": str(out), "bytes": out.stat().st_size}
-    assert json.loads(capsys.readouterr().out) == document
-    assert cli.main(["report", str(tmp_path / "nothing")]) == 2
-    assert "no file or directory" in capsys.readouterr().err
+    document = typed("report", swept.folder, "-o", out, "--json").document
+    assert document == {"status": "complete", "report": str(out), "bytes": out.stat().st_size}
+    assert "no file or directory" in typed.line("report", tmp_path / "nothing")
 
 
 def test_where_a_report_goes_by_itself(tmp_path):

@@ -151,16 +151,13 @@ def test_wrong_distributions(words, reason):
     assert from_words("impact(damping=440)") is None
 
 
-def test_a_distribution_of_a_word(tmp_path, capsys):
+def test_a_distribution_of_a_word(tmp_path, typed):
     """Words and misspelt distributions are refused in one line."""
-    words = ["scatter", "slider_crank", "-p", "model=normal(1,2)", "-o", str(tmp_path / "out")]
-    from clearance.cli import main
-
-    assert main(words) == 2
     error = "model: a distribution is for numbers with fractions; give one value, as model=dry"
-    assert error in capsys.readouterr().err
-    assert main(["scatter", "slider_crank", "-p", "clearance=norml(50um,5um)"]) == 2
-    assert "no distribution 'norml' (did you mean normal?)" in capsys.readouterr().err
+    scatter = "scatter slider_crank -p"
+    assert error in typed.line(scatter, "'model=normal(1,2)' -o", tmp_path / "out")
+    misspelt = "no distribution 'norml' (did you mean normal?)"
+    assert misspelt in typed.line(scatter, "'clearance=norml(50um,5um)'")
 
 
 def test_too_few_points():
@@ -232,36 +229,15 @@ def test_slider_crank_with_tolerances(tmp_path):
         again.values("plac")
 
 
-def test_the_command(tmp_path, capsys):
-    """Words with units, limits, a picture; JSON with indices of each parameter."""
-    from clearance.cli import main
+SPREAD = """scatter slider_crank -p model=lubricated -p film=pinkus_sternlicht -p speed=25
+-p 'clearance=uniform(200um,400um)' --turns 1"""
 
-    line = [
-        "scatter",
-        "slider_crank",
-        "-p",
-        "model=lubricated",
-        "-p",
-        "film=pinkus_sternlicht",
-        "-p",
-        "clearance=uniform(200um,400um)",
-        "-p",
-        "viscosity=normal(0.4,0.02)",
-        "-p",
-        "speed=25",
-        "--points",
-        "32",
-        "--turns",
-        "1",
-        "--workers",
-        "1",
-        "--limit",
-        "joint_C_gap_min=10um",
-        "-o",
-        str(tmp_path / "out"),
-    ]
-    assert main([*line, "--json"]) == DONE
-    document = json.loads(capsys.readouterr().out)
+
+def test_the_command(tmp_path, typed):
+    """Words with units, limits, a picture; JSON with indices of each parameter."""
+    words = "-p 'viscosity=normal(0.4,0.02)' --points 32 --workers 1 --limit joint_C_gap_min=10um"
+    line = SPREAD, words, "-o", tmp_path / "out"
+    document = typed(*line, "--json", status=DONE).document
     assert document["spread"] == {
         "clearance": "uniform(200 um, 400 um)",
         "viscosity": "normal(0.4, 0.02)",
@@ -282,8 +258,7 @@ def test_the_command(tmp_path, capsys):
     assert "beyond 0.01 mm: " in left.get_title(loc="left")
     above = [n for n, i in gap["indices"].items() if i["doubtful"]]
     assert ("first above total" in right.get_title(loc="left")) is bool(above)
-    assert main(line) == DONE
-    printed = capsys.readouterr().out
+    printed = typed(*line, status=DONE).out
     assert ("no exact index is" in printed) is any(
         i["doubtful"] for m in list(document["metrics"].values())[:6] for i in m["indices"].values()
     )
@@ -292,8 +267,8 @@ def test_the_command(tmp_path, capsys):
     assert f"clearance {words}" in " ".join(printed.split())
     (tmp_path / "out" / "scatter.png").unlink()
     picture = tmp_path / "gap.png"
-    assert main(["plot", str(tmp_path / "out"), "--metrics", "*_gap_min", "-o", str(picture)]) == 0
-    assert main(["plot", str(tmp_path / "out")]) == DONE
+    typed("plot", tmp_path / "out", "--metrics '*_gap_min' -o", picture)
+    typed("plot", tmp_path / "out", status=DONE)
     assert (tmp_path / "out" / "scatter.png").stat().st_size > picture.stat().st_size > 10_000
 
 
@@ -326,15 +301,10 @@ def test_rounding_is_no_result():
         ("joint_C_gap_mim=3um", "no metric 'joint_C_gap_mim' (did you mean joint_C_gap_min"),
     ],
 )
-def test_wrong_limits(limit, message, tmp_path, capsys):
+def test_wrong_limits(limit, message, tmp_path, typed):
     """Refused before the first point is run."""
-    from clearance.cli import main
-
-    spread = ["-p", "model=lubricated", "-p", "film=pinkus_sternlicht", "-p", "speed=25"]
-    spread += ["-p", "clearance=uniform(200um,400um)", "--points", "64", "--turns", "1"]
     folder = tmp_path / "out"
-    assert main(["scatter", "slider_crank", *spread, "--limit", limit, "-o", str(folder)]) == 2
-    assert message in capsys.readouterr().err
+    assert message in typed.line(SPREAD, f"--points 64 --limit {limit} -o", folder)
     assert not folder.exists()
 
 

@@ -1,13 +1,10 @@
 """Messages of a sweep: its metrics, its progress, and the points that count."""
 
-import json
-
 import numpy as np
 import pytest
 from clearance.postprocess import maps
 
 import clearance as cl
-from clearance import cli
 from clearance.commands.sweep import readable, summary
 from clearance.sweeping import sweep
 
@@ -109,19 +106,16 @@ def test_only_settled_leaves_out_what_did_not_come_back(swept, tmp_path):
         maps.maps(swept, tmp_path / "never.png", only_settled=True)
 
 
-@pytest.mark.parametrize("option", [["--kind", "random"], ["--kind", "🙂"], ["--seed", "3"]])
-def test_R10_options_of_samples_belong_to_samples(option, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("option", ["--kind random", "--kind 🙂", "--seed 3"])
+def test_R10_options_of_samples_belong_to_samples(option, tmp_path, monkeypatch, typed):
     """Refused in one line, with nothing written."""
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["sweep", "slider_crank", "-p", "speed=10,20", *option]) == 2
-    assert "belongs to --sample N" in capsys.readouterr().err
+    line = typed.line(f"sweep slider_crank -p speed=10,20 {option}")
+    assert "belongs to --sample N" in line
     assert not list(tmp_path.iterdir())
 
 
-def test_R10_only_settled_belongs_to_maps(swept, capsys):
+def test_R10_only_settled_belongs_to_maps(swept, typed):
     """Other pictures refuse it in a document."""
-    assert cli.main(["plot", str(swept.path(0)), "overview", "--only-settled", "--json"]) == 2
-    assert (
-        "--only-settled does not belong to overview"
-        in json.loads(capsys.readouterr().out)["message"]
-    )
+    ended = typed("plot", swept.path(0), "overview --only-settled --json", status=2)
+    assert "--only-settled does not belong to overview" in ended.document["message"]
