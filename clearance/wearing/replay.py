@@ -111,12 +111,13 @@ def put_both(data, node, before, behind, over, p):
         put(data, 1 + LINE, (journal_node + 1) % NODES, behind * over[1] * p)
 
 
-def wear_off(x, y, angle, joint, data, stiffness, over, load, area, pressure):
-    """Wear both surfaces at a place: depths over pressure `over` (bearing, journal), scaled to the
-    normal load.
+def wear_off(position, joint, data, stiffness, over, carried, pressure):
+    """Wear both surfaces at a position x, y, angle: depths over pressure `over` (bearing, journal),
+    scaled to the normal load. carried: that load [N] and the area of a node [m2].
 
     An arc on a hard foundation may lie between two nodes. Then these carry the load.
     """
+    (x, y, angle), (load, area) = position, carried
     first, cells = arc(x, y, joint.clearance)
     before, behind = turned(angle)
     bearing, journal = places(0, first, before)
@@ -158,7 +159,7 @@ def replay(path, turns, data, stiffness, surface, rests, pressure, volumes):
         if not math.isfinite(load):
             return False
         rests[q, 0], rests[q, 1] = x, y
-        wear_off(x, y, angle, joint, data, soft, over, load, surface * STEP, pressure)
+        wear_off((x, y, angle), joint, data, soft, over, (load, surface * STEP), pressure)
         volumes[0] += over[0] * load
         volumes[1] += over[1] * load
     return True

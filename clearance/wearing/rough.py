@@ -96,8 +96,11 @@ def rest_rough(force_x, force_y, angle, joint: FilmJoint, data, area, yielding, 
     return x, y, math.nan
 
 
-def wear_rough(x, y, angle, joint: FilmJoint, data, over, solids, pressure):
-    """Wear both surfaces at a place: depths over pressure `over` (bearing, journal)."""
+def wear_rough(position, joint: FilmJoint, data, over, solids, pressure):
+    """Wear both surfaces at a position x, y, angle: depths over pressure `over` (bearing,
+    journal).
+    """
+    x, y, angle = position
     first, nodes, bearing, journal, before, behind = walk(x, y, angle, joint, data)
     weights = cubic(behind)
     for k in range(nodes):
@@ -128,7 +131,7 @@ def replay_rough(path, turns, data, solids: Rough, surface, rests, pressure, vol
         if not math.isfinite(load):
             return False
         rests[q, 0], rests[q, 1] = x, y
-        wear_rough(x, y, path[q, 2], joint, data, over, solids, pressure)
+        wear_rough((x, y, path[q, 2]), joint, data, over, solids, pressure)
         volumes[0] += over[0] * load
         volumes[1] += over[1] * load
     return True
