@@ -18,22 +18,24 @@ def slopes(function: Callable, place, steps) -> np.ndarray:
     return np.stack(columns, axis=-1)
 
 
-def answer(mechanism, role: str, y: np.ndarray, size: int | None = None, t: float = 0.0):
-    """Numbers that a compiled kernel of a mechanism gives in a state."""
-    out = np.zeros(size or len(mechanism.y0))
-    mechanism.kernel(role)(t, y, mechanism.par, np.append(mechanism.work0, 0.0), out)
+def answer(mechanism, role: str, y: np.ndarray, size=None, t=0.0, work=None, kernel=None):
+    """Numbers that a kernel of a mechanism gives in a state; compiled, unless given by `kernel`."""
+    out, work = np.zeros(size or len(mechanism.y0)), mechanism.work0 if work is None else work
+    (kernel or mechanism.kernel)(role)(t, y, mechanism.par, np.append(work, 0.0), out)
     return out
 
 
-def jacobian_and_differences(mechanism, y: np.ndarray, t: float = 0.0):
-    """The compiled derivative, its columns by the sizes of the states, and by differences of 1e-5
-    of them.
+def jacobian_and_differences(mechanism, y: np.ndarray, step=1e-5, **at):
+    """The derivative by its kernel, columns by the sizes of the states, and by differences of a
+    share of these sizes.
+
+    at: time, memory and kernels, as `answer` takes them.
     """
     n, scale = mechanism.size, mechanism.scale
-    actual = answer(mechanism, "jacobian", y, n * n, t).reshape(n, n) * scale
-    rest = y[n:]
+    actual = answer(mechanism, "jacobian", y, n * n, **at).reshape(n, n) * scale
 
     def rates(*shares):
-        return answer(mechanism, "rhs", np.append(y[:n] + shares * scale[:n], rest), t=t)[:n]
+        moved = np.append(y[:n] + shares * scale[:n], y[n:])
+        return answer(mechanism, "rhs", moved, **at)[:n]
 
-    return actual, slopes(rates, np.zeros(n), 1e-5)
+    return actual, slopes(rates, np.zeros(n), step)

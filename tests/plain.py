@@ -6,6 +6,7 @@ import numpy as np
 
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import evaluated, plain_kernel
+from tests.differences import answer, jacobian_and_differences
 
 #: a text is compiled once for all states that it is called at
 written = lru_cache(maxsize=50)(plain_kernel)
@@ -18,30 +19,19 @@ def kernel(mechanism, role):
 
 def observed(mechanism, t=0.0, y=None, work=None):
     """One row of output channels as a dict."""
-    channels = mechanism.layout.channels
-    out = np.zeros(len(channels))
-    y = mechanism.y0 if y is None else y
-    work = mechanism.work0 if work is None else work
-    kernel(mechanism, "observe")(t, y, mechanism.par, np.append(work, 0.0), out)
-    return {c.path: float(v) for c, v in zip(channels, out, strict=True)}
+    channels, y = mechanism.layout.channels, mechanism.y0 if y is None else y
+    row = answer(mechanism, "observe", y, len(channels), t, work, partial(kernel, mechanism))
+    return {c.path: float(v) for c, v in zip(channels, row, strict=True)}
 
 
 def jacobian_error(mechanism, y, t=0.0, work=None, compiled=False):
     """Largest difference of the Jacobian from central differences of the right-hand side, in each
     column as a share of its largest entry: good to 1e-6.
     """
-    of = mechanism.kernel if compiled else partial(kernel, mechanism)
-    work = np.append(mechanism.work0 if work is None else work, 0.0)
-    n, rates = mechanism.size, np.zeros((2, y.size))
-    matrix, shares = np.zeros(n * n), []
-    of("jacobian")(t, y, mechanism.par, work.copy(), matrix)
-    for column, size in zip(matrix.reshape(n, n).T, mechanism.scale, strict=True):
-        step = 1e-6 * size * (np.arange(y.size) == len(shares))
-        for rate, moved in zip(rates, (y + step, y - step), strict=True):
-            of("rhs")(t, moved, mechanism.par, work.copy(), rate)
-        slope = (rates[0] - rates[1])[:n] / (2e-6 * size)
-        shares.append(np.abs(column - slope).max() / np.abs(slope).max())
-    return max(shares)
+    of = None if compiled else partial(kernel, mechanism)
+    options = {"t": t, "work": work, "kernel": of}
+    actual, wanted = jacobian_and_differences(mechanism, y, 1e-6, **options)
+    return (np.abs(actual - wanted).max(axis=0) / np.abs(wanted).max(axis=0)).max()
 
 
 @cache
