@@ -187,8 +187,13 @@ class MemoryAnswer(Callback):
         return coarseness(len(self.film.theta), eccentricity_ratio, self.film.bearing.slenderness)
 
 
-_solved = DataLaw(wet_film, solved, {}, FilmAnswer)
-_solved.shown = {"side_flow": (*SIDE_FLOW, solved_side_flow)}
+# they solve for the viscosity they began with
+_solved = DataLaw(
+    wet_film,
+    solved,
+    {"shown": {"side_flow": (*SIDE_FLOW, solved_side_flow)}, "linear_in_viscosity": False},
+    FilmAnswer,
+)
 
 
 @_solved.doubts
@@ -202,11 +207,16 @@ def _grooves_do_not_turn_so(joint, settings):
     return None
 
 
-_conserving = DataLaw(memory_film, conserving, {}, MemoryAnswer)
-_conserving.shown = {"side_flow": (*SIDE_FLOW, conserving_side_flow)}
-_conserving.keep = conserving_keep
-# they solve for the viscosity they began with
-_solved.linear_in_viscosity = _conserving.linear_in_viscosity = False
+_conserving = DataLaw(
+    memory_film,
+    conserving,
+    {
+        "shown": {"side_flow": (*SIDE_FLOW, conserving_side_flow)},
+        "keep": conserving_keep,
+        "linear_in_viscosity": False,
+    },
+    MemoryAnswer,
+)
 
 
 def _memoryless(

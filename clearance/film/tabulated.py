@@ -151,11 +151,17 @@ def _made(joint: FilmJoint, settings: dict):
     return between(key_of(joint, settings))
 
 
-_table = DataLaw(wet_film, table, {}, _made)
-_table.shown = {"side_flow": (*SIDE_FLOW, side_flow)}
-_table_ambient = DataLaw(wet_film, table_ambient, {"ambient": checks.positive}, _made)
-_table_ambient.shown = {"side_flow": (*SIDE_FLOW, side_flow_ambient)}
-_table_ambient.linear_in_viscosity = False
+_table = DataLaw(wet_film, table, {"shown": {"side_flow": (*SIDE_FLOW, side_flow)}}, _made)
+_table_ambient = DataLaw(
+    wet_film,
+    table_ambient,
+    {
+        "ambient": checks.positive,
+        "shown": {"side_flow": (*SIDE_FLOW, side_flow_ambient)},
+        "linear_in_viscosity": False,
+    },
+    _made,
+)
 
 
 def table_film(

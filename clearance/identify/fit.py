@@ -151,62 +151,34 @@ class Fit:
 
     def save(self, path: str | Path) -> Path:
         """All of it as HDF5 (format clearance-friction-fit), for `open_fit`."""
-        names, parameters = list(self.values), {p.name: p for p in self.model.parameters}
-        columns = [parameters[n] for n in names]
-        table = {
-            "name": ("1", "parameter", names),
-            "units": ("1", "its units", [p.units for p in columns]),
-            "value": ("as units say", "value", np.array(list(self.values.values()))),
-            "lower_bound": (
-                "as units say",
-                "least value tried",
-                np.array([p.low for p in columns]),
-            ),
-            "upper_bound": (
-                "as units say",
-                "largest value tried",
-                np.array([p.high for p in columns]),
-            ),
+        by_name = {p.name: p for p in self.model.parameters}
+        columns = [by_name[n] for n in self.values]
+        numbers = {
+            "value": ("value", list(self.values.values())),
+            "lower_bound": ("least value tried", [p.low for p in columns]),
+            "upper_bound": ("largest value tried", [p.high for p in columns]),
         }
         if self.low:
-            table["low"] = (
-                "as units say",
-                "lower end of the 95 % interval",
-                np.array(list(self.low.values())),
-            )
-            table["high"] = (
-                "as units say",
-                "upper end of the 95 % interval",
-                np.array(list(self.high.values())),
-            )
+            interval = "end of the 95 % interval"
+            numbers["low"] = f"lower {interval}", list(self.low.values())
+            numbers["high"] = f"upper {interval}", list(self.high.values())
+        parameters = {
+            "name": ("1", "parameter", list(self.values)),
+            "units": ("1", "its units", [p.units for p in columns]),
+            **{n: ("as units say", text, np.array(v)) for n, (text, v) in numbers.items()},
+        }
+        scores = np.array(list(self.nrmse.values()))
         tables = {
-            "parameters": ({}, table),
-            "covariance": (
-                {},
-                {"covariance": ("products of the parameters'", "of the values", self.covariance)},
-            ),
-            "history": (
-                {},
-                {"cost": ("(N m)^2", "half the sum of squares, by iteration", self.history)},
-            ),
-            "starts": (
-                {},
-                {
-                    name: ("see long_name", _STARTS.get(name, name), v)
-                    for name, v in self.starts.items()
-                },
-            ),
-            "nrmse": (
-                {},
-                {
-                    "role": ("1", "role of trials", list(self.nrmse)),
-                    "nrmse": (
-                        "1",
-                        "rms error over rms torque",
-                        np.array(list(self.nrmse.values())),
-                    ),
-                },
-            ),
+            "parameters": parameters,
+            "covariance": {
+                "covariance": ("products of the parameters'", "of the values", self.covariance)
+            },
+            "history": {"cost": ("(N m)^2", "half the sum of squares, by iteration", self.history)},
+            "starts": {n: ("see long_name", _STARTS.get(n, n), v) for n, v in self.starts.items()},
+            "nrmse": {
+                "role": ("1", "role of trials", list(self.nrmse)),
+                "nrmse": ("1", "rms error over rms torque", scores),
+            },
         }
         attributes = {
             "format_version": FORMAT_VERSION,
@@ -217,7 +189,7 @@ class Fit:
             "facts": json.dumps(self.facts),
             "doubts": json.dumps(self.doubts),
         }
-        return save_tables(path, FORMAT, attributes, tables)
+        return save_tables(path, FORMAT, attributes, {n: ({}, t) for n, t in tables.items()})
 
 
 _STARTS = {
@@ -345,24 +317,20 @@ def fit(
         "synthetic": bool(getattr(measurement, "facts", {}).get("synthetic", False)),
         **estimate.facts,
     }
-    remarks = (
+    remarks = [
         *doubts.of_records(driven),
         *doubts.of_scores(scores, driven),
         *doubts.of_loads(model, driven),
-    )
-    remarks = *remarks, *estimate.doubts, *model.doubts(values, fastest)
+        *estimate.doubts,
+        *model.doubts(values, fastest),
+    ]
     if low:
         facts |= _correlated(model, values, trials)
         samples = sum(model.observed(t).size for t in trials)
-        remarks = (
-            *remarks,
-            *doubts.of_lag(facts, trials),
-            *doubts.of_short_damping(model, values, driven),
-        )
-        remarks = (
-            *remarks,
-            *doubts.of_intervals(facts["widening"], samples, facts["independent_samples"]),
-        )
+        independent = facts["independent_samples"]
+        remarks += doubts.of_lag(facts, trials)
+        remarks += doubts.of_short_damping(model, values, driven)
+        remarks += doubts.of_intervals(facts["widening"], samples, independent)
     return Fit(
         model,
         values,
@@ -373,7 +341,7 @@ def fit(
         estimate.history,
         estimate.starts,
         facts,
-        remarks,
+        tuple(remarks),
     )
 
 

@@ -307,8 +307,12 @@ class OwnLaw(Driven, Own):
 
     def facts(self, trial) -> Sequence[float]:
         """Numbers that are not fitted, and the load [N m] where the law reads it."""
-        loaded = trial and reads_load(self.law)
-        return *self._others.values(), self.arm * preload_of(trial) if loaded else 0.0
+        load = 0.0
+        if trial and not self.exact:
+            load = self.arm * trial.facts.get("preload", math.nan)  # it may not need one
+        elif trial and reads_load(self.law):
+            load = self.arm * preload_of(trial)
+        return *self._others.values(), load
 
     def doubts(self, values: Values, fastest: float) -> list[str]:
         """Requirements and warnings of the law about its numbers, for each axis."""
@@ -323,10 +327,8 @@ class OwnLaw(Driven, Own):
 
 
 def reads_load(law: Law) -> bool:
-    """True for a law whose values depend on its load; one that cannot be traced may."""
+    """True for a traced law whose values depend on its load."""
     function = traced(law.function)
-    if isinstance(function, Opaque):
-        return law.needs_load
     return function.arguments[law.family.state.index("load")] in live(function.outputs)
 
 

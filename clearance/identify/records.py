@@ -51,16 +51,27 @@ LABELS = {
     "axis": ("spin", "tilt", "mixed"),
     "role": ("training", "test", "extrapolation", "other"),
 }
-#: units a quantity may come in -> factor to SI, the SI unit first
-UNITS = {
-    "time": {"s": 1.0, "ms": 1e-3},
-    "rate": {"rad/s": 1.0, "deg/s": math.pi / 180.0},
-    "torque": {"N m": 1.0, "N mm": 1e-3, "kN m": 1e3},
+#: quantity -> its meaning, and units that it may come in -> factor to SI, the SI unit first
+QUANTITIES = {
+    "time": ("time", {"s": 1.0, "ms": 1e-3}),
+    "rate": ("relative angular velocity", {"rad/s": 1.0, "deg/s": math.pi / 180.0}),
+    "torque": ("torque that keeps the motion up", {"N m": 1.0, "N mm": 1e-3, "kN m": 1e3}),
 }
-WHAT = {
-    "time": "time",
-    "rate": "relative angular velocity",
-    "torque": "torque that keeps the motion up",
+#: column of a trial -> the same of it
+COLUMNS = {
+    f"{quantity}_{axis}".rstrip("_"): (f"{meaning} {axis}".rstrip(), units)
+    for quantity, (meaning, units) in QUANTITIES.items()
+    for axis in (AXES if quantity != "time" else ("",))
+}
+#: heading in CSV -> column, factor to SI, SI unit
+HEADINGS = {
+    heading: (column, factor, next(iter(units)))
+    for column, (_, units) in COLUMNS.items()
+    for unit, factor in units.items()
+    for heading in (
+        *([column] if factor == 1.0 else []),
+        f"{column}_{unit}".replace("/", "_").replace(" ", "_"),
+    )
 }
 #: fewest samples of a trial
 FEWEST = 50
@@ -371,22 +382,25 @@ def _checked(
     return measurement
 
 
-def _trial(
+def _made(
     name: str,
     columns: dict[str, np.ndarray],
+    units: dict[str, str],
     labels: dict,
     facts: dict,
+    predicts: Mapping[str, str] | None,
     row: Where = "row {}".format,
-) -> Trial:
+) -> "Trial | Series":
     """A trial of SI columns (n,): those of rate that are missing are zero, those of torque were not
-    measured.
+    measured. With `predicts` a series of all columns.
     """
-    time = columns.get("time")
+    if missing := [c for c in ("time", *(predicts or ())) if c not in columns]:
+        there = ", ".join(columns) or "none"
+        raise ValueError(f"trial {name!r} has no column {missing[0]}; it has {there}")
+    if predicts:
+        check(name, columns, row)
+        return _series(name, columns, units, labels, facts, predicts)
     measured = tuple(f"torque_{a}" in columns for a in AXES)
-    if time is None:
-        raise ValueError(
-            f"trial {name!r} has no column time; it has {', '.join(columns) or 'none'}"
-        )
     if not any(measured):
         raise ValueError(
             f"trial {name!r} has no column torque_x, torque_y or torque_z that is filled"
@@ -395,37 +409,30 @@ def _trial(
         if measured_here and f"rate_{axis}" not in columns:
             raise ValueError(f"trial {name!r} has a column torque_{axis} but no column rate_{axis}")
     check(name, columns, row)
-    still = np.zeros(len(time))
+    time = columns["time"]
     rate, torque = (
-        np.stack([columns.get(f"{q}_{a}", still) for a in AXES], axis=1) for q in ("rate", "torque")
+        np.stack([columns.get(f"{q}_{a}", np.zeros_like(time)) for a in AXES], axis=1)
+        for q in ("rate", "torque")
     )
     spins, tilts = bool(rate[:, 2].any()), bool(rate[:, :2].any())
-    usual = {
-        "kind": "other",
-        "role": "training",
-        "axis": "mixed" if spins and tilts else "spin" if spins else "tilt",
-    }
+    axis = "mixed" if spins and tilts else "spin" if spins else "tilt"
+    usual = {"kind": "other", "role": "training", "axis": axis}
     return Trial(
         name, **usual | labels, time=time, rate=rate, torque=torque, measured=measured, facts=facts
     )
 
 
 def _series(
-    name: str, columns: dict, units: dict, labels: dict, facts: dict, predicts: Mapping, row=None
+    name: str, columns: dict, units: dict, labels: dict, facts: dict, predicts: Mapping
 ) -> Series:
-    """A trial of SI columns (n,) that has time and all that is predicted, in its units."""
-    if missing := [c for c in ("time", *predicts) if c not in columns]:
-        there = ", ".join(columns) or "none"
-        raise ValueError(f"trial {name!r} has no column {missing[0]}; it has {there}")
-    check(name, columns, row or "row {}".format)
+    """A trial that has all that is predicted, in its units."""
     time = columns.pop("time")
     units = {n: units.get(n) or predicts.get(n, "?") for n in columns}
     for column, wanted in predicts.items():
         if units[column] != wanted:
             reason = f"its units are {units[column]}, the model predicts {wanted}"
             raise ValueError(f"trial {name!r}, column {column}: {reason}")
-    role = labels.get("role", "training")
-    return Series(name, role, time, columns, units, facts)
+    return Series(name, labels.get("role", "training"), time, columns, units, facts)
 
 
 def _si(units: str) -> tuple[str, float]:
@@ -441,56 +448,39 @@ def _read_hdf5(file: Reader, predicts: Mapping[str, str] | None = None) -> Measu
         raise ValueError("the file has no trials")
     about = {name: file.attributes(f"trials/{name}") for name in names}
     names = sorted(names, key=lambda name: (about[name].get("order", 0), name))
-    make = _hdf5_series if predicts else _hdf5_trial
-    trials = [make(file, name, about[name], *([predicts] if predicts else [])) for name in names]
+    trials = [_hdf5_trial(file, name, about[name], predicts) for name in names]
     ours = {*provenance(), "format"}
     return Measurement(
         tuple(trials), {k: plain(v) for k, v in file.attributes().items() if k not in ours}
     )
 
 
-def _hdf5_trial(file: Reader, name: str, about: dict) -> Trial:
-    """A trial of a group of datasets, in the units they state."""
-    columns, present = {}, file.names(f"trials/{name}")
-    for column in (
-        c
-        for q in UNITS
-        for c in ([q] if q == "time" else [f"{q}_{a}" for a in AXES])
-        if c in present
-    ):
+def _hdf5_trial(
+    file: Reader, name: str, about: dict, predicts: Mapping[str, str] | None
+) -> Trial | Series:
+    """A trial of a group of datasets, in the units they state; a series of all rows of numbers."""
+    columns, units, present = {}, {}, file.names(f"trials/{name}")
+    for column in present if predicts else [c for c in COLUMNS if c in present]:
         path, where = f"trials/{name}/{column}", f"trial {name!r}, column {column}"
-        units, expected = file.attributes(path).get("units", ""), UNITS[column.partition("_")[0]]
-        if units not in expected:
-            raise ValueError(f"{where}: its units must be {' or '.join(expected)}, got {units!r}")
+        stated = file.attributes(path).get("units", "")
+        expected = {stated: 1.0} if predicts else COLUMNS[column][1]
+        if stated not in expected:
+            raise ValueError(f"{where}: its units must be {' or '.join(expected)}, got {stated!r}")
         values = file.column(path)
         if values.ndim != 1 or values.dtype.kind not in "iuf":
+            if predicts:
+                continue
             raise ValueError(
                 f"{where} must be one row of numbers, got {values.dtype} of shape {values.shape}"
             )
-        columns[column] = np.asarray(values, float) * expected[units]
+        units[column], factor = _si(stated) if predicts else ("", expected[stated])
+        columns[column] = np.asarray(values, float) * factor
     lengths = {c: len(v) for c, v in columns.items()}
     if len(set(lengths.values())) > 1:
         raise ValueError(f"trial {name!r} has columns of different length: {lengths}")
     facts = {k: plain(v) for k, v in about.items() if k != "order"}
     labels = {label: facts.pop(label) for label in LABELS if label in facts}
-    return _trial(name, columns, labels, facts)
-
-
-def _hdf5_series(file: Reader, name: str, about: dict, predicts: Mapping[str, str]) -> Series:
-    """A trial of all rows of numbers in a group."""
-    columns, units = {}, {}
-    for column in file.names(f"trials/{name}"):
-        path = f"trials/{name}/{column}"
-        values = file.column(path)
-        if values.ndim != 1 or values.dtype.kind not in "iuf":
-            continue
-        units[column], factor = _si(file.attributes(path).get("units", ""))
-        columns[column] = np.asarray(values, float) * factor
-    lengths = {c: len(v) for c, v in columns.items()}
-    if len(set(lengths.values())) > 1:
-        raise ValueError(f"trial {name!r} has columns of different length: {lengths}")
-    facts = {k: plain(v) for k, v in about.items() if k not in ("order", *LABELS)}
-    return _series(name, columns, units, about, facts, predicts)
+    return _made(name, columns, units, labels, facts, predicts)
 
 
 def plain(value):
@@ -541,36 +531,29 @@ def _csv_cells(texts: list[str], mark: str, numbers: Sequence[int]) -> list[list
     return cells
 
 
-def _csv_columns(names: list[str]) -> dict[str, tuple[str, float]]:
-    """Columns of numbers by their heading: SI name, and factor to SI. Raises ValueError for those
-    that cannot be.
+def _csv_columns(names: list[str]) -> dict[str, tuple[str, float, str]]:
+    """Columns of numbers by their heading: SI name, factor to SI, SI unit. Raises ValueError for
+    those that cannot be.
     """
-    columns = {}
-    for quantity, units in UNITS.items():
-        for stem in ["time"] if quantity == "time" else [f"{quantity}_{a}" for a in AXES]:
-            columns[stem] = stem, 1.0
-            columns |= {
-                f"{stem}_{u.replace('/', '_').replace(' ', '_')}": (stem, f)
-                for u, f in units.items()
-            }
-    if twice := [n for n in names if names.count(n) > 1]:
-        raise ValueError(f"column {twice[0]!r} comes twice")
+    _check_once(names, "column {!r} comes twice")
     for name in names:
-        if name not in columns and name.lower().startswith(tuple(UNITS)):
-            raise ValueError(
-                f"column {name!r} is not known; known are trial, {', '.join([*LABELS, *columns])}"
-            )
-    present = {n: columns[n] for n in names if n in columns}
-    stems = [stem for stem, _ in present.values()]
-    if twice := [s for s in stems if stems.count(s) > 1]:
-        raise ValueError(f"column {twice[0]} comes twice, in different units")
-    for quantity in UNITS:
+        if name not in HEADINGS and name.lower().startswith(tuple(QUANTITIES)):
+            headings = ", ".join(["trial", *LABELS, *HEADINGS])
+            raise ValueError(f"column {name!r} is not known; known are {headings}")
+    present = {n: HEADINGS[n] for n in names if n in HEADINGS}
+    stems = [stem for stem, *_ in present.values()]
+    _check_once(stems, "column {} comes twice, in different units")
+    for quantity in QUANTITIES:
         if not any(s.startswith(quantity) for s in stems):
-            wanted = (
-                quantity if quantity == "time" else f"{quantity}_x, {quantity}_y or {quantity}_z"
-            )
+            *wanted, last = [c for c in COLUMNS if c.startswith(quantity)]
+            wanted = f"{', '.join(wanted)} or {last}" if wanted else last
             raise ValueError(f"there is no column {wanted}; there are {', '.join(names)}")
     return present
+
+
+def _check_once(names: list[str], message: str) -> None:
+    if twice := [n for n in names if names.count(n) > 1]:
+        raise ValueError(message.format(twice[0]))
 
 
 def _csv_series(names: list[str]) -> dict[str, tuple[str, float, str]]:
@@ -586,9 +569,7 @@ def _csv_series(names: list[str]) -> dict[str, tuple[str, float, str]]:
             continue
         kind, factor = _si(units.rstrip("] ")) if bracket else ("", 1.0)
         series[heading] = stem.strip(), factor, kind
-    stems = [stem for stem, *_ in series.values()]
-    if twice := [s for s in stems if stems.count(s) > 1]:
-        raise ValueError(f"column {twice[0]!r} comes twice")
+    _check_once([stem for stem, *_ in series.values()], "column {!r} comes twice")
     return series
 
 
@@ -648,7 +629,7 @@ def _csv_trial(
     lines = numbers[part]
     rows[name] = lambda i: f"line {lines[i]}"
     columns = {}
-    for heading, (stem, factor, *_) in meaning.items():
+    for heading, (stem, factor, _) in meaning.items():
         texts = table[heading][part]
         if stem != "time" and not any(t.strip() for t in texts):
             continue
@@ -662,10 +643,8 @@ def _csv_trial(
                     f"trial {name!r} has several {label}s: {', '.join(sorted(values))}"
                 )
             labels[label] = values.pop()
-    if predicts:
-        units = {stem: unit for stem, _, unit in meaning.values()}
-        return _series(name, columns, units, labels, by_trial.get(name, {}), predicts, rows[name])
-    return _trial(name, columns, labels, by_trial.get(name, {}), rows[name])
+    units = {stem: unit for stem, _, unit in meaning.values()}
+    return _made(name, columns, units, labels, by_trial.get(name, {}), predicts, rows[name])
 
 
 def _numbers(trial: str, column: str, texts, lines: np.ndarray) -> np.ndarray:
@@ -703,10 +682,10 @@ def write(path: str | Path, measurement: Measurement) -> Path:
 
 def _about(trial: Trial | Series, column: str) -> tuple[str, str]:
     """Units and meaning of a column."""
-    quantity = column.partition("_")[0]
     if isinstance(trial, Series) and column != "time":
         return trial.units[column], column
-    return next(iter(UNITS[quantity])), f"{WHAT[quantity]} {column[len(quantity) + 1 :]}".strip()
+    meaning, units = COLUMNS[column]
+    return next(iter(units)), meaning
 
 
 def _columns(trial: Trial | Series) -> dict[str, np.ndarray]:
@@ -720,8 +699,7 @@ def _columns(trial: Trial | Series) -> dict[str, np.ndarray]:
 
 def _write_csv(path: Path, measurement: Measurement) -> Path:
     series = isinstance(measurement.trials[0], Series)
-    names = ["time", *(f"{q}_{a}" for q in ("rate", "torque") for a in AXES)]
-    names = list(_columns(measurement.trials[0])) if series else names
+    names = list(_columns(measurement.trials[0]) if series else COLUMNS)
     present = [label for label in LABELS if hasattr(measurement.trials[0], label)]
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {k} = {v}\n" for k, v in measurement.facts.items())

@@ -63,7 +63,12 @@ def rough_on_smooth(modulus, roughness_group, slope_ratio):
     return 4.0 / 3.0 * roughness_group * math.sqrt(slope_ratio) * modulus
 
 
-@asperity(modulus=MODULUS, roughness_group=positive, slope_ratio=positive)
+@asperity(
+    modulus=MODULUS,
+    roughness_group=positive,
+    slope_ratio=positive,
+    pressure=(2.5, rough_on_rough),
+)
 def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3):
     """Load of the asperities of two rough surfaces in a conformal joint [N].
 
@@ -84,10 +89,12 @@ def greenwood_tripp(film_thickness_ratio, joint, modulus, roughness_group=0.04, 
     return 0.3125 * math.pi * strength * area * third_moment(film_thickness_ratio)
 
 
-greenwood_tripp.pressure = 2.5, rough_on_rough
-
-
-@asperity(modulus=MODULUS, roughness_group=positive, slope_ratio=positive)
+@asperity(
+    modulus=MODULUS,
+    roughness_group=positive,
+    slope_ratio=positive,
+    pressure=(1.5, rough_on_smooth),
+)
 def greenwood_williamson(
     film_thickness_ratio, joint, modulus, roughness_group=0.04, slope_ratio=1e-3
 ):
@@ -105,9 +112,6 @@ def greenwood_williamson(
     arc = joint.radius * math.sqrt(2.0 * joint.roughness / eccentricity)
     strength = 0.375 * math.pi * rough_on_smooth(modulus, roughness_group, slope_ratio)
     return strength * joint.length * arc * second_moment(film_thickness_ratio)
-
-
-greenwood_williamson.pressure = 1.5, rough_on_smooth
 
 
 # --- flow factors, for film models that solve a Reynolds equation

@@ -41,7 +41,14 @@ def kloss(time, position, rate, breakdown, slip, synchronous):
     return torque if synchronous > 0.0 else -torque
 
 
-@drive_state(proportional=positive, integral=non_negative, limit=non_negative, run_up=non_negative)
+@drive_state(
+    proportional=positive,
+    integral=non_negative,
+    limit=non_negative,
+    run_up=non_negative,
+    kinks=lambda values: [values["run_up"]],
+    own_state=("integral", "rad", "integral of the speed's error, as the limit lets it"),
+)
 def pi_speed(state, time, position, rate, proportional, integral, speed, limit=0.0, run_up=0.0):
     """T = K_p (w_r - w) + K_i z [N m], |T| <= limit: speed control with anti-windup.
 
@@ -59,36 +66,6 @@ def pi_speed(state, time, position, rate, proportional, integral, speed, limit=0
         effort = min(max(wanted, -limit), limit)
         return error + (effort - wanted) / proportional, effort
     return error, wanted
-
-
-pi_speed.kinks = lambda values: [values["run_up"]]
-pi_speed.own_state = "integral", "rad", "integral of the speed's error, as the limit lets it"
-
-
-@drive_state(
-    voltage=nonzero,
-    resistance=positive,
-    inductance=positive,
-    constant=positive,
-    run_up=non_negative,
-)
-def dc_motor(state, time, position, rate, voltage, resistance, inductance, constant, run_up=0.0):
-    """T = k i, L i' = V - R i - k w [N m]: a motor of direct current with permanent magnets.
-
-    voltage V [V]; resistance R [Ohm]; inductance L [H]; constant k [N m/A = V s/rad]. The voltage
-    rises in a straight ramp of run_up [s] (0: at once). The state is the current i [A], at first 0.
-    Its electric time constant is L / R; for L -> 0 it is `motor_line` with stall k V / R and no
-    load V / k. Iron losses and the brushes' drop are left out. Raises ValueError for numbers that
-    are not positive and a voltage of 0.
-    Source: Leonhard, Control of Electrical Drives, 3rd ed., Springer 2001, ch. 5.
-    """
-    applied = ramped(time, run_up) * voltage
-    return (applied - resistance * state - constant * rate) / inductance, constant * state
-
-
-dc_motor.kinks = pi_speed.kinks
-dc_motor.own_state = "current", "A", "current"
-dc_motor.size = lambda values: abs(values["voltage"]) / values["resistance"]
 
 
 def motor_voltage(state, time, position, rate, voltage, resistance, inductance, constant, run_up):
@@ -109,18 +86,40 @@ def motor_efficiency(
     return power / (power + resistance * state * state) if power > 0.0 else 0.0
 
 
-dc_motor.shown = {
-    "voltage": ("V", "voltage at the motor", motor_voltage),
-    "electric_power": ("W", "electric power that the motor takes", electric_power),
-    "efficiency": (
-        "1",
-        "power at the shaft over it and the winding's loss, 0 where it brakes",
-        motor_efficiency,
-    ),
-}
+@drive_state(
+    voltage=nonzero,
+    resistance=positive,
+    inductance=positive,
+    constant=positive,
+    run_up=non_negative,
+    kinks=pi_speed.kinks,
+    own_state=("current", "A", "current"),
+    size=lambda values: abs(values["voltage"]) / values["resistance"],
+    shown={
+        "voltage": ("V", "voltage at the motor", motor_voltage),
+        "electric_power": ("W", "electric power that the motor takes", electric_power),
+        "efficiency": (
+            "1",
+            "power at the shaft over it and the winding's loss, 0 where it brakes",
+            motor_efficiency,
+        ),
+    },
+)
+def dc_motor(state, time, position, rate, voltage, resistance, inductance, constant, run_up=0.0):
+    """T = k i, L i' = V - R i - k w [N m]: a motor of direct current with permanent magnets.
+
+    voltage V [V]; resistance R [Ohm]; inductance L [H]; constant k [N m/A = V s/rad]. The voltage
+    rises in a straight ramp of run_up [s] (0: at once). The state is the current i [A], at first 0.
+    Its electric time constant is L / R; for L -> 0 it is `motor_line` with stall k V / R and no
+    load V / k. Iron losses and the brushes' drop are left out. Raises ValueError for numbers that
+    are not positive and a voltage of 0.
+    Source: Leonhard, Control of Electrical Drives, 3rd ed., Springer 2001, ch. 5.
+    """
+    applied = ramped(time, run_up) * voltage
+    return (applied - resistance * state - constant * rate) / inductance, constant * state
 
 
-@signal(duration=positive)
+@signal(duration=positive, kinks=lambda values: [values["duration"]])
 def ramp(time, speed, duration, start=0.0):
     """q = q_0 + w t^2 / (2 t_r) up to t_r, then q_0 + w (t - t_r / 2) [rad or m]: a run-up.
 
@@ -132,6 +131,3 @@ def ramp(time, speed, duration, start=0.0):
     if time < duration:
         return start + 0.5 * speed * time * time / duration
     return start + speed * (time - 0.5 * duration)
-
-
-ramp.kinks = lambda values: [values["duration"]]

@@ -191,7 +191,7 @@ def _bearing_is_not_long(joint, parameters):
     return None
 
 
-@film
+@film(on_outlines=True)
 def short_film(eccentricity_ratio, radial_rate, entrainment, joint):
     """Exact pi-film of a short bearing (Ocvirk, with squeeze) [N, N].
 
@@ -223,9 +223,6 @@ def short_film(eccentricity_ratio, radial_rate, entrainment, joint):
     return factor * (wedge * j11 - 2.0 * rate * j02), math.copysign(
         1.0, entrainment
     ) * factor * tangential
-
-
-short_film.on_outlines = True
 
 
 @short_film.doubts

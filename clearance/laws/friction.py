@@ -11,6 +11,7 @@ import math
 from clearance.laws.law import bristle, friction
 from clearance.values.checks import at_least_one, non_negative, positive
 
+ADHERES = 1.25  # coefficient at rest over that of sliding, where only this is known
 SMALL_FORCE = 1e-3  # N: normal force over which bristles come into touch
 
 
@@ -81,7 +82,13 @@ def _ramp_exists(joint, parameters):
     return None
 
 
-@friction(static=non_negative, kinetic=non_negative, transition_speed=positive, decay=non_negative)
+@friction(
+    static=non_negative,
+    kinetic=non_negative,
+    transition_speed=positive,
+    decay=non_negative,
+    from_coefficient=lambda mu: bengisu_akay(static=ADHERES * mu, kinetic=mu),
+)
 def bengisu_akay(sliding_speed, normal_force, static, kinetic, transition_speed=1e-3, decay=100.0):
     """Bengisu and Akay's friction [N]: a parabola up to mu_s at v_0, then an exponential fall to
     mu_k.
@@ -105,6 +112,7 @@ def bengisu_akay(sliding_speed, normal_force, static, kinetic, transition_speed=
     exponent=at_least_one,
     viscous=non_negative,
     transition_speed=positive,
+    from_coefficient=lambda mu: stribeck(static=ADHERES * mu, kinetic=mu),
 )
 def stribeck(
     sliding_speed,
@@ -131,7 +139,12 @@ def stribeck(
     )
 
 
-@friction(coefficient=non_negative, viscous=non_negative, transition_speed=positive)
+@friction(
+    coefficient=non_negative,
+    viscous=non_negative,
+    transition_speed=positive,
+    from_coefficient=lambda mu: coulomb_viscous(coefficient=mu, viscous=0.1),
+)
 def coulomb_viscous(sliding_speed, normal_force, coefficient, viscous, transition_speed=1e-3):
     """Coulomb friction, smoothed, and a viscous part [N]: F = -F_n (mu tanh(v / v_t) + sigma v).
 
@@ -150,6 +163,8 @@ def coulomb_viscous(sliding_speed, normal_force, coefficient, viscous, transitio
     stiffness=positive,
     damping=positive,
     viscous=non_negative,
+    size=lambda parameters: parameters["static"] / parameters["stiffness"],
+    from_coefficient=lambda mu: lugre(static=ADHERES * mu, kinetic=mu, damping=100.0 * mu),
 )
 def lugre(
     deflection,
@@ -185,9 +200,6 @@ def lugre(
         stiffness * deflection + damping * slow * rate + viscous * sliding_speed
     )
     return rate, force
-
-
-lugre.size = lambda parameters: parameters["static"] / parameters["stiffness"]
 
 
 @lugre.doubts

@@ -75,11 +75,22 @@ def direction(rate, transition_rate):
     return 0.0
 
 
+def _elastic_reach(parameters: dict) -> float:
+    """Deflection at which bristles break away."""
+    return parameters["static"] / parameters["stiffness"]
+
+
+def _has_slope(parameters: dict) -> bool:
+    return parameters["transition_rate"] > 0.0
+
+
 @joint_friction(
     coefficient=non_negative,
     viscous=non_negative,
     load_viscous=non_negative,
     transition_rate=non_negative,
+    smooth=_has_slope,
+    layer=lambda p: (p["transition_rate"], p["transition_rate"]),
 )
 def joint_coulomb(rate, load, coefficient, viscous=0.0, load_viscous=0.0, transition_rate=0.0):
     """Coulomb-viscous friction of a joint [N m or N]: -(mu Q sgn(w) + c w + c_Q Q w).
@@ -103,6 +114,8 @@ def joint_coulomb(rate, load, coefficient, viscous=0.0, load_viscous=0.0, transi
     viscous=non_negative,
     load_viscous=non_negative,
     transition_rate=non_negative,
+    smooth=_has_slope,
+    layer=lambda p: (p["transition_rate"], p["stribeck_rate"]),
 )
 def joint_stribeck(
     rate,
@@ -135,6 +148,8 @@ def joint_stribeck(
     viscous=non_negative,
     decay=non_negative,
     threshold=positive,
+    needs_load=False,
+    layer=lambda p: (p["threshold"], p["threshold"]),
 )
 def breakaway_linear(rate, load, breakaway, coulomb, viscous=0.0, decay=10.0, threshold=1e-4):
     """Combined breakaway, Coulomb and viscous friction with a linear zone at rest [N m or N]; no
@@ -156,7 +171,12 @@ def breakaway_linear(rate, load, breakaway, coulomb, viscous=0.0, decay=10.0, th
 
 
 @joint_friction(
-    breakaway=non_negative, coulomb=non_negative, viscous=non_negative, breakaway_rate=positive
+    breakaway=non_negative,
+    coulomb=non_negative,
+    viscous=non_negative,
+    breakaway_rate=positive,
+    needs_load=False,
+    layer=lambda p: (0.1 * p["breakaway_rate"], p["breakaway_rate"]),
 )
 def breakaway_smooth(rate, load, breakaway, coulomb, viscous=0.0, breakaway_rate=0.1):
     """Combined breakaway, Coulomb and viscous friction, smooth at rest [N m or N]; no load enters.
@@ -181,6 +201,8 @@ def breakaway_smooth(rate, load, breakaway, coulomb, viscous=0.0, breakaway_rate
     damping=non_negative,
     viscous=non_negative,
     exponent=at_least_one,
+    needs_load=False,
+    size=_elastic_reach,
 )
 def joint_lugre(
     deflection,
@@ -219,6 +241,7 @@ def joint_lugre(
     damping=non_negative,
     viscous=non_negative,
     exponent=at_least_one,
+    size=_elastic_reach,
 )
 def joint_lugre_loaded(
     deflection,
@@ -244,17 +267,6 @@ def joint_lugre_loaded(
     return bending, -load * (stiffness * deflection + damping * bending + viscous * rate)
 
 
-breakaway_linear.needs_load = breakaway_smooth.needs_load = joint_lugre.needs_load = False
-
-
-def _elastic_reach(parameters: dict) -> float:
-    """Deflection at which bristles break away."""
-    return parameters["static"] / parameters["stiffness"]
-
-
-joint_lugre.size = joint_lugre_loaded.size = _elastic_reach
-
-
 def _may_push(joint, parameters):
     """Bristle damping beyond the passive limit can give energy back."""
     if parameters["viscous"] * parameters["kinetic"] < parameters["damping"] * (
@@ -266,17 +278,6 @@ def _may_push(joint, parameters):
 
 joint_lugre.doubts(_may_push)
 joint_lugre_loaded.doubts(_may_push)
-
-
-def _has_slope(parameters: dict) -> bool:
-    return parameters["transition_rate"] > 0.0
-
-
-joint_coulomb.smooth = joint_stribeck.smooth = _has_slope
-joint_coulomb.layer = lambda p: (p["transition_rate"], p["transition_rate"])
-joint_stribeck.layer = lambda p: (p["transition_rate"], p["stribeck_rate"])
-breakaway_linear.layer = lambda p: (p["threshold"], p["threshold"])
-breakaway_smooth.layer = lambda p: (0.1 * p["breakaway_rate"], p["breakaway_rate"])
 
 
 def _falling(static: str, kinetic: str) -> Callable:

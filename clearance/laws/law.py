@@ -7,7 +7,7 @@ function's own source.
 
 import inspect
 from collections import namedtuple
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
@@ -66,11 +66,13 @@ class Family:
     state: tuple[str, ...]
     outputs: int
 
-    def __call__(self, function: Callable | None = None, /, **checks: Check):
-        """Decorate a law; keyword arguments name the check of each parameter (default: finite)."""
+    def __call__(self, function: Callable | None = None, /, **stated):
+        """Decorate a law; keyword arguments name the check of each parameter (default: finite) and
+        traits of the law, see `Law`.
+        """
         if function is not None:
             return Law(self, function, {})
-        return lambda wrapped: Law(self, wrapped, checks)
+        return lambda wrapped: Law(self, wrapped, stated)
 
 
 class _Signed:
@@ -87,12 +89,48 @@ class _Signed:
         return inspect.Signature([inspect.Parameter(n, named, default=d) for n, d in pairs.items()])
 
 
+NONE: Mapping = {}  # outputs of a law's own that has none
+
+
 class Law:
-    """A physical law without its numbers. Call it with its parameters to bind them."""
+    """A physical law without its numbers. Call it with its parameters to bind them.
+
+    Its traits are attributes that the decorator of its family states.
+    """
 
     __signature__ = _Signed()
 
-    def __init__(self, family: Family, function: Callable, checks: dict[str, Check]):
+    doubt: Callable | None = None
+    demand: Callable | None = None
+    #: of laws with a state of their own: its natural size, from the parameters
+    size: Callable | None = None
+    #: of drive_state: name, unit, description
+    own_state: tuple[str, str, str] = ("state", "rad", "state of the law")
+    #: outputs of its own: unit, description, function of the same arguments
+    shown: Mapping[str, tuple[str, str, Callable]] = NONE
+    first_touch: bool = False  # of transitions: contact starts at the wall, as an event
+    carries_roughness: bool = False  # of these: rough surfaces share the load below full film
+    #: of these: beside an asperity law alone, nothing else stands for asperities
+    needs_asperity: bool = False
+    linear_in_viscosity: bool = True  # of films
+    on_outlines: bool = False  # of films: whether worn outlines have it beside a contact
+    #: of films with a memory: called with the law's arguments at each step's end
+    keep: Callable | None = None
+    #: of asperities: order n of F_n in their pressure, and its factor [Pa], by parameters
+    pressure: tuple[float, Callable] | None = None
+    needs_load: bool = True  # of joint friction: whether the reaction of the joint enters
+    smooth: Callable | None = None  # of these: whether it has a slope at rest, by parameters
+    #: of these: least and largest rate of what it does around rest, by parameters
+    layer: Callable | None = None
+    limit: Callable | None = None  # of contacts: penetration [m] that it is meant for
+    #: of laws of time: times [s] at which a slope jumps, by parameters; steps end there
+    kinks: Callable | None = None
+    #: of contacts: the law for a pair of bodies and a restitution, where no parameter is that
+    from_restitution: Callable | None = None
+    #: of friction: the law for a coefficient, where no parameter alone is that
+    from_coefficient: Callable | None = None
+
+    def __init__(self, family: Family, function: Callable, stated: Mapping[str, object]):
         arguments = list(inspect.signature(function).parameters.values())
         leading = tuple(a.name for a in arguments[: len(family.state)])
         if leading != family.state:
@@ -106,42 +144,15 @@ class Law:
                 f"keyword-only ones"
             )
         parameters = {a.name: a.default for a in arguments[len(family.state) :]}
+        traits = {n: v for n, v in stated.items() if n in TRAITS and n not in parameters}
+        checks = {n: check for n, check in stated.items() if n not in traits}
         if unknown := set(checks) - set(parameters):
             raise TypeError(f"{function.__name__} has no parameter {sorted(unknown)} to check")
-        self.family, self.function, self.parameters, self.checks = (
-            family,
-            function,
-            parameters,
-            checks,
-        )
+        self.family, self.function, self.parameters = family, function, parameters
+        self.checks = checks
+        vars(self).update(traits)
         self.given = [n for n in parameters if not isinstance(checks.get(n), Derived)]
         self.name = self.__name__ = function.__name__
-        self.doubt: Callable | None = None
-        self.demand: Callable | None = None
-        # of laws with a state of their own: its natural size, from the parameters
-        self.size: Callable | None = None
-        # of drive_state: name, unit, description
-        self.own_state = "state", "rad", "state of the law"
-        # outputs of its own: unit, description, function of the same arguments
-        self.shown: dict[str, tuple[str, str, Callable]] = {}
-        self.first_touch = False  # of transitions: contact starts at the wall, as an event
-        # of transitions: rough surfaces share the load below full film
-        self.carries_roughness = False
-        # of these: beside an asperity law alone, nothing else stands for asperities
-        self.needs_asperity = False
-        self.linear_in_viscosity = True  # of films
-        self.on_outlines = False  # of films: whether worn outlines have it beside a contact
-        # of asperities: order n of F_n in their pressure, and its factor [Pa], by parameters
-        self.pressure: tuple[float, Callable] | None = None
-        self.needs_load = True  # of joint friction: whether the reaction of the joint enters
-        # of joint friction: whether it has a slope at rest, by parameters
-        self.smooth: Callable | None = None
-        # of joint friction: least and largest rate of what it does around rest, by parameters
-        self.layer: Callable | None = None
-        # of contacts: penetration [m] up to which the law is meant, by parameters
-        self.limit: Callable | None = None
-        # of laws of time: times [s] at which a slope jumps, by parameters; steps end there
-        self.kinks: Callable | None = None
         self.__doc__ = function.__doc__
         self.__module__ = function.__module__
 
@@ -204,6 +215,10 @@ class Law:
         return f"<{self.family.name} law {self.name}({', '.join(self.given)})>"
 
 
+#: names of traits
+TRAITS = frozenset(Law.__annotations__)
+
+
 class DataLaw(Law):
     """A law that reads numbers made for its joint, such as a table of forces.
 
@@ -217,11 +232,11 @@ class DataLaw(Law):
         self,
         family: Family,
         function: Callable,
-        checks: dict[str, Check],
+        stated: Mapping[str, object],
         make: Callable,
         name: str | None = None,
     ):
-        super().__init__(family, function, checks)
+        super().__init__(family, function, stated)
         # that users give it, where it is not the function's
         self.name = self.__name__ = name or self.name
         if list(self.parameters)[:2] != ["data", "start"]:
@@ -233,11 +248,9 @@ class DataLaw(Law):
         # for calls one by one, in half the time of numpy's numbers
         self.listed = lru_cache(maxsize=8)(lambda *of: [*map(float, self.looked_at(*of).numbers)])
         self.of_numbers = Law(family, function, {})  # with its data among its parameters
-        # of films with a memory: called with the law's arguments at each step's end
-        self.keep: Callable | None = None
         del self.parameters["data"]
         self.given = [n for n in self.given if n not in ("data", "start")]
-        self.checks = checks | {"start": Derived(lambda values: 0.0)}
+        self.checks |= {"start": Derived(lambda values: 0.0)}
 
     def bind(self, settings: dict, **values) -> "BoundLaw":
         """The law with its settings and parameters."""

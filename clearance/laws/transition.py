@@ -89,7 +89,12 @@ def superposed(gap, joint, smallest_gap=1e-3, dry=0.4, mixed=1.0, full=3.0):
 
 
 @transition(
-    tolerance=positive, largest_ratio=inner_fraction, dry=positive, mixed=positive, full=positive
+    tolerance=positive,
+    largest_ratio=inner_fraction,
+    dry=positive,
+    mixed=positive,
+    full=positive,
+    first_touch=True,
 )
 def flores_hybrid(gap, joint, tolerance=0.05, largest_ratio=0.999, dry=0.4, mixed=1.0, full=3.0):
     """Flores' hybrid: film inside the clearance, a linear blend over the tolerance e_0 beyond it,
@@ -111,9 +116,6 @@ def flores_hybrid(gap, joint, tolerance=0.05, largest_ratio=0.999, dry=0.4, mixe
     return 1.0 - beyond, film_gap, 1.0, beyond, -gap, w_full, w_mixed, w_dry
 
 
-flores_hybrid.first_touch = True
-
-
 def weighted(gap, roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry):
     """Film share, film gap and the rest that `fuzzy` makes of memberships: see its equation."""
     floor = mixed * roughness
@@ -124,7 +126,14 @@ def weighted(gap, roughness, mixed, full, datum, squeeze, w_full, w_mixed, w_dry
     return w_full + w_mixed, film_gap, slope, 1.0 - w_full, penetration, w_full, w_mixed, w_dry
 
 
-@transition(dry=positive, mixed=positive, full=positive, datum=non_negative, squeeze=fraction)
+@transition(
+    dry=positive,
+    mixed=positive,
+    full=positive,
+    datum=non_negative,
+    squeeze=fraction,
+    carries_roughness=True,
+)
 def fuzzy(gap, joint, dry=0.4, mixed=1.0, full=3.0, datum=1.0, squeeze=1.0):
     """Fuzzy-weighted states of the film thickness ratio: full film H, mixed E, dry D, memberships
     as weights [N].
@@ -191,7 +200,6 @@ def _wide(joint, parameters):
 
 
 fuzzy.demands(_weights_fit)
-fuzzy.carries_roughness = True
 
 
 @fuzzy.doubts
@@ -279,13 +287,13 @@ _fuzzy_table = DataLaw(
         "full": positive,
         "datum": non_negative,
         "squeeze": fraction,
+        "carries_roughness": True,
     },
     Table.of,
     name="fuzzy_table",
 )
 _fuzzy_table.demands(_weights_fit)
 _fuzzy_table.doubts(_wide_or_twice)
-_fuzzy_table.carries_roughness = True
 
 
 def fuzzy_table(
@@ -330,7 +338,9 @@ def _point(index: int, row: Sequence[float]) -> tuple[float, ...]:
     return (finite(f"{label}: film thickness ratio", row[0]), *shares)
 
 
-@transition(dry=positive, mixed=positive, full=positive)
+@transition(
+    dry=positive, mixed=positive, full=positive, carries_roughness=True, needs_asperity=True
+)
 def load_sharing(gap, joint, dry=0.4, mixed=1.0, full=3.0):
     """Film, asperities and bulk carry together [N], each at the mean gap [m]: no threshold, smooth
     everywhere.
@@ -354,4 +364,3 @@ def load_sharing(gap, joint, dry=0.4, mixed=1.0, full=3.0):
 
 load_sharing.demands(_ordered)
 load_sharing.doubts(_wide)
-load_sharing.carries_roughness = load_sharing.needs_asperity = True

@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from clearance import laws
@@ -20,11 +21,7 @@ from clearance.laws.materials import Material
 from clearance.values import checks
 
 MODELS = ("ideal", "dry", "lubricated", "mixed")
-# penetration at which IMPACT's damping is complete, over that of the impact it is chosen for
-STEP_DEPTH = 0.1
 LAW = re.compile(r"\s*(\w+)\s*(?:\((.*)\))?\s*")
-# of a body that IMPACT's damping gives back about the restitution requested, at 1 m/s [kg]
-IMPACT_MASS = 0.1
 
 
 @dataclass(frozen=True)
@@ -48,59 +45,28 @@ class Pair:
         return laws.hertz_stiffness(self.radius, self.clearance, self.material)
 
 
-def _kelvin_voigt(pair: Pair, e: float):
-    """The chord of Hertz's law at a hundredth of the clearance; no damping belongs to a restitution
-    without a mass.
-    """
-    return laws.kelvin_voigt(
-        stiffness=pair.stiffness * (0.01 * (pair.reach or pair.clearance)) ** 0.5, damping=0.0
-    )
+def _named(families: tuple, trait: str, parameter: str, complete: Callable) -> dict[str, Callable]:
+    """Name -> the law by a trait, and where it has none by complete(law, ...) from a parameter."""
+    members = [law for law in vars(laws).values() if getattr(law, "family", None) in families]
+    by_trait = {law.name: getattr(law, trait) for law in members if getattr(law, trait)}
+    others = [law for law in members if parameter in law.given and law.name not in by_trait]
+    return {law.name: partial(complete, law) for law in others} | by_trait
 
 
-def _impact(pair: Pair, e: float):
-    """A linear damper has no restitution of its own; this one takes from 0.1 kg at 1 m/s what
-    0.8 < e < 1 requires.
-
-    Energy m ln(1/e) v^2 = C v d I. The elastic impact's depth is d = (5 m v^2 / (4 K))^(2/5), its
-    path is I = 1.635 of the speed over it. Off by less than 0.02 for e >= 0.8, by 0.1 for e = 0.3;
-    e counts as 0.01 at least.
-    """
-    reach = (1.25 * IMPACT_MASS / pair.stiffness) ** 0.4
-    damping = IMPACT_MASS * -math.log(max(e, 0.01)) / (1.635 * reach)
-    return laws.impact(
-        stiffness=pair.stiffness, exponent=1.5, damping=damping, depth=STEP_DEPTH * reach
-    )
-
-
-def _by_restitution(law) -> Callable:
-    return lambda pair, e: law(restitution=e).of(pair)
-
-
-#: name -> the law for a pair of bodies and a restitution (memoryless laws: that of an impact at 1
-#: m/s)
-CONTACTS: dict[str, Callable] = {
-    name: _by_restitution(law)
-    for name, law in vars(laws).items()
-    if "restitution" in getattr(law, "given", ())
-} | {
-    "hertz": lambda pair, e: laws.hertz().of(pair),
-    "hunt_crossley_memoryless": lambda p, e: laws.hunt_crossley_memoryless(dissipation=1.0 - e).of(
-        p
-    ),
-    "impact": _impact,
-    "kelvin_voigt": _kelvin_voigt,
-}
-#: name -> the law for a coefficient of friction (static: a quarter more)
-FRICTIONS: dict[str, Callable] = {
-    "coulomb": lambda mu: laws.coulomb(coefficient=mu),
-    "coulomb_tanh": lambda mu: laws.coulomb_tanh(coefficient=mu),
-    "threlfall": lambda mu: laws.threlfall(coefficient=mu),
-    "ambrosio": lambda mu: laws.ambrosio(coefficient=mu),
-    "bengisu_akay": lambda mu: laws.bengisu_akay(static=1.25 * mu, kinetic=mu),
-    "stribeck": lambda mu: laws.stribeck(static=1.25 * mu, kinetic=mu),
-    "coulomb_viscous": lambda mu: laws.coulomb_viscous(coefficient=mu, viscous=0.1),
-    "lugre": lambda mu: laws.lugre(static=1.25 * mu, kinetic=mu, damping=100.0 * mu),
-}
+#: name -> the law for a pair of bodies and a restitution
+CONTACTS = _named(
+    (laws.contact,),
+    "from_restitution",
+    "restitution",
+    lambda law, pair, e: law(restitution=e).of(pair),
+)
+#: name -> the law for a coefficient of friction
+FRICTIONS = _named(
+    (laws.friction, laws.bristle),
+    "from_coefficient",
+    "coefficient",
+    lambda law, mu: law(coefficient=mu),
+)
 #: how hard a finite drive holds its speed: slope of torque over speed, over J w. A disturbance of
 #: the speed dies out within a tenth of a radian, the cases with ideal joints run evenly to 5 to 17
 #: %

@@ -42,7 +42,7 @@ def spinning(samples=1500, noise=0.02) -> Measurement:
 
 
 def test_a_law_is_the_built_in_model_of_its_equations():
-    """`joint_lugre` by differences and LuGre by sensitivities: values to 1e-4 of their intervals,
+    """`joint_lugre` and LuGre, both by exact slopes: values to 1e-4 of their intervals,
     intervals to 1e-3.
     """
     data = spinning()
@@ -77,6 +77,28 @@ def test_a_law_without_bristles_and_a_function_are_one_model():
     shape = np.concatenate([np.tanh(t.rate[:, 2] / 0.02) ** 2 for t in data.trials])
     # linear least squares
     assert first.values["spin_level"] == pytest.approx(squares.sum() / shape.sum(), rel=1e-6)
+
+
+SHARES = np.array([1.0, 0.9, 0.8])
+
+
+@cl.joint_friction
+def stepped(rate, load, level):
+    """Coulomb friction that falls in steps of the rate, out of an array."""
+    return -level * SHARES[min(int(10.0 * abs(rate)), 2)] * math.copysign(1.0, rate)
+
+
+def test_a_law_that_cannot_be_traced_is_fitted_by_differences():
+    """Linear least squares in closed form; the same law of columns is the reference."""
+    data, law = spinning(300), model(stepped, level=between(0.1, 10.0, "N m"))
+    assert not law.exact
+    fitted = fit(data, law)
+    rate = np.concatenate([t.rate[:, 2] for t in data.trials])
+    shape = SHARES[np.minimum((10.0 * abs(rate)).astype(int), 2)] * np.copysign(1.0, rate)
+    torque = np.concatenate([t.torque[:, 2] for t in data.trials])
+    wanted = (torque * shape).sum() / (shape**2).sum()
+    assert fitted.values["spin_level"] == pytest.approx(wanted, rel=1e-6)
+    assert fitted.facts["still"] == ["tilt"]
 
 
 def _tanh_of(trial, level, speed):

@@ -8,6 +8,7 @@ import pytest
 
 import clearance as cl
 from clearance.mechanism.build import build
+from clearance.values.checks import positive
 from tests import mechanisms as m
 
 STIFFENING = 2.0
@@ -466,11 +467,31 @@ def half(state, time, position, rate, gain, delay):
 
 def lagging(shown: dict) -> cl.Scene:
     """A rotor with a law of its own, which has these outputs."""
-    law = cl.drive_state(lag)
-    law.shown = shown
+    law = cl.drive_state(shown=shown)(lag)
     rotor = cl.Body("rotor", 1.0, 2e-3)
     drive = cl.Drive(rotor, torque=law(gain=2.0, delay=0.1), speed_start=0.0, name="motor")
     return cl.Scene(cl.Revolute(cl.ground, rotor, name="A"), drive)
+
+
+def test_a_decorator_states_traits_and_checks_of_parameters():
+    """A name that is a parameter's is its check; traits of one law are not those of others."""
+
+    @cl.joint_friction(limit=positive, layer=lambda values: (1e-3, 1e-2), needs_load=False)
+    def limited(rate, load, limit):
+        return -limit * math.tanh(rate)
+
+    assert limited.limit is None
+    assert limited.layer({}) == (1e-3, 1e-2)
+    assert not limited.needs_load
+    with pytest.raises(ValueError, match="limited: limit must be positive"):
+        limited(limit=-1.0)
+    assert cl.joint_friction(_plain).needs_load
+    with pytest.raises(TypeError, match=r"_plain has no parameter \['first_tuch'\] to check"):
+        cl.joint_friction(first_tuch=True)(_plain)
+
+
+def _plain(rate, load):
+    return -rate
 
 
 def test_outputs_of_a_drive_law():
