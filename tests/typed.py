@@ -61,4 +61,6 @@ class Typed:
 def python(*arguments, **more) -> subprocess.CompletedProcess:
     """A process of Python, which must end well; more: options of `subprocess.run`."""
     command = [sys.executable, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=True, **more)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, **more)
+    assert done.returncode == 0, done.stderr
+    return done

@@ -4,8 +4,6 @@ import random
 import re
 import shutil
 import struct
-import subprocess
-import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -21,6 +19,7 @@ from clearance.results.tables import image_of, in_memory
 from clearance.sweeping import definition
 from tests.benchmarks import damage
 from tests.seeds import few_of
+from tests.typed import python
 
 
 @pytest.mark.skipif(not hdf5_image.available(), reason="HDF5 hides its checksums here")
@@ -185,9 +184,7 @@ def test_L0_no_damage_of_an_index_ends_the_process(long_run, tmp_path, older):
             changed[place : place + len(other)] = other
         (tmp_path / f"{i}.h5").write_bytes(changed)
     copies = [path, *(tmp_path / f"{i}.h5" for i in range(20))]
-    words = [sys.executable, "-W", "ignore", "-c", READING, *map(str, copies)]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    python("-W", "ignore", "-c", READING, *copies)
 
 
 #: for other readers only

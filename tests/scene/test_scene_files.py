@@ -2,7 +2,6 @@
 
 import json
 import math
-import subprocess
 import sys
 from pathlib import Path
 
@@ -10,7 +9,6 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance import cli
 from clearance.scene import templates
 from clearance.scene.catalogue import case_names, find_case, library
 from clearance.scene.toml_scene import formula, scene_file
@@ -19,6 +17,7 @@ from clearance.scene.write_toml import toml_of
 from tests import mechanisms as m
 from tests.random_scenes import ALIKE, draw
 from tests.seeds import few_of
+from tests.typed import python
 
 GUIDE = Path(cl.__file__).parent / "GUIDE.md"
 
@@ -307,13 +306,6 @@ def test_scenes_of_cases_from_json(name, values):
         assert again.replaced(change).to_json() == scene.replaced(change).to_json()
 
 
-@pytest.mark.parametrize("make", m.ALL.values(), ids=m.ALL)
-def test_scenes_of_mechanisms_from_json(make):
-    """Each mechanism comes back from its document."""
-    scene = make()
-    assert cl.Scene.from_json(scene.to_json()).to_json() == scene.to_json()
-
-
 CONTACTS = [law for law in vars(cl.laws).values() if isinstance(law, cl.Law)]
 CONTACTS = {law.name: law for law in CONTACTS if law.family.name == "contact"}
 
@@ -348,10 +340,9 @@ def test_laws_of_a_case_file_come_back_in_another_process(tmp_path):
         "assert scene.to_json() == text\n"
         "print(scene.drives[0].motion(0.5))\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    assert float(done.stdout) == cl.load_case("three_loop_chain").drives[0].motion(0.5)
+    assert float(python("-c", code, cwd=tmp_path).stdout) == cl.load_case(
+        "three_loop_chain"
+    ).drives[0].motion(0.5)
     document = json.loads(text)
     del document["sources"]
     with pytest.raises(ValueError, match="no text of clearance_case_other"):
@@ -373,12 +364,13 @@ def test_a_new_scene_file_runs_as_written(name, tmp_path, monkeypatch, typed):
 
 
 @pytest.mark.parametrize("name", templates.NAMES)
-def test_a_new_python_case_is_the_same_scene(name, tmp_path, monkeypatch):
+def test_a_new_python_case_is_the_same_scene(name, tmp_path, monkeypatch, typed):
     """Number by number, also with parameters given; names, units and texts of parameters as
     well.
     """
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["new", name, "--python"]) == 0
+    typed("new", name, "--python")
+
     file, python = find_case(templates.path_of(name)), find_case(f"./{name}.py")
     given = {"speed": 12.0, "clearance": 1.5e-4}
     assert python.scene(**given).to_json() == file.scene(**given).to_json()
@@ -450,10 +442,11 @@ def test_a_case_as_a_scene_file(name, values, tmp_path, typed):
 
 
 @pytest.mark.parametrize("make", m.ALL.values(), ids=m.ALL)
-def test_a_mechanism_as_a_scene_file(make, tmp_path):
-    """Each mechanism comes back from its scene file."""
-    scene = make()
-    assert case_of(tmp_path, toml_of(scene)).scene().to_json() == scene.to_json()
+def test_a_mechanism_as_a_document_and_as_a_scene_file(make, tmp_path):
+    """Each mechanism comes back from both."""
+    text = (scene := make()).to_json()
+    assert cl.Scene.from_json(text).to_json() == text
+    assert case_of(tmp_path, toml_of(scene)).scene().to_json() == text
 
 
 def test_an_unknown_mechanism_names_all_of_them(tmp_path, monkeypatch, typed):
