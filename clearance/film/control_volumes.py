@@ -26,8 +26,8 @@ LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
 Mesh = namedtuple("Mesh", "ring order worn width depth area weight mean soft lowest leak carried")
 #: of a film: kind of its cells, p = P - lowest, content f, each (n, nz)
 State = namedtuple("State", "kind p content")
-#: of one Newton step: face (n, layers, 11), that between column i and the next; cell (n, layers,
-#: 12); matrix (n nz, 2 w + 1): row i holds a_ij at w + j - i; rest (n nz, 1), right-hand side
+#: of one Newton step: face (n, layers, 11), that between column i and the next. cell (n, layers,
+#: 12). matrix (n nz, 2 w + 1): row i holds a_ij at w + j - i. rest (n nz, 1): right-hand side
 System = namedtuple("System", "face cell matrix rest")
 
 #: nothing in these allocates: arrays need no counting

@@ -20,7 +20,7 @@ from clearance.film.control_volumes import (
 )
 from clearance.film.oil_balance import settle
 
-#: of a film: scales of its rows (4,), and out (4, 6), which it is gathered into; right (n nz, 5):
+#: of a film: scales of its rows (4,), and out (4, 6), which it is gathered into. Right (n nz, 5):
 #: minus the derivatives of every balance, then those of the unknowns
 Answer = namedtuple("Answer", "scales out right")
 

@@ -1,5 +1,5 @@
 """One quantity in two spellings: joints/B/force_max, as channels and extremes have it, and
-joint_B_force_max, as columns of tables have it. Either is taken wherever a name is asked for.
+joint_B_force_max, as columns of tables have it. Either is taken wherever a name is expected.
 """
 
 from collections.abc import Container, Mapping

@@ -125,8 +125,8 @@ class Measured:
 
 
 class Reached(NamedTuple):
-    """State of a life after a stage: turns, their error, the next jump in turns, by how much
-    the loads have changed the wear, and the part of it that a shorter jump leaves.
+    """State of a life after a stage: turns, their error, and the next jump in turns. Also by how
+    much the loads have changed the wear, and the part of it that a shorter jump leaves.
     """
 
     turns: float
