@@ -182,9 +182,9 @@ class RadialLoads:
         """The crest, the speed of a load there, and the deepest hole at that speed.
 
         Crest: film thickness ratio at which the film alone carries most, at `typical` speed. Speed
-        [m/s]: at which a load [N] squeezes the film there. It is 0 where the load rests there, or no
-        speed has a finite load. It is the approach where there is no load. Of the hole: loads at its rim
-        and bottom, and the film thickness ratios of both.
+        [m/s]: at which a load [N] squeezes the film there. It is 0 where the load rests there, or
+        no speed has a finite load. It is the approach where there is no load. Of the hole: loads
+        at its rim and bottom, and the film thickness ratios of both.
         """
         clearance, rough = (self._number(numbers, n) for n in ("clearance", "roughness"))
         (usual,) = trace.call(traced(typical), [clearance, entrainment])
