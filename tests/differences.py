@@ -13,7 +13,7 @@ def slopes(function: Callable, place, steps) -> np.ndarray:
     place = np.asarray(place, dtype=float)
     columns = []
     for step in np.diag(np.broadcast_to(np.asarray(steps, dtype=float), place.shape)):
-        ahead, behind = (np.array(function(*(place + way * step))) for way in (1.0, -1.0))
+        ahead, behind = (np.array(function(*(place + way * step).tolist())) for way in (1.0, -1.0))
         columns.append((ahead - behind) / (2.0 * step.sum()))
     return np.stack(columns, axis=-1)
 

@@ -30,6 +30,7 @@ from clearance.scene.law_names import FILMS as ALL_FILMS
 from clearance.simulation import prepare
 from clearance.stepping import status as codes
 from clearance.stepping.state import VALUE
+from tests.differences import slopes
 from tests.laws.test_laws import delivered_restitution
 from tests.plain import differentiated
 
@@ -52,13 +53,8 @@ def derivative(law: BoundLaw, state: tuple, active: int) -> np.ndarray:
 
 def difference(law: BoundLaw, state: tuple, active: int, steps: tuple) -> np.ndarray:
     """The same by central differences."""
-    columns = []
-    for i in range(active):
-        ahead, behind = list(state), list(state)
-        ahead[i] += steps[i]
-        behind[i] -= steps[i]
-        columns.append((np.atleast_1d(law(*ahead)) - np.atleast_1d(law(*behind))) / (2 * steps[i]))
-    return np.array(columns).T
+    rest = state[active:]
+    return slopes(lambda *at: np.atleast_1d(law(*at, *rest)), state[:active], steps)
 
 
 class TestContact:

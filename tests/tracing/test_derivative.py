@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from clearance.tracing.interpreter import traced
 from clearance.tracing.kernels import compiled, evaluated
+from tests.differences import slopes
 from tests.plain import differentiated
 
 SLOPE = 3.0
@@ -59,19 +60,16 @@ def check(function, state, rest, active, tolerance=1e-7):
     value = function(*state, *rest)
     values = value if isinstance(value, tuple) else (value,)
     assert actual[: len(values)] == pytest.approx(values, rel=1e-14)
-    for n, i in enumerate(active):
-        h = 1e-6 * max(abs(state[i]), 1.0)
-        up, down = list(state), list(state)
-        up[i] += h
-        down[i] -= h
-        high, low = function(*up, *rest), function(*down, *rest)
-        for k, (a, b) in enumerate(
-            zip(*((v if isinstance(v, tuple) else (v,)) for v in (high, low)), strict=True)
-        ):
-            slope = actual[len(values) + k * len(active) + n]
-            assert slope == pytest.approx(
-                (a - b) / (2 * h), rel=tolerance, abs=tolerance * max(1.0, abs(values[k]))
-            )
+    numbers = [float(state[i]) for i in active]
+
+    def moved(*at):
+        arguments = dict(enumerate(state)) | dict(zip(active, at, strict=True))
+        return np.atleast_1d(function(*arguments.values(), *rest))
+
+    wanted = slopes(moved, numbers, 1e-6 * np.maximum(np.abs(numbers), 1.0))
+    size = np.maximum(1.0, np.abs(np.array(values, dtype=float)))[:, None]
+    off = np.abs(np.reshape(actual[len(values) :], wanted.shape) - wanted)
+    assert (off <= tolerance * np.maximum(size, np.abs(wanted))).all()
 
 
 @pytest.mark.parametrize("function", [plain, looping, powers])
