@@ -1,25 +1,29 @@
-"""CPU seconds beside an older commit: `python tests/benchmarks/costs.py --before CHECKOUT
-[--update]`.
+"""This code beside an earlier commit: `python tests/benchmarks/pairs.py COMMIT [--update]`.
 
-Fresh processes, their children counted, each checkout with a store and a numba cache of its own.
-The two take turns, and the one that begins alternates: a ratio is the median of those of the pairs,
-which other work on the machine hardly changes. Pieces of a process, such as a loop, are the least
-of several in it. Where the store must be empty there are fewer pairs. Without --before: seconds
-alone. `--only WORD` takes the rows that have the word.
+COMMIT: a commit of this repository, which is checked out beside it, or the folder of a checkout.
+Some forty workloads: bare loops, calls, points of every model and way, commands, memory, imports,
+sizes of files. CPU seconds of fresh processes, their children counted, each checkout with a store
+and a numba cache of its own. The two take turns, and the one that begins alternates. A ratio is the
+median of before over now of the pairs, which other work on the machine hardly changes. Pieces of a
+process, such as a loop, are the least of several in it. Where the store must be empty there are
+fewer pairs. What the earlier commit does not have is left out. It ends with status 1 where a ratio
+is below --least. `--only WORD` takes the rows that have the word. Without COMMIT: seconds alone.
 """
 
 import compileall
+import math
 import os
 import resource
 import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 
-from publishing import publish
+from publishing import publish, require
 
 MARK = "<!-- cost table -->"
 HERE = Path(__file__).resolve().parent.parent.parent
@@ -39,11 +43,13 @@ REPEATS = 8
 #: a piece of the work on a case, with values and a span: the least CPU of several, once warm
 PIECE = f"""
 import sys, time
+import inspect
 import clearance as cl
-from clearance.mechanism.build import build
 from clearance.simulation import prepare
 piece, case, values, span = eval(sys.argv[1])
 count = 0
+#: no errors are stated, in versions that state some
+quick = {{"error": None}} if "error" in inspect.signature(cl.simulate).parameters else {{}}
 
 def scene():
     return cl.load_case(case, **values)
@@ -52,9 +58,7 @@ def another():  # of a structure that the process knows, at another position
     return cl.load_case(case, clearance=(1.0 + 0.01 * count) * 1e-4, **values)
 
 def loop():
-    run = prepare(scene(), **span)
-    run.trajectory()
-    return run.cpu
+    return float(cl.simulate(scene(), **quick, **span).solver["wall_s"])
 
 def timed(work, *arguments):
     began = time.process_time()
@@ -70,8 +74,8 @@ if piece == "read":
 pieces = {{
     "loop": loop,
     "scene": lambda: timed(scene),
-    "build": lambda: timed(build, another()),
-    "simulate": lambda: timed(lambda: cl.simulate(another(), error=None, **span)),
+    "prepare": lambda: timed(lambda: prepare(another(), **span)),
+    "simulate": lambda: timed(lambda: cl.simulate(another(), **quick, **span)),
     "read": lambda: timed(read, "read.h5"),
 }}
 times = []
@@ -114,10 +118,10 @@ PIECES = {
         {"turns": 10},
     ),
     "scene of a case: slider-crank": ("scene", "slider_crank", {}, TURN),
-    "later `build`: slider-crank, dry": ("build", "slider_crank", {"model": "dry"}, TURN),
-    "later `build`: feeder, lubricated B": ("build", "six_bar_feeder", {}, TURN),
-    "later `build`: feeder, lubricated B,C,E": (
-        "build",
+    "later `prepare`: slider-crank, dry": ("prepare", "slider_crank", {"model": "dry"}, TURN),
+    "later `prepare`: feeder, lubricated B": ("prepare", "six_bar_feeder", {}, TURN),
+    "later `prepare`: feeder, lubricated B,C,E": (
+        "prepare",
         "six_bar_feeder",
         {"joints": "B,C,E"},
         TURN,
@@ -128,18 +132,35 @@ PIECES = {
     "file opened, two channels and the scene read": ("read", "six_bar_feeder", MIXED, TURN),
 }
 SWEEP = """
-import sys
+import sys, time
 import numpy as np
 import clearance as cl
-values, side, folder = eval(sys.argv[1])
+values, side, turns, workers, folder = eval(sys.argv[1])
 points = cl.grid(speed=np.linspace(20.0, 60.0, side), clearance=np.geomspace(5e-5, 5e-4, side))
-cl.sweep("six_bar_feeder", points, folder, fixed=values, channels=[], workers=1, turns=2.0)
+options = {"workers": workers, "turns": turns}
+began = time.perf_counter()
+cl.sweep("six_bar_feeder", points, folder, fixed=values, channels=[], **options)
+print(time.perf_counter() - began)
 """
+LUBRICATED, THIN = {"model": "lubricated"}, MIXED | {"viscosity": 0.005}
+#: rows: values, points of a side of the grid, turns
 SWEEPS = {
-    "sweep: lubricated B, 400 points": ({"model": "lubricated"}, 20),
-    "sweep: mixed B, 100 points": (MIXED, 10),
-    "sweep: dry B, 100 points": ({"model": "dry"}, 10),
+    "sweep: lubricated B, 400 points": (LUBRICATED, 20, 2.0),
+    "sweep: lubricated B, 100 points, 20 turns": (LUBRICATED, 10, 20.0),
+    "sweep: lubricated B,C,E, 100 points": (LUBRICATED | {"joints": "B,C,E"}, 10, 2.0),
+    "sweep: mixed B, 400 points": (THIN, 20, 2.0),
+    "sweep: mixed B, 100 points, 20 turns": (THIN, 10, 20.0),
+    "sweep: mixed B,C,E, 100 points": (THIN | {"joints": "B,C,E"}, 10, 2.0),
+    "sweep: dry B, 100 points": ({"model": "dry"}, 10, 2.0),
 }
+
+
+MEMORY = """
+import resource, sys
+import clearance as cl
+cl.simulate(cl.load_case("six_bar_feeder"), turns=eval(sys.argv[1]), path="long.h5")
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3)
+"""
 
 
 class Checkout:
@@ -183,10 +204,25 @@ class Checkout:
         """Least CPU seconds of a piece in one process."""
         return float(self.done("-c", PIECE, repr(piece)))
 
-    def sweep(self, values: dict, side: int) -> float:
+    def sweep(self, values: dict, side: int, turns: float) -> float:
         """A sweep into a new folder."""
         self.count += 1
-        return self.cpu("-c", SWEEP, repr((values, side, f"sweep{self.count}")))
+        return self.cpu("-c", SWEEP, repr((values, side, turns, 1, f"sweep{self.count}")))
+
+    def two_workers(self, values: dict, side: int, turns: float) -> float:
+        """Wall seconds of a sweep with two workers."""
+        self.count += 1
+        return float(self.done("-c", SWEEP, repr((values, side, turns, 2, f"sweep{self.count}"))))
+
+    def memory(self, turns: int) -> float:
+        """Largest memory of a lubricated run [MB]."""
+        return float(self.done("-c", MEMORY, repr(turns)))
+
+    def size(self, values: dict) -> float:
+        """Size of the file of a run of two turns [MB]."""
+        words = [w for n, v in values.items() for w in ("-p", f"{n}={v}")]
+        self.run(["six_bar_feeder", *words, "--turns", "2"])
+        return (self.folder / "run.h5").stat().st_size / 1e6
 
 
 Row = Callable[[Checkout], float]
@@ -203,7 +239,26 @@ WARM: dict[str, Row] = {
     "the same without `--plot`": lambda one: one.run(README[:-1]),
     **{n: (lambda one, p=p: one.piece(*p)) for n, p in PIECES.items()},
     **{n: (lambda one, s=s: one.sweep(*s)) for n, s in SWEEPS.items()},
+    **{
+        f"{n}, two workers, wall": (lambda one, s=s: one.two_workers(*s))
+        for n, s in SWEEPS.items()
+        if n.endswith("B, 400 points")
+    },
+    "memory of 200 lubricated turns [MB]": lambda one: one.memory(200),
+    "memory of 1000 lubricated turns [MB]": lambda one: one.memory(1000),
+    "file of two mixed turns [MB]": lambda one: one.size(MIXED),
 }
+
+
+def attempted(measure: Row, checkout: Checkout) -> float:
+    """The number of a row; not a number where an earlier commit cannot do it."""
+    try:
+        return measure(checkout)
+    except subprocess.CalledProcessError as error:
+        if checkout.root == HERE:
+            print(error.stderr, file=sys.stderr)
+            raise
+        return math.nan
 
 
 def paired(rows: dict[str, Row], checkouts: list[Checkout], turn: int) -> dict[str, list[float]]:
@@ -211,7 +266,7 @@ def paired(rows: dict[str, Row], checkouts: list[Checkout], turn: int) -> dict[s
     order = checkouts[:: -1 if turn % 2 else 1]
     seconds = {}
     for name, measure in rows.items():
-        each = {one.root: measure(one) for one in order}
+        each = {one.root: attempted(measure, one) for one in order}
         seconds[name] = [each[one.root] for one in checkouts]
         print(name, *(f"{s:.4g}" for s in seconds[name]), file=sys.stderr, flush=True)
     return seconds
@@ -219,39 +274,66 @@ def paired(rows: dict[str, Row], checkouts: list[Checkout], turn: int) -> dict[s
 
 def measured(roots: list[Path], pairs: int, cold: int, word: str) -> dict[str, list[list[float]]]:
     """All pairs of seconds of each row; the first pair with a warm store is not counted."""
-    chosen = {n: r for n, r in WARM.items() if word in n}
+    warm, chilly = ({n: r for n, r in rows.items() if word in n} for rows in (WARM, COLD))
     result: dict[str, list[list[float]]] = {}
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(cold):
             every = [Checkout(r, tempfile.mkdtemp(dir=folder)) for r in roots]
-            for name, seconds in paired(COLD, every, turn).items():
-                if name.startswith(("first", "new")):
+            for name, seconds in paired(COLD if chilly else {}, every, turn).items():
+                if name.startswith(("first", "new")) and word in name:
                     result.setdefault(name, []).append(seconds)
         every = [Checkout(r, tempfile.mkdtemp(dir=folder)) for r in roots]
         for turn in range(pairs + 1):
-            for name, seconds in paired(chosen, every, turn).items():
+            for name, seconds in paired(warm, every, turn).items():
                 if turn:
                     result.setdefault(name, []).append(seconds)
     return result
 
 
-def shown(seconds: float) -> str:
-    return f"{seconds:.3g} s" if seconds >= 0.1 else f"{1e3 * seconds:.3g} ms"
+def shown(name: str, number: float) -> str:
+    """A number with its unit, that of the row or a time."""
+    if math.isnan(number):
+        return "-"
+    if name.endswith("]"):
+        return f"{number:.3g}"
+    return f"{number:.3g} s" if number >= 0.1 else f"{1e3 * number:.3g} ms"
+
+
+def ratios(result: dict[str, list[list[float]]]) -> dict[str, list[float]]:
+    """Before over now of each pair, from the least on, of rows that both have."""
+    pairs = {n: sorted(a / b for a, b in p if a == a) for n, p in result.items() if len(p[0]) > 1}
+    return {name: each for name, each in pairs.items() if each}
 
 
 def lines(roots: list[Path], result: dict[str, list[list[float]]]) -> list[str]:
     """The table."""
     heads = [*(f"before ({_commit(r)})" for r in roots[:-1]), "now"]
-    ratios = ["ratio", "from, to"] if len(roots) > 1 else []
-    text = ["| CPU | " + " | ".join(heads + ratios) + " |"]
-    text.append("|---" * (1 + len(heads + ratios)) + "|")
+    heads += ["before / now", "from, to"] if len(roots) > 1 else []
+    text, of_pairs = ["| work, CPU | " + " | ".join(heads) + " |"], ratios(result)
+    text.append("|---" * (1 + len(heads)) + "|")
     for name, pairs in result.items():
-        cells = [shown(statistics.median(times)) for times in zip(*pairs, strict=True)]
-        if ratios:
-            each = sorted(now / before for before, now in pairs)
-            cells += [f"{statistics.median(each):.2f}", f"{each[0]:.2f}, {each[-1]:.2f}"]
+        cells = [shown(name, statistics.median(n)) for n in zip(*pairs, strict=True)]
+        if len(roots) > 1:
+            each = of_pairs.get(name)
+            middle = f"{statistics.median(each):.2f}" if each else "-"
+            cells += [middle, f"{each[0]:.2f}, {each[-1]:.2f}" if each else ""]
         text.append(f"| {name} | " + " | ".join(cells) + " |")
     return text
+
+
+@contextmanager
+def checked_out(commit: str, folder: str) -> Iterator[Path]:
+    """A checkout of a commit, or the folder itself."""
+    if Path(commit).is_dir():
+        yield Path(commit).resolve()
+        return
+    root = Path(folder) / commit
+    git = ["git", "-C", str(HERE), "worktree"]
+    subprocess.run([*git, "add", "--detach", str(root), commit], check=True, capture_output=True)
+    try:
+        yield root
+    finally:
+        subprocess.run([*git, "remove", "--force", str(root)], check=True)
 
 
 def _commit(root: Path) -> str:
@@ -260,9 +342,15 @@ def _commit(root: Path) -> str:
 
 
 def table(chosen) -> list[str]:
-    """Costs of this checkout, and of another one beside it."""
-    roots = [*([chosen.before.resolve()] if chosen.before else []), HERE]
-    return lines(roots, measured(roots, chosen.pairs, chosen.cold, chosen.only))
+    """Work of this code, and of an earlier one beside it; ratios below the least are missed."""
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        roots = [stack.enter_context(checked_out(n, folder)) for n in chosen.names[:1]] + [HERE]
+        result = measured(roots, chosen.pairs, chosen.cold, chosen.only)
+        text = lines(roots, result)
+    for name, each in ratios(result).items():
+        middle = statistics.median(each)
+        require(middle >= chosen.least, f"{name}: {middle:.2f}")
+    return text
 
 
 if __name__ == "__main__":
@@ -270,8 +358,9 @@ if __name__ == "__main__":
         __doc__,
         table,
         MARK,
-        before=(Path, "a checkout to measure beside this one"),
+        names=([], "commit, or folder of a checkout, to measure beside this code"),
         pairs=(7, "with a warm store"),
         cold=(3, "pairs with an empty store"),
         only=("", "rows with this word"),
+        least=(0.95, "ratio that is no failure"),
     )
