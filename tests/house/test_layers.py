@@ -37,7 +37,6 @@ ONLY_IN = {
         "clearance.film.fem",
         "clearance.sweeping.points",
         "clearance.sweeping.scatter",
-        "clearance.identify.differences",
         "clearance.identify.estimation",
         "paper_figures.feeder_models",
         "paper_figures.friction_laws",
