@@ -610,7 +610,8 @@ def estimate(
     if model.lag:
         for begin in begins:
             begin[-1] = typical[-1]
-    complete = Part(np.full(typical.size, True), list(trials), [axes_of(t) for t in trials])
+    axes = [axes_of(t) for t in trials] if model.exact else []
+    complete = Part(np.full(typical.size, True), list(trials), axes)
     passes = complete.passes(model, search, progress)
     _check_start(model, passes)
     split, reports = parts(model, search, trials), []

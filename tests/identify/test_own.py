@@ -251,6 +251,21 @@ def test_what_is_not_smooth_is_doubted_and_what_fails_is_refused():
         fit(data, model(endless, level=between(0.1, 10.0, "N m")))
 
 
+def test_columns_of_different_units_are_fitted_together():
+    """A line and its square, each over its size; closed form where only one is fitted."""
+    time = np.linspace(0.0, 1.0, 60)
+    columns, units = {"x": 2e-6 * time, "f": 9.0 * time**2}, {"x": "m", "f": "N"}
+    record = Series("run", "training", time, columns, units)
+
+    @model(predicts=units, speed=between(1e-7, 1e-5, "m/s"), force=between(-20.0, 20.0, "N"))
+    def line(record, speed, force):
+        return np.stack([speed * record.time, force * record.time**2], axis=1)
+
+    fitted = fit(Measurement((record,)), line, starts=2)
+    assert fitted.values == pytest.approx({"speed": 2e-6, "force": 9.0}, rel=1e-6)
+    assert "lag" not in fitted.facts
+
+
 def test_series_come_back_from_their_files(tmp_path):
     time = np.linspace(0.0, 1.0, 60)
     series = Series(
