@@ -310,12 +310,12 @@ class OfRecord(Reductions):
         return end - begin
 
     def deviation(self, body: str, direction: tuple[float, float]) -> tuple | None:
-        if body not in self.ideal:
-            return None
         x, y, ax, ay = (
             self.record.values(f"bodies/{body}/{n}")[self.window.samples]
             for n in ("x", "y", "ax", "ay")
         )
+        if body not in self.ideal:
+            return None
         (dx, dy), (position, rate) = direction, (v[self.window.samples] for v in self.ideal[body])
         beyond = ax * dx + ay * dy - rate
         return np.abs(x * dx + y * dy - position).max(), self.window.mean(beyond * beyond)
