@@ -257,7 +257,9 @@ class JointLoads:
         self.of, numbers, table = loads_of(joint), numbers_of(joint), ()
         if isinstance(joint.film.law, DataLaw):
             numbers["film/start"] = float(len(numbers))
-            table = joint.film.source(joint.film_joint).numbers
+            # its numbers may be the address of a solver, which lives as long as it does
+            self.source = joint.film.source(joint.film_joint)
+            table = self.source.numbers
         self.par = np.array([*(numbers[n] for n in self.of.names), *table], float)
 
     def __call__(self, name: str, *state: float) -> list[float]:
