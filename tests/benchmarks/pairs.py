@@ -13,6 +13,7 @@ is below --least. `--only WORD` takes the rows that have the word. Without COMMI
 import math
 import os
 import resource
+import shutil
 import statistics
 import subprocess
 import sys
@@ -26,6 +27,8 @@ from publishing import publish, require
 
 MARK = "<!-- cost table -->"
 HERE = Path(__file__).resolve().parent.parent.parent
+#: what a copy of a checkout does without: an installation would leave its parts there
+BESIDE = (".git", ".venv", "build", "*.egg-info", "__pycache__", ".*_cache")
 README = ["six_bar_feeder", "-p", "model=mixed", "--turns", "6", "--plot"]
 MIXED = {"model": "mixed"}
 #: structures that compile the steppers, so that the new ones below do not
@@ -167,9 +170,10 @@ class Checkout:
 
     def __init__(self, root: Path, folder: str):
         self.root, self.folder, self.count = root, Path(folder), 0
-        site = str(self.folder / "site")
+        site, source = str(self.folder / "site"), self.folder / "source"
+        shutil.copytree(root, source, ignore=shutil.ignore_patterns(*BESIDE))
         pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation"]
-        subprocess.run([*pip, "--target", site, str(root)], check=True, capture_output=True)
+        subprocess.run([*pip, "--target", site, str(source)], check=True, capture_output=True)
         paths = {
             "PYTHONPATH": site,
             "CLEARANCE_STORE": f"{folder}/store",
