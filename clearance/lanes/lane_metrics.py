@@ -373,12 +373,15 @@ class LaneMetrics:
         for name in rows[0] if rows else ():
             yield name, np.array([row[name] for row in rows])
 
-    def number(self, par: np.ndarray, part, name: str) -> np.ndarray:
-        """A number of a part of the scene at points with these parameters; one that is folded in is
-        the same.
+    def number(self, par: np.ndarray, part, name: str, default: float | None = None) -> np.ndarray:
+        """A number of a part of the scene at points with these parameters.
+
+        default: of one that is folded in, if not the part's own of this name.
         """
         row = self.mechanism.layout.parameters.get(f"{part.key}/{name}")
-        return np.full(par.shape[1], getattr(part, name)) if row is None else par[row]
+        if row is not None:
+            return par[row]
+        return np.full(par.shape[1], getattr(part, name) if default is None else default)
 
     def warnings(self, answers: Answers, points: Points, data: np.ndarray) -> np.ndarray:
         """Number of warnings of each run: those of the first point's joints, of its own films, and
@@ -397,7 +400,6 @@ class LaneMetrics:
 
     def _holes(self, joint, answers: Answers, points: Points, data: np.ndarray) -> np.ndarray:
         """True for runs that meet a force hole: see hole_warning."""
-        rows = self.mechanism.layout.parameters
         gap = self._of_all(answers, f"{joint.key}/gap_min")
         force = self._of_all(answers, f"{joint.key}/force_max")
         ratio = gap / self.number(points.par, joint, "roughness")
@@ -405,12 +407,9 @@ class LaneMetrics:
         if not near.any():
             return met
 
-        def number(name: str, default: float) -> np.ndarray:
-            row = rows.get(f"{joint.key}/{name}")
-            return np.full(near.sum(), default) if row is None else points.par[row, near]
-
         if joint not in self.holes:
             self.holes[joint] = ForceHoles(joint)
+        number = partial(self.number, points.par[:, near], joint)
         asked = points.frequency[near], force[near], ratio[near]
         met[near] = self.holes[joint].met(number, data, *asked)
         return met
@@ -424,9 +423,8 @@ class LaneMetrics:
             depth = -self._of_all(answers, f"{joint.key}/gap_min")
             deep |= depth > DEEPEST * self.number(points.par, joint, "radius")
             if joint.contact.law.limit is not None:
-                rows = self.mechanism.layout.parameters
                 numbers = {
-                    n: points.par[rows[at]] if (at := f"{joint.key}/contact/{n}") in rows else v
+                    n: self.number(points.par, joint, f"contact/{n}", v)
                     for n, v in joint.contact.values.items()
                 }
                 deep |= depth > joint.contact.law.limit(numbers)

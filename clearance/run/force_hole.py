@@ -102,8 +102,8 @@ class RadialLoads:
     """Loads towards the centre [N] of joints with the same laws, in programs of the trace.
 
     Gaps in m, approach speeds in m/s, entrainment omega_J + omega_B - 2 gamma' in rad/s. Contact
-    laws that look at the impact speed get the approach speed, or `typical_speed` if that is larger.
-    A scan goes over film thickness ratios from full film to where contact carries alone.
+    laws that look at the impact speed get the larger of approach and `typical` speed. A scan goes
+    over film thickness ratios from full film to where contact carries alone.
     """
 
     def __init__(self, *laws: Law | None):
@@ -271,12 +271,6 @@ class JointLoads:
 @lru_cache(maxsize=64)  # used before a run and after it
 def _of(joint: ClearanceRevolute) -> JointLoads:
     return JointLoads(joint)
-
-
-def sinking(joint: ClearanceRevolute, entrainment: float, wanted: float) -> tuple[float, float]:
-    """Crest and speed of a load [N], see `RadialLoads`."""
-    crest, speed, *_ = _of(joint)("scans", entrainment, 0.0, wanted)
-    return crest, speed
 
 
 def hole_check(joint: ClearanceRevolute, entrainment: float, approach: float = 0.0) -> HoleCheck:

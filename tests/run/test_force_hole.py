@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import clearance as cl
-from clearance.run.force_hole import JointLoads, hole_check, sinking
+from clearance.run.force_hole import JointLoads, hole_check
 
 FILMS = ["pinkus_sternlicht", "harmonic", "table", "long", "fast"]
 FILMS += [pytest.param("fem", marks=pytest.mark.slow)]  # cold compilation of the solver
@@ -61,6 +61,6 @@ def test_a_scan_is_that_of_its_loads(seed):
     assert hole.left == pytest.approx(load[falls.argmax()], abs=1e-9 * np.abs(load).max())
     usual = 0.5 * joint.clearance * entrainment
     films = [load_of(joint, r * joint.roughness, usual, entrainment)[0] for r in hole.ratio]
-    crest, _ = sinking(joint, entrainment, 1e3)
+    crest, *_ = JointLoads(joint)("scans", entrainment, 0.0, 1e3)
     best = load_of(joint, crest * joint.roughness, usual, entrainment)[0]
     assert best == pytest.approx(max(films), rel=1e-9)
