@@ -8,6 +8,7 @@ import ast
 import hashlib
 import json
 import os
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from threading import RLock
@@ -21,9 +22,10 @@ DOCUMENTED = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 
 
 def parsed(source: str | bytes, mode: str = "exec") -> ast.Module | ast.Expression:
-    """The syntax tree of a source, in any thread."""
-    with PARSING:
-        return ast.parse(source, mode=mode)
+    """The syntax tree of a source, in any thread; anew where a stranger's thread makes one too."""
+    while True:
+        with PARSING, suppress(SystemError):  # "AST constructor recursion depth mismatch"
+            return ast.parse(source, mode=mode)
 
 
 @cache
