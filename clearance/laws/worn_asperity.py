@@ -61,7 +61,7 @@ def moments(order: float, ratios: np.ndarray) -> np.ndarray:
 
 RATIOS = LEAST + np.arange(int((MOST - LEAST) * PARTS) + 1) / PARTS
 VALUES = np.array([moments(n, RATIOS) for n in ORDERS])
-SLOPES = np.array([-n * moments(n - 1.0, RATIOS) for n in ORDERS])
+SLOPES = np.array([-ORDERS[0] * VALUES[1], -ORDERS[1] * moments(0.5, RATIOS)])
 
 
 def moment_and_slope(ratio, row):
@@ -149,17 +149,3 @@ def pressed_slopes(eccentricity_x, eccentricity_y, angle, row, joint: FilmJoint,
 
 
 pressed.slopes = pressed_slopes
-
-
-def pressures(gaps: np.ndarray, roughness: float, strength: float, row: int) -> np.ndarray:
-    """Pressure of the asperities [Pa] at gaps [m]."""
-    ratios = np.maximum(gaps / roughness, LEAST)
-    position = np.minimum((ratios - LEAST) * PARTS, len(RATIOS) - 1.0)
-    k = np.minimum(position.astype(int), len(RATIOS) - 2)
-    t = position - k
-    a, b = VALUES[row, k], VALUES[row, k + 1]
-    rise, fall = SLOPES[row, k] / PARTS, SLOPES[row, k + 1] / PARTS
-    bend, twist = 3.0 * (b - a) - 2.0 * rise - fall, rise + fall - 2.0 * (b - a)
-    below = np.minimum(gaps / roughness - LEAST, 0.0) * SLOPES[row, 0]
-    moment = a + t * (rise + t * (bend + t * twist)) + below
-    return strength * np.where(ratios < MOST, moment, 0.0)

@@ -6,13 +6,18 @@ w(p, |v|) dt. It is evaluated at start, middle and end of each step (Lobatto's w
 was integrated with the motion.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
 from clearance.elements.worn_journal import FOLLOWED
-from clearance.laws.outline import COS, NODES, SEEN, SIN, STEP, cubic
+from clearance.laws.outline import NODES, STEP, Outline
+from clearance.laws.solid_pressure import pressures, put_on_journal
 from clearance.laws.wear import is_linear
+from clearance.laws.worn_asperity import Rough, row_of
+from clearance.machine.store import compiled
 from clearance.run.observers import Observer
 
 WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6.0
@@ -20,8 +25,6 @@ ROWS = 512  # worked on at once
 PARTS = 360  # of equal wear, which the load path of a turn consists of
 UNIT = 1e6  # pressure at which the rate of a linear law is taken [Pa]
 BODIES = {"wear": "bearing", "wear_journal": "journal"}
-NODE = np.arange(NODES)
-AROUND_COS, AROUND_SIN = COS[1 : NODES + 1], SIN[1 : NODES + 1]
 
 
 @dataclass
@@ -58,7 +61,9 @@ class Sums:
         self.linear = {body: is_linear(law) for body, law in self.laws.items()}
         parameters = self.joint.outline.parameters
         self.outline = {body: np.array(parameters[body]) for body in BODIES.values()}
-        self.solids = solids_of(self.joint)
+        self.numbers = Outline(None, self.outline).numbers
+        self.solids = solids_of(self.joint) or Rough(0.0, 0.0, 0.0, 0)
+        self.room = np.zeros(2 * NODES)
         self.start()
 
     def start(self) -> None:
@@ -82,40 +87,22 @@ class Sums:
 
     def _spread(self, flat: np.ndarray, weights: np.ndarray) -> None:
         x, y, angle, clearance, stiffness, speed, fx, fy, load = flat.T
-        before, behind = _turned(angle)
-        overlap = (
-            x[:, None] * AROUND_COS
-            + y[:, None] * AROUND_SIN
-            - clearance[:, None]
-            - self.outline["bearing"]
-        )
-        if self.outline["journal"].any():
-            places, shares = before[:, None] + NODE, np.array(cubic(behind))
-            overlap -= sum(
-                share[:, None] * self.outline["journal"][(places + k) % NODES]
-                for k, share in zip((-1, 0, 1, 2), shares, strict=True)
-            )
-        pressure = stiffness[:, None] * np.maximum(overlap, 0.0)
-        if self.solids is not None:
-            from clearance.laws.worn_asperity import pressures
-
-            pressure += pressures(-overlap, *self.solids[1:])
-        seen = self.area * pressure.sum(axis=1)
-        pressure *= np.divide(load, seen, out=np.zeros_like(load), where=seen > 0.0)[:, None]
-        narrow = seen <= SEEN * load
-        pressure[narrow] = _at_deepest(overlap[narrow], load[narrow] / self.area)
+        rows = np.column_stack([x, y, angle, clearance, stiffness, load])
+        pressure = np.zeros((len(flat), NODES))
+        _compiled(pressures)(rows, self.numbers, self.solids, self.area, self.room, pressure)
         self.rubbing += float((weights * load * speed).sum())
         over = {body: np.zeros(len(flat)) for body in BODIES.values()}
         for body, law in self.laws.items():
             if self.linear[body]:
-                over[body] = weights * law(np.full(speed.shape, UNIT), speed) / UNIT
+                over[body] = weights * _over_pressure(law, speed)
                 depth = over[body][:, None] * pressure
             else:
                 rates = law(pressure, np.broadcast_to(speed[:, None], pressure.shape))
                 depth = weights[:, None] * rates
-            self.depths[body] += (
-                _on_journal(depth, before, behind) if body == "journal" else depth.sum(axis=0)
-            )
+            if body == "journal":
+                _compiled(put_on_journal)(depth, flat[:, 2], self.depths[body])
+            else:
+                self.depths[body] += depth.sum(axis=0)
         self.rows.append(
             np.column_stack([fx, fy, angle, over["bearing"], over["journal"], clearance, load])
         )
@@ -137,52 +124,26 @@ class Sums:
         return turn
 
 
-def solids_of(joint):
-    """Foundation and asperities of a joint, a `Rough`; None without asperities."""
+def solids_of(joint) -> Rough | None:
+    """Foundation and asperities of a joint; None without asperities."""
     if joint.asperity is None:
         return None
-    from clearance.laws.worn_asperity import Rough, row_of
-
     order, factor = joint.asperity.law.pressure
     strength = factor(*joint.asperity.numbers)
     stiffness = joint.contact.values["layer_modulus"]
     return Rough(stiffness, joint.roughness, strength, row_of(order))
 
 
-def _at_deepest(overlap: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-    """Pressures of arcs between the nodes, (places, nodes): those beside the deepest point carry
-    the load.
-
-    overlap: at all nodes; pressure: their sum at each place.
-    """
-    left, middle = overlap[:, 0::2], overlap[:, 1::2]
-    right = np.roll(left, -1, axis=1)
-    slope, bend = 0.5 * (right - left), np.minimum(0.5 * (left + right) - middle, -1e-300)
-    u = np.clip(-0.5 * slope / bend, -1.0, 1.0)
-    cell = (middle + u * (slope + u * bend)).argmax(axis=1)
-    places = np.arange(len(overlap))
-    coordinate = 2 * cell + 1 + u[places, cell]
-    node = np.floor(coordinate).astype(int)
-    shared = np.zeros_like(overlap)
-    shared[places, node % NODES] = (node + 1 - coordinate) * pressure
-    shared[places, (node + 1) % NODES] = (coordinate - node) * pressure
-    return shared
+@cache
+def _compiled(function: Callable) -> Callable:
+    return compiled(function)
 
 
-def _turned(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`laws.outline.turned` of many angles."""
-    shift = angle / STEP
-    cells = np.floor(shift)
-    return (-cells.astype(int) - 1) % NODES, 1.0 - (shift - cells)
-
-
-def _on_journal(depth: np.ndarray, before: np.ndarray, behind: np.ndarray) -> np.ndarray:
-    """Depths at the bearing's nodes, summed at those of the turned journal."""
-    worn = np.zeros(NODES)
-    for shift, share in ((0, 1.0 - behind), (1, behind)):
-        places = (before[:, None] + shift + NODE) % NODES
-        worn += np.bincount(places.ravel(), (share[:, None] * depth).ravel(), NODES)
-    return worn
+def _over_pressure(law, speed: np.ndarray) -> np.ndarray:
+    """Rate over pressure [m/(s Pa)] of a law that is linear in the pressure."""
+    if law(UNIT, 2.0) == 2.0 * law(UNIT, 1.0) == 4.0 * law(UNIT, 0.5):  # and in the speed
+        return speed * (law(UNIT, 1.0) / UNIT)
+    return law(np.full(speed.shape, UNIT), speed) / UNIT
 
 
 def sampled(rows: np.ndarray) -> np.ndarray:

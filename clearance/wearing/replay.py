@@ -14,19 +14,9 @@ made at once and in two halves; the difference is its error, and is taken off on
 import math
 
 from clearance.laws.law import FilmJoint
-from clearance.laws.outline import (
-    LINE,
-    NODES,
-    SEEN,
-    STEP,
-    arc,
-    cubic,
-    deepest,
-    overlap,
-    places,
-    touching_slopes,
-    turned,
-)
+from clearance.laws.outline import LINE, NODES, STEP, deepest, touching_slopes, turned
+from clearance.laws.solid_pressure import carry
+from clearance.laws.worn_asperity import Rough
 
 NEWTON = 60  # steps of the search for a place of rest, at most
 AT_REST = 1e-9  # of the force: what is left of it there
@@ -111,35 +101,15 @@ def put_both(data, node, before, behind, over, p):
         put(data, 1 + LINE, (journal_node + 1) % NODES, behind * over[1] * p)
 
 
-def wear_off(position, joint, data, stiffness, over, carried, pressure):
+def wear_off(position, joint, data, solids, over, carried, pressure):
     """Wear both surfaces at a position x, y, angle: depths over pressure `over` (bearing, journal),
-    scaled to the normal load. carried: that load [N] and the area of a node [m2].
-
-    An arc on a hard foundation may lie between two nodes. Then these carry the load.
+    scaled to the normal load; see `carry`.
     """
-    (x, y, angle), (load, area) = position, carried
-    first, cells = arc(x, y, joint.clearance)
-    before, behind = turned(angle)
-    bearing, journal = places(0, first, before)
-    weights = cubic(behind)
-    total = 0.0
-    for k in range(2 * cells):
-        g = overlap(x, y, joint.clearance, data, bearing, journal, first + k, weights)
-        pressure[k] = max(stiffness * g, 0.0)
-        total += pressure[k]
-    if area * total <= SEEN * load:
-        _, cos, sin, _ = deepest(x, y, angle, joint, data, 0.0)
-        coordinate = math.atan2(sin, cos) / STEP
-        node = math.floor(coordinate)
-        behind_node, p = coordinate - node, load / area
-        put_both(data, int(node) % NODES, before, behind, over, (1.0 - behind_node) * p)
-        put_both(data, int(node + 1) % NODES, before, behind, over, behind_node * p)
-        return
-    share = load / (area * total)
-    for k in range(2 * cells):
-        p, node = share * pressure[k], (first + k) % NODES
-        if p > 0.0:
-            put_both(data, node, before, behind, over, p)
+    before, behind = turned(position[2])
+    first, count = carry(position, joint, data, solids, carried, pressure)
+    for k in range(count):
+        if pressure[k] > 0.0:
+            put_both(data, (first + k) % NODES, before, behind, over, pressure[k])
 
 
 def replay(path, turns, data, stiffness, surface, rests, pressure, volumes):
@@ -159,7 +129,8 @@ def replay(path, turns, data, stiffness, surface, rests, pressure, volumes):
         if not math.isfinite(load):
             return False
         rests[q, 0], rests[q, 1] = x, y
-        wear_off((x, y, angle), joint, data, soft, over, (load, surface * STEP), pressure)
+        solids, carried = Rough(soft, 0.0, 0.0, 0), (load, surface * STEP)
+        wear_off((x, y, angle), joint, data, solids, over, carried, pressure)
         volumes[0] += over[0] * load
         volumes[1] += over[1] * load
     return True
