@@ -240,8 +240,13 @@ class Reader:
                 raise Damaged(f"{self.path}: /{key} points to another file")
         return True
 
+    @property
+    def is_open(self) -> bool:
+        """True until it is closed."""
+        return bool(self.file)
+
     def _check_open(self) -> None:
-        if not self.file:
+        if not self.is_open:
             raise ValueError(f"{self.path} has been closed")
 
     def item(self, key: str = "") -> h5py.Group | h5py.Dataset:
@@ -311,6 +316,10 @@ class Reader:
             if check is not None and check[1] != zlib.crc32(raw):
                 raise Damaged(f"{self.path}: /{key} is not what was written: its checksum differs")
             return _texts(data, raw) if texts else raw.reshape(data.shape)
+
+    def has_attribute(self, key: str, name: str) -> bool:
+        """True where a group or dataset has an attribute of this name."""
+        return name in self.item(key).attrs
 
     def attribute(self, key: str, name: str):
         """An attribute of a group or dataset; one of a known name is what it must be."""

@@ -10,16 +10,19 @@ import json
 import math
 import shutil
 import weakref
+from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import h5py
 import numpy as np
 
 from clearance.files.replacing import replacing, temporary_file, temporary_name
 from clearance.results.errors import Error, Errors, ExtremeErrors
 from clearance.results.extremes import Extremes
 from clearance.results.integrals import Integrals
+from clearance.results.memory_reader import MemoryReader
 from clearance.results.reading import FACT_UNITS, Damaged, Entries, Missing, Reader, open_checked
 from clearance.results.record import FIELD_COLUMNS, PARTS, WEAR, PressureFields, Record, extra
 from clearance.results.tables import FORMAT, FORMAT_VERSION, check_result, in_memory
@@ -125,7 +128,7 @@ class Result(Record):
         """Extremes that were located as the run went; of files of format 1 those of step ends,
         without their times.
         """
-        if "stretch_s" in self.reader.item().attrs:
+        if self.reader.has_attribute("", "stretch_s"):
             return _extremes_of_format_1(self.reader)
         if not self.reader.has("extremes"):
             return None
@@ -329,7 +332,7 @@ class Result(Record):
 
     def close(self) -> None:
         """Close the file; channels already read stay."""
-        self.file.close()
+        self.reader.close()
 
     def __enter__(self):
         return self
@@ -338,7 +341,7 @@ class Result(Record):
         self.close()
 
     def __repr__(self) -> str:
-        return super().__repr__() if self.file else "<Result, closed>"
+        return super().__repr__() if self.reader.is_open else "<Result, closed>"
 
     @property
     def _label(self) -> str:
@@ -348,16 +351,23 @@ class Result(Record):
 class MemoryResult(Result):
     """A result without a file; `path` writes one, which goes with the result.
 
-    image: the bytes of its file.
+    reader: of its content; image: makes the bytes of its file.
     """
 
     _label = Record._label
 
-    def __init__(self, image: bytes):
-        self.image = image
-        name = Path("the result")
-        self.reader = Reader(name, in_memory(temporary_name(name), image))
-        self.file = self.reader.file
+    def __init__(self, reader: MemoryReader, image: Callable[[], bytes]):
+        self.reader, self._image = reader, image
+
+    @cached_property
+    def image(self) -> bytes:
+        """The bytes of its file."""
+        return self._image()
+
+    @cached_property
+    def file(self) -> h5py.File:
+        """Its file, in memory."""
+        return in_memory(temporary_name(self.reader.path), self.image)
 
     @cached_property
     def path(self) -> Path:

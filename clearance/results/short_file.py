@@ -1,4 +1,7 @@
-"""The file of a short run: held in memory until the run has ended, then written in one piece."""
+"""The file of a short run: held in memory until the run has ended, then written in one piece.
+
+Without a path it is made on demand only.
+"""
 
 import time
 import zlib
@@ -12,8 +15,9 @@ from clearance.files.replacing import replacing, temporary_file
 from clearance.results import hdf5_image
 from clearance.results.groups import Group
 from clearance.results.hdf5_image import Attributes, Image, Unknown
-from clearance.results.memory import SOLVER_COLUMNS, Memory, Ranges
-from clearance.results.reading import checked
+from clearance.results.memory import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges
+from clearance.results.memory_reader import MemoryReader
+from clearance.results.reading import ABOUT, checked
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, MemoryResult, Result
 from clearance.results.stream import (
     CHUNK,
@@ -22,6 +26,7 @@ from clearance.results.stream import (
     ImageSink,
     Stream,
     Unwritable,
+    along_text,
     check_name,
     closing,
     filters,
@@ -39,8 +44,7 @@ _images: dict[tuple, Image] = {}
 
 
 class ShortFile(Memory):
-    """Keeps what a run puts out; `store` makes its file, at a path or as `image` where there is
-    none.
+    """Keeps what a run puts out; `store` writes its file where it has a path.
 
     lasting: a run that has not ended after PATIENCE goes on in a file, as long runs do, which keeps
         what was computed before it where the process is killed.
@@ -66,12 +70,12 @@ class ShortFile(Memory):
         super().__init__(channels, attributes, logs)
         self.given, self.remembering = None if path is None else Path(path), remembering
         self.kept = matching(channels, keep)
-        self.options = channels, attributes, keep, compression, expected
+        self.about = opening(attributes)
+        self.options = channels, self.about, keep, compression, expected
         self.rows_in_chunk = min(max(expected, 1), CHUNK)
         self.lock = None
         if self.given is not None:
             self._check_path(locked)
-        self.about = opening(attributes)
         filters(compression)
         self.groups: dict[str, Group] = {}
         self.stream: Stream | None = None
@@ -133,7 +137,7 @@ class ShortFile(Memory):
     def result(self) -> Result:
         """The run, once it is stored."""
         if self.given is None:
-            return MemoryResult(self.image)
+            return MemoryResult(self.reader(), self._made)
         return Result(self.given)
 
     # --- its file
@@ -159,22 +163,21 @@ class ShortFile(Memory):
         return f"what was computed is stored in {self.path}"
 
     def store(self) -> None:
-        """Make the file of a run that has ended.
+        """Write the file of a run that has ended, where it has a path.
 
         Raises Unwritable where the disk has no room for it; the part that fits is stored.
         """
         try:
             if self.stream is None and self.ended is not None:
-                self.image = self._made()
-                self._write()
+                if self.given is not None:
+                    self.image = self._made()
+                    self._write()
                 self.stored = True
         finally:
             if self.lock is not None:
                 self.lock.release()
 
     def _write(self) -> None:
-        if self.given is None:
-            return
         try:
             with replacing(self.given) as temporary:
                 temporary.write_bytes(self.image)
@@ -215,21 +218,46 @@ class ShortFile(Memory):
 
     def _content(self) -> tuple[Attributes, dict, dict]:
         """Attributes of the file, columns that grow with the run, and those of other tables."""
-        status, solver, warnings, facts, ranges = self.ended
-        attributes = closing(status, solver, warnings, facts)
-        groups = self.groups_at_end(ranges)
-        for path, group in groups.items():
-            if group.attributes:
-                attributes[path] = attributes.get(path, {}) | checked(group.attributes)
-        attributes[""] = self.about | attributes[""]
+        ranges, groups = self.ended[-1], self.groups_at_end(self.ended[-1])
+        attributes = {n: checked(a) for n, a in self._about_groups(groups).items()}
         if ranges is not None:
             attributes |= {self.channels[i].path: {"actual_range": ranges.of(i)} for i in self.kept}
-        tables = {
-            f"{path}/{name}": values
-            for path, group in groups.items()
-            for name, values in group.columns.items()
-        }
-        return attributes, self._growing(), tables
+        growing = self._growing()
+        growing |= {f"events/{n}": np.char.encode(growing[f"events/{n}"]) for n in EVENT_TEXTS}
+        return attributes, growing, _tables(groups)
+
+    def _about_groups(self, groups: Mapping[str, Group]) -> dict[str, dict]:
+        """Attributes of the groups of the file."""
+        attributes = closing(*self.ended[:-1])
+        for path, group in groups.items():
+            if group.attributes:
+                attributes[path] = {**attributes.get(path, {}), **group.attributes}
+        attributes[""] = self.about | attributes[""]
+        return attributes
+
+    def reader(self) -> MemoryReader:
+        """A reader of what the file holds, as it holds it."""
+        return MemoryReader(
+            self._about_groups(self.groups_at_end(self.ended[-1])), self._columns_and_about
+        )
+
+    def _columns_and_about(self) -> tuple[dict, dict]:
+        """All columns, and the attributes of each."""
+        groups, ranges = self.groups_at_end(self.ended[-1]), self.ended[-1]
+        texts = {"time": ("s", "time")} | {f"events/{n}": ("1", t) for n, t in EVENT_TEXTS.items()}
+        texts |= {f"{g}/{n}": ("1", along_text(g)) for g, n in DIMENSIONS.items()}
+        for group, columns in ("events", EVENT_COLUMNS), ("solver", SOLVER_COLUMNS):
+            texts |= {f"{group}/{n}": about for n, about in columns.items()}
+        texts |= {f"{p}/{n}": g.about[n] for p, g in groups.items() for n in g.columns}
+        channels = [(i, self.channels[i]) for i in self.kept]
+        texts |= {c.path: (c.units, c.long_name) for _, c in channels}
+        about = {path: dict(zip(ABOUT, pair, strict=True)) for path, pair in texts.items()}
+        for i, channel in channels if ranges else ():
+            about[channel.path]["actual_range"] = ranges.of(i)
+        columns = self._growing() | _tables(groups)
+        times = {c.path.rpartition("/")[0] + "/time" for _, c in channels}
+        columns |= dict.fromkeys(times, columns["time"])
+        return columns, about | dict.fromkeys(times, about["time"])
 
     def groups_at_end(self, ranges: Ranges | None) -> dict[str, Group]:
         """Groups of the file: located extremes, and what has been added."""
@@ -242,8 +270,14 @@ class ShortFile(Memory):
         """Columns along time, contacts and steps."""
         (times, rows), contacts, steps = self.samples(), self.contacts(), self.step_log()
         columns = {"time": times} | {self.channels[i].path: rows[:, i] for i in self.kept}
-        contacts |= {n: np.char.encode(contacts[n], "utf-8") for n in EVENT_TEXTS}
         columns |= {f"events/{n}": values for n, values in contacts.items()}
         columns |= {f"solver/{n}": steps[:, i] for i, n in enumerate(SOLVER_COLUMNS)}
         lengths = {"events": len(contacts["time"]), "solver": len(steps)}
-        return columns | {f"{g}/{d}": np.zeros(lengths[g]) for g, d in DIMENSIONS.items()}
+        return columns | {f"{g}/{d}": np.zeros(lengths[g], ">f4") for g, d in DIMENSIONS.items()}
+
+
+def _tables(groups: Mapping[str, Group]) -> dict[str, np.ndarray]:
+    """Columns of groups, by path."""
+    return {
+        f"{p}/{n}": values for p, group in groups.items() for n, values in group.columns.items()
+    }

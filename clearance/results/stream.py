@@ -157,7 +157,7 @@ class Stream:
     def _begin(self, channels: list, attributes: dict) -> None:
         """Make the file, with the room that it needs to be closed in order."""
         self.closing = CLOSING + CLOSING_COLUMN * len(self.kept)
-        about = opening(attributes)
+        about = checked(opening(attributes))
         room = (
             self.closing
             + OPENING_COLUMN * len(self.kept)
@@ -308,9 +308,7 @@ class Stream:
         """Give the columns of a table a dimension of their own, which has no values; time is a
         coordinate along it.
         """
-        dimension = self._dataset(
-            f"{group}/{DIMENSIONS[group]}", "1", f"dimension of the columns of /{group}", ">f4"
-        )
+        dimension = self._dataset(f"{group}/{DIMENSIONS[group]}", "1", along_text(group), ">f4")
         dimension.make_scale(NO_VALUES)
         for column in columns:
             column.dims[0].attach_scale(dimension)
@@ -385,7 +383,7 @@ class Stream:
         with self._writing():
             compact_groups(self.file, facts)
             for path, attributes in closing(status, solver, warnings, facts).items():
-                set_attributes(self.file[path or "/"], attributes)
+                set_attributes(self.file[path or "/"], checked(attributes))
             for group, table in self.tables.items():
                 self.file[f"{group}/{DIMENSIONS[group]}"].resize(table["time"].shape)
             for column in self._all_columns():
@@ -428,16 +426,24 @@ def has_room(path: Path, extra: int) -> bool:
     return shutil.disk_usage(path.parent).free >= os.path.getsize(path) + extra
 
 
+def along_text(group: str) -> str:
+    """What the dimension of a table is, in words."""
+    return f"dimension of the columns of /{group}"
+
+
 def opening(attributes: dict) -> dict:
-    """Attributes of a file whose run is under way."""
-    return checked(provenance() | attributes | {"status": "partial: still running"})
+    """Attributes of a file whose run is under way, without checksums; those of who made it too,
+    unless they stand among them.
+    """
+    return provenance() | attributes | {"status": "partial: still running"}
 
 
 def closing(status: str, solver: dict, warnings: list[str], facts: dict) -> dict[str, dict]:
-    """Attributes that the end of a run adds to a file and its groups; the status last."""
+    """Attributes that the end of a run adds to a file and its groups, without checksums; the status
+    last.
+    """
     groups = {group: values | _units(group, values) for group, values in facts.items()}
-    ended = {"warnings": list(warnings), "status": status}
-    return {n: checked(a) for n, a in ({"solver": solver} | groups | {"": ended}).items()}
+    return {"solver": solver} | groups | {"": {"warnings": list(warnings), "status": status}}
 
 
 def ranged(ranges: Ranges | None) -> dict[str, Group]:
