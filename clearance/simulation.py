@@ -238,6 +238,8 @@ def _affordable(output: Output, mechanism: Mechanism, demand: Demand) -> None:
     """
     columns = 1 + len(matching(mechanism.layout.channels, output.channels))
     runs = 1 if output.checkpoint is None else 2
+    if output.path is None and _in_memory(output, demand.rows * columns):
+        columns = 0
     demand = replace(demand, columns=columns, compressed=output.compression > 0, runs=runs)
     affordable(demand, output.path)
 
@@ -424,7 +426,7 @@ def _sink(run: Run, output: Output, reason: str, remembering: bool) -> "Sink":
     outputs = run.mechanism.layout.channels
     attributes = attributes_of(run) | ({"errors_left_out": reason} if reason else {})
     path, numbers = output.path, run.span.samples * len(outputs)
-    if path is None and (numbers > SHORT or output.pressure_fields is not None):
+    if path is None and not _in_memory(output, numbers):
         path = temporary_file()
     options = path, outputs, attributes, channels, compression
     if output.checkpoint is not None:
@@ -435,6 +437,11 @@ def _sink(run: Run, output: Output, reason: str, remembering: bool) -> "Sink":
     if remembering or numbers <= SHORT:
         return ShortFile(*options, run.span.samples, remembering=remembering)
     return Stream(*options, run.span.samples)
+
+
+def _in_memory(output: Output, numbers: int) -> bool:
+    """True where so many numbers of output need no file, unless a path is given."""
+    return numbers <= SHORT and output.pressure_fields is None
 
 
 def _left(sink, path) -> str:

@@ -6,6 +6,7 @@ mention.
 """
 
 import sys
+from functools import cache
 from importlib import import_module
 
 import numpy as np
@@ -146,20 +147,44 @@ def field(context, builder, record, value, name):
 
 def packed(record: Record, values) -> np.ndarray:
     """The words of a record, from an object with its fields as attributes: arrays and addresses of
-    functions.
+    functions. Those in its `memory` are known from the layout of that; from its address they are
+    not.
 
     They hold no array alive. Raises ValueError for an array that is not in C order.
     """
-    words = []
-    for name in record.fields:
+    memory = values.memory
+    template, inside, others = _template(record, getattr(memory, "dtype", None))
+    words = template.copy()
+    if inside:
+        words[inside] += memory.ctypes.data
+    for name, place in others:
         value = getattr(values, name)
         if isinstance(value, np.ndarray):
             if not value.flags.c_contiguous:
                 raise ValueError(f"{name} must be in C order")
-            words += [value.ctypes.data, *value.shape]
+            words[place : place + 1 + value.ndim] = value.ctypes.data, *value.shape
         else:
-            words.append(value)
-    return np.array(words, dtype=np.int64)
+            words[place] = value
+    return words
+
+
+@cache
+def _template(record: Record, memory: np.dtype | None) -> tuple[np.ndarray, list[int], list[tuple]]:
+    """Words of a record whose memory begins at 0, places of those that move with it, and names and
+    places of what is not in it.
+    """
+    words = np.zeros(sum(1 + getattr(kind, "ndim", 0) for kind in record.fields.values()), np.int64)
+    inside, others, fields = [], [], memory.fields if memory else {}
+    for name, place in record.places.items():
+        if name == "memory" and memory:
+            inside.append(place)
+        elif name in fields:
+            kind, offset = fields[name]
+            words[place : place + 1 + len(kind.shape)] = offset, *kind.shape
+            inside.append(place)
+        else:
+            others.append((name, place))
+    return words, inside, others
 
 
 def reader(record: Record):

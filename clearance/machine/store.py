@@ -73,8 +73,8 @@ llvm.set_option("", "-post-RA-scheduler=false")
 _addresses: dict[Callable, int] = {}
 
 
-ARRAY = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
-ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ARRAY] * 4)
+ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 4)
+FLOATS = np.dtype(np.float64)
 CTYPES = {types.int64: ctypes.c_int64, float64: ctypes.c_double}
 
 
@@ -97,7 +97,14 @@ class Kernel:
             self.address, self._entry = code.address(symbol), ENTRY(code.address(f"{symbol}_entry"))
 
     def __call__(self, t, y, par, work, out):
-        self._entry(t, y, par, work, out)
+        self._entry(t, _address(y), _address(par), _address(work), _address(out))
+
+
+def _address(array: np.ndarray) -> int:
+    """Place of numbers in memory. Raises TypeError for others than floats in C order."""
+    if array.dtype is not FLOATS or not array.flags.c_contiguous:
+        raise TypeError(f"a kernel takes float64 in C order, got {array.dtype} of {array.strides}")
+    return array.ctypes.data
 
 
 class Entry:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection
+from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import zip_longest
@@ -11,6 +12,7 @@ import numpy as np
 from clearance.elements.body import ABSOLUTE
 from clearance.elements.element import Element, Spot
 from clearance.laws.law import BoundLaw, DataLaw
+from clearance.machine.callback import Callback
 from clearance.mechanism.assembly import Start, assemble
 from clearance.mechanism.kinematics import Kinematics, Pose
 from clearance.mechanism.layout import Layout
@@ -24,8 +26,13 @@ from clearance.values.spots import BLENDED
 
 _structures: dict[tuple, Structure] = {}
 _planned: dict[tuple, tuple[Scene, tuple[Plan, Plan], tuple]] = {}
+_built: dict[tuple, "Mechanism"] = {}  # of the latest scenes
 TURN = 2.0 * math.pi
 ROUNDING = 1e-9  # of a turn
+MOST_BUILT = 4
+#: what follows from a scene and is looked up once for all runs of it
+SHARED = ("spots", "reach", "frequency", "energy", "acceleration", "scale")
+SHARED += ("offsets", "places", "share", "turning")
 MOST_STRUCTURES = 200  # that a process keeps; a trace takes some 3 MB, names of its parts little
 
 
@@ -58,6 +65,12 @@ class Mechanism:
     def coordinates(self) -> int:
         """Number of second-order degrees of freedom."""
         return self.layout.size
+
+    def copy(self) -> "Mechanism":
+        """The same mechanism, with numbers that may change."""
+        same = copy(self)
+        same.par, same.y0, same.work0 = self.par.copy(), self.y0.copy(), self.work0.copy()
+        return same
 
     def kernel(self, role: str) -> Callable:
         """The compiled kernel of a role; compiled on first use only."""
@@ -186,13 +199,29 @@ def acceleration_of(size: float, frequency: float, gravity: tuple[float, ...]) -
 
 
 def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Mechanism:
-    """Assemble a scene and find or make its structure.
+    """Assemble a scene and find or make its structure; the latest scenes are not assembled again.
 
     Raises ValueError with a clear reason for impossible scenes.
 
     opened: names of joints with clearance whose offsets are measured, and no coordinates: then
         places of bodies are. A loop that is opened so has no dead centre.
     """
+    key = id(scene), ledger, tuple(opened)
+    if (before := _built.get(key)) is None or before.scene is not scene:
+        before = _assembled(scene, ledger, opened)
+        if any(isinstance(source, Callback) for source in before.sources.values()):
+            return before  # a film that answers belongs to one run
+        for name in SHARED:
+            getattr(before, name)
+        _built.pop(key, None)
+        _built[key] = before
+        while len(_built) > MOST_BUILT:
+            del _built[next(iter(_built))]
+    return before.copy()
+
+
+def _assembled(scene: Scene, ledger: bool, opened: Collection[str]) -> Mechanism:
+    """The mechanism of a scene."""
     numbers = Numbers(scene)
     start = assemble(scene, numbers)
     extra = [j for j in scene.soft_joints if j.name in opened and j not in start.measured]

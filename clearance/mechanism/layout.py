@@ -67,37 +67,37 @@ class Layout:
             ),
         )
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of second-order degrees of freedom."""
         return len(self.coordinates)
 
-    @property
+    @cached_property
     def rates(self) -> slice:
         """Rates of the coordinates in the state, in the order of these."""
         return slice(self.size, 2 * self.size)
 
-    @property
+    @cached_property
     def states(self) -> int:
         """Number of first-order states without the ledger."""
         return self.rates.stop + len(self.first_order)
 
-    @property
+    @cached_property
     def length(self) -> int:
         """Number of first-order states with the ledger."""
         return self.states + (1 + len(self.dissipated) + len(self.sums) if self.ledger else 0)
 
-    @property
+    @cached_property
     def commits(self) -> int:
         """Number of things that an accepted step carries to the next."""
         return len(self.carried) + len(self.remembering)
 
-    @property
+    @cached_property
     def work(self) -> int:
         """Length of the work vector."""
         return len(self.spots) + self.commits
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """Names of the states without the ledger, in their order."""
         return [
@@ -116,12 +116,12 @@ class Layout:
         """Place of each output in a row, by its path."""
         return {channel.path: i for i, channel in enumerate(self.channels)}
 
-    @property
+    @cached_property
     def wrapped(self) -> list[str]:
         """Paths of angles that are made continuous."""
         return [channel.path for channel in self.channels if channel.wrapped]
 
-    @property
+    @cached_property
     def carried_places(self) -> slice:
         """Coordinates that a step carries to the next, in the work vector."""
         return slice(len(self.spots), len(self.spots) + len(self.carried))

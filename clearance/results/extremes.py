@@ -189,12 +189,19 @@ class Extremes:
         values = np.where(inside[best, columns], self.values[best, columns], np.inf)
         return values, self.times[best, columns]
 
+    @cached_property
+    def _of_run(self) -> tuple[np.ndarray, np.ndarray]:
+        """Outermost values of the entire run, and their times."""
+        return self.outermost(0.0, math.inf)
+
     def of(self, name: str, begin: float = 0.0, end: float = math.inf) -> Extreme | None:
         """Outermost of the extremes that lie between two times [s]; None where there is none.
 
         In a stretch that the times cut, an extreme beside them hides those between them.
         """
         column = self.columns[name]
+        if begin <= 0.0 and end == math.inf and math.isfinite(self._of_run[0][column]):
+            return Extreme(float(self._of_run[0][column]), float(self._of_run[1][column]))
         inside = self.inside(begin, end, column)
         values, times = self.values[inside, column], self.times[inside, column]
         if not np.isfinite(values).any():

@@ -13,13 +13,13 @@ from clearance.results.reading import Damaged, Entries, Missing, Reader
 class MemoryReader(Reader):
     """Groups and columns in memory, with the names, kinds and copies that a file of them has.
 
-    groups: attributes by the path of their group; columns: makes the columns by path, texts among
-    them, and the attributes of each.
+    ready: attributes of some groups; content: makes the columns by path, texts among them, and the
+    attributes of all groups and columns.
     """
 
-    def __init__(self, groups: Attributes, columns: Callable[[], tuple[Columns, Attributes]]):
+    def __init__(self, ready: Attributes, content: Callable[[], tuple[Columns, Attributes]]):
         self.path = Path("the result")
-        self._about_groups, self._make, self.closed = groups, columns, False
+        self._ready, self._make, self.closed = ready, content, False
 
     @property
     def is_open(self) -> bool:
@@ -36,8 +36,9 @@ class MemoryReader(Reader):
     @cached_property
     def _groups(self) -> Mapping[str, tuple[str, ...]]:
         """Names in each group, sorted as HDF5 has them."""
-        groups: dict[str, set[str]] = {path: set() for path in self._about_groups}
-        for path in (*self._columns, *self._about_groups):
+        columns, about = self._content
+        groups: dict[str, set[str]] = {path: set() for path in about if path not in columns}
+        for path in (*columns, *about):
             while path:
                 group, _, name = path.rpartition("/")
                 groups.setdefault(group, set()).add(name)
@@ -74,8 +75,8 @@ class MemoryReader(Reader):
 
     def _holder(self, key):
         self._check_open()
-        if key in self._about_groups:
-            return self._about_groups[key]
+        if key in self._ready:
+            return self._ready[key]
         if not self.has(key):
             raise Missing(f"{self.path} has no /{key}")
         return self._content[1].get(key, {})

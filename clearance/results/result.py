@@ -15,7 +15,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 
 from clearance.files.replacing import replacing, temporary_file, temporary_name
@@ -365,7 +364,7 @@ class MemoryResult(Result):
         return self._image()
 
     @cached_property
-    def file(self) -> h5py.File:
+    def file(self):
         """Its file, in memory."""
         return in_memory(temporary_name(self.reader.path), self.image)
 

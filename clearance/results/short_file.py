@@ -237,12 +237,13 @@ class ShortFile(Memory):
 
     def reader(self) -> MemoryReader:
         """A reader of what the file holds, as it holds it."""
-        return MemoryReader(
-            self._about_groups(self.groups_at_end(self.ended[-1])), self._columns_and_about
-        )
+        ended = closing(*self.ended[:-1])
+        added = self.groups[""].attributes if "" in self.groups else {}
+        ready = {"": {**self.about, **ended[""], **added}, "solver": ended["solver"]}
+        return MemoryReader(ready, self._all)
 
-    def _columns_and_about(self) -> tuple[dict, dict]:
-        """All columns, and the attributes of each."""
+    def _all(self) -> tuple[dict, dict]:
+        """All columns, and the attributes of groups and columns."""
         groups, ranges = self.groups_at_end(self.ended[-1]), self.ended[-1]
         texts = {"time": ("s", "time")} | {f"events/{n}": ("1", t) for n, t in EVENT_TEXTS.items()}
         texts |= {f"{g}/{n}": ("1", along_text(g)) for g, n in DIMENSIONS.items()}
@@ -257,7 +258,8 @@ class ShortFile(Memory):
         columns = self._growing() | _tables(groups)
         times = {c.path.rpartition("/")[0] + "/time" for _, c in channels}
         columns |= dict.fromkeys(times, columns["time"])
-        return columns, about | dict.fromkeys(times, about["time"])
+        about |= dict.fromkeys(times, about["time"])
+        return columns, self._about_groups(groups) | about
 
     def groups_at_end(self, ranges: Ranges | None) -> dict[str, Group]:
         """Groups of the file: located extremes, and what has been added."""

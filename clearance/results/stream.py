@@ -427,7 +427,7 @@ def has_room(path: Path, extra: int) -> bool:
 
 
 def along_text(group: str) -> str:
-    """What the dimension of a table is, in words."""
+    """Description of the dimension of a table."""
     return f"dimension of the columns of /{group}"
 
 

@@ -269,9 +269,7 @@ class Diagnosis:
         than the surfaces are rough.
         """
         scene = self.run.mechanism.scene
-        parts = (*scene.bodies, *scene.elements)
-        warnings = [*dict.fromkeys(doubt for part in parts for doubt in part.doubts())]
-        warnings += self._method_warnings()
+        warnings = scene.doubts + self._method_warnings()
         warnings += filter(None, map(self._too_sharp, scene.joints))
         residual = self.recorder.residual_share()
         if residual > doubtful(self.run.solver.rtol):

@@ -20,9 +20,9 @@ def take_sizes(run) -> None:
     state.band[:] = run.loop.BAND * mechanism.measures
     run.watched.take_layers(state, mechanism)
     _scale_film_rates(state, mechanism)
-    finer = run.rtol / run.solver.rtol
-    state.scale[: mechanism.size] /= finer
-    state.contacts[:, [CLEARANCE, RATE_X, RATE_Y]] /= finer
+    if (finer := run.rtol / run.solver.rtol) != 1.0:
+        state.scale[: mechanism.size] /= finer
+        state.contacts[:, [CLEARANCE, RATE_X, RATE_Y]] /= finer
 
 
 def _scale_film_rates(state: State, mechanism: Mechanism) -> None:
@@ -32,16 +32,16 @@ def _scale_film_rates(state: State, mechanism: Mechanism) -> None:
     Otherwise a rate that is right to rtol of its natural size would leave the film's force, damping
     times rate, wrong by much more.
     """
-    films = {j: offsets for j, offsets in mechanism.offsets.items() if j.film is not None}
+    films = [(j, offsets) for j, offsets in mechanism.offsets.items() if j.film is not None]
     if not films:
         return
-    pull = mechanism.acceleration
-    state.contacts[:, PULL] = np.where(state.contacts[:, KIND] == FILM, pull, 0.0)
+    pull, contacts, spots = mechanism.acceleration, state.contacts, mechanism.spots
+    contacts[:, PULL] = np.where(contacts[:, KIND] == FILM, pull, 0.0)
     rhs, rates, scale = mechanism.kernel("rhs"), mechanism.layout.rates, state.scale
     rest = _rest(state, mechanism)
     before, after = np.zeros_like(rest), np.zeros_like(rest)
     rhs(0.0, rest, mechanism.par, state.work, before)
-    for joint, offsets in films.items():
+    for joint, offsets in films:
         own_rates = range(rates.start, rates.stop)[offsets]
         for k in own_rates:
             # tilts have other units
@@ -51,7 +51,7 @@ def _scale_film_rates(state: State, mechanism: Mechanism) -> None:
             damping = abs(after[k] - before[k]) / scale[k]
             if damping * scale[k] > pull * share:
                 scale[k] = pull * share / damping
-        row = state.contacts[[e for e, _ in mechanism.spots].index(joint)]
+        row = contacts[next(i for i, (e, _) in enumerate(spots) if e is joint)]
         row[RATE_X], row[RATE_Y] = scale[rates][offsets]
 
 

@@ -84,18 +84,20 @@ class Watched:
 
     def install(self, state: State, rtol: float) -> None:
         """Begin to watch; rtol: of the run."""
+        state.watched = self.any
+        self.measure(state, self.length)
+        state.contacts[:, places.PEAKS] = -1
+        if not self.any:
+            return
         state.peaks[:, COLUMNS] = np.array(self.rows, dtype=float).reshape(-1, len(COLUMNS))
         state.peaks[:, places.VALUE] = state.best[...] = -np.inf
         state.integrals[places.SOURCE] = [i.channel for i in self.integrands]
         state.integrals[places.FORM] = [self._form(i) for i in self.integrands]
         state.squares = sum(i.form != "positive" for i in self.integrands)
         state.limit = LIMIT * rtol ** (5.0 / 6.0) * (IMPACTS if self.contacts else 1.0)
-        state.contacts[:, places.PEAKS] = -1
         state.contacts[list(self.contacts), places.PEAKS] = list(self.contacts.values())
         state.angles[...] = np.array(self.angles, dtype=np.int64).reshape(-1, 2)
         state.ledger[...] = self.ledger
-        state.watched = self.any
-        self.measure(state, self.length)
 
     def measure(self, state: State, length: float) -> None:
         """Take the length of a stretch [s]."""

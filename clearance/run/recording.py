@@ -69,8 +69,8 @@ def record_run(
     scale = max(COASTING * run.solver.rtol, LEAST) * run.mechanism.energy
     recording = Recording(run, Recorder(run.mechanism.layout.channels, sink, True, scale))
     watching = [recording, Interrupts(check)]
-    for joint in run.mechanism.scene.joints:
-        recording.recorder.add_facts(f"joints/{joint.name}", **joint.facts)
+    for group, facts in run.mechanism.scene.facts.items():
+        recording.recorder.add_facts(group, **facts)
     if progress is not None:
         watching.append(Progress(progress))
     if checkpoint is not None:

@@ -83,6 +83,7 @@ class Run:
         self.changes: list[tuple[float, dict[str, float]]] = []  # times and changes so far
         self.wall, self.cpu, self.contact_count, self.code = 0.0, 0.0, 0, status.RUNNING
         self.timed = False  # CPU time is measured
+        self._looked: tuple = (-1, None)  # extremes after so many steps
         self.started = "as the scene says"
         self.options: dict = {}  # arguments of `simulate`, which make this run again
         self.facts: dict[str, dict] = {}  # of the result, group by group
@@ -101,8 +102,8 @@ class Run:
             spots=len(mechanism.spots),
             outputs=len(layout.channels) if self.outputs else size,
             scratch=import_module(f"clearance.stepping.{self.method.current}").ROWS,
-            rows=min(ROWS, self.span.samples),
-            log=LOG_ROWS,
+            rows=min(ROWS, self.span.samples + 1),  # full: more are to come
+            log=min(LOG_ROWS, self.budget),
             impacts=IMPACT_ROWS,
             followed=len(layout.followed),
             **self.watched.sizes,
@@ -170,7 +171,10 @@ class Run:
     @property
     def extremes(self):
         """Located extremes so far."""
-        return self.watched.extremes(self.state)
+        steps = int(self.state.steps)
+        if self._looked[0] != steps or self.state.time < self.span.until:
+            self._looked = steps, self.watched.extremes(self.state)
+        return self._looked[1]
 
     @property
     def integrals(self):
@@ -293,9 +297,10 @@ class Run:
         trail = state.trail[: state.log_filled]
         self.contact_count += len(contacts)
         state.rows_filled = state.impacts_filled = state.log_filled = 0
+        labels = self.labels()
         for observer in self.observers:
             observer.samples(*samples)
-            observer.contacts(self.labels(), contacts)
+            observer.contacts(labels, contacts)
             observer.steps(log)
             if self.mechanism.layout.followed:
                 observer.follow(log, trail)

@@ -95,12 +95,12 @@ class Scene:
                 f"floating: no joint, drive or spring connects {', '.join(floating)} with ground"
             )
 
-    @property
+    @cached_property
     def elements(self) -> tuple[Element, ...]:
         """All joints, then all loads."""
         return *self.joints, *self.loads
 
-    @property
+    @cached_property
     def drives(self) -> tuple[Drive, ...]:
         """Drives, in the order of the scene."""
         return tuple(load for load in self.loads if isinstance(load, Drive))
@@ -110,20 +110,31 @@ class Scene:
         """Places where elements may touch, each with its element."""
         return [(element, spot) for element in self.elements for spot in element.spots()]
 
-    @property
+    @cached_property
     def soft_joints(self) -> tuple[Joint, ...]:
         """Joints that only forces hold together, in the order of the scene."""
         return tuple(j for j in self.joints if j.soft)
 
-    @property
+    @cached_property
     def clearance_joints(self) -> tuple[Joint, ...]:
         """Soft joints whose bodies may touch."""
         return tuple(j for j in self.soft_joints if j.spots())
 
-    @property
+    @cached_property
     def rubbing_joints(self) -> tuple[Joint, ...]:
         """Joints without clearance that have friction."""
         return tuple(j for j in self.joints if not j.soft and j.friction is not None)
+
+    @cached_property
+    def facts(self) -> dict[str, dict]:
+        """Attributes of each joint in result files, by its group."""
+        return {f"joints/{joint.name}": joint.facts for joint in self.joints}
+
+    @cached_property
+    def doubts(self) -> list[str]:
+        """Warnings of its bodies, elements and laws, each once."""
+        parts = (*self.bodies, *self.elements)
+        return [*dict.fromkeys(doubt for part in parts for doubt in part.doubts())]
 
     @cached_property
     def kinks(self) -> list[float]:

@@ -214,11 +214,9 @@ STEPPER, CONTACTS, KERNELS = (
     ("rhs", "moments", "jacobian", "events", "commit", "observe", "follow"),
 )
 FUNCTIONS = dict.fromkeys(STEPPER + CONTACTS, STEP) | dict.fromkeys(KERNELS, KERNEL)
-STATE = Record(
-    "of a run",
-    FUNCTIONS | {"par": VECTOR, "together": MATRIX},
-    layout(**dict.fromkeys(signature(layout).parameters, 1)),
-)
+SMALLEST = layout(**dict.fromkeys(signature(layout).parameters, 1))
+ARRAYS = {*SMALLEST.names} - NUMBERS
+STATE = Record("of a run", FUNCTIONS | {"par": VECTOR, "together": MATRIX}, SMALLEST)
 state_at = reader(STATE)
 
 
@@ -233,14 +231,14 @@ class State:
 
     def __init__(self, **sizes: int):
         self.sizes, self.memory = sizes, np.zeros((), layout(**sizes))
-        vars(self).update(
-            {name: self.memory[name] for name in self.memory.dtype.names if name not in NUMBERS}
-        )
 
     def __getattr__(self, name: str):
-        if name not in NUMBERS:
+        if name in NUMBERS:
+            return self.memory[name][()]
+        if name not in ARRAYS:
             raise AttributeError(f"the state of a run has no {name!r}")
-        return self.memory[name][()]
+        vars(self)[name] = array = self.memory[name]
+        return array
 
     def __setattr__(self, name: str, value) -> None:
         if name in NUMBERS:
@@ -265,16 +263,14 @@ class State:
         memory[:] = np.frombuffer(image, np.uint8)
 
     def connect(self, par: np.ndarray, together: np.ndarray, **functions) -> None:
-        """Take the functions that the loop calls and the mechanism's numbers."""
+        """Take the functions that the loop calls and the mechanism's numbers.
+
+        address: argument of the compiled loop, see machine/numba_record.py; in plain Python the
+            state itself.
+        """
         vars(self).update(functions, par=par, together=together)
         self.words = packed(STATE, self) if COMPILED else None
-
-    @property
-    def address(self):
-        """Argument of the compiled loop, see machine/numba_record.py; in plain Python the state
-        itself.
-        """
-        return self.words.ctypes.data if COMPILED else self
+        vars(self)["address"] = self.words.ctypes.data if COMPILED else self
 
 
 @inline
