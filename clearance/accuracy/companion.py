@@ -59,7 +59,7 @@ IMPACTS_PART = (
     "that has it, --steady 1e-6 of the periodic motion"
 )
 MEMORY = "a film with a memory is first order in the step, whatever the tolerance"
-TOGETHER = 2**20  # samples of channels that are compared at once
+TOGETHER = 2**17  # samples of channels that are compared at once
 ROOM = 2**22  # bytes that stated errors may add to a file
 ROUNDING = 1e-9  # of the size of a channel: ranges below it are those of a constant
 #: ends of the names of metrics that count, or are errors themselves: their relative errors have no

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 PARTS = 20  # of a stretch
-MOST = 100_000  # parts of a run, where a stretch has several
+MOST = 20_000  # parts of a run, where a stretch has several
 ROUNDING = 1e-9  # share of a part that rounding may move its ends by
 EFFORTS = ("torque", "force")
 

@@ -9,6 +9,7 @@ import numpy as np
 from clearance.results.extremes import Extreme, Extremes
 from clearance.results.integrals import Integrals
 from clearance.results.record import Record
+from clearance.results.samples import Samples
 
 EVENT_COLUMNS = {
     "time": ("s", "start of the contact"),
@@ -50,6 +51,7 @@ class Memory:
     def __init__(self, channels: list, attributes: dict, logs: bool = False):
         self.channels, self.attributes, self.logs = channels, attributes, logs
         self.pieces: list[tuple] = []
+        self.samples = Samples(len(channels))
 
     def rows(self, times: np.ndarray, rows: np.ndarray) -> None:
         self._take("rows", times.copy(), rows)
@@ -62,7 +64,10 @@ class Memory:
             self._take("steps", np.array(log))
 
     def _take(self, kind: str, *piece) -> None:
-        self.pieces.append((kind, *piece))
+        if kind == "rows":
+            self.samples.append(*piece)
+        else:
+            self.pieces.append((kind, *piece))
 
     def flush(self) -> None:
         """Nothing waits to be written."""
@@ -73,6 +78,8 @@ class Memory:
 
     def hand_on(self, sink) -> None:
         """Give all pieces to another sink."""
+        for times, rows in self.samples.blocks():
+            sink.rows(times, rows)
         for kind, *piece in self.pieces:
             getattr(sink, kind)(*piece)
 
@@ -83,12 +90,6 @@ class Memory:
 
     def _of(self, kind: str) -> list[list]:
         return [piece for name, *piece in self.pieces if name == kind]
-
-    def samples(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times and rows of all channels."""
-        taken = self._of("rows")
-        times = np.concatenate([np.zeros(0), *(t for t, _ in taken)])
-        return times, np.concatenate([np.zeros((0, len(self.channels))), *(r for _, r in taken)])
 
     def contacts(self) -> dict[str, np.ndarray]:
         """Columns of the contacts."""
@@ -110,7 +111,7 @@ class Memory:
         status, solver, warnings, facts, ranges = self.ended
         return MemoryRecord(
             self.channels,
-            *self.samples(),
+            self.samples,
             self.contacts(),
             self.attributes | {"status": status},
             solver,
@@ -127,8 +128,7 @@ class MemoryRecord(Record):
     def __init__(
         self,
         channels: list,
-        times: np.ndarray,
-        rows: np.ndarray,
+        samples: Samples,
         events: dict,
         attributes: dict,
         solver: dict,
@@ -143,7 +143,7 @@ class MemoryRecord(Record):
             solver,
             warnings,
         )
-        self._times, self._rows, self._facts = times, rows, facts
+        self._samples_taken, self._facts = samples, facts
         self.located, self.integrals = extremes, integrals
         self._channels_by_path, self._groups = places_of(tuple(channels))
 
@@ -155,7 +155,15 @@ class MemoryRecord(Record):
             return self._times
         if path not in self._channels_by_path:
             raise KeyError(f"this run has no channel {path!r}")
-        return self._rows[:, self._channels_by_path[path][0]]
+        return self._samples_taken.column(self._channels_by_path[path][0])
+
+    @cached_property
+    def _times(self) -> np.ndarray:
+        return self._samples_taken.times
+
+    @property
+    def _samples(self) -> int:
+        return self._samples_taken.count
 
     @cached_property
     def _between_times(self) -> dict[tuple, tuple]:

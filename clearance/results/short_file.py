@@ -19,6 +19,7 @@ from clearance.results.memory import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Rang
 from clearance.results.memory_reader import MemoryReader
 from clearance.results.reading import ABOUT, checked
 from clearance.results.result import DIMENSIONS, EVENT_TEXTS, MemoryResult, Result
+from clearance.results.samples import Samples
 from clearance.results.stream import (
     CHUNK,
     FULL,
@@ -46,8 +47,9 @@ _images: dict[tuple, Image] = {}
 class ShortFile(Memory):
     """Keeps what a run puts out; `store` writes its file where it has a path.
 
-    lasting: a run that has not ended after PATIENCE goes on in a file, as long runs do, which keeps
-        what was computed before it where the process is killed.
+    lasting: a run that has not ended after PATIENCE, or whose samples memory does not hold, goes on
+        in a file, as long runs do, which keeps what was computed before it where the process is
+        killed.
     locked: nobody else may write a run of this name meanwhile.
     remembering: `record` holds all of it also where the run went on in a file.
     """
@@ -101,7 +103,7 @@ class ShortFile(Memory):
         """Go on in a file once the run is no short one."""
         if self.stream is not None:
             self.stream.flush()
-        elif self.lasting and time.perf_counter() - self.began > PATIENCE:
+        elif self.lasting and (self.samples.stored or time.perf_counter() - self.began > PATIENCE):
             self.go_on()
 
     def go_on(self) -> None:
@@ -110,6 +112,8 @@ class ShortFile(Memory):
         self.stream = Stream(self.path, *self.options, alone=alone)
         self.hand_on(self.stream)
         self.pieces = [piece for piece in self.pieces if self._remembers(piece[0])]
+        if not self.remembering:
+            self.samples = Samples(len(self.channels))
 
     def close(self, *ended) -> None:
         """The end of the run; its file comes with `store`, unless it is there already."""
@@ -270,8 +274,9 @@ class ShortFile(Memory):
 
     def _growing(self) -> dict[str, np.ndarray]:
         """Columns along time, contacts and steps."""
-        (times, rows), contacts, steps = self.samples(), self.contacts(), self.step_log()
-        columns = {"time": times} | {self.channels[i].path: rows[:, i] for i in self.kept}
+        taken, contacts, steps = self.samples, self.contacts(), self.step_log()
+        columns = {self.channels[i].path: taken.column(i) for i in self.kept}
+        columns = {"time": taken.times} | columns
         columns |= {f"events/{n}": values for n, values in contacts.items()}
         columns |= {f"solver/{n}": steps[:, i] for i, n in enumerate(SOLVER_COLUMNS)}
         lengths = {"events": len(contacts["time"]), "solver": len(steps)}

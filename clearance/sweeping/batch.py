@@ -33,6 +33,7 @@ from clearance.metrics.of_points import of_point
 from clearance.results.extremes import Extremes, stretch_length
 from clearance.results.integrals import Integrals
 from clearance.results.memory import CONTACT_KINDS, EVENT_COLUMNS, Memory, MemoryRecord
+from clearance.results.samples import Samples
 from clearance.run.diagnosis import Diagnosis, doubtful
 from clearance.run.ideal_motion import rate_of, stretched, unit_motion
 from clearance.run.options import Span, longest_step
@@ -56,7 +57,7 @@ class Noted(MemoryRecord):
     """The same run in memory; it notes at which channels somebody looks."""
 
     def __init__(self, record: MemoryRecord):
-        inner = ("_times", "_rows", "_facts", "_channels_by_path", "_groups")
+        inner = ("_samples_taken", "_facts", "_channels_by_path", "_groups")
         outer = ("events", "attributes", "solver", "warnings", "located", "integrals")
         vars(self).update({name: vars(record)[name] for name in inner + outer})
         self.looked: set[str] = set()
@@ -82,9 +83,8 @@ class Part(MemoryRecord):
         located: Extremes,
         integrals: Integrals,
     ):
-        vars(self).update(
-            _groups=groups, _channels_by_path=channels, scene=scene, _times=times, _rows=rows
-        )
+        vars(self).update(_groups=groups, _channels_by_path=channels, scene=scene, _times=times)
+        self._samples_taken = Samples.of(times, rows)
         self.events, self.located, self.integrals = events, located, integrals
         self.attributes = attributes
 

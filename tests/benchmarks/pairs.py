@@ -30,7 +30,7 @@ HERE = Path(__file__).resolve().parent.parent.parent
 #: what a copy of a checkout does without: an installation would leave its parts there
 BESIDE = (".git", ".venv", "build", "*.egg-info", "__pycache__", ".*_cache")
 README = ["six_bar_feeder", "-p", "model=mixed", "--turns", "6", "--plot"]
-MIXED = {"model": "mixed"}
+MIXED, LUBRICATED = {"model": "mixed"}, {"model": "lubricated"}
 #: structures that compile the steppers, so that the new ones below do not
 BEFORE_NEW = (["six_bar_feeder", "-p", "model=dry"], ["six_bar_feeder", "-p", "model=lubricated"])
 NEW = {
@@ -56,11 +56,16 @@ quick = {{"error": None}} if "error" in inspect.signature(cl.simulate).parameter
 def scene():
     return cl.load_case(case, **values)
 
+same = scene()
+
 def another():  # of a structure that the process knows, at another position
     return cl.load_case(case, clearance=(1.0 + 0.01 * count) * 1e-4, **values)
 
 def loop():
     return float(cl.simulate(scene(), **quick, **span).solver["wall_s"])
+
+def whole():  # a call without samples, of a scene that the process knows
+    return timed(lambda: cl.simulate(same, **quick, **span, rtol=1e-3, samples=2))
 
 def timed(work, *arguments):
     began = time.process_time()
@@ -78,6 +83,7 @@ pieces = {{
     "scene": lambda: timed(scene),
     "prepare": lambda: timed(lambda: prepare(another(), **span)),
     "simulate": lambda: timed(lambda: cl.simulate(another(), **quick, **span)),
+    "whole": whole,
     "read": lambda: timed(read, "read.h5"),
 }}
 times = []
@@ -131,6 +137,18 @@ PIECES = {
     "`simulate`, a turn: slider-crank, dry": ("simulate", "slider_crank", {"model": "dry"}, TURN),
     "`simulate`, a turn: feeder, lubricated B": ("simulate", "six_bar_feeder", {}, TURN),
     "`simulate`, a turn: feeder, mixed B": ("simulate", "six_bar_feeder", MIXED, TURN),
+    "`simulate` without samples, a turn at 1e-3: slider-crank, lubricated": (
+        "whole",
+        "slider_crank",
+        LUBRICATED,
+        TURN,
+    ),
+    "`simulate` without samples, a turn at 1e-3: feeder, lubricated B": (
+        "whole",
+        "six_bar_feeder",
+        {},
+        TURN,
+    ),
     "file opened, two channels and the scene read": ("read", "six_bar_feeder", MIXED, TURN),
 }
 SWEEP = """
@@ -144,7 +162,7 @@ began = time.perf_counter()
 cl.sweep("six_bar_feeder", points, folder, fixed=values, channels=[], **options)
 print(time.perf_counter() - began)
 """
-LUBRICATED, THIN = {"model": "lubricated"}, MIXED | {"viscosity": 0.005}
+THIN = MIXED | {"viscosity": 0.005}
 #: rows: values, points of a side of the grid, turns
 SWEEPS = {
     "sweep: lubricated B, 400 points": (LUBRICATED, 20, 2.0),
@@ -160,7 +178,8 @@ SWEEPS = {
 MEMORY = """
 import resource, sys
 import clearance as cl
-cl.simulate(cl.load_case("six_bar_feeder"), turns=eval(sys.argv[1]), path="long.h5")
+turns, options = eval(sys.argv[1])
+cl.simulate(cl.load_case("six_bar_feeder"), turns=turns, path="long.h5", **options)
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3)
 """
 
@@ -219,9 +238,9 @@ class Checkout:
         self.count += 1
         return float(self.done("-c", SWEEP, repr((values, side, turns, 2, f"sweep{self.count}"))))
 
-    def memory(self, turns: int) -> float:
+    def memory(self, turns: int, **options) -> float:
         """Largest memory of a lubricated run [MB]."""
-        return float(self.done("-c", MEMORY, repr(turns)))
+        return float(self.done("-c", MEMORY, repr((turns, options))))
 
     def size(self, values: dict) -> float:
         """Size of the file of a run of two turns [MB]."""
@@ -251,6 +270,9 @@ WARM: dict[str, Row] = {
     },
     "memory of 200 lubricated turns [MB]": lambda one: one.memory(200),
     "memory of 1000 lubricated turns [MB]": lambda one: one.memory(1000),
+    "memory of 4000 lubricated turns, 50 samples each [MB]": partial(
+        Checkout.memory, turns=4000, samples_per_turn=50
+    ),
     "file of two mixed turns [MB]": lambda one: one.size(MIXED),
 }
 

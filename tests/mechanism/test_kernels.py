@@ -249,7 +249,7 @@ class TestAtOnce:
         then.
 
         Without a lock some of them fail here: "AST constructor recursion depth mismatch". Threads
-        of other packages know no lock of ours.
+        of other packages have no part in our lock.
         """
         text = "\n".join(f"x{i} = (a + {i}.0) * b" for i in range(200))
         done = threading.Event()
