@@ -77,22 +77,22 @@ def test_errors_of_a_long_run_do_not_depend_on_the_room(monkeypatch, tmp_path):
     """The same file and the same stated errors, bit for bit, with all samples in memory and with
     none; no row stays in the memory of the run or of its companions.
     """
-    kept, columns = [], samples.Samples.column
+    in_memory, columns = [], samples.Samples.column
     monkeypatch.setattr(
         samples.Samples,
         "column",
-        lambda s, i: kept.append(sum(t.size for t, _ in s.held)) or columns(s, i),
+        lambda s, i: in_memory.append(sum(t.size for t, _ in s.held)) or columns(s, i),
     )
 
     def made(room: int, name: str) -> tuple:
-        kept.clear()
+        in_memory.clear()
         monkeypatch.setattr(samples, "ROOM", room)
         scene = cl.load_case("slider_crank", model="lubricated")
         with cl.simulate(scene, turns=4, path=tmp_path / name) as run:
             values = {
                 p: run.values(p).tobytes() for p in ("time", "joints/C/gap", "drives/crank/torque")
             }
-            return values, dict(run.errors), run.errors.channels, max(kept)
+            return values, dict(run.errors), run.errors.channels, max(in_memory)
 
     held, stored = made(10**9, "held.h5"), made(0, "stored.h5")
     assert held[:3] == stored[:3]
