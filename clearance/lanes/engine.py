@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import llvmlite.ir as ir
 import numpy as np
 
-from clearance.lanes import lane_kernels, steps, stiff_steps, watch
+from clearance.lanes import explicit_steps, lane_kernels, steps, stiff_steps, watch
 from clearance.lanes.code import Code, begin, callable_at, evaluated, new_module
 from clearance.lanes.folding import Folding
 from clearance.lanes.queue import PIECES
@@ -19,7 +19,7 @@ from clearance.tracing.ir import DOUBLE, INT64
 from clearance.tracing.lanes import Lanes
 from clearance.tracing.schedule import scheduled
 
-METHODS = {"radau5": stiff_steps}
+METHODS = {"radau5": stiff_steps, "dop853": explicit_steps}
 
 
 class PieceLowering(Lanes):
@@ -103,16 +103,16 @@ def engine(
     rows.add("par", count=len(structure.layout.parameters) + structure.layout.derived)
     rows.add("work", count=structure.layout.work + 1)
     n = shape.states
-    jacobian = folding.program(structure.programs["jacobian"])
     entries = Entries(
         Entry("rhs", shape.size),
         Entry("jacobian", n * n),
         Entry("films", len(shape.films)),
+        Entry("spots", 2 * len(shape.contacts)),
         Entry("outputs", len(channels)),
         Entry("samples", len(channels)),
     )
     pieces = {
-        "start": steps.start(rows, shape, entries, stepper.ORDER),
+        "start": stepper.begin(rows, shape, entries),
         "prepare": stepper.prepare(rows, shape, entries),
         "iterate": stepper.iterate(rows, shape, entries),
         "finish": stepper.finish(rows, shape, entries, watched),
@@ -122,9 +122,11 @@ def engine(
     watch.look_first(pieces["start"], entries, watched)
     sampled = pieces["sample"].used(entries.samples)
     module, calls, shared = new_module(), {}, {}
+    of_spots = [SPOT_VALUES * spot + k for _, spot, _ in shape.contacts for k in range(2)]
     places = {
         entries.rhs: ("rhs", dict(enumerate(range(shape.size)))),
         entries.films: ("events", dict(enumerate(SPOT_VALUES * spot for _, spot in shape.films))),
+        entries.spots: ("events", dict(enumerate(of_spots))),
         entries.outputs: ("observe", dict(enumerate(channels))),
         entries.samples: ("observe", {i: channels[i] for i in sampled}),
     }
@@ -133,9 +135,9 @@ def engine(
         calls[entry] = lane_kernels.write(
             module, entry.name, folding.program(narrow), width, shared
         )
-    calls[entries.jacobian] = lane_kernels.write(
-        module, "jacobian", filled(jacobian, n), width, shared
-    )
+    if stepper is stiff_steps:
+        jacobian = filled(folding.program(structure.programs["jacobian"]), n)
+        calls[entries.jacobian] = lane_kernels.write(module, "jacobian", jacobian, width, shared)
     for name, piece in pieces.items():
         write(module, f"piece_{name}", piece, rows, width, calls)
     step = [*rows.places("base"), *rows.places("polynomial")]

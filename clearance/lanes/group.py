@@ -4,11 +4,12 @@ import math
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
 
-from clearance.lanes import queue
+from clearance.lanes import explicit_steps, queue
 from clearance.lanes.code import natural_width
 from clearance.lanes.engine import METHODS, Engine, engine
 from clearance.lanes.folding import Folding
@@ -16,13 +17,17 @@ from clearance.lanes.steps import Shape
 from clearance.lanes.watch import Watch
 from clearance.machine.callback import Callback
 from clearance.machine.numba_record import packed
+from clearance.machine.store import address
 from clearance.mechanism.build import Mechanism
+from clearance.stepping.loop import BAND
 from clearance.tracing.function import Opaque
 from clearance.values.spots import CONTACT, FILM
 
 MOST_RATES = 16  # equations of a Newton iteration whose factors are written down
 LONGEST = 2**62  # steps
 BLOCK = 64  # bytes that rows are aligned to
+IMPACTS = 4096  # rows of contacts that are taken in at a time
+COUNTS = ("status", "steps", "rejected")
 #: numbers of a point beside its states and parameters: a row for each
 NUMBERS = ("rtol", "longest", "own")
 FILMS = ("clearance", "pull", "rate_x", "rate_y")
@@ -35,8 +40,8 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
         return f"method {method} has no lanes"
     if mechanism.size == 0:
         return "nothing is free to move"
-    if touching := [e.name for e, spot in mechanism.spots if spot.kind == CONTACT]:
-        return f"contacts of joint {touching[0]} begin with a touch"
+    if reason := (_unfit_for_steps if method == "dop853" else _unfit_for_iterations)(mechanism):
+        return reason
     if layout.commits:
         return "steps carry numbers to the next"
     if layout.followed:
@@ -45,27 +50,44 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
         return "a law of time has a kink"
     if any(isinstance(source, Callback) for source in mechanism.sources.values()):
         return "a film is solved as the run goes"
-    if (
-        mechanism.size - mechanism.coordinates > MOST_RATES
-        or structure.programs["jacobian"].columns
-    ):
-        return "its equations are too many"
     programs = structure.programs.values()
     if opaque := [f.name for p in programs for f in p.functions if isinstance(f, Opaque)]:
         return f"law {opaque[0]} is compiled apart"
     return None
 
 
-def shape_of(mechanism: Mechanism) -> Shape:
-    """Sizes of a mechanism."""
+def _unfit_for_steps(mechanism: Mechanism) -> str | None:
+    """The reason why runs of an explicit method cannot go in lanes."""
+    if films := [e.name for e, spot in mechanism.spots if spot.kind == FILM]:
+        return f"the film of joint {films[0]} asks for an implicit method"
+    return None
+
+
+def _unfit_for_iterations(mechanism: Mechanism) -> str | None:
+    """The reason why runs of an implicit method cannot go in lanes."""
+    if touching := [e.name for e, spot in mechanism.spots if spot.kind == CONTACT]:
+        return f"contacts of joint {touching[0]} begin with a touch"
+    rates, jacobian = (
+        mechanism.size - mechanism.coordinates,
+        mechanism.structure.programs["jacobian"],
+    )
+    return "its equations are too many" if rates > MOST_RATES or jacobian.columns else None
+
+
+def shape_of(mechanism: Mechanism, explicit: bool) -> Shape:
+    """Sizes of a mechanism; explicit: contacts are looked for inside steps."""
     places, layout = mechanism.places, mechanism.layout
     films = [
         (places[element], i)
         for i, (element, spot) in enumerate(mechanism.spots)
         if spot.kind == FILM and element in places
     ]
+    bands = BAND * np.broadcast_to(mechanism.measures, len(mechanism.spots))
+    contacts = [
+        (spot.kind, i, float(bands[i])) for i, (_, spot) in enumerate(mechanism.spots) if explicit
+    ]
     ledger = layout.length - layout.states
-    return Shape(mechanism.coordinates, mechanism.size, ledger, tuple(films))
+    return Shape(mechanism.coordinates, mechanism.size, ledger, tuple(films), tuple(contacts))
 
 
 @dataclass
@@ -104,16 +126,17 @@ class Points:
 class Answers:
     """Results of many runs: the last axis goes over the quantities, sums or states.
 
-    extremes: (points, turns, quantities); sums: reductions; begun, ended: energy integrals at the
-        window's ends;
-    tracks: (points, outputs, samples); status; steps: taken.
+    extremes: (points, turns, quantities); totals: reductions (points, turns, reductions), those
+        over steps since the window's begin;
+    ledgers: energy integrals at the end of each turn; tracks: (points, outputs, samples); impacts:
+        rows of contacts of all points, see queue.IMPACTS; status; steps: taken.
     """
 
     extremes: np.ndarray
-    sums: np.ndarray
-    begun: np.ndarray
-    ended: np.ndarray
+    totals: np.ndarray
+    ledgers: np.ndarray
     tracks: np.ndarray
+    impacts: np.ndarray
     status: np.ndarray
     steps: np.ndarray
     rejected: np.ndarray
@@ -142,7 +165,9 @@ class Group:
         starts: Sequence[int] = (),
         moving: Sequence[int] = (),
     ):
-        self.shape, self.watch, self.samples, self.rtol = shape_of(mechanism), watch, samples, rtol
+        self.stepper = METHODS[method]
+        self.shape = shape_of(mechanism, self.stepper is explicit_steps)
+        self.watch, self.samples, self.rtol = watch, samples, rtol
         self.structure, self.width = mechanism.structure, width or natural_width()
         self.data = np.append(mechanism.par, np.zeros(BLOCK))
         self.given = np.ascontiguousarray(given, float).reshape(watch.given, samples)
@@ -199,22 +224,25 @@ class Group:
         """Rows of a lane before its point."""
         rows = self.engine.rows
         blank = np.zeros(rows.total)
-        blank[list(rows.places("effort"))] = 0.9
-        blank[list(rows.places("convergence"))] = 1.0
-        blank[list(rows.places("value"))] = -queue.NEVER
+        for name, number in (self.stepper.BLANK | {"value": -queue.NEVER}).items():
+            blank[list(rows.places(name))] = number
         return blank
 
     def run(self, points: Points, threads: int = 1, limit: int | None = None) -> Answers:
         """Run all points, some of them in each thread; Python's lock is released."""
-        count, rows = len(points.until), self.engine.rows
-        gathered = integers([*rows.places("sums"), *rows.places("y")])
+        count, rows, turns = len(points.until), self.engine.rows, points.turns
+        gathered = integers(rows.places("y"))
         energies = integers(range(self.shape.states, self.shape.size))
-        begun, results = np.zeros((count, len(energies))), np.zeros((count, len(gathered) + 3))
         stored = self.samples if self.watch.tracks else 0
-        tracks = np.zeros((count, len(self.watch.tracks), stored))
-        extremes = np.zeros((count, points.turns, len(self.watch.quantities)))
+        answers = {
+            "extremes": np.zeros((count, turns, len(self.watch.quantities))),
+            "totals": np.zeros((count, turns, len(self.watch.reductions))),
+            "ledgers": np.zeros((count, turns, len(energies))),
+            "tracks": np.zeros((count, len(self.watch.tracks), stored)),
+        }
+        results = np.zeros((count, len(gathered) + 3))
         data, par = self.placed(points)
-        shared = {
+        shared = answers | {
             "where": self._where(),
             "points": self._numbers(points, par),
             "data": data,
@@ -222,14 +250,12 @@ class Group:
             "given": self.given,
             "gathered": gathered,
             "energies": energies,
-            "begun": begun,
-            "extremes": extremes,
             "results": results,
-            "tracks": tracks,
         }
+        impacts: list[np.ndarray] = [np.zeros((0, queue.IMPACTS))]
 
         def work(part: int) -> None:
-            self._run(shared, np.arange(part, count, threads), limit or LONGEST)
+            impacts.extend(self._run(shared, np.arange(part, count, threads), limit or LONGEST))
 
         others = [threading.Thread(target=work, args=(part,)) for part in range(1, threads)]
         for thread in others:
@@ -237,28 +263,34 @@ class Group:
         work(0)
         for thread in others:
             thread.join()
-        return self._answers(results, begun, extremes, tracks)
+        return self._answers(answers, np.concatenate(impacts), results)
 
-    def _run(self, shared: dict, waiting: np.ndarray, limit: int) -> None:
-        """The runs that wait, in this thread."""
+    def _run(self, shared: dict, waiting: np.ndarray, limit: int) -> list[np.ndarray]:
+        """The runs that wait, in this thread; rows of their contacts."""
         if not waiting.size:
-            return
-        rows, width, states = self.engine.rows, self.width, self.shape.states
+            return []
+        rows, width, states, contacts = (
+            self.engine.rows,
+            self.width,
+            self.shape.states,
+            self.shape.contacts,
+        )
         common = [*rows.places("par"), *rows.places("work"), *rows.places("own")]
         common += rows.places("y")[states:]
-        memory = np.zeros((), queue.layout(width=width, quantities=len(self.watch.quantities)))
+        count = len(self.watch.quantities)
+        memory = np.zeros((), queue.layout(width=width, quantities=count, contacts=len(contacts)))
         held = states + rows.counts["polynomial"]
         reductions = self.watch.reductions
         means = integers(
             queue.TIMED if r.timed else queue.STEPPED if r.stepped else r.mean for r in reductions
         )
-        numbers = {"held": held, "quantities": len(self.watch.quantities), "limit": limit}
-        for name, number in numbers.items():
+        numbers = {"held": held, "quantities": count, "limit": limit, "size": self.shape.size}
+        for name, number in (numbers | {"then": self.stepper.NEXT}).items():
             memory[name] = number
         sides = aligned(width * rows.total, width).reshape(width, rows.total, width)
         arrays = {
             "pieces": self.engine.pieces,
-            "at": integers(rows.first[name] for name in queue.ROWS),
+            "at": integers(rows.first.get(name, 0) for name in queue.ROWS),
             "rows": aligned(rows.total, width),
             "sides": sides,
             "blank": self._blank(),
@@ -266,26 +298,36 @@ class Group:
             "waiting": waiting,
             "means": means,
             "inner": integers(q.searched for q in self.watch.quantities),
+            "kinds": integers(kind for kind, _, _ in contacts),
+            "spots": integers(spot for _, spot, _ in contacts),
+            "bands": np.array([band for _, _, band in contacts]),
+            "impacts": np.zeros((IMPACTS if contacts else 0, queue.IMPACTS)),
         }
         parts = {name: memory[name] for name in memory.dtype.names if memory[name].ndim}
-        record = SimpleNamespace(**shared, **arrays, **parts, memory=memory.ctypes.data)
-        words = packed(queue.LANES, record)
-        queue.run(words.ctypes.data)
+        record = SimpleNamespace(
+            **shared, **arrays, **parts, **self._touches(), memory=memory.ctypes.data
+        )
+        words, taken = packed(queue.LANES, record), []
+        while queue.run(words.ctypes.data):
+            taken.append(arrays["impacts"][: memory["filled"]].copy())
+            memory["filled"] = 0
+        return [*taken, arrays["impacts"][: memory["filled"]]]
 
-    def _answers(self, results: np.ndarray, begun, extremes, tracks: np.ndarray) -> Answers:
-        sums = len(self.watch.reductions)
-        states = results[:, sums : sums + self.shape.size]
-        quantities = self.watch.quantities
+    def _touches(self) -> dict[str, int]:
+        """Functions of contacts by address; none is called where there are none."""
+        if not self.shape.contacts:
+            return dict.fromkeys(queue.TOUCHES, 0)
+        functions = import_module("clearance.lanes.touches").FUNCTIONS
+        return {name: address(f, queue.FUNCTIONS[name]) for name, f in functions.items()}
+
+    def _answers(self, answers: dict, impacts: np.ndarray, results: np.ndarray) -> Answers:
+        quantities, extremes = self.watch.quantities, answers["extremes"]
         extremes *= [q.sign for q in quantities]
         paired = [q.paired for q in quantities]
         extremes[..., paired] = np.sqrt(np.maximum(extremes[..., paired], 0.0))
+        ordered = impacts[np.lexsort(impacts[:, 2::-1].T)]
         return Answers(
-            extremes,
-            results[:, :sums],
-            begun,
-            states[:, self.shape.states :],
-            tracks,
-            *results[:, -3:].T.astype(int),
+            **answers, impacts=ordered, **dict(zip(COUNTS, results[:, -3:].T.astype(int)))
         )
 
     def rates(self, points: Points, y: np.ndarray) -> np.ndarray:

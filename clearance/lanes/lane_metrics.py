@@ -159,9 +159,17 @@ class LaneReductions(Reductions):
         self.lanes, self.points = lanes, points
         wanted, by_turn = lanes.wanted, np.moveaxis(answers.extremes[:, lanes.past :], -1, 0)
         self.turns = dict(zip(wanted.quantities, by_turn, strict=True))
-        self.sums = dict(zip(wanted.reductions, answers.sums.T, strict=True))
+        length = points.until - points.begin
+        totals = np.moveaxis(answers.totals[:, lanes.past :], -1, 0)
+        by_name = zip(wanted.reductions.items(), totals, strict=True)
+        self.sums = {name: r.of_turns(values, length) for (name, r), values in by_name}
+        begun = (
+            answers.ledgers[:, lanes.past - 1]
+            if lanes.past
+            else points.y[-answers.ledgers.shape[-1] :].T
+        )
         # the first integral is what is put in
-        spent = (answers.ended - answers.begun)[:, 1:]
+        spent = (answers.ledgers[:, -1] - begun)[:, 1:]
         parts = zip(lanes.mechanism.layout.dissipated, spent.T, strict=True)
         self.spent = {f"{key}/dissipated": values for key, values in parts}
         self.spent["energy/dissipated"] = spent.sum(axis=1)

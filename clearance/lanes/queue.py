@@ -17,8 +17,9 @@ from clearance.lanes.steps import ARRIVED, FINISH, IDLE, ITERATE, PREPARE, START
 from clearance.machine.numba_record import Record, reader
 from clearance.machine.store import OPTIONS, cached, entry_caller, types
 from clearance.stepping import status
-from clearance.stepping.locating import CLOSER, EDGE, REACH, ROUNDS, SETTLED
-from clearance.stepping.types import DIGEST, INTEGERS, MATRIX, VECTOR, Whole, inline, shared
+from clearance.stepping.locating import CLOSER, EDGE, FREE, REACH, ROUNDS, SETTLED
+from clearance.stepping.types import DIGEST, INTEGERS, MATRIX, VECTOR, Whole, inline, int64, shared
+from clearance.values.spots import CONTACT
 
 #: pieces in the order of their addresses: one for each phase, those of samples and inner places.
 #: The last two copy a step, to the place of a sample and to all places beside a lane
@@ -69,6 +70,17 @@ ROWS = (
     "given",
     "sample_base",
     "y",
+    "h",
+    "step",
+    "rtol",
+    "work",
+    "aimed",
+    "event",
+    "begins",
+    "ends",
+    "probes",
+    "new",
+    "slope",
 )
 (
     PHASE,
@@ -102,6 +114,17 @@ ROWS = (
     GIVEN,
     SAMPLE_STEP,
     STATE,
+    TRIED,
+    STEP,
+    RTOL,
+    WORK,
+    AIMED,
+    EVENT,
+    BEGINS,
+    ENDS,
+    PROBED,
+    NEW,
+    SLOPE,
 ) = range(len(ROWS))
 
 #: columns of `spans`, a row for each point
@@ -115,11 +138,20 @@ PROGRESS = 5
 A, B, C, AT_A, AT_B, AT_C, WIDTH, ROUND, STAGE = range(9)
 SEARCH_COLUMNS = 9
 OVER, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
+SEEKS = 12  # columns of `seeks`, see touches.py
+#: columns of `impacts`: point, contact, begin, impact speed, duration, separation speed, 1 where it
+#: is over
+IMPACTS = 7
 
 
-def layout(*, width: int, quantities: int) -> np.dtype:
-    """Numbers of the driver, and arrays that it alone uses."""
-    numbers = ("held", "quantities", "active", "limit", "taken", "alive")
+def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
+    """Numbers of the driver, and arrays that it alone uses.
+
+    held: rows of a step; then: phase in which a step begins; size: states and energies; filled:
+    rows of `impacts`; begun: 1 once it has begun.
+    """
+    numbers = ("held", "quantities", "active", "limit", "taken", "alive", "then", "size", "filled")
+    numbers += ("begun",)
     arrays = [
         ("progress", float, (width, PROGRESS)),
         ("drawn", int, (width, width)),  # numbers of the samples that wait, by lane
@@ -130,6 +162,8 @@ def layout(*, width: int, quantities: int) -> np.dtype:
         ("thetas", float, (width,)),  # shares of the step
         ("called", int, (width,)),
         ("calls", int, (2 * len(PIECES),)),  # of each piece, then the lanes that were in each
+        ("seeks", float, (width, SEEKS)),
+        ("since", float, (width, contacts)),  # begin of each contact
     ]
     return np.dtype([(name, int) for name in numbers] + arrays)
 
@@ -140,11 +174,13 @@ def layout(*, width: int, quantities: int) -> np.dtype:
 #: rows that a point sets, and its numbers (points, rows); common: rows that all places of a run
 #: share;
 #: spans: columns BEGIN to TURN; given: (numbers, samples) of each sample; waiting: places of the
-#: points; gathered: rows stored; energies: places in the state, stored at the begin of the window
-#: in begun (points, energies); extremes: (points, turns, quantities); results: (points, gathered +
+#: points; gathered: rows stored; energies: places in the state, stored at the end of each turn
+#: in ledgers (points, turns, energies); extremes: (points, turns, quantities); totals: (points,
+#: turns, reductions), those over steps since the window's begin; results: (points, gathered +
 #: 3) with status, steps and rejected ones; tracks: (points, outputs, samples); means: 2 for a sum
 #: over steps, 3 for the time of a flag, 1 for a sum over samples, 0 for a largest value; inner: 1
-#: for a quantity that is searched for inside steps
+#: for a quantity that is searched for inside steps. Of each contact: spots, its place among all;
+#: kinds; bands: dead band [m]
 CUBE = types.float64[:, :, ::1]
 ARRAYS = {
     "pieces": INTEGERS,
@@ -161,14 +197,23 @@ ARRAYS = {
     "waiting": INTEGERS,
     "gathered": INTEGERS,
     "energies": INTEGERS,
-    "begun": MATRIX,
+    "ledgers": CUBE,
     "extremes": CUBE,
+    "totals": CUBE,
     "results": MATRIX,
     "tracks": CUBE,
     "means": INTEGERS,
     "inner": INTEGERS,
+    "spots": INTEGERS,
+    "kinds": INTEGERS,
+    "bands": VECTOR,
+    "impacts": MATRIX,
 }
-LANES = Record("of lanes", ARRAYS, layout(width=1, quantities=1))
+LANE_SIGNATURE = int64(int64, int64)
+#: of touches.py, called by their addresses
+TOUCHES = ("begin", "aim", "approach", "leave", "close")
+FUNCTIONS = dict.fromkeys(TOUCHES, types.FunctionType(LANE_SIGNATURE))
+LANES = Record("of lanes", FUNCTIONS | ARRAYS, layout(width=1, quantities=1, contacts=1))
 lanes_at = reader(LANES)
 call_at = entry_caller(2)
 
@@ -203,6 +248,11 @@ def load(s, lane, point):
         s.rows[i, lane] = s.blank[i]
     for i in range(s.where.size):
         s.rows[s.where[i], lane] = s.points[point, i]
+    for k in range(s.kinds.size):
+        if s.kinds[k] == CONTACT:
+            s.rows[s.at[WORK] + s.spots[k], lane] = FREE
+    for i in range(SEEKS):
+        s.seeks[lane, i] = 0.0
     for i in range(s.common.size):
         for k in range(s.rows.shape[1]):
             s.sides[lane, s.common[i], k] = s.rows[s.common[i], lane]
@@ -233,16 +283,8 @@ def take(s, lane):
 def keep(s, lane):
     """Keep the results of a run: chosen rows, status, steps."""
     point = int(s.progress[lane, POINT])
-    draw(s, lane)
-    for i in range(s.means.size):
-        total = 0.0
-        for k in range(s.rows.shape[1]):
-            value = s.sides[lane, s.at[SUMS] + i, k]
-            total = total + value if s.means[i] else max(total, value)
-        if s.means[i] >= STEPPED:
-            length = s.spans[point, UNTIL] - s.spans[point, BEGIN]
-            total = s.rows[s.at[SUMS] + i, lane] / length
-        s.rows[s.at[SUMS] + i, lane] = total
+    if s.kinds.size > 0:
+        s.close(s.address, lane)
     for i in range(s.gathered.size):
         s.results[point, i] = s.rows[s.gathered[i], lane]
     code, n = s.rows[s.at[STATUS], lane], s.gathered.size
@@ -250,6 +292,24 @@ def keep(s, lane):
     s.results[point, n + 1] = s.rows[s.at[STEPS], lane]
     s.results[point, n + 2] = s.rows[s.at[REJECTED], lane]
     s.alive -= 1
+
+
+@shared
+def end_turn(s, lane, point, turn):
+    """Keep extremes, sums and energies of a turn."""
+    draw(s, lane)
+    for k in range(s.quantities):
+        s.extremes[point, turn, k] = s.rows[s.at[VALUE] + k, lane]
+        s.rows[s.at[VALUE] + k, lane] = s.rows[s.at[NEXT] + k, lane]
+    for k in range(s.energies.size):
+        s.ledgers[point, turn, k] = s.rows[s.at[STATE] + s.energies[k], lane]
+    for i in range(s.means.size):
+        total = s.rows[s.at[SUMS] + i, lane]
+        for k in range(s.rows.shape[1]) if s.means[i] < STEPPED else range(0):
+            value = s.sides[lane, s.at[SUMS] + i, k]
+            total = total + value if s.means[i] else max(total, value)
+            s.sides[lane, s.at[SUMS] + i, k] = 0.0
+        s.totals[point, turn, i] = total
 
 
 @shared
@@ -261,18 +321,14 @@ def arrive(s, lane):
         return False
     point, turn = int(s.progress[lane, POINT]), int(s.progress[lane, TURNS])
     time = s.rows[s.at[TIME], lane]
-    for k in range(s.quantities):
-        s.extremes[point, turn, k] = s.rows[s.at[VALUE] + k, lane]
-        s.rows[s.at[VALUE] + k, lane] = s.rows[s.at[NEXT] + k, lane]
+    end_turn(s, lane, point, turn)
     if time >= s.spans[point, UNTIL]:
         return False
-    if s.rows[s.at[WITHIN], lane] == 0.0 and time >= s.spans[point, BEGIN] * (1.0 - SAME):
-        for k in range(s.energies.size):
-            s.begun[point, k] = s.rows[s.at[STATE] + s.energies[k], lane]
+    if time >= s.spans[point, BEGIN] * (1.0 - SAME):
         s.rows[s.at[WITHIN], lane] = 1.0
     s.progress[lane, TURNS] = turn + 1.0
     s.rows[s.at[END], lane] = end_of_turn(s, point, turn + 1)
-    s.rows[s.at[PHASE], lane] = PREPARE
+    s.rows[s.at[PHASE], lane] = s.then
     return True
 
 
@@ -523,19 +579,42 @@ def add_time(s, lane, i):
 # --- the loop
 @shared
 def lead_on(s, lane):
-    """After a step or the start: samples, extremes, the end of a turn or of the run."""
+    """After a step or the start: samples, extremes, the end of a turn or of the run, contacts."""
     sample(s, lane)
     if s.rows[s.at[REFINE], lane] > 0.5:
         refine(s, lane)
     if s.rows[s.at[FOUND], lane] > 0.5:
         search(s, lane)
     trials = s.rows[s.at[STEPS], lane] + s.rows[s.at[REJECTED], lane]
-    if s.rows[s.at[PHASE], lane] == PREPARE and trials >= s.limit:
+    if s.rows[s.at[PHASE], lane] == s.then and trials >= s.limit:
         s.rows[s.at[STATUS], lane] = status.TOO_MANY_STEPS
         s.rows[s.at[PHASE], lane] = ARRIVED
     if s.rows[s.at[PHASE], lane] == ARRIVED and not arrive(s, lane):
         keep(s, lane)
         take(s, lane)
+    elif s.kinds.size > 0 and s.called[lane] == FINISH:
+        s.leave(s.address, lane)
+
+
+@shared
+def lead(s, lane):
+    """After the start or the end of a step."""
+    if s.kinds.size > 0 and s.rows[s.at[PHASE], lane] != ARRIVED:
+        if s.called[lane] == START and s.begin(s.address, lane) == 1:
+            return
+        if s.called[lane] == FINISH and s.rows[s.at[EVENT], lane] > 0.5:
+            s.aim(s.address, lane)
+            return
+    lead_on(s, lane)
+
+
+@shared
+def give_up(s):
+    """Take in the lanes whose step became too small."""
+    for lane in range(s.rows.shape[1]):
+        if s.rows[s.at[PHASE], lane] == ARRIVED:
+            keep(s, lane)
+            take(s, lane)
 
 
 @shared
@@ -546,7 +625,7 @@ def begin_and_end(s):
         phase = s.rows[s.at[PHASE], lane]
         beginning += phase == START
         ending += phase == FINISH
-        s.called[lane] = 1 if phase in (START, FINISH) else 0
+        s.called[lane] = int(phase) if phase in (START, FINISH) else IDLE
     s.calls[len(PIECES) + CALL_START] += beginning
     s.calls[len(PIECES) + CALL_FINISH] += ending
     if beginning > 0:
@@ -554,32 +633,47 @@ def begin_and_end(s):
     if ending > 0:
         call(s, CALL_FINISH, s.rows)
     for lane in range(s.rows.shape[1]):
-        if s.called[lane] == 1:
-            lead_on(s, lane)
-    call(s, CALL_PREPARE, s.rows)
-    for lane in range(s.rows.shape[1]):
-        if s.rows[s.at[PHASE], lane] == ARRIVED:  # its step became too small
-            keep(s, lane)
-            take(s, lane)
+        if s.called[lane] != IDLE:
+            lead(s, lane)
+    if s.then == PREPARE:
+        call(s, CALL_PREPARE, s.rows)
+    give_up(s)
+
+
+@shared
+def iterate(s, iterating):
+    """An iteration, or a trial step, of all lanes that wait for one."""
+    s.calls[len(PIECES) + CALL_ITERATE] += iterating
+    call(s, CALL_ITERATE, s.rows)
+    for lane in range(s.rows.shape[1]) if s.kinds.size > 0 else range(0):
+        if s.rows[s.at[PHASE], lane] == FINISH and s.rows[s.at[AIMED], lane] > 0.5:
+            s.approach(s.address, lane)
+    if s.then == ITERATE:
+        give_up(s)
 
 
 def run(address):
-    """Run the points that wait, of the record at an address; returns how many."""
+    """Run the points that wait, of the record at an address, until they are over or `impacts` is
+    full; returns how many go on.
+    """
     s = lanes_at(address)
-    for lane in range(s.rows.shape[1]):  # idle lanes compute something, too
-        load(s, lane, s.waiting[min(lane, s.waiting.size - 1)])
+    width = s.rows.shape[1]
+    for lane in range(width) if s.begun == 0 else range(0):
+        load(s, lane, s.waiting[min(lane, s.waiting.size - 1)])  # idle lanes compute something, too
         take(s, lane)
+    s.begun = 1
     while s.alive > 0:
+        if s.impacts.shape[0] - s.filled < 2 * width * s.kinds.size:
+            return s.alive
         iterating = 0
-        for lane in range(s.rows.shape[1]):
+        for lane in range(width):
             if s.rows[s.at[PHASE], lane] == ITERATE:
                 iterating += 1
         if iterating > 0 and s.alive - iterating < WAITING * s.alive:
-            s.calls[len(PIECES) + CALL_ITERATE] += iterating
-            call(s, CALL_ITERATE, s.rows)
+            iterate(s, iterating)
         else:
             begin_and_end(s)
-    return s.taken
+    return s.alive
 
 
 SOURCE = f"{digest_of_code(__file__, steps.__file__)} {DIGEST}"

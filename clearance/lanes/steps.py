@@ -34,13 +34,15 @@ class Shape:
     """Sizes of a scene: coordinates, states, and energy integrals behind them.
 
     films: (place of the first offset in the state, place among the spots) of each joint that only
-        its film carries.
+        its film carries; contacts: (kind, place among the spots, dead band [m]) of each spot where
+        contact starts and ends inside steps.
     """
 
     coordinates: int
     states: int
     ledger: int
     films: tuple[tuple[int, int], ...]
+    contacts: tuple[tuple[int, int, float], ...] = ()
 
     @property
     def rates(self) -> int:
@@ -56,12 +58,13 @@ class Shape:
 @dataclass(frozen=True)
 class Entries:
     """Functions of the scene: y' with the powers of the ledger, Jacobian, penetrations of the
-    films, outputs, those of samples.
+    films, penetrations of the contacts with their rates, outputs, those of samples.
     """
 
     rhs: Entry
     jacobian: Entry
     films: Entry
+    spots: Entry
     outputs: Entry
     samples: Entry
 
@@ -82,8 +85,8 @@ def add_rows(rows: Rows, shape: Shape) -> None:
         "refusal",
     )
     rows.add("refusals", "steps", "rejected", "begin_step", "from", "effort", "newton_rate")
-    rows.add("y", count=shape.size)
-    rows.add("f", "scale", "base", count=shape.states)
+    rows.add("y", "f", count=shape.size)
+    rows.add("scale", "base", count=shape.states)
     rows.add("diagonal", count=2 * len(shape.films))
     rows.add("before", "damping", "clearance", "pull", "rate_x", "rate_y", count=len(shape.films))
 
@@ -107,8 +110,10 @@ def sizes_of_films(
     return scale, sizes
 
 
-def start(rows: Rows, shape: Shape, entries: Entries, order: float) -> Piece:
-    """First evaluation and first step (Hairer, Norsett, Wanner 1993, section II.4)."""
+def start(rows: Rows, shape: Shape, entries: Entries, order: float, then: int) -> Piece:
+    """First evaluation and first step (Hairer, Norsett, Wanner 1993, section II.4); then: phase
+    that follows.
+    """
     piece, n = Piece(rows, START), shape.states
     t, y, rtol = piece.one("t"), piece.all("y"), piece.one("rtol")
     penetration = piece.call(entries.films, t, y) if shape.films else []
@@ -131,14 +136,14 @@ def start(rows: Rows, shape: Shape, entries: Entries, order: float) -> Piece:
     power = piece.trace.binary("pow", 0.01 / largest, 1.0 / (order + 1.0))
     step = piece.choose(usable, piece.smallest(h * 100.0, power, piece.one("longest")), h * 1e-3)
     begun = piece.finite(f)
-    piece.set("f", *f)
+    piece.set("f", *rates)
     piece.set("scale", *scale)
     piece.set("damping", *damping)
     piece.set("before", *penetration)
     piece.set("step", step)
     piece.set("base", *y[:n])
     piece.set("status", piece.choose(begun, 0.0, float(status.NOT_FINITE)))
-    piece.set("phase", piece.choose(begun, float(PREPARE), float(ARRIVED)))
+    piece.set("phase", piece.choose(begun, float(then), float(ARRIVED)))
     return piece
 
 
@@ -194,35 +199,49 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     step = piece.choose(
         taken, grown(piece, h, error, order), refused(piece, h, trial, accurate, usable, order)
     )
-    reached = piece.not_below(t + h, piece.one("end"))
-    now = piece.choose(reached, piece.one("end"), t + h)
     scale, damping = sizes_of_films(
         piece, shape, y, penetration, trial.diagonal, piece.all("damping")
     )
 
-    def keep(name: str, values) -> None:
-        pairs = zip(values, piece.all(name), strict=False)
-        piece.set(name, *(piece.choose(taken, new, old) for new, old in pairs))
-
-    keep("y", [*trial.y, *(a + b for a, b in zip(piece.all("y")[n:], trial.powers, strict=True))])
-    keep("f", trial.f)
-    keep("base", piece.all("y")[:n])
-    keep("scale", scale)
-    keep("damping", damping)
-    keep("before", penetration)
-    keep("from", [t])
-    keep("t", [now])
-    keep("last_step", [h])
-    keep("last_error", [piece.largest(error, 1e-2)])
-    keep("steps", [piece.one("steps") + 1.0])
+    spent = zip(piece.all("y")[n:], trial.powers, strict=True)
+    now, arrived = advance(
+        piece, shape, taken, error, [*trial.y, *(a + b for a, b in spent)], trial.f
+    )
+    keep(piece, taken, "scale", scale)
+    keep(piece, taken, "damping", damping)
+    keep(piece, taken, "before", penetration)
     rejections = piece.one("rejected") + 1.0
     piece.set("rejected", piece.choose(taken, piece.one("rejected"), rejections))
     piece.set("refusals", piece.choose(taken, 0.0, piece.one("refusals") + 1.0))
     piece.set("refusal", piece.choose(taken, 0.0, reason(piece, trial, accurate, usable)))
     piece.set("step", step)
-    arrived = piece.both(taken, reached)
     piece.set("phase", piece.choose(arrived, float(ARRIVED), float(PREPARE)))
     return taken, now
+
+
+def keep(piece: Piece, taken, name: str, values) -> None:
+    """Set the first rows of a name where a step is taken."""
+    pairs = zip(values, piece.all(name), strict=False)
+    piece.set(name, *(piece.choose(taken, new, old) for new, old in pairs))
+
+
+def advance(piece: Piece, shape: Shape, taken, error, y: list, f: list) -> tuple:
+    """Advance where a step is taken: state and rates at its end, clock, counts.
+
+    Returns the time at its end, and where the end of the run or turn is reached.
+    """
+    t, h = piece.one("t"), piece.one("h")
+    reached = piece.not_below(t + h, piece.one("end"))
+    now = piece.choose(reached, piece.one("end"), t + h)
+    keep(piece, taken, "y", y)
+    keep(piece, taken, "f", f)
+    keep(piece, taken, "base", piece.all("y")[: shape.states])
+    keep(piece, taken, "from", [t])
+    keep(piece, taken, "t", [now])
+    keep(piece, taken, "last_step", [h])
+    keep(piece, taken, "last_error", [piece.largest(error, 1e-2)])
+    keep(piece, taken, "steps", [piece.one("steps") + 1.0])
+    return now, piece.both(taken, reached)
 
 
 def reason(piece: Piece, trial: Trial, accurate, usable):

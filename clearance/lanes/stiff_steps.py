@@ -18,6 +18,7 @@ from clearance.lanes.steps import (
     Trial,
     conclude,
     proposed,
+    start,
 )
 from clearance.lanes.watch import Moment, Watch, look
 from clearance.stepping.radau import ITERATIONS, SAFETY
@@ -25,6 +26,8 @@ from clearance.stepping.tableaus import RADAU5 as K
 
 STAGES = 3
 ORDER = 4  # of the error estimate's defect
+NEXT = PREPARE  # phase of a step that begins
+BLANK = {"effort": 0.9, "convergence": 1.0}
 PAIR = complex(K.pairs[0])
 NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 LARGER = 1.15  # factor of the estimate, with which metrics are as accurate as the ordinary way's
@@ -86,6 +89,11 @@ def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[
         real.append(row)
         pair.append(line)
     return real, pair
+
+
+def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+    """Where a run begins."""
+    return start(rows, shape, entries, ORDER, NEXT)
 
 
 def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:

@@ -8,6 +8,8 @@ are looked at several at a time, one in each lane.
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from clearance.lanes.rows import Piece, Rows
 from clearance.lanes.steps import Entries, Shape
 
@@ -43,6 +45,14 @@ class Reduction:
     mean: bool = True
     stepped: bool = False
     timed: bool = False
+
+    def of_turns(self, totals: np.ndarray, length: np.ndarray) -> np.ndarray:
+        """The number of the window from what lanes keep at the end of its turns (runs, turns);
+        length: of the window [s].
+        """
+        if self.stepped:
+            return totals[:, -1] / length
+        return totals.sum(axis=1) if self.mean else totals.max(axis=1)
 
 
 @dataclass(frozen=True)
@@ -172,11 +182,13 @@ def stepped(piece: Piece, watch: Watch, row: list) -> list[tuple[int, object]]:
 
 
 def look_first(piece: Piece, entries: Entries, watch: Watch) -> None:
-    """Take in the outputs at the start."""
+    """Take in the outputs where a phase begins."""
     row = piece.call(entries.outputs, piece.one("t"), piece.all("y"))
     values = values_of(piece, watch, row)
     piece.set("next", *values)
-    piece.set("value", *values)
+    piece.set("value", *map(piece.largest, values, piece.all("value")))
+    for name in ("interval", "found", "refine"):
+        piece.set(name, 0.0)
     for k, value in stepped(piece, watch, row):
         piece.set_one("at_end", k, value)
 

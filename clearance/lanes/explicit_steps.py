@@ -1,0 +1,287 @@
+"""DOP853 on traced numbers: the method of stepping/dop853.py, a lane for each run.
+
+A step in which a contact starts or ends is tried again at the size that ends it there, see
+touches.py. Whatever differs between lanes is this size: no lane waits for another's contact.
+"""
+
+from clearance.lanes.rows import Piece, Rows
+from clearance.lanes.steps import (
+    ARRIVED,
+    FINISH,
+    ITERATE,
+    Entries,
+    Shape,
+    Trial,
+    advance,
+    grown,
+    keep,
+    proposed,
+    refused,
+    start,
+)
+from clearance.lanes.watch import Moment, Watch, look
+from clearance.stepping import status
+from clearance.stepping.dop853 import (
+    DEGREE,
+    E3,
+    E5,
+    FIFTH,
+    ORDER,
+    OUTWEIGHED,
+    STAGES,
+    A,
+    B,
+    C,
+    D,
+)
+from clearance.stepping.loop import NEWTON_FAILED, STIFF_ENOUGH, UNSTABLE
+from clearance.values.spots import CONTACT
+
+NEXT = ITERATE  # phase of a step that begins
+BLANK = {"effort": 0.9}
+PROBES = 8  # parts of a step that is searched for contacts
+MILD = 6.0  # steps in a row after which a run is not stiff
+
+
+def add_rows(rows: Rows, shape: Shape) -> None:
+    """Rows that this method needs."""
+    n, spots = shape.states, len(shape.contacts)
+    rows.add("error", "solved", "last_h", "felt", "stiff", "mild")
+    rows.add("new", "slope", count=shape.size)
+    rows.add("stages", count=STAGES * n)
+    rows.add("polynomial", count=DEGREE * n)
+    rows.add("begins", "ends", count=2 * spots)  # penetration and its rate of each spot
+    rows.add("probes", count=2 * spots * (PROBES - 1))
+    if spots:
+        rows.add("aimed", "event")
+
+
+def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+    """Where a phase of a run begins: rates, contacts, first step."""
+    piece = start(rows, shape, entries, ORDER, NEXT)
+    if shape.contacts:
+        piece.set("begins", *piece.call(entries.spots, piece.one("t"), piece.all("y")))
+        piece.set("aimed", 0.0)
+    piece.set("last_step", 0.0)
+    return piece
+
+
+def prepare(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+    """Nothing: a trial begins with its step."""
+    return Piece(rows, NEXT)
+
+
+def sum_of(piece: Piece, weights, slopes: list[list], i: int):
+    """Weighted sum of the slopes of a state."""
+    return piece.weighted(weights, [slope[i] for slope in slopes])
+
+
+def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
+    """One trial step, of the size that the control or the search for a contact wants."""
+    piece, n = Piece(rows, ITERATE), shape.states
+    t, y = piece.one("t"), piece.all("y")
+    h, failed = proposed(piece)
+    if shape.contacts:
+        aimed = piece.above(piece.one("aimed"), 0.5)
+        h, failed = piece.choose(aimed, piece.one("h"), h), piece.choose(aimed, 0.0, failed)
+    slopes, inner = [piece.all("f")], y
+    for s in range(1, STAGES):
+        inner = [y[i] + h * sum_of(piece, A[s, :s], slopes, i) for i in range(n)]
+        slopes.append(piece.call(entries.rhs, t + h * float(C[s]), [*inner, *y[n:]]))
+    new = [y[i] + h * sum_of(piece, B, slopes, i) for i in range(shape.size)]
+    slope = piece.call(entries.rhs, t + h, new)
+    error = error_of(piece, shape, h, new, [*slopes, slope])
+    finite = piece.finite([*new, *slope, error])
+    accurate = piece.both(finite, piece.none(piece.above(error, 1.0)))
+    piece.set("felt", stiffness(piece, n, h, (new, inner), (slope, slopes[-1])))
+    piece.set("h", h)
+    piece.set("error", error)
+    piece.set("new", *new)
+    piece.set("slope", *slope)
+    piece.set("stages", *(v for row in slopes for v in row[:n]))
+    trial = Trial(new, slope, error, piece.none(piece.less(h, 0.0)), finite, [], [])
+    step = refused(piece, h, trial, accurate, accurate, float(ORDER))
+    if shape.contacts:
+        ends = piece.call(entries.spots, t + h, new)
+        piece.set("ends", *ends)
+        step = falling(piece, shape, h, finite, ends, step)
+        step = piece.choose(aimed, h * NEWTON_FAILED, step)
+        piece.set("aimed", piece.choose(accurate, piece.one("aimed"), 0.0))
+    give_way(piece, accurate, step)
+    phase = piece.choose(accurate, float(FINISH), float(ITERATE))
+    piece.set("status", failed)
+    piece.set("phase", piece.choose(piece.above(failed, 0.0), float(ARRIVED), phase))
+    return piece
+
+
+def give_way(piece: Piece, accurate, step) -> None:
+    """Where a trial step is refused, the next is shorter."""
+    for name, count in (("rejected", 1.0), ("refusals", 1.0)):
+        piece.set(name, piece.one(name) + piece.choose(accurate, 0.0, count))
+    piece.set("refusal", piece.choose(accurate, piece.one("refusal"), float(status.TOO_LONG)))
+    piece.set("step", piece.choose(accurate, piece.one("step"), step))
+
+
+def error_of(piece: Piece, shape: Shape, h, new: list, slopes: list[list]):
+    """Error over tolerance, see `dop853.step`."""
+    n, y, rtol, high, low = shape.states, piece.all("y"), piece.one("rtol"), 0.0, 0.0
+    for i, scale in enumerate(piece.all("scale")):
+        size = scale + piece.largest(piece.size(y[i]), piece.size(new[i]))
+        weight = piece.trace.div(1.0, rtol * size)
+        five, three = (sum_of(piece, w, slopes, i) * weight for w in (E5, E3))
+        high, low = high + five * five, low + three * three
+    whole = piece.sqrt((high + low * 0.01) * float(n))
+    error = piece.choose(piece.above(whole, 0.0), h * high / piece.largest(whole, 1e-300), 0.0)
+    share = piece.trace.binary("pow", rtol, 1.0 - 5.0 / 8.0)
+    return piece.largest(error, h * piece.sqrt(high * (1.0 / n)) * share * (1.0 / FIFTH))
+
+
+def stiffness(piece: Piece, n: int, h, states: tuple, slopes: tuple):
+    """Step times the largest eigenvalue felt."""
+    apart, change = 0.0, 0.0
+    for i, scale in enumerate(piece.all("scale")):
+        unit = piece.trace.div(1.0, scale + piece.size(states[0][i]))
+        a, b = ((pair[0][i] - pair[1][i]) * unit for pair in (states, slopes))
+        apart, change = apart + a * a, change + b * b
+    return h * piece.sqrt(change / piece.largest(apart, 1e-300))
+
+
+def spots_of(piece: Piece, shape: Shape) -> list[tuple]:
+    """Place among the contacts, kind, place among all spots and dead band of each contact."""
+    return [(k, kind, i, band) for k, (kind, i, band) in enumerate(shape.contacts)]
+
+
+def touching(piece: Piece, spot: int):
+    """True where a spot is in contact: its impact speed stands in the work vector."""
+    return piece.above(piece.one("work", spot), -0.5)
+
+
+def falling(piece: Piece, shape: Shape, h, finite, ends: list, step):
+    """The next step where a contact ends inside one that is refused: about there, see `refuse` of
+    the loop.
+    """
+    begins = piece.all("begins")
+    for k, kind, i, _ in spots_of(piece, shape):
+        before, after = begins[2 * k], ends[2 * k]
+        if kind != CONTACT:
+            continue
+        ending = piece.both(
+            touching(piece, i), piece.less(after, 0.0), piece.above(before, 0.0), finite
+        )
+        share = before * 0.9 / piece.largest(before - after, 1e-300)
+        near = piece.smallest(piece.largest(step, h * share), h * 0.9)
+        step = piece.choose(ending, near, step)
+    return step
+
+
+# --- the end of a step
+def dense(piece: Piece, shape: Shape, entries: Entries) -> list:
+    """Dense output of the trial step, see `dop853.interpolant`."""
+    n, t, h, y = shape.states, piece.one("t"), piece.one("h"), piece.all("y")
+    new, slope, values = piece.all("new"), piece.all("slope"), piece.all("stages")
+    slopes = [*(values[s * n : (s + 1) * n] for s in range(STAGES)), slope]
+    for s in range(STAGES + 1, 16):
+        inner = [y[i] + h * sum_of(piece, A[s, :s], slopes, i) for i in range(n)]
+        slopes.append(piece.call(entries.rhs, t + h * float(C[s]), [*inner, *y[n:]]))
+    rows: list[list] = [[] for _ in range(DEGREE)]
+    within, at_ends = 0.0, 0.0
+    for i, scale in enumerate(piece.all("scale")):
+        change = new[i] - y[i]
+        column = [change, h * slopes[0][i] - change, 2.0 * change - h * (slopes[0][i] + slope[i])]
+        column += [h * sum_of(piece, weights, slopes, i) for weights in D]
+        unit = piece.trace.div(1.0, scale + piece.size(new[i]))
+        parts = [(v * unit) * (v * unit) for v in column]
+        at_ends, within = at_ends + piece.total(parts[:3]), within + piece.total(parts[3:])
+        for row, value in zip(rows, column, strict=True):
+            row.append(value)
+    cubic = piece.above(within, at_ends * OUTWEIGHED)
+    high = [[piece.choose(cubic, 0.0, v) for v in row] for row in rows[3:]]
+    return [v for row in (*rows[:3], *high) for v in row]
+
+
+def summit(piece: Piece, low: tuple, high: tuple, length):
+    """Largest value of the cubic through values and rates at both ends of a part of a step, whose
+    rate changes from rise to fall.
+    """
+    at_low, change = low[0], high[0] - low[0]
+    a, b = low[1] * length, high[1] * length
+    third, second = a + b - 2.0 * change, 3.0 * change - 2.0 * a - b
+    root = piece.sqrt(piece.largest(second * second - 3.0 * third * a, 0.0))
+    x = a / piece.largest(root - second, 1e-300)
+    return at_low + x * (a + x * (second + x * third))
+
+
+def meets(piece: Piece, shape: Shape, probes: list[list]):
+    """True where a contact starts or ends inside the step; see `near_contact` and `event_of` of
+    stepping/contacts.py.
+
+    probes: penetrations and their rates at the step's ends and PROBES - 1 places between.
+    """
+    h = piece.one("h")
+    part, met = h * (1.0 / PROBES), [piece.less(h, 0.0)]
+    for k, kind, i, band in spots_of(piece, shape):
+        begins, rate = probes[0][2 * k], probes[0][2 * k + 1]
+        side = touching(piece, i)
+        if kind != CONTACT:
+            inside = piece.both(piece.not_below(begins, -band), piece.above(rate, 0.0))
+            side = piece.either(piece.above(begins, band), inside)
+        sign = piece.choose(side, -1.0, 1.0)
+        ways = [(row[2 * k] * sign, row[2 * k + 1] * sign) for row in probes]
+        for low, high in zip(ways, ways[1:], strict=False):
+            turns = piece.both(piece.above(low[1], 0.0), piece.less(high[1], 0.0))
+            top = piece.choose(turns, summit(piece, low, high, part), high[0])
+            met.append(piece.above(piece.largest(top, high[0]), band))
+    return piece.either(*met)
+
+
+def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
+    """Whether a contact starts or ends inside the step; else it is taken, with outputs at its
+    end.
+    """
+    piece, n = Piece(rows, FINISH), shape.states
+    t, h, y, new = piece.one("t"), piece.one("h"), piece.all("y"), piece.all("new")
+    polynomial, taken = dense(piece, shape, entries), piece.not_below(h, 0.0)
+    if shape.contacts:
+        places = [p / PROBES for p in range(1, PROBES)]
+        moved = (piece.along(polynomial, place, n) for place in places)
+        states = ([a + b for a, b in zip(y, way, strict=False)] for way in moved)
+        inner = [
+            piece.call(entries.spots, t + h * p, [*state, *y[n:]])
+            for p, state in zip(places, states, strict=True)
+        ]
+        probes = [piece.all("begins"), *inner, piece.all("ends")]
+        event = piece.both(
+            piece.none(piece.above(piece.one("aimed"), 0.5)), meets(piece, shape, probes)
+        )
+        taken = piece.none(event)
+        piece.set("probes", *(v for row in inner for v in row))
+        piece.set("event", piece.flag(event))
+        kept = zip(piece.all("ends"), piece.all("begins"), strict=True)
+        piece.set("begins", *(piece.choose(taken, a, b) for a, b in kept))
+    error = piece.largest(piece.one("error"), 1e-10)
+    now, arrived = advance(piece, shape, taken, error, new, piece.all("slope"))
+    piece.set("step", piece.choose(taken, grown(piece, h, error, float(ORDER)), piece.one("step")))
+    piece.set("refusals", piece.choose(taken, 0.0, piece.one("refusals")))
+    piece.set("refusal", piece.choose(taken, 0.0, piece.one("refusal")))
+    stuck = count_stiff(piece, taken)
+    piece.set("status", piece.choose(stuck, float(status.STIFF), 0.0))
+    over = piece.either(arrived, stuck)
+    piece.set("phase", piece.choose(over, float(ARRIVED), float(NEXT)))
+    keep(piece, taken, "polynomial", polynomial)
+    piece.set("last_h", piece.choose(taken, h, piece.one("last_h")))
+    moved = [piece.choose(taken, v, 0.0) for v in piece.along(polynomial, 0.5, n)]
+    middle = [a + b for a, b in zip(y, moved, strict=False)] + new[n:]
+    look(piece, entries, watch, Moment(now, new, t + 0.5 * h, middle, h, taken))
+    return piece
+
+
+def count_stiff(piece: Piece, taken):
+    """True where stability has held the method up for many steps, see `stiff` of the loop."""
+    stiff, mild = piece.one("stiff"), piece.one("mild")
+    unstable = piece.above(piece.one("felt"), UNSTABLE)
+    now_mild = piece.choose(unstable, 0.0, mild + 1.0)
+    forgotten = piece.choose(piece.not_below(now_mild, MILD), 0.0, stiff)
+    now_stiff = piece.choose(unstable, stiff + 1.0, forgotten)
+    piece.set("stiff", piece.choose(taken, now_stiff, stiff))
+    piece.set("mild", piece.choose(taken, now_mild, mild))
+    return piece.both(taken, piece.not_below(now_stiff, float(STIFF_ENOUGH)))

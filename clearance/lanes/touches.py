@@ -1,0 +1,313 @@
+"""Contacts in lanes: where one starts or ends inside a step, the lane tries the step again, so that
+it ends there.
+
+The search is that of stepping/contacts.py, on the cubics between the places that
+`explicit_steps.finish` looks at. The driver calls it by address: scenes without contacts do not
+compile it.
+"""
+
+import math
+
+from clearance.files.sources import digest_of_code
+from clearance.lanes import queue
+from clearance.lanes.explicit_steps import PROBES
+from clearance.lanes.queue import (
+    AIMED,
+    BEGINS,
+    END,
+    ENDS,
+    LANE_SIGNATURE,
+    LAST_H,
+    NEW,
+    PHASE,
+    POINT,
+    PROBED,
+    RTOL,
+    SLOPE,
+    STATUS,
+    STEP,
+    TIME,
+    TRIED,
+    WORK,
+    draw,
+    lanes_at,
+)
+from clearance.lanes.steps import ARRIVED, FINISH, ITERATE, START
+from clearance.machine.store import OPTIONS, Entry
+from clearance.stepping import status
+from clearance.stepping.contacts import ALIGNMENTS, RESOLVED
+from clearance.stepping.locating import FREE
+from clearance.stepping.loop import CLEARLY, EARLIEST, FLIP_LIMIT, ONSET, SMALLEST
+from clearance.stepping.types import DIGEST, Whole, inline, shared
+from clearance.values.spots import CONTACT
+
+HALVINGS = 60  # of the place where a cubic changes its sign
+#: columns of `seeks`, a row for each lane: the contact that the step is to end on and the sign of
+#: its penetration beyond, sizes of steps that end before it and behind it, 1 once one ended behind,
+#: trials, the size before the search. Then 1 where the step ends on it, changes of contacts without
+#: an advance, 1 for the first step of a phase, first steps of phases without and with contact
+SPOT, SIGN, LOW, HIGH, PASSED, TRIALS, PROPOSAL, MET, FLIPS, FRESH, KEPT = range(11)
+
+
+@inline
+def touches(s, lane, k):
+    """True where a contact with a first touch goes on."""
+    return s.kinds[k] == CONTACT and s.rows[s.at[WORK] + s.spots[k], lane] != FREE
+
+
+@inline
+def beyond(s, lane, k):
+    """Sign of a penetration behind the next start or end of contact, see stepping/contacts.py."""
+    touching = touches(s, lane, k)
+    if s.kinds[k] != CONTACT:
+        depth, rate = s.rows[s.at[BEGINS] + 2 * k, lane], s.rows[s.at[BEGINS] + 2 * k + 1, lane]
+        touching = depth > s.bands[k] or depth >= -s.bands[k] and rate > 0.0
+    return -1.0 if touching else 1.0
+
+
+@inline
+def probed(s, lane, k, p):
+    """Penetration and its rate at the begin of part p of the step."""
+    first = s.at[BEGINS] + 2 * k
+    if p == PROBES:
+        first = s.at[ENDS] + 2 * k
+    elif p > 0:
+        first = s.at[PROBED] + 2 * ((p - 1) * s.kinds.size + k)
+    return s.rows[first, lane], s.rows[first + 1, lane]
+
+
+@shared
+def crossing(low, high, length, sign, band):
+    """Share of a part of a step where a penetration comes above the dead band, 2 if nowhere.
+
+    low, high: penetrations and their rates at its ends, between which the cubic stands.
+    """
+    at_low, a, b = low[0] * sign, low[1] * sign * length, high[1] * sign * length
+    change = high[0] * sign - at_low
+    third, second = a + b - 2.0 * change, 3.0 * change - 2.0 * a - b
+    end, value = 1.0, high[0] * sign
+    if value <= band and a > 0.0 > b:
+        root = math.sqrt(max(second * second - 3.0 * third * a, 0.0))
+        end = min(a / max(root - second, 1e-300), 1.0)
+        value = at_low + end * (a + end * (second + end * third))
+    if value <= band:
+        return 2.0
+    begin = 0.0
+    for _ in range(HALVINGS):
+        x = 0.5 * (begin + end)
+        if at_low + x * (a + x * (second + x * third)) > 0.0:
+            end = x
+        else:
+            begin = x
+    return end
+
+
+@shared
+def first_event(s, lane, h):
+    """The first contact that starts or ends inside the step, and the share of the step; -1 if there
+    is none.
+    """
+    for p in range(PROBES):
+        best, place = -1, 2.0
+        for k in range(s.kinds.size):
+            low, high = probed(s, lane, k, p), probed(s, lane, k, p + 1)
+            share = crossing(low, high, h / PROBES, beyond(s, lane, k), s.bands[k])
+            if share < place:
+                best, place = k, share
+        if best >= 0:
+            return best, (p + place) / PROBES
+    return -1, 2.0
+
+
+@shared
+def note(s, lane, k, separation, over):
+    """Keep a contact that ends, or that the end of the run cuts off."""
+    row, spot = s.impacts[s.filled], s.spots[k]
+    row[0], row[1], row[2] = s.progress[lane, POINT], k, s.since[lane, k]
+    row[3], row[4] = (
+        s.rows[s.at[WORK] + spot, lane],
+        s.rows[s.at[TIME], lane] - s.since[lane, k],
+    )
+    row[5], row[6] = separation, over
+    s.filled += 1
+
+
+@shared
+def remember(s, lane, k, speed):
+    """Set the impact speed that a contact remembers, or that it is free."""
+    row = s.at[WORK] + s.spots[k]
+    s.rows[row, lane] = speed
+    for i in range(s.rows.shape[1]):
+        s.sides[lane, row, i] = speed
+
+
+@shared
+def switch(s, lane, k):
+    """Start or end a contact where the run stands."""
+    rate = s.rows[s.at[BEGINS] + 2 * k + 1, lane]
+    if touches(s, lane, k):
+        note(s, lane, k, -rate, 1.0)
+        remember(s, lane, k, FREE)
+    else:
+        s.since[lane, k] = s.rows[s.at[TIME], lane]
+        remember(s, lane, k, max(rate, 0.0))
+
+
+@shared
+def change_phase(s, lane, met):
+    """Switch the contact that was met; all others that cross their wall at this moment switch with
+    it.
+    """
+    draw(s, lane)  # samples that wait belong to the phase before
+    switch(s, lane, met)
+    for k in range(s.kinds.size):
+        depth, rate = s.rows[s.at[BEGINS] + 2 * k, lane], s.rows[s.at[BEGINS] + 2 * k + 1, lane]
+        if k != met and s.kinds[k] == CONTACT and abs(depth) <= s.bands[k]:
+            crosses = rate < 0.0 if touches(s, lane, k) else rate > 0.0
+            if crosses:
+                switch(s, lane, k)
+    s.rows[s.at[PHASE], lane] = START
+
+
+@inline
+def kept(s, lane):
+    """Column of the first step of the last phase like this one."""
+    touching = 0
+    for k in range(s.kinds.size):
+        touching |= touches(s, lane, k)
+    return KEPT + touching
+
+
+def begin(address, lane):
+    """Where a phase begins: the first step. At the start of the run contacts may exist: 1 where it
+    begins once more with them.
+    """
+    s = lanes_at(address)
+    seek, rows, first = s.seeks[lane], s.rows, False
+    if seek[FRESH] == 0.0:
+        for k in range(s.kinds.size):
+            depth = rows[s.at[BEGINS] + 2 * k, lane]
+            if s.kinds[k] == CONTACT and not touches(s, lane, k) and depth > 0.0:
+                switch(s, lane, k)
+                first = True
+        if first:
+            rows[s.at[PHASE], lane] = START
+            return 1
+    else:
+        least = SMALLEST * max(rows[s.at[TIME], lane], EARLIEST * s.rows[s.at[END], lane])
+        last = seek[kept(s, lane)]
+        step = last if last > least else max(rows[s.at[STEP], lane], CLEARLY * least)
+        rows[s.at[STEP], lane] = step
+    seek[FRESH] = 1.0
+    return 0
+
+
+def aim(address, lane):
+    """A contact starts or ends inside the step: have it tried again to end there."""
+    s = lanes_at(address)
+    seek, rows = s.seeks[lane], s.rows
+    h, t = rows[s.at[TRIED], lane], rows[s.at[TIME], lane]
+    event, place = first_event(s, lane, h)
+    seek[MET], seek[SPOT] = 0.0, event
+    rows[s.at[AIMED], lane] = 1.0
+    if event < 0 or place * h <= RESOLVED * max(t, h):
+        if event >= 0 and s.kinds[event] == CONTACT:  # it is where the step begins
+            seek[FLIPS] += 1.0
+            rows[s.at[AIMED], lane] = 0.0
+            change_phase(s, lane, event)
+            if seek[FLIPS] > FLIP_LIMIT:
+                rows[s.at[STATUS], lane] = status.STEP_TOO_SMALL
+                rows[s.at[PHASE], lane] = ARRIVED
+        else:  # it is taken as it is
+            seek[SPOT] = -1.0
+            rows[s.at[PHASE], lane] = FINISH
+        return 0
+    seek[SIGN], seek[LOW], seek[HIGH], seek[PASSED] = beyond(s, lane, event), 0.0, h, 0.0
+    seek[TRIALS], seek[PROPOSAL] = 0.0, h
+    rows[s.at[TRIED], lane] = place * h
+    rows[s.at[PHASE], lane] = ITERATE
+    return 0
+
+
+def approach(address, lane):
+    """A step that is to end on a contact was tried: it is taken, or tried with another size; see
+    `aligned` of stepping/contacts.py.
+    """
+    s = lanes_at(address)
+    seek, rows = s.seeks[lane], s.rows
+    if seek[SPOT] < 0.0 or seek[TRIALS] < 0.0:
+        return 0
+    k, h, t = int(seek[SPOT]), rows[s.at[TRIED], lane], rows[s.at[TIME], lane]
+    end = s.at[ENDS] + 2 * k
+    value, rate = seek[SIGN] * rows[end, lane], seek[SIGN] * rows[end + 1, lane]
+    seek[TRIALS] += 1.0
+    shift = -value / rate if rate > 0.0 else math.inf
+    near = abs(value) <= 1e-2 * s.bands[k]
+    tiny = abs(shift) < min(1e-6, 1e-3 * rows[s.at[RTOL], lane]) * h
+    if near or tiny:
+        if not near:
+            nudge(s, lane, shift)
+        seek[MET], seek[TRIALS] = 1.0, -1.0
+        return 0
+    if value > 0.0:
+        seek[HIGH], seek[PASSED] = h, 1.0
+    else:
+        seek[LOW] = h
+    closed = seek[HIGH] - seek[LOW] <= RESOLVED * max(t, h)
+    if not seek[LOW] < h + shift < seek[HIGH]:
+        shift = 0.5 * (seek[LOW] + seek[HIGH]) - h
+        closed = closed or seek[PASSED] == 0.0
+    else:
+        closed = False
+    if closed or seek[TRIALS] >= ALIGNMENTS:
+        seek[MET], seek[TRIALS] = 1.0 if value > 0.0 else 0.0, -1.0
+        return 0
+    rows[s.at[TRIED], lane] = h + shift
+    rows[s.at[PHASE], lane] = ITERATE
+    return 0
+
+
+@inline
+def nudge(s, lane, shift):
+    """Move the end of the step by a time so short that the tangent is exact to rounding."""
+    rows = s.rows
+    for i in range(s.size):
+        rows[s.at[NEW] + i, lane] += shift * rows[s.at[SLOPE] + i, lane]
+    for k in range(s.kinds.size):
+        rows[s.at[ENDS] + 2 * k, lane] += shift * rows[s.at[ENDS] + 2 * k + 1, lane]
+    rows[s.at[TRIED], lane] += shift
+
+
+def leave(address, lane):
+    """After a step that is taken: contacts that it ends on, and the step after it."""
+    s = lanes_at(address)
+    seek, rows = s.seeks[lane], s.rows
+    aimed = rows[s.at[AIMED], lane] > 0.5 and seek[SPOT] >= 0.0
+    seek[FLIPS], rows[s.at[AIMED], lane] = 0.0, 0.0
+    if seek[FRESH] == 1.0 and not aimed:
+        seek[kept(s, lane)] = rows[s.at[LAST_H], lane]
+    seek[FRESH] = 2.0
+    if not aimed:
+        return 0
+    k = int(seek[SPOT])
+    if seek[MET] == 1.0 and s.kinds[k] == CONTACT:
+        change_phase(s, lane, k)
+    else:
+        rows[s.at[STEP], lane] = ONSET * seek[PROPOSAL]
+    return 0
+
+
+def close(address, lane):
+    """At the end of a run: contacts that it cuts off."""
+    s = lanes_at(address)
+    for k in range(s.kinds.size):
+        if touches(s, lane, k):
+            note(s, lane, k, 0.0, 0.0)
+    return 0
+
+
+SOURCE = f"{digest_of_code(__file__, queue.__file__)} {DIGEST}"
+FUNCTIONS = {
+    f.__name__: Entry(f, LANE_SIGNATURE, SOURCE, pipeline_class=Whole, **OPTIONS)
+    for f in (begin, aim, approach, leave, close)
+}
