@@ -326,9 +326,8 @@ class Group:
         paired = [q.paired for q in quantities]
         extremes[..., paired] = np.sqrt(np.maximum(extremes[..., paired], 0.0))
         ordered = impacts[np.lexsort(impacts[:, 2::-1].T)]
-        return Answers(
-            **answers, impacts=ordered, **dict(zip(COUNTS, results[:, -3:].T.astype(int)))
-        )
+        counts = dict(zip(COUNTS, results[:, -3:].T.astype(int), strict=True))
+        return Answers(**answers, impacts=ordered, **counts)
 
     def rates(self, points: Points, y: np.ndarray) -> np.ndarray:
         """y' at t = 0 of all points for given states (size, points)."""

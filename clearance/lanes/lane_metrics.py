@@ -5,6 +5,7 @@ all others are made from what lanes keep: extremes in each turn, sums and tracks
 metrics, and runs that do not end with a complete turn, are `NotForLanes`.
 """
 
+import itertools
 import math
 from functools import partial
 from itertools import chain
@@ -26,7 +27,7 @@ from clearance.lanes.force_holes import ForceHoles
 from clearance.lanes.group import Answers, Points
 from clearance.lanes.point_numbers import NotForLanes
 from clearance.lanes.watch import Quantity, Reduction, Watch
-from clearance.metrics.by_turn import loads
+from clearance.metrics.by_turn import Turns, every, loads
 from clearance.metrics.metrics import (
     ROUNDING,
     Metric,
@@ -34,11 +35,12 @@ from clearance.metrics.metrics import (
     Reductions,
     Window,
     contact_fraction,
+    contacts,
     offsets,
     periodicity,
     reduced,
 )
-from clearance.metrics.of_points import of_point, peak_means
+from clearance.metrics.of_points import is_dry, of_point, peak_means, statistics
 from clearance.results.extremes import BOTH, Extreme
 from clearance.results.memory import Memory, MemoryRecord
 from clearance.results.record import Record
@@ -50,7 +52,7 @@ from clearance.run.run import Run
 from clearance.stepping import status
 
 
-class Wanted(Reductions):
+class Wanted(Reductions, Turns):
     """Numbers of a run as lanes keep them: those that metrics take are looked at from then on.
 
     record: of one point; ideal: its ideal motion, see `metrics`. The numbers that it gives are
@@ -127,9 +129,21 @@ class Wanted(Reductions):
         self.reductions[f"{body} beyond"] = Reduction(beyond)
         return 1.0, 1.0
 
+    def mean_squares(self, path: str) -> np.ndarray:
+        return np.full((1, 1), self.mean_square(path))
+
+    def increases(self, path: str) -> np.ndarray:
+        return np.ones((1, 1))
+
+    def impacts(self, joint: str) -> tuple[np.ndarray, np.ndarray]:
+        return np.ones((1, 1)), np.ones((1, 1))
+
+    def deviations(self, body: str, direction: tuple[float, float]) -> np.ndarray | None:
+        return np.ones((1, 1)) if self.deviation(body, direction) else None
+
     def contact(self, joint: dict) -> Numbers:
         """Share of the time in contact of a joint whose contact sets in gradually."""
-        if not joint["contact"]:
+        if not joint["contact"] or self.record.begins_with_touch(joint["name"]):
             return
         if (path := f"joints/{joint['name']}/contact_force") not in self.output:
             raise NotForLanes(f"joint {joint['name']} touches at several places")
@@ -151,28 +165,23 @@ class Wanted(Reductions):
         )
 
 
-class LaneReductions(Reductions):
-    """Numbers of the windows of many runs: values (runs,), extremes of turns (runs, turns)."""
+class LaneReductions(Reductions, Turns):
+    """Numbers of the windows of many runs: values (runs,), of turns (runs, turns)."""
 
     def __init__(self, lanes: "LaneMetrics", answers: Answers, points: Points):
         super().__init__(lanes.record, lanes.window.per())
-        self.lanes, self.points = lanes, points
-        wanted, by_turn = lanes.wanted, np.moveaxis(answers.extremes[:, lanes.past :], -1, 0)
+        self.lanes, self.points, self.answers, past = lanes, points, answers, lanes.past
+        self.length = points.until - points.begin
+        wanted, by_turn = lanes.wanted, np.moveaxis(answers.extremes[:, past:], -1, 0)
         self.turns = dict(zip(wanted.quantities, by_turn, strict=True))
-        length = points.until - points.begin
-        totals = np.moveaxis(answers.totals[:, lanes.past :], -1, 0)
-        by_name = zip(wanted.reductions.items(), totals, strict=True)
-        self.sums = {name: r.of_turns(values, length) for (name, r), values in by_name}
-        begun = (
-            answers.ledgers[:, lanes.past - 1]
-            if lanes.past
-            else points.y[-answers.ledgers.shape[-1] :].T
-        )
+        self.totals = dict(zip(wanted.reductions, np.moveaxis(answers.totals, -1, 0), strict=True))
         # the first integral is what is put in
-        spent = (answers.ledgers[:, -1] - begun)[:, 1:]
-        parts = zip(lanes.mechanism.layout.dissipated, spent.T, strict=True)
+        size = answers.ledgers.shape[-1]
+        start = points.y[len(points.y) - size :].T[:, None]
+        spent = np.concatenate([start, answers.ledgers], axis=1)[:, past:, 1:]
+        parts = zip(lanes.mechanism.layout.dissipated, np.moveaxis(spent, -1, 0), strict=True)
         self.spent = {f"{key}/dissipated": values for key, values in parts}
-        self.spent["energy/dissipated"] = spent.sum(axis=1)
+        self.spent["energy/dissipated"] = spent.sum(axis=-1)
 
     def described(self, joint: str) -> dict:
         """Description of a joint, with the numbers of each run."""
@@ -186,24 +195,72 @@ class LaneReductions(Reductions):
         return Extreme(turns.min(axis=1) if name.endswith("_min") else turns.max(axis=1), None)
 
     def by_turn(self, name: str) -> np.ndarray:
-        """An extreme in each turn: (runs, turns)."""
         return self.turns[name]
 
+    def _reduced(self, name: str) -> np.ndarray:
+        return self.lanes.wanted.reductions[name].of_turns(self.totals[name], self.length)
+
     def mean_square(self, path: str) -> np.ndarray:
-        return self.sums[f"{path}_square"]
+        return self._reduced(f"{path}_square")
+
+    def mean_squares(self, path: str) -> np.ndarray:
+        totals = self.totals[f"{path}_square"][:, self.lanes.past :]
+        return np.diff(totals, axis=1, prepend=0.0) / self.points.turn[:, None]
 
     def increase(self, path: str) -> np.ndarray:
-        return self.spent[path]
+        return self.spent[path][:, -1] - self.spent[path][:, 0]
+
+    def increases(self, path: str) -> np.ndarray:
+        return np.diff(self.spent[path], axis=1)
 
     def deviation(self, body: str, direction: tuple[float, float]) -> tuple | None:
-        kinds = "far", "beyond"
-        return (
-            tuple(self.sums[f"{body} {n}"] for n in kinds) if f"{body} far" in self.sums else None
-        )
+        if f"{body} far" not in self.totals:
+            return None
+        return self._reduced(f"{body} far"), self._reduced(f"{body} beyond")
+
+    def deviations(self, body: str, direction: tuple[float, float]) -> np.ndarray | None:
+        far = self.totals.get(f"{body} far")
+        return None if far is None else far[:, self.lanes.past :]
+
+    # --- contacts
+    def _touches(self, joint: str) -> tuple[np.ndarray, ...]:
+        """Columns of the contacts of a joint: point, begin, impact speed, duration."""
+        places = self.lanes.contacts
+        mine = [k for k, label in enumerate(places) if label.partition("/")[0] == joint]
+        rows = self.answers.impacts[np.isin(self.answers.impacts[:, 1], mine)]
+        return rows[:, 0].astype(int), *rows[:, 2:5].T
+
+    def impacts(self, joint: str) -> tuple[np.ndarray, np.ndarray]:
+        point, begin, speed, _ = self._touches(joint)
+        turn = np.floor(begin / self.points.turn[point] + ROUNDING).astype(int) - self.lanes.past
+        shape = len(self.points.until), round(self.lanes.turns)
+        inside, fastest, count = (turn >= 0) & (turn < shape[1]), np.zeros(shape), np.zeros(shape)
+        at = point[inside], turn[inside]
+        np.maximum.at(fastest, at, speed[inside])
+        np.add.at(count, at, 1.0)
+        return fastest, count
 
     def contact(self, joint: dict) -> Numbers:
-        if (share := self.sums.get(f"{joint['name']} contact")) is not None:
-            yield contact_fraction(joint["name"], share)
+        name = joint["name"]
+        if (share := self.totals.get(f"{name} contact")) is not None:
+            yield contact_fraction(name, self._reduced(f"{name} contact"))
+        if not joint["contact"] or share is not None:
+            return
+        point, begin, speed, duration = self._touches(name)
+        first, rows = np.searchsorted(point, np.arange(len(self.length) + 1)), []
+        for i, (low, high) in enumerate(itertools.pairwise(first)):
+            window = self._window(i)
+            one = {"time": begin[low:high], "impact_speed": speed[low:high]}
+            one |= {"duration": duration[low:high], "begun": window.begins(begin[low:high])}
+            rows.append(list(contacts(self.record, window, joint, one)))
+        for column in zip(*rows, strict=True):
+            metric, _, *about = column[0]
+            yield metric, np.array([value for _, value, *_ in column]), *about
+
+    def _window(self, i: int) -> Window:
+        """The window of a run, without samples."""
+        begin, until = float(self.points.begin[i]), float(self.points.until[i])
+        return Window(begin, until, self.lanes.turns, slice(0), np.zeros(0))
 
 
 class LaneMetrics:
@@ -231,6 +288,8 @@ class LaneMetrics:
         self.ideal = ideal_motion(run.mechanism.scene, run.span, self.record.scene)
         self.first = of_point(self.record, self.settle, self.ideal)
         self.steps = int(self.record.solver["steps"])
+        self.dry = is_dry(self.record.scene)
+        self.series, self.contacts = every if self.dry else loads, run.labels()
         self.holes: dict[ClearanceRevolute, ForceHoles] = {}
         self._check_window()
         self._want()
@@ -300,7 +359,7 @@ class LaneMetrics:
                 wanted.located(f"{path}_{end}", always=True, searched=False)
         for _ in chain(*reduced(wanted)):
             pass
-        loads(wanted)
+        self.series(wanted)
         if self.turns >= 3.0:
             for path, _ in offsets(self.record):
                 wanted.tracks[path] = wanted.channel(path)
@@ -337,7 +396,9 @@ class LaneMetrics:
         """
         seen = LaneReductions(self, answers, points)
         periods = self._of_periods(answers, points) if self.wanted.tracks else ()
-        parts = *reduced(seen), periods, peak_means(loads(seen))
+        texts = {name: metric.text for name, metric in self.first.items()}
+        means = statistics(self.series(seen), texts) if self.dry else peak_means(self.series(seen))
+        parts = *reduced(seen), periods, means
         by_name = {name: values for part in parts for name, values, *_ in part}
         if missing := [name for name in self.first if name not in by_name]:
             raise NotForLanes(f"metric {missing[0]} is not made in lanes")
@@ -468,7 +529,7 @@ class Tracked:
     uneven, complete = False, True
 
     def __init__(self, summing: LaneMetrics, tracks: dict, points: Points, index: int):
-        self.tracks, self.clearances = tracks, summing.record.clearances
+        self.tracks = tracks
         self.turn, until = float(points.turn[index]), points.until[index]
         samples = summing.span.samples
         self.time = np.arange(samples) * (until / (samples - 1))
@@ -477,6 +538,7 @@ class Tracked:
             j.name: float(summing.number(points.par, j, "clearance")[index])
             for j in summing.mechanism.scene.clearance_joints
         }
+        self.clearances = sizes
         self.joints = {
             name: summing.record.described(name) | {"clearance": size}
             for name, size in sizes.items()

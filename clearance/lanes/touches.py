@@ -13,9 +13,7 @@ from clearance.lanes import queue
 from clearance.lanes.explicit_steps import PROBES
 from clearance.lanes.queue import (
     AIMED,
-    BEGINS,
     END,
-    ENDS,
     LANE_SIGNATURE,
     LAST_H,
     NEW,
@@ -24,6 +22,8 @@ from clearance.lanes.queue import (
     PROBED,
     RTOL,
     SLOPE,
+    SPOT_BEGIN,
+    SPOT_END,
     STATUS,
     STEP,
     TIME,
@@ -56,24 +56,27 @@ def touches(s, lane, k):
 
 
 @inline
+def probed(s, lane, k, p):
+    """Penetration and its rate at the begin of part p of the step."""
+    first = s.at[SPOT_BEGIN] + 2 * k
+    if p == PROBES:
+        first = s.at[SPOT_END] + 2 * k
+    elif p > 0:
+        first = s.at[PROBED] + 2 * ((p - 1) * s.kinds.size + k)
+    return s.rows[first, lane], s.rows[first + 1, lane]
+
+
+@inline
 def beyond(s, lane, k):
     """Sign of a penetration behind the next start or end of contact, see stepping/contacts.py."""
     touching = touches(s, lane, k)
     if s.kinds[k] != CONTACT:
-        depth, rate = s.rows[s.at[BEGINS] + 2 * k, lane], s.rows[s.at[BEGINS] + 2 * k + 1, lane]
+        depth, rate = (
+            s.rows[s.at[SPOT_BEGIN] + 2 * k, lane],
+            s.rows[s.at[SPOT_BEGIN] + 2 * k + 1, lane],
+        )
         touching = depth > s.bands[k] or depth >= -s.bands[k] and rate > 0.0
     return -1.0 if touching else 1.0
-
-
-@inline
-def probed(s, lane, k, p):
-    """Penetration and its rate at the begin of part p of the step."""
-    first = s.at[BEGINS] + 2 * k
-    if p == PROBES:
-        first = s.at[ENDS] + 2 * k
-    elif p > 0:
-        first = s.at[PROBED] + 2 * ((p - 1) * s.kinds.size + k)
-    return s.rows[first, lane], s.rows[first + 1, lane]
 
 
 @shared
@@ -144,7 +147,7 @@ def remember(s, lane, k, speed):
 @shared
 def switch(s, lane, k):
     """Start or end a contact where the run stands."""
-    rate = s.rows[s.at[BEGINS] + 2 * k + 1, lane]
+    rate = s.rows[s.at[SPOT_BEGIN] + 2 * k + 1, lane]
     if touches(s, lane, k):
         note(s, lane, k, -rate, 1.0)
         remember(s, lane, k, FREE)
@@ -161,7 +164,10 @@ def change_phase(s, lane, met):
     draw(s, lane)  # samples that wait belong to the phase before
     switch(s, lane, met)
     for k in range(s.kinds.size):
-        depth, rate = s.rows[s.at[BEGINS] + 2 * k, lane], s.rows[s.at[BEGINS] + 2 * k + 1, lane]
+        depth, rate = (
+            s.rows[s.at[SPOT_BEGIN] + 2 * k, lane],
+            s.rows[s.at[SPOT_BEGIN] + 2 * k + 1, lane],
+        )
         if k != met and s.kinds[k] == CONTACT and abs(depth) <= s.bands[k]:
             crosses = rate < 0.0 if touches(s, lane, k) else rate > 0.0
             if crosses:
@@ -186,7 +192,7 @@ def begin(address, lane):
     seek, rows, first = s.seeks[lane], s.rows, False
     if seek[FRESH] == 0.0:
         for k in range(s.kinds.size):
-            depth = rows[s.at[BEGINS] + 2 * k, lane]
+            depth = rows[s.at[SPOT_BEGIN] + 2 * k, lane]
             if s.kinds[k] == CONTACT and not touches(s, lane, k) and depth > 0.0:
                 switch(s, lane, k)
                 first = True
@@ -238,7 +244,7 @@ def approach(address, lane):
     if seek[SPOT] < 0.0 or seek[TRIALS] < 0.0:
         return 0
     k, h, t = int(seek[SPOT]), rows[s.at[TRIED], lane], rows[s.at[TIME], lane]
-    end = s.at[ENDS] + 2 * k
+    end = s.at[SPOT_END] + 2 * k
     value, rate = seek[SIGN] * rows[end, lane], seek[SIGN] * rows[end + 1, lane]
     seek[TRIALS] += 1.0
     shift = -value / rate if rate > 0.0 else math.inf
@@ -274,7 +280,7 @@ def nudge(s, lane, shift):
     for i in range(s.size):
         rows[s.at[NEW] + i, lane] += shift * rows[s.at[SLOPE] + i, lane]
     for k in range(s.kinds.size):
-        rows[s.at[ENDS] + 2 * k, lane] += shift * rows[s.at[ENDS] + 2 * k + 1, lane]
+        rows[s.at[SPOT_END] + 2 * k, lane] += shift * rows[s.at[SPOT_END] + 2 * k + 1, lane]
     rows[s.at[TRIED], lane] += shift
 
 

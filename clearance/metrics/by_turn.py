@@ -9,10 +9,12 @@ Names are made of body, drive and joint names:
   joint_<joint>_impact_speed_peak largest impact speed in a turn, 0 without impacts  [m/s]
   joint_<joint>_impacts_per_turn  contacts begun in a turn                           [-]
   dissipated_per_turn             energy taken out in a turn                         [J]
+  <body>_position_deviation_peak  from the mechanism with ideal joints, in a turn    [m]
 """
 
 import math
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +30,7 @@ TRANSIENT = 1  # turns of a start-up
 
 @dataclass(frozen=True)
 class Series:
-    """One number a turn; values: (turns,)."""
+    """One number a turn; values: (turns,), of many runs (runs, turns)."""
 
     values: np.ndarray
     units: str
@@ -36,13 +38,17 @@ class Series:
 
 
 def by_turn(
-    record: Record, first: float = 0.0, last: float = math.inf, forces: bool = False
+    record: Record,
+    first: float = 0.0,
+    last: float = math.inf,
+    forces: bool = False,
+    ideal: dict | None = None,
 ) -> dict[str, Series]:
     """Series of a run over its full turns between `first` and `last`, counted from `first`, by
     name.
 
-    forces: peaks of forces, efforts and accelerations alone. Empty for runs without turns. Numbers
-        of channels that were not stored are left out.
+    forces: peaks of forces, efforts and accelerations alone; ideal: as of `metrics`. Empty for runs
+        without turns. Numbers of channels that were not stored are left out.
     """
     if record.turn is None or not record.time.size:
         return {}
@@ -51,11 +57,8 @@ def by_turn(
     if count < 1:
         return {}
     edges = np.asarray(record.time_at(first + np.arange(count + 1)), float)
-    peaks = loads(Turns(record, edges))
-    if forces:
-        return peaks
-    parts = _efforts(record, edges), _contacts(record, edges), _energy(record, edges)
-    return peaks | {name: Series(*about) for part in parts for name, *about in part}
+    turns = TurnsOfRecord(record, edges, ideal or {})
+    return loads(turns) if forces else every(turns)
 
 
 def means(record: Record, first: int = TRANSIENT) -> dict[str, Mean]:
@@ -69,19 +72,94 @@ def means(record: Record, first: int = TRANSIENT) -> dict[str, Mean]:
 Numbers = Iterator[tuple[str, np.ndarray, str, str]]
 
 
-class Turns:
-    """Largest and smallest values of a record in each of the turns between some edges [s]."""
+class Turns(ABC):
+    """Numbers of the turns of one run, (turns,), or of many, (runs, turns). None where they are not
+    known.
 
-    def __init__(self, record: Record, edges: np.ndarray):
-        self.record, self.edges = record, edges
+    scene: description; names: of the members of a group, as of a record.
+    """
+
+    scene: dict
+    names: Callable[[str], Sequence[str]]
+
+    @abstractmethod
+    def __contains__(self, path: str) -> bool: ...
+
+    @abstractmethod
+    def by_turn(self, name: str) -> np.ndarray | None:
+        """An extreme in each turn."""
+
+    @abstractmethod
+    def mean_squares(self, path: str) -> np.ndarray | None:
+        """Mean of the square of a channel in each turn."""
+
+    @abstractmethod
+    def increases(self, path: str) -> np.ndarray:
+        """Growth of a sum in each turn."""
+
+    @abstractmethod
+    def impacts(self, joint: str) -> tuple[np.ndarray, np.ndarray]:
+        """Largest speed of contacts that begin in each turn, 0 without any, and their number."""
+
+    @abstractmethod
+    def deviations(self, body: str, direction: tuple[float, float]) -> np.ndarray | None:
+        """Largest distance of a body from where ideal joints have it, along its guide, among the
+        samples up to each turn's end.
+        """
+
+
+class TurnsOfRecord(Turns):
+    """Numbers of the turns of a record between some edges [s]; ideal: as of `metrics`."""
+
+    def __init__(self, record: Record, edges: np.ndarray, ideal: dict):
+        self.record, self.edges, self.ideal = record, edges, ideal
         self.scene, self.names = record.scene, record.names
+        self.count = len(edges) - 1
 
     def __contains__(self, path: str) -> bool:
         return path in self.record
 
     def by_turn(self, name: str) -> np.ndarray | None:
-        """An extreme in each turn, see `_peaks`."""
         return _peaks(self.record, name, self.edges)
+
+    def mean_squares(self, path: str) -> np.ndarray | None:
+        turn, inside = placed(self.record.time, self.edges)
+        counts = np.bincount(turn[inside], minlength=self.count)
+        if not counts.all():
+            return None
+        integrals, name = self.record.integrals, f"{path}_square"
+        known = integrals is not None and name in integrals.cumulated
+        if known and (amounts := integrals.between(name, self.edges)) is not None:
+            return amounts / np.diff(self.edges)
+        squares = self.record.values(path)[inside] ** 2
+        return np.bincount(turn[inside], squares, self.count) / counts
+
+    def increases(self, path: str) -> np.ndarray:
+        return np.diff(np.interp(self.edges, self.record.time, self.record.values(path)))
+
+    def impacts(self, joint: str) -> tuple[np.ndarray, np.ndarray]:
+        events, fastest = self.record.events, np.zeros(self.count)
+        mine = np.array([str(spot).partition("/")[0] == joint for spot in events["joint"]], bool)
+        turn, inside = placed(events["time"][mine], self.edges)
+        np.maximum.at(fastest, turn[inside], events["impact_speed"][mine][inside])
+        return fastest, np.bincount(turn[inside], minlength=self.count).astype(float)
+
+    def deviations(self, body: str, direction: tuple[float, float]) -> np.ndarray | None:
+        if body not in self.ideal:
+            return None
+        edges = self.edges
+        turn = np.digitize(self.record.time, edges + ROUNDING * (edges[1] - edges[0])) - 1
+        inside, largest = (turn >= 0) & (turn < self.count), np.zeros(self.count)
+        x, y = (self.record.values(f"bodies/{body}/{axis}") for axis in "xy")
+        (dx, dy), (position, _) = direction, self.ideal[body]
+        np.maximum.at(largest, turn[inside], np.abs(x * dx + y * dy - position)[inside])
+        return largest
+
+
+def every(turns: Turns) -> dict[str, Series]:
+    """All series, by name."""
+    parts = _efforts(turns), _contacts(turns), _energy(turns), _deviations(turns)
+    return loads(turns) | {name: Series(*about) for part in parts for name, *about in part}
 
 
 def loads(turns: Turns) -> dict[str, Series]:
@@ -104,26 +182,10 @@ def _drives(turns: Turns) -> Numbers:
         yield f"{name}_peak", _sizes(turns, path), units, f"largest {words} in a turn"
 
 
-def _efforts(record: Record, edges: np.ndarray) -> Numbers:
-    turns = len(edges) - 1
-    turn, inside = placed(record.time, edges)
-    counts = np.bincount(turn[inside], minlength=turns)
-    for path, name, units, words in efforts(record) if counts.all() else ():
-        means = _mean_squares(record, path, edges)
-        if means is None:
-            means = np.bincount(turn[inside], record.values(path)[inside] ** 2, turns) / counts
-        yield f"{name}_rms", np.sqrt(means), units, f"root mean square {words} in a turn"
-
-
-def _mean_squares(record: Record, path: str, edges: np.ndarray) -> np.ndarray | None:
-    """Mean squares of a channel between edges, from the integrals of the run; None where these have
-    other edges.
-    """
-    integrals, name = record.integrals, f"{path}_square"
-    if integrals is None or name not in integrals.cumulated:
-        return None
-    amounts = integrals.between(name, edges)
-    return None if amounts is None else amounts / np.diff(edges)
+def _efforts(turns: Turns) -> Numbers:
+    for path, name, units, words in efforts(turns):
+        if (means := turns.mean_squares(path)) is not None:
+            yield f"{name}_rms", np.sqrt(means), units, f"root mean square {words} in a turn"
 
 
 def _forces(turns: Turns) -> Numbers:
@@ -133,41 +195,33 @@ def _forces(turns: Turns) -> Numbers:
             yield f"joint_{name}_force_peak", force, "N", f"largest force in joint {name} in a turn"
 
 
-def _contacts(record: Record, edges: np.ndarray) -> Numbers:
-    for joint in record.scene["joints"]:
-        if joint["name"] in record.clearances and joint["contact"]:
-            yield from _touches(record, joint["name"], edges)
+def _contacts(turns: Turns) -> Numbers:
+    for joint in turns.scene["joints"]:
+        if joint.get("clearance") is not None and joint["contact"]:
+            yield from _touches(turns, joint["name"])
 
 
-def _touches(record: Record, name: str, edges: np.ndarray) -> Numbers:
-    gap = _peaks(record, f"joints/{name}/gap_min", edges)
-    if gap is not None:
-        deepest = np.maximum(-gap, 0.0)
-        yield (
-            f"joint_{name}_penetration_peak",
-            deepest,
-            "m",
-            f"largest penetration in joint {name} in a turn",
-        )
-    events = record.events
-    mine = np.array([str(spot).partition("/")[0] == name for spot in events["joint"]], bool)
-    speed, (turn, inside) = events["impact_speed"][mine], placed(events["time"][mine], edges)
-    fastest = np.zeros(len(edges) - 1)
-    np.maximum.at(fastest, turn[inside], speed[inside])
-    yield (
-        f"joint_{name}_impact_speed_peak",
-        fastest,
-        "m/s",
-        f"largest impact speed of joint {name} in a turn",
-    )
-    count = np.bincount(turn[inside], minlength=len(edges) - 1).astype(float)
+def _touches(turns: Turns, name: str) -> Numbers:
+    if (gap := turns.by_turn(f"joints/{name}/gap_min")) is not None:
+        text = f"largest penetration in joint {name} in a turn"
+        yield f"joint_{name}_penetration_peak", np.maximum(-gap, 0.0), "m", text
+    fastest, count = turns.impacts(name)
+    text = f"largest impact speed of joint {name} in a turn"
+    yield f"joint_{name}_impact_speed_peak", fastest, "m/s", text
     yield f"joint_{name}_impacts_per_turn", count, "1", f"contacts begun in a turn of joint {name}"
 
 
-def _energy(record: Record, edges: np.ndarray) -> Numbers:
-    if "energy/dissipated" in record:
-        values = np.diff(np.interp(edges, record.time, record.values("energy/dissipated")))
-        yield "dissipated_per_turn", values, "J", "energy taken out in a turn"
+def _energy(turns: Turns) -> Numbers:
+    if "energy/dissipated" in turns:
+        spent = turns.increases("energy/dissipated")
+        yield "dissipated_per_turn", spent, "J", "energy taken out in a turn"
+
+
+def _deviations(turns: Turns) -> Numbers:
+    for body, direction in guides(turns.scene).items():
+        if (far := turns.deviations(body, direction)) is not None:
+            text = f"largest distance of {body} from where ideal joints have it in a turn"
+            yield f"{body}_position_deviation_peak", far, "m", text
 
 
 def _sizes(turns: Turns, path: str) -> np.ndarray | None:

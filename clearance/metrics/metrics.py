@@ -149,6 +149,10 @@ class Window:
         """Mean over time of values at the window's samples."""
         return float((self.weights * values).sum())
 
+    def begins(self, times: np.ndarray) -> np.ndarray:
+        """True for times in the window, its end left out."""
+        return (times >= self.begin) & (times < self.end)
+
     def rms(self, values: np.ndarray) -> float:
         return math.sqrt(self.mean(values * values))
 
@@ -323,14 +327,13 @@ class OfRecord(Reductions):
     def contact(self, joint: dict) -> Numbers:
         events, name = self.record.events, joint["name"]
         mine = [spot.partition("/")[0] == name for spot in events["joint"]]
-        contacts = {column: values[mine] for column, values in events.items()}
-        begin, end = self.window.begin, self.window.end
-        contacts["begun"] = (contacts["time"] >= begin) & (contacts["time"] < end)
+        rows = {column: values[mine] for column, values in events.items()}
+        rows["begun"] = self.window.begins(rows["time"])
         if joint["contact"]:
-            yield from _contact(self.record, self.window, joint, contacts)
+            yield from contacts(self.record, self.window, joint, rows)
             yield from _wear(self, name)
         if f"joints/{name}/mode" in self.record:
-            yield from _slide(self.record, self.window, joint, contacts)
+            yield from _slide(self.record, self.window, joint, rows)
 
 
 def reduced(seen: Reductions) -> tuple[Numbers, ...]:
@@ -408,12 +411,12 @@ def contact_fraction(name: str, share) -> tuple:
     return f"joint_{name}_contact_fraction", share, "1", text
 
 
-def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Numbers:
+def contacts(record: Record, window: Window, joint: dict, rows: dict) -> Numbers:
     """Time in contact and impacts; contact that sets in gradually is read off the samples.
 
-    contacts: columns of the joint's rows of the events; `begun` states which begin in the window.
+    rows: columns of the joint's rows of the events; `begun` states which begin in the window.
     """
-    name, begin = joint["name"], contacts["time"]
+    name, begin = joint["name"], rows["time"]
     if not begin.size and not record.begins_with_touch(name):
         path = f"joints/{name}/contact_force"
         part = record.share_above_zero(path, window.begin, window.end)
@@ -421,16 +424,16 @@ def _contact(record: Record, window: Window, joint: dict, contacts: dict) -> Num
             part = window.mean(_carried(record, joint)[window.samples] > 0.0)
         yield contact_fraction(name, part)
         return
-    end = np.minimum(begin + contacts["duration"], window.end)
+    end = np.minimum(begin + rows["duration"], window.end)
     order = np.argsort(begin, kind="stable")  # contacts of several corners overlap
     begin, end = begin[order], end[order]
     before = np.maximum.accumulate(np.concatenate([[window.begin], end[:-1]])) if end.size else end
     touching = np.maximum(end - np.maximum(begin, before), 0.0).sum()
     yield contact_fraction(name, touching / (window.end - window.begin))
     count, rate, when = window.per()
-    number, units = contacts["begun"].sum() / count, "1" if rate == "per_turn" else "1/s"
+    number, units = rows["begun"].sum() / count, "1" if rate == "per_turn" else "1/s"
     yield f"joint_{name}_impacts_{rate}", number, units, f"contacts begun {when} of joint {name}"
-    fastest = contacts["impact_speed"][contacts["begun"]].max(initial=0.0)
+    fastest = rows["impact_speed"][rows["begun"]].max(initial=0.0)
     yield f"joint_{name}_impact_speed_max", fastest, "m/s", f"largest impact speed of joint {name}"
 
 

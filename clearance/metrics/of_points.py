@@ -15,15 +15,13 @@ Other scenes have their extremes, and `<name>_peak_mean` of forces, efforts and 
 them, which can be compared with those of dry points.
 """
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from clearance.metrics import statistics as series
-from clearance.metrics.by_turn import ROUNDING, Series, by_turn, placed
+from clearance.metrics.by_turn import ROUNDING, Series, by_turn
 from clearance.metrics.metrics import Metric, Numbers, Window, metrics
-from clearance.results.extremes import guides
 from clearance.results.record import Record
 
 SHARES = (0.9, 0.99)  # quantiles of turn peaks
@@ -44,11 +42,11 @@ def of_point(
     if not is_dry(record.scene):
         means = peak_means(by_turn(record, begin, last, forces=True))
         return values | {n: Metric(float(v), *about) for n, v, *about in means}
-    by_name = by_turn(record, begin, last)
+    by_name = by_turn(record, begin, last, ideal=ideal)
     if not by_name:
         return values
-    by_name |= deviations(record, begin, last, ideal or {})
-    numbers = {n: Metric(float(v), *about) for n, v, *about in statistics(by_name, values)}
+    texts = {name: metric.text for name, metric in values.items()}
+    numbers = {n: Metric(float(v), *about) for n, v, *about in statistics(by_name, texts)}
     return numbers | {n: m for n, m in values.items() if m.time is None and not n.endswith("_max")}
 
 
@@ -65,68 +63,46 @@ def is_dry(scene: dict) -> bool:
     return any(j.get("contact") and not j.get("film") for j in scene["joints"])
 
 
-def statistics(by_name: dict[str, Series], beside: dict[str, Metric]) -> Numbers:
+def statistics(by_name: dict[str, Series], texts: dict[str, str]) -> Numbers:
     """Means of peaks, their intervals and quantiles; intervals of the rates that stand beside
-    them.
+    them. Of many runs the values are (runs, turns).
+
+    texts: of the metrics that stand beside them, by name.
     """
     for name, data in by_name.items():
-        interval = series.mean(data.values) if data.values.size >= series.FEWEST else None
+        enough = data.values.shape[-1] >= series.FEWEST
         if name.endswith(PEAK):
-            yield f"{name}_mean", _mean(data), data.units, _words(data)
-            if interval:
+            yield f"{name}_mean", data.values.mean(axis=-1), data.units, _words(data)
+            if enough:
                 text = f"half of the 95 % interval of the {_words(data)}"
-                yield f"{name}_mean_half_width", interval.half_width, data.units, text
+                yield f"{name}_mean_half_width", half_widths(data.values), data.units, text
             yield from _quantiles(name, data)
-        elif interval and name in beside:
-            half = _of_rms(data) if name.endswith("_rms") else interval.half_width
-            yield (
-                f"{name}_half_width",
-                half,
-                data.units,
-                f"half of the 95 % interval: {beside[name].text}",
-            )
+        elif enough and name in texts:
+            half = _of_rms(data) if name.endswith("_rms") else half_widths(data.values)
+            text = f"half of the 95 % interval: {texts[name]}"
+            yield f"{name}_half_width", half, data.units, text
+
+
+def half_widths(values: np.ndarray) -> np.ndarray:
+    """Halves of the 95 % intervals of means over the last axis."""
+    return np.apply_along_axis(lambda row: series.mean(row).half_width, -1, values)
 
 
 def _quantiles(name: str, data: Series) -> Iterator[tuple]:
+    words = data.text.removesuffix(" in a turn")
     for share in SHARES:
-        if series.told(data.values.size, share):
-            text = (
-                f"exceeded in one turn of {round(1.0 / (1.0 - share))}: "
-                f"{data.text.removesuffix(' in a turn')}"
-            )
-            yield (
-                f"{name}_q{round(100 * share)}",
-                float(np.quantile(data.values, share)),
-                data.units,
-                text,
-            )
+        if series.told(data.values.shape[-1], share):
+            text = f"exceeded in one turn of {round(1.0 / (1.0 - share))}: {words}"
+            quantile = np.quantile(data.values, share, axis=-1)
+            yield f"{name}_q{round(100 * share)}", quantile, data.units, text
 
 
-def _of_rms(data: Series) -> float:
+def _of_rms(data: Series) -> np.ndarray:
     """Half width of a root mean square over turns, from that of the mean square."""
-    square = series.mean(data.values**2)
-    return 0.5 * square.half_width / math.sqrt(square.value) if square.value > 0.0 else 0.0
-
-
-def _mean(data: Series) -> float:
-    return float(data.values.mean())
+    square = data.values**2
+    root = np.sqrt(square.mean(axis=-1))
+    return 0.5 * half_widths(square) / np.where(root > 0.0, root, np.inf)
 
 
 def _words(data: Series) -> str:
     return f"mean over turns of the {data.text.removesuffix(' in a turn')}"
-
-
-def deviations(record: Record, first: float, last: float, ideal: dict) -> dict[str, Series]:
-    """Largest distance of each sliding body from where ideal joints have it, turn by turn."""
-    count = math.floor(last - first)
-    edges = np.asarray(record.time_at(first + np.arange(count + 1)), float)
-    (turn, inside), by_name = placed(record.time, edges), {}
-    for body, (dx, dy) in guides(record.scene).items():
-        if body not in ideal:
-            continue
-        x, y = (record.values(f"bodies/{body}/{axis}") for axis in "xy")
-        far, largest = np.abs(x * dx + y * dy - ideal[body][0]), np.zeros(count)
-        np.maximum.at(largest, turn[inside], far[inside])
-        text = f"largest distance of {body} from where ideal joints have it in a turn"
-        by_name[f"{body}_position_deviation_peak"] = Series(largest, "m", text)
-    return by_name
