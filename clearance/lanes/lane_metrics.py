@@ -5,7 +5,6 @@ all others are made from what lanes keep: extremes in each turn, sums and tracks
 metrics, and runs that do not end with a complete turn, are `NotForLanes`.
 """
 
-import itertools
 import math
 from functools import partial
 from itertools import chain
@@ -35,10 +34,11 @@ from clearance.metrics.metrics import (
     Reductions,
     Window,
     contact_fraction,
-    contacts,
+    jam_channels,
     offsets,
     periodicity,
     reduced,
+    touching,
 )
 from clearance.metrics.of_points import is_dry, of_point, peak_means, statistics
 from clearance.results.extremes import BOTH, Extreme
@@ -142,7 +142,14 @@ class Wanted(Reductions, Turns):
         return np.ones((1, 1)) if self.deviation(body, direction) else None
 
     def contact(self, joint: dict) -> Numbers:
-        """Share of the time in contact of a joint whose contact sets in gradually."""
+        """Share of the time in contact of a joint whose contact sets in gradually; of a slide what
+        its jam ratio takes.
+        """
+        if f"joints/{joint['name']}/mode" in self.output:
+            body, channels = joint["b"]["body"], jam_channels(joint["name"])
+            for path in (*channels, f"bodies/{body}/ax", f"bodies/{body}/ay"):
+                if path in self.output:
+                    self.tracks[path] = self.channel(path)
         if not joint["contact"] or self.record.begins_with_touch(joint["name"]):
             return
         if (path := f"joints/{joint['name']}/contact_force") not in self.output:
@@ -246,21 +253,16 @@ class LaneReductions(Reductions, Turns):
             yield contact_fraction(name, self._reduced(f"{name} contact"))
         if not joint["contact"] or share is not None:
             return
-        point, begin, speed, duration = self._touches(name)
-        first, rows = np.searchsorted(point, np.arange(len(self.length) + 1)), []
-        for i, (low, high) in enumerate(itertools.pairwise(first)):
-            window = self._window(i)
-            one = {"time": begin[low:high], "impact_speed": speed[low:high]}
-            one |= {"duration": duration[low:high], "begun": window.begins(begin[low:high])}
-            rows.append(list(contacts(self.record, window, joint, one)))
+        runs = (RunInLanes(self, i) for i in range(len(self.length)))
+        rows = [list(touching(run, self.window(run), joint)) for run in runs]
         for column in zip(*rows, strict=True):
             metric, _, *about = column[0]
             yield metric, np.array([value for _, value, *_ in column]), *about
 
-    def _window(self, i: int) -> Window:
-        """The window of a run, without samples."""
-        begin, until = float(self.points.begin[i]), float(self.points.until[i])
-        return Window(begin, until, self.lanes.turns, slice(0), np.zeros(0))
+    def window(self, run: "RunInLanes") -> Window:
+        """The window of one run."""
+        begin, until = (float(a[run.index]) for a in (self.points.begin, self.points.until))
+        return Window.between(run, begin, until, self.lanes.turns)
 
 
 class LaneMetrics:
@@ -284,6 +286,8 @@ class LaneMetrics:
         sink = Memory(run.mechanism.layout.channels, attributes_of(run))
         if failure := record_run(run, sink):
             raise NotForLanes(f"its first point fails: {failure}")
+        if len(run.method.names) > 1:
+            raise NotForLanes(f"its first point changes its method: {run.method.text}")
         self.record: MemoryRecord = sink.record
         self.ideal = ideal_motion(run.mechanism.scene, run.span, self.record.scene)
         self.first = of_point(self.record, self.settle, self.ideal)
@@ -360,7 +364,8 @@ class LaneMetrics:
         for _ in chain(*reduced(wanted)):
             pass
         self.series(wanted)
-        if self.turns >= 3.0:
+        self.periodic = self.turns >= 3.0
+        if self.periodic:
             for path, _ in offsets(self.record):
                 wanted.tracks[path] = wanted.channel(path)
 
@@ -395,7 +400,7 @@ class LaneMetrics:
         Raises NotForLanes for others.
         """
         seen = LaneReductions(self, answers, points)
-        periods = self._of_periods(answers, points) if self.wanted.tracks else ()
+        periods = self._of_periods(seen) if self.periodic else ()
         texts = {name: metric.text for name, metric in self.first.items()}
         means = statistics(self.series(seen), texts) if self.dry else peak_means(self.series(seen))
         parts = *reduced(seen), periods, means
@@ -432,13 +437,9 @@ class LaneMetrics:
         """Located extremes of the window that stated errors compare."""
         return {name: self._of_all(answers, name, self.past) for name in self.located}
 
-    def _of_periods(self, answers: Answers, points: Points):
-        rows = []
-        for index, tracks in enumerate(answers.tracks):
-            record = Tracked(
-                self, dict(zip(self.wanted.tracks, tracks, strict=True)), points, index
-            )
-            rows.append({name: value for name, value, *_ in periodicity(record, self.window)})
+    def _of_periods(self, seen: LaneReductions):
+        runs = (RunInLanes(seen, i) for i in range(len(seen.length)))
+        rows = [{name: v for name, v, *_ in periodicity(r, seen.window(r))} for r in runs]
         for name in rows[0] if rows else ():
             yield name, np.array([row[name] for row in rows])
 
@@ -490,7 +491,9 @@ class LaneMetrics:
             if joint.contact is None:
                 continue
             depth = -self._of_all(answers, f"{joint.key}/gap_min")
-            deep |= depth > DEEPEST * self.number(points.par, joint, "radius")
+            field = "radius" if hasattr(joint, "radius") else "height"
+            larger = self.number(points.par, joint, field) / getattr(joint, field)
+            deep |= depth > DEEPEST * joint.solid[0] * larger
             if joint.contact.law.limit is not None:
                 numbers = {
                     n: self.number(points.par, joint, f"contact/{n}", v)
@@ -523,30 +526,53 @@ class LaneMetrics:
         return counts
 
 
-class Tracked:
-    """The part of a run that `periodicity` reads: offsets of its journals at its samples."""
+class RunInLanes:
+    """The part of a record that metrics of a single run read: contacts, and what is stored at its
+    samples.
+    """
 
     uneven, complete = False, True
 
-    def __init__(self, summing: LaneMetrics, tracks: dict, points: Points, index: int):
-        self.tracks = tracks
+    def __init__(self, seen: LaneReductions, index: int):
+        lanes, points, answers = seen.lanes, seen.points, seen.answers
+        self.lanes, self.index, self.par = lanes, index, points.par
+        self.tracks = dict(zip(lanes.wanted.tracks, answers.tracks[index], strict=True))
         self.turn, until = float(points.turn[index]), points.until[index]
-        samples = summing.span.samples
+        samples = lanes.span.samples
         self.time = np.arange(samples) * (until / (samples - 1))
         self.time[-1] = until
-        sizes = {
-            j.name: float(summing.number(points.par, j, "clearance")[index])
-            for j in summing.mechanism.scene.clearance_joints
-        }
-        self.clearances = sizes
         self.joints = {
-            name: summing.record.described(name) | {"clearance": size}
-            for name, size in sizes.items()
+            joint.name: lanes.record.described(joint.name)
+            | {"clearance": float(lanes.number(points.par, joint, "clearance")[index])}
+            for joint in lanes.mechanism.scene.clearance_joints
         }
+        self.clearances = {name: joint["clearance"] for name, joint in self.joints.items()}
+        rows = answers.impacts[slice(*np.searchsorted(answers.impacts[:, 0], [index, index + 1]))]
+        labels = np.array(lanes.contacts, str)[rows[:, 1].astype(int)]
+        columns = {"time": rows[:, 2], "impact_speed": rows[:, 3], "duration": rows[:, 4]}
+        self.events = columns | {"joint": labels}
+
+    @property
+    def scene(self) -> dict:
+        """Description of the scene, with the masses of this point."""
+        lanes, described = self.lanes, self.lanes.record.scene
+        masses = {
+            b.name: float(lanes.number(self.par, b, "mass")[self.index])
+            for b in lanes.mechanism.scene.bodies
+        }
+        bodies = [b | {"mass": masses[b["name"]]} for b in described["bodies"]]
+        return described | {"bodies": bodies}
+
+    def __contains__(self, path: str) -> bool:
+        return path in self.tracks
 
     def described(self, joint: str) -> dict:
         """Description of a joint at this point."""
         return self.joints[joint]
+
+    def begins_with_touch(self, joint: str) -> bool:
+        """As a record."""
+        return self.lanes.record.begins_with_touch(joint)
 
     def values(self, path: str) -> np.ndarray:
         return self.tracks[path]

@@ -149,10 +149,6 @@ class Window:
         """Mean over time of values at the window's samples."""
         return float((self.weights * values).sum())
 
-    def begins(self, times: np.ndarray) -> np.ndarray:
-        """True for times in the window, its end left out."""
-        return (times >= self.begin) & (times < self.end)
-
     def rms(self, values: np.ndarray) -> float:
         return math.sqrt(self.mean(values * values))
 
@@ -325,15 +321,9 @@ class OfRecord(Reductions):
         return np.abs(x * dx + y * dy - position).max(), self.window.mean(beyond * beyond)
 
     def contact(self, joint: dict) -> Numbers:
-        events, name = self.record.events, joint["name"]
-        mine = [spot.partition("/")[0] == name for spot in events["joint"]]
-        rows = {column: values[mine] for column, values in events.items()}
-        rows["begun"] = self.window.begins(rows["time"])
+        yield from touching(self.record, self.window, joint)
         if joint["contact"]:
-            yield from contacts(self.record, self.window, joint, rows)
-            yield from _wear(self, name)
-        if f"joints/{name}/mode" in self.record:
-            yield from _slide(self.record, self.window, joint, rows)
+            yield from _wear(self, joint["name"])
 
 
 def reduced(seen: Reductions) -> tuple[Numbers, ...]:
@@ -411,7 +401,19 @@ def contact_fraction(name: str, share) -> tuple:
     return f"joint_{name}_contact_fraction", share, "1", text
 
 
-def contacts(record: Record, window: Window, joint: dict, rows: dict) -> Numbers:
+def touching(record: Record, window: Window, joint: dict) -> Numbers:
+    """Metrics of the contacts of a joint."""
+    events, name = record.events, joint["name"]
+    mine = np.array([spot.partition("/")[0] == name for spot in events["joint"]], bool)
+    rows = {column: values[mine] for column, values in events.items()}
+    rows["begun"] = (rows["time"] >= window.begin) & (rows["time"] < window.end)
+    if joint["contact"]:
+        yield from _contact(record, window, joint, rows)
+    if f"joints/{name}/mode" in record:
+        yield from _slide(record, window, joint, rows)
+
+
+def _contact(record: Record, window: Window, joint: dict, rows: dict) -> Numbers:
     """Time in contact and impacts; contact that sets in gradually is read off the samples.
 
     rows: columns of the joint's rows of the events; `begun` states which begin in the window.
@@ -506,6 +508,12 @@ def modes_of(record: Record, joint: str, begin: float, end: float) -> tuple[np.n
     return edges, count + ((walls[-1.0] > 0) & (walls[1.0] > 0))
 
 
+def jam_channels(joint: str) -> list[str]:
+    """Channels of a slide that tell how near it is to a jam."""
+    channels = [f"joints/{joint}/{n}" for n in ("friction", "force_x", "force_y", "mode")]
+    return channels + [f"joints/{joint}/contact_force_{corner}" for corner, _, _ in CORNERS]
+
+
 def _jam(record: Record, window: Window, joint: dict) -> Numbers:
     """mu d / a of a block that touches across, d: arm of the push P along the guide, which its
     normal forces N balance.
@@ -514,9 +522,7 @@ def _jam(record: Record, window: Window, joint: dict) -> Numbers:
     largest ratio of friction to normal force in the window; N and P: means over the samples with
     contact across. The push is all that acts on the body but this joint.
     """
-    name, body = joint["name"], joint["b"]["body"]
-    channels = [f"joints/{name}/{n}" for n in ("friction", "force_x", "force_y", "mode")]
-    channels += [f"joints/{name}/contact_force_{corner}" for corner, _, _ in CORNERS]
+    body, channels = joint["b"]["body"], jam_channels(joint["name"])
     if joint["a"]["body"] != "ground" or not all(path in record for path in channels):
         return
     friction, fx, fy, mode, *normal = (record.values(path)[window.samples] for path in channels)
@@ -530,8 +536,8 @@ def _jam(record: Record, window: Window, joint: dict) -> Numbers:
     touching = normal > 0.0
     mu = float((np.abs(friction[touching]) / normal[touching]).max(initial=0.0))
     ratio = mu * normal[across].sum() / max(push[across].sum(), 1e-300)
-    text = f"mu d / a of joint {name} in contact across; it jams at 1"
-    yield f"joint_{name}_jam_ratio", ratio, "1", text
+    text = f"mu d / a of joint {joint['name']} in contact across; it jams at 1"
+    yield f"joint_{joint['name']}_jam_ratio", ratio, "1", text
 
 
 def _carried(record: Record, joint: dict) -> np.ndarray:
