@@ -41,6 +41,7 @@ NEXT = ITERATE  # phase of a step that begins
 BLANK = {"effort": 0.9}
 PROBES = 8  # parts of a step that is searched for contacts
 MILD = 6.0  # steps in a row after which a run is not stiff
+HELD_UP = 5.0 * STIFF_ENOUGH  # steps after which a run is given up: it starts once more then
 
 
 def add_rows(rows: Rows, shape: Shape) -> None:
@@ -284,4 +285,4 @@ def count_stiff(piece: Piece, taken):
     now_stiff = piece.choose(unstable, stiff + 1.0, forgotten)
     piece.set("stiff", piece.choose(taken, now_stiff, stiff))
     piece.set("mild", piece.choose(taken, now_mild, mild))
-    return piece.both(taken, piece.not_below(now_stiff, float(STIFF_ENOUGH)))
+    return piece.both(taken, piece.not_below(now_stiff, HELD_UP))

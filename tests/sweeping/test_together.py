@@ -111,7 +111,7 @@ def test_company(feeder):
     mixed = np.random.default_rng(5).permutation(feeder.count)
     columns = {n: v[mixed] for n, v in swept().items()}
     others = feeder.answers(feeder.points(columns), 2)
-    for name in ("extremes", "sums", "ended", "steps"):
+    for name in ("extremes", "totals", "ledgers", "steps"):
         np.testing.assert_array_equal(getattr(others, name), getattr(alone, name)[mixed])
     errors = feeder.errors(swept(), alone, 1)
     for name, values in feeder.errors(columns, others, 2).items():
@@ -284,8 +284,9 @@ def test_numbers_that_jump_are_noticed():
 
 def test_left_to_the_ordinary_way():
     """A method that lanes lack is named."""
-    with pytest.raises(NotForLanes, match="dop853"):
-        Together(scenes("slider_crank", model="dry"), swept(), {"turns": 2.0}, None)
+    options = {"turns": 2.0, "method": "rodas5p"}
+    with pytest.raises(NotForLanes, match="rodas5p"):
+        Together(scenes("slider_crank", model="dry"), swept(), options, None)
 
 
 @pytest.fixture(scope="module")
