@@ -58,7 +58,7 @@ def add_rows(rows: Rows, shape: Shape) -> None:
 
 
 def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
-    """Where a phase of a run begins: rates, contacts, first step."""
+    """The begin of a phase of a run: rates, contacts, first step."""
     piece = start(rows, shape, entries, ORDER, NEXT)
     if shape.contacts:
         piece.set("begins", *piece.call(entries.spots, piece.one("t"), piece.all("y")))
@@ -78,7 +78,7 @@ def sum_of(piece: Piece, weights, slopes: list[list], i: int):
 
 
 def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
-    """One trial step, of the size that the control or the search for a contact wants."""
+    """One trial step, of the size that the control or the search for a contact gives."""
     piece, n = Piece(rows, ITERATE), shape.states
     t, y = piece.one("t"), piece.all("y")
     h, failed = proposed(piece)
@@ -116,7 +116,7 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
 
 
 def give_way(piece: Piece, accurate, step) -> None:
-    """Where a trial step is refused, the next is shorter."""
+    """Make the next step shorter after one that is refused."""
     for name, count in (("rejected", 1.0), ("refusals", 1.0)):
         piece.set(name, piece.one(name) + piece.choose(accurate, 0.0, count))
     piece.set("refusal", piece.choose(accurate, piece.one("refusal"), float(status.TOO_LONG)))
@@ -131,8 +131,8 @@ def error_of(piece: Piece, shape: Shape, h, new: list, slopes: list[list]):
         weight = piece.trace.div(1.0, rtol * size)
         five, three = (sum_of(piece, w, slopes, i) * weight for w in (E5, E3))
         high, low = high + five * five, low + three * three
-    whole = piece.sqrt((high + low * 0.01) * float(n))
-    error = piece.choose(piece.above(whole, 0.0), h * high / piece.largest(whole, 1e-300), 0.0)
+    root = piece.sqrt((high + low * 0.01) * float(n))
+    error = piece.choose(piece.above(root, 0.0), h * high / piece.largest(root, 1e-300), 0.0)
     share = piece.trace.binary("pow", rtol, 1.0 - 5.0 / 8.0)
     return piece.largest(error, h * piece.sqrt(high * (1.0 / n)) * share * (1.0 / FIFTH))
 
@@ -236,9 +236,7 @@ def meets(piece: Piece, shape: Shape, probes: list[list]):
 
 
 def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
-    """Whether a contact starts or ends inside the step; else it is taken, with outputs at its
-    end.
-    """
+    """The end of a step, with its outputs, unless a contact starts or ends inside it."""
     piece, n = Piece(rows, FINISH), shape.states
     t, h, y, new = piece.one("t"), piece.one("h"), piece.all("y"), piece.all("new")
     polynomial, taken = dense(piece, shape, entries), piece.not_below(h, 0.0)
@@ -257,8 +255,7 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
         taken = piece.none(event)
         piece.set("probes", *(v for row in inner for v in row))
         piece.set("event", piece.flag(event))
-        kept = zip(piece.all("ends"), piece.all("begins"), strict=True)
-        piece.set("begins", *(piece.choose(taken, a, b) for a, b in kept))
+        keep(piece, taken, "begins", piece.all("ends"))
     error = piece.largest(piece.one("error"), 1e-10)
     now, arrived = advance(piece, shape, taken, error, new, piece.all("slope"))
     piece.set("step", piece.choose(taken, grown(piece, h, error, float(ORDER)), piece.one("step")))

@@ -92,7 +92,7 @@ def matrices(piece: Piece, shape: Shape, h, jacobian: list[list]) -> tuple[list[
 
 
 def begin(rows: Rows, shape: Shape, entries: Entries) -> Piece:
-    """Where a run begins."""
+    """The begin of a run."""
     return start(rows, shape, entries, ORDER, NEXT)
 
 

@@ -185,7 +185,7 @@ def kept(s, lane):
 
 
 def begin(address, lane):
-    """Where a phase begins: the first step. At the start of the run contacts may exist: 1 where it
+    """The first step of a phase. At the start of the run contacts may exist: 1 where it
     begins once more with them.
     """
     s = lanes_at(address)

@@ -128,8 +128,8 @@ class TurnsOfRecord(Turns):
         if not counts.all():
             return None
         integrals, name = self.record.integrals, f"{path}_square"
-        known = integrals is not None and name in integrals.cumulated
-        if known and (amounts := integrals.between(name, self.edges)) is not None:
+        summed = integrals is not None and name in integrals.cumulated
+        if summed and (amounts := integrals.between(name, self.edges)) is not None:
             return amounts / np.diff(self.edges)
         squares = self.record.values(path)[inside] ** 2
         return np.bincount(turn[inside], squares, self.count) / counts

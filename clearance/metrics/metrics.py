@@ -509,7 +509,7 @@ def modes_of(record: Record, joint: str, begin: float, end: float) -> tuple[np.n
 
 
 def jam_channels(joint: str) -> list[str]:
-    """Channels of a slide that tell how near it is to a jam."""
+    """Channels of a slide that its jam ratio is computed from."""
     channels = [f"joints/{joint}/{n}" for n in ("friction", "force_x", "force_y", "mode")]
     return channels + [f"joints/{joint}/contact_force_{corner}" for corner, _, _ in CORNERS]
 

@@ -84,8 +84,8 @@ def test_metrics(name, fixed, seed):
         tight, _ = ordinary(scene, values, options | {"rtol": 1e-10})
         assert list(ran.metrics) == list(plain)
         assert len(record.warnings) == warnings[i]
-        known = list(plain.values()) == pytest.approx(list(tight.values()), rel=1e-5, abs=1e-9)
-        if known and ran.sound[i]:
+        calmly = list(plain.values()) == pytest.approx(list(tight.values()), rel=1e-5, abs=1e-9)
+        if calmly and ran.sound[i]:
             mine = [ran.metrics[n][i] for n in tight]
             assert mine == pytest.approx(list(tight.values()), rel=1e-4, abs=1e-8)
             calm += 1
@@ -142,9 +142,9 @@ def test_statistics():
 def test_buffers_of_contacts_that_are_full(monkeypatch):
     """Contacts are taken in piece by piece: the same rows."""
     scene, columns = scenes("slider_crank"), points_of("slider_crank", 6)
-    whole = Ran(scene, columns).answers
+    at_once = Ran(scene, columns).answers
     monkeypatch.setattr("clearance.lanes.group.IMPACTS", 40)
-    np.testing.assert_array_equal(Ran(scene, columns).answers.impacts, whole.impacts)
+    np.testing.assert_array_equal(Ran(scene, columns).answers.impacts, at_once.impacts)
 
 
 def test_stiff_friction_is_left_to_the_ordinary_way():
