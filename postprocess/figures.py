@@ -12,6 +12,7 @@ from clearance.postprocess.sheets import Sheet as Plain, sheet as sheet_of
 # isort: on
 import numpy as np
 from matplotlib import colormaps, rc_context
+from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
@@ -67,17 +68,21 @@ def save(figure: Figure, path: str | Path | None, dpi: float = 150) -> Path | Fi
         raise ValueError(f"picture {path}: its name must end in {', '.join(KINDS)}")
     powers_into_labels(figure)
     with replacing(path) as temporary:
-        if path.suffix.lower() == ".png":
-            drawn_once(figure, temporary, dpi)
-        else:
-            figure.savefig(temporary, dpi=dpi, format=path.suffix[1:].lower())
+        drawn_once(figure, temporary, dpi, path.suffix[1:].lower())
     return path
 
 
-def drawn_once(figure: Figure, path: Path, dpi: float) -> None:
-    """Write a picture as pixels. `savefig` would draw twice, the first time for the layout only."""
+def drawn_once(figure: Figure, path: Path, dpi: float, kind: str) -> None:
+    """Write a picture. `savefig` would draw twice, the first time for the layout only."""
     figure.set_dpi(dpi)
-    figure.canvas.print_png(path, pil_kwargs={"compress_level": COMPRESSION})
+    if kind == "png":
+        figure.canvas.print_png(path, pil_kwargs={"compress_level": COMPRESSION})
+        return
+    before = figure.canvas
+    try:
+        getattr(get_registered_canvas_class(kind)(figure), f"print_{kind}")(path)
+    finally:
+        figure.set_canvas(before)
 
 
 def powers_into_labels(figure: Figure) -> None:

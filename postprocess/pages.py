@@ -44,9 +44,9 @@ ALIKE = {
     "-": "",
     "?": "",
 }
-#: bytes of an SVG picture that is not worth being drawn as PNG too, and samples from which on no
-#: SVG is tried
-SMALL, LONG = 40_000, 20_000
+#: bytes of an SVG picture that is not worth being drawn as PNG too, which has some 100,000, and
+#: samples from which on no SVG is tried
+SMALL, LONG = 250_000, 20_000
 
 STYLE = """
 body{font:15px/1.45 system-ui,sans-serif;color:#1a1a1a;background:#fff;
@@ -255,8 +255,8 @@ class Page:
         self.sections.append((title, join(content), apart))
 
     def picture(self, draw: Callable[[Path], object], words: str, samples: int = 0) -> Markup:
-        """A picture in the page, as SVG or PNG, whichever is smaller; a sentence where it cannot be
-        drawn.
+        """A picture in the page, as SVG, or of large ones as PNG if that is smaller; a sentence
+        where it cannot be drawn.
 
         draw: saves it under the path it is given, or raises ValueError stating why it cannot;
             stated:

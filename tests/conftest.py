@@ -85,7 +85,7 @@ def undrawn(monkeypatch):
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", savefig)
     monkeypatch.setattr(
         "clearance.postprocess.figures.drawn_once",
-        lambda figure, path, dpi: savefig(figure, path, "png"),
+        lambda figure, path, dpi, kind: savefig(figure, path, kind),
     )
 
 

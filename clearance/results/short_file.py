@@ -47,8 +47,8 @@ _images: dict[tuple, Image] = {}
 class ShortFile(Memory):
     """Keeps what a run puts out; `store` writes its file where it has a path.
 
-    lasting: a run that has not ended after PATIENCE goes on in a file, as long runs do, and one whose
-        samples memory does not hold. What was computed before it stays where the process is killed.
+    lasting: a run that has not ended after PATIENCE goes on in a file, as long runs do, as one does
+        whose samples memory does not hold. What was computed before stays where it is killed.
     locked: nobody else may write a run of this name meanwhile.
     remembering: `record` holds all of it also where the run went on in a file.
     """

@@ -224,6 +224,13 @@ class Checkout:
         result = str(self.folder / "run.h5")
         return self.cpu("-m", "clearance.cli", "run", *words, *span, "-o", result)
 
+    def report(self) -> float:
+        """A page of a result."""
+        words = ["run", "six_bar_feeder", "--turns", "6", "-o", "six.h5"]
+        if not (self.folder / "six.h5").exists():
+            self.done("-m", "clearance.cli", *words)
+        return self.cpu("-m", "clearance.cli", "report", "six.h5", "-o", "six.html")
+
     def piece(self, *piece) -> float:
         """Least CPU seconds of a piece in one process."""
         return float(self.done("-c", PIECE, repr(piece)))
@@ -261,6 +268,7 @@ WARM: dict[str, Row] = {
     "`clearance --help`": lambda one: one.cpu("-m", "clearance.cli", "--help"),
     "first run of the README again": lambda one: one.run(README),
     "the same without `--plot`": lambda one: one.run(README[:-1]),
+    "report of six feeder turns": lambda one: one.report(),
     **{n: (lambda one, p=p: one.piece(*p)) for n, p in PIECES.items()},
     **{n: (lambda one, s=s: one.sweep(*s)) for n, s in SWEEPS.items()},
     **{

@@ -232,9 +232,12 @@ def picture(tmp_path, points, samples=0):
     return Reader(made.save(tmp_path / "picture.html"))
 
 
-def test_pictures_are_svg_or_png_whichever_is_smaller(tmp_path):
-    """A few points are drawn as lines, many and long ones as pixels."""
+def test_large_pictures_are_png_where_that_is_smaller(tmp_path, monkeypatch):
+    """A few points are drawn as lines, and only once; many and long ones as pixels."""
+    drawn, once = [], figures.drawn_once
+    monkeypatch.setattr(figures, "drawn_once", lambda *a: drawn.append(a[-1]) or once(*a))
     assert picture(tmp_path, 10).pictures == ["svg", "svg"]
+    assert drawn == ["svg", "svg"]
     assert picture(tmp_path, 20000).pictures == ["img", "img"]
     page = picture(tmp_path, 10, samples=pages.LONG)
     assert page.pictures == ["img", "img"]
