@@ -33,10 +33,15 @@ from clearance.values import checks
 if TYPE_CHECKING:
     import numpy as np
 
+    from clearance.film.piezo import Oil
+
 #: treatment of a film that would fall below the cavitation pressure. Swift-Stieber (P and its slope
 #: vanish at the rupture); pressure cut off after the solution; none; Jakobsson-Floberg-Olsson
 #: (mass-conserving).
 CAVITATIONS = ("reynolds", "gumbel", "none", "mass_conserving")
+#: options of the drag on the journal: that of the filled ring, or of the area that oil wets
+RING, WET = DRAGS = "ring", "wet"
+DRAG = WET
 # cells around and over half the length, at least and at most
 COARSEST, FINEST = (16, 2), (2048, 128)
 LARGEST = 257  # nodes of a table each way
@@ -83,7 +88,8 @@ class Bearing:
     radius, clearance, length [m]; viscosity [Pa s]; cavitation: one of CAVITATIONS; ambient:
     pressure at the ends above the cavitation pressure [Pa], None where the film cavitates at
     ambient pressure; grooves: where oil is supplied; roughness: composite rms [m] of the flow
-    factors, 0 for smooth surfaces.
+    factors, 0 for smooth surfaces; pressure_viscosity: coefficient [1/Pa] of oil that the pressure
+    thickens, by Roelands' law or else by Barus' (film/piezo.py), 0: isoviscous.
     """
 
     radius: float
@@ -94,6 +100,8 @@ class Bearing:
     ambient: float | None = None
     grooves: tuple[Groove, ...] = ()
     roughness: float = 0.0
+    pressure_viscosity: float = 0.0
+    roelands: bool = False
 
     def __post_init__(self):
         for name in ("radius", "clearance", "length", "viscosity"):
@@ -115,6 +123,7 @@ class Bearing:
                 f"bearing: roughness {self.roughness!r} m: flow factors need a clearance of "
                 f"{THINNEST:g} times it"
             )
+        checks.non_negative("bearing: pressure_viscosity", self.pressure_viscosity)
         object.__setattr__(self, "grooves", tuple(self.grooves))
         for groove in self.grooves:
             if not isinstance(groove, Groove):
@@ -159,6 +168,13 @@ class Bearing:
     def thickness(self) -> float:
         """Clearance over roughness, 0 for smooth surfaces."""
         return self.clearance / self.roughness if self.roughness > 0.0 else 0.0
+
+    @property
+    def oil(self) -> Oil:
+        """The oil as the film solvers have it."""
+        from clearance.film.piezo import oil_of
+
+        return oil_of(self.pressure_viscosity, self.viscosity, self.pressure_scale, self.roelands)
 
     @property
     def lowest(self) -> float:
@@ -239,6 +255,13 @@ def check_state(
         )
     rate = checks.finite("radial_rate", radial_rate)
     return eps, rate, 0.5 * eps * checks.finite("entrainment", entrainment)
+
+
+def check_drag(field: str, drag: str) -> str:
+    """A drag, one of DRAGS."""
+    if drag not in DRAGS:
+        raise ValueError(f"{field}: drag must be one of {', '.join(DRAGS)}; got {drag!r}")
+    return drag
 
 
 def check_nodes(field: str, nodes: int) -> int:

@@ -12,7 +12,10 @@ bearing's own x axis. The journal's centre is at (ex, ey) c and moves at (vx, vy
 spin = omega_J - omega_B; f is the content, the share of the gap that holds oil. At the ends and in
 the grooves the pressure is given and f = 1. The liner is a Winkler foundation: it yields in
 proportion to the pressure above ambient (kappa in m/Pa). H is the gap of the unloaded bearing at
-ambient pressure.
+ambient pressure. So the journal may pass the wall: the film goes over into dry contact on the
+liner. Its own rate stands in d_t(f H). Where it presses on the ends the solids bear there. Oil that
+the pressure thickens takes its reduced pressure as P on the left side, see
+`clearance.film.piezo`.
 
 h_B(theta) and h_J(theta - a) are worn depths over c of bearing and journal, a the angle of the
 journal against the bearing. The journal's turn on, d_t h_J = -spin h_J': with the drag of H they
@@ -33,10 +36,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearance.film.bearing import Bearing, Groove, check_mesh
+from clearance.film.bearing import (
+    DOUBTFUL,
+    DRAG,
+    RING,
+    Bearing,
+    Groove,
+    check_drag,
+    check_mesh,
+    coarseness,
+)
 from clearance.film.control_volumes import CAVITATED, FIXED, FULL, VOLUME, Mesh, State, System
 from clearance.film.film_answer import Answer, respond
-from clearance.film.oil_balance import LIMIT, Flow, Past, inflow, settle, sweep
+from clearance.film.oil_balance import LIMIT, Flow, Past, inflow, lift_off, settle, size_of, sweep
 from clearance.values import checks
 
 # shortest time since the last moment, in units of the time in which the motion changes the film
@@ -67,7 +79,8 @@ class MemoryFilm:
     mesh: cells around and over half the length; liner: compliance [m/Pa], 0 for a rigid bearing;
         conserving: False leaves the memory of the content out (P >= lowest where P and its slope
         vanish: Swift-Stieber); outline, journal: worn depths [m] of bearing and journal at equal
-        angles of their bodies' frames, None where unworn.
+        angles of their bodies' frames, None where unworn; drag: "ring" where cavities drag as if
+        full, "wet" where they do with their content.
 
     Fields of the last accepted moment: content (n, m) and pressure above ambient [Pa] (n, m). They
     stand at theta [rad] (n,) and axial, z from the middle [m] (m,). mass_defect: oil made or lost
@@ -88,6 +101,7 @@ class MemoryFilm:
         conserving: bool = True,
         outline: Sequence[float] | None = None,
         journal: Sequence[float] | None = None,
+        drag: str = DRAG,
     ):
         n, nz = check_mesh(mesh)
         if bearing.roughness > 0.0:
@@ -103,6 +117,7 @@ class MemoryFilm:
                 "without conservation it must be 'reynolds'"
             )
         self.bearing, self.conserving = bearing, bool(conserving)
+        self.filled = check_drag("film with memory", drag) == RING
         self.liner = checks.non_negative("liner", liner)
         self.iterations, self.mass_defect = 0, 0.0
         self._lay(n, nz)
@@ -129,16 +144,20 @@ class MemoryFilm:
             weight=self.bearing.axial,
             mean=math.sin(0.5 * width) / (0.5 * width),
             soft=self.liner * self.bearing.pressure_scale / self.bearing.clearance,
+            oil=self.bearing.oil,
             lowest=self.bearing.lowest,
             # exact for the parabola of a short bearing (its cell means too), where 2 would be the
             # plain half cell
             leak=2.0 / (1.0 - 2.0 * depth / 3.0),
             carried=float(self.conserving),
+            filled=self.filled,
         )
         layers = nz if self._mesh.soft > 0.0 else 1
         self._system = System(
             np.zeros((n, layers, 11)),
-            np.zeros((n, layers, 12)),
+            np.zeros((n, nz + 1 if layers == nz else 1, 12)),
+            np.zeros((n, nz + 1, 5)),
+            np.zeros((n, nz + 1)),
             np.zeros((n * nz, 4 * nz + 1)),
             np.zeros((n * nz, 1)),
         )
@@ -148,6 +167,8 @@ class MemoryFilm:
         self._fixed = np.full((n, nz), math.nan)
         for groove in self.bearing.grooves:
             self._cut(groove)
+        self._system.least[:, :nz] = np.nan_to_num(self._fixed)
+        self._system.least[:, nz] = -self._mesh.lowest
 
     def _turn(self, angle: float, lift: float = 0.0) -> None:
         """Depths over c on the grid, the journal turned by an angle against the bearing; lift: what
@@ -196,12 +217,19 @@ class MemoryFilm:
         self._held = p.copy()
         # the cells' volumes, not known before the first accepted moment
         self._stored = np.zeros(kind.shape)
-        self._begun = False
+        self._begun, self.thinnest = False, math.inf
 
     @property
     def pressure(self) -> np.ndarray:
         """Pressure above ambient [Pa] at the last accepted moment, (n, m)."""
         return (self._held + self._mesh.lowest) * self.bearing.pressure_scale
+
+    @property
+    def gap(self) -> np.ndarray:
+        """Gap over c at the last answer or accepted moment, the mean of each cell, (n, m)."""
+        kind = self._state.kind
+        volume = self._system.cell[:, : kind.shape[1], VOLUME]  # without the layer of the ends
+        return np.array(np.broadcast_to(volume, kind.shape)) / self._mesh.area
 
     def _since(self, vx: float, vy: float, spin: float, elapsed: float) -> float:
         """elapsed, not below INSTANT of the time in which the motion changes the film."""
@@ -218,20 +246,26 @@ class MemoryFilm:
 
     def _settled(self, attempt, ex: float, ey: float, spin: float) -> None:
         """Make the attempt, and again from the last accepted moment where the last answer is no
-        good start.
+        good start; with a liner also from an opened film.
 
         Raises RuntimeError if that does not settle the film either.
         """
-        for _ in range(2):
-            count = attempt()
-            if count > 0:
+
+        def opened():
+            size = size_of(6.0 * spin, self._base, self._mesh)
+            lift_off((ex, ey), size, self._state, self._mesh)
+
+        for begin in (None, self._restart, *([opened] if self.liner > 0.0 else [])):
+            if begin is not None:
+                begin()
+            if (count := attempt()) > 0:
                 self.iterations = count
                 return
-            self._restart()
-        self.iterations = LIMIT
+        self.iterations = LIMIT + len(self.theta)
         raise RuntimeError(
-            f"film with memory: the cavity's boundary did not settle within {LIMIT} linear systems "
-            f"at ex = {ex!r}, ey = {ey!r}, spin = {spin!r} 1/s: a smaller step may help"
+            f"film with memory: the cavity's boundary did not settle within {self.iterations} "
+            f"linear systems at ex = {ex!r}, ey = {ey!r}, spin = {spin!r} 1/s: a smaller step may "
+            f"help"
         )
 
     def trial(
@@ -269,7 +303,7 @@ class MemoryFilm:
         hold = 12.0 / self._since(vx, vy, spin, elapsed)
         self._turn(angle, lift)
         self._sweep(vx, vy, spin, lift_rate)
-        self._respond((ex, ey), Flow(6.0 * spin, hold, hold, 0.0), self.content, out, spin)
+        self._respond((ex, ey), Flow(6.0 * spin, hold, hold), self.content, out, spin)
         return out
 
     def _respond(self, motion, flow, old, out, spin) -> None:
@@ -279,8 +313,11 @@ class MemoryFilm:
         film = self._state, past, flow, self._mesh, self._system
         self._settled(lambda: respond(motion, *film, answer), *motion, spin)
 
-    def steady(self, ex: float, ey: float, spin: float) -> np.ndarray:
-        """force_x, force_y, shear, side_flow as in `trial`, (4,), of a film that no longer changes.
+    def steady(
+        self, ex: float, ey: float, spin: float, vx: float = 0.0, vy: float = 0.0
+    ) -> np.ndarray:
+        """force_x, force_y, shear, side_flow as in `trial`, (4,), of a film that no longer changes,
+        or whose rigid gap changes at a constant rate while its liner stands still.
 
         Raises ValueError where nothing determines the content: a conserving film without a groove;
         and for a worn journal that turns.
@@ -293,11 +330,11 @@ class MemoryFilm:
             )
         out = np.full((4, 6), math.nan)
         if math.isfinite(ex + ey + spin):
-            self._base[:] = 0.0
+            sweep((vx, vy), spin, np.ones(self.content.shape), self._mesh, self._base)
             # oil that nothing moves counts as full; too weak to be seen where the flow carries it
             weak = 1e-9 * max(abs(spin), 1.0)
             self._respond(
-                (ex, ey), Flow(6.0 * spin, weak, 0.0, 0.0), np.ones(self.content.shape), out, spin
+                (ex, ey), Flow(6.0 * spin, weak, 0.0), np.ones(self.content.shape), out, spin
             )
         return out[:, 0]
 
@@ -336,7 +373,7 @@ class MemoryFilm:
         self._sweep(vx, vy, spin, lift_rate)
         if not first:
             self._base[:] = 0.0
-        flow = Flow(6.0 * spin, hold, hold, 0.0)
+        flow = Flow(6.0 * spin, hold, hold)
         past = Past(self.content, self._base, self._growth, self._held, self._stored, first)
         film = self._state, past, flow, self._mesh, self._system
         self._settled(lambda: settle((ex, ey), *film), ex, ey, spin)
@@ -345,7 +382,9 @@ class MemoryFilm:
     def _remember(self, flow: Flow) -> None:
         """The settled state becomes the last accepted moment."""
         kind, p, content = self._state
-        volume = np.array(np.broadcast_to(self._system.cell[:, :, VOLUME], kind.shape))
+        volume = np.array(
+            np.broadcast_to(self._system.cell[:, : kind.shape[1], VOLUME], kind.shape)
+        )
         self._held = np.maximum(p, 0.0)
         if self.conserving:
             free = kind != FIXED
@@ -355,3 +394,24 @@ class MemoryFilm:
             self.mass_defect = abs(gained - entered) / max(np.sum((content * volume)[free]), 1e-300)
             self.content = np.clip(content, 0.0, 1.0)
         self._stored, self._begun = volume, True
+        self.thinnest = min(self.thinnest, float(self.gap[kind != FIXED].min()))
+
+    def doubt(self, eccentricity_ratio: float) -> str | None:
+        """Objection to the mesh after a run up to an eccentricity ratio.
+
+        With a liner the thinnest film counts: with n cells in sqrt(2 H) rad some 0.12 / n^2 of the
+        load are missed, at most what the film adds to a contact.
+        """
+        cells = len(self.theta)
+        if self.liner == 0.0:
+            return coarseness(cells, eccentricity_ratio, self.bearing.slenderness)
+        inside = cells * math.sqrt(2.0 * self.thinnest) / (2.0 * math.pi)
+        added = 2.0 * self.thinnest / (self.thinnest + max(eccentricity_ratio - 1.0, 0.0))
+        if (error := min(0.12 / inside**2, added)) <= DOUBTFUL:
+            return None
+        finer = math.ceil(cells * math.sqrt(0.12 / DOUBTFUL) / inside / 16.0) * 16
+        where = f"for a film of {self.thinnest:.3g} of the clearance"
+        return (
+            f"{cells} cells around are too coarse {where}: the load may be {error:.1%} off; take "
+            f"{finer}"
+        )

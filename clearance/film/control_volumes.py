@@ -7,28 +7,36 @@ with their derivatives. Equation and frame: `clearance.film.conserving`.
 import math
 from collections import namedtuple
 
+from clearance.film.piezo import reduced
 from clearance.machine.store import njit
 
 FULL, CAVITATED, FIXED = 0, 1, 2  # kinds of cell; pressure and content of a fixed one are given
 # in `face`: conductance and gap, each followed by d/d(ex, ey, this cell's P, the next cell's P);
-# at last the conductance by the drag
+# at last the gap by the drag
 COND, GAP, DRAG = 0, 5, 10
 AXIAL, VOLUME, SHEAR = 0, 4, 8  # in `cell`: each followed by d/d(ex, ey, this cell's P)
+# in `oil`, of a cell or an end: P, its reduced pressure, mu0 / mu, slope of ln(mu / mu0) by P, and
+# d P / d(-rigid gap) where the solids touch, else 0
+PRESS, REDUCED, THIN, RATE, TOUCH = range(5)
 LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
 
 #: of a bearing. ring: cos, sin of each cell's middle, cos, sin of the face behind it (n, 4). order:
 #: position of each column in the band (n,). worn: depths over c in the middle, at the face behind,
 #: their mean over the cell, and the journal's growth over the cell (n, 4). width, depth and area of
 #: a cell; weight: (R / L)^2; mean: of cos over a cell's width relative to its middle. soft:
-#: deflection per P [s]; lowest: P in a cavity. leak: conductance of the end over that between two
-#: cells; carried: 1 where the flow carries the content, 0 where it carries full gaps (the
-#: memoryless film)
-Mesh = namedtuple("Mesh", "ring order worn width depth area weight mean soft lowest leak carried")
+#: deflection per P [s]; oil: how P thickens it; lowest: P in a cavity. leak: conductance of the end
+#: over that between two cells; carried: 1 where the flow carries the content, 0 where it carries
+#: full gaps (the memoryless film); filled: whether cavities drag as if full
+Mesh = namedtuple(
+    "Mesh", "ring order worn width depth area weight mean soft oil lowest leak carried filled"
+)
 #: of a film: kind of its cells, p = P - lowest, content f, each (n, nz)
 State = namedtuple("State", "kind p content")
 #: of one Newton step: face (n, layers, 11), that between column i and the next. cell (n, layers,
-#: 12). matrix (n nz, 2 w + 1): row i holds a_ij at w + j - i. rest (n nz, 1): right-hand side
-System = namedtuple("System", "face cell matrix rest")
+#: 12), with a liner one layer more, of the ends. oil (n, nz + 1, 5), of cells and ends. least (n,
+#: nz + 1): P - lowest where oil does not decide on it: of grooves, of ends, else 0. matrix (n nz, 2
+#: w + 1): row i holds a_ij at w + j - i. rest (n nz, 1): right-hand side
+System = namedtuple("System", "face cell oil least matrix rest")
 
 #: nothing in these allocates: arrays need no counting
 inlined = njit(error_model="numpy", forceinline=True, _nrt=False)
@@ -50,8 +58,8 @@ def join(gaps, slopes, mesh, face):
 
     With the flow q = 6 spin H - H^3 P' constant between them, q = 6 spin gap - conductance (P_next
     - P_this). Here conductance = 1 / I3, gap = I2 / I3 and I_k is the integral of H^-k (Simpson).
-    Both are multiplied by the cells' axial size. gaps, and their slopes: in the middle of this
-    cell, at the face, in the middle of the next cell.
+    P is the reduced pressure of film/piezo.py. Both are multiplied by the cells' axial size. gaps,
+    and their slopes: in the middle of this cell, at the face, in the middle of the next cell.
     """
     width, depth = mesh.width, mesh.depth
     (here, own_on), (mid, mid_on), (far, far_on) = (
@@ -77,19 +85,46 @@ def join(gaps, slopes, mesh, face):
 
 
 @inlined
-def stiffen(least, drag, face):
-    """Let the conductance not fall below least |drag|, smoothly: what a soft liner drags along
-    counts upwind then.
+def lean(gaps, slopes, thin, drag, mesh, face):
+    """Let the gap of a face go over to that of the cell upstream where the pressure cannot hold
+    against what a soft liner drags along (cell Peclet number above 1).
 
-    Otherwise the gap that the pressure opens travels on central differences. They oscillate where
-    the film is thin (cell Peclet number above 1), and the Newton steps do not settle. A
-    second-order change of the resolved film.
+    gap = (1 - w) gap + w upstream, w = Pe^2 / (1 + Pe^2), Pe = drag soft depth / (conductance thin)
+    Central differences oscillate there, and no Newton step settles. Here the matrix keeps its
+    signs, and where the film is resolved the change is of third order. A gap that is constant, as
+    in a contact, it leaves as it is. thin: mu0 / mu at the face, and its slopes.
     """
-    plain = face[COND]
-    face[COND] = math.hypot(plain, least * drag)
-    face[DRAG] = least * least * drag / face[COND]
+    peclet = drag * mesh.soft * mesh.depth / (face[COND] * thin[0])
+    share = peclet * peclet / (1.0 + peclet * peclet)
+    side = 0 if drag >= 0.0 else 2
+    up, on = floored(gaps[side])
+    apart = mesh.depth * up - face[GAP]
+    bend = 2.0 * share * (1.0 - share) * apart
+    face[GAP] += share * apart
+    face[DRAG] = bend / drag if drag != 0.0 else 0.0
     for m in range(4):
-        face[COND + 1 + m] *= plain / face[COND]
+        thinner = face[COND + 1 + m] / face[COND] + (thin[m - 1] / thin[0] if m > 1 else 0.0)
+        upstream = mesh.depth * on * slopes[side][m]
+        face[GAP + 1 + m] += share * (upstream - face[GAP + 1 + m]) - bend * thinner
+
+
+@inlined
+def axial(cell, i, k):
+    """Conductance from a cell to its axial neighbour or to the end, its slopes by the AXIAL of
+    both, and the layer of the neighbour.
+
+    Exact for a one-dimensional film whose gap opens in proportion to P.
+    """
+    if cell.shape[1] == 1:
+        return cell[i, 0, AXIAL], 0.5, 0.5, 0
+    a, b = cell[i, k, AXIAL] ** (1.0 / 3.0), cell[i, k + 1, AXIAL] ** (1.0 / 3.0)
+    both = (a + b) * (a + b)
+    return (
+        0.25 * (a * a + b * b) * (a + b),
+        (both + 2.0 * a * a) / (12.0 * a * a),
+        (both + 2.0 * b * b) / (12.0 * b * b),
+        k + 1,
+    )
 
 
 @inlined
@@ -119,15 +154,47 @@ def fill(gaps, slopes, mesh, cell):
         cell[SHEAR + 1 + m] = -area / 6.0 * (db / before**2 + 4.0 * do / here**2 + de / beyond**2)
 
 
-@uncounted
-def measure(motion, drag, p, mesh, system):
-    """All faces and cells of a film, into its system.
+@inlined
+def dry(motion, i, mesh):
+    """P - lowest at which the solids touch all over a column's cells; -inf without a liner."""
+    if mesh.soft == 0.0:
+        return -math.inf
+    c, s = mesh.ring[i, 0], mesh.ring[i, 1]
+    rigid = 1.0 - mesh.mean * (motion[0] * c + motion[1] * s) + mesh.worn[i, 2]
+    return (LOWEST_GAP - rigid) / mesh.soft - mesh.lowest
 
-    A rigid bearing (soft = 0) is alike over its length: one layer, else one per row. motion: ex,
-    ey; drag: 6 spin [1/s]; p: P - lowest (n, nz).
+
+@uncounted
+def thicken(motion, state, mesh, system):
+    """State of the oil in all cells and ends by its P, into the system's `oil`.
+
+    First the pressure of what is not full: as given, or that of the solids where they touch.
+    """
+    (kind, p, _), oil, least = state, system.oil, system.least
+    nz = p.shape[1]
+    for i in range(p.shape[0]):
+        solid = dry(motion, i, mesh)
+        for k in range(nz + 1):
+            free = k < nz and kind[i, k] == FULL
+            touches = not free and solid > least[i, k]
+            pressure = p[i, k] if free else max(least[i, k], solid)
+            if k < nz:
+                p[i, k] = pressure
+            q, thin, rate = reduced(pressure + mesh.lowest, mesh.oil)
+            oil[i, k, PRESS], oil[i, k, REDUCED] = pressure + mesh.lowest, q
+            oil[i, k, THIN], oil[i, k, RATE] = thin, rate
+            oil[i, k, TOUCH] = 1.0 / mesh.soft if touches else 0.0
+
+
+@uncounted
+def measure(motion, drag, mesh, system):
+    """All faces and cells of a film, into its system, whose `oil` is known.
+
+    A rigid bearing (soft = 0) is alike over its length: one layer, else one per row, and one of the
+    ends. motion: ex, ey; drag: 6 spin [1/s].
     """
     (ex, ey), ring, worn = motion, mesh.ring, mesh.worn
-    face, cell = system.face, system.cell
+    face, cell, oil = system.face, system.cell, system.oil
     n, mean, soft = ring.shape[0], mesh.mean, mesh.soft
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
@@ -142,11 +209,16 @@ def measure(motion, drag, p, mesh, system):
         mid, before = 1.0 - ex * cf - ey * sf + worn[i, 1], 1.0 - ex * cb - ey * sb + worn[i - 1, 1]
         average = 1.0 - mean * (ex * c + ey * s) + worn[i, 2]
         for k in range(face.shape[1]):
-            y, z = soft * (p[i, k] + mesh.lowest), soft * (p[j, k] + mesh.lowest)
+            y, z = soft * oil[i, k, PRESS], soft * oil[j, k, PRESS]
             gaps = here + y, mid + 0.5 * (y + z), far + z
-            join(gaps, (own_slope, mid_slope, far_slope), mesh, face[i, k])
+            slopes_here = own_slope, mid_slope, far_slope
+            join(gaps, slopes_here, mesh, face[i, k])
             if soft > 0.0:
-                stiffen(0.5 * soft * mesh.depth, drag, face[i, k])
+                near, beyond = 0.5 * oil[i, k, THIN], 0.5 * oil[j, k, THIN]
+                thin = near + beyond, -near * oil[i, k, RATE], -beyond * oil[j, k, RATE]
+                lean(gaps, slopes_here, thin, drag, mesh, face[i, k])
+        for k in range(cell.shape[1]):
+            y = soft * oil[i, k, PRESS]
             gaps = before + y, here + y, mid + y, average + y
             slopes = before_slope, own_slope[:3], beyond_slope, mean_slope
             fill(gaps, slopes, mesh, cell[i, k])

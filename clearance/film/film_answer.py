@@ -14,8 +14,14 @@ from clearance.film.control_volumes import (
     DRAG,
     FIXED,
     GAP,
+    RATE,
+    REDUCED,
     SHEAR,
+    THIN,
+    TOUCH,
     VOLUME,
+    axial,
+    inlined,
     uncounted,
 )
 from clearance.film.oil_balance import settle
@@ -25,12 +31,42 @@ from clearance.film.oil_balance import settle
 Answer = namedtuple("Answer", "scales out right")
 
 
+@inlined
+def around(i, j, k, state, flow, mesh, system):
+    """The gap's flow from a cell to the next column: what upwind content carries, the fall of the
+    reduced pressure, and the slopes of the flow by the P of both cells.
+    """
+    content, oil = state.content, system.oil
+    f = system.face[i, k if system.face.shape[1] > 1 else 0]
+    upwind = 1.0 + mesh.carried * ((content[i, k] if flow.drag >= 0.0 else content[j, k]) - 1.0)
+    fall, carried = oil[i, k, REDUCED] - oil[j, k, REDUCED], flow.drag * upwind
+    by_own = f[COND] * oil[i, k, THIN] + carried * f[GAP + 3] + f[COND + 3] * fall
+    by_next = -f[COND] * oil[j, k, THIN] + carried * f[GAP + 4] + f[COND + 4] * fall
+    return upwind, fall, by_own, by_next
+
+
+@inlined
+def along(i, k, mesh, system):
+    """The axial flow from a cell to the next or out of the end: its slopes by (ex, ey) with P
+    held, and by the P of both.
+    """
+    cell, oil = system.cell, system.oil
+    conductance, by_here, by_there, layer = axial(cell, i, k)
+    here, there = cell[i, k if layer else 0], cell[i, layer]
+    fall = oil[i, k, REDUCED] - oil[i, k + 1, REDUCED]
+    by_x = (by_here * here[AXIAL + 1] + by_there * there[AXIAL + 1]) * fall
+    by_y = (by_here * here[AXIAL + 2] + by_there * there[AXIAL + 2]) * fall
+    by_own = conductance * oil[i, k, THIN] + by_here * here[AXIAL + 3] * fall
+    by_next = -conductance * oil[i, k + 1, THIN] + by_there * there[AXIAL + 3] * fall
+    return conductance * fall, (by_x, by_y), by_own, by_next
+
+
 @uncounted
 def by_motion(state, old, flow, mesh, system, right):
     """Minus the derivative of every balance by (ex, ey, vx, vy, spin), with every cell's kind held:
     right (n nz, 5).
     """
-    (kind, p, content), face, cell = state, system.face, system.cell
+    kind, content, (face, cell, oil, _, _, _) = state.kind, state.content, system
     ring, order, drag = mesh.ring, mesh.order, flow.drag
     n, nz = kind.shape
     layered = face.shape[1] > 1
@@ -41,22 +77,26 @@ def by_motion(state, old, flow, mesh, system, right):
         for k in range(nz):
             a, b = order[i] * nz + k, order[j] * nz + k
             f, v = face[i, k if layered else 0], cell[i, k if layered else 0]
-            upwind = 1.0 + mesh.carried * ((content[i, k] if drag >= 0.0 else content[j, k]) - 1.0)
-            fall = p[i, k] - p[j, k]
+            upwind, fall, by_own, by_next = around(i, j, k, state, flow, mesh, system)
+            _, moved, by_here, by_there = along(i, k, mesh, system)
+            end = k == nz - 1
+            gained = flow.hold * (content[i, k] - old[i, k])
             for m in range(2):
-                right[a, m] -= flow.hold * v[VOLUME + 1 + m] * (content[i, k] - old[i, k])
+                here = mesh.mean * ring[i, m] * oil[i, k, TOUCH]  # d P / d(ex, ey) of solids
+                far = mesh.mean * ring[j, m] * oil[j, k, TOUCH]
+                beside = mesh.mean * ring[i, m] * oil[i, k + 1, TOUCH]
+                right[a, m] -= gained * v[VOLUME + 1 + m]
+                right[a, m] -= flow.press * old[i, k] * v[VOLUME + 3] * here
                 right[a, 2 + m] += area * old[i, k] * ring[i, m]
                 flux = drag * f[GAP + 1 + m] * upwind + f[COND + 1 + m] * fall
+                flux += by_own * here + by_next * far
                 right[a, m] -= flux
                 right[b, m] += flux
-                if k == nz - 1:
-                    right[a, m] -= mesh.leak * v[AXIAL + 1 + m] * (p[i, k] + mesh.lowest)
-                else:
-                    there = cell[i, k + 1 if layered else 0]
-                    flux = 0.5 * (v[AXIAL + 1 + m] + there[AXIAL + 1 + m]) * (p[i, k] - p[i, k + 1])
-                    right[a, m] -= flux
+                flux = (mesh.leak if end else 1.0) * (moved[m] + by_here * here + by_there * beside)
+                right[a, m] -= flux
+                if not end:
                     right[a + 1, m] += flux
-            by_spin = 6.0 * (f[GAP] * upwind + f[DRAG] * fall)
+            by_spin = 6.0 * upwind * (f[GAP] + drag * f[DRAG])
             right[a, 4] += 12.0 * mesh.depth * mesh.worn[i, 3] * old[i, k]
             right[a, 4] -= by_spin
             right[b, 4] += by_spin
@@ -67,39 +107,46 @@ def by_motion(state, old, flow, mesh, system, right):
 
 
 @uncounted
-def gather(state, mesh, cell, scales, right, out):
+def gather(state, mesh, system, scales, right, out):
     """Forces, shear and side flow with their derivatives: out (4, 6), from the solved right (n nz,
-    5).
+    5). Solids that touch have no shear of oil.
     """
     (kind, p, content), ring, carried = state, mesh.ring, mesh.carried
+    cell, oil = system.cell, system.oil
     n, nz = kind.shape
     area = 2.0 * mesh.width * mesh.depth
     out[:] = 0.0
     for i in range(n):
         for k in range(nz):
             v = cell[i, k if cell.shape[1] > 1 else 0]
-            dry, fixed, slope = (
-                kind[i, k] == CAVITATED,
-                kind[i, k] == FIXED,
-                right[mesh.order[i] * nz + k],
-            )
-            wet = carried * max(content[i, k], 0.0) if dry else 1.0
-            leak = mesh.leak / 6.0 if k == nz - 1 and not fixed else 0.0
-            fall = p[i, k] + mesh.lowest
+            cavity, slope = kind[i, k] == CAVITATED, right[mesh.order[i] * nz + k]
+            thin, touch = oil[i, k, THIN], oil[i, k, TOUCH]
+            part = carried if cavity and not mesh.filled else 0.0
+            wet = carried * max(content[i, k], 0.0) if cavity and not mesh.filled else 1.0
+            if touch > 0.0:
+                part = wet = 0.0
+            shear = v[SHEAR] / thin
+            flux, moved, by_own, by_next = along(i, k, mesh, system)
+            # what comes in at the ends is no side flow
+            out_of_end = k == nz - 1 and kind[i, k] != FIXED and flux > 0.0
+            leak = mesh.leak / 6.0 if out_of_end else 0.0
             for m in range(2):
                 out[m, 0] -= area * (p[i, k] + mesh.lowest) * ring[i, m]
-            out[2, 0] += 2.0 * wet * v[SHEAR]
-            leak = leak if fall > 0.0 else 0.0  # what comes in at the ends is no side flow
-            out[3, 0] += leak * v[AXIAL] * fall
+            out[2, 0] += 2.0 * wet * shear
+            out[3, 0] += leak * flux
             for m in range(5):
-                rise, gain = (0.0, slope[m]) if dry else (slope[m], 0.0)
+                rise, gain = (0.0, slope[m]) if cavity else (slope[m], 0.0)
+                if m < 2:
+                    rise += mesh.mean * ring[i, m] * touch
                 out[0, 1 + m] -= area * rise * ring[i, 0]
                 out[1, 1 + m] -= area * rise * ring[i, 1]
-                out[2, 1 + m] += 2.0 * (carried * gain * v[SHEAR] + wet * v[SHEAR + 3] * rise)
-                out[3, 1 + m] += leak * (v[AXIAL] + v[AXIAL + 3] * fall) * rise
+                thicker = (v[SHEAR + 3] / thin + shear * oil[i, k, RATE]) * rise
+                out[2, 1 + m] += 2.0 * (part * gain * shear + wet * thicker)
+                out[3, 1 + m] += leak * by_own * rise
                 if m < 2:
-                    out[2, 1 + m] += 2.0 * wet * v[SHEAR + 1 + m]
-                    out[3, 1 + m] += leak * v[AXIAL + 1 + m] * fall
+                    out[2, 1 + m] += 2.0 * wet * v[SHEAR + 1 + m] / thin
+                    beside = mesh.mean * ring[i, m] * oil[i, nz, TOUCH]
+                    out[3, 1 + m] += leak * (moved[m] + by_next * beside)
     for row in range(4):
         for m in range(6):
             out[row, m] *= scales[row]
@@ -115,5 +162,5 @@ def respond(motion, state, past, flow, mesh, system, answer):
     if count > 0:
         by_motion(state, past.content, flow, mesh, system, answer.right)
         substitute_lu(system.matrix, answer.right)
-        gather(state, mesh, system.cell, answer.scales, answer.right, answer.out)
+        gather(state, mesh, system, answer.scales, answer.right, answer.out)
     return count

@@ -29,6 +29,9 @@ it. Outputs are those of the pressure P - SATURATED delta g, which is P_cav ther
 is the gradient of a strictly convex function: there is one solution, an analytic function of the
 motion. "gumbel" cuts the full film off by a softplus of delta.
 
+Oil that the pressure thickens has the same solution: it is that of the reduced pressure, see
+film/piezo.py. Forces and shear are those of the pressure that belongs to it.
+
 Newton's method starts from the last solution with its factors, those of a band whose last column
 closes the ring. New factors are made where it converges slowly. Derivatives are exact, the movement
 of mesh and rupture in them: complex steps through the equations.
@@ -55,6 +58,7 @@ from clearance.film.bearing import (
     coarseness,
 )
 from clearance.film.fem import TURN, mass_and_stiffness, quadratic_line, supplied, tensor_lines
+from clearance.film.piezo import pressed, reduced
 
 WIDTH = 0.25  # of the rupture: its pressure is that at sqrt(2 WIDTH) nodes from a sharp one
 # where the length, not the spacing, bounds the width of the rupture: (R / L)^2 d^2 over 1 / SHORT
@@ -76,10 +80,12 @@ KINDS = {"reynolds": REYNOLDS, "gumbel": GUMBEL, "none": FULL}
 #: what does not depend on the motion. By cell around and quadrature point: u, weight and slopes of
 #: the shapes by u. Then the shapes by point. Along half the length: mass, stiffness (R/L)^2, load
 #: of the nodes; free: nodes without a pressure given, (columns, rows), the ends last; moves:
-#: whether the mesh does; thickness: clearance over roughness, 0: smooth
+#: whether the mesh does; thickness: clearance over roughness, 0: smooth; lowest: reduced P at
+#: cavitation; oil: see film/piezo.py; filled: whether what has cavitated drags as if full
 Grid = namedtuple(
     "Grid",
-    "places weights shapes slopes mass stiffness load free moves thickness axial lowest kind",
+    "places weights shapes slopes mass stiffness load free moves thickness axial lowest kind oil "
+    "filled",
 )
 #: of one motion. Integrals of phi H^3 by cell and pair of shapes: of slopes, of values. By column:
 #: source, s+, |s|, delta, integrals of cos, sin and 1/H.
@@ -213,7 +219,7 @@ def seen(pressure, terms, grid):
 
 @compiled
 def measures(pressure, terms, grid):
-    """W_r, W_t, integral of 1/H over the wet area, side flow."""
+    """W_r, W_t, integral of mu / mu0 / H over the area that drags, side flow."""
     shown, wet = seen(pressure, terms, grid)
     integrals, out, last = (
         np.zeros(4, pressure.dtype),
@@ -222,9 +228,11 @@ def measures(pressure, terms, grid):
     )
     for j in range(pressure.shape[0]):
         for k in range(pressure.shape[1]):
-            integrals[0] += 2.0 * grid.load[k] * terms.cos[j] * shown[j, k]
-            integrals[1] += 2.0 * grid.load[k] * terms.sin[j] * shown[j, k]
-            integrals[2] += 2.0 * grid.load[k] * terms.shear[j] * wet[j, k]
+            p, thick = pressed(shown[j, k], grid.oil)
+            integrals[0] += 2.0 * grid.load[k] * terms.cos[j] * p
+            integrals[1] += 2.0 * grid.load[k] * terms.sin[j] * p
+            share = 1.0 if grid.filled else wet[j, k]
+            integrals[2] += 2.0 * grid.load[k] * terms.shear[j] * thick * share
         leaving = -(out[j, last] + wet[j, last] * terms.source[j] * grid.load[last]) / 6.0
         if leaving.real > 0.0:
             integrals[3] += leaving
@@ -376,15 +384,19 @@ def _clustering(eps: float) -> float:
 
 
 def _grid(
-    bearing: Bearing, mesh: tuple[int, int]
+    bearing: Bearing, mesh: tuple[int, int], filled: bool
 ) -> tuple[Grid, np.ndarray, np.ndarray, np.ndarray]:
-    """The Grid, u of its columns, zeta of its rows, given pressures [1/s] (0 where none is)."""
+    """The Grid, u of its columns, zeta of its rows, given reduced pressures [1/s] (0 where none
+    is).
+    """
     around, along = tensor_lines(bearing, mesh)
     ring, line = quadratic_line(around), quadratic_line(along)
     mass, stiffness = mass_and_stiffness(line)
     columns, zeta = np.sort(ring.doflocs[0])[:-1], np.sort(line.doflocs[0])
     order = [0, 2, 1]  # of the shapes of a cell: left, middle, right
     fixed, given = supplied(bearing, columns % TURN, zeta)
+    for at in np.argwhere(fixed):
+        given[*at] = reduced(given[*at], bearing.oil)[0]
     grid = Grid(
         places=np.ascontiguousarray(ring.global_coordinates()[0]),
         weights=np.ascontiguousarray(ring.dx),
@@ -397,8 +409,10 @@ def _grid(
         moves=0.0 if bearing.grooves else 1.0,
         thickness=bearing.thickness,
         axial=bearing.axial,
-        lowest=bearing.lowest,
+        lowest=reduced(bearing.lowest, bearing.oil)[0],
         kind=KINDS[bearing.cavitation],
+        oil=bearing.oil,
+        filled=filled,
     )
     return grid, columns, zeta, given
 
@@ -431,11 +445,11 @@ class MovingFilm:
         for a mesh too coarse, also for its grooves, and for mass-conserving cavitation.
     """
 
-    def __init__(self, bearing: Bearing, mesh: tuple[int, int] | None = None):
+    def __init__(self, bearing: Bearing, mesh: tuple[int, int] | None = None, drag: str = "wet"):
         if bearing.cavitation not in KINDS:
             raise ValueError(f"a film without memory has no cavitation {bearing.cavitation!r}")
         self.bearing, self.mesh = bearing, check_mesh(mesh or mesh_for(bearing.slenderness))
-        self.grid, self.nodes, self.zeta, self.given = _grid(bearing, self.mesh)
+        self.grid, self.nodes, self.zeta, self.given = _grid(bearing, self.mesh, drag == "ring")
         inner = len(self.zeta) - 1
         count = (len(self.nodes) - 1) * inner
         self.factors = Factors(
@@ -508,6 +522,7 @@ class MovingFilm:
         state, terms = self._settled(eccentricity_ratio, radial_rate, entrainment)
         measured = measures(self.pressure, terms, self.grid) * self.scales
         shown, wet = seen(self.pressure, terms, self.grid)
+        shown = self._pressed(shown)
         u = self.nodes
         theta = (u + _clustering(eccentricity_ratio) * self.grid.moves * np.sin(u)) % TURN
         order = np.argsort(theta)
@@ -525,6 +540,10 @@ class MovingFilm:
             unknowns=int(self.grid.free.sum()),
         )
 
+    def _pressed(self, shown: np.ndarray) -> np.ndarray:
+        """P of reduced pressures."""
+        return np.reshape([pressed(q, self.grid.oil)[0] for q in shown.flat], shown.shape)
+
     def fields_at(
         self, theta: np.ndarray, axial: np.ndarray, state: tuple[float, float, float]
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -535,6 +554,7 @@ class MovingFilm:
         """
         _, terms = self._settled(*state)
         shown, wet = seen(self.pressure, terms, self.grid)
+        shown = self._pressed(shown)
         around = np.append(self.nodes, self.nodes[0] + TURN)
         u = _unmoved(theta, _clustering(state[0]) * self.grid.moves, around[0])
         zeta = np.abs(axial) / self.bearing.length
@@ -543,5 +563,5 @@ class MovingFilm:
             rows = _between(self.zeta, nodal.T, zeta).T
             return _between(around, np.vstack([rows, rows[:1]]), u).T
 
-        pressure = np.maximum(between(shown), self.grid.lowest) * self.bearing.pressure_scale
+        pressure = np.maximum(between(shown), self.bearing.lowest) * self.bearing.pressure_scale
         return pressure, np.clip(between(wet), 0.0, 1.0)

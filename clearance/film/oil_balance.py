@@ -17,20 +17,28 @@ from clearance.film.control_volumes import (
     FULL,
     GAP,
     LOWEST_GAP,
+    RATE,
+    REDUCED,
+    THIN,
     VOLUME,
+    axial,
+    dry,
     inlined,
     measure,
+    thicken,
     uncounted,
 )
 
-LIMIT = 200  # linear systems before a film counts as unsettled
+# linear systems before a film counts as unsettled, beside one for each column: each may move the
+# front of a cavity by a cell
+LIMIT = 200
 EASY = 15  # linear systems after which the steps of a film with a liner are braked
 # linear systems after which only the worst cells of a rigid film switch, which ends a cycle
 PATIENCE = 30
 NOISE = 1e-10  # of the sliding speed: a pressure that counts as none
 
 #: of a balance [1/s]: drag = 6 spin, hold, press, and brake on the liner's steps
-Flow = namedtuple("Flow", "drag hold press brake")
+Flow = namedtuple("Flow", "drag hold press brake", defaults=(0.0,))
 #: the last moment: content; base: flow swept by the motion; growth of the cells' volumes V; held:
 #: P - lowest; stored: V, each (n, nz). follow: V grows by the liner alone
 Past = namedtuple("Past", "content base growth held stored follow")
@@ -39,7 +47,7 @@ Past = namedtuple("Past", "content base growth held stored follow")
 @inlined
 def add_around(i, k, state, flow, mesh, system):
     """The flow from cell (i, k) to the next column, and its derivative by the two unknowns."""
-    (kind, p, content), (face, _, matrix, rest) = state, system
+    (kind, _, content), (face, _, oil, _, matrix, rest) = state, system
     nz, w = kind.shape[1], matrix.shape[1] // 2
     j = i + 1 if i + 1 < kind.shape[0] else 0
     a, b = mesh.order[i] * nz + k, mesh.order[j] * nz + k
@@ -47,16 +55,16 @@ def add_around(i, k, state, flow, mesh, system):
     drag, carried = flow.drag, mesh.carried
     onward = drag >= 0.0
     upwind = 1.0 + carried * ((content[i, k] if onward else content[j, k]) - 1.0)
-    fall = p[i, k] - p[j, k]
+    fall = oil[i, k, REDUCED] - oil[j, k, REDUCED]
     flux = drag * f[GAP] * upwind + f[COND] * fall
     if kind[i, k] == CAVITATED:
         by_own = carried * drag * f[GAP] if onward else 0.0
     else:
-        by_own = f[COND] + drag * f[GAP + 3] * upwind + f[COND + 3] * fall
+        by_own = f[COND] * oil[i, k, THIN] + drag * f[GAP + 3] * upwind + f[COND + 3] * fall
     if kind[j, k] == CAVITATED:
         by_next = 0.0 if onward else carried * drag * f[GAP]
     else:
-        by_next = -f[COND] + drag * f[GAP + 4] * upwind + f[COND + 4] * fall
+        by_next = -f[COND] * oil[j, k, THIN] + drag * f[GAP + 4] * upwind + f[COND + 4] * fall
     rest[a, 0] -= flux
     rest[b, 0] += flux
     matrix[a, w] += by_own
@@ -68,26 +76,27 @@ def add_around(i, k, state, flow, mesh, system):
 @inlined
 def add_along(i, k, state, mesh, system):
     """The flow from cell (i, k) to its axial neighbour or out of the end, and its derivatives."""
-    (kind, p, _), (_, cell, matrix, rest) = state, system
-    nz, w, layered = kind.shape[1], matrix.shape[1] // 2, cell.shape[1] > 1
+    kind, (_, cell, oil, _, matrix, rest) = state.kind, system
+    nz, w = kind.shape[1], matrix.shape[1] // 2
     a = mesh.order[i] * nz + k
-    here = cell[i, k if layered else 0]
+    conductance, by_own, by_next, beside = axial(cell, i, k)
+    by_own *= cell[i, k if beside else 0, AXIAL + 3]
     if k == nz - 1:
-        fall, conductance = p[i, k] + mesh.lowest, mesh.leak * here[AXIAL]
-        rest[a, 0] -= conductance * fall
+        fall = oil[i, k, REDUCED] - oil[i, nz, REDUCED]
+        rest[a, 0] -= mesh.leak * conductance * fall
         if kind[i, k] != CAVITATED:
-            matrix[a, w] += conductance + mesh.leak * here[AXIAL + 3] * fall
+            matrix[a, w] += mesh.leak * (conductance * oil[i, k, THIN] + by_own * fall)
         return
-    there = cell[i, k + 1 if layered else 0]
-    fall, conductance = p[i, k] - p[i, k + 1], 0.5 * (here[AXIAL] + there[AXIAL])
+    by_next *= cell[i, beside, AXIAL + 3]
+    fall = oil[i, k, REDUCED] - oil[i, k + 1, REDUCED]
     rest[a, 0] -= conductance * fall
     rest[a + 1, 0] += conductance * fall
     if kind[i, k] != CAVITATED:
-        slope = conductance + 0.5 * here[AXIAL + 3] * fall
+        slope = conductance * oil[i, k, THIN] + by_own * fall
         matrix[a, w] += slope
         matrix[a + 1, w - 1] -= slope
     if kind[i, k + 1] != CAVITATED:
-        slope = conductance - 0.5 * there[AXIAL + 3] * fall
+        slope = conductance * oil[i, k + 1, THIN] - by_next * fall
         matrix[a, w + 1] -= slope
         matrix[a + 1, w] += slope
 
@@ -103,7 +112,7 @@ def assemble(state, past, flow, mesh, system):
     where old is the content of the last moment. Written in differences from it so that hold ->
     infinity loses no digits.
     """
-    (kind, _, content), (_, cell, matrix, rest) = state, system
+    (kind, _, content), (_, cell, _, _, matrix, rest) = state, system
     old, base, growth, order = past.content, past.base, past.growth, mesh.order
     (n, nz), w = kind.shape, matrix.shape[1] // 2
     hold, press = flow.hold, flow.press
@@ -132,13 +141,13 @@ def assemble(state, past, flow, mesh, system):
 
 
 @uncounted
-def move(state, mesh, system):
+def move(state, size, mesh, system):
     """Take the step in the system's `rest`. Returns the largest change of P over the largest P.
 
-    A liner's gap must not be stepped through zero nor far beyond its size: that is where its Newton
-    step fails.
+    A liner's gap must not be stepped through zero nor far beyond its size, or that of the film:
+    that is where its Newton step fails.
     """
-    (kind, p, content), (_, cell, _, rest) = state, system
+    (kind, p, content), (_, cell, oil, _, _, rest) = state, system
     n, nz = kind.shape
     most, change = 1e-300, 0.0
     for i in range(n):
@@ -149,19 +158,21 @@ def move(state, mesh, system):
                 continue
             v = cell[i, k if cell.shape[1] > 1 else 0]
             if v[VOLUME + 3] > 0.0:
-                much = max(v[VOLUME], 0.05 * mesh.area)
+                much = max(v[VOLUME], size * mesh.area)
                 less = 0.7 * v[VOLUME] if v[VOLUME] > 2.0 * LOWEST_GAP * mesh.area else much
-                step = min(max(step, -less / v[VOLUME + 3]), 4.0 * much / v[VOLUME + 3])
+                step = min(max(step, -less / v[VOLUME + 3]), 0.5 * much / v[VOLUME + 3])
+            if oil[i, k, RATE] > 0.0:  # no further than the viscosity's slope holds
+                step = min(max(step, -1.0 / oil[i, k, RATE]), 1.0 / oil[i, k, RATE])
             p[i, k] += step
             most, change = max(most, abs(p[i, k])), max(change, abs(step))
     return change / most
 
 
 @compiled
-def switch(state, share, noise):
+def switch(motion, state, mesh, share, noise):
     """Let cells change their kind that contradict it by more than `share` of the worst.
 
-    Returns how many did.
+    Where solids touch, theirs is the least pressure. Returns how many did.
 
     noise: a pressure [1/s] that is nothing against what the motion could raise.
     """
@@ -171,27 +182,28 @@ def switch(state, share, noise):
     # rounding: a cell that is just full must not change its kind for ever
     low, high = max(1e-13 * most, noise), 1e-12
     for i in range(n):
+        least = max(dry(motion, i, mesh), 0.0)
         for k in range(nz):
             if kind[i, k] == FULL:
-                low = max(low, -share * p[i, k])
+                low = max(low, share * (least - p[i, k]))
             elif kind[i, k] == CAVITATED:
                 high = max(high, share * (content[i, k] - 1.0))
     switched = 0
     for i in range(n):
+        least = max(dry(motion, i, mesh), 0.0)
         for k in range(nz):
-            if kind[i, k] == FULL and p[i, k] < -low:
-                kind[i, k], p[i, k], content[i, k] = CAVITATED, 0.0, 1.0
-                switched += 1
-            elif kind[i, k] == CAVITATED and content[i, k] > 1.0 + high:
-                kind[i, k], p[i, k], content[i, k] = FULL, 0.0, 1.0
+            empties = kind[i, k] == FULL and p[i, k] < least - low
+            fills = kind[i, k] == CAVITATED and content[i, k] > 1.0 + high
+            if empties or fills:
+                kind[i, k], p[i, k], content[i, k] = CAVITATED if empties else FULL, least, 1.0
                 switched += 1
     return switched
 
 
 @compiled
-def step(state, past, flow, mesh, system, share):
-    """One Newton step, in place; share: see `switch`. Returns (cells that switched, relative change
-    of P).
+def step(motion, state, past, flow, size, mesh, system, share):
+    """One Newton step, in place; size: see `size_of`; share: see `switch`. Returns (cells that
+    switched, relative change of P).
 
     The ring also serves as a strip: fix the first and the last column and close the face between
     them (0).
@@ -199,8 +211,8 @@ def step(state, past, flow, mesh, system, share):
     assemble(state, past, flow, mesh, system)
     factorise_lu(system.matrix)
     substitute_lu(system.matrix, system.rest)
-    change = move(state, mesh, system)
-    return switch(state, share, NOISE * abs(flow.drag)), change
+    change = move(state, size, mesh, system)
+    return switch(motion, state, mesh, share, NOISE * abs(flow.drag)), change
 
 
 @uncounted
@@ -216,21 +228,58 @@ def grow(p, past, cell):
             )
 
 
+@uncounted
+def stands_in(motion, state, mesh):
+    """True where the journal stands in the liner, in a cell full of oil."""
+    kind, p, _ = state
+    for i in range(p.shape[0]):
+        least = dry(motion, i, mesh)
+        for k in range(p.shape[1]):
+            if kind[i, k] == FULL and p[i, k] < least:
+                return True
+    return False
+
+
+@compiled
+def size_of(drag, base, mesh):
+    """Gap over c of the size that a motion can open in a liner: C_w^(2/5) and C_s^(1/3)."""
+    squeeze = mesh.soft * np.abs(base).max() / mesh.area
+    return max(0.3 * ((mesh.soft * abs(drag)) ** 0.4 + squeeze ** (1.0 / 3.0)), 1e-3)
+
+
+@uncounted
+def lift_off(motion, size, state, mesh):
+    """Fill the film to a gap of a size, so that the journal stands nowhere in the liner: a start
+    for Newton's method.
+    """
+    (ex, ey), (kind, p, content), soft = motion, state, mesh.soft
+    for i in range(kind.shape[0]):
+        rigid = 1.0 - ex * mesh.ring[i, 0] - ey * mesh.ring[i, 1] + mesh.worn[i, 0]
+        open_gap = 0.5 * (rigid + math.hypot(rigid, 2.0 * size))
+        for k in range(kind.shape[1]):
+            if kind[i, k] != FIXED:
+                kind[i, k], content[i, k] = FULL, 1.0
+                p[i, k] = (open_gap - rigid) / soft - mesh.lowest
+
+
 @compiled
 def settle(motion, state, past, flow, mesh, system):
     """Newton steps until no cell switches (with a liner: and P no longer moves).
 
     Returns how many, -1 if unsettled. motion: ex, ey.
     """
-    p, soft = state.p, mesh.soft
-    brake, before = 0.0, 1.0
-    for count in range(LIMIT):
+    p, soft, linear = state.p, mesh.soft, mesh.soft == 0.0 and mesh.oil.alpha == 0.0
+    brake, before, size = 0.0, 1.0, size_of(flow.drag, past.base, mesh)
+    if soft > 0.0 and stands_in(motion, state, mesh):
+        lift_off(motion, size, state, mesh)
+    for count in range(LIMIT + p.shape[0]):
+        thicken(motion, state, mesh, system)
         if count == 0 or soft > 0.0:
-            measure(motion, flow.drag, p, mesh, system)
+            measure(motion, flow.drag, mesh, system)
             grow(p, past, system.cell)
         share = 0.0 if count < PATIENCE or soft > 0.0 else 0.9
         braked = Flow(flow.drag, flow.hold, flow.press, brake)
-        switched, change = step(state, past, braked, mesh, system, share)
+        switched, change = step(motion, state, past, braked, size, mesh, system, share)
         # steps in pseudo-time, longer as they calm down: plain Newton steps need not settle a liner
         # far from its state
         if count == EASY:
@@ -240,9 +289,10 @@ def settle(motion, state, past, flow, mesh, system):
         if not math.isfinite(change):
             return -1
         still = change < 1e-7 or p.max() < 1e3 * NOISE * abs(flow.drag)
-        if switched == 0 and (soft == 0.0 or still):
+        if switched == 0 and (linear or still):
+            thicken(motion, state, mesh, system)
             if soft > 0.0:
-                measure(motion, flow.drag, p, mesh, system)
+                measure(motion, flow.drag, mesh, system)
                 grow(p, past, system.cell)
             return count + 1
     return -1
@@ -267,24 +317,24 @@ def inflow(state, drag, mesh, system):
     """Oil that enters the free cells from grooves and ends, 12 times its volume flow
     (dimensionless).
     """
-    (kind, p, content), face, cell = state, system.face, system.cell
+    kind, content, (face, cell, oil, _, _, _) = state.kind, state.content, system
     n, nz = kind.shape
     layered = face.shape[1] > 1
     total = 0.0
     for i in range(n):
         j = i + 1 if i + 1 < n else 0
         for k in range(nz):
-            f, v = face[i, k if layered else 0], cell[i, k if layered else 0]
+            f = face[i, k if layered else 0]
             here, there = kind[i, k] == FIXED, kind[j, k] == FIXED
             if here != there:
                 upwind = content[i, k] if drag >= 0.0 else content[j, k]
-                flux = drag * f[GAP] * upwind + f[COND] * (p[i, k] - p[j, k])
+                flux = drag * f[GAP] * upwind + f[COND] * (oil[i, k, REDUCED] - oil[j, k, REDUCED])
                 total += flux if here else -flux
+            conductance = axial(cell, i, k)[0]
             if k == nz - 1:
                 if not here:
-                    total -= mesh.leak * v[AXIAL] * (p[i, k] + mesh.lowest)
+                    total -= mesh.leak * conductance * (oil[i, k, REDUCED] - oil[i, nz, REDUCED])
             elif here != (kind[i, k + 1] == FIXED):
-                above = cell[i, k + 1 if layered else 0]
-                flux = 0.5 * (v[AXIAL] + above[AXIAL]) * (p[i, k] - p[i, k + 1])
+                flux = conductance * (oil[i, k, REDUCED] - oil[i, k + 1, REDUCED])
                 total += flux if here else -flux
     return total

@@ -8,10 +8,20 @@ states). Its liner may be elastic. Both are answered in Python (machine/callback
 the motion; film/fem.py is their reference.
 """
 
+import math
 import time as clock_of_the_wall
 from collections.abc import Callable
 
-from clearance.film.bearing import CAVITATIONS, Bearing, Groove, check_mesh, coarseness
+from clearance.film.bearing import (
+    CAVITATIONS,
+    DRAG,
+    RING,
+    WET,
+    Bearing,
+    Groove,
+    check_drag,
+    check_mesh,
+)
 from clearance.laws.film import SIDE_FLOW
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, memory_film, wet_film
 from clearance.machine.callback import KEEP, SLOPES, VALUE, Callback, answered
@@ -75,22 +85,43 @@ def _usual(solve: Callable[[float, float], object]) -> float:
     return min(spent[1:])
 
 
+def _oil(settings: dict) -> dict:
+    """Settings of the oil, as a Bearing has them; old files have none."""
+    return {n: settings[n] for n in ("pressure_viscosity", "roelands") if n in settings}
+
+
+def _oil_settings(law: str, pressure_viscosity: float, roelands: bool, drag: str) -> dict:
+    """Settings of a law, checked."""
+    alpha = checks.non_negative(f"{law}: pressure_viscosity", pressure_viscosity)
+    settings = {"pressure_viscosity": alpha, "roelands": bool(roelands)}
+    return settings | {"drag": check_drag(law, drag)}
+
+
 class FilmAnswer(Callback):
     """The memoryless film behind a joint, of either solver."""
 
     def __init__(self, joint: FilmJoint, settings: dict):
-        if settings["solver"] == "fem":
-            from clearance.film.moving import MovingFilm as Film
-        else:
-            from clearance.film.bands import FastFilm as Film
         bearing = Bearing.of(
             joint,
             cavitation=settings["cavitation"],
             ambient=settings["ambient"],
             grooves=settings["grooves"],
             roughness=joint.roughness if settings["flow_factors"] else 0.0,
+            **_oil(settings),
         )
-        self.film, self.usual = Film(bearing, settings["mesh"]), USUAL[settings["solver"]]
+        drag, mesh, self.usual = (
+            settings.get("drag", WET),
+            settings["mesh"],
+            USUAL[settings["solver"]],
+        )
+        if settings["solver"] == "fem":
+            from clearance.film.moving import MovingFilm
+
+            self.film, self.filled = MovingFilm(bearing, mesh, drag), False
+        else:
+            from clearance.film.bands import FastFilm
+
+            self.film, self.filled = FastFilm(bearing, mesh), drag == RING
         self.asked, self.answered, self.found = None, VALUE, None
         super().__init__(3, 4, self._solve)
 
@@ -110,8 +141,12 @@ class FilmAnswer(Callback):
             self.found = self.film.outputs(*motion)[:, None]
         else:
             self.found = self.film.linearised(*motion)
-            if motion[0] < state[0]:
-                self.found[:, 1] = 0.0
+        if self.filled:
+            gap = 1.0 - motion[0] * motion[0]
+            shear = 2.0 * math.pi / math.sqrt(gap)
+            self.found[2] = [shear, shear * motion[0] / gap, 0.0, 0.0][: self.found.shape[1]]
+        if wanted != VALUE and motion[0] < state[0]:
+            self.found[:, 1] = 0.0
         self.asked, self.answered = list(state), wanted
         return self.found
 
@@ -124,10 +159,17 @@ class MemoryAnswer(Callback):
     def __init__(self, joint: FilmJoint, settings: dict):
         from clearance.film.conserving import MemoryFilm
 
-        bearing = Bearing.of(joint, ambient=settings["ambient"], grooves=settings["grooves"])
+        bearing = Bearing.of(
+            joint, ambient=settings["ambient"], grooves=settings["grooves"], **_oil(settings)
+        )
         depths = settings.get("bearing"), settings.get("journal")  # of a joint with worn outlines
         self.film = MemoryFilm(
-            bearing, settings["mesh"], settings["liner"], settings["memory"], *depths
+            bearing,
+            settings["mesh"],
+            settings["liner"],
+            settings["memory"],
+            *depths,
+            drag=settings.get("drag", WET),
         )
         self.worn = any(map(bool, depths))
         super().__init__(9, 4, self._solve)
@@ -184,7 +226,7 @@ class MemoryAnswer(Callback):
         """Objection to the mesh at the largest eccentricity of a run."""
         if self.worn:  # a journal may stand in a scar, farther off than the clearance
             return None
-        return coarseness(len(self.film.theta), eccentricity_ratio, self.film.bearing.slenderness)
+        return self.film.doubt(eccentricity_ratio)
 
 
 # they solve for the viscosity they began with
@@ -219,23 +261,14 @@ _conserving = DataLaw(
 )
 
 
-def _memoryless(
-    solver: str, cavitation: str, ambient, grooves, flow_factors: bool, mesh
-) -> BoundLaw:
-    if cavitation not in CAVITATIONS[:3]:
+def _memoryless(solver: str, mesh, **settings) -> BoundLaw:
+    if settings["cavitation"] not in CAVITATIONS[:3]:
         raise ValueError(
             f"{solver}_film: cavitation must be one of {', '.join(CAVITATIONS[:3])}; got "
-            f"{cavitation!r}"
+            f"{settings['cavitation']!r}"
         )
-    settings = {
-        "solver": solver,
-        "cavitation": cavitation,
-        "ambient": ambient,
-        "grooves": tuple(grooves),
-    }
-    return _solved.bind(
-        settings | {"flow_factors": bool(flow_factors), "mesh": mesh and check_mesh(mesh)}
-    )
+    settings |= {n: kind(settings[n]) for n, kind in (("grooves", tuple), ("flow_factors", bool))}
+    return _solved.bind({"solver": solver} | settings | {"mesh": mesh and check_mesh(mesh)})
 
 
 def fem_film(
@@ -244,6 +277,9 @@ def fem_film(
     ambient: float | None = None,
     grooves: tuple[Groove, ...] = (),
     flow_factors: bool = False,
+    pressure_viscosity: float = 0.0,
+    roelands: bool = False,
+    drag: str = DRAG,
     mesh: tuple[int, int] | None = None,
 ) -> BoundLaw:
     """The film of a finite bearing by finite elements at every call, on a mesh that follows the
@@ -251,12 +287,21 @@ def fem_film(
 
     cavitation: "reynolds", "gumbel" or "none"; ambient: pressure at the ends above cavitation [Pa]
         or None; grooves stand still against the *line of centres*; flow_factors: with those of the
-        joint's roughness; mesh: cells around and over half the length. The default is 36 by 3 for
-        L/D from 1/2 to 1, more around for a shorter bearing, more along for a longer one. It gives
-        a load within 0.3 % up to an eccentricity ratio of 0.98. A turn of the feeder takes some
-        5000 solutions of 0.4 ms.
+        joint's roughness; pressure_viscosity: coefficient [1/Pa] of oil that the pressure thickens,
+        by Barus or by Roelands (film/piezo.py), 0: isoviscous; drag: see `table_film`; mesh: cells
+        around and over half the length. The default is 36 by 3 for L/D from 1/2 to 1, more around
+        for a shorter bearing, more along for a longer one. It gives a load within 0.3 % up to an
+        eccentricity ratio of 0.98. A turn of the feeder takes some 5000 solutions of 0.4 ms.
     """
-    return _memoryless("fem", cavitation, ambient, grooves, flow_factors, mesh)
+    return _memoryless(
+        "fem",
+        mesh,
+        cavitation=cavitation,
+        ambient=ambient,
+        grooves=grooves,
+        flow_factors=flow_factors,
+        **_oil_settings("fem_film", pressure_viscosity, roelands, drag),
+    )
 
 
 def fast_film(
@@ -265,10 +310,19 @@ def fast_film(
     ambient: float | None = None,
     grooves: tuple[Groove, ...] = (),
     flow_factors: bool = False,
+    drag: str = DRAG,
     mesh: tuple[int, int] = (48, 6),
 ) -> BoundLaw:
-    """As `fem_film`, by the fast solver that tables are made with."""
-    return _memoryless("fast", cavitation, ambient, grooves, flow_factors, mesh)
+    """As `fem_film`, by the fast solver that tables are made with; its oil is isoviscous."""
+    return _memoryless(
+        "fast",
+        mesh,
+        cavitation=cavitation,
+        ambient=ambient,
+        grooves=grooves,
+        flow_factors=flow_factors,
+        drag=check_drag("fast_film", drag),
+    )
 
 
 def conserving_film(
@@ -276,14 +330,19 @@ def conserving_film(
     ambient: float | None = None,
     grooves: tuple[Groove, ...] = (),
     liner: float = 0.0,
+    pressure_viscosity: float = 0.0,
+    roelands: bool = False,
     memory: bool = True,
+    drag: str = DRAG,
     mesh: tuple[int, int] = (64, 6),
 ) -> BoundLaw:
     """The film that conserves its oil through cavitation, with a memory; see the law `conserving`.
 
     ambient: pressure at the ends above cavitation [Pa] or None; grooves: on the bearing; liner:
-        compliance [m/Pa] of an elastic lining, 0 for rigid; memory: False leaves the memory of the
-        oil out (for a liner alone); mesh: cells around and over half the length. Starts full of
+        compliance [m/Pa] of an elastic lining, 0 for rigid, with which the journal may pass the
+        wall; pressure_viscosity, roelands: see `fem_film`; memory: False leaves the memory of the
+        oil out (for a liner alone); drag: see `table_film`, wet counts a cavity with its content;
+        mesh: cells around and over half the length. Starts full of
         oil. First order in the step, which is at most a 400th of a turn.
     """
     liner = checks.non_negative("conserving_film: liner", liner)
@@ -292,5 +351,6 @@ def conserving_film(
         "grooves": tuple(grooves),
         "liner": liner,
         "memory": bool(memory),
+        **_oil_settings("conserving_film", pressure_viscosity, roelands, drag),
     }
     return _conserving.bind(settings | {"mesh": check_mesh(mesh)})

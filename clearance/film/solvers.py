@@ -19,15 +19,22 @@ def solve_film(
     eccentricity_ratio eps; radial_rate d(eps)/dt [1/s]; entrainment w = omega_J + omega_B - 2
     gamma' [rad/s].
     solver: "fast" (finite volumes in Sommerfeld's angle), "fem" (biquadratic elements; also
-        mass-conserving) or "auto". "auto" takes the fast one, but "fem" for mass conservation and
-        for grooves with edges, which the fast one meets only to a cell. mesh: cells around and over
-        half the length (default (128, 16), of fem (64, 8)).
+        mass-conserving, and with a pressure_viscosity) or "auto". "auto" takes the fast one, but
+        "fem" for what that does not have and for grooves with edges, which it meets only to a
+        cell. mesh: cells around and over half the length (default (128, 16), of fem (64, 8)).
     Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, a condition the
     solver does not have.
     """
     if solver == "auto":
         edged = any(g.width > 0.0 or g.length < 1.0 for g in bearing.grooves)
         solver = "fem" if edged or bearing.cavitation == "mass_conserving" else "fast"
+    if bearing.pressure_viscosity > 0.0:
+        if solver not in ("auto", "fem"):
+            raise ValueError(f"solver {solver} is isoviscous; fem has a pressure_viscosity")
+        from clearance.film.moving import MovingFilm
+
+        state = eccentricity_ratio, radial_rate, entrainment
+        return MovingFilm(bearing, mesh or (64, 8)).solve(*state)
     if solver == "fast":
         from clearance.film.bands import solve
     elif solver == "fem":

@@ -1,9 +1,19 @@
 """Film laws that look their force up in a table of the finite bearing (film/table.py)."""
 
 import math
+from dataclasses import replace
+from functools import lru_cache
 
-from clearance.film.bearing import CAVITATIONS, Bearing, check_mesh, check_nodes
-from clearance.film.lookup import TOP, looked_up, looked_up_flow
+from clearance.film.bearing import (
+    CAVITATIONS,
+    DRAG,
+    WET,
+    Bearing,
+    check_drag,
+    check_mesh,
+    check_nodes,
+)
+from clearance.film.lookup import HEAD, TOP, looked_up, looked_up_flow
 from clearance.laws.film import REST, SIDE_FLOW, WALL
 from clearance.laws.law import BoundLaw, DataLaw, FilmJoint, wet_film
 from clearance.values import checks
@@ -148,7 +158,19 @@ def key_of(joint: FilmJoint, settings: dict):
 def _made(joint: FilmJoint, settings: dict):
     from clearance.film.table import between
 
-    return between(key_of(joint, settings))
+    key = key_of(joint, settings)
+    return between(key) if settings.get("drag", WET) == WET else _filled(key)
+
+
+@lru_cache(maxsize=64)
+def _filled(key):
+    """A table whose shear is that of the filled ring: K = 2 pi, which its splines have exactly."""
+    from clearance.film.table import between
+
+    made = between(key)
+    numbers, layers = made.numbers.copy(), key.layers + 2 if key.layers > 1 else 1
+    numbers[HEAD + layers + 2 : int(numbers[6]) : 3] = 2.0 * math.pi
+    return replace(made, numbers=numbers)
 
 
 _table = DataLaw(wet_film, table, {"shown": {"side_flow": (*SIDE_FLOW, side_flow)}}, _made)
@@ -169,6 +191,7 @@ def table_film(
     cavitation: str = "reynolds",
     ambient: float | None = None,
     flow_factors: bool = False,
+    drag: str = DRAG,
     nodes: int = 33,
     mesh: tuple[int, int] | None = None,
 ) -> BoundLaw:
@@ -177,6 +200,7 @@ def table_film(
     cavitation: "reynolds" (Swift-Stieber), "gumbel" or "none"; ambient: pressure at the bearing's
         ends above the cavitation pressure [Pa], None where the film cavitates at ambient pressure;
         flow_factors: True for a film of the joint's rough surfaces by Patir and Cheng's factors.
+    drag: "ring" for the drag of a filled gap, all around, or "wet" for that of the film's area alone.
         nodes of the table over -ln(1 - eps) and alpha'; mesh (around, along half the length;
         default 96 x 12, with ambient pressure 64 x 8) of its solver. A table is built once (a
         second or two, with ambient pressure some fifteen) and stored on disk by L/D and options.
@@ -192,6 +216,7 @@ def table_film(
     settings = {
         "cavitation": cavitation,
         "flow_factors": bool(flow_factors),
+        "drag": check_drag("table_film", drag),
         "nodes": nodes,
         "mesh": mesh,
     }

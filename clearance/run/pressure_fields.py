@@ -56,6 +56,8 @@ def bearing_of(joint: dict, viscosity: float) -> Bearing:
         ambient if not isinstance(ambient, bool) else None,
         tuple(_groove(g) for g in law.get("grooves", ())),
         joint["roughness"] if law.get("flow_factors") else 0.0,
+        law.get("pressure_viscosity", 0.0),
+        law.get("roelands", False),
     )
 
 

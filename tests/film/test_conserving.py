@@ -23,7 +23,9 @@ from clearance.film.control_volumes import (
     Mesh,
     State,
     System,
+    thicken,
 )
+from clearance.film.piezo import oil_of
 from tests.differences import slopes
 from tests.film import states
 from tests.seeds import few_of
@@ -62,20 +64,31 @@ class Strip:
             weight=1.0,
             mean=1.0,
             soft=0.0,
+            oil=oil_of(0.0, 1.0, 1.0, False),
             lowest=0.0,
             leak=2.0,
             carried=1.0,
+            filled=False,
         )
-        self.flow = oil_balance.Flow(drag, hold, hold, 0.0)
+        self.flow = oil_balance.Flow(drag, hold, hold)
         zeros = np.zeros((n, 1))
         self.past = oil_balance.Past(np.ones((n, 1)), *np.zeros((2, n, 1)), zeros, zeros, False)
-        self.system = System(self.face, self.cell, np.zeros((n, 5)), np.zeros((n, 1)))
+        self.system = System(
+            self.face,
+            self.cell,
+            np.zeros((n, 2, 5)),
+            np.zeros((n, 2)),
+            np.zeros((n, 5)),
+            np.zeros((n, 1)),
+        )
+        self.system.least[[0, -1], 0] = ends
 
     def solve(self):
         for _ in range(100):
             state = State(self.kind, self.p, self.content)
-            film = self.past, self.flow, self.mesh, self.system
-            switched, _ = oil_balance.step(state, *film, 0.0)
+            film = self.past, self.flow, 0.0, self.mesh, self.system
+            thicken((0.0, 0.0), state, self.mesh, self.system)
+            switched, _ = oil_balance.step((0.0, 0.0), state, *film, 0.0)
             if switched == 0:
                 return
         raise AssertionError("a strip did not settle")
