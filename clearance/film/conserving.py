@@ -399,7 +399,7 @@ class MemoryFilm:
     def doubt(self, eccentricity_ratio: float) -> str | None:
         """Objection to the mesh after a run up to an eccentricity ratio.
 
-        With a liner the thinnest film counts: with n cells in sqrt(2 H) rad some 0.12 / n^2 of the
+        With a liner the thinnest film counts. With n cells in sqrt(2 H) rad some 0.12 / n^2 of the
         load are missed, at most what the film adds to a contact.
         """
         cells = len(self.theta)

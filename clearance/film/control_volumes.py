@@ -15,8 +15,8 @@ FULL, CAVITATED, FIXED = 0, 1, 2  # kinds of cell; pressure and content of a fix
 # at last the gap by the drag
 COND, GAP, DRAG = 0, 5, 10
 AXIAL, VOLUME, SHEAR = 0, 4, 8  # in `cell`: each followed by d/d(ex, ey, this cell's P)
-# in `oil`, of a cell or an end: P, its reduced pressure, mu0 / mu, slope of ln(mu / mu0) by P, and
-# d P / d(-rigid gap) where the solids touch, else 0
+# in `oil`, of a cell or an end: P, its reduced pressure, mu0 / mu, slope of ln(mu / mu0) by P. At
+# last d P / d(-rigid gap) where the solids touch, else 0
 PRESS, REDUCED, THIN, RATE, TOUCH = range(5)
 LOWEST_GAP = 1e-6  # H is not taken below this: roughness is larger
 
@@ -86,8 +86,8 @@ def join(gaps, slopes, mesh, face):
 
 @inlined
 def lean(gaps, slopes, thin, drag, mesh, face):
-    """Let the gap of a face go over to that of the cell upstream where the pressure cannot hold
-    against what a soft liner drags along (cell Peclet number above 1).
+    """Let the gap of a face go over to that of the cell upstream where the drag of a soft liner is
+    the stronger one (cell Peclet number above 1).
 
     gap = (1 - w) gap + w upstream, w = Pe^2 / (1 + Pe^2), Pe = drag soft depth / (conductance thin)
     Central differences oscillate there, and no Newton step settles. Here the matrix keeps its

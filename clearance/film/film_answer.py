@@ -33,8 +33,8 @@ Answer = namedtuple("Answer", "scales out right")
 
 @inlined
 def around(i, j, k, state, flow, mesh, system):
-    """The gap's flow from a cell to the next column: what upwind content carries, the fall of the
-    reduced pressure, and the slopes of the flow by the P of both cells.
+    """Parts of the flow from a cell to the next column: upwind content, fall of the reduced
+    pressure, and the slopes of the flow by the P of both cells.
     """
     content, oil = state.content, system.oil
     f = system.face[i, k if system.face.shape[1] > 1 else 0]
@@ -47,8 +47,8 @@ def around(i, j, k, state, flow, mesh, system):
 
 @inlined
 def along(i, k, mesh, system):
-    """The axial flow from a cell to the next or out of the end: its slopes by (ex, ey) with P
-    held, and by the P of both.
+    """The axial flow from a cell to the next or out of the end, its slopes by (ex, ey) with P held,
+    and by the P of both.
     """
     cell, oil = system.cell, system.oil
     conductance, by_here, by_there, layer = axial(cell, i, k)

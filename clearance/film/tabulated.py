@@ -200,7 +200,7 @@ def table_film(
     cavitation: "reynolds" (Swift-Stieber), "gumbel" or "none"; ambient: pressure at the bearing's
         ends above the cavitation pressure [Pa], None where the film cavitates at ambient pressure;
         flow_factors: True for a film of the joint's rough surfaces by Patir and Cheng's factors.
-    drag: "ring" for the drag of a filled gap, all around, or "wet" for that of the film's area alone.
+        drag: "ring" for that of a filled gap, all around, or "wet" for that of the film's area.
         nodes of the table over -ln(1 - eps) and alpha'; mesh (around, along half the length;
         default 96 x 12, with ambient pressure 64 x 8) of its solver. A table is built once (a
         second or two, with ambient pressure some fifteen) and stored on disk by L/D and options.
