@@ -129,7 +129,8 @@ class Answers:
     extremes: (points, turns, quantities); totals: reductions (points, turns, reductions), those
         over steps since the window's begin;
     ledgers: energy integrals at the end of each turn; tracks: (points, outputs, samples); impacts:
-        rows of contacts of all points, see queue.IMPACTS; status; steps: taken.
+        rows of contacts of all points, see queue.IMPACTS; states: where runs end, with the ledger;
+        status; steps: taken.
     """
 
     extremes: np.ndarray
@@ -137,6 +138,7 @@ class Answers:
     ledgers: np.ndarray
     tracks: np.ndarray
     impacts: np.ndarray
+    states: np.ndarray
     status: np.ndarray
     steps: np.ndarray
     rejected: np.ndarray
@@ -327,7 +329,7 @@ class Group:
         extremes[..., paired] = np.sqrt(np.maximum(extremes[..., paired], 0.0))
         ordered = impacts[np.lexsort(impacts[:, 2::-1].T)]
         counts = dict(zip(COUNTS, results[:, -3:].T.astype(int), strict=True))
-        return Answers(**answers, impacts=ordered, **counts)
+        return Answers(**answers, impacts=ordered, states=results[:, :-3], **counts)
 
     def rates(self, points: Points, y: np.ndarray) -> np.ndarray:
         """y' at t = 0 of all points for given states (size, points)."""

@@ -14,6 +14,7 @@ import numpy as np
 from clearance.accuracy.companion import SAFETY, differences, spreads
 from clearance.accuracy.point_errors import Stating, is_period
 from clearance.elements import ClearanceRevolute
+from clearance.elements.joint import Joint
 from clearance.elements.regimes import (
     DEEPEST,
     FLATTENING,
@@ -147,7 +148,8 @@ class Wanted(Reductions, Turns):
         """
         if f"joints/{joint['name']}/mode" in self.output:
             body, channels = joint["b"]["body"], jam_channels(joint["name"])
-            for path in (*channels, f"bodies/{body}/ax", f"bodies/{body}/ay"):
+            channels += [f"bodies/{body}/ax", f"bodies/{body}/ay"]
+            for path in (*channels, f"joints/{joint['name']}/sliding_speed"):
                 if path in self.output:
                     self.tracks[path] = self.channel(path)
         if not joint["contact"] or self.record.begins_with_touch(joint["name"]):
@@ -176,9 +178,10 @@ class LaneReductions(Reductions, Turns):
     """Numbers of the windows of many runs: values (runs,), of turns (runs, turns)."""
 
     def __init__(self, lanes: "LaneMetrics", answers: Answers, points: Points):
-        super().__init__(lanes.record, lanes.window.per())
-        self.lanes, self.points, self.answers, past = lanes, points, answers, lanes.past
         self.length = points.until - points.begin
+        count, *words = lanes.window.per()
+        super().__init__(lanes.record, (self.length if lanes.turns is None else count, *words))
+        self.lanes, self.points, self.answers, past = lanes, points, answers, lanes.past
         wanted, by_turn = lanes.wanted, np.moveaxis(answers.extremes[:, past:], -1, 0)
         self.turns = dict(zip(wanted.quantities, by_turn, strict=True))
         self.totals = dict(zip(wanted.reductions, np.moveaxis(answers.totals, -1, 0), strict=True))
@@ -291,11 +294,11 @@ class LaneMetrics:
         self.record: MemoryRecord = sink.record
         self.ideal = ideal_motion(run.mechanism.scene, run.span, self.record.scene)
         self.first = of_point(self.record, self.settle, self.ideal)
-        self.steps = int(self.record.solver["steps"])
-        self.dry = is_dry(self.record.scene)
-        self.series, self.contacts = every if self.dry else loads, run.labels()
+        self.steps, self.method = int(self.record.solver["steps"]), run.method.current
+        self.contacts = run.labels()
         self.holes: dict[ClearanceRevolute, ForceHoles] = {}
         self._check_window()
+        self.dry = self.turns is not None and is_dry(self.record.scene)
         self._want()
         self.stated, self.located = self._state(stating), []
         if self.stated:
@@ -315,15 +318,18 @@ class LaneMetrics:
     @property
     def kept(self) -> int:
         """Numbers that are stored of a run."""
-        turns = math.ceil(self.span.until / self.mechanism.scene.turn)
+        turns = math.ceil(self.span.until / (self.mechanism.scene.turn or self.span.until))
         return len(self.wanted.tracks) * self.span.samples + len(self.wanted.quantities) * turns
 
     def _check_window(self) -> None:
         """Metrics are about the last complete turns of the run, which begin with a turn."""
         window = Window.of(self.record, self.settle)
         turn, until = self.mechanism.scene.turn, self.span.until
-        if window is None or not turn or window.turns is None or self.record.uneven:
-            raise NotForLanes("no drive turns at a constant speed")
+        if turn is None and window is not None and window.begin == 0.0:
+            self.window, self.turns, self.past = window, None, 0
+            return
+        if window is None or window.turns is None or self.record.uneven:
+            raise NotForLanes("its metrics leave out a part that is no turn of a steady drive")
         before = window.begin / turn
         self.past = round(before)  # turns before the window
         on_turn = abs(before - self.past) < ROUNDING
@@ -363,8 +369,9 @@ class LaneMetrics:
                 wanted.located(f"{path}_{end}", always=True, searched=False)
         for _ in chain(*reduced(wanted)):
             pass
-        self.series(wanted)
-        self.periodic = self.turns >= 3.0
+        if self.turns is not None:
+            (every if self.dry else loads)(wanted)
+        self.periodic = self.turns is not None and self.turns >= 3.0
         if self.periodic:
             for path, _ in offsets(self.record):
                 wanted.tracks[path] = wanted.channel(path)
@@ -374,7 +381,8 @@ class LaneMetrics:
         """True for runs that reached their end, whose energy adds up, and whose contacts stay
         within their laws.
         """
-        good = (answers.status == status.DONE) & ~self._deep(answers, points)
+        moved = (answers.states != points.y.T).any(axis=1)
+        good = moved & (answers.status == status.DONE) & ~self._deep(answers, points)
         if "energy/residual_max" not in self.wanted.quantities:
             return good
         ends = {
@@ -401,9 +409,7 @@ class LaneMetrics:
         """
         seen = LaneReductions(self, answers, points)
         periods = self._of_periods(seen) if self.periodic else ()
-        texts = {name: metric.text for name, metric in self.first.items()}
-        means = statistics(self.series(seen), texts) if self.dry else peak_means(self.series(seen))
-        parts = *reduced(seen), periods, means
+        parts = *reduced(seen), periods, self._of_turns(seen)
         by_name = {name: values for part in parts for name, values, *_ in part}
         if missing := [name for name in self.first if name not in by_name]:
             raise NotForLanes(f"metric {missing[0]} is not made in lanes")
@@ -437,6 +443,12 @@ class LaneMetrics:
         """Located extremes of the window that stated errors compare."""
         return {name: self._of_all(answers, name, self.past) for name in self.located}
 
+    def _of_turns(self, seen: LaneReductions):
+        """Metrics of turn peaks, see metrics/of_points.py."""
+        if self.dry:
+            return statistics(every(seen), {n: metric.text for n, metric in self.first.items()})
+        return () if self.turns is None else peak_means(loads(seen))
+
     def _of_periods(self, seen: LaneReductions):
         runs = (RunInLanes(seen, i) for i in range(len(seen.length)))
         rows = [{name: v for name, v, *_ in periodicity(r, seen.window(r))} for r in runs]
@@ -459,14 +471,26 @@ class LaneMetrics:
 
         data: tables, to which parameters of the points refer.
         """
-        scene = self.mechanism.scene
-        count = np.full(len(points.until), sum(len(j.doubts()) for j in scene.joints))
+        scene, explicit = self.mechanism.scene, self.method == "dop853"
+        count = np.full(len(points.until), len(scene.doubts))
+        count += explicit and any(j.film is not None for j in scene.clearance_joints)
+        count += sum(map(partial(self._at_end, answers), scene.clearance_joints))
         for joint in scene.clearance_joints:
             if joint.film is not None and joint.film_joint is not None:
                 count += self._film_warnings(joint, answers, points)
             if checkable(joint):
                 count += self._holes(joint, answers, points, data)
         return count
+
+    def _at_end(self, answers: Answers, joint) -> np.ndarray:
+        """True for runs whose last outputs give a warning of a joint."""
+        if type(joint).at_end is Joint.at_end:
+            return np.zeros(len(answers.status), bool)
+        places = {n: i for i, n in enumerate(self.wanted.tracks) if n.startswith(f"{joint.key}/")}
+        last = answers.tracks[:, list(places.values()), -1].tolist()
+        names = [path.rpartition("/")[2] for path in places]
+        rows = (dict(zip(names, row, strict=True)) for row in last)
+        return np.array([joint.at_end(row) is not None for row in rows])
 
     def _holes(self, joint, answers: Answers, points: Points, data: np.ndarray) -> np.ndarray:
         """True for runs that meet a force hole: see hole_warning."""

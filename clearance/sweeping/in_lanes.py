@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -41,7 +42,7 @@ TRACKED = 2**24  # numbers of a block's turns and samples that are stored at a t
 FEWEST = 24  # points that are worth machine code of their own
 FILMS = {"clearance": CLEARANCE, "pull": PULL, "rate_x": RATE_X, "rate_y": RATE_Y}
 #: options of runs that lanes have
-OPTIONS = {"turns", "rtol", "method", "samples_per_turn", "samples", "energy", "max_steps"}
+OPTIONS = {"turns", "until", "rtol", "method", "samples_per_turn", "samples", "energy", "max_steps"}
 
 
 def middle_of(columns: dict[str, np.ndarray]) -> int:
@@ -54,7 +55,7 @@ class Together:
     """Points of one structure in lanes.
 
     scene: gives the scene of swept values; columns: all values of the swept numbers by name;
-        options: of the runs, as of `prepare`, their length in turns; settle: turns left out of the
+        options: of the runs, as of `prepare`; settle: turns left out of the
         metrics; error: that is to be stated, as of `simulate`.
     first: place of the point that is run the ordinary way too. Raises NotForLanes.
     """
@@ -85,8 +86,12 @@ class Together:
         self.spread = self._spread(prepared, first)
         films = [list(map(id, run.mechanism.sources.values())) for _, run in tried]
         self.several = any(tables != films[0] for tables in films)
-        if self.summing.ideal and self.spread.moves:
+        if self.summing.ideal and (self.spread.moves or run.mechanism.scene.turn is None):
             raise NotForLanes("the ideal motion depends on what is swept")
+        if (run.mechanism.scene.turn is None) == ("turns" in options):
+            raise NotForLanes("a drive turns, but their length is not in turns")
+        if len({len(run.mechanism.scene.doubts) for _, run in tried}) > 1:
+            raise NotForLanes("warnings of their scenes differ")
         self.run = self.spread.run
         self.mechanism = self.run.mechanism
         varying, count = self.spread.varying("numbers"), len(self.mechanism.layout.parameters)
@@ -125,8 +130,9 @@ class Together:
     ) -> Points:
         """Numbers of points, from their swept numbers; rtol, tables: where they have others."""
         mechanism, start = self.mechanism, self.spread.starts(columns)
-        turn, _, frequency, size, _ = start["scalars"].T
-        until = self.options["turns"] * turn
+        turn, until, frequency, size, _ = start["scalars"].T
+        turns = self.mechanism.scene.turn is not None
+        until = self.options["turns"] * turn if turns else until
         scale, reach, p = self._scales(start), start["reach"].T, self.group.shape.coordinates
         pull = acceleration_of(size, frequency, mechanism.scene.gravity)
         shape, parameters = self.group.shape, self._parameters(start["numbers"].T)
@@ -136,18 +142,19 @@ class Together:
             "rate_x": scale[[p + first for first, _ in shape.films]],
             "rate_y": scale[[p + first + 1 for first, _ in shape.films]],
         }
-        lengths = zip(until.tolist(), turn.tolist(), strict=True)
-        spans = ((Span(end, self.group.samples), period) for end, period in lengths)
+        periods = turn.tolist() if turns else [None] * len(until)
+        spans = [Span(end, self.group.samples) for end in until.tolist()]
+        longest = map(partial(longest_step, mechanism), spans, periods)
         points = Points(
             y=np.ascontiguousarray(start["state"].T),
             scale=scale,
             par=parameters,
             work=self._work(start["work"].T, reach, frequency),
             films=films,
-            longest=np.array([longest_step(mechanism, span, period) for span, period in spans]),
+            longest=np.array(list(longest)),
             begin=self.summing.past * turn,
             until=until,
-            turn=turn,
+            turn=turn if turns else until,
             frequency=frequency,
             own=self._faster(parameters)[None] ** 2,
             tables=self._tables(columns) if self.several and tables is None else tables,
@@ -370,7 +377,7 @@ class Lanes:
             return "runs have files" if definition.files else "metrics of your own"
         if unknown := sorted(set(definition.options) - OPTIONS - {"error"}):
             return f"option {unknown[0]}"
-        return "" if "turns" in definition.options else "their length is not in turns"
+        return ""
 
     def _together(self, kind: tuple) -> Together | str:
         """All points of a kind; the reason where they do not suit."""
