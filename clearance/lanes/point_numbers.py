@@ -95,7 +95,7 @@ class PointNumbers:
 
     scene: gives the scene of swept values; prepared: gives the run of them, not begun; columns:
         values of the swept numbers by name, (points,); share: of a number that it may be off; base:
-        a point to begin with, default in the middle; one_table: all points have the same tables.
+        a point to begin with, default in the middle.
     run: of the base. Raises NotForLanes.
     """
 
@@ -106,10 +106,8 @@ class PointNumbers:
         columns: dict[str, np.ndarray],
         share: float = 0.0,
         base: dict[str, float] | None = None,
-        one_table: bool = True,
     ):
         self.scene_of, self.prepared, self.columns, self.share = scene, prepared, columns, share
-        self.one_table = one_table
         self.values = {name: np.unique(column) for name, column in columns.items()}
         middle = {name: values[len(values) // 2].item() for name, values in self.values.items()}
         self.base = base or middle
@@ -149,13 +147,10 @@ class PointNumbers:
         mechanism, layout = run.mechanism, run.mechanism.layout
         described = leaves_of(mechanism.scene.description())
         texts = [(path, type(v) if type(v) is float else v) for path, v in described]
-        films = mechanism.sources.values()
-        tables = [id(source) if self.one_table else 0 for source in films]
         starts = mechanism.par[len(layout.parameters) + layout.derived :]
         return (
             mechanism.structure,
             texts,
-            tables,
             len(starts),
             run.span.samples,
             run.watched.sizes,

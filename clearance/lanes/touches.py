@@ -42,11 +42,20 @@ from clearance.stepping.types import DIGEST, Whole, inline, shared
 from clearance.values.spots import CONTACT
 
 HALVINGS = 60  # of the place where a cubic changes its sign
-#: columns of `seeks`, a row for each lane: the contact that the step is to end on and the sign of
-#: its penetration beyond, sizes of steps that end before it and behind it, 1 once one ended behind,
-#: trials, the size before the search. Then 1 where the step ends on it, changes of contacts without
-#: an advance, 1 for the first step of a phase, first steps of phases without and with contact
-SPOT, SIGN, LOW, HIGH, PASSED, TRIALS, PROPOSAL, MET, FLIPS, FRESH, KEPT = range(11)
+#: columns of `seeks`, a row for each lane
+(
+    SPOT,  # contact that the step is to end on
+    SIGN,  # of its penetration beyond
+    LOW,  # a size that ends before it
+    HIGH,  # one that ends behind it
+    PASSED,  # 1 once a step ended behind it
+    TRIALS,
+    PROPOSAL,  # size before the search
+    MET,  # 1 where the step ends on it
+    FLIPS,  # changes of contacts without an advance
+    FRESH,  # 1 for the first step of a phase
+    KEPT,  # first steps of phases without and with contact
+) = range(11)
 
 
 @inline

@@ -14,7 +14,7 @@ The layout holds the places in y, par, work and out.
 
 import hashlib
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from weakref import WeakValueDictionary
@@ -120,20 +120,6 @@ class Structure:
         if role != "moments":
             return kernels.kernel(self.programs[role], self.codes[role])
         return kernels.moments(self.programs["rhs"], self.codes["rhs"], store.MOMENTS)
-
-    def observing(self, paths: Collection[str]) -> "Structure":
-        """This structure with no other outputs than these; it shares the kernels that are
-        compiled.
-        """
-        places = [i for i, c in enumerate(self.layout.channels) if c.path in paths]
-        program = self.programs["observe"]
-        observe = replace(program, outputs={k: program.outputs[i] for k, i in enumerate(places)})
-        layout = replace(self.layout, channels=tuple(self.layout.channels[i] for i in places))
-        structure = replace(self, programs=self.programs | {"observe": observe}, layout=layout)
-        vars(structure)["compiled"] = Compiled(
-            {r: k for r, k in self.compiled.items() if r != "observe"}
-        )
-        return structure
 
     @property
     def together(self) -> bool:

@@ -12,6 +12,7 @@ from clearance.files.texts import brief, check_kinds, signed, signed_document, t
 from clearance.files.texts import digest as digest
 from clearance.sweeping.points import Points, in_words, spread_out
 
+FEWEST = 24  # points that are worth machine code of their own
 FORMAT = "clearance-sweep"
 # 1: a grid's columns had a value for each point; 2: neither it nor the journal had checksums
 FORMAT_VERSION = 3

@@ -30,7 +30,7 @@ from clearance.scene.scene import Scene
 from clearance.simulation import prepare
 from clearance.stepping import status
 from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
-from clearance.sweeping.definition import Definition
+from clearance.sweeping.definition import FEWEST, Definition
 from clearance.sweeping.journal import DONE, Outcome
 from clearance.values.spots import BLENDED
 
@@ -39,7 +39,6 @@ SAME = 1e-9  # the same of natural sizes that come of a kernel
 TOGETHER = 128  # points of a block, at least where memory allows
 STEPS = 500_000  # of a block, about: a second
 TRACKED = 2**24  # numbers of a block's turns and samples that are stored at a time
-FEWEST = 24  # points that are worth machine code of their own
 FILMS = {"clearance": CLEARANCE, "pull": PULL, "rate_x": RATE_X, "rate_y": RATE_Y}
 #: options of runs that lanes have
 OPTIONS = {"turns", "until", "rtol", "method", "samples_per_turn", "samples", "energy", "max_steps"}
@@ -115,11 +114,9 @@ class Together:
         Steps follow the last bits of a start, and bits within a share would depend on `first`.
         """
         try:
-            return PointNumbers(self.scene_of, prepared, self.columns, 0.0, first, one_table=False)
+            return PointNumbers(self.scene_of, prepared, self.columns, 0.0, first)
         except NotForLanes:
-            return PointNumbers(
-                self.scene_of, prepared, self.columns, EXACT, first, one_table=False
-            )
+            return PointNumbers(self.scene_of, prepared, self.columns, EXACT, first)
 
     # --- numbers of points
     def points(

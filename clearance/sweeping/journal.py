@@ -28,7 +28,6 @@ COLUMNS = ("index", "warnings", "wall", "loop", "steps")
 COUNTS = ("index", "warnings", "steps")
 TAIL = 2**20  # bytes that are read at a time to find the last line's end
 WAITING = "waiting"  # given back by a dead worker that had not begun it; never in a journal
-LEFT = "left"  # the reason of one that cannot run in the memory of others
 ALONE = "alone"  # the reason of one that must not share a block again: its block lost its worker
 
 
@@ -43,9 +42,8 @@ class Outcome:
     that this journal has not named before. wall: seconds in all, loop: of these in the compiled
     loop; size and check: bytes and CRC-32 of the run's file; made: what it was run with, see
     run/inputs.py;
-    recovered: from the run's file or the index, the journal does not list it; together: run in the
-        memory of others;
-    alone: why it was not, for the driver only.
+    recovered: from the run's file or the index, the journal does not list it; together: run in
+    lanes.
     """
 
     index: int
@@ -63,7 +61,6 @@ class Outcome:
     made: dict = field(default_factory=dict)
     recovered: bool = False
     together: bool = False
-    alone: str = ""
 
     @property
     def died(self) -> bool:
@@ -135,7 +132,7 @@ class Journal:
 
     def _line(self, outcome: Outcome) -> dict:
         document = asdict(outcome) | {"known": self._new(outcome.known)}
-        del document["recovered"], document["alone"]
+        del document["recovered"]
         return {n: v for n, v in document.items() if v or n in ("index", "status")}
 
     def _block(self, outcomes: list[Outcome]) -> dict:

@@ -38,14 +38,14 @@ from clearance.scene.catalogue import AnyCase, case_with, find_case
 from clearance.scene.parameter import wanted
 from clearance.simulation import prepare
 from clearance.sweeping import definition as definitions
-from clearance.sweeping.definition import Definition
+from clearance.sweeping.definition import FEWEST, Definition
 from clearance.sweeping.index import MISSING, Sweep, standing
-from clearance.sweeping.journal import ALONE, DONE, FAILED, LEFT, LOST, WAITING, Journal, Outcome
+from clearance.sweeping.journal import ALONE, DONE, FAILED, LOST, WAITING, Journal, Outcome
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.points import Points, plain
 from clearance.sweeping.sloping import sensing_of
-from clearance.sweeping.teams import Dask, Processes, Threads, prepare_start
-from clearance.sweeping.worker import FEWEST, NO_SPACE, files_of, load_function, run_lanes
+from clearance.sweeping.teams import Dask, Processes, prepare_start
+from clearance.sweeping.worker import NO_SPACE, files_of, load_function, run_lanes
 from clearance.values import checks
 
 LOG = logging.getLogger("clearance.sweep")
@@ -152,7 +152,7 @@ def sweep(
         check_width()
     folder = Path(folder).absolute()
     existing = _existing(folder, definition)
-    if scheduler is None and not _in_memory(definition):
+    if scheduler is None and not _suits(definition):
         prepare_start()
     _try_first(definition, None if force else partial(_affordable, definition, folder))
     folder.mkdir(parents=True, exist_ok=True)
@@ -168,15 +168,9 @@ def sweep(
         )
 
 
-def _shareable(definition: Definition) -> bool:
-    """True where points may run in the memory of others."""
-    apart = {"start", "error", "life", "sensitivity"} & definition.options.keys()
-    return not (definition.files or definition.own or apart)
-
-
-def _in_memory(definition: Definition) -> bool:
-    """True where some points are many enough to run in the memory of others, in threads."""
-    return _shareable(definition) and len(definition.points) >= FEWEST
+def _suits(definition: Definition) -> bool:
+    """True where most points may run in lanes."""
+    return not (definition.files or definition.own) and len(definition.points) >= FEWEST
 
 
 def _of_lives(life, channels, settle, metrics, options) -> dict:
@@ -405,13 +399,9 @@ class _Driver:
         self.news: list[str] = []
         self.deaths: dict[int, int] = {}
         self.in_a_row = 0  # workers that died since a run ended
-        self.blocks = _shareable(definition)
         self.alone: set[int] = set()  # points that share no block again
-        self.left: list[int] = []  # points that no thread of this process can run
         self.in_lanes = 0  # runs side by side
-        # wall time of a recent run [s]; runs in the memory of others
-        self.usual, self.together = 0.0, 0
-        self.reasons: set[str] = set()  # for which runs were not
+        self.usual = 0.0  # wall time of a recent run [s]
         self.stop = ""
 
     def run(
@@ -436,9 +426,6 @@ class _Driver:
                 self.journal.add(outcome)
             if pending:
                 pending = self._in_lanes(pending, workers, scheduler)
-            if pending and _in_memory(self.definition) and scheduler is None and not self.stop:
-                self._work(pending, Threads(*self.task, workers or _cores()))
-                pending = self.left
             if pending and not self.stop:
                 self._work(pending, self._team(len(pending), workers, scheduler))
             interrupted = False
@@ -509,10 +496,9 @@ class _Driver:
         else:
             done = set(lanes.suited(pending))
             if done:
-                self._work(sorted(done), Dask(*self.task, scheduler, run_lanes))
-            lanes.count = self.together
+                self._work(sorted(done), Dask(*self.task, scheduler, run_lanes), blocks=True)
+            lanes.count = self.in_lanes
         LOG.info("%s", lanes.report())
-        self.in_lanes, self.together = self.ended, 0
         return [index for index in pending if index not in done]
 
     def _in_threads(self, lanes, pending: list[int], threads: int) -> set[int]:
@@ -538,7 +524,8 @@ class _Driver:
         prepare_start()
         return Processes(*self.task, min(workers or _cores(), count))
 
-    def _work(self, pending: list[int], team: Dask | Processes) -> None:
+    def _work(self, pending: list[int], team: Dask | Processes, blocks: bool = False) -> None:
+        """Have a team run points; blocks: several at once."""
         queue = Queue(self.definition.points, pending)
         hand: set[int] = set()
         try:
@@ -546,7 +533,8 @@ class _Driver:
                 # near the end no worker holds a second block while another has none
                 places = team.places if len(queue) > team.places else max(team.places // 2, 1)
                 while queue and team.held < places:
-                    block = tuple(queue.take() for _ in range(self._block(queue, places)))
+                    size = self._block(queue, places) if blocks else 1
+                    block = tuple(queue.take() for _ in range(size))
                     hand.update(block)
                     team.give(block)
                 outcomes = team.wait(LOOK)
@@ -560,7 +548,7 @@ class _Driver:
         """Number of the next points that a worker gets at once: as many as take it a while, never
         too many.
         """
-        if not self.blocks or not self.usual:
+        if not self.usual:
             return 1
         room = min(MOST_BLOCK, len(queue) // (2 * places), int(BLOCK / self.usual))
         return max(next((n for n, i in enumerate(queue.ahead(room)) if i in self.alone), room), 1)
@@ -571,10 +559,6 @@ class _Driver:
         if outcome.made and (changed := common_differences(outcome.made, self.now)):
             self.stop = f"a worker runs something else than the driver: {'; '.join(changed)}"
             (self.folder / "runs" / f"{self.definition.keys[index]}.h5").unlink(missing_ok=True)
-            return False
-        if outcome.reason == LEFT:
-            self.left.append(index)
-            self.reasons.add(outcome.alone)
             return False
         if outcome.status == WAITING:
             if outcome.reason == ALONE:
@@ -614,8 +598,7 @@ class _Driver:
         index = outcome.index
         self.usual += (outcome.wall - self.usual) / min(self.ended + 1, RECENT)
         self.ended += 1
-        self.together += outcome.together
-        self.reasons.add(outcome.alone)
+        self.in_lanes += outcome.together
         self.counts[outcome.status] += 1
         if outcome.status != DONE:
             words = f"{outcome.status} {self.definition.says(index)}: {outcome.reason}"
@@ -655,24 +638,6 @@ class _Driver:
             tuple(self.news),
         )
 
-    def _ways(self) -> str:
-        """The ways in which the points of this call were run, and the reasons."""
-        alone = self.ended - self.in_lanes - self.together
-        if self.definition.files:
-            return f"{alone} points each by itself: every run has a file"
-        if not self.blocks:
-            reason = (
-                "metrics of your own, stated errors, sensitivities and starts need complete runs"
-            )
-            return f"{alone} points each by itself: {reason}"
-        usual = "the first ones, and those at the end"
-        if not _in_memory(self.definition):
-            usual = f"one memory needs {FEWEST} points of a kind"
-        reasons = "; ".join(sorted(self.reasons - {""})) or usual
-        together = [f"{self.together} points together in one memory"] if self.together else []
-        apart = [f"{alone} points each by itself: {reasons}"] if alone else []
-        return ", ".join(together + apart)
-
     def _save(self) -> Sweep:
         """Bring the index up to date."""
         os.fsync(self.journal.file.fileno())
@@ -691,7 +656,7 @@ class _Driver:
             result = Sweep(self.folder, self.definition)
         why = "interrupted" if interrupted else self.stop or "finished"
         if self.ended > self.in_lanes:
-            LOG.info("%s", self._ways())
+            LOG.info("%d points each by itself", self.ended - self.in_lanes)
         LOG.info("%s: %d done, %d failed, %d lost", why, *self.counts.values())
         if not interrupted:
             self._report(0, last=True)

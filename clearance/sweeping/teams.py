@@ -1,4 +1,4 @@
-"""Workers of a sweep: threads or processes on this machine, or the workers of a Dask scheduler.
+"""Workers of a sweep: processes on this machine, or the workers of a Dask scheduler.
 
 A team takes blocks of points (`give`) and returns those that ended (`wait`). `places` is the number
 of blocks that it can take, `held` the number that it has. It survives the death of a worker and
@@ -19,11 +19,10 @@ from collections.abc import Callable
 from contextlib import contextmanager, suppress
 from multiprocessing import forkserver
 from multiprocessing.connection import wait
-from queue import Empty, SimpleQueue
 
 from clearance.run.interrupts import follow_parent
 from clearance.sweeping.journal import ALONE, LOST, WAITING, Outcome
-from clearance.sweeping.worker import Shared, run_block, stay_quiet
+from clearance.sweeping.worker import run_block, stay_quiet
 
 LOG = logging.getLogger("clearance.sweep")
 #: where another process is started from: a small server that has the modules loaded, where the
@@ -190,58 +189,6 @@ def _serve(pipe, folder: str, stamp: str) -> None:
             pipe.send(answer)
         except OSError:
             return
-
-
-class Threads:
-    """Threads of this process, for points that run in the memory of others.
-
-    The compiled loop holds no lock of Python's. They end with the process, and a point that takes
-    long holds up nobody.
-    """
-
-    def __init__(self, folder: str, stamp: str, count: int):
-        self.shared, self.count, self.held = Shared(folder, stamp), count, 0
-        self.places = QUEUED * count
-        self.blocks: SimpleQueue = SimpleQueue()
-        self.ended: SimpleQueue = SimpleQueue()
-        self.closed = False
-        for _ in range(count):
-            threading.Thread(target=self._serve, daemon=True).start()
-
-    @property
-    def running(self) -> int:
-        """Threads that have something to run."""
-        return min(self.held, self.count)
-
-    def give(self, block: tuple[int, ...]) -> None:
-        self.held += 1
-        self.blocks.put(block)
-
-    def wait(self, seconds: float) -> list[Outcome]:
-        """Outcomes that have come, waiting for the first at most so long."""
-        done: list[Outcome] = []
-        with suppress(Empty):
-            answer = self.ended.get(timeout=seconds)
-            while True:
-                self.held -= 1
-                if isinstance(answer, BaseException):
-                    raise answer
-                done += answer
-                answer = self.ended.get_nowait()
-        return done
-
-    def close(self) -> None:
-        self.closed = True
-        for _ in range(self.count):
-            self.blocks.put(None)
-
-    def _serve(self) -> None:
-        twins: dict = {}
-        while (block := self.blocks.get()) is not None and not self.closed:
-            try:
-                self.ended.put(self.shared.run(block, twins))
-            except BaseException as error:  # noqa: BLE001 - the driver raises it
-                self.ended.put(error)
 
 
 class Dask:

@@ -4,17 +4,11 @@ import json
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
-from threading import Lock
-
-import numpy as np
 
 from clearance.accuracy.by_differences import Sensing
 from clearance.accuracy.point_errors import Stating
-from clearance.lanes.point_numbers import NotForLanes
-from clearance.lanes.possible import possible
 from clearance.metrics.metrics import Metric, own
 from clearance.metrics.of_points import of_point
 from clearance.results.memory import Memory
@@ -30,20 +24,14 @@ from clearance.scene.scene import Scene
 from clearance.scene.user_module import module_of, place_in, words_of
 from clearance.simulation import prepare, reopened
 from clearance.sweeping import definition as definitions
-from clearance.sweeping.batch import Family, PointMetrics
 from clearance.sweeping.definition import Definition
 from clearance.sweeping.index import checked
-from clearance.sweeping.journal import DONE, FAILED, LEFT, LOST, WAITING, Outcome
+from clearance.sweeping.journal import DONE, FAILED, LOST, Outcome
 from clearance.sweeping.sloping import columns, sensing_of
 
 NO_SPACE = "no space left for its file"
 RESERVED = ("status", "reason")
-MOST_FAMILIES = 8  # whose memory a process keeps
-FEWEST = 100  # points of one structure that are worth a memory of their own
-APART = "they failed, carry a warning, or their metrics or warnings need more than one memory has"
 LARGE = 8_000_000  # numbers in a run's file above which it is written as the run goes
-
-_families: dict[tuple[str, tuple], Family | str] = {}
 
 
 class Keeper(ShortFile):
@@ -188,16 +176,8 @@ def files_of(path: str, metrics: tuple) -> list[Path]:
 
 
 def run_block(folder: str, stamp: str, indices: tuple[int, ...]) -> list[Outcome]:
-    """Run some points, see `run_point`: together in one memory where that can be, else one after
-    another.
-    """
-    definition = _definition(folder, stamp)
-    together, alone = (
-        ({}, "")
-        if len(indices) == 1
-        else _together(definition, indices, partial(_family, definition, stamp))
-    )
-    return [together.get(i) or replace(run_point(folder, stamp, i), alone=alone) for i in indices]
+    """Run some points one after another, see `run_point`."""
+    return [run_point(folder, stamp, i) for i in indices]
 
 
 def run_point(folder: str, stamp: str, index: int) -> Outcome:
@@ -261,116 +241,6 @@ def _is_full(error: BaseException) -> bool:
     return getattr(error, "errno", None) in FULL or any(
         f"errno = {number}" in text for number in FULL
     )
-
-
-class Shared:
-    """Families of a sweep for threads of one process, made once; each thread has twins of them."""
-
-    def __init__(self, folder: str, stamp: str):
-        self.definition, self.lock = _definition(folder, stamp), Lock()
-        self.families: dict[tuple, Family | str] = {}
-
-    def run(self, indices: tuple[int, ...], twins: dict[tuple, Family | str]) -> list[Outcome]:
-        """Run points in the memory of a thread; those that cannot are left, with the reason."""
-        together, alone = _together(self.definition, indices, partial(self._twin, twins))
-        fields = {"status": WAITING, "reason": LEFT, "alone": alone}
-        return [together.get(i) or Outcome(i, "", **fields) for i in indices]
-
-    def _twin(self, twins: dict[tuple, Family | str], kind: tuple) -> Family | str:
-        if kind not in twins:
-            with self.lock:
-                if kind not in self.families:
-                    self.families[kind] = _new_family(self.definition, kind)
-                family = self.families[kind]
-                twins[kind] = family if isinstance(family, str) else family.twin()
-        return twins[kind]
-
-
-def _together(
-    definition: Definition,
-    indices: tuple[int, ...],
-    family_of: Callable[[tuple], Family | str],
-) -> tuple[dict[int, Outcome], str]:
-    """Outcomes of the points that ran in one memory, by index; why others did not.
-
-    family_of: gives that of points with these other values.
-    """
-    began, points, alone = time.perf_counter(), {}, APART
-    names, kinds = definition.spread, {}
-    for index in indices:
-        kinds.setdefault(
-            tuple(v for n, v in definition.points[index].items() if n not in names), []
-        ).append(index)
-    for kind, members in kinds.items():
-        family = family_of(kind)
-        if isinstance(family, str):
-            alone = family
-            continue
-        columns = {n: np.array([definition.points.columns[n][i] for i in members]) for n in names}
-        points |= {
-            i: point
-            for i, point in zip(members, family.found(columns), strict=True)
-            if point is not None
-        }
-    wall = (time.perf_counter() - began) / max(len(points), 1)
-    return {i: _outcome(definition, i, point, wall) for i, point in points.items()}, alone
-
-
-def _outcome(definition: Definition, index: int, results: PointMetrics, wall: float) -> Outcome:
-    files = files_named(definition.values(index).values())
-    modules = _modules(definition.path, definition.source, definition.own)
-    return Outcome(
-        index,
-        definition.keys[index],
-        DONE,
-        "",
-        results.metrics,
-        results.known,
-        results.warnings,
-        wall,
-        results.loop,
-        results.steps,
-        made=common(modules, files) | {"text": results.text},
-        together=True,
-    )
-
-
-def _family(definition: Definition, stamp: str, kind: tuple) -> Family | str:
-    """Runs of the points with these other values in one memory, made once; the reason where that
-    cannot be.
-    """
-    if (stamp, kind) not in _families:
-        while len(_families) >= MOST_FAMILIES:
-            del _families[next(iter(_families))]
-        _families[stamp, kind] = _new_family(definition, kind)
-    return _families[stamp, kind]
-
-
-def _new_family(definition: Definition, kind: tuple) -> Family | str:
-    names, points = definition.spread, definition.points
-    others = [v for n, v in points.columns.items() if n not in names]
-    members = [i for i in range(len(points)) if tuple(v[i] for v in others) == kind]
-    if not names or len(members) < FEWEST:
-        return f"one memory needs {FEWEST} points of a kind"
-    case = _case(definition.path, definition.source)
-    rest = definition.fixed | {n: v for n, v in points[members[0]].items() if n not in names}
-    columns = {n: np.array(points.columns[n])[members] for n in names}
-    options = definition.options
-
-    def scene(values: dict) -> Scene:
-        return case.scene(**rest, **values)
-
-    good = possible(lambda values: prepare(scene(values), **options), columns)
-    if good.sum() < FEWEST:
-        return f"fewer than {FEWEST} have possible values"
-    columns = {n: v[good] for n, v in columns.items()}
-    try:
-        return Family(scene, columns, options, definition.settle)
-    except NotForLanes as error:
-        return str(error)
-    except Exception as error:  # noqa: BLE001
-        # a sweep goes on, whatever a user's scene or law does
-        return _explained(error)
 
 
 def _lived(definition: Definition, folder: Path, index: int, key: str) -> Outcome:
