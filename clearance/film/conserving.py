@@ -38,8 +38,8 @@ import numpy as np
 
 from clearance.film.bearing import (
     DOUBTFUL,
-    DRAG,
     RING,
+    WET,
     Bearing,
     Groove,
     check_drag,
@@ -101,7 +101,7 @@ class MemoryFilm:
         conserving: bool = True,
         outline: Sequence[float] | None = None,
         journal: Sequence[float] | None = None,
-        drag: str = DRAG,
+        drag: str = WET,
     ):
         n, nz = check_mesh(mesh)
         if bearing.roughness > 0.0:

@@ -51,6 +51,8 @@ from clearance.film.banded import Factors, compiled, factorise, substitute
 from clearance.film.bands import contact_factor
 from clearance.film.bearing import (
     DOUBTFUL,
+    RING,
+    WET,
     Bearing,
     FilmSolution,
     check_mesh,
@@ -445,11 +447,11 @@ class MovingFilm:
         for a mesh too coarse, also for its grooves, and for mass-conserving cavitation.
     """
 
-    def __init__(self, bearing: Bearing, mesh: tuple[int, int] | None = None, drag: str = "wet"):
+    def __init__(self, bearing: Bearing, mesh: tuple[int, int] | None = None, drag: str = WET):
         if bearing.cavitation not in KINDS:
             raise ValueError(f"a film without memory has no cavitation {bearing.cavitation!r}")
         self.bearing, self.mesh = bearing, check_mesh(mesh or mesh_for(bearing.slenderness))
-        self.grid, self.nodes, self.zeta, self.given = _grid(bearing, self.mesh, drag == "ring")
+        self.grid, self.nodes, self.zeta, self.given = _grid(bearing, self.mesh, drag == RING)
         inner = len(self.zeta) - 1
         count = (len(self.nodes) - 1) * inner
         self.factors = Factors(

@@ -1,6 +1,9 @@
 """One call for all solvers of a film in one state of motion."""
 
-from clearance.film.bearing import Bearing, FilmSolution
+import math
+from dataclasses import replace
+
+from clearance.film.bearing import DRAG, WET, Bearing, FilmSolution, check_drag
 
 SOLVERS = ("fast", "fem")
 
@@ -13,6 +16,7 @@ def solve_film(
     *,
     solver: str = "auto",
     mesh: tuple[int, int] | None = None,
+    drag: str = DRAG,
 ) -> FilmSolution:
     """Pressure, load, friction, side flow of a bearing's film from the Reynolds equation.
 
@@ -21,10 +25,12 @@ def solve_film(
     solver: "fast" (finite volumes in Sommerfeld's angle), "fem" (biquadratic elements; also
         mass-conserving, and with a pressure_viscosity) or "auto". "auto" takes the fast one, but
         "fem" for what that does not have and for grooves with edges, which it meets only to a
-        cell. mesh: cells around and over half the length (default (128, 16), of fem (64, 8)).
+        cell. mesh: cells around and over half the length (default (128, 16), of fem (64, 8)). drag:
+        "ring" for the drag of a filled gap, all around, or "wet" for that of the film's area.
     Raises ValueError for a mesh too coarse, an eccentricity at or beyond contact, a condition the
     solver does not have.
     """
+    check_drag("solve_film", drag)
     if solver == "auto":
         edged = any(g.width > 0.0 or g.length < 1.0 for g in bearing.grooves)
         solver = "fem" if edged or bearing.cavitation == "mass_conserving" else "fast"
@@ -34,7 +40,7 @@ def solve_film(
         from clearance.film.moving import MovingFilm
 
         state = eccentricity_ratio, radial_rate, entrainment
-        return MovingFilm(bearing, mesh or (64, 8)).solve(*state)
+        return MovingFilm(bearing, mesh or (64, 8), drag).solve(*state)
     if solver == "fast":
         from clearance.film.bands import solve
     elif solver == "fem":
@@ -42,4 +48,7 @@ def solve_film(
     else:
         raise ValueError(f"solver must be one of auto, {', '.join(SOLVERS)}; got {solver!r}")
     state = (bearing, eccentricity_ratio, radial_rate, entrainment)
-    return solve(*state) if mesh is None else solve(*state, mesh)
+    solution = solve(*state) if mesh is None else solve(*state, mesh)
+    if drag == WET:
+        return solution
+    return replace(solution, shear=2.0 * math.pi / math.sqrt(1.0 - eccentricity_ratio**2))

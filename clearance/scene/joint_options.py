@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from clearance import laws
 from clearance.elements import ClearancePrismatic, ClearanceRevolute, Prismatic, Revolute
 from clearance.elements.joint import Joint
+from clearance.film.bearing import DRAG
 from clearance.film.pad_law import pad_film
 from clearance.laws.materials import Lubricant, Material, steel
 from clearance.scene import law_names
@@ -32,6 +33,8 @@ class JointOptions:
     film: film law: table (of the Reynolds equation), harmonic, short, long, pinkus_sternlicht,
         sommerfeld, fem, ... [-]
     film_torques: true where the film drags on both bodies [-]
+    drag: of table, fast, fem and conserving: ring (a filled gap, as all other films have it) or wet
+        (the area that oil wets) [-]
     ambient: pressure at the bearing's ends above cavitation (films table, fem, conserving); 0:
         cavitates there [Pa]
     flow_factors: true where the film of table and fem is that of rough surfaces (Patir and
@@ -61,6 +64,7 @@ class JointOptions:
     friction_coefficient: float = 0.1
     film: str = "table"
     film_torques: bool = True
+    drag: str = DRAG
     ambient: float = 0.0
     flow_factors: bool = False
     mesh: str = AUTO
@@ -120,7 +124,9 @@ class JointOptions:
                 raise ValueError(f"{sizes} {pair.radius!r} m")
             slots |= self.solids(pair, self.model)
         if self.model in ("lubricated", "mixed"):
-            film = law_names.film_of(self.film, self.ambient, self.flow_factors, self.mesh)
+            film = law_names.film_of(
+                self.film, self.ambient, self.flow_factors, self.mesh, self.drag
+            )
             slots |= {"film": film, "lubricant": Lubricant(self.viscosity)}
             slots["film_torques"] = bool(self.film_torques)
         if self.model == "mixed":

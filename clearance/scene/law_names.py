@@ -17,6 +17,7 @@ from clearance.elements import Drive
 from clearance.elements.body import Body
 from clearance.files.texts import text_of
 from clearance.film import names as films
+from clearance.film.bearing import DRAG, DRAGS
 from clearance.laws.materials import Material
 from clearance.values import checks
 
@@ -370,7 +371,7 @@ def mesh_of(text: str) -> tuple[int, int]:
     return around, along
 
 
-def film_of(name: str, ambient: float, flow_factors: bool, mesh: str):
+def film_of(name: str, ambient: float, flow_factors: bool, mesh: str, drag: str = DRAG):
     """A film law; ambient: pressure above cavitation [Pa], 0 where the film cavitates at ambient
     pressure.
     """
@@ -380,6 +381,8 @@ def film_of(name: str, ambient: float, flow_factors: bool, mesh: str):
     if mesh != "auto":
         options["mesh"] = mesh_of(mesh)
     takes = {"ambient": WITH_AMBIENT, "flow_factors": WITH_FLOW_FACTORS, "mesh": ONLINE_FILMS}
+    if one_of("drag", drag, DRAGS) != DRAG:
+        options["drag"], takes["drag"] = drag, TABLES
     for option in options:
         if name not in takes[option]:
             raise ValueError(f"film {name} has no {option}; {', '.join(takes[option])} have")
