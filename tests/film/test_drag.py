@@ -1,9 +1,9 @@
 """The drag of a film: of the filled ring, or of the area that oil wets.
 
 Raimondi and Boyd's friction is the ring's (test_published.py). rows/rig.csv is the shaft torque
-over speed of a friction rig. Sander et al., Tribol. Int. 96 (2016) 173, as maintainers of MBDyn
-read it off for a test of theirs; the clearances are assumed there, and the page does not say that
-the curve is measured.
+over speed of a friction rig: Sander et al., Tribol. Int. 96 (2016) 173, as maintainers of MBDyn
+read it off for a test of theirs. Its clearances are their assumption. Nothing there states that the
+curve is measured.
 """
 
 import math
