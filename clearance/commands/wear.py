@@ -64,8 +64,8 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--share",
         type=number,
-        default=0.1,
-        help="growth of a depth in a jump, over the clearance (default 0.1)",
+        default=0.25,
+        help="growth of a depth in a jump, over the clearance (default 0.25)",
     )
     p.add_argument(
         "--tolerance",
@@ -97,9 +97,9 @@ def add(commands) -> argparse.ArgumentParser:
     p.add_argument(
         "--rtol",
         type=number,
-        default=1e-6,
+        default=1e-4,
         metavar="R",
-        help="tolerance of the runs (default 1e-6)",
+        help="tolerance of the runs (default 1e-4)",
     )
     p.add_argument(
         "--method", default="auto", metavar="M", help="stepper of the runs (default auto)"

@@ -6,9 +6,13 @@ that path (wearing/replay.py) until a depth has grown by a share of the clearanc
 end measures anew, and its load path is replayed in place of the first. The depths of both may
 differ by more than the tolerance. The loads have changed then, and half the jump is made instead.
 Where that does not make the difference smaller, no shorter jump would. The half jump stands, and
-longer ones with such a difference follow. Half the difference and the error of the replay are what
-the life may be off by. Wear of a turn is no measure of that: on hard surfaces each ridge of an
-outline takes all of it.
+longer ones with such a difference follow.
+
+A life may be off by the errors of the replays and by half of each difference. Where loads change
+evenly, the jump before foretells most of a difference. The life then goes on from the mean of both
+replays, which is the trapezium rule. It may be off by half of what was not foretold, which is six
+times the error of that rule. Wear of a turn is no measure of the error: on hard surfaces each ridge
+of an outline takes all of it.
 """
 
 import json
@@ -23,6 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearance.elements.body import ground
 from clearance.files.locks import Lock, opener
 from clearance.files.replacing import replacing
 from clearance.files.texts import signed
@@ -30,6 +35,7 @@ from clearance.laws.contact import layer_of
 from clearance.laws.outline import Outline, worn
 from clearance.mechanism.build import build
 from clearance.metrics.metrics import SURFACES, metrics
+from clearance.results.result import Result, open_result
 from clearance.run.ideal_motion import ideal_motion
 from clearance.run.inputs import accept, differences, of_case
 from clearance.run.options import Output
@@ -40,20 +46,23 @@ from clearance.simulation import SimulationError, prepare, reopened, write
 from clearance.values import checks
 from clearance.wearing import life_record
 from clearance.wearing.life_record import Life
-from clearance.wearing.load_path import LoadPath, Worn, moved, smoothed
+from clearance.wearing.load_path import LoadPath, Worn, middle, moved, smoothed, untold
 
 LOG = logging.getLogger("clearance")
 JUMPS = ("replay", "linear")
 MOST_AVERAGED = 50  # turns of a stage, where its wear scatters
 LEAST = 1.0  # turns of a jump
+FINE = 90  # samples of a turn from which on they give a speed
+EVENLY = 20.0  # of a place's shift, by which it changes in a turn at most; else it is on a ridge
 GROW, SHRINK, EASY = 1.5, 0.5, 1.0 / 3.0  # of jumps; share of the tolerance below which they grow
+FORETOLD = 0.5  # of a change: the rest where loads change evenly
 BETTER = 0.7  # of the difference behind a jump: that behind its half; else no shorter one helps
 LIKELY = 0.6  # of the largest difference by chance: one that is there half the time
-REPLAYED = 0.02  # error of the replay, of the depth that it adds, over the tolerance
+REPLAYED = 0.006  # error of the replay, of the depth that it adds, over the tolerance
 SCATTERED = 0.1  # the same, over the spread of the depth of a turn, where that is more
 CHANCE = 4.0  # standard errors that the largest of some twenty places is off by, of few turns
 THINNEST = 6  # rows of a load path of which one is replayed, where twice as many turns are averaged
-FIRST = 1.0  # jump over what the share allows, to begin with
+FIRST = 0.4  # of the share: depth of the first jump, whose change nothing foretells
 
 
 @dataclass(frozen=True)
@@ -141,13 +150,13 @@ def wear(
     *,
     turns: float,
     directory: str | Path,
-    share: float = 0.1,
+    share: float = 0.25,
     tolerance: float = 0.05,
     settle: int = 2,
     average: int = 2,
     jump: str = "replay",
     jump_turns: float | None = None,
-    rtol: float = 1e-6,
+    rtol: float = 1e-4,
     method: str = "auto",
     samples_per_turn: int = 360,
     accept_changes: bool = False,
@@ -328,21 +337,23 @@ class Driver:
 
     def _settle(self, run, before: int) -> None:
         """Put journals that touched at the end of the stage before where the new outline carries
-        the same force.
+        the same force, and give them the speed at which that place moves.
+
+        Without that speed they oscillate on their walls, and an implicit method resolves it.
         """
-        row, column = run.outputs_here(), run.mechanism.layout.output
-        old = self._arrays(before)
-        for joint in (j for j in run.mechanism.places if j.name in self.joints):
-            turn = [_angle_of(body, row, column) for body in joint.bodies()]
-            first = run.mechanism.places[joint]
-            x, y = run.state.y[first : first + 2]
-            cos, sin = math.cos(turn[0]), math.sin(turn[0])
-            here = cos * x + sin * y, cos * y - sin * x
-            outlines = [{s: old[f"{joint.name}/{s}"] for s in SURFACES}, joint.outline.parameters]
-            numbers = [Outline(None, depths).numbers for depths in outlines]
-            solids = solids_of(joint)
-            x, y = moved(*here, turn[1] - turn[0], joint.clearance, *numbers, solids)
-            run.state.y[first : first + 2] = cos * x - sin * y, cos * y + sin * x
+        state, mechanism = run.state, run.mechanism
+        with open_result(self.folder / f"stage-{before:04d}.h5") as result:
+            step = float(result.time[-1] - result.time[-2])
+            for joint in (j for j in mechanism.places if j.name in self.joints):
+                shifts = _shifts(joint, result)
+                first = mechanism.places[joint]
+                state.y[first : first + 2] += shifts[0]
+                if FINE * step > self.turn or not shifts.any(axis=1).all():
+                    continue
+                rate = (1.5 * shifts[0] - 2.0 * shifts[1] + 0.5 * shifts[2]) / step
+                if np.hypot(*rate) * self.turn < EVENLY * np.hypot(*shifts[0]):
+                    first += mechanism.coordinates
+                    state.y[first : first + 2] += rate
 
     def _arrays(self, stage: int) -> dict[str, np.ndarray]:
         wears = {name: _wears(joint) for name, joint in self.joints.items()}
@@ -364,12 +375,16 @@ class Driver:
 
     # --- a jump
     def jump(
-        self, outlines: dict[str, Worn], measured: dict[str, Measured], turns: float
+        self,
+        outlines: dict[str, Worn],
+        measured: dict[str, Measured],
+        turns: float,
+        most: float,
     ) -> tuple[dict[str, Worn], float, float]:
-        """Outlines after a jump, its turns (of the joint whose depth grows fastest), and the error
-        of the replay.
+        """Outlines after a jump of a depth [m], its turns (of the joint whose depth grows fastest),
+        and the error of the replay.
         """
-        jumps, most = {}, self.most
+        jumps = {}
         for name in sorted(self.joints, key=lambda n: -measured[n].fastest):
             jumps[name] = self._over(name, outlines[name], measured[name], turns, most)
             turns = jumps[name][1]
@@ -426,7 +441,7 @@ class Driver:
     # --- the life
     def go(self) -> Life:
         """Stages and jumps to the end."""
-        outlines, turns, error, size, stage = self._resumed()
+        outlines, turns, error, size, stage, before = self._resumed()
         measured = self._measured(stage) if stage >= 0 else None
         longer = math.inf  # difference at the end of the jump of which this one is the half
         floor = self.journal[-1].get("floor", 0.0) if self.journal else 0.0  # of the difference
@@ -436,12 +451,13 @@ class Driver:
             self.done = turns / self.plan.turns
             self.progress(self.done, f"stage {stage} is done")
             rest = self.plan.turns - turns
-            new, done, off = self.jump(
-                outlines, measured, max(LEAST, min(size, rest, self.plan.jump_turns or rest))
-            )
+            longest = max(LEAST, min(size, rest, self.plan.jump_turns or rest))
+            most = self.most if stage else FIRST * self.most
+            new, done, off = self.jump(outlines, measured, longest, most)
             self._check_walls(new, turns + done)
             after, values = self.stage(stage + 1, new)
-            miss, apart = _missed(outlines, new, self.instead(outlines, after, done))
+            instead = self.instead(outlines, after, done)
+            miss, changes = _missed(outlines, new, instead)
             chance = _chance(measured, after)
             allowed = max(self.plan.tolerance, chance)
             if done > LEAST and max(allowed, floor) < miss < BETTER * longer:
@@ -453,17 +469,27 @@ class Driver:
                     size,
                 )
                 continue
-            outlines, measured, turns, stage = new, after, turns + done, stage + 1
-            error += off + 0.5 * apart
+            evenly = {n for n in changes if self._evenly(changes[n], done, before[n])}
+            error += off + 0.5 * max(
+                untold(c, done, before[n] if n in evenly else None) for n, c in changes.items()
+            )
+            outlines = {n: middle(w, instead[n]) if n in evenly else w for n, w in new.items()}
+            measured, turns, stage = after, turns + done, stage + 1
+            before = {n: (c, done) for n, c in changes.items()}
             size = done / (SHRINK if miss >= BETTER * longer else 1.0)
             if miss < max(EASY * self.plan.tolerance, LIKELY * chance):
                 size *= GROW
             floor = 0.0 if miss <= allowed else min(miss / BETTER, floor or math.inf)
             longer = math.inf
             reached = Reached(turns, error, size, miss, floor)
-            self._keep(stage, outlines, measured, values, reached)
+            self._keep(stage, outlines, measured, values, reached, changes)
         self.progress(1.0, f"stage {stage} is done")
         return Life(self.folder)
+
+    def _evenly(self, change: np.ndarray, turns: float, before: tuple | None) -> bool:
+        """True where a change goes on as the one before. Linear jumps stand as they are."""
+        foretold = untold(change, turns, before) <= FORETOLD * np.abs(change).max()
+        return foretold and self.plan.jump == "replay"
 
     def _first(self, outlines: dict[str, Worn]) -> dict[str, Measured]:
         for text in (text for joint in self.joints.values() for text in joint.doubts()):
@@ -481,7 +507,7 @@ class Driver:
             self._check_turn(name, of_joint)
             if not any(rate.any() for rate in of_joint.rate.values()):
                 LOG.warning("joint %s: nothing wears; its solids do not touch in a turn", name)
-        first = Reached(turns=0.0, error=0.0, jump=self.plan.turns * FIRST)
+        first = Reached(turns=0.0, error=0.0, jump=self.plan.turns)
         self._keep(0, outlines, measured, values, first)
         return measured
 
@@ -498,9 +524,12 @@ class Driver:
                 )
 
     def _resumed(self) -> tuple:
-        """Outlines, turns, error and next jump of the last stage in the journal, and its number."""
+        """Outlines, turns, error and next jump of the last stage in the journal, its number, and
+        what the jump to it has changed.
+        """
+        changes: dict[str, tuple | None] = dict.fromkeys(self.joints)
         if not self.journal:
-            return self._unworn(), 0.0, 0.0, self.plan.turns, -1
+            return self._unworn(), 0.0, 0.0, self.plan.turns, -1, changes
         last = self.journal[-1]
         arrays = self._arrays(last["stage"])
         outlines = {}
@@ -508,9 +537,12 @@ class Driver:
             depths = {s: arrays[f"{name}/{s}"] for s in SURFACES}
             numbers = Outline(None, depths).numbers
             outlines[name] = Worn.of(numbers, np.zeros((0, 6)), joint.wear_journal is not None)
+            if f"{name}/change" in arrays:
+                done = last["turns"] - self.journal[-2]["turns"]
+                changes[name] = arrays[f"{name}/change"], done
         self.average = last["average"]
         LOG.info("going on from %.6g turns", last["turns"])
-        return outlines, last["turns"], last["error"], last["jump"], last["stage"]
+        return outlines, last["turns"], last["error"], last["jump"], last["stage"], changes
 
     def _unworn(self) -> dict[str, Worn]:
         """Outlines to begin with."""
@@ -531,9 +563,9 @@ class Driver:
             joints[name] = Measured(rate, scatter[name], arrays[f"{name}/path"], spread[name])
         return joints
 
-    def _keep(self, stage: int, outlines, measured, values, reached: Reached) -> None:
+    def _keep(self, stage: int, outlines, measured, values, reached: Reached, changes=None) -> None:
         """A stage is over: its arrays, then its line in the journal."""
-        arrays = {}
+        arrays = {f"{name}/change": change for name, change in (changes or {}).items()}
         for name, of_joint in measured.items():
             arrays |= {f"{name}/{s}": d for s, d in _depths(outlines[name]).items()}
             arrays |= {f"{name}/{s}/turn": rate for s, rate in of_joint.rate.items()}
@@ -600,10 +632,25 @@ def _check_law(joint) -> None:
             )
 
 
-def _angle_of(body, row: np.ndarray, column: dict[str, int]) -> float:
-    """Angle of a body at a row of outputs."""
-    path = f"{body.key}/theta"
-    return float(row[column[path]]) if path in column else 0.0
+def _shifts(joint, result: Result) -> np.ndarray:
+    """From where the journal was in the outline of a stage, to where the present outline of the
+    joint carries the same force [m]: at the last three samples, the latest first, (3, 2).
+    """
+    channels, facts = result.joint(joint.name), result.facts(f"joints/{joint.name}/wear")
+    ran_on = {surface: facts[f"depth_{surface}"] for surface in SURFACES}
+    outlines = [Outline(None, depths).numbers for depths in (ran_on, joint.outline.parameters)]
+    angles = [
+        np.zeros(3) if body == ground else result[body.name].theta[-3:] for body in joint.bodies()
+    ]
+    columns = channels.eccentricity_x[-3:], channels.eccentricity_y[-3:], *angles
+    shifts = []
+    for x, y, turn, journal in np.transpose(columns)[::-1].tolist():
+        cos, sin = math.cos(turn), math.sin(turn)
+        here = cos * x + sin * y, cos * y - sin * x
+        new = moved(*here, journal - turn, joint.clearance, *outlines, solids_of(joint))
+        dx, dy = new[0] - here[0], new[1] - here[1]
+        shifts.append((cos * dx - sin * dy, cos * dy + sin * dx))
+    return np.array(shifts)
 
 
 def _depths(outline: Worn) -> dict[str, np.ndarray]:
@@ -625,16 +672,23 @@ def _chance(before: dict[str, Measured], after: dict[str, Measured]) -> float:
 
 def _missed(
     before: dict[str, Worn], jumped: dict[str, Worn], instead: dict[str, Worn]
-) -> tuple[float, float]:
-    """Largest difference of two jumps from the same outlines, over the largest depth, and in m."""
-    share, most = 0.0, 0.0
+) -> tuple[float, dict[str, np.ndarray]]:
+    """Largest difference of two jumps from the same outlines, over the largest depth; and by joint
+    that of each surface [m] over the angle, (surfaces, NODES).
+    """
+    share, changes = 0.0, {}
     for name, begin in before.items():
-        for surface, depth in _depths(begin).items():
-            first, second = (smoothed(_depths(w[name])[surface] - depth) for w in (jumped, instead))
-            apart, deepest = float(np.abs(first - second).max()), max(first.max(), second.max())
-            share = max(share, apart / deepest if apart > 0.0 else 0.0)
-            most = max(most, apart)
-    return share, most
+        first, second = (_grown(begin, w[name]) for w in (jumped, instead))
+        changes[name] = second - first
+        apart, deepest = np.abs(changes[name]).max(axis=1), np.maximum(first, second).max(axis=1)
+        share = max([share, *(a / d for a, d in zip(apart, deepest, strict=True) if a > 0.0)])
+    return share, changes
+
+
+def _grown(begin: Worn, worn: Worn) -> np.ndarray:
+    """Depths worn off since, over neighbouring nodes [m], (surfaces, NODES)."""
+    pairs = zip(_depths(begin).values(), _depths(worn).values(), strict=True)
+    return np.array([smoothed(new - old) for old, new in pairs])
 
 
 def _write(path: Path, text: str) -> None:

@@ -3,7 +3,7 @@
 worn/life.json          what was asked for
 worn/journal.jsonl      one line for each stage, appended once its files are whole
 worn/stage-0007.h5      the run of a stage, on outlines that stay as they are
-worn/stage-0007.npz     its outlines, wear of a turn and load paths
+worn/stage-0007.npz     its outlines, wear of a turn and load paths; what those have changed
 """
 
 import math
@@ -94,6 +94,7 @@ def arrays(folder: Path, stage: int, joints: dict[str, list[str]]) -> dict[str, 
     shapes = {f"{n}/{s}": (1, 360) for n in joints for s in SURFACES}  # dimensions, length of last
     shapes |= {f"{n}/{s}/turn": (1, 360) for n, wears in joints.items() for s in wears}
     shapes |= {f"{n}/path": (2, 6) for n in joints}
+    shapes |= {f"{n}/change": (2, 360) for n in joints if f"{n}/change" in columns}
     for name, shape in shapes.items():
         column = columns.get(name, np.zeros(0))
         if column.dtype != float or (len(column.shape), *column.shape[-1:]) != shape:

@@ -10,10 +10,10 @@ from functools import cache
 import numpy as np
 
 from clearance.laws.law import FilmJoint
-from clearance.laws.outline import LINE, NODES, touching
+from clearance.laws.outline import LINE, NODES, STEP, touching
 from clearance.machine.store import compiled
-from clearance.wearing.replay import replay, rest
-from clearance.wearing.rough import carried, pressure_at, replay_rough, rest_rough
+from clearance.wearing.replay import replay
+from clearance.wearing.rough import carried, pressure_at, replay_rough
 
 LIGHT = 1e-6  # of the strength of asperities: pressures whose journal swims in its film
 MANY = 100  # steps of a jump
@@ -31,22 +31,23 @@ def moved(
     solids=None,
 ) -> tuple[float, float]:
     """Place in a new outline with the force that the old one has at (x, y); the same place in free
-    flight.
+    flight. It is that of a replay without wear.
 
     solids: a `laws.worn_asperity.Rough` where asperities carry too.
     """
-    joint = FilmJoint(0.0, clearance, 0.0, 0.0, 0.0 if solids is None else solids.roughness)
-    if solids is not None:
+    rough = solids is not None
+    joint = FilmJoint(0.0, clearance, 0.0, 0.0, solids.roughness if rough else 0.0)
+    if rough:
         force_x, force_y, load, *_ = carried(x, y, angle, joint, old, 0.0, solids)
-        if load <= LIGHT * solids.strength:
-            return x, y
-        position = rest_rough(force_x, force_y, angle, joint, new, 1.0, 0.0, solids, x, y)
-        return position[:2] if math.isfinite(position[2]) else (x, y)
-    force_x, force_y, load, _ = touching(x, y, angle, joint, old, 0.0)
-    if load <= 0.0:
+    else:
+        force_x, force_y, load, _ = touching(x, y, angle, joint, old, 0.0)
+    if load <= (LIGHT * solids.strength if rough else 0.0):
         return x, y
-    rest_x, rest_y, load = rest((force_x, force_y), angle, joint, new, 1.0, (x, y))
-    return (rest_x, rest_y) if math.isfinite(load) else (x, y)
+    path, place = np.array([[force_x, force_y, angle, 0.0, 0.0, clearance]]), np.array([[x, y]])
+    stiffness, surface = (solids, 1.0 / STEP) if rough else (1.0, 1.0)
+    rooms = np.zeros(2 * NODES), np.zeros(2)
+    done = _compiled(rough)(path, 0.0, new, stiffness, surface, place, *rooms)
+    return (float(place[0, 0]), float(place[0, 1])) if done else (x, y)
 
 
 def surfaces(data: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -57,6 +58,25 @@ def surfaces(data: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def smoothed(depths: np.ndarray) -> np.ndarray:
     """Mean over SMOOTH neighbouring nodes."""
     return sum(np.roll(depths, k) for k in range(-(SMOOTH // 2), SMOOTH // 2 + 1)) / SMOOTH
+
+
+def untold(change: np.ndarray, turns: float, before: tuple[np.ndarray, float] | None) -> float:
+    """The largest of what many turns have changed [m] that the change before has not foretold.
+
+    change: such as a first-order error, which grows with the square of the turns: (..., NODES).
+    before: the one before, and its turns. It does not count where it foretells nothing.
+    """
+    largest = float(np.abs(change).max())
+    if before is None:
+        return largest
+    return min(largest, float(np.abs(change - (turns / before[1]) ** 2 * before[0]).max()))
+
+
+def middle(first: "Worn", second: "Worn") -> "Worn":
+    """Mean of two outlines."""
+    mean = first.copy()
+    mean.data[1:] = 0.5 * (first.data[1:] + second.data[1:])
+    return mean
 
 
 @cache
@@ -181,6 +201,6 @@ class LoadPath:
             grown = max(float(d.max()) for d in surfaces(worn.data - begin))
             if grown >= most:
                 break
-            size *= min(2.0, 0.8 * allowed / max(off, 1e-300))
-            size = min(size, max(1.0, size * (most - grown) / max(added, 1e-300)))
+            rest = max(1.0, size * (most - grown) / max(added, 1e-300))
+            size = min(size * min(2.0, 0.8 * allowed / max(off, 1e-300)), rest)
         return worn, done, error

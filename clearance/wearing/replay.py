@@ -115,19 +115,25 @@ def wear_off(position, joint, data, solids, over, carried, pressure):
 def replay(path, turns, data, stiffness, surface, rests, pressure, volumes):
     """Replay a load path with `turns` times its wear; data and places of rest go on in place.
 
-    False where it fails.
+    False where it fails. A row's journal goes as much farther against its force as that of the row
+    before: that is where the search begins.
 
     path: rows of `wear_sum.PATH`; surface: R L [m2]; rests: (x, y) of each row; volumes: worn off
         both, added to.
     """
+    farther = 0.0
     for q in range(path.shape[0]):
         over = (turns * path[q, 3], turns * path[q, 4])
         soft = stiffness / (1.0 + stiffness * (over[0] + over[1]))
         joint = FilmJoint(0.0, path[q, 5], 0.0, 0.0, 0.0)
-        force, angle, start = (path[q, 0], path[q, 1]), path[q, 2], (rests[q, 0], rests[q, 1])
+        force, angle = (path[q, 0], path[q, 1]), path[q, 2]
+        size = math.sqrt(force[0] * force[0] + force[1] * force[1])
+        away = force[0] / size, force[1] / size
+        start = rests[q, 0] - farther * away[0], rests[q, 1] - farther * away[1]
         x, y, load = rest(force, angle, joint, data, soft * surface, start)
         if not math.isfinite(load):
             return False
+        farther = (rests[q, 0] - x) * away[0] + (rests[q, 1] - y) * away[1]
         rests[q, 0], rests[q, 1] = x, y
         solids, carried = Rough(soft, 0.0, 0.0, 0), (load, surface * STEP)
         wear_off((x, y, angle), joint, data, solids, over, carried, pressure)

@@ -39,6 +39,7 @@ class Running(Wearing):
         depths["bearing"] = depths["bearing"] + self.turns[JOINT][-1].depths["bearing"]
         par, places = run.mechanism.par, run.mechanism.layout.parameters
         key, numbers = self.sums[JOINT].joint.key, Outline(None, depths).numbers
+        self.sums[JOINT].numbers = numbers
         first = int(par[places[f"{key}/outline/start"]])
         par[first : first + len(numbers)] = numbers
         par[places[f"{key}/worn"]] = 1.0

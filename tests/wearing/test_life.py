@@ -320,9 +320,9 @@ class TestLife:
             cl.wear(rotor(), directory=folder / "worn", tolerance=0.1, **OPTIONS)
 
     def test_a_turn_that_swallows_a_scar(self, tmp_path):
-        """A coefficient that wears a tenth of the clearance in a turn is refused."""
+        """A coefficient that wears a quarter of the clearance in a turn is refused."""
         scene = rotor(wear=cl.archard(coefficient=1e-9))
-        reason = r"wears its bearing .* m deep, and share = 0.1 of the clearance is 1e-05 m"
+        reason = r"wears its bearing .* m deep, and share = 0.25 of the clearance is 2.5e-05 m"
         with pytest.raises(ValueError, match=reason):
             cl.wear(scene, directory=tmp_path, **OPTIONS)
 
@@ -482,7 +482,8 @@ class TestJoints:
         assert short.error[-1] < 0.1 * depth
         assert abs(depth - short.depth("C")[-1].max()) < life.error[-1] + short.error[-1]
         per_turn = life.metric("joint_C_wear_bearing_per_turn")
-        assert volume[-1] == pytest.approx(1.5e6 * per_turn.mean(), rel=0.05)
+        between = 0.5 * (per_turn[1:] + per_turn[:-1])
+        assert volume[-1] == pytest.approx(between @ np.diff(life.turns), rel=0.05)
 
     @pytest.mark.slow
     def test_feeder(self, tmp_path):
@@ -510,27 +511,34 @@ class TestWearA:
         assert volume[-1] - volume[middle] == pytest.approx(ROWS["W56"], rel=1e-3)
 
     def test_every_turn_run(self, tmp_path):
-        """30 turns at a hundred times the wear, all run, against jumps: within the error stated.
+        """30 turns at a hundred times the wear, and 60 at fifty, all run: where their depths lead
+        to, jumps are within the error stated.
 
+        The outline of a run turn stays as it is until its end, an error of first order in the wear.
         The load path of the first turn alone is farther off: the load falls as the scar grows.
         """
-        wear = 100.0 * 5.05e-13
-        jumps = cl.wear("wear_a", turns=30, directory=tmp_path / "jumps", wear=wear)
         every = {"jump": "linear", "jump_turns": 1.0, "settle": 0, "average": 1}
-        loose = {"share": 1.0, "tolerance": 10.0}
-        turns = cl.wear("wear_a", turns=30, directory=tmp_path / "all", wear=wear, **every, **loose)
-        assert len(turns.stages) == 31
-        apart = abs(jumps.depth("B")[-1].max() - turns.depth("B")[-1].max())
-        assert apart < jumps.error[-1]
-        assert jumps.error[-1] < 0.05 * jumps.depth("B")[-1].max()
+        every |= {"share": 1.0, "tolerance": 10.0}
+        lives = []
+        for turns, more in ((30, {}), (30, every), (60, every)):
+            folder, wear = tmp_path / f"{turns}{len(more)}", 3000.0 / turns * 5.05e-13
+            lives.append(cl.wear("wear_a", turns=turns, directory=folder, wear=wear, **more))
+        jumps, coarse, fine = (life.depth("B")[-1].max() for life in lives)
+        assert [len(life.stages) for life in lives[1:]] == [31, 61]
+        assert abs(jumps - (2.0 * fine - coarse)) < lives[0].error[-1] < 1e-3 * jumps
 
     def test_thousand_turns(self, tmp_path):
-        """Depth after 1000 turns in five stages, within 1e-3 and within the error stated."""
-        life = cl.wear("wear_a", turns=1000, directory=tmp_path, settle=1, average=1)
+        """Depth after 1000 turns in four stages: the row within 1e-3, which both codes resolve.
+        Short jumps lead to it within the error stated.
+        """
+        life = cl.wear("wear_a", turns=1000, directory=tmp_path / "long", settle=1, average=1)
         depth = life.depth("B")[-1].max()
         assert depth == pytest.approx(ROWS["W57"], rel=1e-3)
-        assert abs(depth - ROWS["W57"]) < life.error[-1]
+        assert len(life.stages) == 4
         assert life.closed_form("B")[-1] == pytest.approx(ROWS["W59"], rel=1e-3)
+        plan = {"share": 0.05, "tolerance": 0.01}
+        short = cl.wear("wear_a", turns=1000, directory=tmp_path / "short", **plan)
+        assert abs(depth - short.depth("B")[-1].max()) < life.error[-1]
 
 
 def test_a_run_prints_the_volumes_that_wear(tmp_path, typed):
