@@ -633,8 +633,8 @@ def _check_law(joint) -> None:
 
 
 def _shifts(joint, result: Result) -> np.ndarray:
-    """From where the journal was in the outline of a stage, to where the present outline of the
-    joint carries the same force [m]: at the last three samples, the latest first, (3, 2).
+    """Way of the journal from its place in a stage to where it has the same force on the present
+    outline of the joint [m]. Of the last three samples, the latest first, (3, 2).
     """
     channels, facts = result.joint(joint.name), result.facts(f"joints/{joint.name}/wear")
     ran_on = {surface: facts[f"depth_{surface}"] for surface in SURFACES}

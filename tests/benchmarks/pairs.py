@@ -245,6 +245,12 @@ class Checkout:
         self.count += 1
         return float(self.done("-c", SWEEP, repr((values, side, turns, 2, f"sweep{self.count}"))))
 
+    def life(self, case: str, turns: int) -> float:
+        """A life in a new folder."""
+        self.count += 1
+        words = ["wear", case, "--turns", str(turns), "-o", f"life{self.count}"]
+        return self.cpu("-m", "clearance.cli", *words)
+
     def memory(self, turns: int, **options) -> float:
         """Largest memory of a lubricated run [MB]."""
         return float(self.done("-c", MEMORY, repr((turns, options))))
@@ -276,6 +282,7 @@ WARM: dict[str, Row] = {
         for n, s in SWEEPS.items()
         if n.endswith("B, 400 points")
     },
+    "life: 4000 turns of `wear_a`": lambda one: one.life("wear_a", 4000),
     "memory of 200 lubricated turns [MB]": lambda one: one.memory(200),
     "memory of 1000 lubricated turns [MB]": lambda one: one.memory(1000),
     "memory of 4000 lubricated turns, 50 samples each [MB]": partial(
