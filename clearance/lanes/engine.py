@@ -25,6 +25,8 @@ METHODS = {"radau5": stiff_steps, "dop853": explicit_steps}
 class PieceLowering(Lanes):
     """Writes pieces: calls of the scene's kernels go through vectors on the stack."""
 
+    rooted = True
+
     def __init__(self, builder, arrays, width, entries: dict):
         super().__init__(builder, arrays, None, {}, width)
         self.entries = entries

@@ -10,6 +10,12 @@ from clearance.tracing.lanes import Lanes
 ARRAYS = ("t", "y", "par", "work", "out", "data")
 
 
+class RunLanes(Lanes):
+    """The lowering of kernels of many runs, which need no last bits of single runs."""
+
+    rooted = True
+
+
 def narrowed(program: Program, places: dict[int, int]) -> Program:
     """A kernel that fills only some places of its vector, which get other places."""
     outputs = {i: program.outputs[index] for i, index in places.items()}
@@ -28,7 +34,7 @@ def write(
     builder = ir.IRBuilder(function.append_basic_block())
     arrays = dict(zip(ARRAYS, function.args, strict=True))
     arrays["point"] = arrays["par"]
-    lowering = Lanes(
+    lowering = RunLanes(
         builder,
         arrays,
         None,

@@ -233,7 +233,9 @@ class Functions:
         return self._raised(x, 0.0), self.compare("<", self.size(x), LARGEST_POWER)
 
     def pow(self, x: Number, y: Number):
-        """By a logarithm with some ten digits more: high + low."""
+        """By a logarithm with some ten digits more: high + low; zero has none."""
+        zero = self.build.and_(self.compare("==", x, 0.0), self.compare(">", y, 0.0))
+        x = self.select(zero, 1.0, x)
         k, f = self._split(x)
         below = f + 2.0
         cut = f - (below - 2.0)
@@ -248,7 +250,7 @@ class Functions:
         remainder = self.fma(y, high, -exponent) + y * low
         ordinary = self.between(SMALLEST, x, LARGEST)
         ordinary = self.build.and_(ordinary, self.compare("<", self.size(exponent), LARGEST_POWER))
-        return self._raised(exponent, remainder), ordinary
+        return self.select(zero, 0.0, self._raised(exponent, remainder)), ordinary
 
     def atan2(self, y: Number, x: Number):
         up, along = self.size(y), self.size(x)

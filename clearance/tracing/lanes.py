@@ -10,7 +10,7 @@ from clearance.machine.store import FUSES
 from clearance.tracing.elementary import FUNCTIONS, INT32, INT64, Functions, Number
 from clearance.tracing.ir import DOUBLE, Lowering
 from clearance.tracing.schedule import Branch
-from clearance.tracing.trace import Scalar
+from clearance.tracing.trace import Scalar, is_number
 
 FEWEST = 2  # numbers in a row worth reading together
 MOST = 4  # and at most: pieces of eight take longer to be transposed
@@ -36,6 +36,11 @@ def linear(value) -> tuple[dict, float]:
     return {value: 1.0}, 0.0
 
 
+def _in_quarters(exponent) -> bool:
+    """True for a number of quarters, of at most four."""
+    return is_number(exponent) and 0.0 < abs(exponent) <= 4.0 and (4.0 * exponent).is_integer()
+
+
 @dataclass
 class Base:
     """Begin of neighbours in a table, in each lane; None before one of them is met."""
@@ -51,6 +56,7 @@ class Lanes(Lowering):
     """
 
     fused = FUSES  # a product and a sum become one operation
+    rooted = False  # powers of quarters are products of roots, which changes their last bits
 
     def __init__(self, builder, arrays, time, addresses, width):
         super().__init__(builder, arrays, time, addresses, width)
@@ -90,6 +96,8 @@ class Lanes(Lowering):
         """
         if node in self.values:
             return self.values[node]
+        if self.rooted and node.op == "pow" and _in_quarters(node.args[1]):
+            return self.power(Number(self, self.value(node.args[0])), node.args[1])
         if self.fused and node.op in ("add", "sub") and node not in self.slots:
             for product, addend in (node.args, node.args[::-1]):
                 if (
@@ -99,6 +107,17 @@ class Lanes(Lowering):
                 ):
                     return self.sum(node, product, addend)
         return super().operation(node)
+
+    def power(self, x: Number, exponent: float) -> ir.Value:
+        """A power of quarters: products of roots."""
+        number, value = abs(exponent), None
+        root = self.write_function.intrinsic("sqrt", x)
+        factors = [x] * int(number) + [root] * (number % 1.0 >= 0.5)
+        if number % 0.5:
+            factors.append(self.write_function.intrinsic("sqrt", root))
+        for factor in factors:
+            value = factor if value is None else value * factor
+        return (1.0 / value if exponent < 0.0 else value).value
 
     def sum(self, node: Scalar, product: Scalar, addend) -> ir.Value:
         """A sum or difference of a product and another number, rounded once."""
