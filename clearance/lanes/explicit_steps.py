@@ -20,7 +20,8 @@ from clearance.lanes.steps import (
     start,
 )
 from clearance.lanes.watch import Moment, Watch, look
-from clearance.stepping import status
+from clearance.stepping import control, status
+from clearance.stepping.control import NEWTON_FAILED, STIFF_ENOUGH
 from clearance.stepping.dop853 import (
     DEGREE,
     E3,
@@ -34,13 +35,11 @@ from clearance.stepping.dop853 import (
     C,
     D,
 )
-from clearance.stepping.loop import NEWTON_FAILED, STIFF_ENOUGH, UNSTABLE
 from clearance.values.spots import CONTACT
 
 NEXT = ITERATE  # phase of a step that begins
 BLANK = {"effort": 0.9}
 PROBES = 8  # parts of a step that is searched for contacts
-MILD = 6.0  # steps in a row after which a run is not stiff
 HELD_UP = 5.0 * STIFF_ENOUGH  # steps after which a run is given up: it starts once more then
 
 
@@ -101,14 +100,14 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
     piece.set("slope", *slope)
     piece.set("stages", *(v for row in slopes for v in row[:n]))
     trial = Trial(new, slope, error, piece.none(piece.less(h, 0.0)), finite, [], [])
-    step = refused(piece, h, trial, accurate, accurate, float(ORDER))
+    factor = refused(piece, trial, accurate, accurate, float(ORDER))
     if shape.contacts:
         ends = piece.call(entries.spots, t + h, new)
         piece.set("ends", *ends)
-        step = falling(piece, shape, h, finite, ends, step)
-        step = piece.choose(aimed, h * NEWTON_FAILED, step)
+        factor = falling(piece, shape, finite, ends, factor)
+        factor = piece.choose(aimed, NEWTON_FAILED, factor)
         piece.set("aimed", piece.choose(accurate, piece.one("aimed"), 0.0))
-    give_way(piece, accurate, step)
+    give_way(piece, accurate, h * factor)
     phase = piece.choose(accurate, float(FINISH), float(ITERATE))
     piece.set("status", failed)
     piece.set("phase", piece.choose(piece.above(failed, 0.0), float(ARRIVED), phase))
@@ -157,22 +156,16 @@ def touching(piece: Piece, spot: int):
     return piece.above(piece.one("work", spot), -0.5)
 
 
-def falling(piece: Piece, shape: Shape, h, finite, ends: list, step):
-    """The next step where a contact ends inside one that is refused: about there, see `refuse` of
-    the loop.
-    """
+def falling(piece: Piece, shape: Shape, finite, ends: list, factor):
+    """The next step over one that is refused, inside which contacts end."""
     begins = piece.all("begins")
     for k, kind, i, _ in spots_of(piece, shape):
         before, after = begins[2 * k], ends[2 * k]
-        if kind != CONTACT:
-            continue
-        ending = piece.both(
-            touching(piece, i), piece.less(after, 0.0), piece.above(before, 0.0), finite
-        )
-        share = before * 0.9 / piece.largest(before - after, 1e-300)
-        near = piece.smallest(piece.largest(step, h * share), h * 0.9)
-        step = piece.choose(ending, near, step)
-    return step
+        if kind == CONTACT:
+            inside = piece.both(piece.less(after, 0.0), piece.above(before, 0.0))
+            (near,) = piece.formula(control.leaving, factor, before, after)
+            factor = piece.choose(piece.both(touching(piece, i), inside, finite), near, factor)
+    return factor
 
 
 # --- the end of a step
@@ -274,12 +267,9 @@ def finish(rows: Rows, shape: Shape, entries: Entries, watch: Watch) -> Piece:
 
 
 def count_stiff(piece: Piece, taken):
-    """True where stability has held the method up for many steps, see `stiff` of the loop."""
-    stiff, mild = piece.one("stiff"), piece.one("mild")
-    unstable = piece.above(piece.one("felt"), UNSTABLE)
-    now_mild = piece.choose(unstable, 0.0, mild + 1.0)
-    forgotten = piece.choose(piece.not_below(now_mild, MILD), 0.0, stiff)
-    now_stiff = piece.choose(unstable, stiff + 1.0, forgotten)
-    piece.set("stiff", piece.choose(taken, now_stiff, stiff))
-    piece.set("mild", piece.choose(taken, now_mild, mild))
-    return piece.both(taken, piece.not_below(now_stiff, HELD_UP))
+    """True where stability has held the method up for many steps."""
+    before = piece.one("stiff"), piece.one("mild")
+    now = piece.formula(control.stiff_steps, piece.one("felt"), *before)
+    for name, value in zip(("stiff", "mild"), now, strict=True):
+        keep(piece, taken, name, [value])
+    return piece.both(taken, piece.not_below(now[0], HELD_UP))

@@ -19,7 +19,7 @@ from clearance.machine.callback import Callback
 from clearance.machine.numba_record import packed
 from clearance.machine.store import address
 from clearance.mechanism.build import Mechanism
-from clearance.stepping.loop import BAND
+from clearance.stepping.control import BAND
 from clearance.tracing.function import Opaque
 from clearance.values.spots import CONTACT, FILM
 

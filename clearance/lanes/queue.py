@@ -17,7 +17,7 @@ from clearance.lanes.steps import ARRIVED, FINISH, IDLE, ITERATE, PREPARE, START
 from clearance.machine.numba_record import Record, reader
 from clearance.machine.store import OPTIONS, cached, entry_caller, types
 from clearance.stepping import status
-from clearance.stepping.locating import CLOSER, EDGE, FREE, REACH, ROUNDS, SETTLED
+from clearance.stepping.locating import CLOSER, EDGE, FREE, REACH, ROUNDS, SETTLED, parabola
 from clearance.stepping.types import DIGEST, INTEGERS, MATRIX, VECTOR, Whole, inline, int64, shared
 from clearance.values.spots import CONTACT
 
@@ -426,8 +426,7 @@ def see(s, lane, columns):
 @shared
 def summit(q, best):
     """Summit of the parabola through three places; -1 where there is nothing to find."""
-    slope = (q[AT_B] - q[AT_A]) / (q[B] - q[A])
-    bend = ((q[AT_C] - q[AT_B]) / (q[C] - q[B]) - slope) / (q[C] - q[A])
+    slope, bend = parabola(q[A], q[B], q[C], (q[AT_A], q[AT_B], q[AT_C]))
     if not bend < 0.0:
         return -1.0
     top = 0.5 * (q[A] + q[B]) - 0.5 * slope / bend

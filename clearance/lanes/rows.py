@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from clearance.tracing.interpreter import Execution
 from clearance.tracing.trace import Trace, live
 
 LARGEST = 1.7e308
@@ -73,6 +74,11 @@ class Piece:
         return sorted({i for called, i in items if called.args[0] is entry})
 
     # --- arithmetic
+    def formula(self, function: Callable, *arguments) -> list:
+        """Values of a formula of stepping/control.py."""
+        plain = getattr(function, "py_func", function)
+        return list(Execution(self.trace, plain, {}).returned(list(arguments)))
+
     def call(self, entry: Entry, t, y: list) -> list:
         """Values of a function of time and state."""
         return self.trace.call(entry, [t, *y])

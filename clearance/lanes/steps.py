@@ -1,26 +1,14 @@
 """Steps of all methods on traced numbers: first step, control of the step, films, advance of a
 lane.
 
-The control is that of stepping/loop.py.
+The formulas of the control are those of stepping/control.py.
 """
 
 from dataclasses import dataclass
 
 from clearance.lanes.rows import Entry, Piece, Rows
-from clearance.stepping import status
-from clearance.stepping.loop import (
-    DOUBTED,
-    EARLIEST,
-    FILM_ERROR,
-    FORGET,
-    GROW,
-    NEWTON_FAILED,
-    RESOLVED,
-    SAFETY,
-    SHRINK,
-    SMALLEST,
-    SQUEEZE,
-)
+from clearance.stepping import control, status
+from clearance.stepping.control import DOUBTED, FORGET, NEWTON_FAILED, SHRINK, SQUEEZE
 
 # a rate of convergence that Newton's method should not exceed in the next step. It is smaller than
 # the loop's: with the predicted Jacobian the rate alone shows how much films change within a step
@@ -101,12 +89,11 @@ def sizes_of_films(
         gap = piece.largest(-penetration[k], clearance * 1e-15)
         sizes.append(piece.largest(damping[k] * FORGET, *diagonal[2 * k : 2 * k + 2]))
         for i, usual in enumerate((piece.one("rate_x", k), piece.one("rate_y", k))):
-            offset = piece.size(y[first + i])
-            scale[first + i] = piece.smallest(clearance + offset, gap * FILM_ERROR / rtol) - offset
+            offset = clearance, gap, y[first + i], rtol
+            (scale[first + i],) = piece.formula(control.offset_size, *offset)
             index = shape.coordinates + first + i
-            rate, resistance = piece.size(y[index]), piece.largest(sizes[k], 1e-300)
-            bound = piece.largest(pull * FILM_ERROR / (resistance * rtol), rate * RESOLVED / rtol)
-            scale[index] = piece.smallest(usual + rate, bound) - rate
+            rate = usual, pull, sizes[k], y[index], rtol
+            (scale[index],) = piece.formula(control.rate_size, *rate)
     return scale, sizes
 
 
@@ -152,10 +139,9 @@ def proposed(piece: Piece):
     status is other than 0 where the step is too small.
     """
     t, end = piece.one("t"), piece.one("end")
-    h, remaining = piece.smallest(piece.one("step"), piece.one("longest")), end - t
-    half = piece.choose(piece.not_below(h * 1.9, remaining), remaining * 0.5, h)
-    h = piece.choose(piece.not_below(h * 1.0001, remaining), remaining, half)
-    clock = piece.largest(piece.size(t), end * EARLIEST) * SMALLEST
+    remaining = end - t
+    (h,) = piece.formula(control.within, piece.one("step"), piece.one("longest"), remaining)
+    (clock,) = piece.formula(control.resolution, t, end)
     stuck = piece.both(piece.none(piece.above(h, clock)), piece.above(remaining, h))
     refusal = piece.one("refusal")
     left_film = piece.above(refusal, status.OUT_OF_FILM - 0.5)
@@ -197,7 +183,7 @@ def conclude(piece: Piece, shape: Shape, entries: Entries, trial: Trial, order: 
     taken = piece.both(usable, piece.none(piece.either(*near))) if near else usable
     error = piece.largest(trial.error, 1e-10)
     step = piece.choose(
-        taken, grown(piece, h, error, order), refused(piece, h, trial, accurate, usable, order)
+        taken, grown(piece, h, error, order), h * refused(piece, trial, accurate, usable, order)
     )
     scale, damping = sizes_of_films(
         piece, shape, y, penetration, trial.diagonal, piece.all("damping")
@@ -251,36 +237,24 @@ def reason(piece: Piece, trial: Trial, accurate, usable):
     return piece.choose(usable, float(status.OUT_OF_FILM), value)
 
 
-def refused(piece: Piece, h, trial: Trial, accurate, usable, order: float):
-    """The step after one that is refused: see `refuse` and `shrink` of the loop."""
+def refused(piece: Piece, trial: Trial, accurate, usable, order: float):
+    """The step over one that is refused: see `refuse` and `shrink` of the loop."""
     bounded = piece.smallest(piece.largest(trial.error, 1.0), 1e30)
-    first = power(piece, bounded, 1.0 / order)
-    again = piece.trace.binary("pow", bounded, DOUBTED)
-    root = piece.choose(piece.above(piece.one("refusals"), 0.5), again, first)
-    factor = piece.choose(trial.solved, piece.largest(SHRINK, SAFETY / root), NEWTON_FAILED)
+    (first,), (again,) = (
+        piece.formula(control.reduction, bounded, power) for power in (1.0 / order, DOUBTED)
+    )
+    factor = piece.choose(piece.above(piece.one("refusals"), 0.5), again, first)
+    factor = piece.choose(trial.solved, factor, NEWTON_FAILED)
     factor = piece.choose(piece.none(trial.finite), NEWTON_FAILED, factor)
     factor = piece.choose(accurate, NEWTON_FAILED, factor)
-    return h * piece.choose(usable, SHRINK, factor)
-
-
-def power(piece: Piece, a, exponent: float):
-    """a to a power; a quarter by two roots."""
-    if exponent == 0.25:
-        return piece.sqrt(piece.sqrt(a))
-    return piece.trace.binary("pow", a, exponent)
+    return piece.choose(usable, SHRINK, factor)
 
 
 def grown(piece: Piece, h, error, order: float):
     """The step after one that is taken: see `grow` of the loop."""
-    before, effort, rate = piece.one("last_step"), piece.one("effort"), piece.one("newton_rate")
-    wanted = effort / power(piece, error, 1.0 / order)
-    ratio = power(piece, piece.one("last_error") / (error * error), 1.0 / order)
-    predicted = effort * (h / piece.largest(before, 1e-300)) * ratio
-    wanted = piece.choose(piece.above(before, 0.0), piece.smallest(wanted, predicted), wanted)
-    wanted = piece.smallest(GROW, piece.largest(SHRINK, wanted))
-    good = piece.largest(0.5, GOOD_RATE / piece.largest(rate, 1e-300))
-    wanted = piece.choose(piece.above(rate, 0.0), piece.smallest(wanted, good), wanted)
-    after = piece.above(piece.one("refusal"), 0.5)
-    wanted = piece.choose(after, piece.smallest(wanted, 1.0), wanted)
-    stays = piece.both(piece.not_below(wanted, 1.0), piece.none(piece.above(wanted, 1.2)))
-    return piece.choose(stays, h, h * wanted)
+    before, last_error = piece.one("last_step"), piece.one("last_error")
+    sizes = error, 1.0 / order, piece.one("effort"), h, before, last_error
+    (factor,) = piece.formula(control.factor, *sizes)
+    after, rate = piece.above(piece.one("refusal"), 0.5), piece.one("newton_rate")
+    (step,) = piece.formula(control.next_step, h, factor, rate, GOOD_RATE, after)
+    return step

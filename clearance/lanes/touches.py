@@ -36,8 +36,8 @@ from clearance.lanes.steps import ARRIVED, FINISH, ITERATE, START
 from clearance.machine.store import OPTIONS, Entry
 from clearance.stepping import status
 from clearance.stepping.contacts import ALIGNMENTS, RESOLVED
+from clearance.stepping.control import CLEARLY, FLIP_LIMIT, ONSET, resolution
 from clearance.stepping.locating import FREE
-from clearance.stepping.loop import CLEARLY, EARLIEST, FLIP_LIMIT, ONSET, SMALLEST
 from clearance.stepping.types import DIGEST, Whole, inline, shared
 from clearance.values.spots import CONTACT
 
@@ -209,7 +209,7 @@ def begin(address, lane):
             rows[s.at[PHASE], lane] = START
             return 1
     else:
-        least = SMALLEST * max(rows[s.at[TIME], lane], EARLIEST * s.rows[s.at[END], lane])
+        least = resolution(rows[s.at[TIME], lane], rows[s.at[END], lane])
         last = seek[kept(s, lane)]
         step = last if last > least else max(rows[s.at[STEP], lane], CLEARLY * least)
         rows[s.at[STEP], lane] = step

@@ -12,6 +12,7 @@ import numpy as np
 
 from clearance.lanes.rows import Piece, Rows
 from clearance.lanes.steps import Entries, Shape
+from clearance.stepping import control
 
 ROUGH = 45.0 * 3e-8  # 45 times the share of a sum that Simpson's rule may err by in a step
 
@@ -125,14 +126,11 @@ def look(piece: Piece, entries: Entries, watch: Watch, moment: Moment) -> None:
             piece.one("last", k),
         )
         best = piece.largest(before, value)
-        slope = (value - last) * per_width
-        change = curving * piece.size(slope - (last - earlier) * per_back)
-        higher = piece.largest(last, value)
-        bends = piece.both(
-            piece.none(piece.above(piece.size(slope), change)),
-            piece.above((higher - best) * per_width + change * 0.25, 0.0),
-        )
-        rises = piece.above(higher + piece.size(value - last), best)
+        slope, back_slope = (value - last) * per_width, (last - earlier) * per_back
+        chords = last, value, best, slope, per_width, back_slope, curving
+        (peaks,) = piece.formula(control.may_peak, *chords)
+        bends = piece.above(peaks, 0.5)
+        rises = piece.above(piece.largest(last, value) + piece.size(value - last), best)
         may = piece.both(taken, piece.either(piece.both(early, rises), bends))
         if not q.always:
             may = piece.both(may, piece.above(piece.one("within"), 0.5))

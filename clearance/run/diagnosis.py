@@ -12,6 +12,7 @@ from clearance.results.ledger import LedgerWatch
 from clearance.results.recorder import Recorder
 from clearance.run.start import QUASI_STATIC, quasi_static
 from clearance.stepping import status
+from clearance.stepping.control import STIFF_ENOUGH
 
 if TYPE_CHECKING:  # what runs need that fail
     from clearance.mechanism.dead_centre import Motion
@@ -314,7 +315,7 @@ class Diagnosis:
                 "method dop853 is explicit: a thin film forces it to very small steps; radau suits "
                 "this scene"
             ]
-        if self.run.state.stiff_steps >= self.run.loop.STIFF_ENOUGH:
+        if self.run.state.stiff_steps >= STIFF_ENOUGH:
             return [
                 "method dop853 is explicit and its steps are held up by stability; radau suits "
                 "this scene"

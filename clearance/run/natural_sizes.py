@@ -5,6 +5,7 @@ spots.
 import numpy as np
 
 from clearance.mechanism.build import Mechanism
+from clearance.stepping.control import BAND
 from clearance.stepping.state import CLEARANCE, KIND, PULL, RATE_X, RATE_Y, State
 from clearance.values.spots import FILM
 
@@ -17,7 +18,7 @@ def take_sizes(run) -> None:
         mechanism.energy,
     )
     state.contacts[:, CLEARANCE] = mechanism.reach
-    state.band[:] = run.loop.BAND * mechanism.measures
+    state.band[:] = BAND * mechanism.measures
     run.watched.take_layers(state, mechanism)
     _scale_film_rates(state, mechanism)
     if (finer := run.rtol / run.solver.rtol) != 1.0:

@@ -12,6 +12,7 @@ rates around rest.
 
 import math
 
+from clearance.stepping import control
 from clearance.stepping.quadrature import add_interval, begin_integrals, end_interval
 from clearance.stepping.state import (
     CHANNEL,
@@ -200,12 +201,10 @@ def seen_inside(s, t, h, k, theta):
 
 @inline
 def may_peak(s, k, per_width, per_back, curving):
-    """A larger value may lie inside an interval: not where it rises or falls throughout, nor where
-    it bends too little.
+    """A larger value may lie inside an interval, see `control.may_peak`.
 
-    The slope's change over the interval is taken as four times that of the chords, of this interval
-    and of the last. In the first interval of a phase only the values at its ends show it; a contact
-    may be over within that.
+    In the first interval of a phase only the values at its ends show it; a contact may be over
+    within that.
 
     per_width, per_back: 1 over the lengths of both intervals, the second 0 in the first interval;
     curving: their share of the change, 4 width / (width + back).
@@ -213,12 +212,8 @@ def may_peak(s, k, per_width, per_back, curving):
     last, now = s.peaks[k, LAST], s.peaks[k, NEXT]
     if per_back == 0.0:
         return s.peaks[k, JOINT] >= 0.0 or max(last, now) + abs(now - last) > s.peaks[k, VALUE]
-    slope = (now - last) * per_width
-    change = curving * abs(slope - (last - s.peaks[k, EARLIER]) * per_back)
-    return (
-        abs(slope) <= change
-        and (max(last, now) - s.peaks[k, VALUE]) * per_width + 0.25 * change > 0.0
-    )
+    slope, before = (now - last) * per_width, (last - s.peaks[k, EARLIER]) * per_back
+    return control.may_peak(last, now, s.peaks[k, VALUE], slope, per_width, before, curving)
 
 
 @inline
@@ -237,6 +232,15 @@ def may_turn(s, per_width, per_back, curving):
     return False
 
 
+@inline
+def parabola(a, b, c, values):
+    """Slope of the chord from a to b, and half the second derivative, of the parabola through three
+    places.
+    """
+    slope = (values[1] - values[0]) / (b - a)
+    return slope, ((values[2] - values[1]) / (c - b) - slope) / (c - a)
+
+
 @shared
 def refine(s, t, h, k, low, high):
     """Largest value inside [low, high] of a step: summits of parabolas through three places ever
@@ -248,8 +252,7 @@ def refine(s, t, h, k, low, high):
     offer(s, k, at_b, t + b * h)
     span, ends = width, max(at_a, at_c)
     for n in range(ROUNDS):
-        slope = (at_b - at_a) / (b - a)
-        bend = ((at_c - at_b) / (c - b) - slope) / (c - a)
+        slope, bend = parabola(a, b, c, (at_a, at_b, at_c))
         if not bend < 0.0:
             return
         summit = 0.5 * (a + b) - 0.5 * slope / bend

@@ -11,6 +11,26 @@ so that no step crosses the kink and the stepper keeps its order. The impact spe
 import math
 
 from clearance.stepping import status
+from clearance.stepping.control import (
+    CLEARLY,
+    DOUBTED,
+    FLIP_LIMIT,
+    FORGET,
+    NEWTON_FAILED,
+    ONSET,
+    SHRINK,
+    SQUEEZE,
+    STIFF_ENOUGH,
+    factor,
+    leaving,
+    next_step,
+    offset_size,
+    rate_size,
+    reduction,
+    resolution,
+    stiff_steps,
+    within,
+)
 from clearance.stepping.locating import FREE, begin_looking, look, look_again, touch, unwind
 from clearance.stepping.state import (
     CLEARANCE,
@@ -33,25 +53,6 @@ from clearance.stepping.state import (
 from clearance.stepping.types import KERNEL, compiled, inline, int64, shared
 from clearance.values.spots import BLENDED, CONTACT, FILM
 
-FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
-SQUEEZE = 0.05  # smallest part of a film that a step may leave
-# error of an eccentricity, at most this share of the film left; likewise of its rate
-FILM_ERROR = 0.05
-RESOLVED = 1e-11  # share of a film's rate that no error need be below: rounding takes some 1e-15
-FORGET = 0.3  # what of a film's damping is remembered from one step to the next
-BAND = 1e-13  # dead band of a touch, share of the lengths in its penetration
-# step over time that still advances the clock; the layer a film forms at the start needs short ones
-SMALLEST = 4e-16
-CLEARLY = 10.0  # first step of a phase, at least, over what the clock resolves
-EARLIEST = 1e-20  # share of the end before which the clock resolves no less: a film's first layer
-SAFETY, SHRINK, GROW = 0.9, 0.2, 4.0
-# power of the error that a step refused again goes by: solutions are less smooth at a contact's
-# ends
-DOUBTED = 0.3
-ONSET = 0.01  # step over the one that a contact cut: its force bends within a part of that
-NEWTON_FAILED = 0.5  # the step after one whose equations could not be solved
-# stiffness at DOP853's stability limit, and steps there that call for a change
-UNSTABLE, STIFF_ENOUGH = 6.1, 200
 GOOD_RATE = 0.2  # a rate of convergence that Newton's method should not exceed in the next step
 
 
@@ -114,15 +115,12 @@ def weigh_films(s, values):
         contact[DAMPING] *= FORGET
         for k in range(2):
             i = first + k
-            size = abs(s.y[i])
             if contact[KIND] == FILM:
-                s.scale[i] = min(contact[CLEARANCE] + size, FILM_ERROR * gap / rtol) - size
+                s.scale[i] = offset_size(contact[CLEARANCE], gap, s.y[i], rtol)
             contact[DAMPING] = max(contact[DAMPING], abs(s.jacobian_rows[(p + i) * n + p + i]))
-        bound = FILM_ERROR * contact[PULL] / (max(contact[DAMPING], 1e-300) * rtol)
         for k in range(2):
-            size = abs(s.y[p + first + k])
-            tolerable = max(bound, RESOLVED * size / rtol)
-            s.scale[p + first + k] = min(contact[RATE_X + k] + size, tolerable) - size
+            i, usual = p + first + k, contact[RATE_X + k]
+            s.scale[i] = rate_size(usual, contact[PULL], contact[DAMPING], s.y[i], rtol)
 
 
 @shared
@@ -148,22 +146,13 @@ def first_step(s, t):
     return 1e-3 * h
 
 
-@inline
-def proposed(s, t):
-    """The next step, stretched or halved so that the run does not end in a sliver."""
-    h, remaining = min(s.step_size, s.longest_step), s.end - t
-    if 1.0001 * h >= remaining:
-        return remaining
-    return 0.5 * remaining if 1.9 * h >= remaining else h
-
-
 @shared
-def shrink(s, h, factor, code):
+def shrink(s, h, share, code):
     """Reject a step; the reason is stored for the message, should steps become too small."""
     s.rejected += 1
     s.last_refusal = code
     s.refusals += 1
-    s.step_size = h * factor
+    s.step_size = h * share
 
 
 @shared
@@ -174,7 +163,7 @@ def refuse(s, t, h):
     Where a contact ends inside the step, the next one ends about there.
     """
     power = 1.0 / s.order if s.refusals == 0 else DOUBTED
-    factor = max(SHRINK, SAFETY * s.error**-power)
+    share = reduction(s.error, power)
     if in_contact(s):
         s.events(t, s.y, s.par, s.work, s.before)
         s.events(t + h, s.y_new, s.par, s.work, s.after)
@@ -184,32 +173,18 @@ def refuse(s, t, h):
                 and depth_of(s.after, j) < 0.0
                 and depth_of(s.before, j) > 0.0
             ):
-                fall = depth_of(s.before, j) - depth_of(s.after, j)
-                factor = min(max(factor, 0.9 * depth_of(s.before, j) / fall), 0.9)
-    shrink(s, h, factor, status.TOO_LONG)
+                share = leaving(share, depth_of(s.before, j), depth_of(s.after, j))
+    shrink(s, h, share, status.TOO_LONG)
 
 
 @shared
 def grow(s, h):
-    """The step after an accepted one, from its error and from how the error grew since the step
-    before.
-
-    The second is Gustafsson's predictive control (ACM Trans. Math. Softw. 20, 1994): it sees a
-    stiffer stretch coming. Small changes are not worth a new factorisation.
-    """
-    error, power, factor = max(s.error, 1e-10), 1.0 / s.order, s.effort
-    wanted = factor * error**-power
-    if s.last_step > 0.0:
-        predicted = factor * h / s.last_step * (s.last_error / (error * error)) ** power
-        wanted = min(wanted, predicted)
-    wanted = min(GROW, max(SHRINK, wanted))
-    if s.newton_rate > 0.0:
-        wanted = min(wanted, max(0.5, GOOD_RATE / s.newton_rate))
-    if s.last_refusal != status.MADE:
-        wanted = min(wanted, 1.0)
+    """The step after an accepted one, see `control.factor`."""
+    error, refused = max(s.error, 1e-10), s.last_refusal != status.MADE
+    value = factor(error, 1.0 / s.order, s.effort, h, s.last_step, s.last_error)
+    s.step_size = next_step(h, value, s.newton_rate, GOOD_RATE, refused)
     s.last_refusal, s.refusals = status.MADE, 0
     s.last_step, s.last_error = h, max(error, 1e-2)
-    s.step_size = h if 1.0 <= wanted <= 1.2 else h * wanted
 
 
 @inline
@@ -217,20 +192,8 @@ def stiff(s):
     """True where the method has been held up by stability for many steps; six milder ones in a row
     clear it.
     """
-    if s.stiffness > UNSTABLE:
-        s.stiff_steps += 1
-        s.mild_steps = 0
-    else:
-        s.mild_steps += 1
-        if s.mild_steps >= 6:
-            s.stiff_steps = 0
+    s.stiff_steps, s.mild_steps = stiff_steps(s.stiffness, s.stiff_steps, s.mild_steps)
     return s.stiff_steps >= STIFF_ENOUGH
-
-
-@inline
-def unresolved(s, t):
-    """Longest step [s] that the clock does not resolve."""
-    return SMALLEST * max(abs(t), EARLIEST * s.end)
 
 
 @shared
@@ -240,7 +203,7 @@ def begin_phase(s, t):
     """
     s.started = 1
     s.rhs(t, s.y, s.par, s.work, s.f)
-    last, least = s.contact_step if in_contact(s) else s.free_step, unresolved(s, t)
+    last, least = s.contact_step if in_contact(s) else s.free_step, resolution(t, s.end)
     s.step_size = last if last > least else max(first_step(s, t), CLEARLY * least)
     s.last_step = 0.0
     invalidate(s)
@@ -389,8 +352,8 @@ def advance(s):
     Returns a status code.
     """
     t = s.time
-    h = proposed(s, t)
-    if h <= unresolved(s, t) and s.end - t > h:
+    h = within(s.step_size, s.longest_step, s.end - t)
+    if h <= resolution(t, s.end) and s.end - t > h:
         refusal = s.last_refusal
         if refusal == status.OUT_OF_FILM:
             return status.FILM_LEFT

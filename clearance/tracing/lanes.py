@@ -2,6 +2,7 @@
 read in rows.
 """
 
+import math
 from dataclasses import dataclass
 
 import llvmlite.ir as ir
@@ -97,7 +98,7 @@ class Lanes(Lowering):
         if node in self.values:
             return self.values[node]
         if self.rooted and node.op == "pow" and _in_quarters(node.args[1]):
-            return self.power(Number(self, self.value(node.args[0])), node.args[1])
+            return self.power(self.value(node.args[0]), node.args[1])
         if self.fused and node.op in ("add", "sub") and node not in self.slots:
             for product, addend in (node.args, node.args[::-1]):
                 if (
@@ -108,16 +109,15 @@ class Lanes(Lowering):
                     return self.sum(node, product, addend)
         return super().operation(node)
 
-    def power(self, x: Number, exponent: float) -> ir.Value:
+    def power(self, base: ir.Value, exponent: float) -> ir.Value:
         """A power of quarters: products of roots."""
-        number, value = abs(exponent), None
-        root = self.write_function.intrinsic("sqrt", x)
+        write, number = self.write_function, abs(exponent)
+        x = Number(write, base)
+        root = write.intrinsic("sqrt", x)
         factors = [x] * int(number) + [root] * (number % 1.0 >= 0.5)
-        if number % 0.5:
-            factors.append(self.write_function.intrinsic("sqrt", root))
-        for factor in factors:
-            value = factor if value is None else value * factor
-        return (1.0 / value if exponent < 0.0 else value).value
+        factors += [write.intrinsic("sqrt", root)] * bool(number % 0.5)
+        value = math.prod(factors[1:], start=factors[0])
+        return (Number(write, self.constant(1.0)) / value if exponent < 0.0 else value).value
 
     def sum(self, node: Scalar, product: Scalar, addend) -> ir.Value:
         """A sum or difference of a product and another number, rounded once."""

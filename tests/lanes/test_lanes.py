@@ -7,9 +7,11 @@ import pytest
 
 import clearance as cl
 from clearance.lanes import code, lane_kernels
-from clearance.lanes.code import Code, callable_at, new_module
+from clearance.lanes.code import Code, callable_at, evaluated, new_module
 from clearance.lanes.folding import Folding
 from clearance.mechanism.build import build
+from clearance.tracing.emission import Program
+from clearance.tracing.trace import Trace
 from tests.mechanism.test_kernels import SCENES, moved, sizes
 
 WIDTHS = (4, 8)
@@ -100,3 +102,21 @@ def test_shared_numbers(role):
         mechanism.kernel(role)(times[lane], states[lane], pars[lane], work.copy(), alone)
         allowed = (1e-9 if role == "jacobian" else 1e-11) * np.abs(alone).max()
         np.testing.assert_allclose(together[:, lane], alone, rtol=1e-9, atol=allowed)
+
+
+@pytest.mark.parametrize("width", [1, 2, 4, 8])
+def test_powers_of_quarters(width):
+    """Products of roots: those of numpy within four roundings, zero and powers below it too."""
+    exponents = [0.25, 0.5, 0.75, 1.25, 1.5, 2.5, 3.75, -0.25, -0.75, -1.5]
+    trace, module = Trace(), new_module()
+    x = trace.load("y[0]")
+    outputs = {i: trace.node("pow", x, exponent) for i, exponent in enumerate(exponents)}
+    lane_kernels.write(module, "powers", Program("rhs", outputs, {}, False), width)
+    compiled, rng = Code(module), np.random.default_rng(4)
+    powers = callable_at(compiled.address("powers"), len(lane_kernels.ARRAYS))
+    y = np.append(np.abs(rng.normal(size=15)) * np.logspace(-9, 9, 15), 0.0)
+    none = np.zeros((1, y.size))
+    answers = evaluated(powers, width, (y[None], none, none), len(exponents), np.zeros(1))
+    with np.errstate(divide="ignore"):
+        wanted = y ** np.array(exponents)[:, None]
+    np.testing.assert_allclose(answers, wanted, rtol=4 * np.finfo(float).eps)
