@@ -14,31 +14,51 @@ from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
 from typing import TYPE_CHECKING
 
-# isort: off
-from clearance.laws import *  # noqa: F403
-from clearance.elements import *  # noqa: F403
-
-# isort: on
-from clearance import elements, laws
-from clearance import film as film
-from clearance.elements.body import Body, Point, ground
-from clearance.film import names as films
-from clearance.film.bearing import Bearing, FilmSolution, Groove
-from clearance.film.online import conserving_film, fast_film, fem_film
-from clearance.film.pad_law import pad_film as pad_table
-from clearance.film.tabulated import table_film
-from clearance.laws.materials import HeatBalance, Lubricant, Material, steel
 from clearance.results.accessors import ACCESSORS
-from clearance.results.run_warning import RunWarning
-from clearance.scene.joint_options import JointOptions
-from clearance.scene.law_names import crank_drive, joint_friction_law, one_of
-from clearance.scene.scene import Scene
-from clearance.values.checks import absent
-from clearance.values.units import cP, degree, mm, rpm, um
 from clearance.version import VERSION
 
-if TYPE_CHECKING:  # for editors, what _LAZY has
+if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what _LAZY has
     # isort: off
+    from clearance.laws import *  # noqa: F403
+    from clearance.elements import *  # noqa: F403
+    from clearance import elements as elements, film as film, laws as laws
+    from clearance.film import names as films  # noqa: F401
+
+    from clearance.elements.body import Body as Body, Point as Point, ground as ground
+    from clearance.film.bearing import (
+        Bearing as Bearing,
+        FilmSolution as FilmSolution,
+        Groove as Groove,
+    )
+    from clearance.film.online import (
+        conserving_film as conserving_film,
+        fast_film as fast_film,
+        fem_film as fem_film,
+    )
+    from clearance.film.pad_law import pad_film as pad_table  # noqa: F401
+    from clearance.film.tabulated import table_film as table_film
+    from clearance.laws.materials import (
+        HeatBalance as HeatBalance,
+        Lubricant as Lubricant,
+        Material as Material,
+        steel as steel,
+    )
+    from clearance.results.run_warning import RunWarning as RunWarning
+    from clearance.scene.joint_options import JointOptions as JointOptions
+    from clearance.scene.law_names import (
+        crank_drive as crank_drive,
+        joint_friction_law as joint_friction_law,
+        one_of as one_of,
+    )
+    from clearance.scene.scene import Scene as Scene
+    from clearance.values.units import (
+        cP as cP,
+        degree as degree,
+        mm as mm,
+        rpm as rpm,
+        um as um,
+    )
+
     from clearance.scene.catalogue import load_case as load_case
 
     from clearance.motions.chaos import statistics as statistics
@@ -77,6 +97,32 @@ if TYPE_CHECKING:  # for editors, what _LAZY has
 __version__ = VERSION
 
 _LAZY = {
+    "Body": "clearance.elements.body",
+    "Point": "clearance.elements.body",
+    "ground": "clearance.elements.body",
+    "Bearing": "clearance.film.bearing",
+    "FilmSolution": "clearance.film.bearing",
+    "Groove": "clearance.film.bearing",
+    "conserving_film": "clearance.film.online",
+    "fast_film": "clearance.film.online",
+    "fem_film": "clearance.film.online",
+    "pad_table": "clearance.film.pad_law",
+    "table_film": "clearance.film.tabulated",
+    "HeatBalance": "clearance.laws.materials",
+    "Lubricant": "clearance.laws.materials",
+    "Material": "clearance.laws.materials",
+    "steel": "clearance.laws.materials",
+    "RunWarning": "clearance.results.run_warning",
+    "JointOptions": "clearance.scene.joint_options",
+    "crank_drive": "clearance.scene.law_names",
+    "joint_friction_law": "clearance.scene.law_names",
+    "one_of": "clearance.scene.law_names",
+    "Scene": "clearance.scene.scene",
+    "cP": "clearance.values.units",
+    "degree": "clearance.values.units",
+    "mm": "clearance.values.units",
+    "rpm": "clearance.values.units",
+    "um": "clearance.values.units",
     "simulate": "clearance.simulation",
     "SimulationError": "clearance.simulation",
     "open_result": "clearance.results.result",
@@ -110,65 +156,58 @@ _LAZY = {
     "compare": "clearance.postprocess.measured",
 }
 
+#: names that have another one in their module
+_RENAMED = {"pad_table": "pad_film"}
+_MODULES = {
+    "elements": "clearance.elements",
+    "film": "clearance.film",
+    "films": "clearance.film.names",
+    "laws": "clearance.laws",
+}
+
 ACCESSORS |= {
     "plot": "clearance.postprocess.pictures:Pictures",
     "report": "clearance.postprocess.report:report",
     "view": "clearance.postprocess.view:view",
 }
 
-__all__ = [
-    *laws.__all__,
-    *elements.__all__,
-    "Bearing",
-    "Body",
-    "FilmSolution",
-    "Groove",
-    "HeatBalance",
-    "JointOptions",
-    "Lubricant",
-    "Material",
-    "Point",
-    "RunWarning",
-    "Scene",
-    "cP",
-    "conserving_film",
-    "crank_drive",
-    "degree",
-    "elements",
-    "fast_film",
-    "fem_film",
-    "films",
-    "ground",
-    "joint_friction_law",
-    "laws",
-    "mm",
-    "one_of",
-    "pad_table",
-    "rpm",
-    "steel",
-    "table_film",
-    "um",
-    *_LAZY,
-]
-
 
 def __getattr__(name: str):
-    """Describing a scene needs neither numba nor h5py: what does is imported on first use."""
+    """A public name, whose module is imported on first use: a command needs few of them."""
     if name in _LAZY:
-        value = getattr(import_module(_LAZY[name]), name)
-        globals()[name] = value
-        return value
-    if (before := f"{__name__}.{name}") in _MOVED:
-        return import_module(before)
-    return absent(__name__, __all__)(name)
+        value = getattr(import_module(_LAZY[name]), _RENAMED.get(name, name))
+    elif name in _MODULES:
+        value = import_module(_MODULES[name])
+    elif f"{__name__}.{name}" in _MOVED:
+        return import_module(f"{__name__}.{name}")
+    elif name == "__all__":
+        groups = import_module("clearance.laws"), import_module("clearance.elements")
+        value = [*(n for g in groups for n in g.__all__), *_LAZY, *_MODULES.keys() - {"film"}]
+    elif name.startswith("__"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    else:
+        value = _of_groups(name)
+    globals()[name] = value
+    return value
+
+
+def _of_groups(name: str):
+    """A law or an element."""
+    for group in map(import_module, ("clearance.laws", "clearance.elements")):
+        if name in group.__all__:
+            return getattr(group, name)
+    from clearance.values.checks import absent
+
+    return absent(__name__, __getattr__("__all__"))(name)
 
 
 def __dir__() -> list[str]:
     """Names to choose from, those that are imported on first use too; laws are listed in
     `clearance.laws` and `clearance.films`.
     """
+    laws, films = import_module("clearance.laws"), import_module("clearance.film.names")
     aside = {*laws.__all__, *(f"{n}_film" for n in films.__all__)}
-    return [*(n for n in __all__ if n not in aside), "__version__"]
+    return [*(n for n in __getattr__("__all__") if n not in aside), "__version__"]
 
 
 #: paths of before, and where these modules are now

@@ -13,29 +13,11 @@ import re
 import shlex
 import sys
 import warnings
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
-from clearance.commands import (
-    bench_data,
-    cases,
-    explain,
-    figures,
-    film,
-    follow,
-    identify,
-    inverse,
-    lyapunov,
-    new,
-    plot,
-    report,
-    run,
-    scatter,
-    stress,
-    sweep,
-    view,
-    wear,
-    work_precision,
-)
+from clearance.commands import COMMANDS
 from clearance.commands.common import DONE, FAILED, WRONG, complain
 from clearance.files.texts import shortened
 from clearance.results.run_warning import RunWarning
@@ -46,28 +28,6 @@ from clearance.version import VERSION
 #: objects made between two searches for cycles among them; what imports and traces make stays, and
 #: at Python's 700 the searches take a twelfth of a short run
 OBJECTS = 100_000
-#: in the order in which help lists them
-COMMANDS = (
-    cases,
-    new,
-    run,
-    explain,
-    sweep,
-    scatter,
-    wear,
-    plot,
-    report,
-    view,
-    inverse,
-    identify,
-    bench_data,
-    film,
-    lyapunov,
-    follow,
-    work_precision,
-    stress,
-    figures,
-)
 
 
 class Parser(argparse.ArgumentParser):
@@ -85,27 +45,38 @@ class Parser(argparse.ArgumentParser):
         self.exit(WRONG, f"clearance: {message}\n")
 
 
-def parser() -> Parser:
-    """All commands with their options."""
+def parser(command: str | None = None) -> Parser:
+    """All commands with their options; those of one command alone, if one is named: the modules of
+    all others are not imported.
+    """
     top = Parser(
         prog="clearance",
         description="Tribodynamics of planar mechanisms with clearance, lubricant, friction.",
     )
     top.add_argument("--version", action="version", version=f"clearance {VERSION}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in COMMANDS:
-        added = module.add(commands)
-        for command in added if isinstance(added, list) else [added]:
-            command.add_argument(
-                "--json", action="store_true", help="one JSON document on stdout, nothing else"
-            )
-            command.set_defaults(action=module.run)
+    for name, text in COMMANDS.items():
+        if command in (None, name):
+            _add(commands, import_module(f"clearance.commands.{name.replace('-', '_')}"))
+        else:
+            commands.add_parser(name, help=text)
     return top
+
+
+def _add(commands, module: ModuleType) -> None:
+    """Add the options of a command's module."""
+    added = module.add(commands)
+    for command in added if isinstance(added, list) else [added]:
+        command.add_argument(
+            "--json", action="store_true", help="one JSON document on stdout, nothing else"
+        )
+        command.set_defaults(action=module.run)
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Entry point: returns the exit status."""
-    words, commands = sys.argv[1:] if arguments is None else arguments, parser()
+    words = sys.argv[1:] if arguments is None else arguments
+    commands = parser(next((word for word in words if not word.startswith("-")), ""))
     # argparse reads them as a list
     if empty := [word for word in words if re.fullmatch(r"--[a-z-]+=--", word)]:
         commands.error(f"argument {empty[0].partition('=')[0]}: expected a value, got '--'")

@@ -9,9 +9,7 @@ from clearance.values.units import quantity
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands, "bench-data", help="synthetic test-bench data of a joint's friction, for identify"
-    )
+    p = add_command(commands, "bench-data")
     p.add_argument("joint", metavar="JOINT", choices=["ball_joint"], help="ball_joint")
     p.add_argument(
         "-o", dest="output", metavar="FILE", help="measurement, .h5 or .csv (default ball_joint.h5)"

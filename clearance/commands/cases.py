@@ -7,7 +7,7 @@ from clearance.commands.common import DONE, add_command, json_text, quiet
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(commands, "cases", help="list cases with their parameters, units and defaults")
+    p = add_command(commands, "cases")
     p.add_argument(
         "cases",
         metavar="CASE",

@@ -9,6 +9,7 @@ import textwrap
 import time
 from pathlib import Path
 
+from clearance.commands import COMMANDS
 from clearance.files.texts import listed as listed
 from clearance.files.texts import shortened
 from clearance.values import checks
@@ -18,8 +19,11 @@ DONE, FAILED, WRONG = 0, 1, 2
 LOG_INTERVAL = 30.0  # seconds between the lines of a study whose stderr is no terminal
 
 
-def add_command(commands, name: str, help: str, **more) -> argparse.ArgumentParser:
-    """A command whose own help begins with its line in the list of commands."""
+def add_command(commands, name: str, help: str | None = None, **more) -> argparse.ArgumentParser:
+    """A command whose own help begins with its line in the list of commands; help: that line, of
+    one that `COMMANDS` does not have.
+    """
+    help = help or COMMANDS[name]
     return commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.", **more)
 
 

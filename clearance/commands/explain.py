@@ -8,9 +8,7 @@ from clearance.commands.common import DONE, Line, add_case, add_command, json_te
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands, "explain", help="what the compiled scene contains and what was left out"
-    )
+    p = add_command(commands, "explain")
     add_case(p)
     p.add_argument(
         "--cost", action="store_true", help="also measure what each part of such a scene costs"

@@ -34,7 +34,6 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(
         commands,
         "figures",
-        help="regenerate the figures of the source systems and of the evidence",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -8,11 +8,7 @@ from clearance.commands.common import Line, add_command, make_folder, number, pu
 
 def add(commands) -> list[argparse.ArgumentParser]:
     """The commands and their options."""
-    film = add_command(
-        commands,
-        "film",
-        help="oil films: pressure fields, force maps, snapshots, mesh and error studies",
-    )
+    film = add_command(commands, "film")
     whats = film.add_subparsers(dest="what", required=True, metavar="WHAT")
     pressure = add_command(
         whats, "pressure", help="pressure, load, friction and flow of a bearing in one state"

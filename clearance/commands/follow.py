@@ -38,7 +38,6 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(
         commands,
         "follow",
-        help="a periodic motion over a parameter: stability, folds, period doublings",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

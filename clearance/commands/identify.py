@@ -23,7 +23,7 @@ APART = "bounds", "lag"
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(commands, "identify", help="parameters of a joint's model from measurements")
+    p = add_command(commands, "identify")
     p.add_argument(
         "--data",
         required=True,

@@ -19,11 +19,7 @@ from clearance.commands.common import (
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands,
-        "inverse",
-        help="driving efforts and joint reactions of a prescribed motion, with friction",
-    )
+    p = add_command(commands, "inverse")
     add_case(p)
     add_length(p)
     p.add_argument(

@@ -18,11 +18,7 @@ from clearance.commands.common import (
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands,
-        "lyapunov",
-        help="largest Lyapunov exponent: whether a motion is chaotic, with its error",
-    )
+    p = add_command(commands, "lyapunov")
     add_case(p)
     p.add_argument(
         "--turns",

@@ -10,7 +10,7 @@ from clearance.values.checks import meant
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(commands, "new", help="write a scene file of a mechanism, to run and to change")
+    p = add_command(commands, "new")
     p.add_argument(
         "case",
         metavar="MECHANISM",

@@ -40,7 +40,6 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(
         commands,
         "plot",
-        help="pictures of run files and sweeps",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         usage="clearance plot FILE_OR_DIR [MORE_FILES ...] [KIND] [options] [-o PICTURE]",

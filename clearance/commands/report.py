@@ -8,9 +8,7 @@ from clearance.commands.common import DONE, add_command, existing, json_text, nu
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands, "report", help="one HTML file about a run or a sweep, that needs nothing else"
-    )
+    p = add_command(commands, "report")
     p.add_argument("input", metavar="FILE_OR_DIR", help="run file, or sweep directory")
     p.add_argument(
         "-o",

@@ -41,7 +41,7 @@ from clearance.values import checks
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(commands, "run", help="run a case and write an HDF5 result file")
+    p = add_command(commands, "run")
     add_case(p)
     add_length(p)
     p.add_argument("--rtol", type=number, metavar="R", help="local error tolerance (default 1e-6)")

@@ -41,7 +41,6 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(
         commands,
         "scatter",
-        help="a case whose parameters vary by chance: quantiles, limits, who is to blame",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -7,9 +7,7 @@ from clearance.commands.common import DONE, FAILED, Line, add_command, make_fold
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands, "stress", help="the stiff and extreme matrix: each cell done or a named reason"
-    )
+    p = add_command(commands, "stress")
     p.add_argument("case", metavar="CASE", nargs="?", help="only this case (or: random)")
     p.add_argument("--quick", action="store_true", help="a seventh of the matrix, short runs")
     p.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")

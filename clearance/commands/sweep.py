@@ -51,7 +51,6 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(
         commands,
         "sweep",
-        help="a case at many points: resumable, on all cores or a cluster",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

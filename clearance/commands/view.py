@@ -23,7 +23,6 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(
         commands,
         "view",
-        help="a page that moves, of runs or of a sweep, in one HTML file",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -46,7 +46,6 @@ def add(commands) -> argparse.ArgumentParser:
     p = add_command(
         commands,
         "wear",
-        help="life of a mechanism whose joints wear: stages of turns, and jumps between them",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -17,11 +17,7 @@ from clearance.commands.common import (
 
 def add(commands) -> argparse.ArgumentParser:
     """The command and its options."""
-    p = add_command(
-        commands,
-        "work-precision",
-        help="error against run time: all methods, with --peers others' too",
-    )
+    p = add_command(commands, "work-precision")
     add_case(p)
     add_length(p)
     p.add_argument("--peers", action="store_true", help="also numbalsoda, SUNDIALS where installed")

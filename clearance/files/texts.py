@@ -2,7 +2,6 @@
 whatever is wrong with them.
 """
 
-import hashlib
 import json
 import re
 import zlib
@@ -118,4 +117,6 @@ def listed(text: str | Iterable[str] | None) -> list[str] | None:
 
 def digest(path: Path) -> str:
     """Digest of a file's text."""
+    import hashlib
+
     return hashlib.sha256(path.read_bytes()).hexdigest()[:16]

@@ -1,14 +1,16 @@
 """Signals that end a run: taken in order, between two pieces of its output."""
 
 import _thread
-import multiprocessing
 import os
 import signal
 import sys
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from multiprocessing.process import BaseProcess
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from multiprocessing.process import BaseProcess
 
 
 class Terminated(KeyboardInterrupt):
@@ -85,7 +87,9 @@ def follow_parent() -> None:
 
 
 def _follow() -> None:
-    multiprocessing.parent_process().join()
+    from multiprocessing import parent_process
+
+    parent_process().join()
     if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGKILL)
     os._exit(1)
@@ -100,7 +104,7 @@ def lead_group() -> None:
     follow_parent()
 
 
-def end_groups(processes: Iterable[BaseProcess]) -> None:
+def end_groups(processes: Iterable["BaseProcess"]) -> None:
     """End worker processes at once, with the groups that they lead."""
     for process in processes:
         try:

@@ -1,8 +1,6 @@
 """Checks of user input: each raises ValueError (or TypeError) naming the field and the value."""
 
-import difflib
 import functools
-import inspect
 import math
 from collections.abc import Callable, Iterable
 
@@ -16,6 +14,8 @@ def meant(name: str, names: Iterable[str]) -> str:
     """ " (did you mean ...?)" where a known name is close or has the same words, in capitals or
     not; else nothing.
     """
+    import difflib  # what few messages need
+
     plain, name = {k.lower(): k for k in names}, str(name).lower()
     close = [k for k in plain if sorted(k.split("_")) == sorted(name.split("_"))]
     close += difflib.get_close_matches(name, plain, 1)
@@ -26,6 +26,8 @@ def answers(cls: type) -> type:
     """Decorate a class: a TypeError for an argument that it does not have lists those that it
     has, one for missing arguments names them.
     """
+    import inspect
+
     original = cls.__init__
     kinds = [
         p for p in inspect.signature(original).parameters.values() if p.kind is not p.VAR_POSITIONAL

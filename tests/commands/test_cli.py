@@ -2,7 +2,6 @@
 own.
 """
 
-import argparse
 import json
 import os
 import re
@@ -16,6 +15,7 @@ import pytest
 
 import clearance as cl
 from clearance import cli
+from clearance.commands import COMMANDS
 from clearance.results.tables import provenance
 from tests.seeds import few_of
 from tests.typed import python, words
@@ -263,15 +263,19 @@ def test_cases(typed):
     assert typed("cases").out.count("m ") > 5
 
 
-@pytest.mark.parametrize(
-    "command", cli.COMMANDS, ids=lambda module: module.__name__.rpartition(".")[2]
-)
-def test_every_command_has_a_help_text(command):
-    """A per cent sign that is not doubled ends `--help` with a traceback."""
-    commands = argparse.ArgumentParser().add_subparsers()
-    added = command.add(commands)
-    for each in added if isinstance(added, list) else [added]:
-        assert each.format_help().startswith("usage:")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_a_help_text(command, typed):
+    """A per cent sign that is not doubled ends `--help` with a traceback. A parser of one command
+    has the same options of it as that of all commands.
+    """
+    alone, all_of_them = (
+        next(a for a in made._actions if a.dest == "command").choices
+        for made in (cli.parser(command), cli.parser())
+    )
+    assert [*alone] == [*all_of_them] == [*COMMANDS]
+    assert alone[command].format_help() == all_of_them[command].format_help()
+    assert alone[command].format_help().startswith("usage:")
+    assert COMMANDS[command] in " ".join(cli.parser("").format_help().split())
 
 
 def test_explain(typed):

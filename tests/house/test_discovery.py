@@ -32,7 +32,7 @@ def test_users5_dir_lists_every_public_name():
         "import clearance as cl; names, laws = set(dir(cl)), set(dir(cl.laws)); "
         "films = {f'{n}_film' for n in dir(cl.films)}; "
         "assert names | laws | films >= set(cl.__all__); assert len(names) <= 75; "
-        "assert names >= {*cl._LAZY, 'films', 'laws', 'Scene', 'Revolute'} - {'worn'}; "
+        "assert names >= {*cl._LAZY, 'films', 'laws', 'Revolute'} - laws - films - {'worn'}; "
         "assert not [n for n in cl.__all__ if n not in cl._LAZY and not hasattr(cl, n)]; "
         "assert 'simulation' not in names; import sys; assert 'numba' not in sys.modules"
     )
@@ -46,8 +46,14 @@ def test_users5_editors_and_python_have_the_same_lazy_names():
         for node in ast.parse(INIT.read_text()).body
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
     )
-    named = {alias.asname: node.module for node in block.body for alias in node.names}
-    assert named == cl._LAZY
+    named = {a.asname: (node.module, a.name) for node in block.body for a in node.names}
+    groups = [node.module for node in block.body for a in node.names if a.name == "*"]
+    assert groups == ["clearance.laws", "clearance.elements"]
+    modules = {n: ".".join(named.pop(n)) for n in cl._MODULES}
+    assert modules == cl._MODULES
+    named.pop(None)  # those of the groups
+    lazy = {n: (module, cl._RENAMED.get(n, n)) for n, module in cl._LAZY.items()}
+    assert named == lazy
     assert (INIT.parent / "py.typed").exists()
 
 
