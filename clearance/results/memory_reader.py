@@ -14,11 +14,16 @@ class MemoryReader(Reader):
     """Groups and columns in memory, with the names, kinds and copies that a file of them has.
 
     ready: attributes of some groups; content: makes the columns by path, texts among them, and the
-    attributes of all groups and columns.
+    attributes of all groups and columns. path: of the file, where there is one.
     """
 
-    def __init__(self, ready: Attributes, content: Callable[[], tuple[Columns, Attributes]]):
-        self.path = Path("the result")
+    def __init__(
+        self,
+        ready: Attributes,
+        content: Callable[[], tuple[Columns, Attributes]],
+        path: Path | None = None,
+    ):
+        self.path = path or Path("the result")
         self._ready, self._make, self.closed = ready, content, False
 
     @property

@@ -30,6 +30,8 @@ from clearance.scene.document import check
 if TYPE_CHECKING:  # what few runs have
     from clearance.results.sensitivity import Sensitivities
 
+#: what `open_checked` looks for
+KIND = "clearance result", FORMAT, FORMAT_VERSION
 #: dimension of each table of a result file, a dataset beside its columns; along all other groups
 #: goes time
 DIMENSIONS = {"events": "event", "solver": "step_number"}
@@ -48,7 +50,7 @@ class Result(Record):
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
-        self.reader = open_checked(self.path, "clearance result", FORMAT, FORMAT_VERSION)
+        self.reader = open_checked(self.path, *KIND)
         self.file = self.reader.file
 
     def names(self, group: str) -> tuple[str, ...]:
@@ -347,10 +349,25 @@ class Result(Record):
         return self.reader.path.name
 
 
-class MemoryResult(Result):
+class HeldResult(Result):
+    """The result of a run whose file has just been written: it is read from memory.
+
+    reader: of its content.
+    """
+
+    def __init__(self, path: Path, reader: MemoryReader):
+        self.path, self.reader = path, reader
+
+    @cached_property
+    def file(self):
+        """Its file, opened."""
+        return open_checked(self.path, *KIND).file
+
+
+class MemoryResult(HeldResult):
     """A result without a file; `path` writes one, which goes with the result.
 
-    reader: of its content; image: makes the bytes of its file.
+    image: makes the bytes of its file.
     """
 
     _label = Record._label

@@ -18,7 +18,7 @@ from clearance.results.hdf5_image import Attributes, Image, Unknown
 from clearance.results.memory import EVENT_COLUMNS, SOLVER_COLUMNS, Memory, Ranges
 from clearance.results.memory_reader import MemoryReader
 from clearance.results.reading import ABOUT, checked
-from clearance.results.result import DIMENSIONS, EVENT_TEXTS, MemoryResult, Result
+from clearance.results.result import DIMENSIONS, EVENT_TEXTS, HeldResult, MemoryResult, Result
 from clearance.results.samples import Samples
 from clearance.results.stream import (
     CHUNK,
@@ -41,7 +41,7 @@ from clearance.results.stream import (
 
 PATIENCE = 1.0  # seconds of wall time after which a run is no short one
 MOST_IMAGES = 8  # that a process keeps
-_images: dict[tuple, Image] = {}
+_images: dict[tuple, Image | None] = {}  # None: one file like it has been written
 
 
 class ShortFile(Memory):
@@ -141,7 +141,9 @@ class ShortFile(Memory):
         """The run, once it is stored."""
         if self.given is None:
             return MemoryResult(self.reader(), self._made)
-        return Result(self.given)
+        if self.stream is not None:
+            return Result(self.given)
+        return HeldResult(self.given, self.reader())
 
     # --- its file
     @property
@@ -199,24 +201,26 @@ class ShortFile(Memory):
         raise reason
 
     def _made(self) -> bytes:
-        """The file, from the image of one like it where the process has made one."""
+        """The file, from the image of one like it where the process has made two."""
         attributes, growing, tables = self._content()
         made_once = hdf5_image.available() and not self.options[3]
         if made_once:
             shapes = hdf5_image.likeness(attributes, growing, tables, self.rows_in_chunk)
             named = tuple(self.channels[i] for i in self.kept), *spots(self.channels)
             key = *named, self.rows_in_chunk, shapes
-            if key in _images:
-                return bytes(_images[key].filled(attributes, growing | tables))
+            if (image := _images.get(key)) is not None:
+                return bytes(image.filled(attributes, growing | tables))
         maker = ImageSink(self.given or Path("run.h5"), *self.options)
         self.hand_on(maker)
         maker.close(*self.ended, self.groups)
         with maker.file as file:
-            if made_once:
-                while len(_images) >= MOST_IMAGES:
-                    del _images[next(iter(_images))]
+            if made_once and key in _images:
                 with suppress(Unknown):
                     _images[key] = Image.of(maker.image, file, attributes, growing | tables)
+            elif made_once:  # many processes write one file
+                while len(_images) >= MOST_IMAGES:
+                    del _images[next(iter(_images))]
+                _images[key] = None
         return maker.image
 
     def _content(self) -> tuple[Attributes, dict, dict]:
@@ -243,7 +247,7 @@ class ShortFile(Memory):
         ended = closing(*self.ended[:-1])
         added = self.groups[""].attributes if "" in self.groups else {}
         ready = {"": {**self.about, **ended[""], **added}, "solver": ended["solver"]}
-        return MemoryReader(ready, self._all)
+        return MemoryReader(ready, self._all, self.given)
 
     def _all(self) -> tuple[dict, dict]:
         """All columns, and the attributes of groups and columns."""
