@@ -270,7 +270,7 @@ BEGUN = """
 import sys
 
 def seen(event, arguments):
-    if event == "import" and arguments[0] == "clearance.laws":
+    if event == "import" and arguments[0] == "clearance.results.accessors":
         open({mark!r}, "w").close()
 
 sys.addaudithook(seen)
