@@ -103,11 +103,19 @@ def columns(life: Life, depth: float | None = None) -> dict[str, Metric]:
 
 
 def turns_to(turns: np.ndarray, deep: np.ndarray, aim: float) -> float:
-    """Turns at which a growing depth reaches an aim, straight between stages; nan if it does
-    not.
+    """Turns at which a growing depth reaches an aim; nan if it does not.
+
+    A cubic between two stages. Its slope at a stage is that of the mean wear of a turn on both
+    sides: at most twice that of the chord, so that the turns grow (Fritsch and Carlson, SIAM J.
+    Numerical Analysis 17, 1980, 238).
     """
     beyond = np.flatnonzero(deep >= aim)
     if not len(beyond) or beyond[0] == 0:
         return math.nan
-    bracket = slice(beyond[0] - 1, beyond[0] + 1)
-    return float(np.interp(aim, deep[bracket], turns[bracket]))
+    k = int(beyond[0])
+    wear, grown = np.diff(deep) / np.diff(turns), deep[k] - deep[k - 1]
+    t = (aim - deep[k - 1]) / grown
+    first, second = (grown / wear[max(i - 1, 0) : i + 1].mean() for i in (k - 1, k))
+    chord = turns[k] - turns[k - 1]
+    bend = t * (1.0 - t) * ((first - chord) * (1.0 - t) - (second - chord) * t)
+    return float(turns[k - 1] + t * chord + bend)

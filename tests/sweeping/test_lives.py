@@ -161,11 +161,24 @@ def test_options_of_sweeps_alone(tmp_path, typed):
 
 
 def test_turns_to():
-    """Straight between stages; nan before the depth and where a life begins beyond it."""
-    turns, deep = np.array([0.0, 10.0, 30.0]), np.array([0.0, 1.0, 2.0])
-    assert turns_to(turns, deep, 1.5) == pytest.approx(20.0, rel=1e-15)
+    """Even growth exactly; nan before the depth and where a life begins beyond it."""
+    turns, deep = np.array([0.0, 10.0, 30.0]), np.array([0.0, 1.0, 3.0])
+    assert turns_to(turns, deep, 2.0) == pytest.approx(20.0, rel=1e-15)
+    deep[2] = 2.0
     assert math.isnan(turns_to(turns, deep, 2.5))
     assert math.isnan(turns_to(turns, deep + 5.0, 2.5))
+
+
+@pytest.mark.parametrize("power", [1.0, 1.2, 1.5, 2.0])
+def test_turns_between_stages(power):
+    """Depths that grow by a power of the turns, at stages of a quarter: turns to depths from the
+    third stage on within 1 % of the law. Straight lines miss it by 11 %.
+    """
+    deep = np.array([0.0, 0.1, 0.25, 0.45, 0.7, 0.95, 1.2])
+    aims = np.linspace(0.25, 1.2, 200)
+    turns = np.array([turns_to(1e3 * deep**power, deep, aim) for aim in aims])
+    assert turns == pytest.approx(1e3 * aims**power, rel=1e-2)
+    assert (np.diff(turns) > 0.0).all()
 
 
 def test_lives_of_figures_are_used_again(tmp_path):
