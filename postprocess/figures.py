@@ -3,6 +3,8 @@
 import io
 import shutil
 import subprocess
+from collections.abc import Collection
+from functools import partial
 from pathlib import Path
 
 # isort: off
@@ -16,8 +18,10 @@ from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, PathPatch
 from matplotlib.path import Path as Outline
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
 from clearance.files.replacing import replacing
@@ -285,9 +289,14 @@ def legend_below(figure: Figure, *axes) -> None:
     """
     handles, names = _named(*axes)
     if names:
-        fit = max(int(figure.get_size_inches()[0] / (0.7 + 0.1 * max(map(len, names)))), 1)
-        columns = min(fit, 3, len(names))
+        columns = min(_columns(figure, names), 3)
         figure.legend(handles, names, loc="outside lower center", ncols=columns, frameon=False)
+
+
+def _columns(figure: Figure, names: Collection[str]) -> int:
+    """Columns of a legend that fit the page, as many as it has names at most."""
+    fit = int(figure.get_size_inches()[0] / (0.7 + 0.1 * max(map(len, names))))
+    return min(max(fit, 1), len(names))
 
 
 #: lightness rises along it, so that it reads in grey too
@@ -372,13 +381,24 @@ def plain_decades(axis, low: float, high: float, most: int = 10) -> None:
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.6g}"))
 
 
+def border(axes, at: tuple[np.ndarray, np.ndarray], values: np.ndarray, level: float, style: dict):
+    """The line on a map of values (y, x) where they pass a level, between places along x and y."""
+    colour, dashes = style["color"], style["ls"]
+    drawn = axes.contour(
+        *at, np.ma.masked_invalid(values), [level], colors=colour, linestyles=dashes
+    )
+    halo = withStroke(linewidth=style["lw"] + 1.4, foreground="white")
+    drawn.set(linewidths=style["lw"], path_effects=[halo])
+
+
 def legend_of_marks(figure: Figure, marks: dict[str, dict]) -> None:
-    """Legend of hatched cells, under the page."""
+    """Legend of hatched cells and of lines, under the page, in as many columns as fit."""
     if marks:
-        handles = [Patch(label=text, **style) for text, style in marks.items()]
-        figure.legend(
-            handles=handles, loc="outside lower center", ncols=len(handles), frameon=False
-        )
+        kinds = {True: partial(Line2D, (), ()), False: Patch}
+        handles = [kinds["ls" in style](label=n, **style) for n, style in marks.items()]
+        handles.sort(key=lambda handle: isinstance(handle, Patch))
+        place, columns = "outside lower center", _columns(figure, marks)
+        figure.legend(handles=handles, loc=place, ncols=columns, frameon=False)
 
 
 #: kinds of file an animation can be saved as, and the largest frame rate [1/s] of each

@@ -68,6 +68,16 @@ MARKS = {
     "doubtful": {"facecolor": "none", "edgecolor": "#d55e00", "hatch": "///"},
     "warned": {"facecolor": "none", "edgecolor": "black", "hatch": ".."},
 }
+#: metrics of a joint, with thresholds of its transition, and the number of the joint that is a
+#: ratio of 1 there
+RATIOS = {"_film_thickness_ratio_min": None, "_gap_min": "roughness"}
+#: thresholds of the film thickness ratio: what begins there, and how they are drawn
+BORDERS = {
+    "full": ("full film above ratio {:g}", {"ls": ":"}),
+    "mixed": ("mixed at ratio {:g}", {"ls": "--"}),
+    "dry": ("dry below ratio {:g}", {"ls": "-"}),
+}
+LINE = {"color": "black", "lw": 1.2}
 #: share of the colours of a map that an error must not exceed
 STEP = 0.05
 #: end of the metrics that are another's stated error
@@ -538,18 +548,42 @@ def _maps(
     states["warned"] = choice.warned & ~choice.warned.all()
     says["warned"] = "with warnings"
     borders = tuple(edges(axis.at, axis.log) for axis in plane)
+    lines, drawn = _thresholds(choice, name, plane), {}
     for axes, (title, there) in zip(row, panels, strict=True):
         mesh = figures.cells(axes, borders, _table(plane, values, there), norm)
         for state, where in states.items():
             figures.marked(
                 axes, borders, _table(plane, np.where(where, 1.0, 0.0), there) == 1.0, MARKS[state]
             )
+        table = _table(plane, choice.values(name), there) if lines else np.empty(0)
+        for label, (level, style) in lines.items():
+            if np.nanmin(table) < level < np.nanmax(table):
+                figures.border(axes, (plane[0].at, plane[1].at), table, level, style)
+                drawn[label] = style
         axes.set_title(title, fontsize="small")
         _scale(axes, "x", plane[0], PANEL[len(panels) > 2])
         _scale(axes, "y", plane[1], 2.0)
     blank = {} if finite.size else {"ticks": []}
     figures.colour_bar(figure, mesh, list(row), axis_label(text, units, 2.0), **blank)
-    return {says[s]: MARKS[s] for s, where in states.items() if where.any()}
+    return drawn | {says[s]: MARKS[s] for s, where in states.items() if where.any()}
+
+
+def _thresholds(choice: Choice, metric: str, plane: list[Axis]) -> dict[str, tuple[float, dict]]:
+    """Values [SI] of a metric at the thresholds of its joint's transition and styles of the lines
+    there, by meaning. None where points differ in them, or an axis has no scale.
+    """
+    if any(axis.named and not axis.even for axis in plane):
+        return {}
+    for joint, numbers in choice.sweep.definition.regimes.items():
+        for end, unit in RATIOS.items():
+            if metric == f"joint_{joint}{end}" and (unit is None or unit in numbers):
+                size = numbers[unit] if unit else 1.0
+                return {
+                    text.format(numbers[name]): (size * numbers[name], LINE | style)
+                    for name, (text, style) in BORDERS.items()
+                    if name in numbers
+                }
+    return {}
 
 
 #: of a period that longer runs would show

@@ -23,6 +23,7 @@ from clearance.metrics.metrics import Window
 from clearance.results.extremes import SLIDES, guides
 from clearance.results.record import Record
 from clearance.results.result import Result
+from clearance.values.spots import THRESHOLDS
 
 TIME = "time [s]"
 #: share of the samples, at either end of their range, that may be lone peaks
@@ -33,8 +34,6 @@ ARC = np.radians(3.0)  # largest step of a drawn path along the wall [rad]
 #: states of a dry joint and their colours
 FLIGHT = {"free flight": "0.55", "contact": STATES["dry"]}
 MEMBERSHIPS = [f"membership_{state.replace(' ', '_')}" for state in STATES]
-#: parameters of a transition law that are film thickness ratios between its states
-THRESHOLDS = ("dry", "mixed", "full")
 #: channels of a mixed joint that its states are drawn from
 OF_STATES = {"film_thickness_ratio", "asperity_share", *MEMBERSHIPS}
 

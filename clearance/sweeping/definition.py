@@ -2,7 +2,8 @@
 
 import hashlib
 import json
-from dataclasses import dataclass, fields
+import math
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,7 @@ FIELDS = {
     "settle": float | int | None,
     "own": list,
     "units": dict,
+    "regimes": dict,
 }
 
 
@@ -40,7 +42,8 @@ class Definition:
         points share; options: keywords of `simulate` (turns, rtol, ...); keep: patterns of the
         channels stored in run files, () for no files, None for all; compression: gzip level;
         settle: turns left out of the metrics; own: a user's metrics, each "file.py:name" and the
-        digest of the file; units: of the parameters.
+        digest of the file; units: of the parameters; regimes: see regimes.py; no result depends on
+        them.
     """
 
     case: str
@@ -54,6 +57,7 @@ class Definition:
     settle: float | None
     own: tuple[tuple[str, str], ...]
     units: dict[str, str]
+    regimes: dict[str, dict[str, float]] = field(default_factory=dict)
 
     @property
     def files(self) -> bool:
@@ -184,6 +188,7 @@ def read(folder: Path) -> Definition | None:
 
 def _definition(document: dict) -> Definition:
     """The definition that a document holds. Raises ValueError for what is none."""
+    document = {"regimes": {}} | document  # earlier ones have none
     check_kinds(document, FIELDS)
     points = document["points"]
     check_kinds(points, {"axes": list, "columns": dict, "sampled": bool})
@@ -196,6 +201,10 @@ def _definition(document: dict) -> Definition:
         raise ValueError("axes must be pairs of names and a number")
     if not all(_is_row(metric, str, str) for metric in metrics):
         raise ValueError("own must be pairs of texts")
+    for numbers in document["regimes"].values():
+        check_kinds({"regimes": numbers}, {"regimes": dict})
+        if not all(isinstance(n, float) and math.isfinite(n) for n in numbers.values()):
+            raise ValueError("regimes must be finite numbers")
     if keep is not None and not all(isinstance(pattern, str) for pattern in keep):
         raise ValueError("keep must be texts")
     if any(

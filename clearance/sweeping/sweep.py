@@ -43,6 +43,7 @@ from clearance.sweeping.index import MISSING, Sweep, standing
 from clearance.sweeping.journal import ALONE, DONE, FAILED, LOST, WAITING, Journal, Outcome
 from clearance.sweeping.order import Queue, shuffled
 from clearance.sweeping.points import Points, plain
+from clearance.sweeping.regimes import regimes
 from clearance.sweeping.sloping import sensing_of
 from clearance.sweeping.teams import Dask, Processes, prepare_start
 from clearance.sweeping.worker import NO_SPACE, files_of, load_function, run_lanes
@@ -155,6 +156,7 @@ def sweep(
     if scheduler is None and not _suits(definition):
         prepare_start()
     _try_first(definition, None if force else partial(_affordable, definition, folder))
+    definition = replace(definition, regimes=regimes(definition))
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder, "sweeping it"), _logged(folder):
         if existing != definition:  # there is none, or its files have moved

@@ -18,6 +18,7 @@ from clearance.postprocess.maps import (
 from clearance.postprocess.sections import section
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm, LogNorm
+from matplotlib.contour import QuadContourSet
 from matplotlib.patches import PathPatch
 from numpy.testing import assert_allclose
 
@@ -244,6 +245,42 @@ def test_cells_with_warnings(made, draw, gallery):
     assert "2 of 20 points with warnings" in gallery.text
     sweep.costs["warnings"][:] = 1
     assert hatched(draw(maps, sweep)[0]) == 0
+
+
+def ratio(speed, clearance):
+    """A film thickness ratio that is linear along both axes."""
+    return 5.0 - speed / RPM / 100.0 - 1e3 * clearance
+
+
+REGIMES = {"B": {"roughness": 2e-6, "dry": 0.4, "mixed": 1.0, "full": 3.0}}
+
+
+@pytest.mark.parametrize(("metric", "size"), [("film_thickness_ratio_min", 1.0), ("gap_min", 2e-6)])
+def test_regimes_have_borders(made, draw, gallery, metric, size):
+    """Lines where the ratio, or the gap over the roughness, passes a threshold: rounding, for it is
+    linear. None for other joints, for numbers outside of the map, and beside names.
+    """
+    names = [f"joint_{joint}_{metric}" for joint in "BC"]
+    sweep = made(metrics={n: lambda **at: size * ratio(**at) for n in names})
+    sweep.definition.regimes.update(REGIMES | {"C": {"full": 7.0}})
+    ours, other = draw(maps, sweep, metrics=names, x="speed", y="clearance")
+    lines = [c for c in ours.collections if isinstance(c, QuadContourSet)]
+    assert [float(line.levels[0] / size) for line in lines] == pytest.approx([3.0, 1.0, 0.4])
+    for line, threshold in zip(lines, (3.0, 1.0, 0.4), strict=True):
+        corners = np.concatenate([path.vertices for path in line.get_paths()])
+        assert len(corners) > 1
+        at = ratio(speed=corners[:, 0] * RPM, clearance=1e-3 * corners[:, 1])
+        assert_allclose(at, threshold, atol=1e-12)
+    assert not any(isinstance(c, QuadContourSet) for c in other.collections)
+    words = ["full film above ratio 3", "mixed at ratio 1", "dry below ratio 0.4"]
+    assert gallery.legend == words
+    sweep = made(
+        grid(joints=["B", "B,C"], speed=SPEEDS),
+        {names[0]: lambda joints, speed: size * ratio(speed, 1e-3)},
+    )
+    sweep.definition.regimes.update(REGIMES)
+    (axes,) = draw(maps, sweep)
+    assert not any(isinstance(c, QuadContourSet) for c in axes.collections)
 
 
 def test_no_period_and_no_value(made, draw, gallery):
