@@ -44,6 +44,9 @@ def run(options) -> int:
     )
     print(f"  outputs    {len(report['channels'])} channels")
     print(f"  modules    {len(report['modules'])} imported; --json has their names")
+    reason = report["not_in_lanes"]
+    way = f"each point by itself: {reason}" if reason else "points side by side, in lanes"
+    print(f"  sweeps     {way}")
     print(_listed("left out", report["left_out"]))
     print(f"  store      {report['store']}")
     for warning in report["warnings"]:

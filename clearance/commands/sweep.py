@@ -5,7 +5,7 @@ import logging
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from clearance.commands.accuracy import tolerance
@@ -379,6 +379,7 @@ def summary(result) -> dict:
         "reasons": [_reason(result, i) for i in np.flatnonzero(~done).tolist()],
         "metrics_missing": [_reason(result, i) for i in np.flatnonzero(without).tolist()],
         "warnings": _warnings(result),
+        "ways": None if result.ways is None else asdict(result.ways),
         "loop_s": float(result.costs["loop"].sum()),
         "metrics": extremes,
         "index": str(Path(result.folder) / "sweep.h5"),
@@ -403,6 +404,7 @@ def _reason(result, i: int) -> dict:
 def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
     """Lines of a summary; first: ends of the names of metrics that stand before the others."""
     from clearance.sweeping.points import in_words
+    from clearance.sweeping.ways import Ways
 
     d = document
 
@@ -434,6 +436,8 @@ def readable(document: dict, first: tuple[str, ...] = ()) -> list[str]:
         most = f"most, {w['most']}, at {at(w['most_at'])}; clearance run there prints them"
         points = "1 point has" if w["points"] == 1 else f"{w['points']} points have"
         lines.append(f"  {points} warnings: {most}")
+    if fresh and (ways := d["ways"]):
+        lines.append(f"  ways         {Ways(**ways)}")
     picture = [f"  picture      {d['plot']}"] if "plot" in d else []
     return [*lines, f"  directory    {d['folder']}", *picture]
 

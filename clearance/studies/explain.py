@@ -4,6 +4,7 @@ import re
 import sys
 from importlib import import_module
 
+from clearance import lanes
 from clearance.elements.clearance_revolute import SLOTS
 from clearance.elements.joint import Joint
 from clearance.machine.store import folder
@@ -42,6 +43,7 @@ def explain(scene: Scene) -> dict:
         "method": method,
         "method_reason": reason,
         "modules": _modules(method),
+        "not_in_lanes": lanes.impossible(mechanism, method),  # its modules are no part of a run
     }
 
 

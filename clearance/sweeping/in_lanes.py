@@ -32,6 +32,7 @@ from clearance.stepping import status
 from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.sweeping.definition import FEWEST, Definition
 from clearance.sweeping.journal import DONE, Outcome
+from clearance.sweeping.ways import Ways
 from clearance.values.spots import BLENDED
 
 EXACT = 1e-12  # share within which numbers of the starts are the same
@@ -316,14 +317,12 @@ class Lanes:
     Groups and their first points are those of all points, whichever are still to be run: no number
     depends on a restart.
 
-    case: of the definition; about: what all its points are made from. reasons: why points are left
-        to the ordinary way; count: points that ran in lanes.
+    case: of the definition; about: what all its points are made from.
     """
 
     def __init__(self, definition: Definition, case: Case, about: dict):
         self.definition, self.case, self.about = definition, case, about
-        self.reasons: dict[str, int] = {}
-        self.count = 0
+        self.ways = Ways(lanes=0 if _off() else natural_width())
         columns = definition.points.columns
         self.numbers = {n: np.array(columns[n]) for n in definition.spread}
         fixed = [v for v in columns.values() if not all(isinstance(number, float) for number in v)]
@@ -337,21 +336,16 @@ class Lanes:
                 for begin in range(0, len(indices), together.block):
                     yield self._run(together, indices[begin : begin + together.block], threads)
             except NotForLanes as error:
-                self._left(str(error), len(indices))
+                self.ways.left(str(error), len(indices))
 
     def suited(self, pending: Sequence[int]) -> list[int]:
         """Those that suit."""
         return [index for _, indices in self._suited(pending) for index in indices]
 
-    def _left(self, reason: str, count: int) -> None:
-        self.reasons[reason] = self.reasons.get(reason, 0) + count
-
     def _suited(self, pending: Sequence[int]) -> Iterator[tuple[Together, list[int]]]:
         """Points that differ in real numbers only, group by group."""
-        if _off():
-            return
         if reason := self._unfit():
-            self._left(reason, len(pending))
+            self.ways.left(reason, len(pending))
             return
         members: dict[tuple, list[int]] = {}
         for index in pending:
@@ -360,16 +354,18 @@ class Lanes:
             if kind not in self.groups:
                 self.groups[kind] = self._together(kind)
             if isinstance(together := self.groups[kind], str):
-                self._left(together, len(indices))
+                self.ways.left(together, len(indices))
                 continue
             has = together.spread.has({n: self.numbers[n][indices] for n in together.columns})
             if not has.all():
-                self._left("their values are impossible", int((~has).sum()))
+                self.ways.left("their values are impossible", int((~has).sum()))
             yield together, np.array(indices)[has].tolist()
 
     def _unfit(self) -> str:
         """The reason why no point of the sweep can go in lanes; none where some may."""
         definition = self.definition
+        if _off():
+            return "lanes are off (CLEARANCE_LANES=0)"
         if definition.files or definition.own:
             return "runs have files" if definition.files else "metrics of your own"
         if unknown := sorted(set(definition.options) - OPTIONS - {"error"}):
@@ -409,7 +405,6 @@ class Lanes:
         columns = {n: self.numbers[n][indices] for n in together.columns}
         outcomes = self._made(together, columns, indices, threads)
         wall = (time.perf_counter() - began) / len(indices)
-        self.count += len(outcomes)
         return [replace(outcome, wall=wall, loop=wall, together=True) for outcome in outcomes]
 
     def _made(
@@ -431,7 +426,7 @@ class Lanes:
             good &= summing.stated_alike(values, stated)
             values |= stated
         if not good.all():
-            self._left("they failed, carry a warning or press too deep", int((~good).sum()))
+            self.ways.left("they failed, carry a warning or press too deep", int((~good).sum()))
         warnings = together.warnings(answers, points).tolist()
         described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
         rows = list(zip(*(values[name].tolist() for name in described), strict=True))
@@ -448,16 +443,6 @@ class Lanes:
             )
             for i in np.flatnonzero(good).tolist()
         ]
-
-    def report(self) -> str:
-        """Number of points that ran in lanes, and the reasons of the others."""
-        if _off():
-            return "lanes are off (CLEARANCE_LANES=0)"
-        others = "; ".join(f"{count}: {reason}" for reason, count in self.reasons.items())
-        lanes = "no points in lanes"
-        if self.count:
-            lanes = f"{self.count} points in lanes, {natural_width()} at a time"
-        return f"{lanes}; the ordinary way for {others}" if others else lanes
 
 
 def check_width() -> None:

@@ -24,6 +24,7 @@ from clearance.results.tables import Table, save_tables
 from clearance.sweeping import definition as definitions
 from clearance.sweeping import journal as journals
 from clearance.sweeping.journal import DONE, FAILED, Block, Outcome
+from clearance.sweeping.ways import Ways
 from clearance.values.spelling import ByName
 
 LOG = logging.getLogger("clearance.files")
@@ -41,9 +42,12 @@ class Sweep(Drawn):
     """A sweep directory: `dataset` (xarray), `table` (pandas), `run(speed=..., clearance=...)`,
     `columns` and `metrics` as plain arrays over the points.
 
+    ways: how many points ran in lanes, and why others did not, of the call that returned this.
     Raises FileNotFoundError where there is no sweep, ValueError for one of a newer format or
     another kind of file.
     """
+
+    ways: Ways | None = None
 
     def __init__(self, folder: str | Path, definition: definitions.Definition | None = None):
         self.folder = Path(folder)

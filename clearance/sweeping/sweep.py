@@ -46,6 +46,7 @@ from clearance.sweeping.points import Points, plain
 from clearance.sweeping.regimes import regimes
 from clearance.sweeping.sloping import sensing_of
 from clearance.sweeping.teams import Dask, Processes, prepare_start
+from clearance.sweeping.ways import Ways
 from clearance.sweeping.worker import NO_SPACE, files_of, load_function, run_lanes
 from clearance.values import checks
 
@@ -402,7 +403,7 @@ class _Driver:
         self.deaths: dict[int, int] = {}
         self.in_a_row = 0  # workers that died since a run ended
         self.alone: set[int] = set()  # points that share no block again
-        self.in_lanes = 0  # runs side by side
+        self.ways = Ways()
         self.usual = 0.0  # wall time of a recent run [s]
         self.stop = ""
 
@@ -493,14 +494,14 @@ class _Driver:
         from clearance.sweeping.in_lanes import Lanes
 
         lanes = Lanes(self.definition, find_case(self.definition.path), self.now)
+        self.ways = lanes.ways
         if scheduler is None:
             done = self._in_threads(lanes, pending, workers or _cores())
         else:
             done = set(lanes.suited(pending))
             if done:
                 self._work(sorted(done), Dask(*self.task, scheduler, run_lanes), blocks=True)
-            lanes.count = self.in_lanes
-        LOG.info("%s", lanes.report())
+        LOG.info("%s", self.ways)
         return [index for index in pending if index not in done]
 
     def _in_threads(self, lanes, pending: list[int], threads: int) -> set[int]:
@@ -600,7 +601,8 @@ class _Driver:
         index = outcome.index
         self.usual += (outcome.wall - self.usual) / min(self.ended + 1, RECENT)
         self.ended += 1
-        self.in_lanes += outcome.together
+        self.ways.in_lanes += outcome.together
+        self.ways.by_themselves += not outcome.together
         self.counts[outcome.status] += 1
         if outcome.status != DONE:
             words = f"{outcome.status} {self.definition.says(index)}: {outcome.reason}"
@@ -656,9 +658,10 @@ class _Driver:
         except OSError as error:
             self.stop = self.stop or f"the index cannot be written: {error}"
             result = Sweep(self.folder, self.definition)
+        result.ways = self.ways
         why = "interrupted" if interrupted else self.stop or "finished"
-        if self.ended > self.in_lanes:
-            LOG.info("%d points each by itself", self.ended - self.in_lanes)
+        if alone := self.ways.by_themselves:
+            LOG.info("%d points each by itself", alone)
         LOG.info("%s: %d done, %d failed, %d lost", why, *self.counts.values())
         if not interrupted:
             self._report(0, last=True)

@@ -291,6 +291,12 @@ def test_explain(typed):
     text = typed("explain six_bar_feeder").out
     assert "left out" in text
     assert text.count("clearance.") == 0  # no names of modules before the costs
+    assert "  sweeps     points side by side, in lanes\n" in text
+    words = "explain six_bar_feeder -p model=mixed -p transition=flores"
+    text = typed(words).out
+    reason = typed(words, "--json").document["not_in_lanes"]
+    assert reason == "contacts of joint B begin with a touch"
+    assert f"  sweeps     each point by itself: {reason}\n" in text
 
 
 def test_explain_lists_what_a_run_imports():

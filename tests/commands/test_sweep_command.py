@@ -9,6 +9,8 @@ import pytest
 
 import clearance as cl
 from clearance.commands import sweep as command
+from clearance.lanes.code import natural_width
+from clearance.sweeping.ways import Ways
 
 QUICK = "--turns 1 --samples-per-turn 40 --rtol 1e-5 --workers 2"
 FILM = "-p model=lubricated -p film=pinkus_sternlicht"
@@ -37,6 +39,20 @@ def test_a_grid_again_and_its_summary(tmp_path, swept):
     log = (tmp_path / "out" / "sweep.log").read_text()
     assert "6 points, 6 to run" in log
     assert "finished: 6 done, 0 failed" in log
+
+
+def test_the_summary_says_which_way_points_ran(tmp_path, swept):
+    """Points in lanes and each by itself, with the reason, as in the log; none where none ran."""
+    words = f"{FILM} -p speed=20:40:24 -p clearance=0mm,0.1mm --channels none"
+    ways = swept(words, "--json", status=1).document["ways"]
+    assert (ways["in_lanes"], ways["by_themselves"]) == (24, 24)
+    assert ways["lanes"] == natural_width()
+    assert list(ways["reasons"].values()) == [24]
+    assert f"  {Ways(**ways)}\n" in (tmp_path / "out" / "sweep.log").read_text()
+    assert "ways" not in swept(words, status=1).out
+    (reason,) = ways["reasons"]
+    again = f"  ways         no points in lanes; the ordinary way for 24: {reason}\n"
+    assert again in swept(words, "--retry-failed", status=1).out
 
 
 def test_lists_of_texts_and_of_numbers_that_go_together(tmp_path, typed):
