@@ -43,6 +43,7 @@ if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what 
         Material as Material,
         steel as steel,
     )
+    from clearance.laws.oils import oil as oil, oil_heat as oil_heat
     from clearance.results.run_warning import RunWarning as RunWarning
     from clearance.scene.joint_options import JointOptions as JointOptions
     from clearance.scene.law_names import (
@@ -112,6 +113,8 @@ _LAZY = {
     "Lubricant": "clearance.laws.materials",
     "Material": "clearance.laws.materials",
     "steel": "clearance.laws.materials",
+    "oil": "clearance.laws.oils",
+    "oil_heat": "clearance.laws.oils",
     "RunWarning": "clearance.results.run_warning",
     "JointOptions": "clearance.scene.joint_options",
     "crank_drive": "clearance.scene.law_names",

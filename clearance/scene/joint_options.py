@@ -10,6 +10,7 @@ from clearance.elements.joint import Joint
 from clearance.film.bearing import DRAG
 from clearance.film.pad_law import pad_film
 from clearance.laws.materials import Lubricant, Material, steel
+from clearance.laws.oils import oil_named
 from clearance.scene import law_names
 from clearance.scene.law_names import AUTO, COSINE, NONE, Pair
 from clearance.values import checks
@@ -25,6 +26,7 @@ class JointOptions:
     model: ideal, dry, lubricated or mixed (film, asperities and contact) [-]
     clearance: radial clearance of the clearance joints [m]
     viscosity: dynamic viscosity of the oil [Pa s]
+    oil: grade and temperature in place of the viscosity, as ISO-VG-46@60C or SAE-30@80C; none [-]
     restitution: coefficient of restitution of the dry contact [-]
     contact: law, as hertz or impact(damping=440); auto: lankarani_nikravesh when dry, winkler when
         mixed or worn [-]
@@ -58,6 +60,7 @@ class JointOptions:
     model: str
     clearance: float = 1e-4
     viscosity: float | str = 0.05
+    oil: str = NONE
     restitution: float = 0.9
     contact: str = AUTO
     friction: str = NONE
@@ -127,7 +130,8 @@ class JointOptions:
             film = law_names.film_of(
                 self.film, self.ambient, self.flow_factors, self.mesh, self.drag
             )
-            slots |= {"film": film, "lubricant": Lubricant(self.viscosity)}
+            oil = Lubricant(self.viscosity) if self.oil == NONE else oil_named(self.oil)
+            slots |= {"film": film, "lubricant": oil}
             slots["film_torques"] = bool(self.film_torques)
         if self.model == "mixed":
             shared = law_names.transition_of(self.transition, self.thresholds, self.memberships)
