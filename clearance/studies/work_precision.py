@@ -53,24 +53,34 @@ class Curve:
     rtol: list[float] = field(default_factory=list)
     error: list[float] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
+    calls: list[float] = field(default_factory=list)
     evaluations: list[int] = field(default_factory=list)
     stated: list[float] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     def add(
-        self, rtol: float, error: float, seconds: float, evaluations: int, stated: float = math.nan
+        self,
+        rtol: float,
+        error: float,
+        seconds: float,
+        evaluations: int,
+        stated: float = math.nan,
+        call: float = math.nan,
     ) -> None:
         self.rtol.append(rtol)
         self.error.append(error)
         self.seconds.append(seconds)
+        self.calls.append(seconds if math.isnan(call) else call)
         self.evaluations.append(evaluations)
         self.stated.append(stated)
 
-    def cheapest(self, level: float) -> float:
-        """Seconds of the cheapest run with an error of at most `level`; nan if there is none."""
+    def cheapest(self, level: float, calls: bool = False) -> float:
+        """Seconds of the cheapest run with an error of at most `level`, or of the cheapest call;
+        nan if there is none.
+        """
+        seconds = self.calls if calls else self.seconds
         return min(
-            (s for s, e in zip(self.seconds, self.error, strict=True) if e <= level),
-            default=math.nan,
+            (s for s, e in zip(seconds, self.error, strict=True) if e <= level), default=math.nan
         )
 
 
@@ -89,12 +99,10 @@ class Study:
     # by rtol, beyond the horizon
     statistics: dict[float, dict[str, Mean]] = field(default_factory=dict)
 
-    def best(self, level: float) -> float:
-        """Cheapest own run at an error level."""
-        return min(
-            (c.cheapest(level) for c in self.curves if c.own and c.cheapest(level) > 0.0),
-            default=math.nan,
-        )
+    def best(self, level: float, calls: bool = False) -> float:
+        """Cheapest own run at an error level, or cheapest call."""
+        own = (c.cheapest(level, calls) for c in self.curves if c.own)
+        return min((seconds for seconds in own if seconds > 0.0), default=math.nan)
 
 
 def work_precision(
@@ -277,14 +285,15 @@ def _point(
     stated = (
         math.nan if looser is None else THROUGHOUT * float(problem.distance(states, looser).max())
     )
-    curve.add(rtol, error, seconds, points[0].evaluations, stated)
+    call = statistics.median(s.call for s in points)
+    curve.add(rtol, error, seconds, points[0].evaluations, stated, call)
     return states
 
 
 # --- showing
 def table(study: Study) -> list[str]:
-    """Milliseconds to reach an error, and how many times the fastest own method is faster, as
-    Markdown.
+    """Milliseconds to reach an error, and how many times the fastest own method is faster, by its
+    loop and by its call, as Markdown.
     """
     levels = [x for x in LEVELS if study.best(x) > 0.0]
     lines = [
@@ -293,19 +302,27 @@ def table(study: Study) -> list[str]:
         "|---" * (len(levels) + 2) + "|",
     ]
     for c in study.curves:
-        cells = []
-        for x in levels:
-            cost = c.cheapest(x)
-            ratio = (
-                "" if c.own or math.isnan(cost) else f" ({float(f'{cost / study.best(x):.2g}'):g}x)"
-            )
-            cells.append("-" if math.isnan(cost) else f"{cost * 1e3:.3g}{ratio}")
+        cells = [_cell(study, c, x) for x in levels]
         lines.append(
             f"| {'**' + c.name + '**' if c.own else c.name} | "
             + " | ".join(cells)
             + (" | see below |" if c.own else f" | {c.prepared_s:.2g} s |")
         )
     return lines
+
+
+def _cell(study: Study, curve: Curve, level: float) -> str:
+    """Milliseconds to an error, and in brackets those of a complete call; of a peer how many times
+    the fastest own loop that is, and the fastest own call.
+    """
+    cost, call = curve.cheapest(level), curve.cheapest(level, calls=True)
+    if math.isnan(cost):
+        return "-"
+    if curve.own:
+        return f"{cost * 1e3:.3g} [{call * 1e3:.3g}]"
+    ratios = (cost / study.best(level), cost / study.best(level, calls=True))
+    loop, whole = (f"{float(f'{r:.2g}'):g}x" for r in ratios)
+    return f"{cost * 1e3:.3g} ({loop}) [{whole}]"
 
 
 def describe(study: Study) -> list[str]:
@@ -316,6 +333,10 @@ def describe(study: Study) -> list[str]:
         f"reference {study.reference[0]} at its tightest, {study.doubt:.1g} away from "
         f"{study.reference[1]}",
     ]
+    lines.append(
+        "own times are those of the compiled loop, in brackets of complete calls from Python, "
+        "as all times of others are"
+    )
     lines += study.remarks + _stated(study)
     if study.statistics:
         lines += ["", *statistics_table(study), ""]
@@ -370,6 +391,7 @@ def plain(study: Study) -> dict:
                 "error": c.error,
                 "stated": c.stated,
                 "seconds": c.seconds,
+                "calls": c.calls,
                 "evaluations": c.evaluations,
                 "notes": c.notes,
             }
@@ -393,6 +415,7 @@ def save(study: Study, folder: str | Path) -> Path:
                     np.array(c.stated),
                 ),
                 "seconds": ("s", "median CPU time of a run, warm", np.array(c.seconds)),
+                "call": ("s", "median CPU time of a complete call, warm", np.array(c.calls)),
                 "evaluations": (
                     "1",
                     "right-hand sides (0: not counted)",

@@ -62,7 +62,13 @@ class TestWorkPrecision:
         assert best == min(c.cheapest(1e-3) for c in study.curves if c.own)
         text = "\n".join(work_precision.table(study))
         peer = next(c for c in study.curves if not c.own)
-        assert f"({float(f'{peer.cheapest(1e-3) / best:.2g}'):g}x)" in text
+        call = study.best(1e-3, calls=True)
+        assert call == min(c.cheapest(1e-3, calls=True) for c in study.curves if c.own)
+        loop, whole = (float(f"{peer.cheapest(1e-3) / cost:.2g}") for cost in (best, call))
+        assert f"({loop:g}x) [{whole:g}x]" in text
+        for curve in study.curves:
+            assert (np.array(curve.calls) > curve.seconds).all() == curve.own
+            assert curve.own or curve.calls == curve.seconds
 
     def test_files(self, quick, tmp_path):
         """File and picture have the curves."""
@@ -74,6 +80,7 @@ class TestWorkPrecision:
             assert file["radau5/error"][:] == pytest.approx(
                 next(c.error for c in study.curves if c.name == "radau5")
             )
+            assert (file["radau5/call"][:] > file["radau5/seconds"][:]).all()
             assert file["radau5/seconds"].attrs["units"] == "s"
         assert study_pictures.work_precision(study, tmp_path / "p.png").stat().st_size > 20_000
 
