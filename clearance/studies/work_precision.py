@@ -101,8 +101,8 @@ class Study:
 
     def best(self, level: float, calls: bool = False) -> float:
         """Cheapest own run at an error level, or cheapest call."""
-        own = (c.cheapest(level, calls) for c in self.curves if c.own)
-        return min((seconds for seconds in own if seconds > 0.0), default=math.nan)
+        cheapest = (c.cheapest(level, calls) for c in self.curves if c.own)
+        return min((seconds for seconds in cheapest if seconds > 0.0), default=math.nan)
 
 
 def work_precision(
@@ -321,8 +321,8 @@ def _cell(study: Study, curve: Curve, level: float) -> str:
     if curve.own:
         return f"{cost * 1e3:.3g} [{call * 1e3:.3g}]"
     ratios = (cost / study.best(level), cost / study.best(level, calls=True))
-    loop, whole = (f"{float(f'{r:.2g}'):g}x" for r in ratios)
-    return f"{cost * 1e3:.3g} ({loop}) [{whole}]"
+    loop, complete = (f"{float(f'{r:.2g}'):g}x" for r in ratios)
+    return f"{cost * 1e3:.3g} ({loop}) [{complete}]"
 
 
 def describe(study: Study) -> list[str]:

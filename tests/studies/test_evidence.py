@@ -64,8 +64,8 @@ class TestWorkPrecision:
         peer = next(c for c in study.curves if not c.own)
         call = study.best(1e-3, calls=True)
         assert call == min(c.cheapest(1e-3, calls=True) for c in study.curves if c.own)
-        loop, whole = (float(f"{peer.cheapest(1e-3) / cost:.2g}") for cost in (best, call))
-        assert f"({loop:g}x) [{whole:g}x]" in text
+        loop, complete = (float(f"{peer.cheapest(1e-3) / cost:.2g}") for cost in (best, call))
+        assert f"({loop:g}x) [{complete:g}x]" in text
         for curve in study.curves:
             assert (np.array(curve.calls) > curve.seconds).all() == curve.own
             assert curve.own or curve.calls == curve.seconds
