@@ -466,13 +466,12 @@ class LaneMetrics:
         return np.full(par.shape[1], getattr(part, name) if default is None else default)
 
     def warnings(self, answers: Answers, points: Points, data: np.ndarray) -> np.ndarray:
-        """Number of warnings of each run: those of the first point's joints, of its own films, and
-        of its force holes.
+        """Number of warnings of each run: of its method, films, force holes, and last outputs.
 
         data: tables, to which parameters of the points refer.
         """
         scene, explicit = self.mechanism.scene, self.method == "dop853"
-        count = np.full(len(points.until), len(scene.doubts))
+        count = np.zeros(len(points.until), int)
         count += explicit and any(j.film is not None for j in scene.clearance_joints)
         count += sum(map(partial(self._at_end, answers), scene.clearance_joints))
         for joint in scene.clearance_joints:

@@ -6,6 +6,7 @@ the points run the ordinary way, and `NotForLanes` gives the reason. So do point
 energy does not add up.
 """
 
+import math
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -90,8 +91,8 @@ class Together:
             raise NotForLanes("the ideal motion depends on what is swept")
         if (run.mechanism.scene.turn is None) == ("turns" in options):
             raise NotForLanes("a drive turns, but their length is not in turns")
-        if len({len(run.mechanism.scene.doubts) for _, run in tried}) > 1:
-            raise NotForLanes("warnings of their scenes differ")
+        #: warnings of a scene; not a number where points differ in them
+        self.doubts = _alike({len(run.mechanism.scene.doubts) for _, run in tried})
         self.run = self.spread.run
         self.mechanism = self.run.mechanism
         varying, count = self.spread.varying("numbers"), len(self.mechanism.layout.parameters)
@@ -278,10 +279,16 @@ class Together:
         """Results of points."""
         return self.group.run(points, threads, self.options.get("max_steps"))
 
-    def warnings(self, answers: Answers, points: Points) -> np.ndarray:
-        """Number of warnings of each run."""
+    def warnings(
+        self, columns: dict[str, np.ndarray], answers: Answers, points: Points
+    ) -> np.ndarray:
+        """Number of warnings of each run, those of its scene with them."""
         data, par = self.group.placed(points)
-        return self.summing.warnings(answers, replace(points, par=par), data)
+        doubts = np.full(len(points.until), self.doubts)
+        if math.isnan(self.doubts):
+            doubts = np.array([len(scene.doubts) for scene in self._scenes(columns)])
+        warnings = self.summing.warnings(answers, replace(points, par=par), data)
+        return warnings + doubts.astype(int)
 
     def errors(
         self, columns: dict[str, np.ndarray], answers: Answers, threads: int
@@ -309,6 +316,11 @@ def _strengthened(tables: list) -> tuple[float, np.ndarray]:
         for t in tables
     ]
     return times or 1.0, np.concatenate(parts)
+
+
+def _alike(numbers: set[float]) -> float:
+    """The only one of some numbers; not a number where there are several."""
+    return numbers.pop() if len(numbers) == 1 else math.nan
 
 
 class Lanes:
@@ -427,7 +439,7 @@ class Lanes:
             values |= stated
         if not good.all():
             self.ways.left("they failed, carry a warning or press too deep", int((~good).sum()))
-        warnings = together.warnings(answers, points).tolist()
+        warnings = together.warnings(columns, answers, points).tolist()
         described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
         rows = list(zip(*(values[name].tolist() for name in described), strict=True))
         return [

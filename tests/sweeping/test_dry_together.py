@@ -77,7 +77,7 @@ def test_metrics(name, fixed, seed):
     """
     scene, columns, options = scenes(name, **fixed), points_of(name, seed), {"turns": 1.0}
     ran, calm = Ran(scene, columns), 0
-    warnings = ran.together.warnings(ran.answers, ran.points)
+    warnings = ran.together.warnings(columns, ran.answers, ran.points)
     for i in range(6):
         values = {n: v[i].item() for n, v in columns.items()}
         plain, record = ordinary(scene, values, options | {"rtol": 1e-8})
@@ -145,6 +145,19 @@ def test_buffers_of_contacts_that_are_full(monkeypatch):
     at_once = Ran(scene, columns).answers
     monkeypatch.setattr("clearance.lanes.group.IMPACTS", 40)
     np.testing.assert_array_equal(Ran(scene, columns).answers.impacts, at_once.impacts)
+
+
+def test_warnings_that_depend_on_swept_numbers():
+    """A law doubts small restitutions: each point has the warnings of its scene."""
+    scene, columns = scenes("slider_crank"), points_of("slider_crank", 8)
+    columns["restitution"] = np.random.default_rng(8).uniform(0.3, 0.95, POINTS)
+    ran = Ran(scene, columns)
+    warned = ran.together.warnings(columns, ran.answers, ran.points)
+    assert len(set(warned)) > 1
+    for i in range(0, POINTS, 6):
+        values = {n: v[i].item() for n, v in columns.items()}
+        _, record = ordinary(scene, values, {"turns": 1.0, "rtol": 1e-8})
+        assert warned[i] == len(record.warnings)
 
 
 def test_stiff_friction_is_left_to_the_ordinary_way():

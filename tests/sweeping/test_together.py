@@ -187,7 +187,7 @@ def test_mixed_joints(law):
     ran = Ran(scene, columns)
     assert (ran.metrics["joint_B_film_thickness_ratio_min"] < FULL_FILM).any()
     assert ran.sound()
-    warned = ran.together.warnings(ran.answers, ran.points)
+    warned = ran.together.warnings(columns, ran.answers, ran.points)
     runs = [cl.simulate(scene({"speed": s}), turns=2.0, error=None) for s in columns["speed"]]
     assert warned.tolist() == [len(run.warnings) for run in runs]
     shares = [of_point(run)["joint_B_contact_fraction"].value for run in runs]
