@@ -40,6 +40,7 @@ EXACT = 1e-12  # share within which numbers of the starts are the same
 SAME = 1e-9  # the same of natural sizes that come of a kernel
 TOGETHER = 128  # points of a block, at least where memory allows
 STEPS = 500_000  # of a block, about: a second
+FAR_MORE = 100  # times the steps of the first point, after which one runs the ordinary way
 TRACKED = 2**24  # numbers of a block's turns and samples that are stored at a time
 FILMS = {"clearance": CLEARANCE, "pull": PULL, "rate_x": RATE_X, "rate_y": RATE_Y}
 #: options of runs that lanes have
@@ -276,8 +277,9 @@ class Together:
         return min(room, max(STEPS // self.summing.steps, TOGETHER))
 
     def answers(self, points: Points, threads: int) -> Answers:
-        """Results of points."""
-        return self.group.run(points, threads, self.options.get("max_steps"))
+        """Results of points; one that takes far more steps than the first may never end."""
+        limit = max(FAR_MORE * self.summing.steps, STEPS)
+        return self.group.run(points, threads, min(self.options.get("max_steps") or limit, limit))
 
     def warnings(
         self, columns: dict[str, np.ndarray], answers: Answers, points: Points
