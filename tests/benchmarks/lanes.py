@@ -27,7 +27,9 @@ from clearance.sweeping.sweep import define  # noqa: E402
 from clearance.sweeping.worker import run_point  # noqa: E402
 
 MARK = "<!-- lanes table -->"
-FILM, MIXED = {"model": "lubricated"}, {"model": "mixed", "viscosity": 0.005}
+FEEDER = {"case": "six_bar_feeder"}
+FILM, MIXED = FEEDER | {"model": "lubricated"}, FEEDER | {"model": "mixed", "viscosity": 0.005}
+DRY, CRANK = FEEDER | {"model": "dry"}, {"case": "slider_crank", "model": "dry"}
 SCENES = {
     "B, 2 turns": (FILM, "B", 2.0, 400),
     "B, 20 turns": (FILM, "B", 20.0, 100),
@@ -37,24 +39,26 @@ SCENES = {
     "mixed B, 2 turns": (MIXED, "B", 2.0, 400),
     "mixed B, 20 turns": (MIXED, "B", 20.0, 100),
     "mixed B, C and E, 2 turns": (MIXED, "B,C,E", 2.0, 100),
+    "dry B, 2 turns": (DRY, "B", 2.0, 400),
+    "dry slider-crank, C, 2 turns": (CRANK, "C", 2.0, 400),
 }
-ORDINARY = 12  # points that are run the ordinary way
+ORDINARY = 36  # points that are run the ordinary way: dry ones differ in their contacts
 ROUNDS = 3
 SPEEDS = (cl.rpm(60), cl.rpm(600))
 CLEARANCES = (2e-5, 5e-4)
 
 
 class Sweep:
-    """Points of the feeder, both ways."""
+    """Points of a case, both ways."""
 
     def __init__(
         self, model: dict, joints: str, turns: float, count: int, error: str | None = None
     ):
         rng = np.random.default_rng(1)
         self.fixed, self.turns, self.error = model | {"joints": joints}, turns, error
+        self.case = find_case(self.fixed.pop("case"))
         self.speed = rng.uniform(*SPEEDS, count)
         self.clearance = np.exp(rng.uniform(*np.log(CLEARANCES), count))
-        self.case = find_case("six_bar_feeder")
         began = time.process_time()
         columns = {"speed": self.speed, "clearance": self.clearance}
         options = {"turns": turns}
@@ -83,7 +87,7 @@ class Sweep:
         """CPU seconds of a point as workers run it, without a file."""
         points = cl.zipped(speed=self.speed[:ORDINARY], clearance=self.clearance[:ORDINARY])
         options = {"turns": self.turns, "error": self.error}
-        defined = define("six_bar_feeder", points, self.fixed, [], 0, None, (), options)
+        defined = define(self.case.name, points, self.fixed, [], 0, None, (), options)
         definitions.write(defined, Path(folder))
         stamp = definitions.digest(Path(folder) / "sweep.json")
         run_point(folder, stamp, 0)
@@ -97,7 +101,7 @@ def table() -> list[str]:
     """Costs and errors of all scenes."""
     logging.getLogger("clearance").setLevel(logging.ERROR)
     lines = [
-        "| lubricated feeder | ordinary | in lanes | ratio | set-up |",
+        "| feeder | ordinary | in lanes | ratio | set-up |",
         "|---|---|---|---|---|",
     ]
     for name, scene in SCENES.items():
