@@ -148,7 +148,7 @@ def test_buffers_of_contacts_that_are_full(monkeypatch):
 
 
 def test_warnings_that_depend_on_swept_numbers():
-    """A law doubts small restitutions: each point has the warnings of its scene."""
+    """A law warns of small restitutions: each point has the warnings of its scene."""
     scene, columns = scenes("slider_crank"), points_of("slider_crank", 8)
     columns["restitution"] = np.random.default_rng(8).uniform(0.3, 0.95, POINTS)
     ran = Ran(scene, columns)
