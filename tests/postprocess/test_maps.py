@@ -274,6 +274,10 @@ def test_regimes_have_borders(made, draw, gallery, metric, size):
     assert not any(isinstance(c, QuadContourSet) for c in other.collections)
     words = ["full film above ratio 3", "mixed at ratio 1", "dry below ratio 0.4"]
     assert gallery.legend == words
+    sweep.status[:] = "failed"  # no value, and no warning of numpy
+    assert not any(
+        isinstance(c, QuadContourSet) for c in draw(maps, sweep, metrics=names)[0].collections
+    )
     sweep = made(
         grid(joints=["B", "B,C"], speed=SPEEDS),
         {names[0]: lambda joints, speed: size * ratio(speed, 1e-3)},
