@@ -556,9 +556,9 @@ def _maps(
                 axes, borders, _table(plane, np.where(where, 1.0, 0.0), there) == 1.0, MARKS[state]
             )
         table = _table(plane, choice.values(name), there) if lines else np.empty(0)
-        known = table[np.isfinite(table)]
+        inside = table[np.isfinite(table)]
         for label, (level, style) in lines.items():
-            if known.size and known.min() < level < known.max():
+            if inside.size and inside.min() < level < inside.max():
                 figures.border(axes, (plane[0].at, plane[1].at), table, level, style)
                 drawn[label] = style
         axes.set_title(title, fontsize="small")
