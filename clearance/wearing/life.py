@@ -474,8 +474,9 @@ class Driver:
                 untold(c, done, before[n] if n in evenly else None) for n, c in changes.items()
             )
             outlines = {n: middle(w, instead[n]) if n in evenly else w for n, w in new.items()}
-            measured, turns, stage = after, turns + done, stage + 1
-            before = {n: (c, done) for n, c in changes.items()}
+            since, turns = turns, turns + done
+            measured, stage = after, stage + 1
+            before = {n: (c, turns - since) for n, c in changes.items()}  # as the journal has it
             size = done / (SHRINK if miss >= BETTER * longer else 1.0)
             if miss < max(EASY * self.plan.tolerance, LIKELY * chance):
                 size *= GROW

@@ -2,6 +2,7 @@
 independent code.
 """
 
+import contextlib
 import csv
 import math
 from dataclasses import replace
@@ -313,6 +314,25 @@ class TestLife:
         """The same numbers as a life that nobody stopped."""
         entire = cl.wear(rotor(), directory=tmp_path, **OPTIONS)
         assert np.array_equal(entire.depth("B"), cl.Life(folder / "worn").depth("B"))
+
+    def test_stopped_at_each_stage(self, tmp_path):
+        """What the jump before has foretold is known again, to the last bit: depths and errors."""
+        options = OPTIONS | {"turns": 50.0, "jump_turns": 10.0}
+        for stop in (2, 2, 2, 9):  # at the second stage of each attempt; the last one ends
+            seen = iter(range(1, 1 + stop))
+
+            def progress(done, words, seen=seen, stop=stop):
+                if words.endswith("is done") and next(seen) == stop:
+                    raise KeyboardInterrupt
+
+            with contextlib.suppress(KeyboardInterrupt):
+                cl.wear(rotor(), directory=tmp_path / "stopped", progress=progress, **options)
+        entire = cl.wear(rotor(), directory=tmp_path / "entire", **options)
+        stopped = cl.Life(tmp_path / "stopped")
+        assert stopped.done
+        assert len(stopped.stages) == 6
+        assert np.array_equal(entire.depth("B"), stopped.depth("B"))
+        assert np.array_equal(entire.error, stopped.error)
 
     def test_another_life(self, folder):
         """A directory belongs to one life; more turns go on with it, other numbers do not."""
