@@ -155,7 +155,7 @@ class MemoryFilm:
         layers = nz if self._mesh.soft > 0.0 else 1
         self._system = System(
             np.zeros((n, layers, 11)),
-            np.zeros((n, nz + 1 if layers == nz else 1, 12)),
+            np.zeros((n, nz + 1 if layers == nz else 1, 13)),
             np.zeros((n, nz + 1, 5)),
             np.zeros((n, nz + 1)),
             np.zeros((n * nz, 4 * nz + 1)),

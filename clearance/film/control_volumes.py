@@ -14,7 +14,8 @@ FULL, CAVITATED, FIXED = 0, 1, 2  # kinds of cell; pressure and content of a fix
 # in `face`: conductance and gap, each followed by d/d(ex, ey, this cell's P, the next cell's P);
 # at last the gap by the drag
 COND, GAP, DRAG = 0, 5, 10
-AXIAL, VOLUME, SHEAR = 0, 4, 8  # in `cell`: each followed by d/d(ex, ey, this cell's P)
+# in `cell`: each followed by d/d(ex, ey, this cell's P); at last, with a liner, the root of AXIAL
+AXIAL, VOLUME, SHEAR, ROOT = 0, 4, 8, 12
 # in `oil`, of a cell or an end: P, its reduced pressure, mu0 / mu, slope of ln(mu / mu0) by P. At
 # last d P / d(-rigid gap) where the solids touch, else 0
 PRESS, REDUCED, THIN, RATE, TOUCH = range(5)
@@ -33,7 +34,7 @@ Mesh = namedtuple(
 #: of a film: kind of its cells, p = P - lowest, content f, each (n, nz)
 State = namedtuple("State", "kind p content")
 #: of one Newton step: face (n, layers, 11), that between column i and the next. cell (n, layers,
-#: 12), with a liner one layer more, of the ends. oil (n, nz + 1, 5), of cells and ends. least (n,
+#: 13), with a liner one layer more, of the ends. oil (n, nz + 1, 5), of cells and ends. least (n,
 #: nz + 1): P - lowest where oil does not decide on it: of grooves, of ends, else 0. matrix (n nz, 2
 #: w + 1): row i holds a_ij at w + j - i. rest (n nz, 1): right-hand side
 System = namedtuple("System", "face cell oil least matrix rest")
@@ -117,7 +118,7 @@ def axial(cell, i, k):
     """
     if cell.shape[1] == 1:
         return cell[i, 0, AXIAL], 0.5, 0.5, 0
-    a, b = cell[i, k, AXIAL] ** (1.0 / 3.0), cell[i, k + 1, AXIAL] ** (1.0 / 3.0)
+    a, b = cell[i, k, ROOT], cell[i, k + 1, ROOT]
     both = (a + b) * (a + b)
     return (
         0.25 * (a * a + b * b) * (a + b),
@@ -180,7 +181,9 @@ def thicken(motion, state, mesh, system):
             pressure = p[i, k] if free else max(least[i, k], solid)
             if k < nz:
                 p[i, k] = pressure
-            q, thin, rate = reduced(pressure + mesh.lowest, mesh.oil)
+            q, thin, rate = pressure + mesh.lowest, 1.0, 0.0
+            if mesh.oil.alpha > 0.0:
+                q, thin, rate = reduced(q, mesh.oil)
             oil[i, k, PRESS], oil[i, k, REDUCED] = pressure + mesh.lowest, q
             oil[i, k, THIN], oil[i, k, RATE] = thin, rate
             oil[i, k, TOUCH] = 1.0 / mesh.soft if touches else 0.0
@@ -222,3 +225,5 @@ def measure(motion, drag, mesh, system):
             gaps = before + y, here + y, mid + y, average + y
             slopes = before_slope, own_slope[:3], beyond_slope, mean_slope
             fill(gaps, slopes, mesh, cell[i, k])
+            if soft > 0.0:
+                cell[i, k, ROOT] = cell[i, k, AXIAL] ** (1.0 / 3.0)

@@ -82,20 +82,20 @@ def by_motion(state, old, flow, mesh, system, right):
             end = k == nz - 1
             gained = flow.hold * (content[i, k] - old[i, k])
             for m in range(2):
-                here = mesh.mean * ring[i, m] * oil[i, k, TOUCH]  # d P / d(ex, ey) of solids
-                far = mesh.mean * ring[j, m] * oil[j, k, TOUCH]
-                beside = mesh.mean * ring[i, m] * oil[i, k + 1, TOUCH]
                 right[a, m] -= gained * v[VOLUME + 1 + m]
-                right[a, m] -= flow.press * old[i, k] * v[VOLUME + 3] * here
                 right[a, 2 + m] += area * old[i, k] * ring[i, m]
                 flux = drag * f[GAP + 1 + m] * upwind + f[COND + 1 + m] * fall
-                flux += by_own * here + by_next * far
-                right[a, m] -= flux
+                out = (mesh.leak if end else 1.0) * moved[m]
+                if mesh.soft > 0.0:  # d P / d(ex, ey) of solids
+                    here = mesh.mean * ring[i, m] * oil[i, k, TOUCH]
+                    beside = mesh.mean * ring[i, m] * oil[i, k + 1, TOUCH]
+                    flux += by_own * here + by_next * mesh.mean * ring[j, m] * oil[j, k, TOUCH]
+                    out += (mesh.leak if end else 1.0) * (by_here * here + by_there * beside)
+                    right[a, m] -= flow.press * old[i, k] * v[VOLUME + 3] * here
+                right[a, m] -= flux + out
                 right[b, m] += flux
-                flux = (mesh.leak if end else 1.0) * (moved[m] + by_here * here + by_there * beside)
-                right[a, m] -= flux
                 if not end:
-                    right[a + 1, m] += flux
+                    right[a + 1, m] += out
             by_spin = 6.0 * upwind * (f[GAP] + drag * f[DRAG])
             right[a, 4] += 12.0 * mesh.depth * mesh.worn[i, 3] * old[i, k]
             right[a, 4] -= by_spin
@@ -126,10 +126,11 @@ def gather(state, mesh, system, scales, right, out):
             if touch > 0.0:
                 part = wet = 0.0
             shear = v[SHEAR] / thin
-            flux, moved, by_own, by_next = along(i, k, mesh, system)
+            flux, moved, by_own, by_next = 0.0, (0.0, 0.0), 0.0, 0.0
+            if k == nz - 1:
+                flux, moved, by_own, by_next = along(i, k, mesh, system)
             # what comes in at the ends is no side flow
-            out_of_end = k == nz - 1 and kind[i, k] != FIXED and flux > 0.0
-            leak = mesh.leak / 6.0 if out_of_end else 0.0
+            leak = mesh.leak / 6.0 if kind[i, k] != FIXED and flux > 0.0 else 0.0
             for m in range(2):
                 out[m, 0] -= area * (p[i, k] + mesh.lowest) * ring[i, m]
             out[2, 0] += 2.0 * wet * shear

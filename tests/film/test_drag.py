@@ -37,7 +37,8 @@ def test_ring(film, state):
     ring, wet = film()(*state, JOINT), film(drag=WET)(*state, JOINT)
     assert ring[2] == pytest.approx(filled(state[0]), rel=1e-12)
     assert 0.2 * ring[2] < wet[2] < 0.97 * ring[2]
-    assert ring[:2] == pytest.approx(wet[:2], rel=1e-12)
+    # elements settle to 1e-8 of the largest pressure, from what they solved before
+    assert ring[:2] == pytest.approx(wet[:2], rel=1e-7, abs=1e-7 * math.hypot(*ring[:2]))
 
 
 def test_memory():
