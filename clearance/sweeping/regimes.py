@@ -1,5 +1,6 @@
 """Regimes of a sweep's joints: the thresholds that all of its points share."""
 
+from collections.abc import Iterator
 from contextlib import suppress
 
 import numpy as np
@@ -29,15 +30,12 @@ def regimes(definition: Definition) -> dict[str, dict[str, float]]:
     return joints
 
 
-def _ends(definition: Definition) -> dict[int, None]:
+def _ends(definition: Definition) -> Iterator[int]:
     """Points with the first and last value of each swept number, and with each text."""
-    places = {0: None}
+    yield 0
     for column in map(np.array, definition.points.columns.values()):
-        first = np.unique(column, return_index=True)[1].tolist()
-        places |= dict.fromkeys(
-            first[:: max(len(first) - 1, 1)] if column.dtype.kind in "if" else first
-        )
-    return places
+        places = np.unique(column, return_index=True)[1].tolist()
+        yield from (places[0], places[-1]) if column.dtype.kind in "if" else places
 
 
 def _numbers(scene: Scene) -> set[tuple[str, str, float]]:
