@@ -24,15 +24,11 @@ def ideal_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     Where one drive at constant speed moves everything the motion is that at unit speed, stretched:
     it is worked out once for all speeds.
     """
-    return stretched(unit_motion(scene, span, described), rate_of(described))
-
-
-def stretched(motion: dict | None, rate: float) -> dict | None:
-    """A motion at unit speed, so many times as fast."""
+    motion, rate = _unit_motion(scene, span, described), _rate_of(described)
     return motion and {body: (x, a * rate**2) for body, (x, a) in motion.items()}
 
 
-def rate_of(described: dict) -> float:
+def _rate_of(described: dict) -> float:
     """Speed of the one drive at constant speed that moves a scene [rad/s or m/s]; 1 where it is not
     so.
     """
@@ -40,7 +36,7 @@ def rate_of(described: dict) -> float:
     return abs(drives[0]["speed"]) if len(drives) == 1 and drives[0]["speed"] else 1.0
 
 
-def unit_motion(scene: Scene, span: Span, described: dict) -> dict | None:
+def _unit_motion(scene: Scene, span: Span, described: dict) -> dict | None:
     """The ideal motion at unit speed where one drive moves everything, else as it is; see
     `ideal_motion`.
     """
@@ -49,7 +45,7 @@ def unit_motion(scene: Scene, span: Span, described: dict) -> dict | None:
         return None
     drives = scene.drives
     steady = len(drives) == 1 and bool(drives[0].speed)
-    rate = rate_of(described)
+    rate = _rate_of(described)
     # of the same turns at another speed only rounding differs: no run may depend on which was first
     angle = float(f"{span.until * rate:.14g}")
     key = (_kinematics(described, steady), angle, span.samples)
