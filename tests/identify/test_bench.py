@@ -23,6 +23,7 @@ def measurement():
 
 
 def test_the_programme(measurement):
+    """Roles have their trials, samples, speeds and frequencies, in the order of their positions."""
     samples = {
         r: (len(measurement.of(r).trials), measurement.of(r).samples) for r in measurement.roles
     }
@@ -53,12 +54,14 @@ def test_the_programme(measurement):
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_measured_are_the_axes_that_move(measurement, axis):
+    """Exactly those axes are measured whose rate and torque are not zero throughout."""
     for trial in measurement.trials:
         assert trial.measured[axis] == trial.rate[:, axis].any(), trial.name
         assert trial.measured[axis] == trial.torque[:, axis].any(), trial.name
 
 
 def test_motions_are_what_is_said(measurement):
+    """Largest rates are those of the facts, to 0.5 %, and angles too, up to 10 % at corners."""
     for trial in measurement.trials:
         facts = trial.facts
         if "speed" in facts:
@@ -95,6 +98,7 @@ def test_a_triangle_through_the_filter(validated):
 
 
 def test_a_sine_begins_at_rest():
+    """The rate begins at zero; the angle spans two amplitudes, to 1e-6 by a sum of samples."""
     time = np.arange(0.0, 1.0, 1e-4)
     rate = sine(time, 0.1, 2.0, 2)
     assert rate[0] == 0.0
@@ -194,6 +198,7 @@ def test_the_joint_is_richer_than_one_element():
 
 
 def test_slow_sliding_after_a_long_way():
+    """After 0.2 rad at 0.01 rad/s all elements slide at Stribeck's torque, to 1e-3."""
     _, rate, angle, step = fine(
         [lambda t: 0.0 * t, lambda t: 0.0 * t, lambda t: np.full_like(t, 0.01)], 20.0
     )
@@ -204,6 +209,7 @@ def test_slow_sliding_after_a_long_way():
 
 # --- reproducible, and calibrated
 def test_the_same_numbers_again(measurement):
+    """A seed gives the same torques bit for bit; another gives others in the same motions."""
     again = bench()
     for a, b in zip(measurement.trials, again.trials, strict=True):
         np.testing.assert_array_equal(a.torque, b.torque)
@@ -236,6 +242,7 @@ def test_scatter_and_noise_are_what_is_said():
 
 
 def test_other_sampling_rates_see_the_same_joint():
+    """Torques at common times are equal, for both rates integrate in the same inner steps."""
     fine, coarse = (
         bench(scatter=0.0, noise=0.0, rate_of_samples=2000.0),
         bench(scatter=0.0, noise=0.0),
@@ -264,6 +271,7 @@ def test_the_curve_is_worst(measurement, validated):
 
 
 def test_without_scatter_lugre_predicts_as_well_as_it_fits():
+    """Errors of test and training, 0.079 and 0.081 here, are within 15 % of each other."""
     fitted = fit(bench(scatter=0.0), "lugre1d", starts=1)
     assert fitted.nrmse["test"] == pytest.approx(fitted.nrmse["training"], rel=0.15)
 
@@ -279,6 +287,7 @@ def test_without_scatter_lugre_predicts_as_well_as_it_fits():
     ],
 )
 def test_bad_input(change, message):
+    """A wrong argument is refused with its name and value."""
     with pytest.raises(ValueError, match=message):
         bench(**change)
 

@@ -36,12 +36,14 @@ def printed(capsys) -> str:
 
 
 def test_bench_data_is_what_bench_makes(data):
+    """The command's file has the torques of `bench()`, bit for bit."""
     for a, b in zip(read(data).trials, bench().trials, strict=True):
         np.testing.assert_array_equal(a.torque, b.torque)
 
 
 @pytest.mark.slow
 def test_bench_data_says_what_it_wrote(tmp_path, capsys):
+    """The output names the file, its trials and that they are synthetic, in words and in JSON."""
     path = tmp_path / "b.h5"
     assert (
         main(
@@ -82,6 +84,7 @@ def test_bench_data_says_what_it_wrote(tmp_path, capsys):
     ],
 )
 def test_bad_bench_data(tmp_path, monkeypatch, capsys, arguments, message):
+    """A wrong option ends with status 2 and its message, and no file is written."""
     monkeypatch.chdir(tmp_path)
     assert main(["bench-data", "ball_joint", *arguments]) == 2
     assert message in capsys.readouterr().err
@@ -89,6 +92,7 @@ def test_bad_bench_data(tmp_path, monkeypatch, capsys, arguments, message):
 
 
 def test_unknown_joint(capsys):
+    """The message about an unknown joint lists those that there are."""
     with pytest.raises(SystemExit) as status:
         main(["bench-data", "hinge"])
     assert status.value.code == 2
@@ -143,6 +147,7 @@ def test_the_whole_round(data, tmp_path, capsys):
 
 
 def test_readable(small, tmp_path, capsys):
+    """The report has units, intervals, errors of each role, and a warning for unmoved tilt."""
     text = write(tmp_path / "small.csv", read(small))
     assert main(["identify", "--model", "lugre1d", "--data", str(text), "--starts", "1"]) == 0
     out = printed(capsys).splitlines()
@@ -158,6 +163,7 @@ def test_readable(small, tmp_path, capsys):
 
 
 def test_pictures(small, tmp_path, capsys):
+    """Every role has its pictures, the fit those of residuals and progress; all are listed."""
     out = tmp_path / "out"
     arguments = [
         "identify",
@@ -239,6 +245,7 @@ def test_options_of_the_model_and_bounds(small, tmp_path, capsys):
 
 
 def test_intervals_that_are_too_narrow_are_widened(small, tmp_path, capsys):
+    """Correlated errors widen the printed intervals, with a warning; a hinge's law is named."""
     arguments = ["identify", "--data", str(small), "--starts", "1", "-o", str(tmp_path)]
     assert main(arguments) == 0
     out, stored = printed(capsys).splitlines(), open_fit(tmp_path / "fit.h5")
@@ -264,6 +271,7 @@ def test_intervals_that_are_too_narrow_are_widened(small, tmp_path, capsys):
 
 
 def test_roles(small, capsys):
+    """The samples of all listed roles are fitted."""
     arguments = [
         "identify",
         "--model",
@@ -304,6 +312,7 @@ def test_a_lag_on_request(small, capsys):
 
 @pytest.mark.slow
 def test_preloads(tmp_path, capsys):
+    """Preloads with or without units make trials under each; equal ones, or mm, are refused."""
     path = str(tmp_path / "b.h5")
     assert main(["bench-data", "ball_joint", "--preload", "2000,5kN", "-o", path, "--json"]) == 0
     assert json.loads(printed(capsys))["facts"]["preload"] == [2000.0, 5000.0]
@@ -352,6 +361,7 @@ def test_preloads(tmp_path, capsys):
     ],
 )
 def test_bad_input(small, capsys, arguments, message):
+    """A wrong option ends with status 2 and a message that names it, in words and in JSON."""
     assert main(["identify", "--data", str(small), *arguments]) == 2
     assert message in capsys.readouterr().err
     assert main(["identify", "--data", str(small), *arguments, "--json"]) == 2
@@ -378,6 +388,7 @@ def test_units_can_be_trusted(small, tmp_path, capsys):
 
 
 def test_bad_rows_are_named(small, tmp_path, capsys):
+    """The message about a nan has its file, trial, line and column."""
     text = write(tmp_path / "small.csv", read(small)).read_text().splitlines()
     header = next(i for i, t in enumerate(text) if t.startswith("trial,"))
     cells = text[header + 8].split(",")
@@ -391,6 +402,7 @@ def test_bad_rows_are_named(small, tmp_path, capsys):
 
 
 def test_lstm_without_its_extra_says_what_to_install(small, monkeypatch, capsys):
+    """A fit of the LSTM without jax ends with status 2 and names the extra."""
     actual = importlib.util.find_spec
     monkeypatch.setattr(
         importlib.util, "find_spec", lambda name, *a: None if name == "jax" else actual(name, *a)

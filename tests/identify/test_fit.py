@@ -279,6 +279,7 @@ def test_intervals_hold_the_truth_nineteen_times_in_twenty():
 
 
 def test_from_any_start_to_the_same_place():
+    """Another seed ends at the same values, to 1e-5; the same one repeats its costs bit for bit."""
     fitted = fit(small(), "lugre3d", starts=4, seed=7)
     assert fitted.starts["values"].shape == (4, 12)
     assert fitted.starts["cost"].min() >= fitted.history[-1] * (1.0 - 1e-12)
@@ -337,6 +338,7 @@ def test_reduced_rows_make_the_steps_of_all_rows(validated):
 @given(st.integers(2, 40), st.integers(1, 6), st.integers(0, 1000), st.booleans())
 @settings(max_examples=60)
 def test_the_triangle_has_the_products_of_the_rows(rows, columns, seed, blind):
+    """R^T R equals the products of the rows, also of zeros, to rounding of each column's size."""
     random = np.random.default_rng(seed)
     slopes = random.normal(size=(rows, columns)) * 10.0 ** random.uniform(-4, 4, columns)
     residuals = random.normal(size=rows)
@@ -350,6 +352,7 @@ def test_the_triangle_has_the_products_of_the_rows(rows, columns, seed, blind):
 
 
 def test_tables_fit_what_a_law_tells_and_the_static_law_does_not():
+    """Tables follow the Stribeck fall, with errors below 5 %; the static model has larger ones."""
     data = small()
     tables, plain = (
         fit(data, lugre3d(knots=(0.0, 0.03, 0.1, 0.5)), starts=1),
@@ -360,6 +363,7 @@ def test_tables_fit_what_a_law_tells_and_the_static_law_does_not():
 
 
 def test_smoothing_holds_knots_that_no_sample_reaches_and_in_the_end_all_of_them():
+    """Knots beyond the samples equal their neighbour, to 1e-3; strong smoothing levels all."""
     knots, data = (0.0, 0.1, 1.0, 5.0, 20.0), small()
     fitted = fit(data, lugre3d(knots=knots), starts=1)
     assert fitted.facts["converged"]
@@ -376,6 +380,7 @@ def test_smoothing_holds_knots_that_no_sample_reaches_and_in_the_end_all_of_them
 
 
 def test_own_bounds_hold():
+    """A stiffness of 1400 N m/rad ends at its lower bound of 2000, to 1e-3, with a warning."""
     model = lugre3d(bounds={"spin_stiffness": (2000.0, 3000.0)})
     fitted = fit(small(), model, starts=2)
     assert fitted.values["spin_stiffness"] == pytest.approx(2000.0, rel=1e-3)
@@ -401,6 +406,7 @@ def test_hard_draws_of_the_bench_end_at_the_best_of_thirty_starts(seed, least):
 
 
 def test_static_stays_above_kinetic_whatever_the_data_say():
+    """Torque that rises with the speed ends with static equal to kinetic, to 1 %, and a warning."""
     values = TRUTH | {"spin_static": 1.1, "tilt_static": 1.5}
     bounds = {"spin_kinetic": (1.4, 10.0), "tilt_kinetic": (1.9, 10.0)}
     fitted = fit(simulated(lugre3d(), values, programme(2000)), lugre3d(bounds=bounds), starts=3)
@@ -413,6 +419,7 @@ def test_static_stays_above_kinetic_whatever_the_data_say():
 
 
 def test_searched_coordinates_there_and_back_and_their_slopes():
+    """Values keep bounds and return to rounding; slopes equal central differences to 1e-6."""
     search = fitting.Search(lugre3d(bounds={"tilt_kinetic": (0.1, 1.0), "spin_static": (1.0, 4.0)}))
     random = np.random.default_rng(0)
     for _ in range(20):
@@ -434,6 +441,7 @@ def test_searched_coordinates_there_and_back_and_their_slopes():
 
 
 def test_axes_are_fitted_apart_where_no_trial_couples_them():
+    """Axes are one fit only where the model couples them and a trial moves both."""
     model = lugre3d()
     search = fitting.Search(model)
     apart = fitting.parts(model, search, programme(500))
@@ -492,6 +500,7 @@ def test_correlated_errors_widen_the_intervals():
 
 
 def test_independent_errors_do_not():
+    """White noise has a factor of 1, within 10 %, and no warning; no interval gets narrower."""
     fitted = fit(small(), "lugre1d", starts=1)
     assert fitted.facts["widening"] == pytest.approx(1.0, abs=0.1)
     assert not any("too narrow" in d for d in fitted.doubts)
@@ -505,6 +514,7 @@ def test_independent_errors_do_not():
 
 
 def test_correlation_of_a_constant_is_its_length():
+    """A constant is correlated over 30 of 100 samples or more, white noise over 1, to 10 %."""
     assert correlation([np.ones(100)]) >= 30.0
     assert correlation([np.zeros(100)]) == 1.0
     assert correlation([np.random.default_rng(0).standard_normal(20000)]) == pytest.approx(
@@ -537,6 +547,7 @@ def test_the_law_in_a_hinge_makes_the_models_torque(name):
 
 # --- warnings
 def test_records_that_friction_cannot_give_are_doubted(tmp_path):
+    """Reversed torque has a warning of energy, a thousandth of it one of kN m, the right none."""
     data = small()
     flipped = Measurement(tuple(dataclasses.replace(t, torque=-t.torque) for t in data.trials))
     fitted = fit(flipped, "lugre1d", starts=1)
@@ -556,6 +567,7 @@ def test_records_that_friction_cannot_give_are_doubted(tmp_path):
 
 
 def test_a_curve_that_drives_is_doubted():
+    """The warning names each knot of negative torque, and the option `nonnegative`."""
     fitted = fit(small(), Curve(knots=(0.001, 0.003, 0.01, 0.1, 1.0)))
     bad = {k for k, v in fitted.values.items() if v < 0.0}
     assert bad
@@ -569,6 +581,7 @@ def test_a_curve_that_drives_is_doubted():
 
 
 def test_a_fit_of_synthetic_data_says_so(tmp_path):
+    """The file's mark of synthetic data, as fact and attribute, is true only for such data."""
     data = small()
     marked = fit(Measurement(data.trials, {"synthetic": True}), "curve")
     for actual, message in ((marked, True), (fit(data, "curve"), False)):
@@ -578,6 +591,7 @@ def test_a_fit_of_synthetic_data_says_so(tmp_path):
 
 
 def test_what_the_trials_do_not_see_is_said_and_its_interval_is_the_bounds():
+    """An axis that never moves has a warning, and bounds for the intervals of its parameters."""
     fitted = fit(small(axes=((2,),)), "lugre1d", starts=2)
     blind = {d.split(":")[0] for d in fitted.doubts}
     assert blind == {"tilt"}
@@ -587,6 +601,7 @@ def test_what_the_trials_do_not_see_is_said_and_its_interval_is_the_bounds():
 
 
 def test_damping_that_gives_off_energy_is_doubted():
+    """The warning has the rate up to which the joint is passive, below the fastest of the data."""
     values = TRUTH | {"spin_damping": 12.0, "spin_viscous": 0.01}
     fitted = fit(simulated(lugre3d(), values, programme(2000)), "lugre3d", starts=1)
     bound = fitted.model.passive_rate(fitted.values)
@@ -596,6 +611,7 @@ def test_damping_that_gives_off_energy_is_doubted():
 
 # --- curve
 def test_the_curve_is_the_linear_least_squares_solution(validated):
+    """Levels (1e-6), covariance (1e-4) and cost (1e-9) equal least squares of all rows by numpy."""
     data = small(axes=((0,), (2,), (0, 1, 2)))
     actual, trials = fit(data, MIXED), [t for t in data.trials if t.role == "training"]
     rows = np.concatenate([MIXED.hats(t.rate)[:, list(t.measured)].reshape(-1, 8) for t in trials])
@@ -612,6 +628,7 @@ def test_the_curve_is_the_linear_least_squares_solution(validated):
 
 
 def test_a_curve_of_curves_comes_back():
+    """Levels return within 0.02 N m, one sample's noise, and their intervals within 0.01 N m."""
     true = dict(
         zip(
             [p.name for p in MIXED.parameters],
@@ -625,6 +642,7 @@ def test_a_curve_of_curves_comes_back():
 
 
 def test_knots_that_no_sample_reaches_take_their_neighbours_torque():
+    """A knot above all rates has the torque of the last one below, to 1e-6, and a warning."""
     fitted = fit(small(), "curve")
     assert fitted.values["spin_torque_at_3"] == pytest.approx(
         fitted.values["spin_torque_at_1"], rel=1e-6
@@ -633,6 +651,7 @@ def test_knots_that_no_sample_reaches_take_their_neighbours_torque():
 
 
 def test_a_nonnegative_curve_brakes():
+    """A nonnegative curve brakes at every rate and fits no better than a free one that drives."""
     knots = (0.001, 0.003, *KNOTS)  # below what the trials keep up
     free, held = (fit(small(), Curve(knots=knots, nonnegative=n)) for n in (False, True))
     assert min(free.values.values()) < 0.0 <= min(held.values.values())
@@ -642,6 +661,7 @@ def test_a_nonnegative_curve_brakes():
 
 # --- scores
 def test_scores_in_closed_form():
+    """Errors of 0.5 over an rms of sqrt 5, a range of 6, or a deviation that no offset changes."""
     measured, modelled = np.array([1.0, -1.0, 3.0, -3.0]), np.array([1.5, -0.5, 3.5, -2.5])
     assert nrmse(measured, modelled) == pytest.approx(0.5 / math.sqrt(5.0))
     assert nrmse(measured, modelled, over="range") == pytest.approx(0.5 / 6.0)
@@ -651,6 +671,7 @@ def test_scores_in_closed_form():
 
 
 def test_scores_count_measured_axes_of_all_trials_of_a_role_together():
+    """A role's score is the root of its squared errors over its squared torques."""
     data = small()
     fitted = fit(data, "lugre1d", starts=1)
     assert set(fitted.nrmse) == {"training", "test"}
@@ -675,6 +696,7 @@ def test_scores_count_measured_axes_of_all_trials_of_a_role_together():
     [lugre1d(), lugre3d(knots=(0.0, 0.1, 1.0)), lugre3d(symmetric=False, exponent=1.5), MIXED],
 )
 def test_a_fit_comes_back_from_its_file(tmp_path, model):
+    """Values, intervals, scores, warnings and modelled torques are equal to the bit."""
     fitted = fit(small(axes=((0,), (1,), (2,))), model, starts=2)
     again = open_fit(fitted.save(tmp_path / "deep" / "fit.h5"))
     assert again.model.parameters == model.parameters
@@ -688,9 +710,9 @@ def test_a_fit_comes_back_from_its_file(tmp_path, model):
 
 
 def test_progress_is_told():
+    """Shares rise by eighths: two axes, each with three starts and a finish."""
     shares = []
     fit(small(), "lugre1d", starts=3, progress=shares.append)
-    # two axes, three starts and the finish of each
     assert shares == pytest.approx(np.arange(1, 9) / 8)
 
 
@@ -745,11 +767,13 @@ def spoilt(name, value) -> Measurement:
     ],
 )
 def test_bad_input_is_named(call, wanted):
+    """Wrong arguments, trials and numbers are refused with their name and value."""
     with pytest.raises(ValueError, match=wanted):
         call()
 
 
 def test_other_files_are_refused(tmp_path):
+    """A missing file and a text file are refused, each with its reason."""
     with pytest.raises(FileNotFoundError, match="no fit file"):
         open_fit(tmp_path / "none.h5")
     (tmp_path / "text.h5").write_text("no HDF5")

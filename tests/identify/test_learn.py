@@ -83,6 +83,7 @@ def test_steps_follow_the_equations():
 
 
 def test_any_step_sees_the_mean_rate_of_an_interval():
+    """Torque is held over an interval; short steps are averaged, long ones divided, to 1e-9."""
     model, rates = models.model("lstm", hidden=5), np.random.default_rng(2).standard_normal((60, 3))
     values, fine, coarse = weights(model), model.start(), model.start()
     short = np.array([model.step(values, fine, rate, 1e-3) for rate in rates])
@@ -98,6 +99,7 @@ def test_any_step_sees_the_mean_rate_of_an_interval():
 
 
 def test_a_trial_is_its_steps(measurement):
+    """A trial's torque is that of steps at the mean rates between its samples, to rounding."""
     model, trial = models.model("lstm", hidden=3), measurement.named("spin")
     values, state = weights(model), model.start()
     middle = 0.5 * (trial.rate[1:] + trial.rate[:-1])
@@ -118,6 +120,7 @@ def test_training_learns_and_scores(trained):
 
 
 def test_the_same_seed_gives_the_same_weights(measurement, trained):
+    """Training repeats to the bit with one seed and differs with another."""
     again, other = (
         fit.fit(measurement, models.model("lstm", **TINY), seed=s).values for s in (3, 4)
     )
@@ -126,6 +129,7 @@ def test_the_same_seed_gives_the_same_weights(measurement, trained):
 
 
 def test_an_axis_that_was_not_measured_gives_no_torque(measurement, trained):
+    """The torque about y, which no trial measures, is zero; that about z is not."""
     torque = trained.torque(measurement.named("spin"))
     assert not torque[:, 1].any()
     assert torque[:, 2].any()
@@ -160,6 +164,7 @@ def test_compiled_inference_is_the_network_that_was_trained(measurement, trained
 
 
 def test_training_ends_when_the_windows_held_out_get_no_better(measurement):
+    """With a patience of 1, training ends at the first epoch that is no better, before 200."""
     pytest.importorskip("jax")
     fitted = fit.fit(
         measurement,
@@ -173,6 +178,7 @@ def test_training_ends_when_the_windows_held_out_get_no_better(measurement):
 def test_a_fit_is_kept_in_a_file_and_runs_without_the_extra(
     tmp_path, measurement, trained, monkeypatch
 ):
+    """Without the extra, the file has the same weights, facts and torques to the bit."""
     path = trained.save(tmp_path / "network.h5")
     for package in learn.PACKAGES:
         monkeypatch.setitem(sys.modules, package, None)
@@ -185,6 +191,7 @@ def test_a_fit_is_kept_in_a_file_and_runs_without_the_extra(
 
 
 def test_without_the_extra_training_says_what_to_install(measurement, monkeypatch):
+    """Training without optax is refused with the package and the extra to install."""
     monkeypatch.setitem(sys.modules, "optax", None)
     assert "optax" in learn.missing()
     with pytest.raises(ValueError, match=r"needs optax; install clearance\[learn\]"):
@@ -192,6 +199,7 @@ def test_without_the_extra_training_says_what_to_install(measurement, monkeypatc
 
 
 def test_neither_models_nor_a_network_at_work_import_the_extra():
+    """A new interpreter makes a network and steps it without a package of the extra."""
     code = (
         "import sys, numpy as np\n"
         "from clearance.identify import fit, models\n"
@@ -213,11 +221,13 @@ def test_neither_models_nor_a_network_at_work_import_the_extra():
     ],
 )
 def test_options_that_cannot_be(option, value, says):
+    """An option out of its range is refused by name."""
     with pytest.raises(ValueError, match=says):
         models.model("lstm", **{option: value})
 
 
 def test_values_that_cannot_be():
+    """Weights of another number or name, or not finite, are refused."""
     model = models.model("lstm", hidden=2)
     with pytest.raises(ValueError, match="an lstm of 2 units has 57 finite weights"):
         model.array(np.zeros(5))
@@ -229,6 +239,7 @@ def test_values_that_cannot_be():
 
 @pytest.mark.parametrize(("scale", "what"), [((0.0, 1.0), "motion"), ((1.0, 0.0), "torque")])
 def test_trials_that_teach_nothing(measurement, scale, what):
+    """Trials without motion, and those without torque, are refused."""
     trial = measurement.named("spin")
     flat = Trial(
         "flat",
@@ -244,5 +255,6 @@ def test_trials_that_teach_nothing(measurement, scale, what):
 
 
 def test_too_few_windows(measurement):
+    """A trial of a single window leaves none to hold out and is refused."""
     with pytest.raises(ValueError, match="the trials give 1 window of 600 intervals"):
         models.model("lstm", **TINY | {"window": 600}).estimate([measurement.named("spin")])

@@ -119,6 +119,7 @@ def settled(model, values, rate):
 @given(values_of_both(), rates(), st.floats(0.5, 3.0))
 @settings(max_examples=66)
 def test_steady_sliding_is_the_ellipsoids_point_of_maximum_dissipation(values, rate, exponent):
+    """Torque is the closed form, to rounding, and dissipates more than 200 other points."""
     if not rate.any():
         return
     model, speed = lugre3d(exponent=exponent), np.linalg.norm(rate)
@@ -135,6 +136,7 @@ def test_steady_sliding_is_the_ellipsoids_point_of_maximum_dissipation(values, r
 
 @pytest.mark.slow
 def test_a_static_model_is_steady_sliding():
+    """At each rate, the static model has the torque on which bristles settle, to rounding."""
     model, steady, rate = lugre3d(), lugre3d(static=True), np.array([0.2, -0.03, 0.1])
     values = {k: v for k, v in VALUES.items() if "stiff" not in k and "damping" not in k}
     np.testing.assert_allclose(
@@ -153,6 +155,7 @@ def test_a_static_model_is_steady_sliding():
 @given(values_of_both(), st.sampled_from([0, 1, 2]), st.integers(0, 100))
 @settings(max_examples=20)
 def test_coupled_and_uncoupled_axes_are_one_model_where_one_axis_moves(values, axis, seed):
+    """Torques about a single moving axis are equal to the bit, sensitivities to rounding."""
     t = spinning(np.random.default_rng(seed).normal(size=80) * 0.3, axis)
     np.testing.assert_array_equal(lugre1d().torque(values, t), lugre3d().torque(values, t))
     one, other = (m.sensitivity(values, t)[1] for m in (lugre1d(), lugre3d()))
@@ -165,6 +168,7 @@ def test_coupled_and_uncoupled_axes_are_one_model_where_one_axis_moves(values, a
 def test_break_away_at_constant_rate_is_an_exponential_from_the_presliding_stiffness(
     per_axis, rate
 ):
+    """Bristles bend as 1 - exp(-sigma0 angle / g), to rounding; 1e-9 rad is presliding, to 1e-3."""
     kinetic, static, scale, stiffness, damping, viscous = per_axis
     model, t = lugre1d(), spinning(np.full(60, rate))
     g = kinetic + (static - kinetic) * math.exp(-((rate / scale) ** 2))
@@ -340,6 +344,7 @@ def test_no_violation_of_passivity_inside_the_bound_and_some_outside(seed, dampi
 
 
 def test_an_uncoupled_axis_is_passive_from_rest_where_viscosity_makes_up_for_the_fall():
+    """At sigma2 = sigma1 (T_s / T_k - 1) no state gives off energy; at 0.9 of it one does."""
     model = lugre1d()
     fall = {g: VALUES[f"{g}_static"] / VALUES[f"{g}_kinetic"] - 1.0 for g in ("tilt", "spin")}
     enough = {f"{g}_viscous": VALUES[f"{g}_damping"] * fall[g] * (1.0 + 1e-9) for g in fall}
@@ -379,6 +384,7 @@ def test_the_bound_of_constant_torque_in_closed_form(validated):
 @given(axis_values(), rates(), st.integers(0, 1000))
 @settings(max_examples=20)
 def test_alike_axes_have_no_directions(per_axis, amplitude, seed):
+    """With equal values for all axes the torque turns with the motion, to rounding."""
     random = np.random.default_rng(seed)
     turned = Rotation.random(rng=random).as_matrix()
     w = amplitude * random.normal(size=(60, 3))
@@ -392,6 +398,7 @@ def test_alike_axes_have_no_directions(per_axis, amplitude, seed):
 
 @pytest.mark.parametrize("name", VARIANTS)
 def test_friction_is_odd(name):
+    """The opposite motion has the opposite torque, to the bit, in every variant."""
     model, t = VARIANTS[name], mixed()
     np.testing.assert_array_equal(
         model.torque(typical(model), t),
@@ -400,6 +407,7 @@ def test_friction_is_odd(name):
 
 
 def test_tilt_axes_are_alike_unless_asked_otherwise():
+    """One set of tilt values is the same joint as two equal ones, of six parameters more."""
     one, per_axis = lugre3d(), lugre3d(symmetric=False)
     doubled = {f"tilt_{a}_{p}": VALUES[f"tilt_{p}"] for a in "xy" for p in AXIS}
     spin = {f"spin_{p}": VALUES[f"spin_{p}"] for p in AXIS}
@@ -411,6 +419,7 @@ def test_tilt_axes_are_alike_unless_asked_otherwise():
 
 
 def test_tables_of_a_constant_are_the_law_of_a_constant():
+    """Tables of equal values are LuGre with static torque equal to kinetic torque, to rounding."""
     plain, table = lugre3d(), lugre3d(knots=KNOTS)
     flat = {k: VALUES[k.replace("static", "kinetic")] for k in VALUES}
     names = {"torque": "kinetic", "stiffness": "stiffness", "damping": "damping"}
@@ -427,6 +436,7 @@ def test_tables_of_a_constant_are_the_law_of_a_constant():
 
 
 def test_tables_meet_their_knots_are_linear_between_and_level_beyond():
+    """Values are those of the knots, linear between and level beyond, equal for both tilt axes."""
     model = lugre3d(knots=KNOTS)
     values = typical(model)
     actual = model.functions(values, [*KNOTS, 0.175, 50.0])
@@ -441,6 +451,7 @@ def test_tables_meet_their_knots_are_linear_between_and_level_beyond():
 
 
 def test_a_network_is_positive_and_bounded_and_follows_its_equation():
+    """A function is its level times exp of weighted tanh terms, at most exp of absolute weights."""
     model, speeds = lugre3d(network=2), np.geomspace(1e-6, 1e3, 50)
     values = dict(zip([p.name for p in model.parameters], typical(model), strict=True))
     values |= {
@@ -545,6 +556,7 @@ def test_sensitivities_over_the_bounds(values, seed):
 # --- in a simulation
 @pytest.mark.parametrize("name", VARIANTS)
 def test_steps_of_constant_rate_are_a_trial(name):
+    """Steps at a constant rate have the torques of a trial at that rate, to rounding."""
     model, w = VARIANTS[name], np.array([0.1, -0.05, 0.2])
     values, state = typical(model), model.start()
     stepped = [model.step(values, state, w, 1e-3) for _ in range(59)]
@@ -555,6 +567,7 @@ def test_steps_of_constant_rate_are_a_trial(name):
 
 @pytest.mark.parametrize("name", few_of([*VARIANTS], 4))
 def test_compiled_callers(name):
+    """A compiled loop over the step has the torques of steps from Python, to rounding."""
     model, t = VARIANTS[name], mixed()
     values, state, step = typical(model), model.start(), model.compiled
 
@@ -573,6 +586,7 @@ def test_compiled_callers(name):
 # --- characteristic curve
 @given(rates(60), st.integers(0, 100))
 def test_the_curve_interpolates_is_odd_and_level_beyond(rate, seed):
+    """The torque is numpy's interpolation of the knots, with the rate's sign, to rounding."""
     model = Curve()
     values = np.random.default_rng(seed).normal(size=len(model.parameters))
     wanted = np.sign(rate) * np.interp(
@@ -584,6 +598,7 @@ def test_the_curve_interpolates_is_odd_and_level_beyond(rate, seed):
 
 
 def test_where_a_curve_drives():
+    """A curve brakes up to the knot before its first negative one; slower data have no warning."""
     model = Curve(knots=(0.1, 0.2, 0.3))
     assert model.passive_rate([1.0, 1.0, 0.0, 1.0, 1.0, 1.0]) == math.inf
     assert model.passive_rate([1.0, 1.0, -1.0, 1.0, 1.0, 1.0]) == 0.2
@@ -652,11 +667,13 @@ def test_where_a_curve_drives():
     ],
 )
 def test_bad_input_is_named(make, wanted):
+    """A wrong option, value or rate is refused with its name and value."""
     with pytest.raises(ValueError, match=wanted):
         make()
 
 
 def test_models_come_back_from_their_options():
+    """Name and options make the same parameters and layout again, for every variant."""
     for made in VARIANTS.values():
         again = models.model(made.name, **made.options)
         assert again.parameters == made.parameters

@@ -68,6 +68,7 @@ def test_the_driven_law_is_the_built_in_step():
 
 
 def test_a_law_without_bristles_and_a_function_are_one_model():
+    """Both have the level of linear least squares, to 1e-6."""
     law = model(tanh, level=between(0.1, 10.0, "N m"), speed=0.02)
     function = model(_tanh_of, level=between(0.1, 10.0, "N m"), speed=0.02)
     data = spinning(400)
@@ -267,6 +268,7 @@ def test_columns_of_different_units_are_fitted_together():
 
 
 def test_series_come_back_from_their_files(tmp_path):
+    """Columns return from HDF5 and CSV to the bit; missing ones and other units are refused."""
     time = np.linspace(0.0, 1.0, 60)
     series = Series(
         "run", "test", time, {"x": time**2, "f": -time}, {"x": "m", "f": "N"}, {"preload": 3.0}
@@ -307,6 +309,7 @@ def test_series_come_back_from_their_files(tmp_path):
     ],
 )
 def test_bad_input_is_named(make, wanted):
+    """Wrong bounds, parameters, names and records are refused with their name."""
     with pytest.raises((ValueError, TypeError), match=wanted):
         make()
 
@@ -325,6 +328,7 @@ ONE = (
 
 
 def test_the_name_of_a_model_may_be_left_out_where_its_file_has_one(tmp_path):
+    """The only model of a file is meant where none is named."""
     assert open_model(_written(tmp_path / "one.py", ONE)).name == "hard"
 
 
@@ -353,6 +357,7 @@ def test_the_name_of_a_model_may_be_left_out_where_its_file_has_one(tmp_path):
     ],
 )
 def test_a_file_without_the_model_is_answered_with_those_it_has(text, name, wanted, tmp_path):
+    """The message lists the file's models, or its functions, or has the line of its mistake."""
     with pytest.raises(ValueError, match=wanted):
         open_model(_written(tmp_path / "mine.py", text) + name)
 

@@ -69,12 +69,14 @@ def same(one: Measurement, other: Measurement):
 # --- round trips and layout
 @pytest.mark.parametrize("suffix", ["h5", "csv", "CSV"])
 def test_what_is_written_comes_back_bit_for_bit(measurement, tmp_path, suffix):
+    """Numbers, labels and facts pass through HDF5 and CSV, and from one to the other."""
     path = write(tmp_path / f"m.{suffix}", measurement)
     same(read(path), measurement)
     same(read(write(tmp_path / "again.h5", read(path))), measurement)
 
 
 def test_layout_for_plain_h5py(measurement, tmp_path):
+    """h5py alone shows format, facts, labels and each measured column with its units."""
     with h5py.File(write(tmp_path / "m.h5", measurement)) as file:
         assert file.attrs["format"] == "clearance-measurement"
         assert file.attrs["format_version"] == 1
@@ -117,6 +119,7 @@ TORQUE = 2.0 * np.tanh(10.0 * RATE)
 
 
 def test_a_file_made_by_hand_with_other_units(tmp_path):
+    """Columns in ms, deg/s and N mm come in SI to rounding, labels from the columns."""
     path = hand_made(
         tmp_path / "own.h5",
         time=("ms", 1e3 * TIME),
@@ -148,6 +151,7 @@ def own_csv(folder, text):
 
 
 def test_the_smallest_csv(tmp_path):
+    """Three columns are enough: the name comes from the file, the axis from the columns."""
     actual = read(own_csv(tmp_path, ROWS))
     only = actual.trials[0]
     assert (only.name, only.role, only.axis, only.measured) == (
@@ -160,6 +164,7 @@ def test_the_smallest_csv(tmp_path):
 
 
 def test_csv_in_other_units_and_with_other_marks(tmp_path):
+    """Semicolons, units in headers and facts in comments are read; unused columns are listed."""
     rows = zip(1e3 * TIME, np.degrees(RATE), 1e3 * TORQUE, 20.0 + TIME, strict=True)
     text = lines("time_ms;rate_x_deg_s;torque_x_N_mm;temperature", rows, ";")
     actual = read(own_csv(tmp_path, ["# preload = 5000.0", "# operator = A. B.", *text]))
@@ -174,6 +179,7 @@ def test_csv_in_other_units_and_with_other_marks(tmp_path):
 
 
 def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
+    """A torque without numbers in one trial is not measured there, while it is in another."""
     text = ["trial,role,time,rate_x,rate_z,torque_x,torque_z"]
     rows = np.stack([TIME, RATE, TORQUE], axis=1).tolist()
     text += [f"spin,training,{t!r},0.0,{w!r},,{m!r}" for t, w, m in rows]
@@ -242,6 +248,7 @@ def test_csv_of_several_trials_whose_torques_are_not_the_same(tmp_path):
     ],
 )
 def test_bad_csv(tmp_path, change, message):
+    """Each mistake is refused with its file, and its trial, line and column where it has them."""
     path = own_csv(tmp_path, change(list(ROWS)))
     with pytest.raises(ValueError, match="v2.csv: ") as error:
         read(path)
@@ -249,6 +256,7 @@ def test_bad_csv(tmp_path, change, message):
 
 
 def test_lines_are_those_of_the_file(tmp_path):
+    """Comments and empty lines count in the line of a mistake."""
     text = ["# a = 1", "", ROWS[0], "# b = 2", *ROWS[1:10], "0.009,nan,1.0", *ROWS[11:]]
     with pytest.raises(ValueError, match="line 14, column rate_z"):
         read(own_csv(tmp_path, text))
@@ -281,12 +289,14 @@ def several(names, roles=("training",) * 9, kinds=("other",) * 9):
     ],
 )
 def test_bad_labels_in_csv(tmp_path, text, message):
+    """Labels that are unknown, repeated, or change within a trial are refused."""
     with pytest.raises(ValueError, match="v2.csv: ") as error:
         read(own_csv(tmp_path, text))
     assert message in str(error.value)
 
 
 def test_csv_that_is_no_text(tmp_path):
+    """A CSV of bytes is refused as not a text file."""
     path = tmp_path / "x.csv"
     path.write_bytes(b"\xff\xfe\x00time")
     with pytest.raises(ValueError, match="not a text file"):
@@ -295,6 +305,7 @@ def test_csv_that_is_no_text(tmp_path):
 
 @pytest.mark.parametrize("name", ["none.h5", "none.csv"])
 def test_no_file(tmp_path, name):
+    """A missing file is refused by its name."""
     with pytest.raises(FileNotFoundError, match=f"no measurement file .*{name}"):
         read(tmp_path / name)
 
@@ -334,6 +345,7 @@ def spoilt(column, row, value):
     ],
 )
 def test_bad_hdf5(tmp_path, change, message):
+    """Columns that are missing, wrong or not finite are refused with file, trial and column."""
     path = hand_made(
         tmp_path / "own.h5", **{n: v for n, v in (GOOD | change).items() if v is not None}
     )
@@ -343,6 +355,7 @@ def test_bad_hdf5(tmp_path, change, message):
 
 
 def test_hdf5_files_of_other_kinds(tmp_path):
+    """Text, a result, a newer version and no trials are refused, each with its reason."""
     (tmp_path / "text.h5").write_text("time,rate_z")
     with pytest.raises(ValueError, match="not a readable HDF5 file"):
         read(tmp_path / "text.h5")
@@ -392,6 +405,7 @@ def test_hdf5_files_of_other_kinds(tmp_path):
     ],
 )
 def test_units_that_cannot_be_right(tmp_path, change, message):
+    """Numbers beyond any ball joint are refused with likely units, but read where trusted."""
     path = hand_made(tmp_path / "own.h5", **GOOD | change)
     with pytest.raises(ValueError, match="own.h5: trial 'run'") as error:
         read(path)
@@ -434,11 +448,13 @@ def test_degrees_of_the_whole_programme_are_noticed(tmp_path):
     ],
 )
 def test_bad_trials(change, message):
+    """Labels, shapes, times and flags that cannot be are refused by name."""
     with pytest.raises(ValueError, match=message):
         dataclasses.replace(trial(), **change)
 
 
 def test_trials_keep_their_own_numbers_and_drop_what_was_not_measured():
+    """Later changes of the caller's array do not count; torque about other axes is zero."""
     torque = np.ones((400, 3))
     actual = dataclasses.replace(trial(), torque=torque, measured=(True, False, True))
     torque[:] = 5.0
@@ -448,14 +464,15 @@ def test_trials_keep_their_own_numbers_and_drop_what_was_not_measured():
 
 
 def test_angle_is_the_integral_of_the_rate():
+    """Trapezoids of step h are off by at most A (w h)^2 / 6 = 1.6e-5 rad."""
     actual = trial(amplitude=0.1, frequency=5.0)
     exact = 0.1 * (1.0 - np.cos(2.0 * np.pi * 5.0 * actual.time))
-    # trapezoids of step h: amplitude (w h)^2 / 12 = 8e-6
     np.testing.assert_allclose(actual.angle[:, 2], exact, rtol=0, atol=2e-5)
     assert not actual.angle[:, :2].any()
 
 
 def test_measurements(measurement):
+    """Parts are taken by role and by name; missing and repeated names are refused."""
     assert measurement.samples == 800
     assert measurement.roles == ("training", "test")
     assert [t.name for t in measurement.of("test").trials] == ["b"]

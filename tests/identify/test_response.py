@@ -95,5 +95,6 @@ def test_dissipation_is_that_of_the_loop():
 
 
 def test_static_models_have_no_bristles():
+    """A transfer function of a static model is refused."""
     with pytest.raises(ValueError, match="has no bristles"):
         response.linear(lugre1d(static=True), {}, [1.0])

@@ -45,6 +45,7 @@ def test_fast_spin_is_overshot_by_scatter_that_is_taken_for_viscosity():
 
 
 def test_the_viscous_share():
+    """Far above the Stribeck speed the share is sigma2 w / (T + sigma2 w), to rounding."""
     trials = [t for t in bench().of("training").trials if t.axis == "spin"]
     fitted = fit(Measurement(tuple(trials)), lugre1d(), starts=1)
     kinetic, viscous = fitted.values["spin_kinetic"], fitted.values["spin_viscous"]

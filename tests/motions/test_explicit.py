@@ -26,6 +26,7 @@ def test_it_gives_what_a_simulation_gives():
 
 @pytest.mark.parametrize("samples", [3, 5, 9, 50, 2000])
 def test_coarse_samples_are_no_jumps(samples):
+    """A run is complete with any number of samples, even one for each turn and a half."""
     run = cl.inverse_dynamics(
         cl.load_case("six_bar_feeder", model="ideal"), turns=3.0, samples=samples
     )
@@ -98,6 +99,7 @@ def test_a_motion_out_of_reach_says_where_and_when(tmp_path):
     ],
 )
 def test_what_is_not_prescribed_is_refused(make, message):
+    """Clearance, a missing drive and a drive by torque are refused by name."""
     with pytest.raises(ValueError, match=message):
         cl.inverse_dynamics(make(), until=1.0)
 
@@ -114,5 +116,6 @@ def test_what_is_not_prescribed_is_refused(make, message):
     ],
 )
 def test_bad_arguments(arguments, message):
+    """Times, their end and their number are refused by name where they cannot be."""
     with pytest.raises(ValueError, match=message):
         cl.inverse_dynamics(cl.load_case("four_bar"), **arguments)

@@ -776,6 +776,7 @@ def test_prescribed_motion_is_exact(validated):
 
 
 def test_refused():
+    """Clearance, efforts, other numbers of motions, wrong times and poses are refused by name."""
     scene = four_bar()
     crank, rod, rocker = scene.bodies
     time = np.linspace(0.0, 1.0, 5)

@@ -184,6 +184,7 @@ def agree(scene, times, validated) -> dict:
 
 class TestTrees:
     def test_all_parts_in_space(self, validated):
+        """Efforts and reactions agree, and no spatial reaction is zero throughout."""
         record, actual = agree(crane(), np.linspace(0.0, 2.0, 60), validated)
         for joint in ("eye", "shoe", "slide", "foot"):  # nothing of it is trivial
             assert all(np.abs(actual[f"joints/{joint}/{n}"]).max() > 1e-3 for n in SPATIAL)
@@ -204,12 +205,14 @@ class TestTrees:
         "scene", [mechanisms.arm, mechanisms.reversed_arm], ids=lambda f: f.__name__
     )
     def test_arms(self, scene, validated):
+        """Arms agree, whichever end of a hinge is the child."""
         agree(scene(), np.linspace(0.0, 1.0, 40), validated)
 
 
 class TestLoops:
     @pytest.mark.parametrize("drive", ["crank", "slider"])
     def test_slider_crank(self, drive, validated):
+        """The loop agrees, whether its crank or its slider is driven."""
         agree(
             slider_crank(drive), np.linspace(0.0, 0.4 if drive == "crank" else 0.7, 60), validated
         )
@@ -219,21 +222,26 @@ class TestLoops:
         ["watt", "stephenson", "inverted_slider", "moving_guide", "actuator", "scotch_yoke"],
     )
     def test_every_kind_of_group(self, name, validated):
+        """Mechanisms of every kind of group agree, as long as they do not lock."""
         until = 0.015 if name == "moving_guide" else 0.25  # it locks soon
         agree(mechanisms.ALL[name](), np.linspace(0.0, until, 40), validated)
 
     def test_four_bar_with_loads_out_of_its_plane(self, validated):
+        """Loads out of the plane bend hinge B; the self-aligning hinge C carries no axial force."""
         record, _ = agree(heavy_four_bar(), np.linspace(0.0, 0.6, 50), validated)
         assert np.abs(record.values("joints/B/bending_x")).max() > 1.0
         assert not record.values("joints/C/axial_force").any()
 
     def test_four_bar(self, validated):
+        """The shipped four-bar agrees over 0.2 s."""
         agree(cl.load_case("four_bar"), np.linspace(0.0, 0.2, 50), validated)
 
     def test_three_loop_chain(self, validated):
+        """The chain agrees over 10 s of its motion."""
         agree(cl.load_case("three_loop_chain"), np.linspace(0.0, 10.0, 60), validated)
 
     def test_mobile_manipulator(self, validated):
+        """The manipulator agrees over its 40 s without friction."""
         agree(
             cl.load_case("mobile_manipulator", friction="none"),
             np.linspace(0.0, 40.0, 400),
@@ -296,6 +304,7 @@ class TestModel:
                 np.testing.assert_allclose(a_at, b_at, atol=1e-12)
 
     def test_tree_and_cuts(self):
+        """Each joint of the tree adds a body to those before it; one joint of each loop is cut."""
         tree, cuts = peer.spanning_tree(cl.load_case("mobile_manipulator"))
         assert [j.name for j in cuts] == ["boom_end", "stick_end", "bucket_end"]
         placed = {cl.ground}
@@ -305,6 +314,7 @@ class TestModel:
             placed.add(child)
 
     def test_made_up_inertia_is_one_of_a_real_body(self):
+        """Principal moments are positive, and the smaller two add up to at least the largest."""
         for scene in (crane(), heavy_four_bar()):
             for i in peer.Model(scene).model.inertias.tolist()[1:]:
                 moments = np.linalg.eigvalsh(i.inertia)
@@ -329,22 +339,26 @@ class TestModel:
 
 class TestRefused:
     def test_clearance(self):
+        """A joint with clearance is refused."""
         with pytest.raises(
             ValueError, match="six_bar_feeder: Pinocchio gets scenes without clearance"
         ):
             peer.Model(cl.load_case("six_bar_feeder", model="dry"))
 
     def test_torque_drive(self):
+        """A drive that gives a torque is refused."""
         with pytest.raises(ValueError, match="all of whose drives prescribe"):
             peer.Model(mechanisms.pushed_four_bar())
 
     def test_self_aligning_slide_in_a_loop(self):
+        """A self-aligning slide is refused by name."""
         scene = slider_crank("crank")
         parts = [dataclasses.replace(j, self_aligning=j.name == "guide") for j in scene.joints]
         with pytest.raises(ValueError, match="joint guide is self-aligning"):
             peer.Model(cl.Scene(*parts, *scene.loads))
 
     def test_a_free_coordinate(self):
+        """A scene with a motion that no drive prescribes is refused by name."""
         scene = mechanisms.arm()
         loads = [d for d in scene.loads if not (isinstance(d, Drive) and d.name == "motor2")]
         with pytest.raises(ValueError, match="arm: its drives do not prescribe all its motion"):

@@ -58,6 +58,7 @@ def test_against_the_energy_channels():
 
 
 def test_it_sees_what_is_missing():
+    """Efforts for one reading's masses leave more than 0.1 W with the masses of the other."""
     light, heavy = (cl.load_case("five_axis_chain", reading=r) for r in "PQ")
     record = cl.inverse_dynamics(light, until=5.0, samples=50)
     assert np.abs(power_residual(heavy, record)).max() > 0.1

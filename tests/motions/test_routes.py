@@ -35,6 +35,7 @@ class TestCompare:
             assert r.reactions < 1e-10 or r.name == "Pinocchio"
 
     def test_pinocchio(self, study):
+        """Efforts and reactions agree to 1e-10, for both are exact; one route has efforts alone."""
         pytest.importorskip("pinocchio")
         full = study.route("Pinocchio, reactions")
         assert max(full.efforts, full.reactions) < 1e-10
@@ -58,26 +59,29 @@ class TestCompare:
         )
 
     def test_times(self, study):
+        """A route is timed once to `REPEATS` times; its time lies between the extremes."""
         for r in study.routes:
             assert 1 <= len(r.seconds) <= routes.REPEATS
             assert min(r.seconds) <= r.per_sample <= max(r.seconds)
 
     @pytest.mark.slow
     def test_reactions_that_friction_changes_are_not_compared(self):
+        """Efforts agree; reactions do with the same friction in both, iterated to 1e-9."""
         scene = cl.load_case("mobile_manipulator")
         actual = routes.compare(scene, np.linspace(0.0, 4.0, 40))
         alone = actual.route("multipliers, solve")
         assert alone.efforts < 1e-10
         assert math.isnan(alone.reactions)
-        # the same friction in both, iterated to 1e-9 by iteration
         assert actual.route("multipliers").reactions < 1e-9
         assert any("are not compared" in remark for remark in actual.remarks)
 
     def test_motion_that_ends(self):
+        """A motion into a singular position ends the comparison with that reason."""
         with pytest.raises(cl.SimulationError, match="singular position"):
             routes.compare(cl.load_case("three_loop_chain"), np.linspace(0.0, 20.0, 50))
 
     def test_without_pinocchio(self, monkeypatch):
+        """A remark replaces the routes of Pinocchio; the other four are compared."""
         scene = cl.load_case("four_bar")
         monkeypatch.setattr(routes.importlib.util, "find_spec", lambda name: None)
         actual = routes.compare(scene, np.linspace(0.0, 0.1, 9))
@@ -85,6 +89,7 @@ class TestCompare:
         assert len(actual.routes) == 4
 
     def test_self_aligning_slides_are_no_scene_for_pinocchio(self):
+        """A remark names the joint that Pinocchio does not take."""
         pytest.importorskip("pinocchio")
         crank = mechanisms.body("crank", {"A": (0, 0), "B": (0.05, 0)})
         rod = mechanisms.body("rod", {"B": (0, 0), "C": (0.2, 0)})
@@ -114,6 +119,7 @@ class TestOperations:
         assert count.tally["additions"] == formula.additions - 2 * bodies
 
     def test_counting(self):
+        """Each pass of a loop counts, sines and powers as functions; signs cost nothing."""
         text = (
             "def f(x, y):\n    z = 2.0 * x - y / 4.0\n    for i in range(3):\n        z = z + "
             "math.sin(abs(-z)) ** 2\n"
@@ -151,6 +157,7 @@ class TestOperations:
         assert names == {"drives", "joints"}
 
     def test_friction_of_all_joints_costs_its_iterations(self):
+        """It takes over five times the operations of friction in driven joints."""
         actual = {}
         for where in ("driven", "all"):
             solver = Explicit(cl.load_case("three_loop_chain", where=where))
@@ -174,6 +181,7 @@ class TestOperations:
 
 class TestAgreement:
     def test_units_are_not_mixed(self):
+        """A moment that is off by 1 % differs by 1 %, however small it is beside the force."""
         record = cl.inverse_dynamics(mechanisms.actuator(), until=0.2, samples=20)
         path = "joints/cylinder/moment"
         wrong = {p: record.values(p) for p in ("drives/oil/force", path)}
@@ -183,6 +191,7 @@ class TestAgreement:
 
     @pytest.mark.parametrize("wrong", [math.inf, math.nan])
     def test_what_is_not_finite_is_far_away(self, wrong):
+        """An infinite or missing number is infinitely far from the record."""
         record = cl.inverse_dynamics(cl.load_case("five_axis_chain"), until=0.2, samples=5)
         moved = {"joints/1/bending_x": record.values("joints/1/bending_x") + wrong}
         assert routes.largest_difference(moved, record) == math.inf
