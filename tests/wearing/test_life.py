@@ -316,7 +316,7 @@ class TestLife:
         assert np.array_equal(entire.depth("B"), cl.Life(folder / "worn").depth("B"))
 
     def test_stopped_at_each_stage(self, tmp_path):
-        """What the jump before has foretold is known again, to the last bit: depths and errors."""
+        """Depths and errors that a jump has foretold are the same again, to the last bit."""
         options = OPTIONS | {"turns": 50.0, "jump_turns": 10.0}
         for stop in (2, 2, 2, 9):  # at the second stage of each attempt; the last one ends
             seen = iter(range(1, 1 + stop))
