@@ -10,6 +10,7 @@ from itertools import zip_longest
 import numpy as np
 
 from clearance.elements.body import ABSOLUTE
+from clearance.elements.declared import ours
 from clearance.elements.element import Element, Spot
 from clearance.laws.law import BoundLaw, DataLaw
 from clearance.machine.callback import Callback
@@ -209,15 +210,27 @@ def build(scene: Scene, ledger: bool = True, opened: Collection[str] = ()) -> Me
     key = id(scene), ledger, tuple(opened)
     if (before := _built.get(key)) is None or before.scene is not scene:
         before = _assembled(scene, ledger, opened)
-        if any(isinstance(source, Callback) for source in before.sources.values()):
-            return before  # a film that answers belongs to one run
+        if not _lasting(before):
+            return before
         for name in SHARED:
             getattr(before, name)
         _built.pop(key, None)
         _built[key] = before
         while len(_built) > MOST_BUILT:
-            del _built[next(iter(_built))]
+            _built.pop(list(_built)[0], None)  # noqa: RUF015 - other threads take some away, too
     return before.copy()
+
+
+def _lasting(mechanism: Mechanism) -> bool:
+    """True where later runs of a scene may share what follows from it.
+
+    A film that answers belongs to one run. Numbers of a user's module may change between runs.
+    """
+    elements = mechanism.scene.elements
+    values = (getattr(e, f.name) for e in elements for f in fields(e))
+    functions = (v.law.function for v in values if isinstance(v, BoundLaw))
+    answers = any(isinstance(source, Callback) for source in mechanism.sources.values())
+    return not answers and all(map(ours, [*map(type, elements), *functions]))
 
 
 def _assembled(scene: Scene, ledger: bool, opened: Collection[str]) -> Mechanism:
