@@ -407,7 +407,9 @@ def _placed(
         from clearance.run.pressure_fields import keep
 
         keep(sink.path, output.pressure_fields)
-    result = sink.result()
+        result = Result(sink.path)
+    else:
+        result = sink.result()
     if output.path is None and not isinstance(result, MemoryResult):
         weakref.finalize(result, shutil.rmtree, result.path.parent, ignore_errors=True)
     if failure is not None:

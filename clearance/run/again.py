@@ -73,9 +73,16 @@ def differences(first: Result, second: Result) -> dict[str, float]:
         now = second.reader.column(path) if second.reader.has(path) else None
         if now is None or before.shape != now.shape:
             largest[path] = np.inf
-        elif before.tobytes() != now.tobytes():
+        elif not _same(before, now):
             largest[path] = _apart(before, now)
     return largest
+
+
+def _same(before: np.ndarray, now: np.ndarray) -> bool:
+    """True for the same bits, or the same texts."""
+    if before.dtype.kind in "US":
+        return np.array_equal(before, now)
+    return before.tobytes() == now.tobytes()
 
 
 def _apart(before: np.ndarray, now: np.ndarray) -> float:
