@@ -6,13 +6,21 @@ import sys
 import traceback
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
 
 #: of modules beside a user's file: clearance_beside_<folder>.<name>
 BESIDE = "clearance_beside"
+
+
+def _look_anew() -> None:
+    """Have Python look for files that came a moment ago; once more where another thread imports."""
+    while True:
+        with suppress(RuntimeError):  # "dictionary changed size during iteration"
+            importlib.invalidate_caches()
+            return
 
 
 class Neighbours:
@@ -32,7 +40,7 @@ class Neighbours:
         package = ModuleType(self.name, f"Files in {folder}.")
         package.__path__, package.neighbours = [str(folder)], self
         sys.modules[self.name] = package
-        importlib.invalidate_caches()  # a file may have come a moment ago
+        _look_anew()
 
     @classmethod
     def of(cls, folder: Path) -> "Neighbours":
