@@ -73,7 +73,8 @@ SCENES = [
 def test_metrics(name, fixed, seed):
     """Before chaos: where a tighter tolerance of the ordinary way changes no metric by 1e-5, lanes
     have all within 1e-4. Means of squares are summed to 1e-6, and paths part as errors grow.
-    Shares of time of places that balance on a corner are rounding: 1e-8.
+    Shares of time of places that balance on a corner are rounding: 1e-8. Peaks where friction turns
+    round are not looked into piece by piece in lanes: 1e-3.
     """
     scene, columns, options = scenes(name, **fixed), points_of(name, seed), {"turns": 1.0}
     ran, calm = Ran(scene, columns), 0
@@ -87,7 +88,8 @@ def test_metrics(name, fixed, seed):
         calmly = list(plain.values()) == pytest.approx(list(tight.values()), rel=1e-5, abs=1e-9)
         if calmly and ran.sound[i]:
             mine = [ran.metrics[n][i] for n in tight]
-            assert mine == pytest.approx(list(tight.values()), rel=1e-4, abs=1e-8)
+            bound = 1e-3 if "friction" in fixed else 1e-4
+            assert mine == pytest.approx(list(tight.values()), rel=bound, abs=1e-8)
             calm += 1
     assert calm > 0
 
