@@ -78,7 +78,7 @@ class Sweep:
             if not together.summing.sound(answers, points).all():
                 raise RuntimeError("a point is not sound")
             together.summing.metrics(answers, points)
-            together.warnings(answers, points)
+            together.warnings(columns, answers, points)
             if self.error is not None:
                 together.errors(columns, answers, 1)
         return (time.process_time() - began) / len(self.speed)
