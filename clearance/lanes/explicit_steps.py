@@ -46,7 +46,7 @@ HELD_UP = 5.0 * STIFF_ENOUGH  # steps after which a run is given up: it starts o
 def add_rows(rows: Rows, shape: Shape) -> None:
     """Rows that this method needs."""
     n, spots = shape.states, len(shape.contacts)
-    rows.add("error", "solved", "last_h", "felt", "stiff", "mild")
+    rows.add("error", "last_h", "felt", "stiff", "mild")
     rows.add("new", "slope", count=shape.size)
     rows.add("stages", count=STAGES * n)
     rows.add("polynomial", count=DEGREE * n)
@@ -116,8 +116,8 @@ def iterate(rows: Rows, shape: Shape, entries: Entries) -> Piece:
 
 def give_way(piece: Piece, accurate, step) -> None:
     """Make the next step shorter after one that is refused."""
-    for name, count in (("rejected", 1.0), ("refusals", 1.0)):
-        piece.set(name, piece.one(name) + piece.choose(accurate, 0.0, count))
+    for name in ("rejected", "refusals"):
+        piece.set(name, piece.one(name) + piece.choose(accurate, 0.0, 1.0))
     piece.set("refusal", piece.choose(accurate, piece.one("refusal"), float(status.TOO_LONG)))
     piece.set("step", piece.choose(accurate, piece.one("step"), step))
 
@@ -146,11 +146,6 @@ def stiffness(piece: Piece, n: int, h, states: tuple, slopes: tuple):
     return h * piece.sqrt(change / piece.largest(apart, 1e-300))
 
 
-def spots_of(piece: Piece, shape: Shape) -> list[tuple]:
-    """Place among the contacts, kind, place among all spots and dead band of each contact."""
-    return [(k, kind, i, band) for k, (kind, i, band) in enumerate(shape.contacts)]
-
-
 def touching(piece: Piece, spot: int):
     """True where a spot is in contact: its impact speed stands in the work vector."""
     return piece.above(piece.one("work", spot), -0.5)
@@ -159,7 +154,7 @@ def touching(piece: Piece, spot: int):
 def falling(piece: Piece, shape: Shape, finite, ends: list, factor):
     """The next step over one that is refused, inside which contacts end."""
     begins = piece.all("begins")
-    for k, kind, i, _ in spots_of(piece, shape):
+    for k, (kind, i, _) in enumerate(shape.contacts):
         before, after = begins[2 * k], ends[2 * k]
         if kind == CONTACT:
             inside = piece.both(piece.less(after, 0.0), piece.above(before, 0.0))
@@ -193,18 +188,6 @@ def dense(piece: Piece, shape: Shape, entries: Entries) -> list:
     return [v for row in (*rows[:3], *high) for v in row]
 
 
-def summit(piece: Piece, low: tuple, high: tuple, length):
-    """Largest value of the cubic through values and rates at both ends of a part of a step, whose
-    rate changes from rise to fall.
-    """
-    at_low, change = low[0], high[0] - low[0]
-    a, b = low[1] * length, high[1] * length
-    third, second = a + b - 2.0 * change, 3.0 * change - 2.0 * a - b
-    root = piece.sqrt(piece.largest(second * second - 3.0 * third * a, 0.0))
-    x = a / piece.largest(root - second, 1e-300)
-    return at_low + x * (a + x * (second + x * third))
-
-
 def meets(piece: Piece, shape: Shape, probes: list[list]):
     """True where a contact starts or ends inside the step; see `near_contact` and `event_of` of
     stepping/contacts.py.
@@ -213,7 +196,7 @@ def meets(piece: Piece, shape: Shape, probes: list[list]):
     """
     h = piece.one("h")
     part, met = h * (1.0 / PROBES), [piece.less(h, 0.0)]
-    for k, kind, i, band in spots_of(piece, shape):
+    for k, (kind, i, band) in enumerate(shape.contacts):
         begins, rate = probes[0][2 * k], probes[0][2 * k + 1]
         side = touching(piece, i)
         if kind != CONTACT:
@@ -223,7 +206,9 @@ def meets(piece: Piece, shape: Shape, probes: list[list]):
         ways = [(row[2 * k] * sign, row[2 * k + 1] * sign) for row in probes]
         for low, high in zip(ways, ways[1:], strict=False):
             turns = piece.both(piece.above(low[1], 0.0), piece.less(high[1], 0.0))
-            top = piece.choose(turns, summit(piece, low, high, part), high[0])
+            curve = piece.formula(control.cubic, *low, *high, part)
+            _, value = piece.formula(control.summit, low[0], *curve)
+            top = piece.choose(turns, value, high[0])
             met.append(piece.above(piece.largest(top, high[0]), band))
     return piece.either(*met)
 

@@ -6,7 +6,7 @@ metrics, and runs that do not end with a complete turn, are `NotForLanes`.
 """
 
 import math
-from functools import partial
+from functools import cached_property, partial
 from itertools import chain
 
 import numpy as np
@@ -252,15 +252,20 @@ class LaneReductions(Reductions, Turns):
 
     def contact(self, joint: dict) -> Numbers:
         name = joint["name"]
-        if (share := self.totals.get(f"{name} contact")) is not None:
+        if f"{name} contact" in self.totals:
             yield contact_fraction(name, self._reduced(f"{name} contact"))
-        if not joint["contact"] or share is not None:
             return
-        runs = (RunInLanes(self, i) for i in range(len(self.length)))
-        rows = [list(touching(run, self.window(run), joint)) for run in runs]
+        if not joint["contact"]:
+            return
+        rows = [list(touching(run, self.window(run), joint)) for run in self.runs]
         for column in zip(*rows, strict=True):
             metric, _, *about = column[0]
             yield metric, np.array([value for _, value, *_ in column]), *about
+
+    @cached_property
+    def runs(self) -> "list[RunInLanes]":
+        """Each run by itself."""
+        return [RunInLanes(self, i) for i in range(len(self.length))]
 
     def window(self, run: "RunInLanes") -> Window:
         """The window of one run."""
@@ -450,8 +455,7 @@ class LaneMetrics:
         return () if self.turns is None else peak_means(loads(seen))
 
     def _of_periods(self, seen: LaneReductions):
-        runs = (RunInLanes(seen, i) for i in range(len(seen.length)))
-        rows = [{name: v for name, v, *_ in periodicity(r, seen.window(r))} for r in runs]
+        rows = [{name: v for name, v, *_ in periodicity(r, seen.window(r))} for r in seen.runs]
         for name in rows[0] if rows else ():
             yield name, np.array([row[name] for row in rows])
 

@@ -36,7 +36,7 @@ from clearance.lanes.steps import ARRIVED, FINISH, ITERATE, START
 from clearance.machine.store import OPTIONS, Entry
 from clearance.stepping import status
 from clearance.stepping.contacts import ALIGNMENTS, RESOLVED
-from clearance.stepping.control import CLEARLY, FLIP_LIMIT, ONSET, resolution
+from clearance.stepping.control import CLEARLY, FLIP_LIMIT, ONSET, cubic, resolution, summit
 from clearance.stepping.locating import FREE
 from clearance.stepping.types import DIGEST, Whole, inline, shared
 from clearance.values.spots import CONTACT
@@ -94,20 +94,17 @@ def crossing(low, high, length, sign, band):
 
     low, high: penetrations and their rates at its ends, between which the cubic stands.
     """
-    at_low, a, b = low[0] * sign, low[1] * sign * length, high[1] * sign * length
-    change = high[0] * sign - at_low
-    third, second = a + b - 2.0 * change, 3.0 * change - 2.0 * a - b
-    end, value = 1.0, high[0] * sign
-    if value <= band and a > 0.0 > b:
-        root = math.sqrt(max(second * second - 3.0 * third * a, 0.0))
-        end = min(a / max(root - second, 1e-300), 1.0)
-        value = at_low + end * (a + end * (second + end * third))
+    at_low, rise, value, fall = low[0] * sign, low[1] * sign, high[0] * sign, high[1] * sign
+    (first, second, third), end = cubic(at_low, rise, value, fall, length), 1.0
+    if value <= band and rise > 0.0 > fall:
+        end, value = summit(at_low, first, second, third)
+        end = min(end, 1.0)
     if value <= band:
         return 2.0
     begin = 0.0
     for _ in range(HALVINGS):
         x = 0.5 * (begin + end)
-        if at_low + x * (a + x * (second + x * third)) > 0.0:
+        if at_low + x * (first + x * (second + x * third)) > 0.0:
             end = x
         else:
             begin = x

@@ -2,6 +2,8 @@
 them.
 """
 
+import math
+
 from clearance.stepping.types import inline
 
 FLIP_LIMIT = 100  # contact changes without advance in time before the run counts as stuck
@@ -96,6 +98,24 @@ def stiff_steps(stiffness, steps, mild):
     if stiffness > UNSTABLE:
         return steps + 1, 0
     return 0 if mild + 1 >= MILD else steps, mild + 1
+
+
+# --- contacts inside a step
+@inline
+def cubic(low, rise, high, fall, length):
+    """Coefficients of x, x^2 and x^3 of the cubic through the value `low` at x = 0 and `high` at
+    x = 1, with rates there over a length.
+    """
+    a, b, change = rise * length, fall * length, high - low
+    return a, 3.0 * change - 2.0 * a - b, a + b - 2.0 * change
+
+
+@inline
+def summit(low, first, second, third):
+    """Place and value of the top of such a cubic, which rises first and falls in the end."""
+    root = math.sqrt(max(second * second - 3.0 * third * first, 0.0))
+    x = first / max(root - second, 1e-300)
+    return x, low + x * (first + x * (second + x * third))
 
 
 # --- natural sizes in films
