@@ -30,9 +30,8 @@ from clearance.accuracy.fixed_steps import Ends, Refused, Replay, halved
 from clearance.machine.callback import Callback
 from clearance.metrics.metrics import Metric, metrics
 from clearance.results.errors import geometric_mean
-from clearance.results.groups import Group
 from clearance.results.memory import MemoryRecord
-from clearance.results.sensitivity import COLUMNS, Sensitivities, Sensitivity
+from clearance.results.sensitivity import Sensitivities, Sensitivity
 from clearance.run.recording import remember_run
 from clearance.run.run import Run
 from clearance.scene.parameter import Varied, Wanted, varied, wanted
@@ -122,7 +121,7 @@ class Sensing:
             request.add_note(f"{sink.left}, without sensitivities")
             raise
         if sink.has_room(ROOM):
-            sink.add(groups_of(sensitivities))
+            sink.add(sensitivities.groups())
         else:
             LOG.warning("%s has no sensitivities: there is no room for them", sink.path)
 
@@ -226,13 +225,3 @@ def differences(
         error = SAFETY * max(apart, g * abs(slope)) + local
         parts = metric.value, metric.units, number.size, number.units
         yield name, Sensitivity(slope, error, *parts)
-
-
-def groups_of(sensitivities: Sensitivities) -> dict[str, Group]:
-    """The group /sensitivities of a file; only the reason where there are none."""
-    if sensitivities.reason:
-        return {"": Group({}, {}, {}, {"sensitivities_left_out": sensitivities.reason})}
-    about = {name: ("1", text) for name, (_, text) in COLUMNS.items()}
-    along = {"metric": (), "parameter": ()}
-    along |= {name: axes for name, (axes, _) in COLUMNS.items() if name not in along}
-    return {"sensitivities": Group(sensitivities.columns(), about, along)}

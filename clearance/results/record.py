@@ -48,19 +48,6 @@ class PressureFields:
     eccentricity_ratio: np.ndarray
 
 
-#: datasets of a group of fields: units, what it is
-FIELD_COLUMNS = {
-    "instant": ("1", "place of the sample in /time"),
-    "axial": ("m", "axial position from the middle of the bearing"),
-    "angle": ("rad", "angle on the bearing from its body's own x axis"),
-    "time": ("s", "time of the field"),
-    "line_of_centres": ("rad", "angle of the thinnest film on the bearing"),
-    "eccentricity_ratio": ("1", "eccentricity over clearance"),
-    "pressure": ("Pa", "film pressure above ambient"),
-    "content": ("1", "share of the gap that holds oil"),
-}
-
-
 class Channels:
     """The channels of one group as attributes: `.ax`, and `.force` for the pair of `.force_x` and
     `.force_y`.

@@ -6,7 +6,6 @@ each goes a dimension of its own, so that xarray opens the entire file as a tree
 checksums: reading a damaged file names the place.
 """
 
-import json
 import math
 import shutil
 import weakref
@@ -18,12 +17,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clearance.files.replacing import replacing, temporary_file, temporary_name
-from clearance.results.errors import Error, Errors, ExtremeErrors
+from clearance.results.errors import Errors, ExtremeErrors
 from clearance.results.extremes import Extremes
+from clearance.results.groups import (
+    EXTREMES,
+    FIELDS_OF_PRESSURE,
+    LOCATED,
+    OF_ERRORS,
+    OF_EXTREMES,
+    Group,
+    error_groups,
+    errors_of,
+    extremes_group,
+    integrals_group,
+    integrals_of,
+)
 from clearance.results.integrals import Integrals
 from clearance.results.memory_reader import MemoryReader
 from clearance.results.reading import FACT_UNITS, Damaged, Entries, Missing, Reader, open_checked
-from clearance.results.record import FIELD_COLUMNS, PARTS, WEAR, PressureFields, Record, extra
+from clearance.results.record import PARTS, WEAR, PressureFields, Record, extra
 from clearance.results.tables import FORMAT, FORMAT_VERSION, check_result, in_memory
 from clearance.scene.document import check
 
@@ -133,19 +145,7 @@ class Result(Record):
             return _extremes_of_format_1(self.reader)
         if not self.reader.has("extremes"):
             return None
-        columns = ("quantity", "units_of", "value", "when")
-        names, units, values, times = (self.reader.column(f"extremes/{n}") for n in columns)
-        if (
-            values.shape != times.shape
-            or values.shape[1:] != names.shape
-            or names.shape != units.shape
-        ):
-            raise Damaged(f"{self.path}: /extremes holds columns that do not fit one another")
-        if {names.dtype.kind, units.dtype.kind} != {"U"} or {
-            values.dtype.kind,
-            times.dtype.kind,
-        } != {"f"}:
-            raise Damaged(f"{self.path}: /extremes holds columns of another kind")
+        names, units, _, values, times = EXTREMES.read(self.reader, "extremes", LOCATED).values()
         length = float(self.reader.attribute("extremes", "stretch_s"))
         if not 0.0 < length < math.inf:
             raise Damaged(
@@ -160,13 +160,7 @@ class Result(Record):
         """
         if not self.reader.has("integrals"):
             return None
-        names, units = self._columns("integrals", "U", "integral", "integral_units")
-        (ends,) = self._columns("integrals", "f", "part_end")
-        values = self.reader.column("integrals/amount")
-        shape = len(ends), len(names)
-        if values.dtype.kind != "f" or values.shape != shape or len(units) != len(names):
-            raise Damaged(f"{self.path}: /integrals holds columns that do not fit one another")
-        return Integrals(tuple(map(str, names)), tuple(map(str, units)), ends, values)
+        return integrals_of(self.reader)
 
     @cached_property
     def errors(self) -> Errors:
@@ -175,60 +169,17 @@ class Result(Record):
             return Errors(
                 reason=str(self.reader.attributes().get("errors_left_out", "none was requested"))
             )
-        texts = self._columns("errors", "U", "name", "units_of", "kind", "channel")
-        value, stated, film, share = self._columns(
-            "errors", "f", "value", "stated", "film", "share"
-        )
-        (names, units, kinds, channels), about = texts, self.reader.attributes("errors")
-        if not len(names) == len(units) == len(kinds) == len(value) == len(stated) == len(film):
-            raise Damaged(f"{self.path}: /errors holds columns that do not fit one another")
-        rows = zip(
-            value.tolist(),
-            stated.tolist(),
-            map(str, units),
-            map(str, kinds),
-            film.tolist(),
-            strict=True,
-        )
-        return Errors(
-            dict(zip(map(str, names), (Error(*row) for row in rows), strict=True)),
-            dict(zip(map(str, channels), share.tolist(), strict=False)),
-            "",
-            (float(about["rtol"]), float(about["companion_rtol"])),
-            float(about["spread"]),
-            float(about["begin_s"]),
-            float(about["end_s"]),
-            self._extreme_errors(),
-            json.loads(about.get("asked", "{}")),
-            about.get("cannot", ""),
-        )
-
-    def _columns(self, group: str, kind: str, *names: str) -> list[np.ndarray]:
-        """Columns of a table, texts or numbers. Raises Damaged for those of another kind."""
-        columns = [self.reader.column(f"{group}/{name}") for name in names]
-        for name, column in zip(names, columns, strict=True):
-            if column.dtype.kind != kind or column.ndim != 1:
-                raise Damaged(f"{self.path}: /{group}/{name} is a column of another kind")
-        return columns
+        return errors_of(self.reader, self._extreme_errors())
 
     @cached_property
     def sensitivities(self) -> "Sensitivities":
         """Sensitivities of the metrics; none unless the run was made with some."""
-        from clearance.results.sensitivity import Sensitivities
+        from clearance.results.sensitivity import SENSITIVITIES, Sensitivities
 
         if not self.reader.has("sensitivities"):
             about = self.reader.attributes().get("sensitivities_left_out", "none were requested")
             return Sensitivities(reason=str(about))
-        texts = "metric", "metric_units", "parameter", "parameter_units"
-        numbers = "metric_value", "size"
-        columns = dict(zip(texts, self._columns("sensitivities", "U", *texts), strict=True))
-        columns |= zip(numbers, self._columns("sensitivities", "f", *numbers), strict=True)
-        columns |= {n: self.reader.column(f"sensitivities/{n}") for n in ("value", "error")}
-        shape = len(columns["metric"]), len(columns["parameter"])
-        if any(
-            columns[n].dtype.kind != "f" or columns[n].shape != shape for n in ("value", "error")
-        ):
-            raise Damaged(f"{self.path}: /sensitivities holds no table of numbers")
+        columns = SENSITIVITIES.read(self.reader, "sensitivities")
         try:
             return Sensitivities.of_columns(columns)
         except ValueError as error:
@@ -237,10 +188,8 @@ class Result(Record):
     def _extreme_errors(self) -> ExtremeErrors | None:
         if self.located is None or not self.reader.has("extremes/stated"):
             return None
-        columns = [self.reader.column(f"extremes/{n}") for n in ("stated", "film")]
-        if any(f.dtype.kind != "f" or f.shape != self.located.values.shape for f in columns):
-            raise Damaged(f"{self.path}: /extremes holds errors that do not fit its values")
-        return ExtremeErrors(*columns)
+        columns = EXTREMES.read(self.reader, "extremes", [*OF_EXTREMES, *OF_ERRORS])
+        return ExtremeErrors(*(columns[n] for n in OF_ERRORS))
 
     @property
     def events(self) -> dict[str, np.ndarray]:
@@ -259,11 +208,7 @@ class Result(Record):
         place = PATH_OF_FIELDS.format(joint)
         if not self.reader.has(place):
             return None
-        fields = PressureFields(**{n: self.reader.column(f"{place}/{n}") for n in FIELD_COLUMNS})
-        shape = fields.instant.size, fields.axial.size, fields.angle.size
-        if not fields.pressure.shape == fields.content.shape == shape:
-            raise Damaged(f"{self.path}: /{place} holds columns that do not fit one another")
-        return fields
+        return PressureFields(**FIELDS_OF_PRESSURE.read(self.reader, place))
 
     def to_xarray(self):
         """All of it as an xarray DataTree in memory, with the groups, units and attributes of the
@@ -284,41 +229,20 @@ class Result(Record):
                 columns[name] = (along, values, {n: about[n] for n in ("units", "long_name")})
             data = xarray.Dataset(columns, attrs=self.reader.attributes(group))
             datasets[f"/{group}"] = data.set_coords("time")
-        if self.reader.has("extremes") and (located := self.located) is not None:
-            along = ("stretch", "quantity")
-            columns = {
-                "value": (along, located.values),
-                "when": (along, located.times, {"units": "s"}),
-            }
-            starts = located.length * np.arange(len(located.values))
-            names = {
-                "stretch": starts,
-                "quantity": list(located.names),
-                "units_of": ("quantity", list(located.units)),
-            }
-            datasets["/extremes"] = xarray.Dataset(columns, names)
-        if (integrals := self.integrals) is not None:
-            columns = {"amount": (("part_end", "integral"), integrals.values)}
-            names = {"part_end": integrals.ends, "integral": list(integrals.names)}
-            names["integral_units"] = "integral", list(integrals.units)
-            datasets["/integrals"] = xarray.Dataset(columns, names)
-        if errors := self.errors:
-            columns = {
-                n: ("name", [getattr(e, n) for e in errors.values()])
-                for n in ("value", "stated", "film")
-            }
-            columns["units_of"] = "name", [e.units for e in errors.values()]
-            columns["share"] = "channel", list(errors.channels.values())
-            datasets["/errors"] = xarray.Dataset(
-                columns, {"name": list(errors), "channel": list(errors.channels)}
-            )
-        if sensitivities := self.sensitivities:
-            from clearance.results.sensitivity import COLUMNS
-
-            columns = {n: (COLUMNS[n][0], values) for n, values in sensitivities.columns().items()}
-            names = {n: columns.pop(n) for n in ("metric", "parameter")}
-            datasets["/sensitivities"] = xarray.Dataset(columns, names)
+        for path, group in self._tables().items():
+            datasets[f"/{path}"] = xarray.Dataset(group.variables())
         return xarray.DataTree.from_dict(datasets)
+
+    def _tables(self) -> dict[str, Group]:
+        """Tables beside the channels, by their groups."""
+        tables: dict[str, Group] = {}
+        if self.reader.has("extremes") and self.located is not None:
+            tables["extremes"] = extremes_group(self.located)
+        if self.integrals is not None:
+            tables["integrals"] = integrals_group(self.integrals)
+        if self.errors:
+            tables["errors"] = error_groups(self.errors)["errors"]
+        return tables | (self.sensitivities.groups() if self.sensitivities else {})
 
     def save(self, path: str | Path) -> Path:
         """Copy the file to `path`, under a temporary name until it is complete.

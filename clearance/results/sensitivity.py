@@ -10,24 +10,27 @@ from functools import cached_property
 
 import numpy as np
 
+from clearance.results.groups import TEXTS, Column, Group, TableLayout, texts_of
+
 TRUSTED = 0.05  # error over value up to which a sensitivity is trusted
 #: error of a change relative to the metric, over that of the parameter, that hardly counts
 NEGLIGIBLE = 1e-4
 PERCENT = 0.01
-#: columns of /sensitivities: name -> dimensions, what it is
-COLUMNS = {
-    "metric": (("metric",), "name of a metric"),
-    "metric_units": (("metric",), "units of the metric"),
-    "metric_value": (("metric",), "value of the metric, in metric_units"),
-    "parameter": (("parameter",), "name of a parameter"),
-    "parameter_units": (("parameter",), "units of the parameter"),
-    "size": (("parameter",), "size of the parameter, in parameter_units"),
-    "value": (
-        ("metric", "parameter"),
+OF_BOTH = ("metric", "parameter")
+SENSITIVITIES = TableLayout(
+    metric=Column("1", "name of a metric", (), TEXTS),
+    metric_units=Column("1", "units of the metric", ("metric",), TEXTS),
+    metric_value=Column("1", "value of the metric, in metric_units", ("metric",)),
+    parameter=Column("1", "name of a parameter", (), TEXTS),
+    parameter_units=Column("1", "units of the parameter", ("parameter",), TEXTS),
+    size=Column("1", "size of the parameter, in parameter_units", ("parameter",)),
+    value=Column(
+        "1",
         "derivative of the metric by the parameter, in metric_units over parameter_units",
+        OF_BOTH,
     ),
-    "error": (("metric", "parameter"), "stated error of the derivative, in its units"),
-}
+    error=Column("1", "stated error of the derivative, in its units", OF_BOTH),
+)
 
 
 @dataclass(frozen=True)
@@ -105,11 +108,11 @@ class Sensitivities(Mapping):
         metrics = [of_metric[m] for m in self.metrics]
         parameters = [of_parameter[p] for p in self.parameters]
         columns = {
-            "metric": np.array(self.metrics, dtype=str),
-            "metric_units": np.array([s.metric_units for s in metrics], dtype=str),
+            "metric": texts_of(self.metrics),
+            "metric_units": texts_of(s.metric_units for s in metrics),
             "metric_value": np.array([s.metric for s in metrics]),
-            "parameter": np.array(self.parameters, dtype=str),
-            "parameter_units": np.array([s.parameter_units for s in parameters], dtype=str),
+            "parameter": texts_of(self.parameters),
+            "parameter_units": texts_of(s.parameter_units for s in parameters),
             "size": np.array([s.size for s in parameters]),
         }
         for name in ("value", "error"):
@@ -132,6 +135,12 @@ class Sensitivities(Mapping):
                 if not math.isnan(value):
                     rows[metric, parameter] = Sensitivity(value, error, *numbers, *part)
         return cls(rows)
+
+    def groups(self) -> dict[str, Group]:
+        """The group /sensitivities of a file; only the reason where there are none."""
+        if self.reason:
+            return {"": Group(attributes={"sensitivities_left_out": self.reason})}
+        return {"sensitivities": Group(SENSITIVITIES, self.columns())}
 
     def __getitem__(self, key: tuple[str, str]) -> Sensitivity:
         if key not in self.rows:

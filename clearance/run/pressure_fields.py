@@ -24,8 +24,8 @@ import numpy as np
 from clearance.film.bearing import Bearing, Groove
 from clearance.film.online import NEAREST
 from clearance.laws.film import thinning
-from clearance.results.groups import Group
-from clearance.results.record import FIELD_COLUMNS, PressureFields, Record
+from clearance.results.groups import FIELDS_OF_PRESSURE, Group
+from clearance.results.record import PressureFields, Record
 from clearance.results.result import PATH_OF_FIELDS, Result
 from clearance.results.tables import appending
 
@@ -34,7 +34,6 @@ FINITE = ("table", "table_ambient", "solved", "harmonic")
 MESH = (64, 8)  # of the elements behind a field
 AROUND, ALONG = 180, 17  # angles and axial positions that are stored
 TURN = 2.0 * math.pi
-SCALES = ("instant", "axial", "angle")
 OVER_ALL = ("pressure", "content")  # fields over all of these
 
 
@@ -190,10 +189,8 @@ def keep(path, per_turn: int) -> None:
 
 def _write(file, path: str, fields: PressureFields) -> None:
     """Add the group of a joint's fields."""
-    along = dict.fromkeys(FIELD_COLUMNS, SCALES[:1]) | dict.fromkeys(SCALES, ())
-    along |= dict.fromkeys(OVER_ALL, SCALES)
     solver = f"finite elements, {MESH[0]}x{MESH[1]} cells, from the motion in this file"
-    columns = {name: getattr(fields, name) for name in FIELD_COLUMNS}
-    Group(columns, FIELD_COLUMNS, along, {"solver": solver}).write(file, path)
+    columns = {name: getattr(fields, name) for name in FIELDS_OF_PRESSURE}
+    Group(FIELDS_OF_PRESSURE, columns, {"solver": solver}).write(file, path)
     for name in OVER_ALL:
         file[f"{path}/{name}"].attrs["coordinates"] = "time"
