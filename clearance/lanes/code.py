@@ -24,6 +24,11 @@ WIDTHS = (1, 2, 4, 8)
 WIDE = f"{FEATURES},-prefer-256-bit" if "avx512f" in HAS else FEATURES
 
 
+def off() -> bool:
+    """True where lanes are switched off."""
+    return os.environ.get("CLEARANCE_LANES") == "0"
+
+
 def chosen_width() -> int | None:
     """CLEARANCE_LANES, where it is set. Raises ValueError where it is not 1, 2, 4 or 8."""
     chosen = os.environ.get("CLEARANCE_LANES")

@@ -20,6 +20,8 @@ from clearance.machine.numba_record import packed
 from clearance.machine.store import address
 from clearance.mechanism.build import Mechanism
 from clearance.stepping.control import BAND
+from clearance.stepping.locating import FREE
+from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.tracing.function import Opaque
 from clearance.values.spots import CONTACT, FILM
 
@@ -30,7 +32,8 @@ IMPACTS = 4096  # rows of contacts that are taken in at a time
 COUNTS = ("status", "steps", "rejected")
 #: numbers of a point beside its states and parameters: a row for each
 NUMBERS = ("rtol", "longest", "own")
-FILMS = ("clearance", "pull", "rate_x", "rate_y")
+#: of films, with their columns in the contacts of a run
+FILMS = {"clearance": CLEARANCE, "pull": PULL, "rate_x": RATE_X, "rate_y": RATE_Y}
 
 
 def impossible(mechanism: Mechanism, method: str) -> str | None:
@@ -114,7 +117,7 @@ class Points:
     frequency: np.ndarray
     own: np.ndarray
     tables: np.ndarray | None = None
-    rtol: float | None = None
+    rtol: float | np.ndarray | None = None
 
     @property
     def turns(self) -> int:
@@ -203,7 +206,7 @@ class Group:
     def _numbers(self, points: Points, par: np.ndarray) -> np.ndarray:
         """Numbers of the points: (points, rows)."""
         count = len(points.until)
-        rtol = np.full((1, count), points.rtol or self.rtol)
+        rtol = np.full((1, count), self.rtol if points.rtol is None else points.rtol)
         parts = [
             points.y,
             points.scale,
@@ -222,7 +225,7 @@ class Group:
         count = np.full_like(every, self.samples)
         return np.column_stack([points.begin, points.until, every, count, points.turn])
 
-    def _blank(self) -> np.ndarray:
+    def blank(self) -> np.ndarray:
         """Rows of a lane before its point."""
         rows = self.engine.rows
         blank = np.zeros(rows.total)
@@ -232,19 +235,30 @@ class Group:
 
     def run(self, points: Points, threads: int = 1, limit: int | None = None) -> Answers:
         """Run all points, some of them in each thread; Python's lock is released."""
-        count, rows, turns = len(points.until), self.engine.rows, points.turns
-        gathered = integers(rows.places("y"))
+        count = len(points.until)
+        arrays = self.arrays(points)
+        parts = [np.arange(part, count, threads) for part in range(min(threads, count))]
+        drivers = [Driver(self, arrays, part, limit) for part in parts]
+        others = [threading.Thread(target=driver.run) for driver in drivers[1:]]
+        for thread in others:
+            thread.start()
+        drivers[0].run()
+        for thread in others:
+            thread.join()
+        return self.answers(arrays, drivers)
+
+    def arrays(self, points: Points) -> dict[str, np.ndarray]:
+        """Arrays that all drivers of some points share: numbers, and room for the answers."""
+        count, turns = len(points.until), points.turns
+        gathered = integers(self.engine.rows.places("y"))
         energies = integers(range(self.shape.states, self.shape.size))
         stored = self.samples if self.watch.tracks else 0
-        answers = {
+        data, par = self.placed(points)
+        return {
             "extremes": np.zeros((count, turns, len(self.watch.quantities))),
             "totals": np.zeros((count, turns, len(self.watch.reductions))),
             "ledgers": np.zeros((count, turns, len(energies))),
             "tracks": np.zeros((count, len(self.watch.tracks), stored)),
-        }
-        results = np.zeros((count, len(gathered) + 3))
-        data, par = self.placed(points)
-        shared = answers | {
             "where": self._where(),
             "points": self._numbers(points, par),
             "data": data,
@@ -252,82 +266,21 @@ class Group:
             "given": self.given,
             "gathered": gathered,
             "energies": energies,
-            "results": results,
+            "results": np.zeros((count, len(gathered) + 3)),
         }
-        impacts: list[np.ndarray] = [np.zeros((0, queue.IMPACTS))]
 
-        def work(part: int) -> None:
-            impacts.extend(self._run(shared, np.arange(part, count, threads), limit or LONGEST))
-
-        others = [threading.Thread(target=work, args=(part,)) for part in range(1, threads)]
-        for thread in others:
-            thread.start()
-        work(0)
-        for thread in others:
-            thread.join()
-        return self._answers(answers, np.concatenate(impacts), results)
-
-    def _run(self, shared: dict, waiting: np.ndarray, limit: int) -> list[np.ndarray]:
-        """The runs that wait, in this thread; rows of their contacts."""
-        if not waiting.size:
-            return []
-        rows, width, states, contacts = (
-            self.engine.rows,
-            self.width,
-            self.shape.states,
-            self.shape.contacts,
-        )
-        common = [*rows.places("par"), *rows.places("work"), *rows.places("own")]
-        common += rows.places("y")[states:]
-        count = len(self.watch.quantities)
-        memory = np.zeros((), queue.layout(width=width, quantities=count, contacts=len(contacts)))
-        held = states + rows.counts["polynomial"]
-        reductions = self.watch.reductions
-        means = integers(
-            queue.TIMED if r.timed else queue.STEPPED if r.stepped else r.mean for r in reductions
-        )
-        numbers = {"held": held, "quantities": count, "limit": limit, "size": self.shape.size}
-        for name, number in (numbers | {"then": self.stepper.NEXT}).items():
-            memory[name] = number
-        sides = aligned(width * rows.total, width).reshape(width, rows.total, width)
-        arrays = {
-            "pieces": self.engine.pieces,
-            "at": integers(rows.first.get(name, 0) for name in queue.ROWS),
-            "rows": aligned(rows.total, width),
-            "sides": sides,
-            "blank": self._blank(),
-            "common": integers(common),
-            "waiting": waiting,
-            "means": means,
-            "inner": integers(q.searched for q in self.watch.quantities),
-            "kinds": integers(kind for kind, _, _ in contacts),
-            "spots": integers(spot for _, spot, _ in contacts),
-            "bands": np.array([band for _, _, band in contacts]),
-            "impacts": np.zeros((IMPACTS if contacts else 0, queue.IMPACTS)),
-        }
-        parts = {name: memory[name] for name in memory.dtype.names if memory[name].ndim}
-        record = SimpleNamespace(
-            **shared, **arrays, **parts, **self._touches(), memory=memory.ctypes.data
-        )
-        words, taken = packed(queue.LANES, record), []
-        while queue.run(words.ctypes.data):
-            taken.append(arrays["impacts"][: memory["filled"]].copy())
-            memory["filled"] = 0
-        return [*taken, arrays["impacts"][: memory["filled"]]]
-
-    def _touches(self) -> dict[str, int]:
-        """Functions of contacts by address; none is called where there are none."""
-        if not self.shape.contacts:
-            return dict.fromkeys(queue.TOUCHES, 0)
-        functions = import_module("clearance.lanes.touches").FUNCTIONS
-        return {name: address(f, queue.FUNCTIONS[name]) for name, f in functions.items()}
-
-    def _answers(self, answers: dict, impacts: np.ndarray, results: np.ndarray) -> Answers:
-        quantities, extremes = self.watch.quantities, answers["extremes"]
-        extremes *= [q.sign for q in quantities]
+    def answers(self, arrays: dict, drivers: "list[Driver]", turns: int | None = None) -> Answers:
+        """Answers so far: of the first turns, where a number is given."""
+        names = "extremes", "totals", "ledgers", "tracks"
+        answers = {n: arrays[n][:, :turns] if n != "tracks" else arrays[n] for n in names}
+        quantities = self.watch.quantities
+        answers["extremes"] = extremes = answers["extremes"] * [q.sign for q in quantities]
         paired = [q.paired for q in quantities]
         extremes[..., paired] = np.sqrt(np.maximum(extremes[..., paired], 0.0))
+        parts = [rows for driver in drivers for rows in (*driver.impacts, driver.open_contacts())]
+        impacts = np.concatenate(parts)
         ordered = impacts[np.lexsort(impacts[:, 2::-1].T)]
+        results = arrays["results"]
         counts = dict(zip(COUNTS, results[:, -3:].T.astype(int), strict=True))
         return Answers(**answers, impacts=ordered, states=results[:, :-3], **counts)
 
@@ -335,6 +288,115 @@ class Group:
         """y' at t = 0 of all points for given states (size, points)."""
         data, par = self.placed(points)
         return self.engine.rates(par, points.work, y, data)
+
+
+class Driver:
+    """Lanes with the runs that wait for them, in one thread.
+
+    arrays: of all points of the group; waiting: places of the points; limit: of steps.
+    impacts: rows of contacts, see queue.IMPACTS.
+    """
+
+    def __init__(self, group: Group, arrays: dict, waiting: np.ndarray, limit: int | None = None):
+        self.group, self.impacts = group, [np.zeros((0, queue.IMPACTS))]
+        rows, width, shape = group.engine.rows, group.width, group.shape
+        quantities, contacts = len(group.watch.quantities), len(shape.contacts)
+        self.memory = np.zeros(
+            (), queue.layout(width=width, quantities=quantities, contacts=contacts)
+        )
+        numbers = {"quantities": quantities, "limit": limit or LONGEST, "size": shape.size}
+        numbers |= {"held": shape.states + rows.counts["polynomial"], "pause": LONGEST}
+        for name, number in (numbers | {"then": group.stepper.NEXT}).items():
+            self.memory[name] = number
+        self.rows = aligned(rows.total, width)
+        self.room = np.zeros((IMPACTS if contacts else 0, queue.IMPACTS))
+        parts = {n: self.memory[n] for n in self.memory.dtype.names if self.memory[n].ndim}
+        self.record = SimpleNamespace(
+            **arrays,
+            **parts,
+            **self._numbers(waiting),
+            **self._touches(),
+            rows=self.rows,
+            impacts=self.room,
+            memory=self.memory.ctypes.data,
+        )
+        self.words = packed(queue.LANES, self.record)
+
+    def _numbers(self, waiting: np.ndarray) -> dict[str, np.ndarray]:
+        """Arrays of this driver, see queue.ARRAYS."""
+        group, rows, width = self.group, self.group.engine.rows, self.group.width
+        common = [*rows.places("par"), *rows.places("work"), *rows.places("own")]
+        common += rows.places("y")[group.shape.states :]
+        means = (
+            queue.TIMED if r.timed else queue.STEPPED if r.stepped else r.mean
+            for r in group.watch.reductions
+        )
+        contacts = group.shape.contacts
+        return {
+            "pieces": group.engine.pieces,
+            "at": integers(rows.first.get(name, 0) for name in queue.ROWS),
+            "sides": aligned(width * rows.total, width).reshape(width, rows.total, width),
+            "blank": group.blank(),
+            "common": integers(common),
+            "waiting": waiting,
+            "means": integers(means),
+            "inner": integers(q.searched for q in group.watch.quantities),
+            "kinds": integers(kind for kind, _, _ in contacts),
+            "spots": integers(spot for _, spot, _ in contacts),
+            "bands": np.array([band for _, _, band in contacts]),
+        }
+
+    def _touches(self) -> dict[str, int]:
+        """Functions of contacts by address; none is called where there are none."""
+        if not self.group.shape.contacts:
+            return dict.fromkeys(queue.TOUCHES, 0)
+        functions = import_module("clearance.lanes.touches").FUNCTIONS
+        return {name: address(f, queue.FUNCTIONS[name]) for name, f in functions.items()}
+
+    def run(self, turns: int = LONGEST) -> None:
+        """Run to the end, or so many turns of each run that has its lane."""
+        self.memory["pause"] = turns
+        progress, phase = self.memory["progress"], self.rows[self.group.engine.rows.first["phase"]]
+        waiting = np.flatnonzero(progress[:, queue.GOES_ON])
+        phase[waiting] = progress[waiting, queue.GOES_ON]
+        progress[waiting, queue.GOES_ON] = 0.0
+        self.memory["alive"] += waiting.size
+        going_on = True
+        while going_on:
+            going_on = queue.run(self.words.ctypes.data)
+            self.impacts.append(self.room[: self.memory["filled"]].copy())
+            self.memory["filled"] = 0
+
+    def open_contacts(self) -> np.ndarray:
+        """Contacts of the runs that wait to go on, as if they ended here."""
+        first, progress, rows = self.group.engine.rows.first, self.memory["progress"], []
+        for lane in np.flatnonzero(progress[:, queue.GOES_ON]):
+            for k, (kind, spot, _) in enumerate(self.group.shape.contacts):
+                speed = self.rows[first["work"] + spot, lane]
+                if kind == CONTACT and speed != FREE:
+                    since = self.memory["since"][lane, k]
+                    lasts = self.rows[first["t"], lane] - since
+                    rows.append([progress[lane, queue.POINT], k, since, speed, lasts, 0.0, 0.0])
+        return np.reshape(rows, (len(rows), queue.IMPACTS))
+
+
+class GoingOn:
+    """Runs of a group that go on turn after turn, each in a lane of its own.
+
+    points: of the runs, with the most turns that they may have.
+    """
+
+    def __init__(self, group: Group, points: Points):
+        self.group, self.points, self.arrays = group, points, group.arrays(points)
+        count = len(points.until)
+        parts = np.array_split(np.arange(count), range(group.width, count, group.width))
+        self.drivers = [Driver(group, self.arrays, part) for part in parts]
+
+    def extend(self, turns: int) -> Answers:
+        """Go on to so many turns of each run: answers of all turns so far."""
+        for driver in self.drivers:
+            driver.run(turns)
+        return self.group.answers(self.arrays, self.drivers, turns)
 
 
 def integers(values) -> np.ndarray:

@@ -13,6 +13,7 @@ import numpy as np
 
 from clearance.accuracy.companion import SAFETY, differences, spreads
 from clearance.accuracy.point_errors import Stating, is_period
+from clearance.accuracy.request import ALL, INTEGRATION
 from clearance.elements import ClearanceRevolute
 from clearance.elements.joint import Joint
 from clearance.elements.regimes import (
@@ -27,6 +28,7 @@ from clearance.lanes.force_holes import ForceHoles
 from clearance.lanes.group import Answers, Points
 from clearance.lanes.point_numbers import NotForLanes
 from clearance.lanes.watch import Quantity, Reduction, Watch
+from clearance.mechanism.build import Mechanism
 from clearance.metrics.by_turn import Turns, every, loads
 from clearance.metrics.metrics import (
     ROUNDING,
@@ -42,6 +44,7 @@ from clearance.metrics.metrics import (
     touching,
 )
 from clearance.metrics.of_points import is_dry, of_point, peak_means, statistics
+from clearance.results.errors import TRAJECTORY
 from clearance.results.extremes import BOTH, Extreme
 from clearance.results.memory import Memory, MemoryRecord
 from clearance.results.record import Record
@@ -51,6 +54,7 @@ from clearance.run.ideal_motion import ideal_motion
 from clearance.run.recording import attributes_of, record_run
 from clearance.run.run import Run
 from clearance.stepping import status
+from clearance.values.spelling import alike
 
 
 class Wanted(Reductions, Turns):
@@ -174,24 +178,78 @@ class Wanted(Reductions, Turns):
         )
 
 
-class LaneReductions(Reductions, Turns):
-    """Numbers of the windows of many runs: values (runs,), of turns (runs, turns)."""
+class LaneTurns(Turns):
+    """Numbers of the turns of many runs, (runs, turns), from a number of turns on.
+
+    seen: numbers that lanes have of them; labels: of their contacts; past: turns before; count: of
+    turns.
+    """
+
+    def __init__(
+        self,
+        seen: Wanted,
+        mechanism: Mechanism,
+        labels: list[str],
+        answers: Answers,
+        points: Points,
+        past: int,
+        count: int,
+    ):
+        self.record, self.scene, self.names = seen.record, seen.scene, seen.names
+        self.labels, self.answers, self.points = labels, answers, points
+        self.past, self.count = past, count
+        by_turn = np.moveaxis(answers.extremes[:, past:], -1, 0)
+        self.peaks = dict(zip(seen.quantities, by_turn, strict=True))
+        self.totals = dict(zip(seen.reductions, np.moveaxis(answers.totals, -1, 0), strict=True))
+        # the first integral is what is put in
+        size = answers.ledgers.shape[-1]
+        start = points.y[len(points.y) - size :].T[:, None]
+        spent = np.concatenate([start, answers.ledgers], axis=1)[:, past:, 1:]
+        parts = zip(mechanism.layout.dissipated, np.moveaxis(spent, -1, 0), strict=True)
+        self.spent = {f"{key}/dissipated": values for key, values in parts}
+        self.spent["energy/dissipated"] = spent.sum(axis=-1)
+
+    def __contains__(self, path: str) -> bool:
+        return path in self.record
+
+    def by_turn(self, name: str) -> np.ndarray:
+        return self.peaks[name]
+
+    def mean_squares(self, path: str) -> np.ndarray:
+        totals = self.totals[f"{path}_square"][:, self.past :]
+        return np.diff(totals, axis=1, prepend=0.0) / self.points.turn[:, None]
+
+    def increases(self, path: str) -> np.ndarray:
+        return np.diff(self.spent[path], axis=1)
+
+    def deviations(self, body: str, direction: tuple[float, float]) -> np.ndarray | None:
+        far = self.totals.get(f"{body} far")
+        return None if far is None else far[:, self.past :]
+
+    def impacts(self, joint: str) -> tuple[np.ndarray, np.ndarray]:
+        mine = [k for k, label in enumerate(self.labels) if label.partition("/")[0] == joint]
+        rows = self.answers.impacts[np.isin(self.answers.impacts[:, 1], mine)]
+        point, (begin, speed) = rows[:, 0].astype(int), rows[:, 2:4].T
+        turn = np.floor(begin / self.points.turn[point] + ROUNDING).astype(int) - self.past
+        shape = len(self.points.until), self.count
+        inside, fastest, count = (turn >= 0) & (turn < shape[1]), np.zeros(shape), np.zeros(shape)
+        at = point[inside], turn[inside]
+        np.maximum.at(fastest, at, speed[inside])
+        np.add.at(count, at, 1.0)
+        return fastest, count
+
+
+class LaneReductions(Reductions):
+    """Numbers of the windows of many runs: values (runs,)."""
 
     def __init__(self, lanes: "LaneMetrics", answers: Answers, points: Points):
         self.length = points.until - points.begin
         count, *words = lanes.window.per()
         super().__init__(lanes.record, (self.length if lanes.turns is None else count, *words))
-        self.lanes, self.points, self.answers, past = lanes, points, answers, lanes.past
-        wanted, by_turn = lanes.wanted, np.moveaxis(answers.extremes[:, past:], -1, 0)
-        self.turns = dict(zip(wanted.quantities, by_turn, strict=True))
-        self.totals = dict(zip(wanted.reductions, np.moveaxis(answers.totals, -1, 0), strict=True))
-        # the first integral is what is put in
-        size = answers.ledgers.shape[-1]
-        start = points.y[len(points.y) - size :].T[:, None]
-        spent = np.concatenate([start, answers.ledgers], axis=1)[:, past:, 1:]
-        parts = zip(lanes.mechanism.layout.dissipated, np.moveaxis(spent, -1, 0), strict=True)
-        self.spent = {f"{key}/dissipated": values for key, values in parts}
-        self.spent["energy/dissipated"] = spent.sum(axis=-1)
+        self.lanes, self.points, self.answers = lanes, points, answers
+        turns = 0 if lanes.turns is None else round(lanes.turns)
+        about = lanes.wanted, lanes.mechanism, lanes.contacts, answers, points
+        self.turns = LaneTurns(*about, lanes.past, turns)
 
     def described(self, joint: str) -> dict:
         """Description of a joint, with the numbers of each run."""
@@ -201,58 +259,28 @@ class LaneReductions(Reductions, Turns):
         return self.record.described(joint) | numbers
 
     def extreme(self, name: str) -> Extreme:
-        turns = self.turns[name]
+        turns = self.turns.by_turn(name)
         return Extreme(turns.min(axis=1) if name.endswith("_min") else turns.max(axis=1), None)
 
-    def by_turn(self, name: str) -> np.ndarray:
-        return self.turns[name]
-
     def _reduced(self, name: str) -> np.ndarray:
-        return self.lanes.wanted.reductions[name].of_turns(self.totals[name], self.length)
+        totals = self.turns.totals[name]
+        return self.lanes.wanted.reductions[name].of_turns(totals, self.length)
 
     def mean_square(self, path: str) -> np.ndarray:
         return self._reduced(f"{path}_square")
 
-    def mean_squares(self, path: str) -> np.ndarray:
-        totals = self.totals[f"{path}_square"][:, self.lanes.past :]
-        return np.diff(totals, axis=1, prepend=0.0) / self.points.turn[:, None]
-
     def increase(self, path: str) -> np.ndarray:
-        return self.spent[path][:, -1] - self.spent[path][:, 0]
-
-    def increases(self, path: str) -> np.ndarray:
-        return np.diff(self.spent[path], axis=1)
+        spent = self.turns.spent[path]
+        return spent[:, -1] - spent[:, 0]
 
     def deviation(self, body: str, direction: tuple[float, float]) -> tuple | None:
-        if f"{body} far" not in self.totals:
+        if f"{body} far" not in self.turns.totals:
             return None
         return self._reduced(f"{body} far"), self._reduced(f"{body} beyond")
 
-    def deviations(self, body: str, direction: tuple[float, float]) -> np.ndarray | None:
-        far = self.totals.get(f"{body} far")
-        return None if far is None else far[:, self.lanes.past :]
-
-    # --- contacts
-    def _touches(self, joint: str) -> tuple[np.ndarray, ...]:
-        """Columns of the contacts of a joint: point, begin, impact speed, duration."""
-        places = self.lanes.contacts
-        mine = [k for k, label in enumerate(places) if label.partition("/")[0] == joint]
-        rows = self.answers.impacts[np.isin(self.answers.impacts[:, 1], mine)]
-        return rows[:, 0].astype(int), *rows[:, 2:5].T
-
-    def impacts(self, joint: str) -> tuple[np.ndarray, np.ndarray]:
-        point, begin, speed, _ = self._touches(joint)
-        turn = np.floor(begin / self.points.turn[point] + ROUNDING).astype(int) - self.lanes.past
-        shape = len(self.points.until), round(self.lanes.turns)
-        inside, fastest, count = (turn >= 0) & (turn < shape[1]), np.zeros(shape), np.zeros(shape)
-        at = point[inside], turn[inside]
-        np.maximum.at(fastest, at, speed[inside])
-        np.add.at(count, at, 1.0)
-        return fastest, count
-
     def contact(self, joint: dict) -> Numbers:
         name = joint["name"]
-        if f"{name} contact" in self.totals:
+        if f"{name} contact" in self.turns.totals:
             yield contact_fraction(name, self._reduced(f"{name} contact"))
             return
         if not joint["contact"]:
@@ -283,8 +311,7 @@ class LaneMetrics:
 
     def __init__(self, run: Run, settle: float | None, error: float | str | dict | None = None):
         stating = Stating(run, error, settle)
-        if stating.request is not None:
-            raise NotForLanes("a requested error chooses the tolerance of each point")
+        self.request = stating.request
         self.mechanism, self.solver, self.span, self.settle = (
             run.mechanism,
             run.solver,
@@ -305,6 +332,7 @@ class LaneMetrics:
         self._check_window()
         self.dry = self.turns is not None and is_dry(self.record.scene)
         self._want()
+        self._want_offsets()
         self.stated, self.located = self._state(stating), []
         if self.stated:
             self._want_located(run)
@@ -344,6 +372,12 @@ class LaneMetrics:
 
     def _state(self, stating: Stating) -> dict[str, Metric]:
         """Stated errors of the first point. Raises NotForLanes where there are none."""
+        if self.request is not None:
+            return {
+                f"{n}_error": Metric(m.value, m.units, f"stated error: {m.text}")
+                for n, m in self.first.items()
+                if math.isfinite(m.value) and not is_period(n)
+            }
         summed = partial(of_point, settle=self.settle, ideal=self.ideal)
         stated = stating.columns(self.record, self.first, summed)
         if stating.left_out:
@@ -377,9 +411,41 @@ class LaneMetrics:
         if self.turns is not None:
             (every if self.dry else loads)(wanted)
         self.periodic = self.turns is not None and self.turns >= 3.0
-        if self.periodic:
-            for path, _ in offsets(self.record):
-                wanted.tracks[path] = wanted.channel(path)
+
+    def _want_offsets(self) -> None:
+        """Offsets of journals and blocks at all samples, for periods and requested errors.
+
+        Raises NotForLanes for a request that needs more.
+        """
+        paths = [path for path, _ in offsets(self.record)]
+        if self.periodic or self.request is not None:
+            self.wanted.tracks |= {path: self.wanted.channel(path) for path in paths}
+        self.offsets = [
+            list(self.wanted.tracks).index(path) for path in paths if self.wanted.tracks
+        ]
+        if self.request is None:
+            return
+        if not paths:
+            raise NotForLanes("the trajectories of scenes without clearance are not compared")
+        for name in self.request.asked:
+            if alike(name, self.first) not in self.first and name not in (
+                ALL,
+                INTEGRATION,
+                TRAJECTORY,
+            ):
+                raise NotForLanes(f"the error of {name} is requested")
+
+    def sizes(self, points: Points) -> np.ndarray:
+        """Natural sizes of the offsets: (points, offsets)."""
+        clearance = {
+            joint.name: self.number(points.par, joint, "clearance")
+            for joint in self.mechanism.scene.clearance_joints
+        }
+        shares = [
+            (path.split("/")[1], size / self.record.clearances[path.split("/")[1]])
+            for path, size in offsets(self.record)
+        ]
+        return np.stack([clearance[joint] * share for joint, share in shares], axis=-1)
 
     # --- metrics
     def sound(self, answers: Answers, points: Points) -> np.ndarray:
@@ -399,7 +465,8 @@ class LaneMetrics:
             for n in ("residual_max", "residual_min")
         }
         turned = np.maximum(ends["kinetic_max"] - ends["kinetic_min"], 1e-300)
-        doubt = doubtful(self.solver.rtol)
+        rtol = self.solver.rtol if points.rtol is None else points.rtol
+        doubt = np.array([doubtful(r) for r in np.broadcast_to(rtol, turned.shape)])
         return good & (ends["residual_max"] - ends["residual_min"] <= doubt * turned)
 
     def _of_all(self, answers: Answers, name: str, first: int = 0) -> np.ndarray:
@@ -429,7 +496,7 @@ class LaneMetrics:
         answers: of the points, of their companions, and of those with films that are stronger by so
         many times the errors of their tables.
         """
-        parts = [self.metrics(answer, points) | self._located(answer) for answer in answers]
+        parts = [self.metrics(answer, points) | self.located_in(answer) for answer in answers]
         numbers = {name: np.stack([part[name] for part in parts]) for name in parts[0]}
         by, stated = differences(numbers, spreads(numbers), times), {}
         for name in self.first:
@@ -444,15 +511,16 @@ class LaneMetrics:
         without = [n for n in self.first if f"{n}_error" not in stated and not is_period(n)]
         return np.logical_and.reduce([*good, *(~np.isfinite(values[n]) for n in without)])
 
-    def _located(self, answers: Answers) -> dict[str, np.ndarray]:
+    def located_in(self, answers: Answers) -> dict[str, np.ndarray]:
         """Located extremes of the window that stated errors compare."""
         return {name: self._of_all(answers, name, self.past) for name in self.located}
 
     def _of_turns(self, seen: LaneReductions):
         """Metrics of turn peaks, see metrics/of_points.py."""
         if self.dry:
-            return statistics(every(seen), {n: metric.text for n, metric in self.first.items()})
-        return () if self.turns is None else peak_means(loads(seen))
+            texts = {n: metric.text for n, metric in self.first.items()}
+            return statistics(every(seen.turns), texts)
+        return () if self.turns is None else peak_means(loads(seen.turns))
 
     def _of_periods(self, seen: LaneReductions):
         rows = [{name: v for name, v, *_ in periodicity(r, seen.window(r))} for r in seen.runs]

@@ -130,9 +130,9 @@ ROWS = (
 #: columns of `spans`, a row for each point
 BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
 #: columns of `progress`, a row for each lane: its point, turns made, the next sample and its time,
-#: samples that wait
-POINT, TURNS, SAMPLE, DUE, DRAWN = range(5)
-PROGRESS = 5
+#: samples that wait, the phase in which it goes on
+POINT, TURNS, SAMPLE, DUE, DRAWN, GOES_ON = range(6)
+PROGRESS = 6
 #: columns of `searches`, a row for each quantity: three places inside the step and the values
 #: there. Then half the width, parabolas so far, and the next place
 A, B, C, AT_A, AT_B, AT_C, WIDTH, ROUND, STAGE = range(9)
@@ -148,10 +148,10 @@ def layout(*, width: int, quantities: int, contacts: int) -> np.dtype:
     """Numbers of the driver, and arrays that it alone uses.
 
     held: rows of a step; then: phase in which a step begins; size: states and energies; filled:
-    rows of `impacts`; begun: 1 once it has begun.
+    rows of `impacts`; begun: 1 once it has begun; pause: turns after which runs wait to go on.
     """
     numbers = ("held", "quantities", "active", "limit", "taken", "alive", "then", "size", "filled")
-    numbers += ("begun",)
+    numbers += ("begun", "pause")
     arrays = [
         ("progress", float, (width, PROGRESS)),
         ("drawn", int, (width, width)),  # numbers of the samples that wait, by lane
@@ -593,6 +593,10 @@ def lead_on(s, lane):
         take(s, lane)
     elif s.kinds.size > 0 and s.called[lane] == FINISH:
         s.leave(s.address, lane)
+    if s.progress[lane, TURNS] >= s.pause and s.rows[s.at[PHASE], lane] != IDLE:
+        s.progress[lane, GOES_ON] = s.rows[s.at[PHASE], lane]
+        s.rows[s.at[PHASE], lane] = IDLE
+        s.alive -= 1
 
 
 @shared
@@ -652,8 +656,8 @@ def iterate(s, iterating):
 
 
 def run(address):
-    """Run the points that wait, of the record at an address, until they are over or `impacts` is
-    full; returns how many go on.
+    """Run the points that wait, of the record at an address, until they are over or pause, or
+    `impacts` is full; returns how many go on.
     """
     s = lanes_at(address)
     width = s.rows.shape[1]

@@ -2,10 +2,13 @@
 stored.
 """
 
+import logging
 from collections.abc import Sequence
 
 import numpy as np
 
+from clearance.lanes.point_numbers import NotForLanes
+from clearance.lanes.starts import Starts
 from clearance.mechanism.build import Mechanism, build
 from clearance.mechanism.dead_centre import DeadCentre, transferred
 from clearance.metrics.by_turn import Series, by_turn
@@ -19,6 +22,7 @@ from clearance.run.run import Run
 from clearance.simulation import SimulationError
 from clearance.stepping import status
 
+LOG = logging.getLogger("clearance")
 SPREAD = 0.6  # of the clearance: how far from its middle journals start, at most
 PIECE = 32  # turns held in memory
 FEWEST_TURNS = 2 * FEWEST  # of a start that statistics need: half may be its transient
@@ -36,15 +40,43 @@ class Ensemble:
         self.mechanism, self.starts = mechanism, starts
         rng = np.random.default_rng(seed)
         places = [mechanism.y0, *(somewhere(mechanism, rng) for _ in range(starts - 1))]
-        self.runs = [Turning(mechanism, most, solver, y) for y in places]
         self.anew = most, solver, places
+        self.together = self._in_lanes()
+        self.runs: list[Turning] = []
         self.values: dict[str, np.ndarray] = {}
         self.about: dict[str, Series] = {}
 
+    def _in_lanes(self) -> Starts | None:
+        """The starts side by side; None where they do not suit."""
+        most, solver, places = self.anew
+        first = Run(self.mechanism, span_of(self.mechanism, most), solver)
+        try:
+            return Starts(first, places)
+        except NotForLanes as reason:
+            LOG.debug("the ordinary way: %s", reason)
+            return None
+
     def extend(self, turns: int) -> None:
-        """Go on to so many turns of each start, all anew where one comes to a dead centre that an
-        open loop does not have. Raises SimulationError where that cannot be.
+        """Go on to so many turns of each start: side by side in lanes, or all anew one by one where
+        one of them cannot go on there. Raises SimulationError where they cannot go on at all.
         """
+        if self.together is not None:
+            try:
+                self.about = self.together.extend(turns)
+                self.values = {name: series.values for name, series in self.about.items()}
+                return
+            except NotForLanes as reason:
+                LOG.debug("the ordinary way: %s", reason)
+                self.together = None
+        self._extend_one_by_one(turns)
+
+    def _extend_one_by_one(self, turns: int) -> None:
+        """Go on to so many turns of each start, all anew where one comes to a dead centre that an
+        open loop does not have.
+        """
+        if not self.runs:
+            most, solver, places = self.anew
+            self.runs = [Turning(self.mechanism, most, solver, y) for y in places]
         while dead := next(filter(None, (run.extend(turns) for run in self.runs)), None):
             self._open(dead)
         self.about = self.runs[0].about
@@ -65,6 +97,11 @@ class Ensemble:
         rows = ((y, before.outputs(0.0, y, work)) for y in places)
         moved = (transferred(before, y, row, mechanism) for y, row in rows)
         self.runs = [Turning(mechanism, most, solver, *state[:2]) for state in moved]
+
+
+def span_of(mechanism: Mechanism, turns: int) -> Span:
+    """So many turns, and their samples."""
+    return Span(turns * mechanism.scene.turn, turns * SAMPLES_PER_TURN + 1)
 
 
 def somewhere(mechanism: Mechanism, rng: np.random.Generator) -> np.ndarray:
@@ -89,8 +126,7 @@ class Turning:
         y: Sequence[float],
         carried: Sequence[float] | None = None,
     ):
-        span = Span(most * mechanism.scene.turn, most * SAMPLES_PER_TURN + 1)
-        self.run = run = Run(mechanism, span, solver)
+        self.run = run = Run(mechanism, span_of(mechanism, most), solver)
         run.method.paced = True
         run.state.y[: len(y)] = y
         if carried is not None:

@@ -7,7 +7,6 @@ energy does not add up.
 """
 
 import math
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -17,9 +16,10 @@ import numpy as np
 
 from clearance import lanes
 from clearance.accuracy.companion import companion_rtol, film_factor
+from clearance.accuracy.request import LOST
 from clearance.film.lookup import Tabulated
-from clearance.lanes.code import chosen_width, natural_width
-from clearance.lanes.group import Answers, Group, Points
+from clearance.lanes.code import chosen_width, natural_width, off
+from clearance.lanes.group import FILMS, Answers, Group, Points
 from clearance.lanes.lane_metrics import LaneMetrics
 from clearance.lanes.point_numbers import NotForLanes, PointNumbers
 from clearance.lanes.possible import possible
@@ -30,9 +30,9 @@ from clearance.scene.case import Case
 from clearance.scene.scene import Scene
 from clearance.simulation import prepare
 from clearance.stepping import status
-from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.sweeping.definition import FEWEST, Definition
 from clearance.sweeping.journal import DONE, Outcome
+from clearance.sweeping.requested import Ladder, Reached
 from clearance.sweeping.ways import Ways
 from clearance.values.spots import BLENDED
 
@@ -42,7 +42,6 @@ TOGETHER = 128  # points of a block, at least where memory allows
 STEPS = 500_000  # of a block, about: a second
 FAR_MORE = 100  # times the steps of the first point, after which one runs the ordinary way
 TRACKED = 2**24  # numbers of a block's turns and samples that are stored at a time
-FILMS = {"clearance": CLEARANCE, "pull": PULL, "rate_x": RATE_X, "rate_y": RATE_Y}
 #: options of runs that lanes have
 OPTIONS = {"turns", "until", "rtol", "method", "samples_per_turn", "samples", "energy", "max_steps"}
 
@@ -125,7 +124,7 @@ class Together:
     def points(
         self,
         columns: dict[str, np.ndarray],
-        rtol: float | None = None,
+        rtol: float | np.ndarray | None = None,
         tables: np.ndarray | None = None,
     ) -> Points:
         """Numbers of points, from their swept numbers; rtol, tables: where they have others."""
@@ -193,8 +192,12 @@ class Together:
         scenes = self._scenes(columns)
         return np.array([np.concatenate([t.numbers for t in tables_of(s)]) for s in scenes])
 
-    def _stronger(self, columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Times of their errors by which the tables of points are made stronger, and the tables."""
+    def stronger(self, columns: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray] | None:
+        """Times of their errors by which the tables of points are made stronger, and the tables;
+        None without tables.
+        """
+        if not tables_of(self.mechanism.scene):
+            return None
         if not self.several:
             return _strengthened(tables_of(self.mechanism.scene))
         pairs = [_strengthened(tables_of(scene)) for scene in self._scenes(columns)]
@@ -302,8 +305,8 @@ class Together:
         points = self.points(columns, rtol)
         companions = film = self.answers(points, threads)
         good, times = companions.status == status.DONE, np.ones(len(points.until))
-        if tables_of(self.mechanism.scene):
-            times, tables = self._stronger(columns)
+        if strong := self.stronger(columns):
+            times, tables = strong
             film = self.answers(self.points(columns, rtol, tables), threads)
             good &= film.status == status.DONE
         stated = self.summing.errors((answers, companions, film), points, times)
@@ -336,7 +339,7 @@ class Lanes:
 
     def __init__(self, definition: Definition, case: Case, about: dict):
         self.definition, self.case, self.about = definition, case, about
-        self.ways = Ways(lanes=0 if _off() else natural_width())
+        self.ways = Ways(lanes=0 if off() else natural_width())
         columns = definition.points.columns
         self.numbers = {n: np.array(columns[n]) for n in definition.spread}
         fixed = [v for v in columns.values() if not all(isinstance(number, float) for number in v)]
@@ -378,7 +381,7 @@ class Lanes:
     def _unfit(self) -> str:
         """The reason why no point of the sweep can go in lanes; none where some may."""
         definition = self.definition
-        if _off():
+        if off():
             return "lanes are off (CLEARANCE_LANES=0)"
         if definition.files or definition.own:
             return "runs have files" if definition.files else "metrics of your own"
@@ -431,40 +434,52 @@ class Lanes:
         """Outcomes of a block, those that are sound."""
         summing, text = together.summing, together.mechanism.structure.digest
         about = self.about | {"text": text, "lanes": together.group.width}
+        described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
+        outcomes = []
+        for part in self._parts(together, columns, threads):
+            mine = {n: column[part.places] for n, column in columns.items()}
+            warnings = together.warnings(mine, part.answers, part.points).tolist()
+            steps, values = part.answers.steps.tolist(), part.values | part.stated
+            rows = zip(*(values[name].tolist() for name in described), strict=True)
+            numbers = zip(part.places.tolist(), rows, warnings, steps, strict=True)
+            outcomes += [
+                Outcome(
+                    indices[i],
+                    self.definition.keys[indices[i]],
+                    DONE,
+                    metrics=dict(zip(described, row, strict=True)),
+                    known=described,
+                    warnings=warned,
+                    steps=count,
+                    made=about,
+                )
+                for i, row, warned, count in numbers
+            ]
+        if left := len(indices) - len(outcomes):
+            reason = "they failed, carry a warning or press too deep"
+            if summing.request is not None:
+                reason = f"they failed, or do not reach the requested errors by rtol {LOST:g}"
+            self.ways.left(reason, left)
+        return outcomes
+
+    def _parts(
+        self, together: Together, columns: dict[str, np.ndarray], threads: int
+    ) -> Iterator[Reached]:
+        """Points that are sound, as they end."""
+        summing = together.summing
+        if summing.request is not None:
+            yield from Ladder(together, columns, threads).climb()
+            return
         points = together.points(columns)
         answers = together.answers(points, threads)
-        good, steps = summing.sound(answers, points), answers.steps.tolist()
-        values = summing.metrics(answers, points)
-        if summing.stated:
-            stated = together.errors(columns, answers, threads)
+        good, values = summing.sound(answers, points), summing.metrics(answers, points)
+        stated = together.errors(columns, answers, threads) if summing.stated else {}
+        if stated:
             good &= summing.stated_alike(values, stated)
-            values |= stated
-        if not good.all():
-            self.ways.left("they failed, carry a warning or press too deep", int((~good).sum()))
-        warnings = together.warnings(columns, answers, points).tolist()
-        described = {n: (m.units, m.text) for n, m in (summing.first | summing.stated).items()}
-        rows = list(zip(*(values[name].tolist() for name in described), strict=True))
-        return [
-            Outcome(
-                indices[i],
-                self.definition.keys[indices[i]],
-                DONE,
-                metrics=dict(zip(described, rows[i], strict=True)),
-                known=described,
-                warnings=warnings[i],
-                steps=steps[i],
-                made=about,
-            )
-            for i in np.flatnonzero(good).tolist()
-        ]
+        yield Reached(np.arange(good.size), points, answers, values, stated).at(good)
 
 
 def check_width() -> None:
     """Raises ValueError where CLEARANCE_LANES is no number of lanes."""
-    if not _off():
+    if not off():
         chosen_width()
-
-
-def _off() -> bool:
-    """True where lanes are switched off."""
-    return os.environ.get("CLEARANCE_LANES") == "0"

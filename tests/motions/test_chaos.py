@@ -88,6 +88,7 @@ def test_not_reached():
 
 def test_crawling_statistics_end_by_name(monkeypatch):
     """As of `simulate`: the remaining turns would need too many steps; here 500 are too many."""
+    monkeypatch.setenv("CLEARANCE_LANES", "0")
     monkeypatch.setattr(method, "PACE", 500)
     monkeypatch.setattr(method, "ENDLESS", 500.0)
     with pytest.raises(cl.SimulationError, match="so short that the rest of the run needs more"):
@@ -172,12 +173,12 @@ def test_ranges10_regular_motions_that_differ_are_told_apart():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("starts", [10, pytest.param(40, marks=pytest.mark.slow)])
-def test_two_motions_of_one_mechanism(starts):
+def test_two_motions_of_one_mechanism():
     """The dry slider-crank at 3900 rpm, below its fold: starts lead to an orbit of one turn, or one
     in nine to one of two. Rounding decides which of them `steady` solves for; its mean force is
     theirs (1e-3). The mean forces of both differ by 2 %.
     """
+    starts = 40
     dry = {"restitution": 0.9, "friction": "coulomb", "friction_coefficient": 0.03}
     scene = cl.load_case("slider_crank", clearance=1e-3, speed=cl.rpm(3900), **dry)
     actual = cl.statistics(scene, {FORCE: "1%"}, starts=starts, seed=1, check=False)

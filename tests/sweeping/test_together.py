@@ -328,12 +328,6 @@ def test_stated_errors(sweeps):
     assert np.mean(apart <= one + two) > 0.99
 
 
-def test_requested_errors_are_left_to_the_ordinary_way():
-    """They choose a tolerance for each point."""
-    with pytest.raises(NotForLanes, match="tolerance of each point"):
-        Together(scenes(**FEEDER), swept(), {"turns": 2.0}, None, 1e-3)
-
-
 @pytest.mark.slow
 def test_scene_files_over_one_parameter(tmp_path):
     """All points run in lanes, with the metrics of a grid: within 1e-6, the tolerance.
