@@ -420,11 +420,9 @@ class LaneMetrics:
         paths = [path for path, _ in offsets(self.record)]
         if self.periodic or self.request is not None:
             self.wanted.tracks |= {path: self.wanted.channel(path) for path in paths}
-        self.offsets = [
-            list(self.wanted.tracks).index(path) for path in paths if self.wanted.tracks
-        ]
         if self.request is None:
             return
+        self.offsets = [list(self.wanted.tracks).index(path) for path in paths]
         if not paths:
             raise NotForLanes("the trajectories of scenes without clearance are not compared")
         for name in self.request.asked:

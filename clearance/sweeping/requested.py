@@ -1,8 +1,8 @@
 """Points of a sweep in lanes with the errors that are requested of them: the ladder of
 accuracy/request.py, point by point, all points side by side.
 
-A point that does not reach its errors at 1e-10, whose film table alone makes larger ones, or that
-fails on the way, takes the ordinary way, which gives the reason.
+The ordinary way gives the reason of a point that fails on the way, that does not reach its errors
+at 1e-10, or whose film table alone makes larger ones.
 """
 
 from collections.abc import Iterator
