@@ -134,9 +134,9 @@ BEGIN, UNTIL, EVERY, SAMPLES, TURN = range(5)
 POINT, TURNS, SAMPLE, DUE, DRAWN, GOES_ON = range(6)
 PROGRESS = 6
 #: columns of `searches`, a row for each quantity: three places inside the step and the values
-#: there. Then half the width, parabolas so far, and the next place
-A, B, C, AT_A, AT_B, AT_C, WIDTH, ROUND, STAGE = range(9)
-SEARCH_COLUMNS = 9
+#: there. Then half the width, parabolas so far, the next place, and the best before the search
+A, B, C, AT_A, AT_B, AT_C, WIDTH, ROUND, STAGE, BEST = range(10)
+SEARCH_COLUMNS = 10
 OVER, SUMMIT, LEFT, RIGHT = range(4)  # stages of a search
 SEEKS = 12  # columns of `seeks`, see touches.py
 #: columns of `impacts`: point, contact, begin, impact speed, duration, separation speed, 1 where it
@@ -424,8 +424,12 @@ def see(s, lane, columns):
 
 
 @shared
-def summit(q, best):
-    """Summit of the parabola through three places; -1 where there is nothing to find."""
+def summit(q):
+    """Summit of the parabola through three places; -1 where there is nothing to find.
+
+    What places of other quantities bring by chance is no reason to stop: it would be another one
+    with another number of lanes.
+    """
     slope, bend = parabola(q[A], q[B], q[C], (q[AT_A], q[AT_B], q[AT_C]))
     if not bend < 0.0:
         return -1.0
@@ -433,7 +437,7 @@ def summit(q, best):
     if q[ROUND] == 0.0:
         ends = max(q[AT_A], q[AT_C])
         rise = q[AT_A] + (top - q[A]) * (slope + bend * (top - q[B])) - ends
-        if abs(top - q[B]) > REACH or not ends + 2.0 * rise > best:
+        if abs(top - q[B]) > REACH or not ends + 2.0 * rise > q[BEST]:
             return -1.0
     return min(max(top, EDGE), 1.0 - EDGE)
 
@@ -466,7 +470,7 @@ def asked(s, lane):
         i = s.searched[index]
         q = s.searches[i]
         if q[STAGE] == SUMMIT and columns < width:
-            theta = summit(q, s.rows[s.at[VALUE] + i, lane])
+            theta = summit(q)
             if theta < 0.0:
                 q[STAGE] = OVER
                 continue
@@ -496,7 +500,7 @@ def search(s, lane):
             q = s.searches[i]
             q[A], q[B], q[C], q[WIDTH], q[ROUND], q[STAGE] = 0.0, 0.5, 1.0, 1.0, 0.0, SUMMIT
             q[AT_A], q[AT_C] = s.rows[s.at[LAST] + i, lane], s.rows[s.at[NEXT] + i, lane]
-            q[AT_B] = s.rows[s.at[BETWEEN] + i, lane]
+            q[AT_B], q[BEST] = s.rows[s.at[BETWEEN] + i, lane], s.rows[s.at[VALUE] + i, lane]
             s.searched[s.active] = i
             s.active += 1
     columns = asked(s, lane)
