@@ -70,6 +70,8 @@ def _unfit_for_iterations(mechanism: Mechanism) -> str | None:
     """The reason why runs of an implicit method cannot go in lanes."""
     if touching := [e.name for e, spot in mechanism.spots if spot.kind == CONTACT]:
         return f"contacts of joint {touching[0]} begin with a touch"
+    if rubbing := sorted(mechanism.structure.forced):
+        return f"friction of joint {rubbing[0]} turns round inside steps"
     rates, jacobian = (
         mechanism.size - mechanism.coordinates,
         mechanism.structure.programs["jacobian"],

@@ -172,3 +172,19 @@ def test_sweeps_say_how_points_ran(tmp_path, caplog):
     with caplog.at_level("INFO", "clearance.sweep"):
         cl.sweep("slider_crank", points, tmp_path, fixed={"model": "dry"}, turns=1, channels=[])
     assert "24 points in lanes" in caplog.text
+
+
+def test_sharp_friction_of_joints_is_left_to_the_ordinary_way():
+    """Implicit steps of lanes do not look for where it turns round; explicit ones resolve it."""
+    case = find_case("three_loop_chain")
+    columns = {"transition_rate": np.geomspace(1e-2, 1e-1, POINTS)}
+    options = {"until": 0.2, "rtol": 1e-6}
+
+    def scene(values):
+        return case.scene(drive="torque", where="all", **values)
+
+    with pytest.raises(NotForLanes, match="turns round inside steps"):
+        Together(scene, columns, options, None)
+    together = Together(scene, columns, options | {"method": "dop853"}, None)
+    points = together.points(columns)
+    assert together.summing.sound(together.answers(points, 1), points).all()
