@@ -74,6 +74,7 @@ if TYPE_CHECKING:  # for editors: names of laws and elements, modules, and what 
 
     from clearance.motions.steady import steady as steady
     from clearance.postprocess.measured import compare as compare
+    from clearance.identify.scene_parameters import fit as fit
     from clearance.postprocess.report import report as report
     from clearance.postprocess.view import view as view
     from clearance.run.force_hole import hole_check as hole_check
@@ -157,6 +158,7 @@ _LAZY = {
     "view": "clearance.postprocess.view",
     "again": "clearance.run.again",
     "compare": "clearance.postprocess.measured",
+    "fit": "clearance.identify.scene_parameters",
 }
 
 #: names that have another one in their module
@@ -172,6 +174,8 @@ ACCESSORS |= {
     "plot": "clearance.postprocess.pictures:Pictures",
     "report": "clearance.postprocess.report:report",
     "view": "clearance.postprocess.view:view",
+    "plot_fit": "clearance.postprocess.scene_fits:picture",
+    "report_fit": "clearance.postprocess.scene_fits:report",
 }
 
 

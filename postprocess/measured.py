@@ -2,9 +2,7 @@
 error.
 """
 
-import csv
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,41 +11,14 @@ from clearance.postprocess import figures
 from clearance.postprocess.channels import at, channel, name_of, turn_of
 from clearance.postprocess.labels import axis_label
 
-from clearance.files.texts import text_of
+from clearance.identify.measured import Measured, read
 from clearance.results.record import Record
-from clearance.values.checks import meant
-from clearance.values.units import UNITS, quantity
+from clearance.values.units import quantity
 
-HEADING = re.compile(r"^\s*(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?\s*$")
-#: units of data beside those of the command line -> (SI unit, factor)
-MORE_UNITS = {
-    "gn": ("m/s2", 9.80665),
-    "mm/s2": ("m/s2", 1e-3),
-    "turns": ("rad", 2.0 * math.pi),
-    "°": ("rad", math.pi / 180.0),
-}
-#: names of the column that a record runs along, and its SI unit
-ALONG = {"time": "s", "t": "s", "angle": "rad", "turns": "rad", "crank angle": "rad"}
-FEWEST = 4  # rows of a record
 FINEST = 2**20  # points of the grid on which a shift is looked for
 FEW = 400  # rows up to which each is a dot
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 REFINED = 60  # steps of the search within one cell of that grid
-
-
-@dataclass(frozen=True)
-class Measured:
-    """A measured record. along: "time" [s] or "angle" [turns]; values in SI, over `x`.
-
-    path: its file; column: name of the values; units: their SI unit.
-    """
-
-    path: Path
-    column: str
-    units: str
-    along: str
-    x: np.ndarray
-    values: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -104,93 +75,6 @@ class Comparison:
             f"largest {self.largest:.4g}{unit}; correlation {self.correlation:.4f}; "
             f"record begins at {self.shift_text} of the run"
         )
-
-
-# --- reading
-def read(path: str | Path, column: str | None = None) -> Measured:
-    """A record from a CSV file.
-
-    The first row has names with units, as "time [ms], a [m/s2]"; commas, semicolons or tabs stand
-    between cells; lines that begin with # are passed over. One column is time, or the angle of the
-    drive; column: name of the values, where there are several. Units become SI ones.
-    Raises ValueError, with file and line, for what is no such record.
-    """
-    path = Path(path)
-    lines = text_of(path).splitlines()
-    rows = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"]
-    if len(rows) <= FEWEST:
-        raise ValueError(
-            f"{path}: a header and at least {FEWEST} rows are needed, got {len(rows)} lines"
-        )
-    split = next((s for s in "\t;," if s in rows[0][1]), ",")
-    cells = [(i, _cells(path, i, line, split)) for i, line in rows]
-    headings = [_heading(path, cells[0][0], cell) for cell in cells[0][1]]
-    names = [name for name, _, _ in headings]
-    x_at = next((i for i, (n, kind, _) in enumerate(headings) if _along(n, kind)), None)
-    if x_at is None:
-        raise ValueError(f"{path}: no column is time or angle; columns: {', '.join(names)}")
-    y_at = _column(path, names, x_at, column)
-    columns = _numbers(path, cells[1:], len(names))
-    along = "time" if _along(*headings[x_at][:2]) == "s" else "angle"
-    x = columns[:, x_at] * headings[x_at][2] / (1.0 if along == "time" else 2.0 * math.pi)
-    if not (np.diff(x) > 0.0).all():
-        row = int(np.argmax(np.diff(x) <= 0.0)) + 2
-        raise ValueError(f"{path}:{cells[row][0]}: {names[x_at]} must grow from row to row")
-    name, units, factor = headings[y_at]
-    return Measured(path, name, units, along, x, columns[:, y_at] * factor)
-
-
-def _cells(path: Path, i: int, line: str, split: str) -> list[str]:
-    """Cells of a line. Raises ValueError with its number, such as for an endless cell."""
-    try:
-        return next(csv.reader([line], delimiter=split))
-    except csv.Error as error:
-        raise ValueError(f"{path}:{i}: {error}") from None
-
-
-def _heading(path: Path, line: int, cell: str) -> tuple[str, str, float]:
-    """Name, SI unit and factor of a column; the unit is "?" where there is none."""
-    match = HEADING.match(cell)
-    unit = next((u for u in match.groups()[1:] if u is not None), "").replace(" ", "")
-    units = UNITS | MORE_UNITS
-    if unit in ("", "-", "1"):
-        return match[1], "?" if unit == "" else "1", 1.0
-    if unit not in units:
-        answer = f"{meant(unit, units)}; known: {', '.join(units)}"
-        raise ValueError(f"{path}:{line}: column {match[1]!r}: unknown unit {unit!r}{answer}")
-    return match[1], *units[unit]
-
-
-def _along(name: str, units: str) -> str | None:
-    """SI unit of the column that a record runs along; None for other columns."""
-    expected = ALONG.get(name.lower())
-    return expected if expected is not None and units in (expected, "?") else None
-
-
-def _column(path: Path, names: list[str], x_at: int, column: str | None) -> int:
-    """Place of the values. Raises ValueError where that is not clear."""
-    others = [i for i in range(len(names)) if i != x_at]
-    listed = ", ".join(names[i] for i in others)
-    if column is not None:
-        if column not in [names[i] for i in others]:
-            raise ValueError(f"{path}: no column {column!r}{meant(column, names)}; it has {listed}")
-        return names.index(column)
-    if len(others) != 1:
-        raise ValueError(f"{path}: name one of its columns: {listed or 'none'}")
-    return others[0]
-
-
-def _numbers(path: Path, rows: list[tuple[int, list[str]]], count: int) -> np.ndarray:
-    """Rows of a record as numbers; decimal commas are read where they do not part cells."""
-    values = np.empty((len(rows), count))
-    for row, (line, cells) in zip(values, rows, strict=True):
-        try:
-            row[:] = [float(cell.strip().replace(",", ".")) for cell in cells]
-        except ValueError:
-            raise ValueError(f"{path}:{line}: expected {count} numbers, got {cells}") from None
-        if not np.isfinite(row).all():
-            raise ValueError(f"{path}:{line}: expected finite numbers, got {cells}")
-    return values
 
 
 # --- comparing

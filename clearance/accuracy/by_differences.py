@@ -147,7 +147,7 @@ def reason_without(run: Run) -> str:
 class Steps:
     """Runs on the steps of a run at one tolerance, halved where a varied run cannot make one.
 
-    longer: longest step over that of the run.
+    longer: longest step over that of the run; record: of the run whose steps these are.
     """
 
     def __init__(self, sensing: Sensing, run: Run, rtol: float, method: str, longer: float = 1.0):
@@ -156,7 +156,7 @@ class Steps:
         first, ends = self.prepared(self.scene), Ends()
         first.state.longest_step *= longer
         first.observers.append(ends)
-        recorded(first)
+        self.record = recorded(first)
         self.ends, self.halvings = np.array(ends.times), 0
         self.middle: dict[int, dict[str, Metric]] = {}  # without a change, by halvings
 

@@ -13,6 +13,7 @@ COMMANDS = {
     "report": "one HTML file about a run or a sweep, that needs nothing else",
     "view": "a page that moves, of runs or of a sweep, in one HTML file",
     "inverse": "driving efforts and joint reactions of a prescribed motion, with friction",
+    "fit": "parameters of a mechanism from its records, with intervals; or what records would tell",
     "identify": "parameters of a joint's model from measurements",
     "bench-data": "synthetic test-bench data of a joint's friction, for identify",
     "film": "oil films: pressure fields, force maps, snapshots, mesh and error studies",

@@ -28,7 +28,8 @@ def add_option(p: argparse.ArgumentParser) -> None:
     p.add_argument(
         "--again",
         action="store_true",
-        help="CASE is a result file: run it again, from the scene and the options in it",
+        help="CASE is a result file, or the folder of a fit: run it again, from the scene and the "
+        "options in it",
     )
     p.set_defaults(usual={name: p.get_default(name) for name in OF_THE_FILE})
 
@@ -45,6 +46,8 @@ def scene_of(options):
         if getattr(options, name) != usual:
             word = "-p" if name == "parameters" else f"--{name.replace('_', '-')}"
             raise ValueError(f"{word} beside --again: the file {options.case} has it; leave it out")
+    if (held := Path(options.case) / "run.h5").is_file():  # in the folder of a fit
+        options.case = str(held)
     scene, options.of_file = again(options.case)
     scene.origin["command"] = getattr(options, "line", "")
     options.rtol, options.settle = options.of_file["rtol"], options.of_file.get("settle")

@@ -38,6 +38,8 @@ ONLY_IN = {
         "clearance.sweeping.points",
         "clearance.sweeping.scatter",
         "clearance.identify.estimation",
+        "clearance.identify.scene_fit",
+        "clearance.identify.verdict",
         "paper_figures.feeder_models",
         "paper_figures.friction_laws",
         "paper_figures.sweep_map",
@@ -186,7 +188,7 @@ def test_what_draws_results_is_named_at_the_top_only():
     """Results name nothing above them: the top enters what draws them."""
     from clearance.results.accessors import ACCESSORS
 
-    assert set(ACCESSORS) == {"plot", "report", "view"}
+    assert set(ACCESSORS) == {"plot", "report", "view", "plot_fit", "report_fit"}
     named = [n for n in ACCESSORS.values() for p in MODULES if n in p.read_text()]
     assert sorted(named) == sorted(ACCESSORS.values())
     top = (ROOT / "clearance" / "__init__.py").read_text()
@@ -246,6 +248,8 @@ READERS = {
     "clearance.wearing.life_record",
     "clearance.identify.records",
     "clearance.identify.fit",
+    "clearance.identify.measured",
+    "clearance.identify.scene_parameters",
     "clearance.film.bearing",
     "clearance.elements.clearance_prismatic",
 }

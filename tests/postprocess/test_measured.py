@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clearance.postprocess import measured
 from clearance.postprocess.channels import at
 
 import clearance as cl
+from clearance.identify.measured import read
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def test_a_record_over_time_is_found_where_it_was_taken(run, tmp_path):
         tmp_path / "a.csv", "time [ms], rocker.alpha [1/s2], b [N]", 1e3 * time, values, time
     )
     with pytest.raises(ValueError, match="unknown unit '1/s2'"):
-        measured.read(path, "rocker.alpha")
+        read(path, "rocker.alpha")
     path = written(tmp_path / "a.csv", "time [ms], rocker.alpha, b [N]", 1e3 * time, values, time)
     with pytest.raises(ValueError, match="name one of its columns: rocker.alpha, b"):
         cl.compare(run, path)
@@ -105,14 +105,14 @@ def test_a_shift_of_another_unit_and_no_text(run, tmp_path):
         cl.compare(run, path, "rocker.x", shift="90deg")
     path.write_bytes(b"\x89HDF")
     with pytest.raises(ValueError, match=r"d\.csv is not a text file"):
-        measured.read(path)
+        read(path)
 
 
 def test_decimal_commas_and_semicolons(tmp_path):
     """As spreadsheets of half the world write them."""
     path = tmp_path / "d.csv"
     path.write_text("t [ms];a (m/s2)\n0,5;1,25\n1,5;2\n2,5;3\n3,5;4\n")
-    record = measured.read(path)
+    record = read(path)
     assert record.x[0] == 5e-4
     assert record.values[0] == 1.25
     assert record.units == "m/s2"

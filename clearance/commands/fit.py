@@ -1,0 +1,241 @@
+"""`clearance fit`: parameters of a mechanism from its records, or intervals of planned ones."""
+
+import argparse
+from pathlib import Path
+
+from clearance.commands.common import (
+    DONE,
+    ProgressBar,
+    add_case,
+    add_command,
+    complain,
+    json_text,
+    number,
+    seed_of,
+)
+
+EXAMPLES = """\
+-p NAME=LOW:HIGH is fitted between these bounds, -p NAME=VALUE holds. A name is that of a parameter
+of the case, or of a number of the scene, such as bodies/slider/mass.
+
+  clearance fit slider_crank -p model=lubricated --data bench.csv -p clearance=0.1mm:1mm \\
+    -p viscosity=0.05:1 --channels bodies/slider/ax=acceleration -o fit
+  clearance run fit --again                                          # the run of what was fitted
+  clearance fit slider_crank -p model=lubricated -p clearance -p viscosity --plan --noise 1% \\
+    --channels bodies/slider/ax,joints/C/force --turns 1,5           # before anybody measures
+
+The first row of a record has names with units: "time [ms], a [m/s2]", "crank_angle_deg, a_m_s2".
+Of a record that has its own conditions: --data slow.csv,speed=300rpm. An interrupted fit goes on.
+"""
+
+
+def add(commands) -> argparse.ArgumentParser:
+    """The command and its options."""
+    p = add_command(
+        commands, "fit", epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add_case(p, "NAME=LOW:HIGH", "a parameter that is fitted, or NAME=VALUE, one that holds")
+    p.add_argument(
+        "--data",
+        action="append",
+        default=[],
+        metavar="FILE.csv",
+        help="a record, and after commas parameters that hold for it alone; may be repeated",
+    )
+    p.add_argument(
+        "--channels",
+        metavar="PATHS",
+        help="what was measured: comma list such as bodies/slider/ax, or as PATH=COLUMN",
+    )
+    p.add_argument(
+        "--noise",
+        metavar="X",
+        help="standard deviation of an error of each value: 3mm, or 1%% of the range of the record "
+        "(default: that of the residuals)",
+    )
+    p.add_argument(
+        "--settle",
+        type=number,
+        metavar="N",
+        help="turns (seconds, where nothing turns) before the records begin (default 2; 0)",
+    )
+    p.add_argument(
+        "--nuisances",
+        default="auto",
+        metavar="NAMES",
+        help="of shift, offset, gain: those of each record that are fitted too, or none "
+        "(auto: the shift of records over time, where something turns)",
+    )
+    p.add_argument(
+        "--lowpass",
+        metavar="ORDER:CORNER",
+        help="Butterworth filter of the sensor, such as 2:1000 for a corner of 1000 Hz",
+    )
+    p.add_argument("--starts", type=int, default=5, metavar="N", help="of the search (default 5)")
+    p.add_argument("--seed", type=int, default=0, metavar="N", help="of the starts (0)")
+    p.add_argument("--plan", action="store_true", help="intervals that a record would give")
+    p.add_argument("--turns", metavar="LIST", help="of --plan: lengths of the record (1)")
+    p.add_argument("--speeds", metavar="LIST", help="of --plan: values of the parameter speed")
+    p.add_argument(
+        "--samples-per-turn", type=int, default=360, metavar="N", help="of --plan (default 360)"
+    )
+    p.add_argument("-o", dest="output", metavar="DIR", help="folder for fit.json, run.h5, pages")
+    return p
+
+
+def run(options) -> int:
+    """Fit, print the verdict, and keep it in the folder."""
+    from clearance.identify.scene_parameters import fit
+
+    scene, bounds = _scene(options)
+    if not options.channels:
+        raise ValueError("fit: --channels names what was measured, such as bodies/slider/ax")
+    if options.plan:
+        return _plan(options, scene, bounds)
+    if not options.data:
+        raise ValueError("fit: --data names a record; --plan needs none")
+    if missing := [n for n, b in bounds.items() if b is None]:
+        raise ValueError(f"-p {missing[0]}: expected {missing[0]}=LOW:HIGH or a value")
+    shown = None if options.json or getattr(options, "quiet", False) else ProgressBar()
+    try:
+        result = fit(
+            scene,
+            [_data(text, scene) for text in options.data],
+            bounds,
+            options.channels,
+            noise=options.noise,
+            settle=options.settle,
+            nuisances=options.nuisances,
+            lowpass=_lowpass(options.lowpass),
+            starts=options.starts,
+            seed=seed_of(options),
+            folder=options.output,
+            progress=shown,
+        )
+    except KeyboardInterrupt:
+        return complain(options, "interrupted; with -o the same command goes on where this stopped")
+    finally:
+        if shown is not None:
+            shown.close()
+    document = result.document()
+    if options.output:
+        folder = Path(options.output)
+        files = [result.plot(folder / "fit.png"), result.report(folder / "report.html")]
+        document["files"] = [str(folder / n) for n in ("fit.json", "run.h5")] + [*map(str, files)]
+    print(json_text(document) if options.json else "\n".join(lines(result, document)))
+    return DONE
+
+
+def lines(result, document: dict) -> list[str]:
+    """The verdict in lines."""
+    from clearance.identify.scene_parameters import shown
+
+    judged = result.verdict
+    text = [f"{result.problem.scene.name}: {judged.samples} values of {len(result.curves)} records"]
+    text += [f"  {shown(i)}" for i in judged.intervals]
+    text += [f"  {name:<24} {value:.4g}" for name, value in document["nuisances"].items()]
+    text += [f"  {line}" for line in judged.products]
+    for i, row in enumerate(judged.correlation[: len(judged.intervals)]):
+        pairs = ((judged.names[j], row[j]) for j in range(i))
+        text += [f"  correlation of {judged.names[i]} and {n}: {r:.3f}" for n, r in pairs]
+    text += [f"  {name}: probability {p:.3g}" for name, p in judged.tests.items()]
+    text += [f"  look: {doubt}" for doubt in judged.doubts]
+    return text + [f"  {path}" for path in document.get("files", ())]
+
+
+def _scene(options) -> tuple:
+    """The scene with the parameters that hold; bounds by name, None where a value is missing."""
+    from clearance.scene.catalogue import find_case
+    from clearance.scene.parameter import varied
+    from clearance.values.units import quantity
+
+    case, values, numbers, bounds = find_case(options.case), {}, {}, {}
+    for item in options.parameters:
+        name, equals, text = item.partition("=")
+        if name in {*values, *numbers, *bounds}:
+            raise ValueError(f"-p {item}: {name} is given twice")
+        if not equals or _is_range(text):
+            bounds[name] = text if equals else None
+        elif "/" in name:
+            numbers[name] = text
+        elif name in case.parameters:
+            values[name] = case.parameters[name].value(text)
+        else:
+            from clearance.values.checks import meant
+
+            hint = meant(name, case.parameters)
+            raise ValueError(f"the case has no parameter {name!r}{hint}")
+    scene = case.scene(**values)
+    if numbers:
+        units = {n: varied(scene, n, 1.0).units for n in numbers}
+        scene = scene.replaced({n: quantity(t, units[n]) for n, t in numbers.items()})
+    scene.origin["command"] = getattr(options, "line", "")
+    return scene, bounds
+
+
+def _is_range(text: str) -> bool:
+    """True for LOW:HIGH."""
+    from clearance.values.units import quantity
+
+    ends = text.split(":")
+    if len(ends) != 2:
+        return False
+    try:
+        return all(quantity(end) is not None for end in ends)
+    except ValueError:
+        return False
+
+
+def _data(text: str, scene) -> tuple[str, dict]:
+    """A file, and the parameters that hold for it alone."""
+    path, *changes = text.split(",")
+    parameters = scene.case.parameters if scene.case is not None else {}
+    values = {}
+    for change in changes:
+        name, equals, value = change.partition("=")
+        if not equals or name not in parameters:
+            raise ValueError(f"--data {text}: expected FILE,NAME=VALUE with parameters of the case")
+        values[name] = parameters[name].value(value)
+    return path, values
+
+
+def _lowpass(text: str | None) -> tuple[int, float] | None:
+    """Order and corner of a filter."""
+    if text is None:
+        return None
+    order, colon, corner = text.partition(":")
+    if not colon or not order.isdigit():
+        raise ValueError(f"--lowpass {text}: expected ORDER:CORNER, such as 2:1000")
+    try:
+        return int(order), float(corner.removesuffix("Hz"))
+    except ValueError:
+        raise ValueError(f"--lowpass {text}: the corner is a number of Hz") from None
+
+
+def _plan(options, scene, bounds: dict) -> int:
+    """Print the intervals that planned records would give."""
+    from clearance.files.texts import listed
+    from clearance.identify.fit_plan import plan
+
+    lengths = [float(t) for t in listed(options.turns) or ["1"]]
+    rows = plan(
+        scene,
+        bounds,
+        options.channels,
+        noise=options.noise or "1%",
+        turns=lengths,
+        speeds=listed(options.speeds),
+        samples_per_turn=options.samples_per_turn,
+        settle=options.settle,
+    )
+    if options.json:
+        print(json_text({"rows": [row.document() for row in rows]}))
+        return DONE
+    names = list(bounds)
+    print(f"95 % intervals of a record with noise {options.noise or '1%'}, best first")
+    print("  " + "".join(f"{n:>26}" for n in names) + "  of")
+    for row in rows:
+        print("  " + "".join(f"{row.text(n):>26}" for n in names) + f"  {row.title}")
+    for line in dict.fromkeys(line for row in rows for line in row.products):
+        print(f"  {line}")
+    return DONE

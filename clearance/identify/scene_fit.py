@@ -1,0 +1,542 @@
+"""Parameters of a mechanism from its records, by least squares on the dense output of its runs.
+
+    r_i = (y_i - g Y(x_i + s; p) - o) / sigma        p: parameters; s, o, g: of a record
+
+Y is a channel of the run, between its samples by cubics; sigma the error of a value. Positive
+parameters are searched for in their logarithms, within their bounds, by a trust region (scipy)
+with the slopes of runs that make the same steps (`accuracy.by_differences.Steps`). Shift s, offset
+o and gain g of a record are fitted beside them where that is requested. Where sigma is not known it
+is that of the residuals. Several starts: Sobol' points between the bounds; the best of them are
+followed to the end.
+
+Validity: trajectories that go on with their parameters. Where contact starts with a touch they part
+after a few impacts: a record that goes on after that is refused, with the place.
+
+Source: Nocedal and Wright, Numerical Optimization (2006), chapter 10; Seber and Wild, Nonlinear
+Regression (2003), chapters 2 and 5.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.signal import butter, sosfilt
+from scipy.stats import qmc
+
+from clearance.accuracy.by_differences import WIDTH, Impossible, Steps, reason_without, recorded
+from clearance.identify.measured import Measured
+from clearance.results.memory import MemoryRecord
+from clearance.results.record import cubic
+from clearance.run.run import Run
+from clearance.scene.parameter import varied
+from clearance.scene.scene import Scene
+from clearance.simulation import prepare
+from clearance.values import checks
+
+RTOL = 1e-7  # of the runs
+RTOL_APART = 1e-12  # of runs that make steps of their own
+APART = 1e-7  # of their differences, over the size of the parameter
+PARTED = 0.05  # change of slopes with the width of their differences, from which runs have parted
+# relative changes of the cost at which a start is judged, and the best one finished
+FINISH, LAST = 1e-6, 1e-12
+MOST = 100  # evaluations of one start
+LOOKED = 16  # points between the bounds at which the cost is looked at, a start
+SETTLE = 2.0  # turns before a record, where nothing else is requested
+SAMPLES = 720  # of a turn, at least; between them by cubics
+ROOM = 0.1  # of a record where nothing turns, by which it may be shifted
+LENGTH = 2000  # samples of a record where nothing turns, at least
+ROUNDING = 1e-9  # of a number of samples
+PLACES = 256  # of a shift that is looked for over one turn
+STAGES = (0.1, 0.15, 0.22, 0.33, 0.5, 0.7)  # of records, where contact starts with a touch
+ROUNDS = 3  # of weights from residuals, where several records have unknown errors
+SHIFT, OFFSET, GAIN = NUISANCES = ("shift", "offset", "gain")
+
+
+@dataclass(frozen=True)
+class Free:
+    """A parameter that is fitted, in SI: of the case ("clearance") or a number of the scene."""
+
+    name: str
+    low: float
+    high: float
+    units: str = "?"
+
+    @property
+    def positive(self) -> bool:
+        """True where it is searched for in its logarithm."""
+        return self.low > 0.0
+
+    @property
+    def size(self) -> float:
+        """Of a step of 1 in its coordinate where that is no logarithm."""
+        return self.high - self.low
+
+    def value(self, x: float) -> float:
+        """The parameter at its coordinate."""
+        return math.exp(x) if self.positive else x * self.size
+
+    def coordinate(self, value: float) -> float:
+        """Its logarithm, or the parameter over the width of its bounds."""
+        return math.log(value) if self.positive else value / self.size
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A record beside a channel.
+
+    channel: path, such as "bodies/slider/ax"; sigma: standard deviation of a value's error, None
+    where it is not known; nuisances: of NUISANCES, those that are fitted; lowpass: order and corner
+    [Hz] of the Butterworth filter that the sensor has; changes: parameters that hold for this
+    record alone, such as its speed.
+    """
+
+    measured: Measured
+    channel: str
+    sigma: float | None = None
+    nuisances: tuple[str, ...] = ()
+    lowpass: tuple[int, float] | None = None
+    changes: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """The file and its column."""
+        return f"{self.measured.path.name}, {self.measured.column}"
+
+
+class _Beside:
+    """A point and those beside it, as `Steps` needs them."""
+
+    def __init__(self, problem: "Problem", x: np.ndarray, changes: Mapping[str, object]):
+        self.problem, self.x, self.changes = problem, x, changes
+        self.prepared = problem.prepared
+
+    def scene_at(self, number: Free, offset: int) -> Scene:
+        """The scene with the coordinate of a parameter so many widths away."""
+        moved = self.x.copy()
+        moved[self.problem.free.index(number)] += offset * self.problem.width
+        return self.problem.scene_of(moved, self.changes)
+
+    def summed(self, run: Run, record: MemoryRecord) -> MemoryRecord:
+        """The run itself."""
+        return record
+
+
+class _Apart:
+    """Runs of a point and of those beside it that make steps of their own, as `Steps` gives them.
+
+    Contact starts with a touch, whose time moves with a parameter: no step can be given.
+    """
+
+    def __init__(self, beside: _Beside, run: Run):
+        self.beside, self.span = beside, run.span
+        self.record = recorded(run)
+
+    def around(self, number: Free, offsets: Sequence[int]) -> dict[int, MemoryRecord]:
+        """Records by offset, in widths. Raises Impossible."""
+        options = {"until": self.span.until, "samples": self.span.samples, "rtol": RTOL_APART}
+        scenes = {n: self.beside.scene_at(number, n) for n in offsets}
+        return {n: recorded(self.beside.prepared(s, **options)) for n, s in scenes.items()}
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Curves of one run, and their rows among the residuals."""
+
+    changes: Mapping[str, object]
+    curves: tuple[int, ...]
+
+
+class Problem:
+    """Residuals of records and their slopes.
+
+    scene: of the runs; free: its fitted parameters; curves: records; settle: turns [s where nothing
+        turns] of a run before its records begin. reason: why the last point that was refused was.
+    Coordinates are those of the parameters, then the nuisances of each curve. Raises ValueError for
+    a scene that cannot be fitted, and for records in another unit.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        free: Sequence[Free],
+        curves: Sequence[Curve],
+        settle: float | None = None,
+    ):
+        self.scene, self.free, self.curves = scene, tuple(free), list(curves)
+        checks.distinct("fit: parameters", [p.name for p in self.free])
+        if not self.free or not self.curves:
+            raise ValueError("fit needs at least one parameter and one record")
+        self.turn = scene.turn
+        self.settle = (SETTLE if self.turn else 0.0) if settle is None else settle
+        keys = [tuple(sorted(c.changes.items())) for c in self.curves]
+        self.groups = [
+            _Group(dict(key), tuple(i for i, k in enumerate(keys) if k == key))
+            for key in dict.fromkeys(keys)
+        ]
+        self.sigma = [c.sigma or float(np.std(c.measured.values)) or 1.0 for c in self.curves]
+        self.scales = list(self.sigma)  # of the offsets
+        self.nuisances = [(i, n) for i, c in enumerate(self.curves) for n in c.nuisances]
+        self._last: tuple[np.ndarray, list] | None = None
+        self.evaluations, self.reason = 0, ""
+        self.touching = any(j.impacts for j in scene.joints)
+        self._check()
+
+    def _check(self) -> None:
+        """Raise ValueError for what cannot be fitted, before anything is."""
+        for curve in self.curves:
+            if curve.measured.along == "angle" and not self.turn:
+                raise ValueError(
+                    f"{curve.label}: it runs along an angle, and no drive of the scene turns evenly"
+                )
+        middle = self.middle
+        for group in self.groups:
+            run = self.run_of(middle, group.changes)
+            reason = reason_without(run)
+            if reason and not self.touching:
+                raise ValueError(f"fit: {reason}")
+            units = {c.path: c.units for c in run.mechanism.layout.channels}
+            for curve in (self.curves[i] for i in group.curves):
+                path = curve.channel if curve.channel in units else f"{curve.channel}_x"
+                if path not in units:
+                    hint = checks.meant(curve.channel, units)
+                    raise ValueError(f"fit: the scene has no channel {curve.channel!r}{hint}")
+                if curve.measured.units not in ("?", units[path]):
+                    reason = f"is in {curve.measured.units}, {curve.channel} in {units[path]}"
+                    raise ValueError(f"{curve.label} {reason}")
+
+    # --- coordinates
+    @property
+    def names(self) -> list[str]:
+        """Names of all coordinates."""
+        of_curves = [f"{n} of record {i + 1}" for i, n in self.nuisances]
+        return [*(p.name for p in self.free), *of_curves]
+
+    @cached_property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the coordinates."""
+        ends = [(p.coordinate(p.low), p.coordinate(p.high)) for p in self.free]
+        early = min(self.settle, 1.0) * self.turn if self.turn else self.settle
+        late = self.turn or ROOM * max(c.measured.x[-1] for c in self.curves)
+        limits = {SHIFT: (-early, late), OFFSET: (-math.inf, math.inf), GAIN: (0.1, 10.0)}
+        ends += [limits[n] for _, n in self.nuisances]
+        low, high = np.array(ends).T
+        return low, high
+
+    @cached_property
+    def middle(self) -> np.ndarray:
+        """The first start: the scene's numbers where they lie between the bounds, else the middle
+        of these.
+        """
+        count = len(self.free)
+        low, high = (b[:count] for b in self.bounds)
+        x = 0.5 * (low + high)
+        for k, parameter in enumerate(self.free):
+            value = varied(self.scene, parameter.name, 1.0).value
+            if parameter.low < value < parameter.high:
+                x[k] = parameter.coordinate(value)
+        return np.append(x, self._still())
+
+    def _still(self) -> list[float]:
+        """Nuisances that change nothing."""
+        return [1.0 if n == GAIN else 0.0 for _, n in self.nuisances]
+
+    def values(self, x: np.ndarray) -> dict[str, float]:
+        """Parameters at coordinates, by name."""
+        return {p.name: p.value(float(v)) for p, v in zip(self.free, x, strict=False)}
+
+    def scene_of(self, x: np.ndarray, changes: Mapping[str, object] | None = None) -> Scene:
+        """The scene at coordinates, with the changes of a record."""
+        numbers = {**(changes or {}), **self.values(x)}
+        scene, case = self.scene, self.scene.case
+        of_case = {n: v for n, v in numbers.items() if "/" not in n}
+        if of_case and case is not None:
+            scene = case.scene(**self.scene.parameters | of_case)
+        others = {n: v for n, v in numbers.items() if n not in of_case}
+        return scene.replaced(others) if others else scene
+
+    # --- runs
+    def prepared(self, scene: Scene, **options) -> Run:
+        """A run without an energy ledger."""
+        return prepare(scene, energy=False, **options)
+
+    def run_of(self, x: np.ndarray, changes: Mapping[str, object]) -> Run:
+        """The run of a point that has not begun."""
+        scene = self.scene_of(x, changes)
+        unit, curves = scene.turn or 1.0, [c for c in self.curves if c.changes == changes]
+        lengths, spacings = [], []
+        for curve in curves:
+            places = curve.measured.x / (1.0 if curve.measured.along == "angle" else unit)
+            room = 1.0 if scene.turn else ROOM * places[-1]
+            lengths.append(places[-1] + room * (SHIFT in curve.nuisances))
+            target = 1.0 / SAMPLES if scene.turn else places[-1] / LENGTH
+            spacing = float(np.median(np.diff(places)))
+            spacings.append(spacing / math.ceil(spacing / target - ROUNDING))
+        samples = math.ceil((self.settle + max(lengths)) / min(spacings) - ROUNDING)
+        until = samples * min(spacings) * unit
+        return self.prepared(scene, until=until, samples=samples + 1, rtol=self.rtol)
+
+    @property
+    def rtol(self) -> float:
+        """Of the runs."""
+        return RTOL_APART if self.touching else RTOL
+
+    @property
+    def width(self) -> float:
+        """Of the differences."""
+        return APART if self.touching else WIDTH
+
+    def _steps(self, x: np.ndarray, group: _Group) -> Steps | _Apart:
+        run = self.run_of(x, group.changes)
+        if self.touching:
+            return _Apart(_Beside(self, x, group.changes), run)
+        method = "dop853" if run.method.text == "dop853" else "rodas5p"
+        return Steps(_Beside(self, x, group.changes), run, RTOL, method)
+
+    # --- residuals
+    def _at(self, x: np.ndarray) -> list[Steps]:
+        """Runs of a point, one for each group."""
+        if self._last is None or not np.array_equal(self._last[0], x):
+            self.evaluations += 1
+            self._last = x.copy(), [self._steps(x, g) for g in self.groups]
+        return self._last[1]
+
+    def _nuisance(self, x: np.ndarray, curve: int, name: str, still: float) -> float:
+        """A nuisance of a curve; `still` where it is not fitted."""
+        if (curve, name) not in self.nuisances:
+            return still
+        return float(x[len(self.free) + self.nuisances.index((curve, name))])
+
+    def computed(self, record: MemoryRecord, curve: int, shift: float) -> np.ndarray:
+        """The channel of a run where a curve has its values; shift [s]."""
+        about = self.curves[curve]
+        values = about.measured.x
+        if about.measured.along == "angle":
+            times = record.time_at(values + self.settle)
+        else:
+            times = values + self.settle * (record.turn or 1.0)
+        series = record.sizes(about.channel)
+        if about.lowpass is not None:
+            order, corner = about.lowpass
+            rate = (len(record.time) - 1) / (record.time[-1] - record.time[0])
+            series = sosfilt(butter(order, corner, fs=rate, output="sos"), series)
+        return cubic(record.time, series, np.clip(times + shift, record.time[0], record.time[-1]))
+
+    def modelled(self, record: MemoryRecord, curve: int, x: np.ndarray) -> np.ndarray:
+        """The values that a curve would have, with its nuisances."""
+        shift = self._nuisance(x, curve, SHIFT, 0.0)
+        gain, offset = self._nuisance(x, curve, GAIN, 1.0), self._nuisance(x, curve, OFFSET, 0.0)
+        return gain * self.computed(record, curve, shift) + offset * self.scales[curve]
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """Modelled less measured values over sigma; nan where a run fails, which refuses a step."""
+        try:
+            steps = self._at(x)
+        except (Impossible, ValueError, ArithmeticError) as reason:
+            self.reason = str(reason)
+            return np.full(self.size, math.nan)
+        parts = {}
+        for group, made in zip(self.groups, steps, strict=True):
+            for i in group.curves:
+                difference = self.modelled(made.record, i, x) - self.curves[i].measured.values
+                parts[i] = difference / self.sigma[i]
+        return np.concatenate([parts[i] for i in range(len(self.curves))])
+
+    @property
+    def size(self) -> int:
+        """Number of residuals."""
+        return sum(len(c.measured.values) for c in self.curves)
+
+    @cached_property
+    def rows(self) -> list[slice]:
+        """Rows of the curves among the residuals."""
+        ends = np.cumsum([0, *(len(c.measured.values) for c in self.curves)])
+        return [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+
+    def check_horizon(self, x: np.ndarray) -> None:
+        """Raise ValueError where runs beside a point part before a record ends.
+
+        Slopes from differences of twice the width are others there.
+        """
+        if not self.touching:
+            return
+        narrow, wide = self.jacobian(x), self.jacobian(x, 2)
+        p = len(self.free)
+        sizes = np.linalg.norm(narrow[:, :p], axis=0)
+        for curve, rows in zip(self.curves, self.rows, strict=True):
+            change = np.cumsum((wide - narrow)[rows, :p] ** 2, axis=0)
+            late = np.flatnonzero((change > (PARTED * sizes) ** 2).any(axis=1))
+            if late.size:
+                unit = "turns" if curve.measured.along == "angle" else "s"
+                end = f"{curve.measured.x[late[0]]:.4g} {unit}"
+                raise ValueError(
+                    f"fit: {curve.label}: contacts start with a touch, and neighbouring "
+                    f"trajectories part at {end} of the record: what follows says nothing about a "
+                    f"parameter; cut the record there, let it begin with the motion (settle=0), or "
+                    f"compare statistics of many turns with a sweep"
+                )
+
+    def jacobian(self, x: np.ndarray, widths: int = 1) -> np.ndarray:
+        """Slopes of the residuals (m, p). Raises Impossible where a run beside fails."""
+        slopes = np.zeros((self.size, len(x)))
+        for group, steps in zip(self.groups, self._at(x), strict=True):
+            for k in range(len(self.free)):
+                ends = steps.around(self.free[k], (-widths, widths))
+                for i in group.curves:
+                    high, low = (self.modelled(ends[n], i, x) for n in (widths, -widths))
+                    slopes[self.rows[i], k] = (high - low) / (
+                        2.0 * widths * self.width * self.sigma[i]
+                    )
+            for column, (i, name) in enumerate(self.nuisances, len(self.free)):
+                if i in group.curves:
+                    slope = self._by_nuisance(steps.record, i, name, x)
+                    slopes[self.rows[i], column] = slope / self.sigma[i]
+        return slopes
+
+    def _by_nuisance(self, record: MemoryRecord, i: int, name: str, x: np.ndarray) -> np.ndarray:
+        """Slopes of modelled values by a nuisance of their curve."""
+        if name == OFFSET:
+            return np.full(len(self.curves[i].measured.values), self.scales[i])
+        shift = self._nuisance(x, i, SHIFT, 0.0)
+        if name == GAIN:
+            return self.computed(record, i, shift)
+        step = 0.25 * (record.time[-1] - record.time[0]) / (len(record.time) - 1)
+        ends = [self.computed(record, i, shift + way * step) for way in (1, -1)]
+        return self._nuisance(x, i, GAIN, 1.0) * (ends[0] - ends[1]) / (2.0 * step)
+
+    # --- solutions
+    def shifted(self, x: np.ndarray) -> np.ndarray:
+        """The point with the shifts of least cost, looked for over one turn."""
+        x, steps = x.copy(), self._at(x)
+        for group, made in zip(self.groups, steps, strict=True):
+            for i in (i for i in group.curves if (i, SHIFT) in self.nuisances and self.turn):
+                at = len(self.free) + self.nuisances.index((i, SHIFT))
+                turn = made.record.turn
+                places = (np.arange(PLACES) / PLACES - min(self.settle, 0.5)) * turn
+                values = self.curves[i].measured.values
+                values = values - values.mean()
+                costs = []
+                for shift in places:
+                    y = self.computed(made.record, i, shift)
+                    costs.append(float(np.sum((y - y.mean() - values) ** 2)))
+                x[at] = places[int(np.argmin(costs))]
+        return x
+
+    def solved(
+        self,
+        x: np.ndarray,
+        held: Mapping[int, float] | None = None,
+        finish: float = FINISH,
+    ) -> "Solved":
+        """The least cost from a start; held: coordinates that stay at values."""
+        held = dict(held or {})
+        moving = np.array([k for k in range(len(x)) if k not in held], int)
+        begin = x.copy()
+        for k, value in held.items():
+            begin[k] = value
+
+        def complete(y: np.ndarray) -> np.ndarray:
+            point = begin.copy()
+            point[moving] = y
+            return point
+
+        before = self.evaluations
+        low, high = (b[moving] for b in self.bounds)
+        inside = np.clip(begin[moving], low, high)
+        if not np.isfinite(self.residuals(complete(inside))).all():
+            return Solved(complete(inside), math.inf, self.evaluations - before, False)
+        if not moving.size:
+            cost = 0.5 * float(np.sum(self.residuals(begin) ** 2))
+            return Solved(begin, cost, self.evaluations - before, True)
+        try:
+            solution = least_squares(
+                lambda y: self.residuals(complete(y)),
+                inside,
+                lambda y: self.jacobian(complete(y))[:, moving],
+                (low, high),
+                x_scale="jac",
+                ftol=finish,
+                xtol=finish,
+                gtol=finish,
+                max_nfev=MOST,
+            )
+        except Impossible as reason:
+            self.reason = str(reason)
+            return Solved(complete(inside), math.inf, self.evaluations - before, False)
+        count = self.evaluations - before
+        return Solved(complete(solution.x), float(solution.cost), count, solution.status > 0)
+
+    def weighed(self, x: np.ndarray) -> bool:
+        """Take unknown errors of curves from their residuals; True where they changed much."""
+        unknown = [i for i, c in enumerate(self.curves) if c.sigma is None]
+        residuals, changed = self.residuals(x), False
+        for i in unknown:
+            rms = float(np.sqrt(np.mean(residuals[self.rows[i]] ** 2))) or 1.0
+            changed |= len(self.curves) > 1 and not 0.99 < rms < 1.01
+            self.sigma[i] *= rms
+        return changed
+
+    def starts(self, count: int, seed: int) -> Iterator[np.ndarray]:
+        """Starts: the first, then the best of Sobol' points between the bounds."""
+        yield self.middle
+        if count < 2:
+            return
+        p = len(self.free)
+        low, high = (b[:p] for b in self.bounds)
+        points = qmc.Sobol(p, seed=seed).random_base2(max(math.ceil(math.log2(LOOKED)), 1))
+        points = points[: max(LOOKED, count - 1)]
+        looked = []
+        for point in points:
+            x = np.append(low + point * (high - low), self._still())
+            cost = self._look(x)
+            looked.append((cost, x))
+        looked.sort(key=lambda pair: pair[0])
+        yield from (x for _, x in looked[: count - 1])
+
+    def _look(self, x: np.ndarray) -> float:
+        try:
+            errors = self.residuals(self.shifted(x))
+        except (Impossible, ValueError, ArithmeticError):
+            return math.inf
+        return float(np.sum(errors**2)) if np.isfinite(errors).all() else math.inf
+
+    def followed(self, x: np.ndarray) -> "Solved":
+        """The least cost from a start, whose shifts are looked for first.
+
+        Where contact starts with a touch, the first parts of the records lead to all of them: later
+        parts have many minima.
+        """
+        try:
+            x = self.shifted(x)
+        except (Impossible, ValueError, ArithmeticError) as reason:
+            self.reason = str(reason)
+            return Solved(x, math.inf, 1, False)
+        for share in STAGES if self.touching else ():
+            before = self.first(share).solved(x)
+            x = before.x if math.isfinite(before.cost) else x
+        return self.solved(x)
+
+    def first(self, share: float) -> "Problem":
+        """The same with the first share of each record."""
+        curves = []
+        for curve in self.curves:
+            cut = max(math.floor(share * len(curve.measured.x) + ROUNDING), 2)
+            record = replace(
+                curve.measured, x=curve.measured.x[:cut], values=curve.measured.values[:cut]
+            )
+            curves.append(replace(curve, measured=record))
+        part = Problem(self.scene, self.free, curves, self.settle)
+        part.sigma = list(self.sigma)
+        return part
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A least cost: its coordinates, half the sum of squares, evaluations, convergence."""
+
+    x: np.ndarray
+    cost: float
+    evaluations: int
+    converged: bool

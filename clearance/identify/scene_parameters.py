@@ -1,0 +1,311 @@
+"""`cl.fit`: parameters of a scene from records, with a verdict, in a folder."""
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from clearance.files.replacing import locked, replacing
+from clearance.files.texts import document_of, listed
+from clearance.identify.measured import Measured, read
+from clearance.identify.scene_fit import (
+    LAST,
+    NUISANCES,
+    ROUNDS,
+    SHIFT,
+    Curve,
+    Free,
+    Problem,
+    Solved,
+)
+from clearance.identify.verdict import Interval, Verdict, verdict
+from clearance.results.accessors import accessor
+from clearance.results.result import Result
+from clearance.scene.parameter import varied
+from clearance.scene.scene import Scene
+from clearance.simulation import simulate
+from clearance.values import checks
+from clearance.values.units import quantity
+from clearance.version import VERSION
+
+STARTS = 5
+RUN, DOCUMENT, JOURNAL = "run.h5", "fit.json", "starts.json"
+AUTO = "auto"
+
+Bounds = Mapping[str, tuple[float | str, float | str] | str]
+Data = str | Path | Measured | tuple[str | Path | Measured, Mapping[str, object]]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneFit:
+    """Parameters of a scene that were fitted to records.
+
+    problem: scene and records; best: the least cost; ends: of all starts; verdict: intervals,
+    correlations, checks.
+    """
+
+    problem: Problem
+    best: Solved
+    ends: tuple[Solved, ...]
+    verdict: Verdict
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters by name, in SI."""
+        return self.problem.values(self.best.x)
+
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """Parameters with their 95 % intervals, by name."""
+        return {i.name: i for i in self.verdict.intervals}
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene with the fitted parameters."""
+        return self.problem.scene_of(self.best.x)
+
+    @cached_property
+    def curves(self) -> list[tuple[Curve, np.ndarray]]:
+        """Records, each with the values that the fitted scene gives in their place."""
+        problem = self.problem
+        errors = problem.residuals(self.best.x)
+        return [
+            (c, c.measured.values + errors[rows] * sigma)
+            for c, rows, sigma in zip(problem.curves, problem.rows, problem.sigma, strict=True)
+        ]
+
+    def document(self) -> dict:
+        """All of it as plain data."""
+        judged, problem = self.verdict, self.problem
+        beside = problem.names[len(problem.free) :], self.best.x[len(problem.free) :].tolist()
+        return {
+            "parameters": {i.name: i._asdict() for i in judged.intervals},
+            "nuisances": dict(zip(*beside, strict=True)),
+            "correlation": judged.correlation.tolist(),
+            "names": judged.names,
+            "inseparable": judged.products,
+            "noise": judged.noise,
+            "sigma": problem.sigma,
+            "values": judged.samples,
+            "independent_values": judged.facts,
+            "tests": judged.tests,
+            "minima": [{"parameters": v, "growth": g} for v, g in judged.minima],
+            "doubts": judged.doubts,
+            "records": [
+                {"file": str(c.measured.path), "column": c.measured.column, "channel": c.channel}
+                for c in problem.curves
+            ],
+            "starts": [{"cost": e.cost, "parameters": problem.values(e.x)} for e in self.ends],
+            "version": VERSION,
+        }
+
+    def save(self, folder: str | Path) -> Path:
+        """Write `fit.json` and the run of the fitted scene, `run.h5`, into a folder."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        with replacing(folder / DOCUMENT) as temporary:
+            temporary.write_text(json.dumps(self.document(), indent=1) + "\n", encoding="utf-8")
+        self.simulated(folder / RUN).close()
+        return folder
+
+    def simulated(self, path: str | Path | None = None) -> Result:
+        """The run of the fitted scene, as long as the longest record and what settles before."""
+        run = self.problem.run_of(self.best.x, self.problem.groups[0].changes)
+        until = run.span.until
+        return simulate(self.scene, until=until, samples=run.span.samples, path=path)
+
+    def plot(self, output: str | Path | None = None):
+        """Picture: records over what was fitted, residuals, regions of pairs of parameters."""
+        return accessor("plot_fit")(self, output)
+
+    def report(self, output: str | Path) -> Path:
+        """Write a page that needs nothing else."""
+        return accessor("report_fit")(self, output)
+
+    def __repr__(self) -> str:
+        text = ", ".join(shown(i) for i in self.verdict.intervals)
+        return f"<fit of {self.problem.scene.name}: {text}>"
+
+
+def shown(interval: Interval) -> str:
+    """A parameter with as many digits as its interval has."""
+    name, value, low, high, deviation, units, kind = interval
+    unit = "" if units in ("?", "-", "1") else f" {units}"
+    if not math.isfinite(deviation) or not deviation:
+        return f"{name} = {value:.4g}{unit} ({kind})"
+    digits = max(2 - math.floor(math.log10(deviation / abs(value))), 1) if value else 2
+    spread = f"{low:.{digits}g} to {high:.{digits}g}"
+    return f"{name} = {value:.{digits}g}{unit} ({spread}, {kind})"
+
+
+def fit(
+    scene: Scene,
+    data: Data | Sequence[Data],
+    parameters: Bounds,
+    channels: str | Iterable[str],
+    *,
+    noise: float | str | Sequence[float | str] | None = None,
+    settle: float | None = None,
+    nuisances: str | Iterable[str] = AUTO,
+    lowpass: tuple[int, float] | None = None,
+    starts: int = STARTS,
+    seed: int = 0,
+    folder: str | Path | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> SceneFit:
+    """Parameters of a scene from measured records, each with a 95 % interval.
+
+    data: CSV files (see identify/measured.py), records, or pairs of one and the parameters that
+        hold for it alone, such as {"speed": 31.4}. parameters: bounds by name, (low, high) in SI or
+        texts with units: of the case ("clearance") or numbers of the scene ("bodies/slider/mass").
+    channels: of the run, such as "bodies/slider/ax", each in the column of its name, or as
+        "bodies/slider/ax=COLUMN". noise: standard deviation of a value's error, one or one for each
+        channel, in SI or over the range of a record ("1%"). None takes that of the residuals.
+    settle: turns of a run before its records begin (2; 0 s where nothing turns). nuisances: of
+        "shift", "offset", "gain", those of each record that are fitted too; "auto" is the shift of
+        records over time, of scenes that turn. lowpass: order and corner [Hz] of the sensor's
+        Butterworth filter, which the computed channel gets as well.
+    starts: points the search begins from; seed: of these. folder: of the fit; an interrupted
+        one goes on there. progress: called with the share of starts that have ended.
+    Raises ValueError for records and parameters that do not fit the scene, before anything runs,
+    and where no start has a run.
+    """
+    free = [bounded(scene, name, bounds) for name, bounds in dict(parameters).items()]
+    curves = [*_curves(scene, data, channels, noise, nuisances, lowpass)]
+    if not (isinstance(starts, int) and starts >= 1):
+        raise ValueError(f"fit: starts must be a whole number from 1 on, got {starts!r}")
+    problem = Problem(scene, free, curves, settle)
+    if folder is None:
+        return _fitted(problem, starts, seed, None, progress)
+    path = Path(folder)
+    path.mkdir(parents=True, exist_ok=True)
+    with locked(path, "fit"):
+        result = _fitted(problem, starts, seed, path / JOURNAL, progress)
+        result.save(path)
+    return result
+
+
+def _fitted(
+    problem: Problem, starts: int, seed: int, journal: Path | None, progress: Callable | None
+) -> SceneFit:
+    """The fit; ends of starts stand in a journal and taken from it."""
+    key = _key(problem, seed)
+    problem.check_horizon(problem.middle)
+    ends = _kept(journal, key)[:starts]
+    for i, x in enumerate(problem.starts(starts, seed)):
+        if i >= len(ends):
+            ends.append(problem.followed(x))
+            _keep(journal, key, ends)
+        if progress is not None:
+            progress((i + 1) / starts)
+    best = min(ends, key=lambda e: e.cost)
+    if not math.isfinite(best.cost):
+        raise ValueError(f"fit: no start has a run and its neighbours: {problem.reason}")
+    problem.check_horizon(best.x)
+    best, rounds = problem.solved(best.x, finish=LAST), 0
+    while problem.weighed(best.x) and rounds < ROUNDS:
+        best, rounds = problem.solved(best.x, finish=LAST), rounds + 1
+    errors = problem.residuals(best.x)
+    scale = float(errors @ errors) / max(2.0 * best.cost, 1e-300)
+    best = Solved(best.x, 0.5 * float(errors @ errors), best.evaluations, best.converged)
+    ends = [Solved(e.x, e.cost * scale, e.evaluations, e.converged) for e in ends]
+    return SceneFit(problem, best, tuple(ends), verdict(problem, best, ends))
+
+
+def _key(problem: Problem, seed: int) -> str:
+    """Digest of all that the ends of starts depend on."""
+    about = [VERSION, seed, problem.settle, problem.scene.to_json()]
+    about += [[p.name, p.low, p.high] for p in problem.free]
+    for c in problem.curves:
+        record = hashlib.sha256(c.measured.x.tobytes() + c.measured.values.tobytes()).hexdigest()
+        about.append([c.channel, c.sigma, list(c.nuisances), c.lowpass, str(c.changes), record])
+    return hashlib.sha256(json.dumps(about).encode()).hexdigest()
+
+
+def _kept(journal: Path | None, key: str) -> list[Solved]:
+    """Ends of starts in the journal of a fit before."""
+    if journal is None or not journal.is_file():
+        return []
+    before = document_of(journal.read_text(encoding="utf-8"), journal)
+    if before.get("key") != key:
+        return []
+    return [Solved(np.array(x), *rest) for x, *rest in before["ends"]]
+
+
+def _keep(journal: Path | None, key: str, ends: Sequence[Solved]) -> None:
+    if journal is not None:
+        rows = [[e.x.tolist(), e.cost, e.evaluations, e.converged] for e in ends]
+        with replacing(journal) as temporary:
+            temporary.write_text(json.dumps({"key": key, "ends": rows}), encoding="utf-8")
+
+
+def bounded(scene: Scene, name: str, bounds) -> Free:
+    """A parameter that is fitted. Raises ValueError for bounds that do not rise."""
+    about = varied(scene, name, 1.0)
+    ends = bounds.split(":") if isinstance(bounds, str) else list(bounds)
+    if len(ends) != 2:
+        raise ValueError(f"fit: {name} needs two bounds, such as 0.1mm:1mm, got {bounds!r}")
+    try:
+        low, high = (quantity(e, about.units) if isinstance(e, str) else e for e in ends)
+    except ValueError as error:
+        raise ValueError(f"fit: bounds of {name}: {error}") from None
+    low, high = checks.finite(f"fit: low of {name}", low), checks.finite(f"high of {name}", high)
+    if low >= high:
+        raise ValueError(f"fit: bounds of {name} must rise, got {low:g} and {high:g}")
+    return Free(name, low, high, about.units)
+
+
+def _curves(scene: Scene, data, channels, noise, nuisances, lowpass) -> list[Curve]:
+    """All records beside their channels."""
+    paths = listed(channels) or []
+    if not paths:
+        raise ValueError("fit: give at least one channel, such as bodies/slider/ax")
+    noises = noise if isinstance(noise, list | tuple) else [noise] * len(paths)
+    if len(noises) != len(paths):
+        raise ValueError(f"fit: noise needs one number, or {len(paths)}, one a channel")
+    many = isinstance(data, list) or (isinstance(data, tuple) and not _changed(data))
+    curves = []
+    for source in data if many else [data]:
+        source, changes = source if isinstance(source, tuple) else (source, {})
+        for text, error in zip(paths, noises, strict=True):
+            path, equals, column = text.partition("=")
+            record = source
+            if not isinstance(source, Measured):
+                record = read(source, column if equals else None)
+            wanted = _nuisances(nuisances, record, scene)
+            curves.append(
+                Curve(record, path.strip(), _sigma(error, record), wanted, lowpass, dict(changes))
+            )
+    return curves
+
+
+def _changed(data: tuple) -> bool:
+    """True for a pair of a record and its parameters."""
+    return len(data) == 2 and isinstance(data[1], Mapping)
+
+
+def _sigma(noise: float | str | None, record: Measured) -> float | None:
+    """Standard deviation of the error of a value, in SI."""
+    if noise is None:
+        return None
+    if isinstance(noise, str) and noise.strip().endswith("%"):
+        return checks.share("noise", noise) * float(np.ptp(record.values))
+    units = None if record.units == "?" else record.units
+    number = quantity(noise, units) if isinstance(noise, str) else noise
+    return checks.positive("fit: noise", number)
+
+
+def _nuisances(words: str | Iterable[str], record: Measured, scene: Scene) -> tuple[str, ...]:
+    """Nuisances of a record. Raises ValueError for one that there is not."""
+    if words == AUTO:
+        return (SHIFT,) if record.along == "time" and scene.turn else ()
+    names = [n for n in listed(words) or [] if n != "none"]
+    if unknown := [n for n in names if n not in NUISANCES]:
+        hint = checks.meant(unknown[0], NUISANCES)
+        raise ValueError(f"fit: no nuisance {unknown[0]!r}{hint}; there are {', '.join(NUISANCES)}")
+    return tuple(names)

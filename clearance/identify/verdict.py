@@ -1,0 +1,308 @@
+"""The verdict on the fit of a mechanism: intervals, correlations, profiles, checks.
+
+    C = s^2 tau (J^T J)^-1        s^2: of the residuals, 1 where the errors are known
+    interval  x +- t sd           in the logarithm of positive parameters, t of 95 %
+
+tau is the autocorrelation time of the residuals, in values, where they are not independent: n
+values are worth n / tau facts. Where an interval is wider than WIDE or two parameters are
+correlated by more than CORRELATED, the interval is that of the profile likelihood: the least cost
+with the parameter held grows by t^2 s^2 tau / 2. Parameters correlated by more than TOGETHER are
+inseparable; the product that the records see is stated in their place.
+
+Source: Seber and Wild, Nonlinear Regression (2003), sections 2.1 and 5.2; Venzon and Moolgavkar,
+Applied Statistics 37 (1988) 87, for profiles.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import chdtrc, fdtrc, ndtr, stdtrit
+
+from clearance.identify.doubts import WINDOW, correlation
+from clearance.identify.estimation import CONFIDENCE, spread
+from clearance.identify.scene_fit import Free, Problem, Solved
+
+WIDE = 0.5  # half of an interval over its value, from which the profile is taken
+CORRELATED, TOGETHER = 0.95, 0.999
+EDGE = 1e-6  # of the width of the bounds: at its bound
+WHOLE = 0.01  # of an exponent: it counts as an integer
+CLOSE = 0.02  # of t, to which the end of a profile is looked for
+TRIES = 8  # points of one side of a profile, at most
+APART, SIGNIFICANT = 3.0, 4.0  # minima: deviations between them; growth of 2 cost over s^2
+DOUBTFUL = 0.01  # probability of a test from which on it is stated
+
+
+class Interval(NamedTuple):
+    """A parameter with its 95 % interval, in SI; kind: "linear", "profile", "at its bound" or
+    "inseparable", whose ends are nan.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    deviation: float
+    units: str
+    kind: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """All about a fit; arrays follow `names`, parameters first.
+
+    noise: deviation of a residual over its sigma; facts: independent values that the records are
+    worth; products: of inseparable parameters; tests: probabilities by name; minima: other sets
+    of parameters, each with the growth of 2 cost over s^2.
+    """
+
+    names: list[str]
+    intervals: list[Interval]
+    covariance: np.ndarray
+    correlation: np.ndarray
+    noise: float
+    samples: int
+    facts: float
+    products: list[str]
+    tests: dict[str, float]
+    minima: list[tuple[dict[str, float], float]]
+    doubts: list[str]
+
+
+def verdict(problem: Problem, best: Solved, ends: Sequence[Solved]) -> Verdict:
+    """The verdict on a least cost; ends: of all starts."""
+    residuals, slopes = problem.residuals(best.x), problem.jacobian(best.x)
+    low, high = problem.bounds
+    width = np.where(np.isfinite(high - low), high - low, 1.0)
+    edge = np.minimum(best.x - low, high - best.x) < EDGE * width
+    moving = np.flatnonzero(~edge)
+    samples, p = residuals.size, len(best.x)
+    stated = all(c.sigma is not None for c in problem.curves)
+    freedom = max(samples - moving.size, 1)
+    cost = 0.5 * freedom if stated else best.cost
+    inner, _, noise = spread(slopes[:, moving], cost, samples)
+    tau = dependence([residuals[rows] for rows in problem.rows])
+    covariance = np.zeros((p, p))
+    covariance[np.ix_(moving, moving)] = inner * tau
+    sd = np.sqrt(np.diag(covariance))
+    scale = np.where(sd > 0.0, sd, 1.0)
+    correlated = covariance / np.outer(scale, scale)
+    judge = _Judge(problem, best, covariance, correlated, noise**2 * tau, freedom)
+    products, hidden = judge.products(slopes)
+    intervals = [judge.interval(k, k in hidden, bool(edge[k])) for k in range(len(problem.free))]
+    tests = dict(_tests(problem, best, residuals, freedom, tau, stated))
+    minima = list(_minima(problem, best, ends, sd, noise**2 * tau))
+    doubts = [*_doubts(intervals, ends, best, tau, samples, tests, minima)]
+    return Verdict(
+        problem.names,
+        intervals,
+        covariance,
+        correlated,
+        noise,
+        samples,
+        samples / tau,
+        products,
+        tests,
+        minima,
+        doubts,
+    )
+
+
+def dependence(residuals: Sequence[np.ndarray]) -> float:
+    """Autocorrelation time of residuals, in values; 1 where it does not differ from that of noise.
+
+    The deviation of the estimate for noise is sqrt(2 (2 M + 1) / n) with M lags (Sokal).
+    """
+    count, tau = sum(map(len, residuals)), correlation(residuals)
+    return tau if tau > 1.0 + 2.0 * math.sqrt(2.0 * (2.0 * WINDOW + 1.0) / count) else 1.0
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """Intervals of parameters at a least cost."""
+
+    problem: Problem
+    best: Solved
+    covariance: np.ndarray
+    correlated: np.ndarray
+    variance: float
+    freedom: int
+
+    @property
+    def quantile(self) -> float:
+        return float(stdtrit(self.freedom, 0.5 + 0.5 * CONFIDENCE))
+
+    def products(self, slopes: np.ndarray) -> tuple[list[str], set[int]]:
+        """Products of inseparable parameters, and these."""
+        lines, hidden = [], set()
+        for i in range(len(self.problem.free)):
+            for j in range(i):
+                if abs(self.correlated[i, j]) > TOGETHER:
+                    lines.append(self._product(slopes, i, j))
+                    hidden |= {i, j}
+        return lines, hidden
+
+    def _product(self, slopes: np.ndarray, i: int, j: int) -> str:
+        others = [k for k in range(slopes.shape[1]) if k not in (i, j)]
+        a, b = _without(slopes[:, others], slopes[:, [i, j]])
+        ratio = float(a @ b) / float(a @ a)
+        if abs(ratio) < 1.0:
+            i, j, a, b = j, i, b, a
+            ratio = float(a @ b) / float(a @ a)
+        if abs(ratio - round(ratio)) < WHOLE * abs(ratio):
+            ratio = float(round(ratio))
+        first, second = self.problem.free[i], self.problem.free[j]
+        sd = math.sqrt(self.variance) / float(np.linalg.norm(a))
+        if first.positive and second.positive:
+            value = first.value(self.best.x[i]) * second.value(self.best.x[j]) ** ratio
+            power = f"^{ratio:.4g}" if ratio != 1.0 else ""
+            enter = f"{first.name} * {second.name}{power}"
+            size = f"{value:.4g} within a factor of {math.exp(self.quantile * sd):.4g}"
+        else:
+            enter = f"{first.name} {ratio:+.4g} {second.name}"
+            value = self.best.x[i] + ratio * self.best.x[j]
+            size = f"{value:.4g} +- {self.quantile * sd:.2g} of their coordinates"
+        return f"{first.name} and {second.name} cannot be told apart: they enter as {enter}, {size}"
+
+    def interval(self, k: int, hidden: bool, at_bound: bool) -> Interval:
+        """The interval of a parameter."""
+        free, x = self.problem.free[k], float(self.best.x[k])
+        value, sd = free.value(x), math.sqrt(self.covariance[k, k])
+        deviation = value * sd if free.positive else free.size * sd
+        about = free.name, value
+        if hidden or at_bound:
+            kind = "inseparable" if hidden else "at its bound"
+            return Interval(*about, math.nan, math.nan, math.nan, free.units, kind)
+        ends, kind = (x - self.quantile * sd, x + self.quantile * sd), "linear"
+        others = np.delete(np.abs(self.correlated[k, : len(self.problem.free)]), k)
+        if _half(free, x, self.quantile * sd) > WIDE or (others > CORRELATED).any():
+            ends, kind = (self.end(k, -1, sd), self.end(k, 1, sd)), "profile"
+        return Interval(*about, *map(free.value, ends), deviation, free.units, kind)
+
+    def end(self, k: int, way: int, sd: float) -> float:
+        """End of the profile's interval of a coordinate; its bound where it does not end before."""
+        limit = float(self.problem.bounds[way > 0][k])
+        x, begin = float(self.best.x[k]), self.best.x
+        inside, beyond, at = 0.0, math.inf, self.quantile * sd
+        reached = 0.0
+        for _ in range(TRIES):
+            at = min(at, abs(limit - x))
+            solved = self.problem.solved(begin, {k: x + way * at})
+            reached = math.sqrt(max(2.0 * (solved.cost - self.best.cost) / self.variance, 0.0))
+            if abs(reached - self.quantile) < CLOSE * self.quantile:
+                break
+            if reached < self.quantile:
+                if at >= abs(limit - x):
+                    break
+                inside, begin = at, solved.x
+            else:
+                beyond = at
+            guess = at * self.quantile / reached if reached > 0.0 else 2.0 * at
+            at = min(max(guess, 0.5 * (inside + at)), 2.0 * at)
+            if math.isfinite(beyond) and not inside < at < beyond:
+                at = 0.5 * (inside + beyond)
+        return x + way * at
+
+
+def _half(free: Free, x: float, wide: float) -> float:
+    """Half of an interval over its value."""
+    if free.positive:
+        return math.expm1(min(wide, 100.0))
+    return free.size * wide / max(abs(free.value(x)), 1e-300)
+
+
+def _without(columns: np.ndarray, pair: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two columns without their parts along other columns."""
+    if columns.shape[1]:
+        pair = pair - columns @ np.linalg.lstsq(columns, pair, rcond=None)[0]
+    return pair[:, 0], pair[:, 1]
+
+
+def _tests(
+    problem: Problem, best: Solved, residuals: np.ndarray, freedom: int, tau: float, stated: bool
+) -> Iterator[tuple[str, float]]:
+    """Probabilities of residuals as these, where the model is right."""
+    if stated:
+        yield "chi-square", float(chdtrc(freedom / tau, 2.0 * best.cost / tau))
+    yield "runs of residuals", min(runs_test(residuals[rows]) for rows in problem.rows)
+    part = problem.first(2.0 / 3.0)
+    if part.size > 2 * len(best.x):
+        yield "held-out third", held_out(problem, part.solved(best.x), part.size, tau)
+
+
+def held_out(problem: Problem, solved: Solved, inside: int, tau: float) -> float:
+    """Probability of errors as large in the last third of each record, from a fit to the rest.
+
+    e^T (1 + J C J^T)^-1 e over the variance of the rest is of Fisher's distribution: C is
+    the covariance of the parameters by the rest. inside: number of values of the rest.
+    """
+    errors, slopes = problem.residuals(solved.x), problem.jacobian(solved.x)
+    outside = np.zeros(errors.size, bool)
+    for rows in problem.rows:
+        outside[rows.start + 2 * (rows.stop - rows.start) // 3 : rows.stop] = True
+    e, j = errors[outside], slopes[outside]
+    excused = (j.T @ e) @ np.linalg.lstsq(slopes.T @ slopes, j.T @ e, rcond=None)[0]
+    freedom = max(inside - len(solved.x), 1)
+    ratio = float(e @ e - excused) / e.size / max(2.0 * solved.cost / freedom, 1e-300)
+    return float(fdtrc(e.size / tau, max(freedom / tau, 1.0), ratio))
+
+
+def runs_test(residuals: np.ndarray) -> float:
+    """Probability of as few changes of sign, or fewer, where residuals are independent."""
+    signs = residuals > np.median(residuals)
+    above = int(signs.sum())
+    below = signs.size - above
+    if min(above, below) < 2:
+        return 1.0
+    runs = 1 + int(np.count_nonzero(signs[1:] != signs[:-1]))
+    product = 2.0 * above * below
+    mean = product / signs.size + 1.0
+    variance = product * (product - signs.size) / (signs.size**2 * (signs.size - 1.0))
+    return float(ndtr((runs - mean) / math.sqrt(variance)))
+
+
+def _minima(
+    problem: Problem, best: Solved, ends: Sequence[Solved], sd: np.ndarray, variance: float
+) -> Iterator[tuple[dict[str, float], float]]:
+    """Other minima that the records do not refuse."""
+    seen, count = [best.x], len(problem.free)
+    for end in sorted(ends, key=lambda e: e.cost):
+        growth = 2.0 * (end.cost - best.cost) / variance
+        apart = [np.abs((end.x - x)[:count]) for x in seen]
+        near = any((d <= np.maximum(APART * sd[:count], 0.01)).all() for d in apart)
+        if end.converged and growth < SIGNIFICANT and not near:
+            seen.append(end.x)
+            yield problem.values(end.x), growth
+
+
+def _doubts(
+    intervals: Sequence[Interval],
+    ends: Sequence[Solved],
+    best: Solved,
+    tau: float,
+    samples: int,
+    tests: Mapping[str, float],
+    minima: Sequence,
+) -> Iterator[str]:
+    """Sentences that a reader must see."""
+    for i in intervals:
+        if i.kind == "at its bound":
+            yield f"{i.name} ends at a bound: it has no interval; give wider bounds"
+    if not best.converged:
+        yield "the fit was still improving when it was ended"
+    if tau > 1.0:
+        yield (
+            f"the residuals are autocorrelated: {samples} values are worth "
+            f"{samples / tau:.0f} independent ones, and the intervals are for these"
+        )
+    for name, probability in tests.items():
+        if probability < DOUBTFUL:
+            yield f"the model does not fit: {name} has a probability of {probability:.2g}"
+    for values, growth in minima:
+        text = ", ".join(f"{n} = {v:.4g}" for n, v in values.items())
+        yield f"another minimum is as likely within 2 deviations ({growth:.2g}): {text}"
+    failed = sum(not math.isfinite(e.cost) for e in ends)
+    if failed:
+        yield f"{failed} of {len(ends)} starts had no run"

@@ -1,0 +1,398 @@
+"""Parameters of mechanisms from their records: slopes, intervals that hold, words, files."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clearance as cl
+from clearance.cli import main
+from clearance.identify.fit_plan import plan
+from clearance.identify.measured import Measured, read
+from clearance.identify.scene_fit import Curve, Free, Problem
+from clearance.identify.scene_parameters import fit
+from clearance.identify.verdict import dependence, runs_test, verdict
+
+STIFFNESS, DAMPING = 1.0, 0.2
+FREE = {"springs/S/stiffness": (0.3, 3.0), "springs/S/damping": (0.05, 1.0)}
+TIMES = np.linspace(0.1, 20.0, 200)
+
+
+def oscillator(stiffness=STIFFNESS, damping=DAMPING):
+    """A mass of 1 kg on a spring with a damper, 1 m from its rest, at rest."""
+    block = cl.Body("block", 1.0, 1e-3, position=(6.0, 0.0))
+    spring = cl.SpringDamper(
+        cl.ground, block, stiffness=stiffness, damping=damping, free_length=5.0, name="S"
+    )
+    slide = cl.Prismatic(cl.ground, block, name="G")
+    return cl.Scene(slide, spring, gravity=(0.0, 0.0), name="oscillator")
+
+
+def exact(time, stiffness=STIFFNESS, damping=DAMPING):
+    """Position of the oscillator [m], by its closed form."""
+    decay = 0.5 * damping
+    omega = math.sqrt(stiffness - decay**2)
+    turn = omega * time
+    return 5.0 + np.exp(-decay * time) * (np.cos(turn) + decay / omega * np.sin(turn))
+
+
+def slopes(time):
+    """Derivatives of the position by the logarithms of stiffness and damping, of closed forms."""
+    columns = []
+    for d_k, d_d in ((1e-5, 0.0), (0.0, 1e-5)):
+        ends = (
+            exact(time, STIFFNESS * math.exp(s * d_k), DAMPING * math.exp(s * d_d)) for s in (1, -1)
+        )
+        high, low = ends
+        columns.append((high - low) / 2e-5)
+    return np.stack(columns, axis=1)
+
+
+def record(time, values, along="time", units="m"):
+    """A record in memory."""
+    return Measured(Path("bench.csv"), "x", units, along, time, values)
+
+
+def noisy(seed, sigma=0.02):
+    """A record of the oscillator with normal errors."""
+    errors = np.random.default_rng(seed).normal(0.0, sigma, TIMES.size)
+    return record(TIMES, exact(TIMES) + errors)
+
+
+def problem_at(data, sigma):
+    """The fit of an oscillator that is not that of the record."""
+    free = [Free(n, *b, "?") for n, b in FREE.items()]
+    scene = oscillator(1.1, 0.25)
+    return Problem(scene, free, [Curve(data, "bodies/block/x", sigma)])
+
+
+def test_slopes_and_covariance_are_those_of_the_closed_form():
+    """To 1e-5 of their size: runs are integrated to 1e-7, and differences of 1e-5 err by 1e-10."""
+    problem = problem_at(noisy(0), 0.02)
+    truth = np.log([STIFFNESS, DAMPING])
+    expected = slopes(TIMES) / 0.02
+    actual = problem.jacobian(truth)
+    assert np.abs(actual - expected).max() < 1e-5 * np.abs(expected).max()
+    judged = verdict(problem, problem.solved(truth), [problem.solved(truth)])
+    exact_covariance = np.linalg.inv(expected.T @ expected)
+    # at the estimate, which is some 2 % from the truth
+    assert judged.covariance == pytest.approx(
+        exact_covariance, rel=0.15, abs=0.05 * exact_covariance[0, 0]
+    )
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth():
+    """Of 200 draws of the noise 92 to 98 % of the 95 % intervals, for known and unknown noise: the
+    deviation of a share of 200 is 1.5 %.
+    """
+    inside = np.zeros((2, 2))
+    for seed in range(200):
+        for row, sigma in enumerate((0.02, None)):
+            problem = problem_at(noisy(seed), sigma)
+            best = problem.solved(problem.middle)
+            problem.weighed(best.x)
+            best = problem.solved(best.x)
+            for column, (i, value) in enumerate(
+                zip(verdict(problem, best, [best]).intervals, (STIFFNESS, DAMPING), strict=True)
+            ):
+                inside[row, column] += i.low <= value <= i.high
+    assert inside.min() >= 0.92 * 200, inside
+    assert inside.max() <= 0.98 * 200 + 2, inside
+
+
+CASE = {"model": "lubricated", "film": "pinkus_sternlicht", "film_torques": True}
+BOUNDS = {"clearance": "0.1mm:1mm", "viscosity": (0.05, 1.0), "bodies/slider/mass": "50g:500g"}
+CHANNEL = "bodies/slider/ax=slider_acceleration_measured_m_s2"
+#: noise [m/s2]; linearised estimates of clearance [m], viscosity [Pa s], mass [kg]; relative
+#: standard errors; correlations, of a record with this truth
+RECORDS = {
+    "a": (
+        297.811,
+        (0.48616e-3, 0.36108, 0.14401),
+        (0.0289, 0.0688, 0.0361),
+        (0.769, -0.668, -0.191),
+    ),
+    "b": (
+        293.581,
+        (0.27348e-3, 0.15469, 0.14260),
+        (0.0797, 0.1969, 0.0877),
+        (0.854, -0.503, -0.048),
+    ),
+}
+
+
+@pytest.fixture(scope="module", params=["a", pytest.param("b", marks=pytest.mark.slow)])
+def of_record(request, tmp_path_factory):
+    """A record of a lubricated slider-crank with known truth, and its fit."""
+    path = Path(__file__).parent / "data" / f"fit_record_{request.param}.csv"
+    scene = cl.load_case("slider_crank", **CASE)
+    noise, *expected = RECORDS[request.param]
+    folder = tmp_path_factory.mktemp("fit")
+    return fit(scene, path, BOUNDS, CHANNEL, noise=noise, folder=folder), expected, folder
+
+
+def test_estimates_are_those_of_an_independent_code(of_record):
+    """Within 0.3 standard errors of its linearised estimates, whose second order is some 0.2.
+
+    Errors within 8 %, correlations within 0.04: theirs are at the truth, ours at the estimate.
+    """
+    actual, (values, errors, correlations), _ = of_record
+    for interval, value, error in zip(actual.verdict.intervals, values, errors, strict=True):
+        assert interval.value == pytest.approx(value, abs=0.3 * error * value)
+        assert interval.deviation / interval.value == pytest.approx(error, rel=0.08)
+        assert interval.kind == "linear"
+    c = actual.verdict.correlation
+    assert (c[0, 1], c[0, 2], c[1, 2]) == pytest.approx(correlations, abs=0.04)
+    assert actual.verdict.doubts == []
+    assert actual.verdict.minima == []
+
+
+def test_all_starts_end_in_one_minimum(of_record):
+    """Within a twentieth of a standard error: starts are followed until the cost stands still."""
+    actual, (values, errors, _), _ = of_record
+    ends = np.array([e.x for e in actual.ends])
+    assert len(ends) == 5
+    assert (np.abs(ends - actual.best.x).max(axis=0) < 0.05 * np.array(errors)).all()
+
+
+def test_a_fit_is_in_its_folder(of_record, capsys, monkeypatch):
+    """Its numbers, and the run of the fitted scene, which runs again; ends of starts are read from
+    the folder, so that the same call computes none anew.
+    """
+    actual, _, folder = of_record
+    document = json.loads((folder / "fit.json").read_text())
+    assert document["parameters"]["viscosity"]["value"] == actual.values["viscosity"]
+    with cl.open_result(folder / "run.h5") as run:
+        assert run.scene["joints"][2]["clearance"] == actual.values["clearance"]
+    scene, _ = cl.again(folder / "run.h5")
+    assert scene.to_json() == actual.scene.to_json()
+    monkeypatch.setattr(Problem, "followed", None)
+    curve = actual.problem.curves[0]
+    same = fit(
+        cl.load_case("slider_crank", **CASE),
+        curve.measured,
+        BOUNDS,
+        "bodies/slider/ax",
+        noise=curve.sigma,
+        folder=folder,
+    )
+    assert [e.x.tolist() for e in same.ends] == [e.x.tolist() for e in actual.ends]
+
+
+def test_pictures_and_page(of_record, tmp_path):
+    """A picture with panels for record, residuals and three regions; a page with all estimates."""
+    actual, _, _ = of_record
+    assert len(actual.plot().axes) == 5
+    page = actual.report(tmp_path / "fit.html").read_text()
+    assert "bodies/slider/mass" in page and "<svg" in page or "data:image/png" in page
+    with pytest.raises(ValueError, match=r"must end in \.html"):
+        actual.report(tmp_path / "fit.txt")
+
+
+def test_a_product_is_stated_where_two_parameters_enter_as_one():
+    """Force and gap of a short film depend on viscosity and length by mu L^3 alone."""
+    scene = cl.load_case("slider_crank", model="lubricated", film="short")
+    run = cl.simulate(scene, turns=3, samples_per_turn=180, error=None)
+    times = run.turns_at(run.time)
+    data = record(times[360:540] - 2.0, run["slider"].ax[360:540], "angle", "m/s2")
+    bounds = {"viscosity": (0.05, 2.0), "joints/C/length": "10mm:100mm"}
+    noise = 0.01 * float(np.ptp(data.values))
+    actual = fit(scene, data, bounds, "bodies/slider/ax", noise=noise, starts=1)
+    (line,) = actual.verdict.products
+    assert "cannot be told apart: they enter as viscosity * joints/C/length^3" in line
+    assert all(i.kind == "inseparable" and math.isnan(i.low) for i in actual.verdict.intervals)
+
+
+def test_two_minima_are_both_named():
+    """Samples once a second see a frequency w as they see 2 pi - w: two stiffnesses."""
+    times = np.arange(1.0, 13.0)
+    values = exact(times, 4.0, 1e-9)
+    free = {"springs/S/stiffness": (3.0, 25.0)}
+    scene = oscillator(4.3, 1e-9)
+    noise = 0.3
+    errors = np.random.default_rng(4).normal(0.0, noise, times.size)
+    actual = fit(
+        scene, record(times, values + errors), free, "bodies/block/x", noise=noise, starts=8
+    )
+    ((other, growth),) = actual.verdict.minima
+    pair = sorted([actual.values["springs/S/stiffness"], other["springs/S/stiffness"]])
+    # within six deviations of the two; their costs are those of one another's aliases
+    assert pair == pytest.approx([4.0, (2.0 * math.pi - 2.0) ** 2], rel=0.1)
+    assert growth < 4.0
+    assert any("another minimum is as likely" in d for d in actual.verdict.doubts)
+
+
+def test_nuisances_of_a_sensor():
+    """Gain, offset and a shifted clock beside stiffness and damping, from an exact record: to 1e-4,
+    for runs are integrated to 1e-7.
+    """
+    late, gain, offset = 0.37, 1.2, -0.4
+    times = TIMES[:150] - TIMES[0]
+    data = record(times, gain * exact(times + late) + offset)
+    bounds = [Free(n, *b, "?") for n, b in FREE.items()]
+    curve = Curve(data, "bodies/block/x", 1e-3, ("shift", "offset", "gain"))
+    problem = Problem(oscillator(1.1, 0.25), bounds, [curve])
+    begin = np.append(problem.middle[:2], [0.2, 0.0, 1.1])
+    actual = problem.solved(begin, finish=1e-12)
+    assert np.exp(actual.x[:2]) == pytest.approx([STIFFNESS, DAMPING], rel=1e-4)
+    expected = [late, offset / problem.scales[0], gain]
+    assert actual.x[2:] == pytest.approx(expected, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_records_of_two_speeds_in_time_and_in_angle():
+    """A record in angle at one speed, one in time with an unknown shift at another: both together
+    give the truth of exact records to 1e-3 of it.
+    """
+    truth = {"clearance": 3e-4, "viscosity": 0.2}
+    data = []
+    for speed, along in ((400.0, "angle"), (523.6, "time")):
+        scene = cl.load_case("slider_crank", **CASE, speed=speed, **truth)
+        run = cl.simulate(scene, turns=4, samples_per_turn=720, rtol=1e-9, error=None)
+        places = run.turns_at(run.time)
+        rows = slice(1440, 2160) if along == "angle" else slice(1600, 2320)
+        x = places[rows] - 2.0 if along == "angle" else run.time[rows] - run.time[rows][0]
+        data.append((record(x, run["slider"].ax[rows], along, "m/s2"), {"speed": speed}))
+    scene = cl.load_case("slider_crank", **CASE)
+    bounds = {"clearance": "0.1mm:1mm", "viscosity": (0.05, 1.0)}
+    actual = fit(scene, data, bounds, "bodies/slider/ax", noise="1%", starts=1)
+    assert list(actual.values.values()) == pytest.approx(list(truth.values()), rel=1e-3)
+    assert actual.problem.names[2] == "shift of record 2"
+    assert actual.best.x[2] == pytest.approx((1600 - 1440) / 720 * 2.0 * math.pi / 523.6, abs=1e-6)
+
+
+def test_a_filter_of_the_sensor():
+    """A record through a filter of second order at 400 Hz: with it the truth to 1e-3, without it
+    not within 1 %.
+    """
+    from scipy.signal import butter, sosfilt
+
+    scene = cl.load_case("slider_crank", **CASE)
+    run = cl.simulate(scene, turns=3, samples_per_turn=7200, rtol=1e-9, error=None)
+    rate = 1.0 / float(run.time[1])
+    values = sosfilt(butter(2, 400.0, fs=rate, output="sos"), run["slider"].ax)[14400:21600:20]
+    data = record(np.arange(360) / 360.0, values, "angle", "m/s2")
+    bounds = {"clearance": "0.1mm:1mm"}
+    errors = {}
+    for lowpass in ((2, 400.0), None):
+        actual = fit(scene, data, bounds, "bodies/slider/ax", noise="1%", lowpass=lowpass, starts=1)
+        errors[lowpass] = abs(actual.values["clearance"] / 5e-4 - 1.0)
+    assert errors[2, 400.0] < 2e-3
+    assert errors[None] > 0.01
+
+
+@pytest.mark.slow
+def test_dry_contact_before_the_horizon():
+    """Clearance and restitution from half a turn with impacts lie in their intervals; three turns
+    are refused with the place where trajectories part.
+    """
+    truth = {"clearance": 3e-4, "restitution": 0.8}
+    bounds = {"clearance": "0.1mm:1mm", "restitution": (0.5, 0.95)}
+    machine = cl.load_case("slider_crank", model="dry", **truth)
+    run = cl.simulate(machine, turns=3, samples_per_turn=720, rtol=1e-11, error=None)
+    values = run["slider"].ax
+    noise = 0.01 * float(np.ptp(values))
+    noisy_values = values + np.random.default_rng(0).normal(0.0, noise, values.size)
+    scene, turns = cl.load_case("slider_crank", model="dry"), run.turns_at(run.time)
+    data = record(turns[:361], noisy_values[:361], "angle", "m/s2")
+    actual = fit(scene, data, bounds, "bodies/slider/ax", noise=noise, settle=0.0, starts=2)
+    for interval, value in zip(actual.verdict.intervals, truth.values(), strict=True):
+        assert abs(interval.value - value) < 4.0 * interval.deviation
+    data = record(turns, noisy_values, "angle", "m/s2")
+    with pytest.raises(ValueError, match=r"trajectories part at .* turns"):
+        fit(scene, data, bounds, "bodies/slider/ax", noise=noise, settle=0.0, starts=1)
+
+
+def test_a_plan_is_the_information_of_the_closed_form():
+    """Half widths by the closed form's slopes, to 1 %: noise is a share of the run's range."""
+    rows = plan(
+        oscillator(), list(FREE), "bodies/block/x", noise=0.02, turns=[20.0], samples_per_turn=10
+    )
+    expected = slopes(np.arange(1, 201) / 10.0) / 0.02
+    deviations = np.sqrt(np.diag(np.linalg.inv(expected.T @ expected)))
+    assert list(rows[0].half.values()) == pytest.approx(list(1.96 * deviations), rel=0.01)
+    longer, shorter = plan(oscillator(), list(FREE), "bodies/block/x", noise=0.02, turns=[10, 20])
+    assert longer.title.endswith("20 s")
+    assert shorter.title.endswith("10 s")
+
+
+def test_residuals_that_are_no_noise():
+    """Autocorrelated ones are worth fewer values, and have too few changes of sign; white ones are
+    worth all.
+    """
+    white = np.random.default_rng(1).normal(size=1000)
+    assert dependence([white]) == 1.0
+    assert runs_test(white) > 0.01
+    smooth = np.convolve(white, np.ones(20), "same")
+    assert dependence([smooth]) > 10.0
+    assert runs_test(smooth) < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"channels": "bodies/block/xx"}, "no channel 'bodies/block/xx'"),
+        ({"channels": ""}, "at least one channel"),
+        ({"parameters": {}}, "at least one parameter"),
+        ({"parameters": {"springs/S/stiffness": (2.0, 1.0)}}, "must rise"),
+        ({"parameters": {"springs/S/stiff": (1.0, 2.0)}}, "stiff"),
+        ({"parameters": {"springs/S/stiffness": "1:2:3"}}, "two bounds"),
+        ({"nuisances": "shifts"}, "no nuisance 'shifts'"),
+        ({"noise": -1.0}, "noise"),
+        ({"starts": 0}, "starts must be a whole number"),
+        ({"data": record(TIMES, TIMES, units="N")}, "is in N, bodies/block/x in m"),
+        ({"data": record(TIMES, TIMES, "angle")}, "no drive of the scene turns evenly"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused_before_anything_runs(change, message):
+    """Each message names the field and its value."""
+    call = {"data": noisy(0), "parameters": FREE, "channels": "bodies/block/x"} | change
+    with pytest.raises((ValueError, KeyError), match=message):
+        fit(oscillator(), **call)
+
+
+def test_headings_with_units_at_their_end():
+    """Names of spreadsheets and loggers: unit behind an underscore."""
+    data = read(
+        Path(__file__).parent / "data" / "fit_record_a.csv", "slider_acceleration_exact_m_s2"
+    )
+    assert (data.along, data.units, data.x[90]) == ("angle", "m/s2", 0.25)
+    assert data.values[0] == -19485.4641
+
+
+def test_the_command(tmp_path, monkeypatch, capsys):
+    """The same as in Python is printed; a plan needs no record; errors name the option."""
+    monkeypatch.chdir(tmp_path)
+    scene = cl.load_case("slider_crank", **CASE)
+    run = cl.simulate(scene, turns=3, samples_per_turn=90, rtol=1e-8, error=None)
+    values = run["slider"].ax[180:270]
+    rows = [f"{4 * k},{v!r}" for k, v in enumerate(values.tolist())]
+    Path("bench.csv").write_text("\n".join(["crank_angle_deg,a_m_s2", *rows]))
+    case = ["slider_crank", *(f"-p{n}={str(v).lower()}" for n, v in CASE.items())]
+    call = ["fit", *case, "-p", "clearance=0.1mm:1mm", "--channels", "bodies/slider/ax=a_m_s2"]
+    assert (
+        main(
+            [*call, "--data", "bench.csv", "--noise", "1%", "-o", "fit", "--starts", "1", "--json"]
+        )
+        == 0
+    )
+    document = json.loads(capsys.readouterr().out)
+    # an exact record: to the tolerance of its runs
+    assert document["parameters"]["clearance"]["value"] == pytest.approx(5e-4, rel=1e-5)
+    assert all(Path(name).is_file() for name in document["files"])
+    assert main(["run", "fit", "--again"]) == 0
+    assert main(["fit", *case, "-p", "clearance", "--channels", "bodies/slider/ax", "--plan"]) == 0
+    assert "bodies/slider/ax, 1 turns" in capsys.readouterr().out
+    for options, message in (
+        ([], "--data names a record"),
+        (["--data", "none.csv"], "none.csv"),
+        (["--data", "bench.csv", "--lowpass", "2"], "expected ORDER:CORNER"),
+        (["--data", "bench.csv,spee=1"], "FILE,NAME=VALUE"),
+        (["--data", "bench.csv", "-p", "viscosity"], "viscosity=LOW:HIGH"),
+        (["--data", "bench.csv", "-p", "viscosit=1"], "did you mean viscosity"),
+    ):
+        assert main([*call, *options]) == 2
+        assert message in capsys.readouterr().err
