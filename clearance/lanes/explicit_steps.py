@@ -20,6 +20,7 @@ from clearance.lanes.steps import (
     start,
 )
 from clearance.lanes.watch import Moment, Watch, look
+from clearance.mechanism.build import Mechanism
 from clearance.stepping import control, status
 from clearance.stepping.control import NEWTON_FAILED, STIFF_ENOUGH
 from clearance.stepping.dop853 import (
@@ -35,12 +36,20 @@ from clearance.stepping.dop853 import (
     C,
     D,
 )
-from clearance.values.spots import CONTACT
+from clearance.values.spots import CONTACT, FILM
 
+IMPLICIT = False
 NEXT = ITERATE  # phase of a step that begins
 BLANK = {"effort": 0.9}
 PROBES = 8  # parts of a step that is searched for contacts
 HELD_UP = 5.0 * STIFF_ENOUGH  # steps after which a run is given up: it starts once more then
+
+
+def unfit(mechanism: Mechanism) -> str | None:
+    """The reason why a mechanism does not suit this method in lanes."""
+    if films := [e.name for e, spot in mechanism.spots if spot.kind == FILM]:
+        return f"the film of joint {films[0]} asks for an implicit method"
+    return None
 
 
 def add_rows(rows: Rows, shape: Shape) -> None:
@@ -198,11 +207,8 @@ def meets(piece: Piece, shape: Shape, probes: list[list]):
     part, met = h * (1.0 / PROBES), [piece.less(h, 0.0)]
     for k, (kind, i, band) in enumerate(shape.contacts):
         begins, rate = probes[0][2 * k], probes[0][2 * k + 1]
-        side = touching(piece, i)
-        if kind != CONTACT:
-            inside = piece.both(piece.not_below(begins, -band), piece.above(rate, 0.0))
-            side = piece.either(piece.above(begins, band), inside)
-        sign = piece.choose(side, -1.0, 1.0)
+        state = touching(piece, i), kind != CONTACT, begins, rate, band
+        (sign,) = piece.formula(control.beyond, *state)
         ways = [(row[2 * k] * sign, row[2 * k + 1] * sign) for row in probes]
         for low, high in zip(ways, ways[1:], strict=False):
             turns = piece.both(piece.above(low[1], 0.0), piece.less(high[1], 0.0))

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from clearance.lanes import explicit_steps, queue
+from clearance.lanes import queue
 from clearance.lanes.code import natural_width
 from clearance.lanes.engine import METHODS, Engine, engine
 from clearance.lanes.folding import Folding
@@ -25,7 +25,6 @@ from clearance.stepping.state import CLEARANCE, PULL, RATE_X, RATE_Y
 from clearance.tracing.function import Opaque
 from clearance.values.spots import CONTACT, FILM
 
-MOST_RATES = 16  # equations of a Newton iteration whose factors are written down
 LONGEST = 2**62  # steps
 BLOCK = 64  # bytes that rows are aligned to
 IMPACTS = 4096  # rows of contacts that are taken in at a time
@@ -43,7 +42,7 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
         return f"method {method} has no lanes"
     if mechanism.size == 0:
         return "nothing is free to move"
-    if reason := (_unfit_for_steps if method == "dop853" else _unfit_for_iterations)(mechanism):
+    if reason := METHODS[method].unfit(mechanism):
         return reason
     if layout.commits:
         return "steps carry numbers to the next"
@@ -59,28 +58,8 @@ def impossible(mechanism: Mechanism, method: str) -> str | None:
     return None
 
 
-def _unfit_for_steps(mechanism: Mechanism) -> str | None:
-    """The reason why runs of an explicit method cannot go in lanes."""
-    if films := [e.name for e, spot in mechanism.spots if spot.kind == FILM]:
-        return f"the film of joint {films[0]} asks for an implicit method"
-    return None
-
-
-def _unfit_for_iterations(mechanism: Mechanism) -> str | None:
-    """The reason why runs of an implicit method cannot go in lanes."""
-    if touching := [e.name for e, spot in mechanism.spots if spot.kind == CONTACT]:
-        return f"contacts of joint {touching[0]} begin with a touch"
-    if rubbing := sorted(mechanism.structure.forced):
-        return f"friction of joint {rubbing[0]} turns round inside steps"
-    rates, jacobian = (
-        mechanism.size - mechanism.coordinates,
-        mechanism.structure.programs["jacobian"],
-    )
-    return "its equations are too many" if rates > MOST_RATES or jacobian.columns else None
-
-
-def shape_of(mechanism: Mechanism, explicit: bool) -> Shape:
-    """Sizes of a mechanism; explicit: contacts are looked for inside steps."""
+def shape_of(mechanism: Mechanism, implicit: bool) -> Shape:
+    """Sizes of a mechanism; implicit: contacts are not looked for inside steps."""
     places, layout = mechanism.places, mechanism.layout
     films = [
         (places[element], i)
@@ -89,7 +68,8 @@ def shape_of(mechanism: Mechanism, explicit: bool) -> Shape:
     ]
     bands = BAND * np.broadcast_to(mechanism.measures, len(mechanism.spots))
     contacts = [
-        (spot.kind, i, float(bands[i])) for i, (_, spot) in enumerate(mechanism.spots) if explicit
+        (spot.kind, i, float(bands[i]))
+        for i, (_, spot) in enumerate(() if implicit else mechanism.spots)
     ]
     ledger = layout.length - layout.states
     return Shape(mechanism.coordinates, mechanism.size, ledger, tuple(films), tuple(contacts))
@@ -173,7 +153,7 @@ class Group:
         moving: Sequence[int] = (),
     ):
         self.stepper = METHODS[method]
-        self.shape = shape_of(mechanism, self.stepper is explicit_steps)
+        self.shape = shape_of(mechanism, self.stepper.IMPLICIT)
         self.watch, self.samples, self.rtol = watch, samples, rtol
         self.structure, self.width = mechanism.structure, width or natural_width()
         self.data = np.append(mechanism.par, np.zeros(BLOCK))

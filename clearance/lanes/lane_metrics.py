@@ -24,6 +24,7 @@ from clearance.elements.regimes import (
     TOUCHING,
     regime,
 )
+from clearance.lanes.engine import METHODS
 from clearance.lanes.force_holes import ForceHoles
 from clearance.lanes.group import Answers, Points
 from clearance.lanes.point_numbers import NotForLanes
@@ -540,9 +541,9 @@ class LaneMetrics:
 
         data: tables, to which parameters of the points refer.
         """
-        scene, explicit = self.mechanism.scene, self.method == "dop853"
+        scene, implicit = self.mechanism.scene, METHODS[self.method].IMPLICIT
         count = np.zeros(len(points.until), int)
-        count += explicit and any(j.film is not None for j in scene.clearance_joints)
+        count += not implicit and any(j.film is not None for j in scene.clearance_joints)
         count += sum(map(partial(self._at_end, answers), scene.clearance_joints))
         for joint in scene.clearance_joints:
             if joint.film is not None and joint.film_joint is not None:

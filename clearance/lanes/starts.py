@@ -10,6 +10,7 @@ from clearance import lanes
 from clearance.accuracy.at_start import standing
 from clearance.elements.regimes import DEEPEST
 from clearance.lanes.code import WIDTHS, natural_width, off
+from clearance.lanes.engine import METHODS
 from clearance.lanes.group import FILMS, GoingOn, Group, Points
 from clearance.lanes.lane_metrics import LaneTurns, Wanted
 from clearance.lanes.point_numbers import NotForLanes
@@ -33,7 +34,7 @@ class Starts:
             raise NotForLanes("lanes are off")
         if reason := lanes.impossible(mechanism, method):
             raise NotForLanes(reason)
-        if method != "dop853" and any(spot.kind != FILM for _, spot in mechanism.spots):
+        if METHODS[method].IMPLICIT and any(spot.kind != FILM for _, spot in mechanism.spots):
             raise NotForLanes("contacts that set in gradually are not counted in lanes")
         record = standing(run)
         if record.uneven:

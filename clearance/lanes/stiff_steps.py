@@ -21,10 +21,14 @@ from clearance.lanes.steps import (
     start,
 )
 from clearance.lanes.watch import Moment, Watch, look
+from clearance.mechanism.build import Mechanism
 from clearance.stepping.radau import ITERATIONS, SAFETY
 from clearance.stepping.tableaus import RADAU5 as K
+from clearance.values.spots import CONTACT
 
+IMPLICIT = True
 STAGES = 3
+MOST_RATES = 16  # equations of a Newton iteration whose factors are written down
 ORDER = 4  # of the error estimate's defect
 NEXT = PREPARE  # phase of a step that begins
 BLANK = {"effort": 0.9, "convergence": 1.0}
@@ -32,6 +36,17 @@ PAIR = complex(K.pairs[0])
 NEWTON_TOLERANCE = 0.05  # error left by Newton's method, of the error tolerance
 LARGER = 1.15  # factor of the estimate, with which metrics are as accurate as the ordinary way's
 AHEAD = 0.8  # share of the step where the Jacobian is taken: fewest iterations over 0.3 to 1
+
+
+def unfit(mechanism: Mechanism) -> str | None:
+    """The reason why a mechanism does not suit this method in lanes."""
+    if touching := [e.name for e, spot in mechanism.spots if spot.kind == CONTACT]:
+        return f"contacts of joint {touching[0]} begin with a touch"
+    if rubbing := sorted(mechanism.structure.forced):
+        return f"friction of joint {rubbing[0]} turns round inside steps"
+    rates = mechanism.size - mechanism.coordinates
+    many = rates > MOST_RATES or mechanism.structure.programs["jacobian"].columns
+    return "its equations are too many" if many else None
 
 
 def add_rows(rows: Rows, shape: Shape) -> None:

@@ -34,7 +34,7 @@ from clearance.lanes.queue import (
 )
 from clearance.lanes.steps import ARRIVED, FINISH, ITERATE, START
 from clearance.machine.store import OPTIONS, Entry
-from clearance.stepping import status
+from clearance.stepping import control, status
 from clearance.stepping.contacts import ALIGNMENTS, RESOLVED
 from clearance.stepping.control import CLEARLY, FLIP_LIMIT, ONSET, cubic, resolution, summit
 from clearance.stepping.locating import FREE
@@ -77,15 +77,9 @@ def probed(s, lane, k, p):
 
 @inline
 def beyond(s, lane, k):
-    """Sign of a penetration behind the next start or end of contact, see stepping/contacts.py."""
-    touching = touches(s, lane, k)
-    if s.kinds[k] != CONTACT:
-        depth, rate = (
-            s.rows[s.at[SPOT_BEGIN] + 2 * k, lane],
-            s.rows[s.at[SPOT_BEGIN] + 2 * k + 1, lane],
-        )
-        touching = depth > s.bands[k] or depth >= -s.bands[k] and rate > 0.0
-    return -1.0 if touching else 1.0
+    """Sign of a penetration behind the next start or end of its contact."""
+    before = probed(s, lane, k, 0)
+    return control.beyond(touches(s, lane, k), s.kinds[k] != CONTACT, *before, s.bands[k])
 
 
 @shared

@@ -7,7 +7,7 @@ scene has contacts: others do not compile this module.
 
 import math
 
-from clearance.stepping import status
+from clearance.stepping import control, status
 from clearance.stepping.locating import FREE, contact_peak, touch
 from clearance.stepping.state import (
     IMPACT_SPEED,
@@ -43,15 +43,10 @@ def probe(s, t, h, theta):
 
 @inline
 def beyond(s, joint):
-    """Sign of the penetration of a joint behind its next start or end of contact.
-
-    Without a first touch the step's begin shows it; in the dead band the rate does.
-    """
-    touching = s.contacts[joint, TOUCHING] > 0.0
-    if s.contacts[joint, KIND] != CONTACT:
-        depth, band = depth_of(s.before, joint), s.band[joint]
-        touching = depth > band or depth >= -band and rate_of(s.before, joint) > 0.0
-    return -1.0 if touching else 1.0
+    """Sign of the penetration of a joint behind its next start or end of contact."""
+    touching, gradual = s.contacts[joint, TOUCHING] > 0.0, s.contacts[joint, KIND] != CONTACT
+    before = depth_of(s.before, joint), rate_of(s.before, joint)
+    return control.beyond(touching, gradual, *before, s.band[joint])
 
 
 @shared

@@ -102,6 +102,17 @@ def stiff_steps(stiffness, steps, mild):
 
 # --- contacts inside a step
 @inline
+def beyond(touching, gradual, depth, rate, band):
+    """Sign of a penetration behind the next start or end of its contact.
+
+    touching: a first touch goes on; gradual: there is none, and the step's begin shows it, in the
+    dead band by the rate.
+    """
+    inside = depth > band or depth >= -band and rate > 0.0
+    return -1.0 if (inside if gradual else touching) else 1.0
+
+
+@inline
 def cubic(low, rise, high, fall, length):
     """Coefficients of x, x^2 and x^3 of the cubic through the value `low` at x = 0 and `high` at
     x = 1, with rates there over a length.
